@@ -124,6 +124,13 @@ def test_no_module_imports_itself_in_a_circle(graph: Graph) -> None:
     assert circles_of(graph) == []
 
 
+def test_no_module_needs_itself_in_a_circle_for_its_types() -> None:
+    """What a file reads of one above it stands in a Protocol below both."""
+    typed = imports_of(ROOT / "src", typed=True)
+    del typed["contiga"]  # for type checkers it lists all public names
+    assert circles_of({name: others - {"contiga"} for name, others in typed.items()}) == []
+
+
 def test_imports_run_downward_for_type_checkers_too(floors: list[list[str]]) -> None:
     assert upward(imports_of(ROOT / "src", typed=True), floors) == []
 

@@ -6,23 +6,39 @@ state asks for the rows.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from contiga.area.method import AreaInput, Areas
 from contiga.contact.loads import Column, Guards, Holds, Loads, holds_of
 from contiga.contact.sparse import Sparse
-from contiga.records import FloatArray, IndexArray
+from contiga.records import FloatArray, IndexArray, IntArray
 
-if TYPE_CHECKING:
-    from contiga.contact.state import State
+
+class StateLike(Protocol):
+    """What is read of a `State`, which asks for its rows and so stands above them."""
+
+    @property
+    def contact(self) -> Any: ...
+    @property
+    def stiffness(self) -> FloatArray: ...
+    @property
+    def tangent(self) -> FloatArray: ...
+    @property
+    def patch(self) -> IntArray: ...
+    @property
+    def guard_B(self) -> FloatArray: ...
+    @property
+    def penetration(self) -> FloatArray: ...
+    @property
+    def normal_B(self) -> FloatArray: ...
 
 
 class KeptRows:
     """What is kept of a state; see `kept_of`."""
 
-    def __init__(self, state: State) -> None:
+    def __init__(self, state: StateLike) -> None:
         self._state = state
         self._own: dict[str, Any] = vars(state)
 
@@ -131,6 +147,6 @@ class KeptRows:
         return tangent if len(tangent) else self._state.stiffness
 
 
-def kept_of(state: State) -> KeptRows:
+def kept_of(state: StateLike) -> KeptRows:
     """The rows that are kept of a state."""
     return KeptRows(state)

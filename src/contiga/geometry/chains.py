@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,10 @@ from numpy.typing import NDArray
 from contiga.geometry.border import Borders, Side, path_points
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.curve_foot import CurveFeet
+from contiga.geometry.faces_like import FacesLike
 from contiga.geometry.kernels.shape_nb import TURN
 from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
-
-if TYPE_CHECKING:
-    from contiga.geometry.faces import Faces
 
 PER_SPAN = 12
 """Samples of each knot span from which the bend is taken, times the degree."""
@@ -63,7 +61,7 @@ class EdgeShape:
     sag : how far its chords may miss, length
     """
 
-    def __init__(self, body: Faces, borders: Borders, e: int, sag: float) -> None:
+    def __init__(self, body: FacesLike, borders: Borders, e: int, sag: float) -> None:
         self.sides, self.sag = borders.sides[e], sag
         self.patches = [body.patches[side.path.patch] for side in self.sides]
         self.curve = borders.curves[e] if len(self.sides) > 1 else None

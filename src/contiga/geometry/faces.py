@@ -20,6 +20,7 @@ from contiga.geometry.edges import (
     moved_edge,
 )
 from contiga.geometry.face_box import bounds_of
+from contiga.geometry.faces_like import Trims as Trims
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import Loop, TrimTables, build_trim_tables, check_loops
 from contiga.geometry.trim_area import body_area, body_volume
@@ -31,8 +32,6 @@ from contiga.records import FloatArray
 
 if TYPE_CHECKING:
     from contiga.triangles.trimesh import TriMesh
-
-Trims = tuple[tuple[Loop, ...] | None, ...]
 
 
 class Faces(Displayed):

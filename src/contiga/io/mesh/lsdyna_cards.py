@@ -15,18 +15,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from contiga.errors import FileError, MeshError
+from contiga.io.mesh.lsdyna_card import Card as Card
 from contiga.io.mesh.lsdyna_parameters import Parameters, fortran_number, is_parameters
 
 _LONG_WIDTH = 20
 _LARGEST = 2**62
 _TEN = re.compile(r"I10\s*=\s*Y")
-
-
-class Card(NamedTuple):
-    """One data line."""
-
-    text: str
-    line: int
 
 
 class Block(NamedTuple):
