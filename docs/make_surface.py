@@ -1,6 +1,6 @@
-"""Record what users rely on, ``docs/public_surface.txt``: ``python docs/make_surface.py`` at a release.
+"""Record what users rely on in ``docs/public_surface.txt``: ``python docs/make_surface.py``.
 
-Every public name with its signature, and how many lines of the topmost section of CHANGELOG.md
+Done at a release. Every public name with its signature, and how many lines of the topmost section of CHANGELOG.md
 name it. A test compares: what differs from the record must stand in more lines than it did then.
 """
 
@@ -94,7 +94,7 @@ def _members(kind: type) -> list[str]:
 def _signature(value: Any) -> str:
     if inspect.isclass(value) and issubclass(value, enum.Enum):
         return " = " + ", ".join(f"{m.name}:{m.value}" for m in value)
-    # What the call of a protocol or of a pydantic model looks like is theirs, and changes with them.
+    # How protocols and models of pydantic are called is not ours, and changes with Python and it.
     if getattr(value, "_is_protocol", False) or hasattr(value, "model_fields"):
         return ""
     if isinstance(value, property) or not callable(value):
