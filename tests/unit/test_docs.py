@@ -39,8 +39,8 @@ from contiga.studies.spec import (
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-PLAYED = {"tutorial.md"}
-"""Its case and programs need each other's files: tests/cases/test_tutorial.py does all it says."""
+PLAYED = {"tutorial.md", "gallery.md"}
+"""Their cases need files: tests/cases/test_tutorial.py and test_gallery.py do all they say."""
 
 
 def blocks(language: str) -> list[tuple[str, str]]:
