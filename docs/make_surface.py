@@ -1,7 +1,8 @@
 """Record what users rely on in ``docs/public_surface.txt``: ``python docs/make_surface.py``.
 
-Done at a release. Every public name with its signature, and how many lines of the topmost section of CHANGELOG.md
-name it. A test compares: what differs from the record must stand in more lines than it did then.
+Done at a release. Every public name with its signature, and how many lines of the topmost section
+of CHANGELOG.md name it. A test compares: what differs from the record must stand in more lines than
+it did then.
 """
 
 from __future__ import annotations

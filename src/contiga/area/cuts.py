@@ -58,8 +58,8 @@ class Cut(NamedTuple):
 
 def parts_of(inp: AreaInput, topology: Topology, part: IntArray, place: IntArray) -> Parts:
     """The facets `part`, their corners numbered on their own."""
-    found, *numbered = touch_nb.around(topology.facets, part, inp.points, place)
-    return Parts(topology.facets[found], *numbered)
+    triangles, *numbered = touch_nb.around(topology.facets, part, inp.points, place)
+    return Parts(topology.facets[triangles], *numbered)
 
 
 def cut_parts(inp: AreaInput, parts: Parts) -> Cut:

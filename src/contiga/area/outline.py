@@ -38,8 +38,8 @@ def facet_outlines(inp: AreaInput, topology: Topology, on: str) -> Outlines:
     segments = [_sides(whole)]
     cuts = _Cuts(np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0))
     if len(part):
-        found, cuts = _of_parts(*_cut(inp, topology, part, place), n_c)
-        segments.append(found)
+        lines, cuts = _of_parts(*_cut(inp, topology, part, place), n_c)
+        segments.append(lines)
     places = np.concatenate([_vertices(inp, on), _cut_places(inp, cuts, on)])
     cluster = np.concatenate([label, label[cuts.inner]])
     loops = chained(_ends_of(np.concatenate(segments)))

@@ -102,12 +102,12 @@ def _pieces(case: Case, cache: PartCache, wrong: Together) -> _Pieces:
     # What costs nothing comes first in the list of what is wrong.
     springs = _springs(case, wrong)
     told = _told_motions(case, wrong)
-    found: list[Finding] = []
-    made = _parts(case, cache, wrong, found)
+    findings: list[Finding] = []
+    made = _parts(case, cache, wrong, findings)
     bodies = _bodies(case, made, told, wrong)
     slaves = _slaves(case, made, told, wrong)
     contacts = _contacts(case, bodies, slaves, wrong)
-    return _Pieces(springs, bodies, slaves, contacts, tuple(found))
+    return _Pieces(springs, bodies, slaves, contacts, tuple(findings))
 
 
 def faults_of(case: Case) -> tuple[tuple[Fault, str], ...]:
@@ -196,7 +196,7 @@ def _told_motions(case: Case, wrong: Together) -> dict[str, BodyMotion]:
 
 
 def _parts(
-    case: Case, cache: PartCache, wrong: Together, found: list[Finding]
+    case: Case, cache: PartCache, wrong: Together, findings: list[Finding]
 ) -> dict[str, Master | Slave]:
     """Bodies and slaves where they stand before any motion, by name; those that can be made.
 
@@ -208,7 +208,7 @@ def _parts(
         preload_search()  # CAD's reader is being loaded, too
     raw: dict[str, Body | TriMesh] = {}
     for body_spec in case.body:
-        with wrong.at(keys[body_spec.name]), told_of("body", body_spec.name, found):
+        with wrong.at(keys[body_spec.name]), told_of("body", body_spec.name, findings):
             raw[body_spec.name] = _body(body_spec, case.units.length, cache)
     parts: dict[str, Master | Slave] = {}
     for name in order_of(case.parts):
@@ -222,7 +222,7 @@ def _parts(
             else:
                 met = [one.master for one in case.contact if one.slave == name]
                 sizes = [raw[master].size for master in met if master in raw]
-                with told_of("slave", name, found):
+                with told_of("slave", name, findings):
                     parts[name] = _slave(spec, case.units.length, parts, sizes, cache)
     return parts
 

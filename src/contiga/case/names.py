@@ -72,7 +72,7 @@ def misnamed(data: Mapping[str, Any], places: Sequence[tuple[int | str, ...]]) -
     unknown = any(len(place) < 2 or place[-1] == "name" for place in places)
     if unknown or None in known["body"] + known["slave"]:
         return []
-    found = []
+    faults = []
     for key, keys in _NAMING.items():
         for i, table in enumerate(data.get(key) or []):
             for name, kind, where in _named(table, keys, f"{key}[{i}]"):
@@ -82,8 +82,8 @@ def misnamed(data: Mapping[str, Any], places: Sequence[tuple[int | str, ...]]) -
                 try:
                     check_defined(where, name, kind, own, other)
                 except CaseError as error:
-                    found.append(Misnamed(key, i, error))
-    return found
+                    faults.append(Misnamed(key, i, error))
+    return faults
 
 
 def _names_of(tables: Any) -> list[Any]:

@@ -267,12 +267,12 @@ class Case(Spec):
     def _checks_of_places(self) -> Iterator[Callable[[], object]]:
         places = {part.name: f"body[{i}]" for i, part in enumerate(self.body)}
         places |= {part.name: f"slave[{i}]" for i, part in enumerate(self.slave)}
-        found = [
+        errors = [
             (name, other, f"{places[name]}.{key}")
             for name, part in self.parts.items()
             for key, other in references(part)
         ]
-        for name, other, where in found:
+        for name, other, where in errors:
             yield partial(check_defined, where, other, "body or slave", [*places], [])
             if where.endswith("place.on") and other in places:
                 yield partial(self._check_place, name, other, where)

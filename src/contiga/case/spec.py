@@ -92,11 +92,11 @@ def raise_together(data: object, checks: Iterable[Callable[[], object]]) -> None
             check()
         except InputError as error:
             by_place.setdefault((error.where, repr(error.found)), error)
-    found = [*by_place.values()]
-    if len(found) == 1:
-        raise found[0]
-    if found:
-        told = [as_detail(error, data) for error in found]
+    errors = [*by_place.values()]
+    if len(errors) == 1:
+        raise errors[0]
+    if errors:
+        told = [as_detail(error, data) for error in errors]
         raise ValidationError.from_exception_data(type(data).__name__, told)
 
 
@@ -107,9 +107,9 @@ def _again(detail: ErrorDetails) -> InitErrorDetails:
     )
 
 
-def suggest(found: object, allowed: Iterable[str]) -> str | None:
+def suggest(given: object, allowed: Iterable[str]) -> str | None:
     """A question after the closest of `allowed`, None where nothing is close."""
-    return closest(found, allowed)
+    return closest(given, allowed)
 
 
 def listed_choice(what: str, chosen: Sequence[str | int] | None) -> str:

@@ -166,10 +166,10 @@ def _print_energy(summary: dict[str, Any]) -> None:
         largest = f"{number(energy['most'])} {unit}".rstrip()
         print(f"energy balance: error at most {share} of {largest}")
     for name, sensor in (summary.get("sensors") or {}).items():
-        for criterion, found in sensor["criteria"].items():
-            span = f"t = {span_of(found)} {units.get('time', '')}"
-            value = number(found["value"]) + f" {found.get('unit', '')}".rstrip()
-            value += f" ({found['band']})" if "band" in found else ""
+        for criterion, result in sensor["criteria"].items():
+            span = f"t = {span_of(result)} {units.get('time', '')}"
+            value = number(result["value"]) + f" {result.get('unit', '')}".rstrip()
+            value += f" ({result['band']})" if "band" in result else ""
             print(f"{name}: {criterion} {value}, {span}")
 
 

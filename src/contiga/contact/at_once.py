@@ -56,11 +56,11 @@ def detect_moved(
     poses = state.pose, X_WB
     if is_turned(poses):
         to_body(X_WB, p_W, p_B)
-        found = detect_on_curves(master.surface, p_B, last, active, options, poses, memory)
+        detected = detect_on_curves(master.surface, p_B, last, active, options, poses, memory)
     else:
         own = p_W, X_WB
-        found = detect(master.surface, p_B, last, active, options, memory, own)
-    return found, touching(found, p_B, past)
+        detected = detect(master.surface, p_B, last, active, options, memory, own)
+    return detected, touching(detected, p_B, past)
 
 
 def detect_at_once(
@@ -95,10 +95,12 @@ def detect_at_once(
     if left == 0:
         rows = workspace.rows[2, :held].copy()
         status, safe_distance, close, uv, *_ = columns
-        found = Detected(status, feet, safe_distance, close, uv, rows)
-        return found, ContactRows.on(workspace.small.buffers, rows)
-    found = _finish(master.surface, moved[2], past.state, options, memory, (in_contact, near, left))
-    return found, touching(found, moved[2], past)
+        detected = Detected(status, feet, safe_distance, close, uv, rows)
+        return detected, ContactRows.on(workspace.small.buffers, rows)
+    detected = _finish(
+        master.surface, moved[2], past.state, options, memory, (in_contact, near, left)
+    )
+    return detected, touching(detected, moved[2], past)
 
 
 def _finish(
@@ -111,16 +113,18 @@ def _finish(
 ) -> Detected:
     """What the kernel has left of a step; `counts` is what it answered."""
     (workspace, columns), (in_contact, near, left) = memory, counts
-    found = nowhere(workspace, columns)
+    detected = nowhere(workspace, columns)
     old = state.last_patch, state.uv, kept_of(state).holds
     step = Step(state.points_B, p_B, workspace.way, workspace.ignored, *old, workspace.small)
     lists = workspace.rows[0, :in_contact], workspace.rows[1, :near]
     if left > 0:
-        opposed = judge(surface, step, workspace.small.buffers.doubtful.first(left), found, options)
+        opposed = judge(
+            surface, step, workspace.small.buffers.doubtful.first(left), detected, options
+        )
     else:
         feet = state.patch, state.uv
-        opposed = closed_body.detect(surface, step, feet, lists, found, options)
-    return with_feet(found, lists)._replace(opposed=opposed)
+        opposed = closed_body.detect(surface, step, feet, lists, detected, options)
+    return with_feet(detected, lists)._replace(opposed=opposed)
 
 
 def _advance(

@@ -225,12 +225,12 @@ def _refuse_memories(state: State, n_points: int, memories: tuple[int, int]) -> 
     for name, whose, wanted in zip(
         ("memory", "friction_memory"), ("law", "friction"), memories, strict=True
     ):
-        found = kept_of(state).shape(name)
-        if found[1] != wanted:
+        shape = kept_of(state).shape(name)
+        if shape[1] != wanted:
             raise InputError(
                 f"the state is of another {whose}",
                 where=f"state.{name}",
-                found=found,
+                found=shape,
                 allowed=f"({n_points}, {wanted})",
             )
 

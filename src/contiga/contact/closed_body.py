@@ -58,34 +58,34 @@ class SideEvidence(NamedTuple):
 
 
 def detect_at_start(
-    surface: Surface, p_B: FloatArray, rows: IntArray, found: Detected, options: Options
+    surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detected, options: Options
 ) -> None:
     """The side of every point at the start.
 
     By intersection, points that lie inside are not in contact until they have been outside.
     """
     side, safe_distance = surface.sides(p_B, rows)
-    found.safe_distance[rows] = side * (safe_distance - options.band)
+    detected.safe_distance[rows] = side * (safe_distance - options.band)
     if options.penetration:
-        _take_inside(surface, p_B, rows[side <= 0], found, options)
+        _take_inside(surface, p_B, rows[side <= 0], detected, options)
         return
     rows = rows[side == 0]
     out = closest(surface, p_B, rows)
-    found.safe_distance[rows] = free_distance(out, options)
-    remember(found, rows, out)
+    detected.safe_distance[rows] = free_distance(out, options)
+    remember(detected, rows, out)
 
 
 def _take_inside(
-    surface: Surface, p_B: FloatArray, rows: IntArray, found: Detected, options: Options
+    surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detected, options: Options
 ) -> None:
     """A start by penetration: points that lie inside, and no deeper than that reaches."""
     out = closest(surface, p_B, rows)
-    found.safe_distance[rows] = free_distance(out, options)
-    remember(found, rows, out)
+    detected.safe_distance[rows] = free_distance(out, options)
+    remember(detected, rows, out)
     keep = within_depth(out, options)
-    found.status[rows[keep]] = ContactStatus.NEW
-    found.safe_distance[rows[keep]] = -out.gap[keep]
-    take(found.feet, rows, out, keep)
+    detected.status[rows[keep]] = ContactStatus.NEW
+    detected.safe_distance[rows[keep]] = -out.gap[keep]
+    take(detected.feet, rows, out, keep)
 
 
 def detect(
@@ -93,10 +93,10 @@ def detect(
     step: Step,
     last: tuple[IntArray, FloatArray],
     rows: tuple[IntArray, IntArray],
-    found: Detected,
+    detected: Detected,
     options: Options,
 ) -> Guards:
-    """Fill `found` for the points that were in contact and the free ones that are near; returns
+    """Fill `detected` for the points that were in contact and the free ones that are near; returns
     those whose nearest wall is opposite to the one that pushes them.
 
     `last` is (patch, uv) of the feet of all points, `rows` (in contact, near).
@@ -104,11 +104,11 @@ def detect(
     touching, near = rows
     held = None
     if len(touching):
-        told = _look_at_touching(surface, step, last, touching, found, options)
+        told = _look_at_touching(surface, step, last, touching, detected, options)
         held = _left_of(told, step)
-    free = _look_at_free(surface, step, near, found, options)
+    free = _look_at_free(surface, step, near, detected, options)
     asked = joined(held, free) if held and free else held or free
-    return UNGUARDED if asked is None else judge(surface, step, asked, found, options)
+    return UNGUARDED if asked is None else judge(surface, step, asked, detected, options)
 
 
 def _look_at_touching(
@@ -116,7 +116,7 @@ def _look_at_touching(
     step: Step,
     last: tuple[IntArray, FloatArray],
     rows: IntArray,
-    found: Detected,
+    detected: Detected,
     options: Options,
 ) -> SideEvidence:
     """Settle the points in contact whose sides and feet tell what becomes of them.
@@ -124,8 +124,8 @@ def _look_at_touching(
     What is outside needs no foot.
     """
     few = options.nearest and len(rows) <= MOST
-    told = _at_once(surface, step, last, rows, found, options) if few else None
-    return told or _one_by_one(surface, step, last, rows, found, options)
+    told = _at_once(surface, step, last, rows, detected, options) if few else None
+    return told or _one_by_one(surface, step, last, rows, detected, options)
 
 
 def _left_of(told: SideEvidence, step: Step) -> Asked | None:
@@ -146,16 +146,16 @@ def _at_once(
     step: Step,
     last: tuple[IntArray, FloatArray],
     rows: IntArray,
-    found: Detected,
+    detected: Detected,
     options: Options,
 ) -> SideEvidence | None:
     """Settle few points by one kernel; None where that does not do."""
     small, places = step.small, step.small.places(surface, False)
     path, limits = (step.now, step.before, step.way), (options.balls, options.band)
     of_last = *last, step.holds
-    into = found.status, found.safe_distance, found.last_patch, found.uv
+    into = detected.status, detected.safe_distance, detected.last_patch, detected.uv
     while places is not None:
-        _, left = touching_nb.touch(rows, path, of_last, into, found.feet, limits, places)
+        _, left = touching_nb.touch(rows, path, of_last, into, detected.feet, limits, places)
         if left >= 0:
             buffers, own = small.buffers, small.buffers.ways[:left].copy()
             known = buffers.own_side, buffers.own_reach
@@ -169,13 +169,13 @@ def _one_by_one(
     step: Step,
     last: tuple[IntArray, FloatArray],
     rows: IntArray,
-    found: Detected,
+    detected: Detected,
     options: Options,
 ) -> SideEvidence:
     """Settle points by one question to the surface after the other."""
     known, band = surface.sides(step.now, rows), options.band
     work, ends = _of_touching(len(rows)), (step.before, step.now)
-    places = found.status, found.safe_distance, found.last_patch, found.uv
+    places = detected.status, detected.safe_distance, detected.last_patch, detected.uv
     left = settle_nb.stay(rows, known, ends, last, places[:2], band, work)
     rows, side, reach, patch, uv, before, now = (values[:left] for values in work)
     mark, ways, asked = np.empty(left, np.int8), np.empty(left, np.int32), _listed(left)
@@ -185,12 +185,12 @@ def _one_by_one(
     else:
         feet = follow(surface, (before, now), (patch, uv))
         limits = options.hold, band
-        n, m = settle_nb.look(rows, feet, side, found.safe_distance, limits, mark, ways, asked)
+        n, m = settle_nb.look(rows, feet, side, detected.safe_distance, limits, mark, ways, asked)
         if n:
             clear = surface.clear_ways(step.before, step.now, rows[ways[:n]])
             mark[ways[:n][clear]] |= settle_nb.KEPT
     balls = _balls(surface, feet, (asked[0][:m], asked[1][:m]), options)
-    n = settle_nb.settle(rows, feet, (side, reach), mark, balls, band, places, found.feet, ways)
+    n = settle_nb.settle(rows, feet, (side, reach), mark, balls, band, places, detected.feet, ways)
     return SideEvidence(rows, (side, reach), now, feet, mark, ways[:n])
 
 
@@ -219,13 +219,13 @@ def _balls(
 
 
 def _look_at_free(
-    surface: Surface, step: Step, rows: IntArray, found: Detected, options: Options
+    surface: Surface, step: Step, rows: IntArray, detected: Detected, options: Options
 ) -> Asked | None:
     """Settle the free points that are known to stay so; returns the others, if there are any."""
     if len(rows) == 0:
         return None
-    known = _free_at_once(surface, step, rows, found, options) if len(rows) <= MOST else None
-    side, reach, within, own = known or _free_one_by_one(surface, step, rows, found, options)
+    known = _free_at_once(surface, step, rows, detected, options) if len(rows) <= MOST else None
+    side, reach, within, own = known or _free_one_by_one(surface, step, rows, detected, options)
     if len(own) == 0:
         return None
     return asked_of(rows[own], (side[own], reach[own]), within[own])
@@ -236,12 +236,12 @@ Sides = tuple[ByteArray, FloatArray, FloatArray, IntArray]
 
 
 def _free_at_once(
-    surface: Surface, step: Step, rows: IntArray, found: Detected, options: Options
+    surface: Surface, step: Step, rows: IntArray, detected: Detected, options: Options
 ) -> Sides | None:
     """Settle few free points by one kernel; None where that does not do."""
     small, places = step.small, step.small.places(surface, False)
     limits = options.penetration, options.balls, options.band, SHORT * options.size
-    into = found.status, found.safe_distance, found.last_patch, found.uv
+    into = detected.status, detected.safe_distance, detected.last_patch, detected.uv
     moved, old = (step.way, step.ignored, step.now), (step.last_patch, step.uv)
     while places is not None:
         left = touching_nb.stay_free(rows, moved, old, into, limits, places)
@@ -253,7 +253,7 @@ def _free_at_once(
 
 
 def _free_one_by_one(
-    surface: Surface, step: Step, rows: IntArray, found: Detected, options: Options
+    surface: Surface, step: Step, rows: IntArray, detected: Detected, options: Options
 ) -> Sides:
     """Settle free points by one question to the surface after the other."""
     side, reach, *place = surface.places(step.now, rows)
@@ -263,15 +263,15 @@ def _free_one_by_one(
     uv, now = np.empty((n, 2)), np.empty((n, 3))
     ends, old, far = (step.way, step.now), (step.last_patch, step.uv), SHORT * options.size
     work = index, patch, uv, now
-    n = settle_nb.starts(rows, known, tuple(place), ends, old, found.last_patch, far, work)
+    n = settle_nb.starts(rows, known, tuple(place), ends, old, detected.last_patch, far, work)
     if n:
         index, patch, uv, now = index[:n], patch[:n], uv[:n], now[:n]
         feet = follow(surface, (None, now), (patch, uv))
-        remember(found, rows[index], feet)
+        remember(detected, rows[index], feet)
         tell(surface, (index, feet, now), known, within, options)
     held = _held(surface, step, rows, side, options)
     own = np.empty(len(rows), np.int32)
-    n = settle_nb.leave(rows, known, held, options.band, found.safe_distance, own)
+    n = settle_nb.leave(rows, known, held, options.band, detected.safe_distance, own)
     return side, reach, within, own[:n]
 
 

@@ -189,12 +189,14 @@ def _follow(
     story = Story.begin(last.patch >= 0)
     for k in range(1, pieces + 1):
         now = path.at(k / pieces)
-        found = detect(surface, now, last, active, options, (Workspace.of(n, small), Columns.of(n)))
-        story = story.after(found)
-        place = found.feet.patch, found.uv, found.last_patch
-        last = Last(now, *place, found.safe_distance, found.holds)
-    feet = found.feet._replace(certified=story.certified)
-    return found._replace(feet=feet, status=story.status(found.status))
+        detected = detect(
+            surface, now, last, active, options, (Workspace.of(n, small), Columns.of(n))
+        )
+        story = story.after(detected)
+        place = detected.feet.patch, detected.uv, detected.last_patch
+        last = Last(now, *place, detected.safe_distance, detected.holds)
+    feet = detected.feet._replace(certified=story.certified)
+    return detected._replace(feet=feet, status=story.status(detected.status))
 
 
 class Story(NamedTuple):
@@ -221,13 +223,13 @@ class Story(NamedTuple):
         none = np.zeros(len(touching), np.int8)
         return cls(touching, touching, touching, none, none, none > 0, none + np.int8(1))
 
-    def after(self, found: Detected) -> Story:
+    def after(self, detected: Detected) -> Story:
         """With another piece."""
-        status, touching = found.status, found.feet.patch >= 0
+        status, touching = detected.status, detected.feet.patch >= 0
         new = touching & (~self.touching | (status == ContactStatus.NEW))
         again = touching & np.isin(status, FOUND_AGAIN)
         kept = np.where(touching & ~new, self.again, np.int8(0))
-        proved = np.where(new | again, np.int8(1), self.certified) & found.feet.certified
+        proved = np.where(new | again, np.int8(1), self.certified) & detected.feet.certified
         return Story(
             self.began,
             touching,

@@ -92,8 +92,10 @@ class PointsFound(NamedTuple):
     """Free points that need not have come in: inside since the start, or without a past."""
 
 
-def judge(surface: Surface, step: Step, asked: Asked, found: Detected, options: Options) -> Guards:
-    """Fill `found` for the points that are asked for; returns those whose nearest wall is opposite
+def judge(
+    surface: Surface, step: Step, asked: Asked, detected: Detected, options: Options
+) -> Guards:
+    """Fill `detected` for the points that are asked for; returns those whose nearest wall is opposite
     to the one that pushes them."""
     truth, told, same_foot = asked.truth, asked.side != 0, SAME_FOOT * options.size
     needed = ~told | (~asked.was & options.penetration)
@@ -105,10 +107,10 @@ def judge(surface: Surface, step: Step, asked: Asked, found: Detected, options: 
         held = asked.guard, asked.depth, asked.opposed
         judge_nb.take_nearest(asked[:4], asked.feet, truth, held, step.way, near)
     limits = options.penetration, options.nearest, options.band, options.depth, same_foot
-    into = found.status, found.safe_distance, found.last_patch, found.uv
+    into = detected.status, detected.safe_distance, detected.last_patch, detected.uv
     if judge_nb.judge_plain(
         *(asked[:6], asked.feet, truth, (step.way, step.ignored)),
-        *(limits, into, found.feet),
+        *(limits, into, detected.feet),
     ):
         return UNGUARDED
     solved = ~needed | (truth.status == Status.OK)
@@ -118,8 +120,8 @@ def judge(surface: Surface, step: Step, asked: Asked, found: Detected, options: 
     free = ~asked.was & (step.ignored[asked.rows] | ~past)
     standing = PointsFound(needed, solved, inside, deep, free)
     if options.nearest:
-        return _judge_nearest(surface, step, asked, standing, found, options)
-    _judge_tracked(surface, step, asked, standing, found, options)
+        return _judge_nearest(surface, step, asked, standing, detected, options)
+    _judge_tracked(surface, step, asked, standing, detected, options)
     return UNGUARDED
 
 
@@ -128,10 +130,10 @@ def _judge_tracked(
     step: Step,
     asked: Asked,
     standing: PointsFound,
-    found: Detected,
+    detected: Detected,
     options: Options,
 ) -> None:
-    """Fill `found` where a point keeps the wall that it came in by."""
+    """Fill `detected` where a point keeps the wall that it came in by."""
     was, kept = asked.was, asked.kept
     _, solved, inside, deep, free = standing
     entered, new = _come_in(surface, step, asked, inside, options)
@@ -146,7 +148,7 @@ def _judge_tracked(
     status[anew] = ContactStatus.REACQUIRED
     status[missed] = ContactStatus.FOUND
     status[(~solved & ~kept) | lost] = ContactStatus.LOST
-    _write(asked, standing, (status, (old | new | anew | missed) & ~lost, lost), found, options)
+    _write(asked, standing, (status, (old | new | anew | missed) & ~lost, lost), detected, options)
 
 
 def _judge_nearest(
@@ -154,10 +156,10 @@ def _judge_nearest(
     step: Step,
     asked: Asked,
     standing: PointsFound,
-    found: Detected,
+    detected: Detected,
     options: Options,
 ) -> Guards:
-    """Fill `found` where the nearest wall that is not opposite pushes; see `judge`."""
+    """Fill `detected` where the nearest wall that is not opposite pushes; see `judge`."""
     rows, was, truth = asked.rows, asked.was, asked.truth
     _, solved, inside, deep, free = standing
     entered, start = _entries(surface, step, asked, standing, options)
@@ -175,7 +177,7 @@ def _judge_nearest(
     status[entered] = ContactStatus.NEW
     status[missed] = ContactStatus.FOUND
     status[~solved] = ContactStatus.LOST
-    _write(asked, standing, (status, touching, ~solved), found, options)
+    _write(asked, standing, (status, touching, ~solved), detected, options)
     opposed = own[held.opposed]
     order = np.argsort(rows[opposed])
     return Guards(rows[opposed][order], held.guard[held.opposed][order])
@@ -215,19 +217,19 @@ def _write(
     asked: Asked,
     standing: PointsFound,
     told: tuple[ByteArray, BoolArray, BoolArray],
-    found: Detected,
+    detected: Detected,
     options: Options,
 ) -> None:
-    """Fill `found` with what becomes of points; `told` is (status, in contact, lost)."""
+    """Fill `detected` with what becomes of points; `told` is (status, in contact, lost)."""
     rows, truth = asked.rows, asked.truth
     status, touching, lost = told
-    found.status[rows] = status
-    take(found.feet, rows, asked.feet, touching)
-    remember(found, rows[~touching], rows_of(truth, np.flatnonzero(~touching)))
+    detected.status[rows] = status
+    take(detected.feet, rows, asked.feet, touching)
+    remember(detected, rows[~touching], rows_of(truth, np.flatnonzero(~touching)))
     known = np.where(asked.side != 0, asked.safe_distance, np.abs(truth.gap)) - options.band
     free_way = np.where(standing.needed, free_distance(truth, options), asked.side * known)
     held = np.where(standing.inside, np.fmax(known, 0.0), 0.0)
-    found.safe_distance[rows] = np.where(lost, 0.0, np.where(touching, held, free_way))
+    detected.safe_distance[rows] = np.where(lost, 0.0, np.where(touching, held, free_way))
 
 
 def _come_in(

@@ -67,5 +67,5 @@ class Measure:
 
     def outlines(self, inp: AreaInput, pose: FloatArray) -> Outlines | None:
         """Where contact ends, world axes; None for methods that do not say."""
-        found = outlines_of(self.method, inp)
-        return None if found is None else found._replace(points=to_world(pose, found.points))
+        lines = outlines_of(self.method, inp)
+        return None if lines is None else lines._replace(points=to_world(pose, lines.points))

@@ -71,8 +71,8 @@ class KeptRows:
     def part(self, name: str, rows: IndexArray) -> FloatArray:
         """(len(rows), …) some rows of the array `name`."""
         column = self.column(name)
-        found: FloatArray = getattr(self._state, name)[rows] if column is None else column.at(rows)
-        return found
+        values: FloatArray = getattr(self._state, name)[rows] if column is None else column.at(rows)
+        return values
 
     def listed(self, name: str) -> Column:
         """Rows (k,) of the array `name` (m, …), ascending, and their values; others are zero."""

@@ -70,18 +70,18 @@ class ContactRows(NamedTuple):
         return ContactRows._make(values[k:] for values in self)
 
 
-def touching(found: Detected, p_B: FloatArray, past: PreviousStep | None) -> ContactRows:
+def touching(detected: Detected, p_B: FloatArray, past: PreviousStep | None) -> ContactRows:
     """What is known of the points in contact before forces."""
-    points = ContactRows.of(found.held)
+    points = ContactRows.of(detected.held)
     last: tuple[Any, ...]
-    rows, out = found.held, points[1:]
+    rows, out = detected.held, points[1:]
     if past is None:
         last = np.full(len(p_B), -1, np.int32), NO_ROWS, NONE
-        carrying_nb.gather(rows, found.feet, (p_B, p_B), last, NOWHERE, 1.0, out)
+        carrying_nb.gather(rows, detected.feet, (p_B, p_B), last, NOWHERE, 1.0, out)
         points.rate.fill(0.0)
         return points
     state = past.state
     last = state.patch, *kept_of(state).deep
     path = p_B, state.points_B
-    carrying_nb.gather(rows, found.feet, path, last, *past.speed, out)
+    carrying_nb.gather(rows, detected.feet, path, last, *past.speed, out)
     return points

@@ -59,10 +59,10 @@ class MujocoResult(Displayed):
             The history has nothing of that name.
         """
         columns = {whole.rpartition("."): values for whole, values in self.history.items()}
-        found = {column: values for (of, _, column), values in columns.items() if of == name}
-        if not found and list(self.contacts) == [name]:  # the only one: not prefixed
-            found = {column: values for (of, _, column), values in columns.items() if not of}
-        if not found:
+        chosen = {column: values for (of, _, column), values in columns.items() if of == name}
+        if not chosen and list(self.contacts) == [name]:  # the only one: not prefixed
+            chosen = {column: values for (of, _, column), values in columns.items() if not of}
+        if not chosen:
             known = dict.fromkeys(of for of, _, _ in columns if of)
             raise InputError(
                 "the history has nothing of this name",
@@ -70,7 +70,7 @@ class MujocoResult(Displayed):
                 found=name,
                 allowed=", ".join(map(repr, {*self.contacts, *known})),
             )
-        return found
+        return chosen
 
     def _facts(self) -> Facts:
         return [

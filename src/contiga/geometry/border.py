@@ -124,12 +124,12 @@ Use = tuple[int, bool, tuple[float, float] | None]
 
 
 def _uses(body: FacesLike) -> dict[tuple[int, int, int], list[Use]]:
-    found: dict[tuple[int, int, int], list[Use]] = {}
+    uses: dict[tuple[int, int, int], list[Use]] = {}
     for e, edge in enumerate(body.edges):
         for i, use in enumerate(edge.uses):
             span = edge.spans[i] if edge.spans else None
-            found.setdefault((use.patch, use.loop, use.index), []).append((e, use.reversed, span))
-    return found
+            uses.setdefault((use.patch, use.loop, use.index), []).append((e, use.reversed, span))
+    return uses
 
 
 def _cut(path: Path, uses: list[Use], result: Borders) -> list[Side]:

@@ -184,7 +184,7 @@ def chain_shares(edge: EdgeShape, sag: float, closed: bool) -> FloatArray:
 
 def _kinks(curve: NurbsCurve | None) -> FloatArray:
     """Shares 0, 1 and those at which the direction of the curve jumps."""
-    found = [0.0, 1.0]
+    kinks = [0.0, 1.0]
     if curve is not None:
         low, high = curve.domain
         knots, times = np.unique(curve.knots, return_counts=True)
@@ -193,8 +193,8 @@ def _kinks(curve: NurbsCurve | None) -> FloatArray:
             d = curve.derivatives([t - step, t + step], 1)[:, 1]
             d /= np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-300)
             if np.linalg.norm(d[1] - d[0]) > KINK:
-                found.append((t - low) / (high - low))
-    return np.sort(found)
+                kinks.append((t - low) / (high - low))
+    return np.sort(kinks)
 
 
 def _spread(edge: EdgeShape, a: float, b: float, sag: float) -> FloatArray:

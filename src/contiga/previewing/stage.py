@@ -236,16 +236,16 @@ def _gaps(model: Model, start: Placement) -> Iterator[Gap]:
             continue
         body, pose = model.bodies[part.master].body, start.bodies[part.master].pose
         p_B, reach = to_body(pose, points), reach_of(part.contact.depth, body.closed, body.size)
-        found = nearest(body.surface, p_B, rows, depth=reach)
-        own = slice(found.row, found.row + 1)
+        gaps = nearest(body.surface, p_B, rows, depth=reach)
+        own = slice(gaps.row, gaps.row + 1)
         _, feet = gaps_of(body.surface, p_B[own], reach)
-        ends = np.stack([points[found.row], to_world(pose, feet.point)[0]])
-        yield Gap(part.name, part.master, part.slave, found.gap, ends, _approach(model, part))
+        ends = np.stack([points[gaps.row], to_world(pose, feet.point)[0]])
+        yield Gap(part.name, part.master, part.slave, gaps.gap, ends, _approach(model, part))
 
 
 def _approach(model: Model, part: ContactPart) -> tuple[float, float] | None:
     pair = Pair(model, part)
     if not pair.foretold or pair.touches:
         return None
-    found = closest_approach(pair)
-    return None if found is None or found.bound <= 0.0 else (found.bound, found.time)
+    approach = closest_approach(pair)
+    return None if approach is None or approach.bound <= 0.0 else (approach.bound, approach.time)

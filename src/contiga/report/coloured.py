@@ -33,10 +33,10 @@ class ColouredField(NamedTuple):
 
 def fields_of(peak: Peak | Touched, units: Units) -> dict[str, ColouredField]:
     """Fields of the slave by name: penetration always, pressure where there is some."""
-    found = {"penetration": _coloured("Penetration", units.length, peak.penetration, peak)}
+    fields = {"penetration": _coloured("Penetration", units.length, peak.penetration, peak)}
     if peak.pressure is not None and np.any(peak.pressure > 0.0):
-        found["pressure"] = _coloured("Pressure", units.stress, peak.pressure, peak)
-    return found
+        fields["pressure"] = _coloured("Pressure", units.stress, peak.pressure, peak)
+    return fields
 
 
 def first_field(peak: Peak, units: Units) -> ColouredField:

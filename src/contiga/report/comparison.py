@@ -238,9 +238,9 @@ def _flat(value: Any, key: str = "") -> dict[str, Any]:
 
 def _criteria(run: Run) -> dict[str, float]:
     return {
-        f"{sensor}: {name}": float(found["value"])
+        f"{sensor}: {name}": float(values["value"])
         for sensor, told in (run.summary.get("sensors") or {}).items()
-        for name, found in told["criteria"].items()
+        for name, values in told["criteria"].items()
     }
 
 

@@ -74,8 +74,8 @@ class Frames(NamedTuple):
     @property
     def n_clusters(self) -> int:
         """The most regions of one contact at any step."""
-        found = (frame.values.get("cluster") for frame in self.frames)
-        return 1 + int(max((v.max(initial=-1.0) for v in found if v is not None), default=-1))
+        numbers = (frame.values.get("cluster") for frame in self.frames)
+        return 1 + int(max((v.max(initial=-1.0) for v in numbers if v is not None), default=-1))
 
 
 def frames_of(
@@ -230,7 +230,7 @@ def _packed_frame(frame: Frame, keys: list[tuple[int, int]]) -> dict[str, Any]:
         "rows": base64(frame.rows, np.int32),
         "values": {name: base64(values) for name, values in frame.values.items()},
         "ties": base64(parted(frame.ties)),
-        "lines": {str(key): base64(np.concatenate(found)) for key, found in lines.items()},
+        "lines": {str(key): base64(np.concatenate(points)) for key, points in lines.items()},
     }
 
 

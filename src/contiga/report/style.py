@@ -69,11 +69,11 @@ def page(title: str, body: str, *, css: str = "", script: str = "") -> str:
     )
 
 
-def span_of(found: Mapping[str, float]) -> str:
+def span_of(criterion: Mapping[str, float]) -> str:
     """When a criterion holds: from `start` to `end`, or the one time.
 
     >>> span_of({"start": 1.0, "end": 2.5}), span_of({"start": 2.0, "end": 2.0})
     ('1 to 2.5', '2')
     """
-    start, end = number(found["start"]), number(found["end"])
+    start, end = number(criterion["start"]), number(criterion["end"])
     return end if start == end else f"{start} to {end}"

@@ -105,9 +105,9 @@ class Expression:
             return self._value(self._tree, names)
         except (ArithmeticError, ValueError, TypeError) as error:
             given = ", ".join(f"{name} = {names[name]!r}" for name in self.names)
-            found = f"{self.text} with {given}" if given else self.text
+            text = f"{self.text} with {given}" if given else self.text
             raise CaseError(
-                f"cannot be worked out ({error})", where=self.where, found=found
+                f"cannot be worked out ({error})", where=self.where, found=text
             ) from error
 
     def _error(self, what: str) -> CaseError:
@@ -142,8 +142,8 @@ class Expression:
             parts = [node.operand]
         return [name for part in parts for name in self._check(part)]
 
-    def _check_operators(self, found: list[Any], known: Mapping[type[ast.AST], Any]) -> None:
-        if any(type(one) not in known for one in found):
+    def _check_operators(self, operators: list[Any], known: Mapping[type[ast.AST], Any]) -> None:
+        if any(type(one) not in known for one in operators):
             raise self._error("is not an expression")
 
     def _value(self, node: ast.AST, names: Mapping[str, Any]) -> Any:

@@ -215,11 +215,11 @@ class OnDask:
         new = [address for address in told if address not in self._fit]
         if new:
             self._ask(new)
-        found: dict[str, list[str]] = {}
+        workers: dict[str, list[str]] = {}
         for address, one in told.items():
             if self._fit.get(address, False):
-                found.setdefault(one["host"], []).append(address)
-        return found
+                workers.setdefault(one["host"], []).append(address)
+        return workers
 
     def _ask(self, workers: list[str]) -> None:
         """Ask workers whether they see the folder and have this version.

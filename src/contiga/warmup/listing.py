@@ -79,9 +79,9 @@ class Listing:
         of the sources.
         """
         kernel = self.kernels[row]
-        found = getattr(import_module(kernel.module), kernel.name)
-        found.compile(self.arguments(row))
-        return found
+        function = getattr(import_module(kernel.module), kernel.name)
+        function.compile(self.arguments(row))
+        return function
 
     def reads_records(self, row: Row) -> bool:
         """Whether a kernel can be compiled only where types of records are known that are laid out

@@ -39,9 +39,9 @@ class Plan:
         """A kernel to be compiled, as soon as there is one; None once none is left."""
         with self._changed:
             while self._left and not self._ended:
-                found = self._first(self._ready)
-                if found is not None:
-                    return found
+                kernel = self._first(self._ready)
+                if kernel is not None:
+                    return kernel
                 self._changed.wait()
             return None
 
@@ -55,9 +55,9 @@ class Plan:
             self._wanted.append(row)
             try:
                 while row in self._left and not self._ended:
-                    found = self._first(self._ready - self._aside)
-                    if found is not None:
-                        return found
+                    kernel = self._first(self._ready - self._aside)
+                    if kernel is not None:
+                        return kernel
                     self._changed.wait()
                 return None
             finally:
@@ -88,9 +88,9 @@ class Plan:
         among = wanted or other
         if not among:
             return None
-        found = min(among)
-        self._ready.remove(found)
-        return found
+        first = min(among)
+        self._ready.remove(first)
+        return first
 
     def _needed(self) -> set[Row]:
         """What is wanted, and those of its parts that are not there."""

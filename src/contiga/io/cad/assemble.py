@@ -114,12 +114,12 @@ class Assembly:
 
     def entangled(self, owner: Sequence[int]) -> list[int]:
         """Which owners of patches share an edge with another, ascending; `owner` by patch."""
-        found: set[int] = set()
+        crossed: set[int] = set()
         for uses in self._uses.values():
             owners = {owner[item.use.patch] for item in uses}
             if len(owners) > 1:
-                found |= owners
-        return sorted(found)
+                crossed |= owners
+        return sorted(crossed)
 
     def body(self, name: str, edge_of: Callable[[int], Edge | None], unit: str | None) -> Body:
         """The body; `edge_of` gives the curve of an edge by its number in the file.

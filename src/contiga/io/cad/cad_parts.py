@@ -111,26 +111,28 @@ def read_cad_file(
     """A whole file with its parts; parameters and errors are those of `read_cad`."""
     file = Path(path)
     reader = reader_of(file, "list", file_unit, unit)
-    found: Inventory = read_apart(reader, file, file_unit, unit, solids, needs=_LOOKED_AT_WITH)
-    check_read(found.body, file)
-    return CadFile(found.body, found.numbers, _parts(found), found.said)
+    inventory: Inventory = read_apart(reader, file, file_unit, unit, solids, needs=_LOOKED_AT_WITH)
+    check_read(inventory.body, file)
+    return CadFile(inventory.body, inventory.numbers, _parts(inventory), inventory.said)
 
 
-def _parts(found: Inventory) -> tuple[CadPart, ...]:
+def _parts(inventory: Inventory) -> tuple[CadPart, ...]:
     """Cut out of the whole, or as the reader made them where others are joined to them."""
     from contiga.geometry.piece import piece_of
 
-    if len(found.parts) == 1:
-        (said,) = found.parts
-        return (_part(said, found.body),)
-    owner = {face.number: part.number for part in found.parts for face in part.faces}
-    patches: dict[int, list[int]] = {part.number: [] for part in found.parts}
-    for k, number in enumerate(found.numbers):
+    if len(inventory.parts) == 1:
+        (said,) = inventory.parts
+        return (_part(said, inventory.body),)
+    owner = {face.number: part.number for part in inventory.parts for face in part.faces}
+    patches: dict[int, list[int]] = {part.number: [] for part in inventory.parts}
+    for k, number in enumerate(inventory.numbers):
         patches[owner[number]].append(k)
     parts = []
-    for said in found.parts:
+    for said in inventory.parts:
         mine = patches[said.number]
-        body = found.apart.get(said.number) or (piece_of(found.body, mine) if mine else None)
+        body = inventory.apart.get(said.number) or (
+            piece_of(inventory.body, mine) if mine else None
+        )
         if body is not None:
             parts.append(_part(said, body.renamed(said.title)))
     return tuple(parts)

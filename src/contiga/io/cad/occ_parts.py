@@ -262,8 +262,8 @@ def _groups(pieces: Sequence[Piece], edges: Sewn) -> Iterable[int]:
         rows, columns = np.array(pairs).T
         size = len(loose) + len(ends)
         graph = coo_array((np.ones(len(pairs)), (rows, columns + len(loose))), shape=(size, size))
-        found = connected_components(graph, directed=False)[1][: len(loose)]
-        groups[loose] = len(pieces) + found
+        labels = connected_components(graph, directed=False)[1][: len(loose)]
+        groups[loose] = len(pieces) + labels
     return groups.tolist()
 
 

@@ -84,10 +84,10 @@ def read_rhino(
     FileError
         Not a 3DM file, or one without surfaces.
     """
-    found = _Model(path, file_unit, unit).gathered(choice, solids)
-    if found.said:
-        warn(f"{path}: solids {found.said}")
-    return found.body
+    gathered = _Model(path, file_unit, unit).gathered(choice, solids)
+    if gathered.said:
+        warn(f"{path}: solids {gathered.said}")
+    return gathered.body
 
 
 def list_rhino(
@@ -95,9 +95,9 @@ def list_rhino(
 ) -> Inventory:
     """All of a 3DM file with what it says of its objects."""
     model = _Model(path, file_unit, unit)
-    found = model.gathered(ALL, solids)
+    gathered = model.gathered(ALL, solids)
     labels = [item.label for item in model.items]
-    return Inventory(found.body, found.numbers, labels, found.apart, found.said)
+    return Inventory(gathered.body, gathered.numbers, labels, gathered.apart, gathered.said)
 
 
 class _Gathered(NamedTuple):
@@ -155,7 +155,7 @@ class _Model:
         def title(patches: Sequence[int]) -> str:
             return self.items[owner[patches[0]]].label.title
 
-        found = united(
+        union = united(
             whole,
             pieces,
             solids,
@@ -163,9 +163,9 @@ class _Model:
             accuracy=self._tolerance * self._scale,
             told=lambda some: listed(dict.fromkeys(map(title, some))),
         )
-        met = {owner[patches[0]] for some in found.met for patches in some}
+        met = {owner[patches[0]] for some in union.met for patches in some}
         apart = {self.items[k].label.number: alone[k] for k in sorted(met)}
-        return _Gathered(found.body, [numbers[k] for k in found.origin], apart, found.said)
+        return _Gathered(union.body, [numbers[k] for k in union.origin], apart, union.said)
 
     def _body(self, item: _Item, wanted: list[bool]) -> tuple[Body | None, list[int]]:
         """The faces wanted of an object, unplaced, and which of them have an extent."""
@@ -185,7 +185,7 @@ class _Model:
 def _items(model: Any, path: Path) -> list[_Item]:
     """Objects with faces; instances are followed into their definitions."""
     by_id = {str(item.Attributes.Id): item for item in model.Objects}
-    found: list[_Item] = []
+    items: list[_Item] = []
     left_out: set[str] = set()
 
     def follow(item: Any, matrix: FloatArray, place: tuple[str, ...]) -> None:
@@ -195,7 +195,7 @@ def _items(model: Any, path: Path) -> list[_Item]:
             if shape is None:
                 left_out.add(type(geometry).__name__)
             else:
-                found.append(_Item(_label(model, item, shape, place, found), shape, matrix))
+                items.append(_Item(_label(model, item, shape, place, items), shape, matrix))
         elif len(place) < 32:
             inner = matrix @ np.array(geometry.Xform.ToFloatArray(True)).reshape(4, 4)
             definition = model.InstanceDefinitions.FindId(geometry.ParentIdefId)
@@ -209,7 +209,7 @@ def _items(model: Any, path: Path) -> list[_Item]:
             follow(item, np.eye(4), ())
     if left_out:
         warn(f"{path}: objects of type {', '.join(sorted(left_out))} were left out")
-    return found
+    return items
 
 
 def _faced(geometry: Any) -> Any:

@@ -226,11 +226,11 @@ def subshapes(shape: Any, kind: str) -> list[Any]:
     from OCP.TopExp import TopExp_Explorer
 
     explorer = TopExp_Explorer(shape, getattr(TopAbs_ShapeEnum, f"TopAbs_{kind}"))
-    found = []
+    shapes = []
     while explorer.More():
-        found.append(explorer.Current())
+        shapes.append(explorer.Current())
         explorer.Next()
-    return found
+    return shapes
 
 
 def _sewing(shape: Any) -> Any:

@@ -108,18 +108,18 @@ class _Model:
     def __init__(
         self, path: Path, file_unit: str | None, unit: str | None, solids: Solids | None
     ) -> None:
-        found = transferred(path)
-        own = file_unit or found.unit
+        transfer = transferred(path)
+        own = file_unit or transfer.unit
         # OpenCASCADE has multiplied by the unit the file states, which file_unit overrides.
-        stated = 1.0 if found.unit is None else length_factor(OCC_UNIT, found.unit, str(path))
+        stated = 1.0 if transfer.unit is None else length_factor(OCC_UNIT, transfer.unit, str(path))
         wanted = length_factor(own, unit, str(path)) if own and unit else 1.0
-        self._path, self._pieces, self._solids = path, found.pieces, solids
+        self._path, self._pieces, self._solids = path, transfer.pieces, solids
         self._scale = _product(stated, wanted)
         self._unit = short_name(unit or own) if own else None
-        to_occ = 1.0 if found.unit is None else length_factor(found.unit, OCC_UNIT, str(path))
-        self._accuracy = found.accuracy * to_occ
-        self._sewn = Sewn(compound_of(piece.shape for piece in found.pieces))
-        self._parts = labelled(found.pieces, self._sewn)
+        to_occ = 1.0 if transfer.unit is None else length_factor(transfer.unit, OCC_UNIT, str(path))
+        self._accuracy = transfer.accuracy * to_occ
+        self._sewn = Sewn(compound_of(piece.shape for piece in transfer.pieces))
+        self._parts = labelled(transfer.pieces, self._sewn)
 
     def body(self, choice: Choice) -> Body:
         """What is chosen, as if the file had nothing else."""

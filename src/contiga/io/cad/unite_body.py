@@ -105,10 +105,10 @@ def unite(*bodies: Body) -> Body:
     pieces = [
         start + piece for start, body in zip(starts, bodies, strict=False) for piece in body.pieces
     ]
-    found = united(whole, pieces, "union", first.name)
-    if found.said:
-        warn(f"{first.name}: pieces {found.said}")
-    return found.body.renamed(first.name).with_reference_point(first.reference_point)
+    union = united(whole, pieces, "union", first.name)
+    if union.said:
+        warn(f"{first.name}: pieces {union.said}")
+    return union.body.renamed(first.name).with_reference_point(first.reference_point)
 
 
 def _by_patches(groups: Sequence[Patches]) -> str:

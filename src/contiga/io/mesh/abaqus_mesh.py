@@ -123,7 +123,7 @@ def _sets(
 
     With that of their instance where there are several, or another scope has a set so named.
     """
-    found: dict[str, list[Label]] = {}
+    sets: dict[str, list[Label]] = {}
     taken: set[str] = set()
     for name, scope in instances.items():
         for one in (scope.node_sets if nodes else scope.element_sets).values():
@@ -131,8 +131,8 @@ def _sets(
             full = f"{names[name]}.{one.name}" if name and shared else one.name
             taken.add(full.casefold())
             labels = [Label(label.instance or name, label.number) for label in one.labels]
-            found.setdefault(full, []).extend(labels)
-    return found
+            sets.setdefault(full, []).extend(labels)
+    return sets
 
 
 def told(what: str, numbers: list[int]) -> list[str]:

@@ -78,11 +78,11 @@ class Parameters:
 
     def filled(self, field: str) -> str:
         """A field with the value of its parameter; as it is where there is none."""
-        found = _REFERENCE.fullmatch(field)
-        value = None if found is None else self._value(found[2].lower())
-        if found is None or value is None:
+        match = _REFERENCE.fullmatch(field)
+        value = None if match is None else self._value(match[2].lower())
+        if match is None or value is None:
             return field
-        if not found[1]:
+        if not match[1]:
             return value
         return value[1:] if value.startswith("-") else f"-{value.removeprefix('+')}"
 

@@ -149,8 +149,8 @@ def _lines(path: Path, open_files: tuple[Path, ...]) -> Iterator[_Line]:
 
 
 def _included(line: _Line, open_files: tuple[Path, ...]) -> Iterator[_Line]:
-    found = _INCLUDE.match(line.text)
-    name = found[1].strip().strip("'\"").strip() if found else ""
+    match = _INCLUDE.match(line.text)
+    name = match[1].strip().strip("'\"").strip() if match else ""
     inner = line.path.parent / name
     if not inner.is_file():
         raise FileError("no such included file", where=line.where, found=name)

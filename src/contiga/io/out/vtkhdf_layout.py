@@ -253,10 +253,10 @@ class Steps:
 
     def __getitem__(self, name: str) -> Growing:
         """An array by its name below the group of VTKHDF."""
-        found = self._arrays.get(name)
-        if found is None:
-            found = self._arrays[name] = Growing(self.root[name])
-        return found
+        array = self._arrays.get(name)
+        if array is None:
+            array = self._arrays[name] = Growing(self.root[name])
+        return array
 
     @contextmanager
     def step(self, number: int, n_bytes: int) -> Iterator[None]:
