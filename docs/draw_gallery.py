@@ -51,7 +51,7 @@ ENTRIES = (
     Entry(
         "bounce",
         "gallery/bounce.toml",
-        ("egg.z", "energy.kinetic", "energy.contact", "energy.total"),
+        ("egg.z", "egg.vz", "energy.contact"),
         ("force", "max_penetration"),
     ),
     Entry("rocker", "gallery/rocker.toml", ("moment_y", "centre_x"), ("force", "moment_y")),

@@ -116,18 +116,18 @@ def _leave(
     a, way = inp.points[near], inp.points[far] - inp.points[near]
     misses = _Misses.none(len(border))
     for _ in range(STEPS):
-        own = np.flatnonzero(high - low > EXACT)
-        if len(own) == 0:
+        rows = np.flatnonzero(high - low > EXACT)
+        if len(rows) == 0:
             break
-        t = misses.start(own, low[own], high[own])
-        p_B = a[own] + t[:, None] * way[own]
-        out = empty_projection(len(own))
-        surface.track(p_B, last.patch[own], last.uv[own], out)
+        t = misses.start(rows, low[rows], high[rows])
+        p_B = a[rows] + t[:, None] * way[rows]
+        out = empty_projection(len(rows))
+        surface.track(p_B, last.patch[rows], last.uv[rows], out)
         good = (out.status == Status.OK) & (out.gap <= 0.0)
-        low[own[good]], high[own[~good]] = t[good], t[~good]
-        misses = misses.after(own, t, np.where(good, np.nan, _miss(p_B, out)))
+        low[rows[good]], high[rows[~good]] = t[good], t[~good]
+        misses = misses.after(rows, t, np.where(good, np.nan, _miss(p_B, out)))
         for name in Projection._fields:
-            getattr(last, name)[own[good]] = getattr(out, name)[good]
+            getattr(last, name)[rows[good]] = getattr(out, name)[good]
     fraction[border] = low
     return last
 

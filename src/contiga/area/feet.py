@@ -80,16 +80,16 @@ def _charts(
 ) -> Iterator[tuple[IntArray, FloatArray]]:
     """Of each region, or part of one: its points, and their places (k, 2) in a chart."""
     for k in range(int(region.max(initial=-1)) + 1):
-        own = np.flatnonzero(region == k).astype(np.int32)
-        normal = feet.normal[own]
+        rows = np.flatnonzero(region == k).astype(np.int32)
+        normal = feet.normal[rows]
         mean = normal.mean(axis=0)
         size = length(mean)
         if size > 0.0 and product(normal, mean).min() > SEEN * size:
             across = principal_axes(mean[None, :])[1][1:]
-            yield own, product(feet.point[own], across.T)
+            yield rows, product(feet.point[rows], across.T)
             continue
-        for patch in np.unique(feet.patch[own]):
-            part = own[feet.patch[own] == patch]
+        for patch in np.unique(feet.patch[rows]):
+            part = rows[feet.patch[rows] == patch]
             yield part, _laid_out(body, feet, part)
 
 

@@ -121,5 +121,5 @@ def weights_of(method: AreaMethod, rest: Rest, kept: Any) -> FloatArray | None:
     Those of the method, where it has any of its own; else those of the slave.
     """
     weights = getattr(method, "weights", None)
-    own = None if weights is None else weights(rest, kept)
-    return rest.area if own is None else own
+    areas = None if weights is None else weights(rest, kept)
+    return rest.area if areas is None else areas

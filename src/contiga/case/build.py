@@ -101,11 +101,11 @@ def _output(spec: OutputSpec) -> OutputOptions:
 def _pieces(case: Case, cache: PartCache, wrong: Together) -> _Pieces:
     # What costs nothing comes first in the list of what is wrong.
     springs = _springs(case, wrong)
-    told = _told_motions(case, wrong)
+    motions = _told_motions(case, wrong)
     findings: list[Finding] = []
     made = _parts(case, cache, wrong, findings)
-    bodies = _bodies(case, made, told, wrong)
-    slaves = _slaves(case, made, told, wrong)
+    bodies = _bodies(case, made, motions, wrong)
+    slaves = _slaves(case, made, motions, wrong)
     contacts = _contacts(case, bodies, slaves, wrong)
     return _Pieces(springs, bodies, slaves, contacts, tuple(findings))
 
@@ -187,12 +187,12 @@ def _told_motions(case: Case, wrong: Together) -> dict[str, BodyMotion]:
         *((f"body[{i}].motion", spec.motion) for i, spec in enumerate(case.body)),
         *((f"slave[{i}].motion", spec.motion) for i, spec in enumerate(case.slave)),
     ]
-    told = {}
+    motions = {}
     for key, motion in entries:
         if not isinstance(motion, FreeSpec | AttachedSpec | SeriesSpec):
             with wrong.at(key):
-                told[key] = _prescribed(motion, case)
-    return told
+                motions[key] = _prescribed(motion, case)
+    return motions
 
 
 def _parts(
@@ -200,7 +200,7 @@ def _parts(
 ) -> dict[str, Master | Slave]:
     """Bodies and slaves where they stand before any motion, by name; those that can be made.
 
-    What is told while files are read is added to `found`.
+    What is told while files are read is added to `findings`.
     """
     keys = {spec.name: f"body[{i}].geometry" for i, spec in enumerate(case.body)}
     keys |= {spec.name: f"slave[{i}].points" for i, spec in enumerate(case.slave)}
@@ -230,7 +230,7 @@ def _parts(
 def _bodies(
     case: Case,
     made: Mapping[str, Master | Slave],
-    told: Mapping[str, BodyMotion],
+    motions: Mapping[str, BodyMotion],
     wrong: Together,
 ) -> dict[str, BodyPart]:
     """Bodies with their motions, and with their masses where forces move them."""
@@ -245,7 +245,7 @@ def _bodies(
         if isinstance(motion, FreeSpec | AttachedSpec) and spec.mass is not None:
             with wrong.at(f"body[{i}].mass"):
                 mass = spec.mass.properties(body)
-        moved: BodyMotion | Free | Attached | None = told.get(f"body[{i}].motion")
+        moved: BodyMotion | Free | Attached | None = motions.get(f"body[{i}].motion")
         if isinstance(motion, AttachedSpec):
             moved = Attached(motion.body, mass)
         elif isinstance(motion, FreeSpec) and mass is not None:
@@ -259,7 +259,7 @@ def _bodies(
 def _slaves(
     case: Case,
     made: Mapping[str, Master | Slave],
-    told: Mapping[str, BodyMotion],
+    motions: Mapping[str, BodyMotion],
     wrong: Together,
 ) -> dict[str, SlavePart]:
     """Slaves with their motions."""
@@ -270,7 +270,7 @@ def _slaves(
             continue
         assert isinstance(slave, Slave)
         with wrong.at(key):
-            slaves[spec.name] = SlavePart(slave, _slave_motion(spec, slave, case, told.get(key)))
+            slaves[spec.name] = SlavePart(slave, _slave_motion(spec, slave, case, motions.get(key)))
     return slaves
 
 
@@ -347,7 +347,7 @@ def _slave(
 
 
 def _slave_motion(
-    spec: SlaveSpec, slave: Slave, case: Case, told: BodyMotion | None
+    spec: SlaveSpec, slave: Slave, case: Case, carried: BodyMotion | None
 ) -> SlaveMotion | Free | Attached:
     """How the points move, with `told` where that is told beforehand; still where that is wrong."""
     motion = spec.motion
@@ -356,7 +356,7 @@ def _slave_motion(
     if isinstance(motion, AttachedSpec):
         return Attached(motion.body)
     if not isinstance(motion, SeriesSpec):
-        return Moved(slave.points, Fixed() if told is None else told)
+        return Moved(slave.points, Fixed() if carried is None else carried)
     series = _series(motion, case)
     count = len(series.points(case.time.start))
     if count != len(slave):

@@ -97,11 +97,11 @@ def _pairs(model: DeckModel, parts: DeckParts) -> list[_Pair]:
     pairs: list[_Pair] = []
     for contact in model.contacts:
         sides = [_members(side, model, parts) for side in contact.sides]
-        own = list(_of_contact(contact, sides, parts))
-        if not own:
+        contacts = list(_of_contact(contact, sides, parts))
+        if not contacts:
             why = "no rigid part on either side, or sides that are not understood"
             model.leave(contact.block, why)
-        pairs += own
+        pairs += contacts
     return pairs
 
 

@@ -76,11 +76,11 @@ def misnamed(data: Mapping[str, Any], places: Sequence[tuple[int | str, ...]]) -
     for key, keys in _NAMING.items():
         for i, table in enumerate(data.get(key) or []):
             for name, kind, where in _named(table, keys, f"{key}[{i}]"):
-                own, (other,) = known[kind], (known[one] for one in known if one != kind)
+                names, (other,) = known[kind], (known[one] for one in known if one != kind)
                 if name == GROUND and key == "spring":
                     continue
                 try:
-                    check_defined(where, name, kind, own, other)
+                    check_defined(where, name, kind, names, other)
                 except CaseError as error:
                     faults.append(Misnamed(key, i, error))
     return faults

@@ -58,8 +58,8 @@ def detect_moved(
         to_body(X_WB, p_W, p_B)
         detected = detect_on_curves(master.surface, p_B, last, active, options, poses, memory)
     else:
-        own = p_W, X_WB
-        detected = detect(master.surface, p_B, last, active, options, memory, own)
+        poses_now = p_W, X_WB
+        detected = detect(master.surface, p_B, last, active, options, memory, poses_now)
     return detected, touching(detected, p_B, past)
 
 

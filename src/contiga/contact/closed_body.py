@@ -104,8 +104,8 @@ def detect(
     touching, near = rows
     held = None
     if len(touching):
-        told = _look_at_touching(surface, step, last, touching, detected, options)
-        held = _left_of(told, step)
+        evidence = _look_at_touching(surface, step, last, touching, detected, options)
+        held = _left_of(evidence, step)
     free = _look_at_free(surface, step, near, detected, options)
     asked = joined(held, free) if held and free else held or free
     return UNGUARDED if asked is None else judge(surface, step, asked, detected, options)
@@ -124,13 +124,13 @@ def _look_at_touching(
     What is outside needs no foot.
     """
     few = options.nearest and len(rows) <= MOST
-    told = _at_once(surface, step, last, rows, detected, options) if few else None
-    return told or _one_by_one(surface, step, last, rows, detected, options)
+    evidence = _at_once(surface, step, last, rows, detected, options) if few else None
+    return evidence or _one_by_one(surface, step, last, rows, detected, options)
 
 
-def _left_of(told: SideEvidence, step: Step) -> Asked | None:
+def _left_of(evidence: SideEvidence, step: Step) -> Asked | None:
     """Those points in contact that are not settled, if there are any."""
-    rows, known, now, feet, mark, own = told
+    rows, known, now, feet, mark, own = evidence
     if len(own) == 0:
         return None
     feet = rows_of(feet, own)

@@ -377,8 +377,8 @@ class Contact(Displayed):
         seen = areas = None
         if self.weights == "area":
             with clock("area"):
-                own = rows_of(detected.feet, points.rows)
-                seen = self._measure.input(p_B, detected.feet.patch, own)
+                rows = rows_of(detected.feet, points.rows)
+                seen = self._measure.input(p_B, detected.feet.patch, rows)
                 areas = self._measure.areas(seen)
         with clock("forces"):
             area = sampling.weights(points.rows) if areas is None else areas.area

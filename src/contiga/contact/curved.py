@@ -78,11 +78,11 @@ def detect_on_curves(
     whole = detect(surface, now, rest, active & straight, options, memory)
     small = memory[0].small if memory else Small()
     for count in np.unique(pieces):
-        own = rows[pieces == count]
-        ends = last.points_B[own], to_world(relative(*poses), now[own])
-        path = Path(screw, *ends, now[own])
-        part = _follow(surface, path, _rows_of(last, own), options, int(count), small)
-        whole = _put(whole, own, part)
+        alike = rows[pieces == count]
+        ends = last.points_B[alike], to_world(relative(*poses), now[alike])
+        path = Path(screw, *ends, now[alike])
+        part = _follow(surface, path, _rows_of(last, alike), options, int(count), small)
+        whole = _put(whole, alike, part)
     return whole._replace(held=np.flatnonzero(whole.feet.patch >= 0).astype(np.int32))
 
 
@@ -168,8 +168,8 @@ def bulge_of(screw: Screw, start: FloatArray, end: FloatArray) -> FloatArray:
     """
     turning = [np.cross(screw.turn, screw.field(q)) for q in (start, end)]
     along = np.cross(screw.turn, end - start)
-    own = [_lengths(vectors) for vectors in (*turning, along)]
-    return np.asarray(0.125 * (np.maximum(own[0], own[1]) + 2.0 * own[2]))
+    lengths = [_lengths(vectors) for vectors in (*turning, along)]
+    return np.asarray(0.125 * (np.maximum(lengths[0], lengths[1]) + 2.0 * lengths[2]))
 
 
 def _most(screw: Screw, X_01: FloatArray, way: float, far: float) -> float:
@@ -268,12 +268,12 @@ def _rows_of(last: Last, rows: IndexArray) -> Last:
     held, guard, depth, opposed = last.holds
     place = np.full(len(last.patch), -1, np.int32)
     place[rows] = np.arange(len(rows), dtype=np.int32)
-    own = np.flatnonzero(place[held] >= 0)
+    kept = np.flatnonzero(place[held] >= 0)
     return Last(
         last.points_B[rows],
         last.patch[rows],
         last.uv[rows],
         last.last_patch[rows],
         last.safe_distance[rows],
-        Holds(place[held[own]], guard[own], depth[own], opposed[own]),
+        Holds(place[held[kept]], guard[kept], depth[kept], opposed[kept]),
     )

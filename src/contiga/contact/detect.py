@@ -136,7 +136,7 @@ def no_feet(workspace: Workspace, columns: Columns) -> Projection:
 
 
 def with_feet(detected: Detected, lists: tuple[IntArray, IntArray]) -> Detected:
-    """`detected` with the points in contact, which are some of the `lists`, and their parameters."""
+    """`detected` with the points in contact, some of the `lists`, and their parameters."""
     rows = np.empty(len(lists[0]) + len(lists[1]), np.int32)
     known, feet = (detected.last_patch, detected.uv), detected.feet
     n = place_nb.held(lists, feet.patch, feet.uv, known, rows)

@@ -133,9 +133,9 @@ def _inside(
     side, _ = surface.sides(p_B, rows)
     doubtful, above = _behind(surface, p_B, rows[side == 0], options)
     within, gap = _behind(surface, p_B, _spread(rows[side < 0], _MOST_DEPTHS), options)
-    told = rows[side < 0] if len(within) else within
+    inside = rows[side < 0] if len(within) else within
     deepest = -min(float(gap.min(initial=0.0)), float(above.min(initial=0.0)))
-    return np.union1d(told, doubtful).astype(np.int32), deepest
+    return np.union1d(inside, doubtful).astype(np.int32), deepest
 
 
 def _behind(

@@ -57,8 +57,8 @@ def asked_of(
     truth.status[:] = NOT_ASKED
     if tracked is None:
         none = np.zeros(n, dtype=bool)
-        told = none.copy(), np.zeros(n, np.int8), *known, within
-        return Asked(rows, none, *told, *UNHELD.at(rows), blank(n), truth)
+        columns = none.copy(), np.zeros(n, np.int8), *known, within
+        return Asked(rows, none, *columns, *UNHELD.at(rows), blank(n), truth)
     kept, status, (guard, depth, opposed), feet = tracked
     was = np.ones(n, dtype=bool)
     return Asked(rows, was, kept, status, *known, within, guard, depth, opposed, feet, truth)
@@ -95,10 +95,12 @@ class PointsFound(NamedTuple):
 def judge(
     surface: Surface, step: Step, asked: Asked, detected: Detected, options: Options
 ) -> Guards:
-    """Fill `detected` for the points that are asked for; returns those whose nearest wall is opposite
-    to the one that pushes them."""
-    truth, told, same_foot = asked.truth, asked.side != 0, SAME_FOOT * options.size
-    needed = ~told | (~asked.was & options.penetration)
+    """Fill `detected` for the points that are asked for.
+
+    Returns those whose nearest wall is opposite to the one that pushes them.
+    """
+    truth, known, same_foot = asked.truth, asked.side != 0, SAME_FOOT * options.size
+    needed = ~known | (~asked.was & options.penetration)
     if options.nearest:
         needed |= asked.side < 0
     _find(surface, step, asked, np.flatnonzero(needed))
@@ -114,8 +116,8 @@ def judge(
     ):
         return UNGUARDED
     solved = ~needed | (truth.status == Status.OK)
-    inside = solved & np.where(told, asked.side < 0, truth.gap <= 0.0)
-    deep = inside & (told | (truth.gap < -options.band))
+    inside = solved & np.where(known, asked.side < 0, truth.gap <= 0.0)
+    deep = inside & (known | (truth.gap < -options.band))
     past = np.isfinite(step.way[asked.rows])
     free = ~asked.was & (step.ignored[asked.rows] | ~past)
     standing = PointsFound(needed, solved, inside, deep, free)
@@ -165,20 +167,20 @@ def _judge_nearest(
     entered, start = _entries(surface, step, asked, standing, options)
     missed = deep & ~was & ~entered & ~free & (not options.penetration)
     touching = inside & ((was & (asked.kept | deep)) | entered | missed)
-    own = np.flatnonzero(touching & ~asked.kept)
-    way = start[own], step.now[rows[own]]
-    known = asked.guard[own], asked.depth[own], asked.opposed[own]
-    feet, nearest = rows_of(asked.feet, own), rows_of(truth, own)
+    judged = np.flatnonzero(touching & ~asked.kept)
+    way = start[judged], step.now[rows[judged]]
+    known = asked.guard[judged], asked.depth[judged], asked.opposed[judged]
+    feet, nearest = rows_of(asked.feet, judged), rows_of(truth, judged)
     held = hold(surface, way, known, feet, nearest, options.band)
-    take(asked.feet, own, held.feet, np.ones(len(own), dtype=bool))
+    take(asked.feet, judged, held.feet, np.ones(len(judged), dtype=bool))
     status = np.where(was, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
     status[asked.kept & touching] = asked.status[asked.kept & touching]
-    status[own] = np.where(held.anew, ContactStatus.REACQUIRED, ContactStatus.OLD)
+    status[judged] = np.where(held.anew, ContactStatus.REACQUIRED, ContactStatus.OLD)
     status[entered] = ContactStatus.NEW
     status[missed] = ContactStatus.FOUND
     status[~solved] = ContactStatus.LOST
     _write(asked, standing, (status, touching, ~solved), detected, options)
-    opposed = own[held.opposed]
+    opposed = judged[held.opposed]
     order = np.argsort(rows[opposed])
     return Guards(rows[opposed][order], held.guard[held.opposed][order])
 
@@ -216,13 +218,13 @@ def _entries(
 def _write(
     asked: Asked,
     standing: PointsFound,
-    told: tuple[ByteArray, BoolArray, BoolArray],
+    outcome: tuple[ByteArray, BoolArray, BoolArray],
     detected: Detected,
     options: Options,
 ) -> None:
     """Fill `detected` with what becomes of points; `told` is (status, in contact, lost)."""
     rows, truth = asked.rows, asked.truth
-    status, touching, lost = told
+    status, touching, lost = outcome
     detected.status[rows] = status
     take(detected.feet, rows, asked.feet, touching)
     remember(detected, rows[~touching], rows_of(truth, np.flatnonzero(~touching)))

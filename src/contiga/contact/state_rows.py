@@ -53,13 +53,13 @@ class KeptRows:
 
     def column(self, name: str) -> Sparse | None:
         """What is kept of the array `name`; None where that is whole, or there is none."""
-        own = self._own
-        if "_sparse" not in own:
-            if "_loads" not in own:
+        arrays = self._own
+        if "_sparse" not in arrays:
+            if "_loads" not in arrays:
                 return None
-            p_B = own["points_B"]
-            own.update(own["_loads"].without(len(p_B)), _sparse=own["_loads"].sparse(p_B))
-        column: Sparse | None = own["_sparse"].get(name)
+            p_B = arrays["points_B"]
+            arrays.update(arrays["_loads"].without(len(p_B)), _sparse=arrays["_loads"].sparse(p_B))
+        column: Sparse | None = arrays["_sparse"].get(name)
         return column
 
     def shape(self, name: str) -> tuple[int, ...]:
@@ -86,8 +86,8 @@ class KeptRows:
         """Rows (k,) of the array `name` (m,) that are not zero, and their values (k,)."""
         column = self.column(name)
         values = getattr(self._state, name) if column is None else column.values
-        own = np.flatnonzero(values)
-        return own if column is None else column.rows[own], values[own]
+        rows = np.flatnonzero(values)
+        return rows if column is None else column.rows[rows], values[rows]
 
     @property
     def deep(self) -> Column:
@@ -130,10 +130,10 @@ class KeptRows:
     @property
     def area_input(self) -> AreaInput:
         """The nodes in contact, as area methods see them; looked up once."""
-        own = self._own
-        if "_area_input" not in own:
-            own["_area_input"] = self._state.contact.area_input(self._state)
-        seen: AreaInput = own["_area_input"]
+        arrays = self._own
+        if "_area_input" not in arrays:
+            arrays["_area_input"] = self._state.contact.area_input(self._state)
+        seen: AreaInput = arrays["_area_input"]
         return seen
 
     def keep(self, seen: AreaInput, areas: Areas) -> None:

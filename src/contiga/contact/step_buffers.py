@@ -142,11 +142,11 @@ class StepBuffers(NamedTuple):
         uv, spot, before, now = *np.empty((2, n, 2)), *np.empty((2, n, 3))
         clear = np.empty(n, np.bool_)
         own = rows, own_side, own_reach, patch, uv, spot, before, now
-        told = empty_projection(n), mark, ways, way, clear, asked, which, radius
+        feet = empty_projection(n), mark, ways, way, clear, asked, which, radius
         nobody, counts = empty_projection(0), np.zeros((1, 2), np.int64)
         doubtful = Asked.of(2 * n), np.empty((2 * n, 3)), np.empty(2 * n, np.int32)
         last = np.empty(2 * n), Carried.of(2 * n), counts
-        return cls._make((side, reach, *own, *told, nobody, *doubtful, *last))
+        return cls._make((side, reach, *own, *feet, nobody, *doubtful, *last))
 
 
 class Small:

@@ -128,9 +128,9 @@ def _sides(
     tell(surface, followed, (side, reach), within, options)
     unknown = unknown[side[unknown] == 0]
     truth = closest(surface, step.now, rows[unknown], within[unknown])
-    told = (truth.status == Status.OK) & (np.abs(truth.gap) > options.band)
-    side[unknown[told]] = np.sign(truth.gap[told])
-    reach[unknown[told]] = np.abs(truth.gap[told])
+    proved = (truth.status == Status.OK) & (np.abs(truth.gap) > options.band)
+    side[unknown[proved]] = np.sign(truth.gap[proved])
+    reach[unknown[proved]] = np.abs(truth.gap[proved])
     return side, reach
 
 

@@ -220,12 +220,12 @@ class Detected(NamedTuple):
         return holds_of(deep, self.feet.normal[self.held], self.opposed)
 
 
-def listed(own: IntArray, counts: IndexArray) -> IntArray:
+def listed(rows: IntArray, counts: IndexArray) -> IntArray:
     """The rows that chunks have listed, so many each, every one from its own place in `own`."""
     if len(counts) == 1:
-        return own[: counts[0]]
-    parts = [own[c * CHUNK : c * CHUNK + count] for c, count in enumerate(counts)]
-    return np.concatenate(parts or [own])
+        return rows[: counts[0]]
+    parts = [rows[c * CHUNK : c * CHUNK + count] for c, count in enumerate(counts)]
+    return np.concatenate(parts or [rows])
 
 
 class Tracked(NamedTuple):

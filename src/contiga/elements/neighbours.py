@@ -113,9 +113,9 @@ def _rings(corner: FloatArray, collapsed: np.ndarray, tolerance: float) -> IntAr
         return ring
     label = _first_of_group(near_pairs(corner[e, s], tolerance), len(e))
     for pole in np.unique(label):
-        own = np.flatnonzero(label == pole)
-        after = np.roll(own, -1)
-        ring[e[own], s[own]] = 4 * e[after] + s[after]
+        elements = np.flatnonzero(label == pole)
+        after = np.roll(elements, -1)
+        ring[e[elements], s[elements]] = 4 * e[after] + s[after]
     return ring
 
 
@@ -139,9 +139,9 @@ def _mark_shared(patch_of: IntArray, body: Faces, kind: IntArray) -> None:
                 key = (use.patch, use.index)
                 shared[key] = shared.get(key, True) and len(edge.uses) > 1 and not gapes
     for (patch, side), both in shared.items():
-        own = patch_of == patch
+        inside = patch_of == patch
         if both:
-            kind[own, side] = np.where(kind[own, side] == BORDER, SHARED, kind[own, side])
+            kind[inside, side] = np.where(kind[inside, side] == BORDER, SHARED, kind[inside, side])
 
 
 def _with_adjacency(grid: Grid, patch_of: IntArray, body: Faces, neighbour: IntArray) -> Grid:

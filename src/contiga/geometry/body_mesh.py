@@ -251,9 +251,9 @@ class _Mesher:
         at = len(self._border_points())
         triangles, places = [], []
         for k, face in enumerate(faces):
-            own = len(face.own_points())
-            ids = np.concatenate([face.polygons.ids, np.arange(at, at + own)])
-            at += own
+            count = len(face.own_points())
+            ids = np.concatenate([face.polygons.ids, np.arange(at, at + count)])
+            at += count
             local = face.triangles()
             triangles.append(ids[local])
             places.append(np.stack([np.full(len(local), k), np.arange(len(local))], axis=1))
@@ -286,9 +286,9 @@ def _parted(faces: list[FaceMesh], triangles: Ints, places: Ints) -> bool:
     numbers, times = side_numbers(whole, n)
     # A triangle is its side of the lowest number, and the corner across from that.
     first = numbers.argmin(axis=1)
-    own = np.arange(len(whole))
+    number = np.arange(len(whole))
     _, place, copies = np.unique(
-        numbers[own, first] * n + whole[own, (first + 2) % 3],
+        numbers[number, first] * n + whole[number, (first + 2) % 3],
         return_inverse=True,
         return_counts=True,
     )

@@ -81,10 +81,10 @@ class EdgeShape:
     def parameters(self, i: int, share: FloatArray) -> FloatArray:
         """(n, 2) parameters of the patch of side i at shares of the edge's range."""
         match = self._match[i]
-        own = share if match is None else np.interp(share, *match)
+        shares = share if match is None else np.interp(share, *match)
         if self.sides[i].reversed:
-            own = 1.0 - own
-        return path_points(self.sides[i].path, self.patches[i], own)
+            shares = 1.0 - shares
+        return path_points(self.sides[i].path, self.patches[i], shares)
 
     def _matched(self, i: int) -> tuple[FloatArray, FloatArray] | None:
         """How the parameter of the edge goes with that of a side; None where they are the same."""

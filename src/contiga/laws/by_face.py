@@ -50,8 +50,8 @@ class FaceLaws:
         put = object.__setattr__
         put(self, "laws", (rest, *faces.values()))
         named = [key if isinstance(key, tuple) else (key,) for key in faces]
-        put(self, "faces", tuple(tuple(map(_number, own)) for own in named))
-        _check_once([face for own in self.faces for face in own])
+        put(self, "faces", tuple(tuple(map(_number, group)) for group in named))
+        _check_once([face for group in self.faces for face in group])
         for law in self.laws:
             if isinstance(law, FaceLaws) or not isinstance(law, StressLaw | CombinedLaw):
                 raise InputError(
@@ -80,7 +80,7 @@ class FaceLaws:
 
     def largest(self) -> int:
         """The greatest number of a face that is named, −1 without."""
-        return max((face for own in self.faces for face in own), default=-1)
+        return max((face for faces in self.faces for face in faces), default=-1)
 
     def with_slave(self, slave: StressLaw) -> FaceLaws:
         """Each of them in series with the law of the slave's side."""
@@ -95,8 +95,8 @@ class FaceLaws:
         left = np.zeros((n, self.n_memory))
         out = LawOutput(force, stiffness, stored, left, lost, damping)
         chosen = np.zeros(n, np.intp)
-        for k, own in enumerate(self.faces, start=1):
-            chosen[np.isin(inp.patch, own)] = k
+        for k, faces in enumerate(self.faces, start=1):
+            chosen[np.isin(inp.patch, faces)] = k
         for k, law in enumerate(self.laws):
             rows = np.flatnonzero(chosen == k)
             if len(rows) == 0:

@@ -244,5 +244,5 @@ _ASKED = [name for name in vars(Master) if not name.startswith("_")]
 
 def is_master(value: object) -> bool:
     """Whether a value answers what masters are asked; nothing is worked out."""
-    own = getattr(value, "__dict__", {})
-    return all(hasattr(type(value), name) or name in own for name in _ASKED)
+    attributes = getattr(value, "__dict__", {})
+    return all(hasattr(type(value), name) or name in attributes for name in _ASKED)

@@ -186,8 +186,8 @@ def _ways(model: Model, parts: tuple[Drawn, ...]) -> Iterator[Way]:
     times = np.linspace(model.stepping.start, model.stepping.end, _TIMES)
     standings = [place(model, None, float(time)) for time in times]
     for part in parts:
-        own = model.bodies[part.name] if part.is_body else model.slaves[part.name]
-        if isinstance(own.motion, Free | Attached):
+        entry = model.bodies[part.name] if part.is_body else model.slaves[part.name]
+        if isinstance(entry.motion, Free | Attached):
             continue
         if part.is_body:
             poses = np.array([standing.bodies[part.name].pose for standing in standings])
@@ -220,9 +220,9 @@ def _rows_near(points: FloatArray, places: FloatArray) -> NDArray[np.intp]:
 def _velocities(model: Model, parts: tuple[Drawn, ...]) -> Iterator[Arrow]:
     """Of free bodies and nodes at the start."""
     for part in parts:
-        own = model.bodies[part.name] if part.is_body else model.slaves[part.name]
-        if isinstance(own.motion, Free):
-            velocity = np.reshape(own.motion.velocity, (-1, 3)).mean(axis=0)
+        entry = model.bodies[part.name] if part.is_body else model.slaves[part.name]
+        if isinstance(entry.motion, Free):
+            velocity = np.reshape(entry.motion.velocity, (-1, 3)).mean(axis=0)
             if velocity.any():
                 yield Arrow(part.name, part.box.mean(axis=0), velocity)
 

@@ -186,12 +186,12 @@ def _difference(
 ) -> Difference:
     peaks, whens, there = [], [], []
     for own, values in (one, two):
-        told = np.isfinite(values)
-        k = int(np.argmax(np.abs(np.where(told, values, 0.0))))
-        peaks.append(float(values[k]) if told[k] else 0.0)
+        known = np.isfinite(values)
+        k = int(np.argmax(np.abs(np.where(known, values, 0.0))))
+        peaks.append(float(values[k]) if known[k] else 0.0)
         whens.append(float(own[k]))
         there.append(
-            np.interp(times, own[told], values[told]) if told.any() else np.zeros(len(times))
+            np.interp(times, own[known], values[known]) if known.any() else np.zeros(len(times))
         )
     apart = np.abs(there[1] - there[0])
     k = int(np.argmax(apart))
@@ -239,14 +239,14 @@ def _flat(value: Any, key: str = "") -> dict[str, Any]:
 def _criteria(run: Run) -> dict[str, float]:
     return {
         f"{sensor}: {name}": float(values["value"])
-        for sensor, told in (run.summary.get("sensors") or {}).items()
-        for name, values in told["criteria"].items()
+        for sensor, facts in (run.summary.get("sensors") or {}).items()
+        for name, values in facts["criteria"].items()
     }
 
 
 def _energies(run: Run) -> dict[str, float]:
-    told = run.summary.get("energy") or {}
-    return {key: float(told[key]) for key in ("relative", "most") if key in told}
+    energy = run.summary.get("energy") or {}
+    return {key: float(energy[key]) for key in ("relative", "most") if key in energy}
 
 
 def _timings(run: Run) -> dict[str, float]:

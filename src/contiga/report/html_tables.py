@@ -62,8 +62,8 @@ def _criteria(run: Run) -> list[str]:
             f"{criterion} of {sensor}",
             f"t = {span_of(result)} {run.units.time}".strip(),
         )
-        for sensor, told in (run.summary.get("sensors") or {}).items()
-        for criterion, result in (told.get("criteria") or {}).items()
+        for sensor, facts in (run.summary.get("sensors") or {}).items()
+        for criterion, result in (facts.get("criteria") or {}).items()
     ][:_CRITERIA]
 
 

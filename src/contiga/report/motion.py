@@ -86,8 +86,8 @@ def sensor_figures(run: Run, sensor: str, peak_time: float | None) -> list[Any]:
     """Acceleration, raw and filtered, with what the criteria found in it; and the rest."""
     first = _acceleration_figure(run, sensor, peak_time)
     others = _figures(run, sensor_quantities(run, sensor), peak_time)
-    told = ("distance", "Distance", run.units.length), ("angle", "Turn", "rad")
-    drawn = [_scalar_figure(run, sensor, what, peak_time) for what in told]
+    measures = ("distance", "Distance", run.units.length), ("angle", "Turn", "rad")
+    drawn = [_scalar_figure(run, sensor, what, peak_time) for what in measures]
     scalars = [figure for figure in drawn if figure is not None]
     return [*([] if first is None else [first]), *scalars, *others]
 
@@ -205,9 +205,9 @@ def criteria_table(run: Run) -> str:
     """What the criteria of all sensors found, and when."""
     rows = []
     for sensor in run.sensors:
-        told = _told(run, sensor)
-        name = " · ".join(str(t) for t in (sensor, told.get("body"), told.get("filter")) if t)
-        for criterion, result in (told.get("criteria") or {}).items():
+        facts = _told(run, sensor)
+        name = " · ".join(str(t) for t in (sensor, facts.get("body"), facts.get("filter")) if t)
+        for criterion, result in (facts.get("criteria") or {}).items():
             unit = f" {result.get('unit', '')}".rstrip()
             span = f"{span_of(result)} {escape(run.units.time)}"
             band = f" ({escape(str(result['band']))})" if "band" in result else ""

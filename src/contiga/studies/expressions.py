@@ -155,8 +155,8 @@ class Expression:
             assert isinstance(node.func, ast.Name)
             return _FUNCTIONS[node.func.id](*(self._value(part, names) for part in node.args))
         if isinstance(node, ast.BoolOp):
-            told = (bool(self._value(part, names)) for part in node.values)
-            return all(told) if isinstance(node.op, ast.And) else any(told)
+            truths = (bool(self._value(part, names)) for part in node.values)
+            return all(truths) if isinstance(node.op, ast.And) else any(truths)
         if isinstance(node, ast.UnaryOp):
             return _UNARY[type(node.op)](self._value(node.operand, names))
         if isinstance(node, ast.BinOp):

@@ -75,8 +75,8 @@ class ColourMap(NamedTuple):
         """(3,) where the eye looks: onto the side that is hit, a little from the front of it."""
         p = self.vertices[self.triangles]
         facets = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-        told = np.isfinite(self.values)[self.triangles].all(axis=1)
-        normal = facets[told].sum(axis=0) if told.any() else np.array([0.0, 0.0, 1.0])
+        known = np.isfinite(self.values)[self.triangles].all(axis=1)
+        normal = facets[known].sum(axis=0) if known.any() else np.array([0.0, 0.0, 1.0])
         normal = normal / max(float(np.linalg.norm(normal)), 1e-300)
         flat = -normal * [1.0, 1.0, 0.0]
         size = float(np.linalg.norm(flat))
@@ -136,13 +136,13 @@ def nearest(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatAr
     """
     from scipy.spatial import cKDTree
 
-    told = np.isfinite(hit)
-    if told.sum() < 2:
+    known = np.isfinite(hit)
+    if known.sum() < 2:
         return np.full(len(points), np.nan)
-    tree = cKDTree(targets[told])
-    reach = _REACH * float(tree.query(targets[told], k=2)[0][:, 1].max())
+    tree = cKDTree(targets[known])
+    reach = _REACH * float(tree.query(targets[known], k=2)[0][:, 1].max())
     away, which = tree.query(points)
-    return np.where(away <= reach, hit[told][which], np.nan)
+    return np.where(away <= reach, hit[known][which], np.nan)
 
 
 def between(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatArray:
@@ -156,13 +156,13 @@ def between(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatAr
     """
     from scipy.interpolate import LinearNDInterpolator
 
-    told = np.isfinite(hit)
-    centre = targets[told].mean(axis=0)
-    _, sizes, axes = np.linalg.svd(targets[told] - centre, full_matrices=True)
-    if told.sum() < 3 or sizes[1] <= 1e-9 * sizes[0]:
+    known = np.isfinite(hit)
+    centre = targets[known].mean(axis=0)
+    _, sizes, axes = np.linalg.svd(targets[known] - centre, full_matrices=True)
+    if known.sum() < 3 or sizes[1] <= 1e-9 * sizes[0]:
         return np.full(len(points), np.nan)
     plane = axes[:2].T
-    linear = LinearNDInterpolator((targets[told] - centre) @ plane, hit[told])
+    linear = LinearNDInterpolator((targets[known] - centre) @ plane, hit[known])
     return np.asarray(linear((points - centre) @ plane), dtype=np.float64)
 
 

@@ -29,8 +29,8 @@ class Row(NamedTuple):
 
     def write(self, folder: Path) -> None:
         """Write the row into the folder of its case, whole or not at all."""
-        told = {k: None if v != v else v for k, v in self.collected.items()}
-        write_json(folder / ROW, {**self._asdict(), "collected": told})
+        collected = {k: None if v != v else v for k, v in self.collected.items()}
+        write_json(folder / ROW, {**self._asdict(), "collected": collected})
 
     def of_case(self, values: dict[str, Any], quantities: list[str]) -> bool:
         """Whether it is the row of a case with these values, of which this is collected."""

@@ -265,9 +265,9 @@ def _finished(study: StudySpec, folder: StudyFolder) -> Study:
     """What is in the folder, with its page."""
     rows = tuple(folder.rows[number] for number in sorted(folder.rows))
     best = None if study.goal is None else best_of(study.goal, rows)
-    found = Study(folder.path, folder.table(), rows, best)
-    write_page(study, folder.base, found.table, rows)
-    return found
+    done = Study(folder.path, folder.table(), rows, best)
+    write_page(study, folder.base, done.table, rows)
+    return done
 
 
 def _told(rows: Iterable[Row]) -> str:

@@ -197,9 +197,9 @@ def _on_lines(spec: TargetsSpec, path: Path, unit: str) -> tuple[list[float], Fl
         with np.errstate(over="ignore"):
             number += np.abs(np.diff(points[:, 0])).sum() / spec.spacing
         _check_number(spec, number)
-        own = _passed(points[:, :2], origin[0], spec.spacing)
-        targets.append(own)
-        names += [int(name) if name.is_integer() else name] * len(own)
+        passed = _passed(points[:, :2], origin[0], spec.spacing)
+        targets.append(passed)
+        names += [int(name) if name.is_integer() else name] * len(passed)
     return names, np.concatenate(targets)
 
 

@@ -83,20 +83,20 @@ def _build(mesh: TriangleArrays) -> Tables:
     facets, slot = _facets(topology, order, box, child)
     closed = not bool((facets.link[:, :3] == NO_TRIANGLE).any())
     folded = topology.back_to_back.astype(np.int32)
-    told = closed, topology.turned, topology.crowded, folded
-    return Tables(facets, slot, *told, *_sheets(facets, slot))
+    counts = closed, topology.turned, topology.crowded, folded
+    return Tables(facets, slot, *counts, *_sheets(facets, slot))
 
 
 def _sheets(facets: Facets, slot: IntArray) -> tuple[IntArray, bool]:
     """Numbers of sheets by triangle of the mesh, and whether two triangles meet at an edge."""
     next_to = facets.link[:, NEIGHBOUR:VERTICES]
-    own, side = np.nonzero(next_to >= 0)
-    other = next_to[own, side]
+    row, side = np.nonzero(next_to >= 0)
+    other = next_to[row, side]
     n = len(next_to)
-    graph = coo_array((np.ones(len(own), np.int8), (own, other)), shape=(n, n))
+    graph = coo_array((np.ones(len(row), np.int8), (row, other)), shape=(n, n))
     number = connected_components(graph, directed=False)[1]
     normal = facets.shape[:, N : N + 3]
-    cosine = (normal[own] * normal[other]).sum(axis=1)
+    cosine = (normal[row] * normal[other]).sum(axis=1)
     sheet = np.where(slot >= 0, number[slot], -1).astype(np.int32)
     return sheet, bool((cosine < np.cos(np.radians(SHARP))).any())
 

@@ -96,9 +96,9 @@ def welded(mesh: TriangleArrays) -> tuple[FloatArray, Ints]:
     # Each place is spoken for by the first vertex there, so that the order stays the mesh's.
     group = np.cumsum(new) - 1
     speaker = np.minimum.reduceat(order, np.flatnonzero(new))
-    own = np.empty(len(points), np.int64)
-    own[order] = speaker[group]
-    kept, place = np.unique(own, return_inverse=True)
+    number = np.empty(len(points), np.int64)
+    number[order] = speaker[group]
+    kept, place = np.unique(number, return_inverse=True)
     return points[kept], place[corners].reshape(-1, 3).astype(np.int64)
 
 
@@ -179,8 +179,8 @@ class _HalfEdges(NamedTuple):
     def turned(self, m: int) -> int:
         """Edges of the first m triangles whose two triangles run along them in the same sense."""
         a, b = self.pairs()
-        own = (a < 3 * m) & (b < 3 * m)
-        return int((self.forward[a] == self.forward[b])[own].sum())
+        inner = (a < 3 * m) & (b < 3 * m)
+        return int((self.forward[a] == self.forward[b])[inner].sum())
 
 
 def _around_flat(half: _HalfEdges, m: int, neighbour: Ints, fans: list[Ints]) -> list[Ints]:

@@ -55,12 +55,14 @@ class Listing:
     told : what the file holds
     """
 
-    def __init__(self, told: dict[str, Any]) -> None:
-        self._types = told["types"]
-        self._records = told["records"]
-        self._readers = frozenset(told["readers"])
+    def __init__(self, listing: dict[str, Any]) -> None:
+        self._types = listing["types"]
+        self._records = listing["records"]
+        self._readers = frozenset(listing["readers"])
         self._made: dict[Row, Any] = {}
-        self.kernels = [Listed(m, n, tuple(own), tuple(of)) for m, n, own, of in told["kernels"]]
+        self.kernels = [
+            Listed(m, n, tuple(parts), tuple(of)) for m, n, parts, of in listing["kernels"]
+        ]
         self._rows: dict[tuple[str, str], list[Row]] = {}
         for row, kernel in enumerate(self.kernels):
             self._rows.setdefault((kernel.module, kernel.name), []).append(row)
@@ -125,8 +127,8 @@ class Listing:
 def _record(fields: list[Any], size: int, aligned: bool) -> Any:
     names, kinds, shapes, offsets = zip(*fields, strict=True)
     formats = [(kind, tuple(shape)) for kind, shape in zip(kinds, shapes, strict=True)]
-    told: Any = {"names": names, "formats": formats, "offsets": offsets, "itemsize": size}
-    return from_dtype(np.dtype(told, align=aligned))
+    record: Any = {"names": names, "formats": formats, "offsets": offsets, "itemsize": size}
+    return from_dtype(np.dtype(record, align=aligned))
 
 
 @cache

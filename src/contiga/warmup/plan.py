@@ -25,11 +25,11 @@ class Plan:
         self._parts = parts
         self._aside = frozenset(aside)
         self._builds: list[list[Row]] = [[] for _ in parts]
-        for row, own in enumerate(parts):
-            for part in own:
+        for row, needs in enumerate(parts):
+            for part in needs:
                 self._builds[part].append(row)
-        self._missing = [len(own) for own in parts]
-        self._ready = {row for row, own in enumerate(parts) if not own}
+        self._missing = [len(needs) for needs in parts]
+        self._ready = {row for row, needs in enumerate(parts) if not needs}
         self._left = set(range(len(parts)))
         self._wanted: list[Row] = []
         self._ended = False

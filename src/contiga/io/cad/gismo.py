@@ -93,8 +93,8 @@ def _gathered(
     def edge_of(number: int) -> Edge | None:
         return edges[number]
 
-    told = short_name(unit or file_unit) if file_unit else None
-    return assembly.body(path.stem, edge_of, told), label
+    unit_name = short_name(unit or file_unit) if file_unit else None
+    return assembly.body(path.stem, edge_of, unit_name), label
 
 
 def _root(path: Path) -> ElementTree.Element:

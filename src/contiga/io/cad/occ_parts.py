@@ -130,15 +130,15 @@ class _Walk:
 
         inner = _Inner(self.shapes, product)
         for kind, shape in _split(self.shapes.GetShape_s(product)):
-            own = inner.called(shape)
+            label = inner.called(shape)
             faces = subshapes(shape, "FACE")
             face_called = [inner.called(face) for face in faces]
             shared = {face.colour for face in face_called}
-            name, colour = own.name or called.name, own.colour or called.colour
+            name, colour = label.name or called.name, label.colour or called.colour
             if colour is None and len(shared) == 1:
                 colour = shared.pop()
             others = way.others
-            if own.name is not None and called.name is not None:
+            if label.name is not None and called.name is not None:
                 others = (*others, called.name)
             placed = shape.Moved(way.location)
             yield Piece(

@@ -57,8 +57,8 @@ class PartLabel(NamedTuple):
     def answers(self) -> list[str]:
         """All names that choose it; the way to it may be cut short from the left."""
         ways = ["/".join(self.place[k:]) for k in range(len(self.place))]
-        own = [] if self.name is None else [self.name]
-        return list(dict.fromkeys([*own, *ways, *self.place, *self.others]))
+        names = [] if self.name is None else [self.name]
+        return list(dict.fromkeys([*names, *ways, *self.place, *self.others]))
 
     @property
     def title(self) -> str:

@@ -127,10 +127,10 @@ class _Model:
                 where=str(path),
                 allowed="a file that begins with '3D Geometry File Format'",
             )
-        own = file_unit or _UNITS.get(model.Settings.ModelUnitSystem.name)
+        unit_name = file_unit or _UNITS.get(model.Settings.ModelUnitSystem.name)
         self._path = path
-        self._scale = length_factor(own, unit, str(path)) if own and unit else 1.0
-        self._unit = short_name(unit or own) if own else None
+        self._scale = length_factor(unit_name, unit, str(path)) if unit_name and unit else 1.0
+        self._unit = short_name(unit or unit_name) if unit_name else None
         self._tolerance = max(float(model.Settings.ModelAbsoluteTolerance), 1e-9)
         self.items = _items(model, path)
 
@@ -161,7 +161,7 @@ class _Model:
             solids,
             str(self._path),
             accuracy=self._tolerance * self._scale,
-            told=lambda some: listed(dict.fromkeys(map(title, some))),
+            describe=lambda some: listed(dict.fromkeys(map(title, some))),
         )
         met = {owner[patches[0]] for some in union.met for patches in some}
         apart = {self.items[k].label.number: alone[k] for k in sorted(met)}
@@ -235,15 +235,15 @@ def _label(
     colour = None if layer is None else layer.Color
     if said.ColorSource == rhino3dm.ObjectColorSource.ColorFromObject:
         colour = said.ObjectColor
-    told = None if colour is None else "#{:02x}{:02x}{:02x}".format(*colour[:3])
+    code = None if colour is None else "#{:02x}{:02x}{:02x}".format(*colour[:3])
     is_brep = isinstance(shape, rhino3dm.Brep)
     count = len(shape.Faces) if is_brep else 1
     first = 1 + sum(len(other.label.faces) for other in before)
-    faces = tuple(FaceLabel(first + k, "NURBS", None, told) for k in range(count))
+    faces = tuple(FaceLabel(first + k, "NURBS", None, code) for k in range(count))
     solid = is_brep and bool(shape.IsSolid)
     kind = "solid" if solid else "shell" if count > 1 else "faces"
     name = said.Name or None
-    return PartLabel(len(before) + 1, kind, faces, name, place, layers, told)
+    return PartLabel(len(before) + 1, kind, faces, name, place, layers, code)
 
 
 def surface_from(surface: Any) -> NurbsSurface:

@@ -38,8 +38,8 @@ class Sewn:
 
     def add(self, edge: Any) -> tuple[int, bool]:
         """Number of a TopoDS_Edge, and whether that edge runs against the one of the number."""
-        own = self._number(edge)
-        return self._leader.get(own, (own, False))
+        number = self._number(edge)
+        return self._leader.get(number, (number, False))
 
     def edge(self, number: int) -> Any:
         """The TopoDS_Edge of a number."""

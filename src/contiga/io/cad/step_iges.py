@@ -109,13 +109,13 @@ class _Model:
         self, path: Path, file_unit: str | None, unit: str | None, solids: Solids | None
     ) -> None:
         transfer = transferred(path)
-        own = file_unit or transfer.unit
+        unit_name = file_unit or transfer.unit
         # OpenCASCADE has multiplied by the unit the file states, which file_unit overrides.
         stated = 1.0 if transfer.unit is None else length_factor(OCC_UNIT, transfer.unit, str(path))
-        wanted = length_factor(own, unit, str(path)) if own and unit else 1.0
+        wanted = length_factor(unit_name, unit, str(path)) if unit_name and unit else 1.0
         self._path, self._pieces, self._solids = path, transfer.pieces, solids
         self._scale = _product(stated, wanted)
-        self._unit = short_name(unit or own) if own else None
+        self._unit = short_name(unit or unit_name) if unit_name else None
         to_occ = 1.0 if transfer.unit is None else length_factor(transfer.unit, OCC_UNIT, str(path))
         self._accuracy = transfer.accuracy * to_occ
         self._sewn = Sewn(compound_of(piece.shape for piece in transfer.pieces))
@@ -145,11 +145,11 @@ class _Model:
         """The faces chosen, solids that meet dealt with as asked for, and what is said of them."""
         chosen = chosen_faces(self._parts, choice, str(self._path))
         placed = placed_of(self._pieces, chosen, self._accuracy, self._solids)
-        told = [
+        texts = [
             f"{listed(part.title for part in self._parts_of(meeting))} at {self._at(meeting)}"
             for meeting in placed.meetings
         ]
-        return placed, said_of(placed, told, self._solids, str(self._path))
+        return placed, said_of(placed, texts, self._solids, str(self._path))
 
     def _parts_of(self, meeting: Meeting) -> list[PartLabel]:
         firsts = np.cumsum([1, *(len(piece.faces) for piece in self._pieces)])
@@ -161,8 +161,8 @@ class _Model:
 
     def _sewn_of(self, placed: Placed) -> Sewn:
         """What numbers the edges of faces."""
-        own = len(placed.faces) == sum(len(piece.faces) for piece in self._pieces)
-        return self._sewn if own and not placed.meetings else Sewn(placed.shape)
+        whole = len(placed.faces) == sum(len(piece.faces) for piece in self._pieces)
+        return self._sewn if whole and not placed.meetings else Sewn(placed.shape)
 
     def _gathered(self, placed: Placed, sewn: Sewn) -> tuple[Assembly, list[int]]:
         """The faces, and the number in the file of each patch made of one."""

@@ -103,7 +103,7 @@ def placed_of(
     return Placed(compound_of(_flat(shapes)), list(_flat(rows)), meetings, known, embedded, only)
 
 
-def said_of(placed: Placed, told: Sequence[str], solids: Solids | None, where: str) -> str:
+def said_of(placed: Placed, texts: Sequence[str], solids: Solids | None, where: str) -> str:
     """What is to be said of solids that meet, "" if none do; `told` of which and where.
 
     Raises
@@ -111,8 +111,8 @@ def said_of(placed: Placed, told: Sequence[str], solids: Solids | None, where: s
     FileError
         They are to be refused, and there are some, or it cannot be known.
     """
-    text = "; ".join(told)
-    if not told:
+    text = "; ".join(texts)
+    if not texts:
         return ""
     if solids == "refuse":
         raise FileError(
@@ -123,7 +123,7 @@ def said_of(placed: Placed, told: Sequence[str], solids: Solids | None, where: s
             remedy=f"solids = {MADE_ONE if placed.known else KEPT}; parts chooses some",
         )
     if solids == "separate":
-        return kept_apart(told)
+        return kept_apart(texts)
     if placed.embedded:  # "union" asked for that
         return "" if solids == "union" else f"that touch or overlap are made one: {text}"
     if not placed.known:
@@ -134,9 +134,9 @@ def said_of(placed: Placed, told: Sequence[str], solids: Solids | None, where: s
     )
 
 
-def kept_apart(told: Sequence[str]) -> str:
+def kept_apart(texts: Sequence[str]) -> str:
     """What is to be said of solids whose boxes meet and that are left alone."""
-    return f"whose boxes meet are kept as they are: {'; '.join(told)}. Body.flaws says which touch"
+    return f"whose boxes meet are kept as they are: {'; '.join(texts)}. Body.flaws says which touch"
 
 
 def _flat(lists: Sequence[Sequence[Any]]) -> Iterator[Any]:
@@ -246,8 +246,8 @@ class _Union:
         points = boxes[:, :1] + shares * np.ptp(boxes, axis=1)[:, None]
         rows = points.reshape(-1, 3)
         sides = [inside(some, rows) for some in (shapes, self.solids)]
-        told = ~np.isnan(sides[0]) & ~np.isnan(sides[1])
-        return bool((sides[0][told] == sides[1][told]).all())
+        known = ~np.isnan(sides[0]) & ~np.isnan(sides[1])
+        return bool((sides[0][known] == sides[1][known]).all())
 
 
 def _holder(solids: Sequence[Any], shape: Any) -> int:

@@ -113,7 +113,7 @@ def _rows(known: list[tuple[int, int]], n_blocks: int) -> tuple[np.ndarray, ...]
     rows: list[list[int]] = [[] for _ in range(n_blocks)]
     for block, row in known:
         rows[block].append(row)
-    return tuple(np.array(sorted(set(own)), dtype=np.int64) for own in rows)
+    return tuple(np.array(sorted(set(cells)), dtype=np.int64) for cells in rows)
 
 
 def _sets(

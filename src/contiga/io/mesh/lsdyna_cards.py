@@ -172,11 +172,11 @@ def _cells(text: str, long: bool, widths: Sequence[int]) -> list[str]:
         return (cells + [""] * len(widths))[: len(widths)]
     if long:
         widths = [max(width, _LONG_WIDTH) for width in widths]
-    start, found = 0, []
+    start, texts = 0, []
     for width in widths:
-        found.append(text[start : start + width].strip())
+        texts.append(text[start : start + width].strip())
         start += width
-    return found
+    return texts
 
 
 def whole(field: str, block: Block, card: Card) -> int:

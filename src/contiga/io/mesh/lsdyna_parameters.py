@@ -167,16 +167,16 @@ def _expressions(block: KeywordCards) -> Iterator[tuple[int, str, str]]:
     """Line, name, its kind in front, and expression: one a card, which goes on under an empty
     name."""
     width = _LONG_WIDTH if block.long else _WIDTH
-    told: list[tuple[int, str, list[str]]] = []
+    expressions: list[tuple[int, str, list[str]]] = []
     for card in block.cards:
         name, comma, text = card.text.partition(",")
         if not comma or len(name) > width:
             name, text = card.text[:width], card.text[width:]
         if name.strip():
-            told.append((card.line, name.strip(), [text]))
-        elif told:
-            told[-1][2].append(text.strip())
-    yield from ((line, name, "".join(texts)) for line, name, texts in told)
+            expressions.append((card.line, name.strip(), [text]))
+        elif expressions:
+            expressions[-1][2].append(text.strip())
+    yield from ((line, name, "".join(texts)) for line, name, texts in expressions)
 
 
 def _number(text: str | None) -> Value:

@@ -163,8 +163,8 @@ def _bulk(lines: list[_Line]) -> Iterator[_Line]:
     """What stands between BEGIN BULK and ENDDATA; without the one, from the start."""
     begins = [k for k, line in enumerate(lines) if _BEGIN.fullmatch(line.text)]
     for k in begins:
-        told = _BEGIN.fullmatch(lines[k].text)
-        if (told and told[1].strip()) or k != begins[0]:
+        match = _BEGIN.fullmatch(lines[k].text)
+        if (match and match[1].strip()) or k != begins[0]:
             raise MeshError(
                 "superelements and other bulk data sections are not carried out",
                 where=lines[k].where,

@@ -66,7 +66,7 @@ def telling_of_full_disks(path: str | Path) -> Iterator[None]:
     try:
         yield
     except (OSError, RuntimeError) as error:
-        told = full_disk(error, path)
-        if told is None:
+        full = full_disk(error, path)
+        if full is None:
             raise
-        raise told from error
+        raise full from error

@@ -98,12 +98,12 @@ def _write_steps(root: Any) -> None:
 
 def _write_names(file: Any, parts: tuple[Part, ...]) -> None:
     """What VTK does not keep: the parts by name, and how much of the points is theirs."""
-    own = file.create_group("contiga")
-    own.attrs["names"] = [part.name for part in parts]
-    own.attrs["kinds"] = [part.kind for part in parts]
-    own.attrs["n_points"] = np.array([part.n_points for part in parts], dtype=np.int64)
+    ours = file.create_group("contiga")
+    ours.attrs["names"] = [part.name for part in parts]
+    ours.attrs["kinds"] = [part.kind for part in parts]
+    ours.attrs["n_points"] = np.array([part.n_points for part in parts], dtype=np.int64)
     none = -1
-    own.attrs["n_triangles"] = np.array(
+    ours.attrs["n_triangles"] = np.array(
         [none if part.triangles is None else len(part.triangles) for part in parts], dtype=np.int64
     )
 
@@ -121,11 +121,11 @@ def _write_cells(group: Any, cells: NDArray[np.int64]) -> None:
         group.create_dataset(name, data=values, **packed)
 
 
-def read_parts(root: Any, own: Any) -> tuple[Part, ...]:
+def read_parts(root: Any, ours: Any) -> tuple[Part, ...]:
     """Parts, each with triangles on its own points, from the topology and the sizes kept."""
     triangles = root["Polygons/Connectivity"][:].reshape(-1, 3)
     parts, first_point, first_triangle = [], 0, 0
-    entries = (own.attrs[key] for key in ("names", "kinds", "n_points", "n_triangles"))
+    entries = (ours.attrs[key] for key in ("names", "kinds", "n_points", "n_triangles"))
     for name, kind, n_points, n_triangles in zip(*entries, strict=True):
         part_triangles: IntArray | None = None
         if n_triangles >= 0:
@@ -327,8 +327,8 @@ class Steps:
             yield
         except (OSError, RuntimeError) as error:
             text = f"cannot be written as HDF5: {error}"
-            told = full_disk(error, self._path)
-            raise told or OutputError(text, where=str(self._path)) from error
+            full = full_disk(error, self._path)
+            raise full or OutputError(text, where=str(self._path)) from error
 
 
 def truncate(root: Any, n_steps: int, n_points: int) -> None:
