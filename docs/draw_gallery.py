@@ -60,7 +60,7 @@ ENTRIES = (
 HEAD = """# Gallery
 
 *Made by `docs/draw_gallery.py`, which runs the cases. All are in
-[examples](../examples): `contiga run FILE -o out`.*
+the folder `examples`: `contiga run FILE -o out`.*
 
 """
 

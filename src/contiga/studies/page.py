@@ -157,7 +157,8 @@ def page_of(study: StudySpec, data: dict[str, Any], rows: Sequence[Row], picture
         _response(several),
         _convergence_of(data),
         _table(),
-        f'<script type="application/json" id="study-data">{as_json}</script><script>{script}</script>',
+        f'<script type="application/json" id="study-data">{as_json}</script>'
+        f"<script>{script}</script>",
     ]
     return styled(study.title, "\n".join(parts), css=css, script=get_plotlyjs())
 
