@@ -39,7 +39,7 @@ from contiga.studies.spec import (
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-PLAYED = {"tutorial.md", "gallery.md"}
+RUN_ELSEWHERE = {"tutorial.md", "gallery.md"}
 """Their cases need files: tests/cases/test_tutorial.py and test_gallery.py do all they say."""
 
 
@@ -67,7 +67,7 @@ def test_every_page_is_in_the_site(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("page", "text"), [block for block in blocks("toml") if block[0] not in PLAYED]
+    ("page", "text"), [block for block in blocks("toml") if block[0] not in RUN_ELSEWHERE]
 )
 def test_case_on_a_page_is_valid(page: str, text: str) -> None:
     data = tomllib.loads(text)
@@ -82,7 +82,7 @@ def test_pages_show_a_case_and_a_program() -> None:
     assert "README.md" in {page for page, _ in blocks("python")}
 
 
-@pytest.mark.parametrize("page", sorted({page for page, _ in blocks("python")} - PLAYED))
+@pytest.mark.parametrize("page", sorted({page for page, _ in blocks("python")} - RUN_ELSEWHERE))
 def test_programs_on_a_page_run(page: str, capsys: pytest.CaptureFixture[str]) -> None:
     """One after the other, as a reader would: a later one may go on from those before it."""
     names: dict[str, object] = {}

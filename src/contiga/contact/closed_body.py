@@ -130,15 +130,15 @@ def _look_at_touching(
 
 def _left_of(evidence: SideEvidence, step: Step) -> Asked | None:
     """Those points in contact that are not settled, if there are any."""
-    rows, known, now, feet, mark, own = evidence
-    if len(own) == 0:
+    rows, known, now, feet, mark, ways = evidence
+    if len(ways) == 0:
         return None
-    feet = rows_of(feet, own)
-    kept = (mark[own] & settle_nb.KEEP) > 0
-    within = distances(feet, now[own])
+    feet = rows_of(feet, ways)
+    kept = (mark[ways] & settle_nb.KEEP) > 0
+    within = distances(feet, now[ways])
     side, reach = known
-    tracked = kept, continued(feet), step.holds.at(rows[own]), feet
-    return asked_of(rows[own], (side[own], reach[own]), within, tracked)
+    tracked = kept, continued(feet), step.holds.at(rows[ways]), feet
+    return asked_of(rows[ways], (side[ways], reach[ways]), within, tracked)
 
 
 def _at_once(
@@ -157,9 +157,9 @@ def _at_once(
     while places is not None:
         _, left = touching_nb.touch(rows, path, of_last, into, detected.feet, limits, places)
         if left >= 0:
-            buffers, own = small.buffers, small.buffers.ways[:left].copy()
+            buffers, ways = small.buffers, small.buffers.ways[:left].copy()
             known = buffers.own_side, buffers.own_reach
-            return SideEvidence(buffers.rows, known, buffers.now, buffers.feet, buffers.mark, own)
+            return SideEvidence(buffers.rows, known, buffers.now, buffers.feet, buffers.mark, ways)
         places = small.places(surface, True) if left == touching_nb.NO_BALLS else None
     return None
 
@@ -225,10 +225,10 @@ def _look_at_free(
     if len(rows) == 0:
         return None
     known = _free_at_once(surface, step, rows, detected, options) if len(rows) <= MOST else None
-    side, reach, within, own = known or _free_one_by_one(surface, step, rows, detected, options)
-    if len(own) == 0:
+    side, reach, within, leaving = known or _free_one_by_one(surface, step, rows, detected, options)
+    if len(leaving) == 0:
         return None
-    return asked_of(rows[own], (side[own], reach[own]), within[own])
+    return asked_of(rows[leaving], (side[leaving], reach[leaving]), within[leaving])
 
 
 Sides = tuple[ByteArray, FloatArray, FloatArray, IntArray]
@@ -270,9 +270,9 @@ def _free_one_by_one(
         remember(detected, rows[index], feet)
         tell(surface, (index, feet, now), known, within, options)
     held = _held(surface, step, rows, side, options)
-    own = np.empty(len(rows), np.int32)
-    n = settle_nb.leave(rows, known, held, options.band, detected.safe_distance, own)
-    return side, reach, within, own[:n]
+    leaving = np.empty(len(rows), np.int32)
+    n = settle_nb.leave(rows, known, held, options.band, detected.safe_distance, leaving)
+    return side, reach, within, leaving[:n]
 
 
 def tell(
@@ -303,11 +303,11 @@ def _held(
     held = np.zeros(len(rows), dtype=bool)
     if options.penetration:
         return held
-    own = np.flatnonzero((side < 0) & step.ignored[rows] & np.isfinite(step.way[rows]))
-    if len(own) == 0:
+    at = np.flatnonzero((side < 0) & step.ignored[rows] & np.isfinite(step.way[rows]))
+    if len(at) == 0:
         return held
-    held[own] = surface.clear_ways(step.before, step.now, rows[own])
-    rest = own[~held[own]]
+    held[at] = surface.clear_ways(step.before, step.now, rows[at])
+    rest = at[~held[at]]
     _, sense = surface.last_crossings(step.before, step.now, rows[rest])
     held[rest] = sense == 0
     return held

@@ -259,8 +259,8 @@ def _put(whole: Detected, rows: IndexArray, part: Detected) -> Detected:
     for name in ("status", "safe_distance", "last_patch", "uv"):
         getattr(whole, name)[rows] = getattr(part, name)
     take(whole.feet, rows, part.feet, np.ones(len(rows), dtype=bool))
-    own = Guards(rows[part.opposed.rows], part.opposed.normal)
-    return whole._replace(opposed=merged(whole.opposed, own))
+    guards = Guards(rows[part.opposed.rows], part.opposed.normal)
+    return whole._replace(opposed=merged(whole.opposed, guards))
 
 
 def _rows_of(last: Last, rows: IndexArray) -> Last:

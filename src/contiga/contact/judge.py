@@ -206,12 +206,18 @@ def _entries(
     if len(which):
         hits, sense = surface.last_crossings(step.before, step.now, rows[which])
         back = np.flatnonzero(sense > 0)
-        own, there = which[back], np.ascontiguousarray(hits.point[back])
-        entered[own], start[own] = True, there
-        asked.depth[own], asked.opposed[own] = -np.inf, False
+        entries, there = which[back], np.ascontiguousarray(hits.point[back])
+        entered[entries], start[entries] = True, there
+        asked.depth[entries], asked.opposed[entries] = -np.inf, False
         feet = asked.feet
-        feet.patch[own], feet.uv[own], feet.status[own] = hits.patch[back], hits.uv[back], Status.OK
-        asked.guard[own] = closest(surface, there, np.arange(len(own), dtype=np.int32)).normal
+        feet.patch[entries], feet.uv[entries], feet.status[entries] = (
+            hits.patch[back],
+            hits.uv[back],
+            Status.OK,
+        )
+        asked.guard[entries] = closest(
+            surface, there, np.arange(len(entries), dtype=np.int32)
+        ).normal
     return entered, start
 
 

@@ -29,12 +29,17 @@ class Measure:
     """
 
     def __init__(
-        self, master: Master, method: AreaMethod, side: str, own: FloatArray | None, prepared: Any
+        self,
+        master: Master,
+        method: AreaMethod,
+        side: str,
+        weights: FloatArray | None,
+        prepared: Any,
     ) -> None:
         self.method = method
         self._master = master
         self._side = side
-        self._own = own
+        self._own = weights
         self._prepared = prepared
 
     def input(self, nodes: FloatArray, patch: np.ndarray, feet: Projection) -> AreaInput:

@@ -103,9 +103,9 @@ class KeptRows:
             return loads.holds
         rows = np.flatnonzero(state.patch >= 0).astype(np.int32)
         guards = state.guard_B[rows]
-        own = guards.any(axis=1)
+        pushed = guards.any(axis=1)
         deep = rows, state.penetration[rows]
-        return holds_of(deep, state.normal_B[rows], Guards(rows[own], guards[own]))
+        return holds_of(deep, state.normal_B[rows], Guards(rows[pushed], guards[pushed]))
 
     @property
     def carried(self) -> tuple[Column, Column, Column, Column]:

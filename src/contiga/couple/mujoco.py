@@ -328,18 +328,18 @@ class MujocoCoupling(Displayed):
         dt = float(self.data.time) - self._time
         for part in self._parts:
             begun = perf_counter()
-            own, under = (frame_of(self.model, self.data, b, speed) for b in self._pair(part))
+            ours, under = (frame_of(self.model, self.data, b, speed) for b in self._pair(part))
             points = to_world(under.pose, part.contact.slave.points)
             if last is None:
-                state = part.contact.start(points, own.pose)
+                state = part.contact.start(points, ours.pose)
             else:
                 state = part.contact.step(
                     self._contacts[part.name],
                     points,
-                    own.pose,
+                    ours.pose,
                     dt,
                     velocity=under.twist.at(under.pose[:3, 3], points),
-                    twist=own.twist,
+                    twist=ours.twist,
                 )
             self._contacts[part.name] = state
             self._walls[part.name] = perf_counter() - begun

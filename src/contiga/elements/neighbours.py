@@ -54,14 +54,14 @@ def _within_patches(grid: Grid, neighbour: IntArray, side: IntArray) -> None:
     for row in grid.patches:
         nu, nv = int(np.ptp(row["u"])) - 1, int(np.ptp(row["v"])) - 1
         index = int(row["first"]) + np.arange(nu * nv).reshape(nu, nv)
-        for own, other, a, b in (
+        for here, other, a, b in (
             (index[1:], index[:-1], 0, 1),
             (index[:-1], index[1:], 1, 0),
             (index[:, 1:], index[:, :-1], 2, 3),
             (index[:, :-1], index[:, 1:], 3, 2),
         ):
-            neighbour[own, a] = other
-            side[own, a] = b
+            neighbour[here, a] = other
+            side[here, a] = b
 
 
 def _across(
@@ -90,10 +90,10 @@ def _across(
         i, j = pairs[k]
         if neighbour[e[i], s[i]] >= 0 or neighbour[e[j], s[j]] >= 0:
             continue  # more than two sides in one place: only the closest pair is joined
-        for own, other in ((i, j), (j, i)):
-            neighbour[e[own], s[own]] = e[other]
-            side[e[own], s[own]] = s[other]
-            flip[e[own], s[own]] = turned[k] < same[k]
+        for here, other in ((i, j), (j, i)):
+            neighbour[e[here], s[here]] = e[other]
+            side[e[here], s[here]] = s[other]
+            flip[e[here], s[here]] = turned[k] < same[k]
 
 
 def _joint(normals: FloatArray, neighbour: IntArray, side: IntArray, flip: IntArray) -> np.ndarray:

@@ -237,8 +237,8 @@ def _gaps(model: Model, start: Placement) -> Iterator[Gap]:
         body, pose = model.bodies[part.master].body, start.bodies[part.master].pose
         p_B, reach = to_body(pose, points), reach_of(part.contact.depth, body.closed, body.size)
         gaps = nearest(body.surface, p_B, rows, depth=reach)
-        own = slice(gaps.row, gaps.row + 1)
-        _, feet = gaps_of(body.surface, p_B[own], reach)
+        row = slice(gaps.row, gaps.row + 1)
+        _, feet = gaps_of(body.surface, p_B[row], reach)
         ends = np.stack([points[gaps.row], to_world(pose, feet.point)[0]])
         yield Gap(part.name, part.master, part.slave, gaps.gap, ends, _approach(model, part))
 

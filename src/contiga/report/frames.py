@@ -199,7 +199,7 @@ def within(times: FloatArray, sizes: IndexArray, shown: int, budget: int = BUDGE
 
 
 def packed(frames: Frames, peak: Peak, units: Units) -> dict[str, Any]:
-    """What the page's script is handed of the frames; long arrays as base64."""
+    """what the script of the page gets of the frames; long arrays as base64."""
     keys = list(region_colours(frames.regions))
     return {
         "first": frames.first,

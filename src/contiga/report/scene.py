@@ -139,11 +139,11 @@ def _paint_slave(
 ) -> FloatArray:
     """Over what is not nearer than it; returns the depth (h, w) of both."""
     slave = _slave_layer(camera, peak)
-    own = slave.buffer.depth
-    nearest = own if behind is None else behind
+    slave_depth = slave.buffer.depth
+    nearest = slave_depth if behind is None else behind
     colours = slave_colours(slave, peak, field)
     shading.paint(picture, slave, colours, _span(camera, peak), nearest)
-    return np.minimum(own, nearest, out=nearest)
+    return np.minimum(slave_depth, nearest, out=nearest)
 
 
 def _draw_outlines(

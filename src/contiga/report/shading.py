@@ -188,9 +188,9 @@ def paint(
     nearest : (h, w) depths
     """
     hollow = hollows(layer.buffer.depth, max(2, len(picture) // 120), 0.02 * size)
-    eye, own = np.concatenate([layer.axes, _LAMPS]), np.atleast_2d(colours)
+    eye, rgb = np.concatenate([layer.axes, _LAMPS]), np.atleast_2d(colours)
     shading_nb.paint(
-        layer.buffer, layer.corners, eye, hollow, nearest, own, float(opacity), picture
+        layer.buffer, layer.corners, eye, hollow, nearest, rgb, float(opacity), picture
     )
 
 

@@ -34,7 +34,7 @@ class View(NamedTuple):
     figure: Any
     """Traces are the body, the slave, its points in contact, and a line a region."""
     data: dict[str, Any]
-    """What the page's script is handed: steps, and the looks of the fields."""
+    """what the script of the page gets: steps, and the looks of the fields."""
     steps: int
     """Steps that can be shown."""
     recorded: int

@@ -72,9 +72,9 @@ def steps_figure(run: Run, step_reasons: dict[str, Any], peak_time: float | None
     return figure
 
 
-def _stretches(times: FloatArray, own: NDArray[np.bool_]) -> FloatArray:
+def _stretches(times: FloatArray, mask: NDArray[np.bool_]) -> FloatArray:
     """(3 k,) begin, end, NaN of each stretch of steps that are marked in `own` (n − 1,)."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], own.astype(np.int8), [0]])))
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
     begins, ends = times[edges[::2]], times[edges[1::2]]
     apart = begins[1:] - ends[:-1] > PIXEL * (times[-1] - times[0])
     begins, ends = begins[np.append(True, apart)], ends[np.append(apart, True)]

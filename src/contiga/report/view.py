@@ -84,16 +84,16 @@ class View:
 
         mesh = shape.tessellate(_TOLERANCE * self._span)
         layer = shading.mesh_layer(self._camera, mesh.vertices, mesh.triangles)
-        own = np.array(to_rgb(colour))
+        rgb = np.array(to_rgb(colour))
         if colours is not None:
             channels = np.asarray(colours, dtype=np.float64).T
-            own = np.stack([layer.at_pixels(channel) for channel in channels], axis=1)
+            rgb = np.stack([layer.at_pixels(channel) for channel in channels], axis=1)
         if back is not None:
             turned = self._turned_away(mesh)[layer.buffer.owner[layer.seen]]
-            own = np.where(turned[:, None], to_rgb(back), own)
+            rgb = np.where(turned[:, None], to_rgb(back), rgb)
         # of what is as near, the first that was given stays
         before = np.nextafter(self._depth, -np.inf)
-        shading.paint(self._picture, layer, own, self._span, before, opacity)
+        shading.paint(self._picture, layer, rgb, self._span, before, opacity)
         nearest = np.minimum(self._depth, layer.buffer.depth)
         edges = shading.free_edges(mesh.triangles)
         ink = shading.line_ink(self._camera, mesh.vertices, edges, nearest, 2e-3 * self._span)

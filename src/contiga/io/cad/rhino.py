@@ -17,7 +17,7 @@ from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
 from contiga.io.cad.assemble import MEND, Assembly, Edge, merged, warn
 from contiga.io.cad.drawn import DrawnFace, Trim, add_drawn
-from contiga.io.cad.loops import Loop, Sides, Strand
+from contiga.io.cad.loops import Loop, PCurve, Sides
 from contiga.io.cad.parts import (
     ALL,
     Choice,
@@ -332,7 +332,7 @@ def _natural_sides(
         rows = list(zip(sides, trims[0], strict=True))
         if all(_fits(side_curve(surface, s), a, trim, curves, near) for (s, a), trim in rows):
             loop = [
-                Strand(side_curve(surface, s), trim.edge, trim.reversed, tolerance)
+                PCurve(side_curve(surface, s), trim.edge, trim.reversed, tolerance)
                 for (s, _), trim in rows
             ]
             spans = [side_curve(surface, s).domain for s, _ in sides]

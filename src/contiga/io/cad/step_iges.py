@@ -22,8 +22,8 @@ from contiga.io.cad.loops import (
     OPEN,
     THIN,
     Loop,
+    PCurve,
     Sides,
-    Strand,
     aligned,
     chained,
     ends,
@@ -248,7 +248,7 @@ def add_face(assembly: Assembly, face: Any, edges: Numbers, scale: float, where:
         return True
     span = np.array([np.ptp(interval) for interval in patch.surface.domain])
     loops = [
-        [strand._replace(curve=bent(strand.curve, patch.maps, span)) for strand in loop]
+        [pcurve._replace(curve=bent(pcurve.curve, patch.maps, span)) for pcurve in loop]
         for loop in raw.loops
     ]
     assembly.add_trimmed(patch.surface, loops, where, flip=raw.reversed)
@@ -277,9 +277,9 @@ def _closed(raw: RawFace, where: str) -> bool:
 def _open_by(loop: Loop, surface: Any) -> float:
     """Largest gap of a loop in space: none at a pole, however far apart in (u, v)."""
     worst = 0.0
-    for strand, gap in zip(loop, gaps(loop), strict=True):
+    for pcurve, gap in zip(loop, gaps(loop), strict=True):
         if gap.any():
-            (u, v), (x, y) = ends(strand)[1], ends(strand)[1] + gap
+            (u, v), (x, y) = ends(pcurve)[1], ends(pcurve)[1] + gap
             point = surface.Value(float(u), float(v))
             worst = max(worst, float(point.Distance(surface.Value(float(x), float(y)))))
     return worst
@@ -312,9 +312,9 @@ def _raw_face(face: Any, edges: Numbers) -> RawFace | None:
     wires = TopoDS_Iterator(forward)
     while wires.More():
         if wires.Value().ShapeType() == TopAbs_ShapeEnum.TopAbs_WIRE:
-            strands = _strands(TopoDS.Wire(wires.Value()), forward, edges)
-            if strands:
-                loops.append(chained(strands, periods))
+            pcurves = _pcurves(TopoDS.Wire(wires.Value()), forward, edges)
+            if pcurves:
+                loops.append(chained(pcurves, periods))
         wires.Next()
     loops = aligned(loops, periods)
     box = _box(surface, loops, periods)
@@ -346,14 +346,14 @@ def _box(surface: Any, loops: list[Loop], periods: FloatArray) -> FloatArray:
     return box
 
 
-def _strands(wire: Any, face: Any, edges: Numbers) -> Loop:
+def _pcurves(wire: Any, face: Any, edges: Numbers) -> Loop:
     """The p-curves of a wire in its order, each running the wire's way."""
-    strands = []
+    pcurves = []
     for edge in _wire_edges(wire, face):
-        strand = _strand(edge, face, edges)
-        if strand is not None:
-            strands.append(strand)
-    return strands
+        pcurve = _pcurve(edge, face, edges)
+        if pcurve is not None:
+            pcurves.append(pcurve)
+    return pcurves
 
 
 def _wire_edges(wire: Any, face: Any) -> list[Any]:
@@ -377,7 +377,7 @@ def _wire_edges(wire: Any, face: Any) -> list[Any]:
     return ordered if len(ordered) == len(stored) else stored
 
 
-def _strand(edge: Any, face: Any, edges: Numbers) -> Strand | None:
+def _pcurve(edge: Any, face: Any, edges: Numbers) -> PCurve | None:
     from OCP.BRep import BRep_Tool
     from OCP.ShapeFix import ShapeFix_Edge
     from OCP.TopAbs import TopAbs_Orientation
@@ -395,4 +395,4 @@ def _strand(edge: Any, face: Any, edges: Numbers) -> Strand | None:
     turned = edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
     number, against = (-1, False) if BRep_Tool.Degenerated_s(edge) else edges.add(edge)
     tolerance = float(BRep_Tool.Tolerance_s(edge))
-    return Strand(image.reversed() if turned else image, number, turned != against, tolerance)
+    return PCurve(image.reversed() if turned else image, number, turned != against, tolerance)
