@@ -18,8 +18,8 @@ QUICK = ("rocker", "bumps")
 
 def rows(section: str) -> list[tuple[str, str]]:
     """The numbers of a section."""
-    found = re.findall(r"^\| (.+?) \| (.+?) \|$", section, re.M)
-    return [(label, value) for label, value in found]
+    matches = re.findall(r"^\| (.+?) \| (.+?) \|$", section, re.M)
+    return [(label, value) for label, value in matches]
 
 
 def test_there_are_a_dozen_runs_and_each_shows_its_case_as_it_is() -> None:

@@ -101,11 +101,11 @@ def test_everything_that_needs_no_extra_works_bare_with_the_same_bits(child: Chi
         check=True,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, OURS))},
     )
-    found = json.loads(bare.stdout)
-    assert len(found) > 20
-    assert found == json.loads(full.stdout)
-    assert found["cloud"] == [[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]]
-    assert found["gaps"][0] == pytest.approx(2.0 - 0.55 - 0.5)
+    data = json.loads(bare.stdout)
+    assert len(data) > 20
+    assert data == json.loads(full.stdout)
+    assert data["cloud"] == [[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]]
+    assert data["gaps"][0] == pytest.approx(2.0 - 0.55 - 0.5)
 
 
 DOORS = {
@@ -247,8 +247,8 @@ def test_all_that_is_missing_is_named_at_once(monkeypatch: pytest.MonkeyPatch) -
 @pytest.fixture(scope="module")
 def project() -> dict[str, object]:
     with (ROOT / "pyproject.toml").open("rb") as file:
-        found: dict[str, object] = tomllib.load(file)["project"]
-    return found
+        data: dict[str, object] = tomllib.load(file)["project"]
+    return data
 
 
 def names_of(requirements: list[str]) -> set[str]:

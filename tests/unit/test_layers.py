@@ -15,11 +15,11 @@ Graph = dict[str, set[str]]
 
 def modules_of(source: Path) -> dict[str, Path]:
     """The files below a folder by the name they are imported by."""
-    found = {}
+    values = {}
     for path in sorted(source.rglob("*.py")):
         parts = path.relative_to(source).with_suffix("").parts
-        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
-    return found
+        values[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return values
 
 
 def imports_of(source: Path, *, typed: bool = False) -> Graph:
@@ -109,8 +109,8 @@ def graph() -> Graph:
 @pytest.fixture(scope="module")
 def contract() -> dict[str, object]:
     with (ROOT / "pyproject.toml").open("rb") as file:
-        found: dict[str, object] = tomllib.load(file)["tool"]["importlinter"]["contracts"][0]
-    return found
+        data: dict[str, object] = tomllib.load(file)["tool"]["importlinter"]["contracts"][0]
+    return data
 
 
 @pytest.fixture(scope="module")

@@ -38,10 +38,10 @@ def pressed(ways: list[float] | None = None, **how: Any) -> list[State]:
     law, area = cg.PenaltyLaw(1.0), cg.NodalArea(1.0)
     contact = cg.Contact(ball, cg.Slave(sheet), law=law, area=area, **how)
     poses = [cg.motion.pose.translation([0.0, 0.0, 1.0 + up]) for up in ways or WAYS]
-    found = [contact.start(sheet, poses[0])]
+    values = [contact.start(sheet, poses[0])]
     for pose in poses[1:]:
-        found.append(contact.step(found[-1], sheet, pose))
-    return found
+        values.append(contact.step(values[-1], sheet, pose))
+    return values
 
 
 def bits(state: State) -> dict[str, bytes]:

@@ -95,12 +95,12 @@ def found_by(asked: Asked, step: Step, options: Options) -> tuple[Detected, int]
     """What `judge` makes of them, and how often it asked the surface."""
     n, surface = len(step.way), Told()
     none = np.zeros((0,), np.int32)
-    found = Detected(
+    result = Detected(
         *(np.full(n, -9, np.int8), blank(n), np.full(n, -7.0), np.full(n, -5, np.int32)),
         *(np.full((n, 2), -3.0), none),
     )
-    judge(surface, step, asked, found, options)  # type: ignore[arg-type]
-    return found, surface.asked
+    judge(surface, step, asked, result, options)  # type: ignore[arg-type]
+    return result, surface.asked
 
 
 def options_of(penetration: bool, nearest: bool, depth: float) -> Options:

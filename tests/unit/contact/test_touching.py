@@ -57,10 +57,10 @@ def states(body: cg.Body, how: dict[str, Any], way: float, turned: bool) -> list
     (start, pose), *rest = shaken(body, way, turned)
     slave = cg.Slave(np.zeros((N, 3)), area=np.linspace(1.0, 2.0, N))
     contact = cg.Contact(body, slave, law=cg.PenaltyLaw(3.0, damping=0.1), **how)
-    found = [contact.start(start, pose)]
+    values = [contact.start(start, pose)]
     for points, pose in rest:
-        found.append(contact.step(found[-1], points, pose, dt=0.1))
-    return found
+        values.append(contact.step(values[-1], points, pose, dt=0.1))
+    return values
 
 
 def bits(state: State) -> dict[str, bytes]:

@@ -192,6 +192,6 @@ def test_states_are_kept_on_request(tmp_path: Path) -> None:
     (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
     result = cg.run(tmp_path / "case.toml", keep=1)
     assert [state.time for state in result.states] == result.history["time"].tolist()
-    found = [state.slaves["sheet"].points[:, 2].max() for state in result.states]
-    np.testing.assert_allclose(found, [11.0, 10.5, 10.0, 9.5, 9.0], rtol=1e-14)
+    actual = [state.slaves["sheet"].points[:, 2].max() for state in result.states]
+    np.testing.assert_allclose(actual, [11.0, 10.5, 10.0, 9.5, 9.0], rtol=1e-14)
     assert cg.run(tmp_path / "case.toml").states == ()

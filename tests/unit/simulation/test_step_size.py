@@ -132,9 +132,9 @@ class UnjudgedForce(cg.ForceLaw):
 
 
 def test_where_no_shorter_step_was_tried_none_is_told_of() -> None:
-    told = scraping(UnjudgedForce, end=0.003, step="auto").run().summary["step_reasons"]
-    assert told["let_pass"] == 0
-    assert told["tries"] < 300
+    result = scraping(UnjudgedForce, end=0.003, step="auto").run().summary["step_reasons"]
+    assert result["let_pass"] == 0
+    assert result["tries"] < 300
 
 
 def falling(law: cg.Law, **more) -> cg.Simulation:

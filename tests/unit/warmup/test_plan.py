@@ -68,12 +68,12 @@ def test_what_stands_aside_is_left_to_others_unless_it_is_needed() -> None:
 def test_an_end_lets_go_of_all_who_wait(ask) -> None:
     plan = Plan([[], [0]])
     assert plan.take() == 0
-    found: list[int | None] = [7]
-    waiting = threading.Thread(target=lambda: found.append(ask(plan)))
+    actual: list[int | None] = [7]
+    waiting = threading.Thread(target=lambda: actual.append(ask(plan)))
     waiting.start()
     plan.end()
     waiting.join(30.0)
-    assert found == [7, None]
+    assert actual == [7, None]
     assert plan.take() is None
 
 
