@@ -26,7 +26,7 @@ PIECES = 1024
 
 @dataclass(frozen=True)
 class FacetArea:
-    """The part of every facet that is in contact, split to its corners.
+    """Contact area as the part of every facet in contact, shared among its corners.
 
     A facet with corners in contact and corners that are not is cut where the signed gap, linear
     on the facet, is zero (marching triangles). The gap of a corner that is not in contact is the

@@ -40,7 +40,7 @@ class _Patch(NamedTuple):
 
 @dataclass(frozen=True)
 class HullArea:
-    """Area of the convex hulls of the feet in (u, v), one a cluster, shared alike by its points.
+    """Area of the convex hull of the feet in (u, v), one for each cluster, shared equally.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ class HullArea:
         return self.k if isinstance(self.clusters, str) else self.clusters
 
     def prepare(self, rest: Rest) -> Topology | Graph | None:
-        """What joins the slave's points, where regions are found by it."""
+        """The connectivity of the slave's points, where regions are found by it."""
         return structure_of(rest) if self.clusters == "auto" else None
 
     def measure(self, inp: AreaInput) -> Areas:

@@ -89,7 +89,7 @@ class Outlines(NamedTuple):
 
 @runtime_checkable
 class AreaMethod(Protocol):
-    """How much area each point in contact stands for.
+    """A method that measures the contact area of each point.
 
     A method that keeps something about the slave (its neighbours, say) has a method `prepare`
     beside `measure`, which is called once with the slave's `Rest`; what it returns comes back in

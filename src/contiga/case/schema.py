@@ -294,7 +294,7 @@ class Case(Spec):
             raise relocated(error, f"contact[{i}]", "") from error
 
     def sides(self, contact: ContactSpec) -> Sides:
-        """Which side of a contact gives way, and how."""
+        """Which side of a contact deforms, and by which law."""
         bodies = {body.name: body for body in self.body}
         (slave,) = (slave for slave in self.slave if slave.name == contact.slave)
         of = bodies[slave.points.body] if isinstance(slave.points, BodyPoints) else None

@@ -139,7 +139,7 @@ class Faces(Displayed):
 
     @property
     def pieces_apart(self) -> bool:
-        """Whether pieces are known not to touch or overlap. If not, `Body.openings` finds out."""
+        """Whether pieces are known not to touch or overlap. If not, `Body.openings` checks it."""
         return self._pieces_apart
 
     @property
@@ -179,7 +179,7 @@ class Faces(Displayed):
         return self._bounds
 
     def area(self, rtol: float = 1e-9) -> float:
-        """Area of what the trims leave, length². Adaptive Gauss quadrature to about `rtol`."""
+        """Area of the trimmed faces, length². Adaptive Gauss quadrature to about `rtol`."""
         if self._area is None or rtol < 1e-9:
             self._area = body_area(self, rtol)
         return self._area
@@ -231,7 +231,7 @@ class Faces(Displayed):
         return made
 
     def known_apart(self) -> Self:
-        """The same body, whose pieces need not be looked at: somebody has made sure of them."""
+        """The same body, its pieces taken not to touch or overlap: the check is left out."""
         made = self.renamed(self._name)
         made._pieces_apart = True
         return made

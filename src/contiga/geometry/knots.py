@@ -1,4 +1,4 @@
-"""Knot vectors and control nets: what is accepted, and the basis functions on them.
+"""Knot vectors and control nets: their checks, and the basis functions on them.
 
 Whatever comes in leaves as a *clamped* vector: both end knots ``degree + 1`` times, interior
 knots at most `degree` times. Unclamped vectors are clamped by knot insertion, which changes

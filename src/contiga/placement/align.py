@@ -32,7 +32,7 @@ def align(
     highs: Iterable[str] = (),
     axes: str | None = None,
 ) -> Part:
-    """`thing` turned so that its principal axes lie along x, y, z, then moved box to box.
+    """Turn `thing` so that its principal axes lie along x, y, z, then move its box to a box.
 
     The box of a slave is that of its active points; that of a body is the exact one.
 

@@ -43,7 +43,7 @@ class Difference(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison(Displayed):
-    """Two runs beside each other. See `compare`."""
+    """A comparison of two runs. See `compare`."""
 
     runs: tuple[Run, Run]
     """The output folders as read."""
@@ -69,7 +69,7 @@ class Comparison(Displayed):
 
     @property
     def same(self) -> bool:
-        """Whether all that both tell is equal."""
+        """Whether all quantities that both runs have are equal."""
         return not any(self.only) and all(d.largest == 0.0 for d in self.differences.values())
 
     def _facts(self) -> Facts:
@@ -83,7 +83,7 @@ class Comparison(Displayed):
 
 
 def compare(a: str | Path, b: str | Path) -> Comparison:
-    """Set two runs beside each other, from the files of their output folders.
+    """Compare two runs by the files of their output folders.
 
     Histories are interpolated linearly to the times of both, as far as both go.
 

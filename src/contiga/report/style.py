@@ -1,4 +1,4 @@
-"""The look of the house, for pictures and pages of one's own: colours, numbers, a page.
+"""Colours, number formats and the page layout of reports, for pictures and pages of one's own.
 
 >>> from contiga import style
 >>> style.number(12.5), style.INK

@@ -52,7 +52,7 @@ class ContactPart(NamedTuple):
 
 
 class OutputOptions(NamedTuple):
-    """What a run writes: ``Simulation(output=…)``.
+    """Which files a run writes, and how often: ``Simulation(output=…)``.
 
     Examples
     --------
@@ -129,7 +129,7 @@ class Model(Displayed):
 
     @cached_property
     def mechanism(self) -> Mechanism:
-        """What forces move."""
+        """The parts that forces move, and their masses."""
         return mechanism_of(self.bodies, self.slaves, self.springs, self.loads)
 
     @cached_property

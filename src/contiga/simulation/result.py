@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result(Displayed):
-    """What a run leaves."""
+    """The results of a run: history, states, summary."""
 
     history: dict[str, FloatArray]
     """Columns by name, one row a step."""
@@ -44,7 +44,7 @@ class Result(Displayed):
         ]
 
     def to_pandas(self) -> DataFrame:
-        """The history as a table of pandas, by time; `attrs["units"]` has the units of its columns.
+        """The history as a pandas DataFrame by time; `attrs["units"]` has the units of its columns.
 
         Raises
         ------

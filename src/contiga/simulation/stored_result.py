@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StoredResult(Displayed):
-    """What a run has left in its folder so far. It does not change: `open_result` looks anew."""
+    """The results in the output folder of a run. They do not change: `open_result` reads anew."""
 
     out: Path
     finished: bool
@@ -106,7 +106,7 @@ class StoredResult(Displayed):
         ]
 
     def to_pandas(self) -> DataFrame:
-        """The history as a table of pandas, by time; `attrs["units"]` has the units of its columns.
+        """The history as a pandas DataFrame by time; `attrs["units"]` has the units of its columns.
 
         Raises
         ------
@@ -142,7 +142,7 @@ class StoredResult(Displayed):
 
 
 def open_result(folder: str | Path) -> StoredResult:
-    """What a run has left in its output folder: history, summary, and fields by time.
+    """Open the output folder of a run: history, summary, and fields by time.
 
     It may be asked for while the run goes on and after it was stopped (Ctrl-C): then all is as of
     the last checkpoint, which a run leaves every few seconds and when it stops.

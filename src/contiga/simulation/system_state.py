@@ -103,7 +103,7 @@ class Energy(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SystemState(Displayed):
-    """A simulation at one time: all that its next step needs."""
+    """The state of a simulation at one time: all that its next step needs."""
 
     time: float
     bodies: BodyStates

@@ -42,7 +42,7 @@ _CHECKED = 200
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Study(Displayed):
-    """A study that has been run. See `contiga.study`."""
+    """The results of a study. See `contiga.study`."""
 
     out: Path
     """Its folder: ``table.h5``, ``table.csv``, ``study.html``, and ``cases``, a folder each."""
@@ -57,7 +57,7 @@ class Study(Displayed):
 
     @property
     def failed(self) -> tuple[Row, ...]:
-        """Rows of cases that could not be carried through."""
+        """Rows of the cases that failed."""
         return tuple(row for row in self.rows if row.status != DONE)
 
     @property
@@ -70,7 +70,7 @@ class Study(Displayed):
         return self.out / "cases" / f"{number:04d}"
 
     def to_pandas(self) -> DataFrame:
-        """The table as one of pandas, by the numbers of the cases.
+        """The table of cases as a pandas DataFrame, indexed by case number.
 
         Raises
         ------
@@ -100,7 +100,7 @@ def study(
     resume: bool = False,
     **more: Any,
 ) -> Study:
-    """Run many cases of one base case, on processes that import the program.
+    """Run many variants of a case, in parallel.
 
     In a script the call stands under ``if __name__ == "__main__":``.
 

@@ -107,7 +107,7 @@ class TriangleArrays:
         return np.divide(crosses, size, out=np.full_like(crosses, np.nan), where=size > 0.0)
 
     def open_edges(self) -> IntArray:
-        """(k, 2) vertices of the sides that belong to one triangle only, in its sense."""
+        """(k, 2) vertices of the edges that belong to one triangle only, in its sense."""
         numbers, times = side_numbers(self.triangles, len(self.vertices))
         ends = np.stack([self.triangles, np.roll(self.triangles, -1, axis=1)], axis=2)
         return np.asarray(ends[times[numbers] == 1])

@@ -135,7 +135,7 @@ class TriMesh(Displayed, Queries, Exchanged):
     about = OldName("with_reference_point")
 
     def like(self, name: str, unit: str | None, reference_point: ArrayLike) -> TriMesh:
-        """The same mesh in place of a body of this name, unit and reference point."""
+        """The same mesh with the name, unit and reference point of a body that it replaces."""
         return self._with(name=name, unit=unit, reference_point=reference_point)
 
     def tessellate(self, tol: float) -> TriMesh:
@@ -189,7 +189,7 @@ class TriMesh(Displayed, Queries, Exchanged):
         return self.normals()[patch]
 
     def condition(self) -> Condition:
-        """What is good and what is wrong with the mesh as a master; nothing is refused."""
+        """A report on the quality of the mesh as a master; nothing is refused."""
         return condition_of(self)
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
@@ -198,7 +198,7 @@ class TriMesh(Displayed, Queries, Exchanged):
 
     @property
     def surface(self) -> FacetedSurface:
-        """The search on the mesh, as contact asks for it; its tables are built once and kept.
+        """The search on the mesh that contact uses; its tables are built once and kept.
 
         Raises
         ------
@@ -224,7 +224,7 @@ class TriMesh(Displayed, Queries, Exchanged):
 
     @property
     def flaws(self) -> list[str]:
-        """None: what is wrong with a mesh is refused, or told by its `condition`."""
+        """Empty: faults of a mesh raise an error, or stand in its `condition`."""
         return []
 
     def check(self) -> None:
@@ -238,12 +238,12 @@ class TriMesh(Displayed, Queries, Exchanged):
         faceted_surface(self)
 
     def digest(self, digest: Digest) -> None:
-        """Add what decides results."""
+        """Add what decides results to a digest."""
         digest.arrays("about", np.asarray(self.reference_point))
         digest.arrays(f"mesh {self.normal_kind}", self.vertices, self.triangles)
 
     def facts(self) -> dict[str, Any]:
-        """What a run's summary says of the mesh."""
+        """Facts on the mesh for a run's summary."""
         return {
             "kind": "mesh",
             "triangles": len(self.triangles),
@@ -255,7 +255,7 @@ class TriMesh(Displayed, Queries, Exchanged):
         }
 
     def condition_rows(self) -> list[tuple[str, str]]:
-        """What the triangles were made of, whether closed, what is wrong: (label, text)."""
+        """Where the triangles come from, whether they are closed, faults: (label, text)."""
         made = [("triangles", f"{len(self.triangles)} of {self.source}")] if self.source else []
         # Nodes inside solids are no flaw.
         mesh = self.compact() if "skinned" in self.source else self

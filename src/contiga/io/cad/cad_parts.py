@@ -18,7 +18,7 @@ _LOOKED_AT_WITH = "contiga.masters.body_summary"
 
 
 class CadPart(NamedTuple):
-    """A part of a CAD file: what the file says of it, and its faces as a body.
+    """A part of a CAD file: its name, place and colour there, and its faces as a body.
 
     >>> import contiga as cg
     >>> part = cg.cad_parts("part.step")[0]
@@ -43,7 +43,7 @@ class CadPart(NamedTuple):
 
     @property
     def title(self) -> str:
-        """Its name and where it stands: "bolt (left arm/bolt 2)"; "" where it has neither."""
+        """Its name and its place in the assembly: "bolt (left arm/bolt 2)"; "" without either."""
         return titled(self.name, self.place)
 
     def _facts(self) -> Facts:

@@ -58,7 +58,7 @@ class United(NamedTuple):
 
 
 def unite(*bodies: Body) -> Body:
-    """One body of all, their closed pieces that touch or overlap made one by OpenCASCADE.
+    """Unite bodies: closed pieces that touch or overlap are fused by OpenCASCADE.
 
     Its inside is that of any piece. A piece is what hangs together by its edges; one that faces
     inward is a cavity of the piece around it. Pieces that touch nothing stay as they are. Bodies
