@@ -302,7 +302,7 @@ def _springs(case: Case, wrong: Together) -> dict[str, Spring]:
         with wrong.at(f"spring[{i}].name"):
             if name in springs:
                 raise CaseError(
-                    "another spring is called so",
+                    "another spring has this name",
                     found=name,
                     remedy="Give each spring a name of its own",
                 )

@@ -227,10 +227,10 @@ class Case(Spec):
         tied = [k for k, spring in enumerate(self.spring) if GROUND in spring.between]
         if body.name == GROUND and tied:
             raise CaseError(
-                f"is what springs call the world, as spring[{tied[0]}] does",
+                f"means the world in spring[{tied[0]}]",
                 where=f"body[{i}].name",
                 found=GROUND,
-                remedy="Call the body otherwise, in the springs that are on it, too",
+                remedy="Rename the body, also in the springs that are attached to it",
             )
         if isinstance(body.motion, FreeSpec) and body.mass is None:
             raise CaseError(

@@ -55,7 +55,7 @@ class FaceLaws:
         for law in self.laws:
             if isinstance(law, FaceLaws) or not isinstance(law, StressLaw | CombinedLaw):
                 raise InputError(
-                    "faces have laws that answer for each point by itself",
+                    "laws of faces must act on each point by itself",
                     where="faces",
                     found=type(law).__name__,
                     allowed="StressLaw",

@@ -296,7 +296,7 @@ WRONG: Mapping[str, tuple[dict[str, Any], str]] = {
     "body by number": ({"slaves": {"point": (POINT, 2)}}, "no body of this name; found 2"),
     "idle slave": (
         {"slaves": {"point": (POINT, "plate"), "world": cg.Slave([[0.0, 0.0, 9.0]])}},
-        "slaves: a slave stands in no contact; found 'world'",
+        "slaves: a slave has no contact; found 'world'",
     ),
     "contact of others": ({"contacts": [OTHER]}, "its slave is none of"),
     "no contact": ({"contacts": []}, "there must be contacts"),

@@ -90,11 +90,11 @@ def test_femur_force_that_lasts_is_judged_by_the_lower_limit() -> None:
         (lambda: bric([1.0, 2.0, 3.0]), "bric, w: must have a row of three"),
         (lambda: bric([[1.0, 2.0, np.nan]]), "bric, w: sample 0 is not finite"),
         (lambda: bric([[1.0, 2.0, 3.0]], [1.0, 0.0, 1.0]), "bric, critical: must be positive"),
-        (lambda: nij([1.0, 2.0], [1.0]), "nij: force and moment must be two lists as long"),
+        (lambda: nij([1.0, 2.0], [1.0]), "nij: force and moment must have the same length"),
         (lambda: nij([1.0], [1.0], HYBRID_III_5._replace(tension=0.0)), "limits.tension"),
         (lambda: vc([1.0, 2.0], 0.1), "vc, deflection: five samples"),
         (lambda: vc(np.zeros(9), 0.0), "vc, dt: must be positive"),
-        (lambda: femur_force([1.0, 2.0], [0.0]), "two lists as long"),
+        (lambda: femur_force([1.0, 2.0], [0.0]), "the same length"),
         (lambda: femur_force([1.0, 2.0], [1.0, 0.0]), "times must rise"),
     ],
 )

@@ -178,7 +178,7 @@ def test_size_does_not_matter() -> None:
 
 def test_a_way_past_the_other_is_refused() -> None:
     for way in (UP, np.array([1.0, 0.0, 0.0])):
-        with pytest.raises(cg.errors.InputError, match="never stands 1 from ball"):
+        with pytest.raises(cg.errors.InputError, match="never has a gap of 1 from ball"):
             cg.place(cg.Slave([[0.0, 0.0, 40.0]]), on=BALL, direction=way, gap=1.0)
 
 

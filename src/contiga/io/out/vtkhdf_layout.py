@@ -50,7 +50,9 @@ def checked_part(part: Part) -> Part:
     """
     triangles = None
     if part.kind not in _KINDS:
-        raise InputError("a part is a body or a slave", found=part.kind, allowed=", ".join(_KINDS))
+        raise InputError(
+            "a part must be a body or a slave", found=part.kind, allowed=", ".join(_KINDS)
+        )
     if part.triangles is not None:
         triangles = np.array(part.triangles, dtype=np.int64).reshape(-1, 3)
         if len(triangles) and (triangles.min() < 0 or triangles.max() >= part.n_points):
