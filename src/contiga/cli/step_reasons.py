@@ -24,5 +24,6 @@ def steps_line(summary: dict[str, Any]) -> str:
     line = f"steps set by: {', '.join(shares)}; the shortest {summary['least']:.3g} at t = "
     line += f"{summary['when']:.4g}; {summary['tries'] / count:.2g} tries a step"
     if summary["let_pass"]:
-        line += f"; {summary['let_pass']} accepted that keep no energy, nor would shorter ones"
+        line += f"; {summary['let_pass']} have an energy balance error that shorter ones would not"
+        line += " reduce"
     return line

@@ -35,7 +35,8 @@ def steps_section(run: Run, peak_time: float | None) -> str:
         f"{number(reasons['tries'] / count, 2)} were worked out for one."
     )
     if reasons["let_pass"]:
-        said += f" {reasons['let_pass']} keep no energy, nor would shorter ones."
+        said += f" {reasons['let_pass']} have an energy balance error that shorter ones would not"
+        said += " reduce."
     return (
         f'<h2>Steps</h2><div class="frame">{drawn}</div><p class="caption">{said}</p>'
         f'<div class="wide">{_table(reasons, run)}</div>'

@@ -48,7 +48,7 @@ def energy_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
     cause = _blamed(model, history, at) or f"the step is too long there: {_shorter(model)}"
     passed = int(np.count_nonzero(history.get(ENERGY_ERROR, ())))
     if passed:
-        cause += f". {passed} steps were accepted that keep no energy, nor would shorter ones"
+        cause += f". {passed} steps have an error that shorter ones would not reduce"
     return [energy_text(balance, float(history["time"][at]), cause)]
 
 
