@@ -17,8 +17,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 PLACE = ROOT / "out" / "oldest"
 QUICK = (
-    *("tests/unit/jit/test_dispatcher.py", "tests/unit/jit/test_late.py"),
-    *("tests/unit/jit/test_reference.py", "tests/unit/jit/test_scratch.py"),
+    *("tests/unit/jit/test_dispatcher.py", "tests/unit/jit/test_reference.py"),
+    "tests/unit/jit/test_scratch.py",
     *("tests/unit/num/test_rigid.py", "tests/unit/num/test_fma.py", "tests/unit/num/test_sort.py"),
 )
 

@@ -13,7 +13,6 @@ import contiga as cg
 from contiga.contact.tracked import blank
 from contiga.errors import MissingPackageError
 from contiga.extras import require
-from contiga.jit.late import compile_all
 from contiga.records import FloatArray, IntArray
 from contiga.report import write_report
 from contiga.search.piece_lists import WORTH
@@ -209,11 +208,6 @@ def files() -> None:
         body = cg.read_cad(path)
     body.contains(_points())
     body.tessellate(0.05)
-
-
-def fallbacks() -> None:
-    """What the kernels of this process may call, and no other exercise did."""
-    compile_all()
 
 
 def _points() -> FloatArray:

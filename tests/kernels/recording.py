@@ -19,7 +19,6 @@ from tests.kernels import exercises
 import contiga as cg
 from contiga.io import apart
 from contiga.jit.dispatcher import KernelDispatcher
-from contiga.jit.pinned import TYPES, is_reader
 from contiga.jit.reference import Reference
 from contiga.jit.stamps import LOCAL
 from contiga.warmup.listing import FILE
@@ -107,14 +106,7 @@ def text(recording: Recording) -> str:
     for (module, name, arguments), parts in recording.parts.items():
         own = [coded.row(of) for of in arguments]
         kernels.append([module, name, own, sorted(rows[part] for part in parts)])
-    modules = sorted({module for module, _, _ in recording.parts})
-    told = {
-        "records": {name: coded.row(of) for name, of in sorted(TYPES.items())},
-        "readers": [
-            name for name in modules if any(map(is_reader, vars(sys.modules[name]).values()))
-        ],
-    }
-    lines = [f' "{what}": {json.dumps(of)}' for what, of in told.items()]
+    lines = []
     for what, listed in (("types", coded.codes), ("kernels", kernels)):
         lines.append(f' "{what}": [\n  ' + ",\n  ".join(map(json.dumps, listed)) + "\n ]")
     return "{\n" + ",\n".join(lines) + "\n}\n"

@@ -87,7 +87,7 @@ def test_no_inner_kernel_is_called_from_python() -> None:
         for path in SOURCES
         for node in ast.parse(path.read_text(encoding="utf-8")).body
         if isinstance(node, ast.FunctionDef)
-        if any(ast.unparse(given).startswith(("inner(", "lazy(")) for given in node.decorator_list)
+        if any(ast.unparse(given).startswith("inner(") for given in node.decorator_list)
     }
     assert len(inner) > 300
     folders = ("src", "tests", "benchmarks", "docs", "examples")
@@ -163,7 +163,7 @@ def test_kernels_and_no_others_stand_in_folders_of_kernels() -> None:
     """Their names tell them from the public modules that call them."""
     for path in SOURCES:
         compiled = re.search(
-            r"^@(njit|kernel|inner|lazy|inlined)\b", path.read_text(encoding="utf-8"), re.M
+            r"^@(njit|kernel|inner|inlined)\b", path.read_text(encoding="utf-8"), re.M
         )
         assert is_kernel(path) == path.name.endswith("_nb.py"), path
         assert is_kernel(path) or not compiled, path
@@ -192,7 +192,7 @@ def test_decorators_come_from_one_place() -> None:
         if isinstance(node, ast.FunctionDef)
         for decorator in node.decorator_list
     }
-    assert given == {"kernel", "inner", "lazy", "inlined", "intrinsic"}
+    assert given == {"kernel", "inner", "inlined", "intrinsic"}
 
 
 def functions_longer_than(most: int, paths: list[Path]) -> dict[str, int]:

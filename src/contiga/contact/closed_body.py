@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.contact.asked import Asked
 from contiga.contact.judge import asked_of, free_distance, joined, judge, within_depth
-from contiga.contact.kernels import settle_nb, touching_nb
+from contiga.contact.kernels import settle_nb
 from contiga.contact.loads import UNGUARDED, Guards
-from contiga.contact.step_buffers import MOST, Asked
 from contiga.contact.tracked import (
     BoolArray,
     Detected,
@@ -29,6 +29,7 @@ from contiga.contact.tracked import (
     remember,
     take,
 )
+from contiga.jit import straight
 from contiga.masters.protocol import Surface
 from contiga.records import (
     ByteArray,
@@ -58,34 +59,34 @@ class SideEvidence(NamedTuple):
 
 
 def detect_at_start(
-    surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detected, options: Options
+    surface: Surface, p_B: FloatArray, rows: IntArray, found: Detected, options: Options
 ) -> None:
     """The side of every point at the start.
 
     By intersection, points that lie inside are not in contact until they have been outside.
     """
     side, safe_distance = surface.sides(p_B, rows)
-    detected.safe_distance[rows] = side * (safe_distance - options.band)
+    found.safe_distance[rows] = side * (safe_distance - options.band)
     if options.penetration:
-        _take_inside(surface, p_B, rows[side <= 0], detected, options)
+        _take_inside(surface, p_B, rows[side <= 0], found, options)
         return
     rows = rows[side == 0]
     out = closest(surface, p_B, rows)
-    detected.safe_distance[rows] = free_distance(out, options)
-    remember(detected, rows, out)
+    found.safe_distance[rows] = free_distance(out, options)
+    remember(found, rows, out)
 
 
 def _take_inside(
-    surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detected, options: Options
+    surface: Surface, p_B: FloatArray, rows: IntArray, found: Detected, options: Options
 ) -> None:
     """A start by penetration: points that lie inside, and no deeper than that reaches."""
     out = closest(surface, p_B, rows)
-    detected.safe_distance[rows] = free_distance(out, options)
-    remember(detected, rows, out)
+    found.safe_distance[rows] = free_distance(out, options)
+    remember(found, rows, out)
     keep = within_depth(out, options)
-    detected.status[rows[keep]] = ContactStatus.NEW
-    detected.safe_distance[rows[keep]] = -out.gap[keep]
-    take(detected.feet, rows, out, keep)
+    found.status[rows[keep]] = ContactStatus.NEW
+    found.safe_distance[rows[keep]] = -out.gap[keep]
+    take(found.feet, rows, out, keep)
 
 
 def detect(
@@ -93,10 +94,10 @@ def detect(
     step: Step,
     last: tuple[IntArray, FloatArray],
     rows: tuple[IntArray, IntArray],
-    detected: Detected,
+    found: Detected,
     options: Options,
 ) -> Guards:
-    """Fill `detected` for the points that were in contact and the free ones that are near; returns
+    """Fill `found` for the points that were in contact and the free ones that are near; returns
     those whose nearest wall is opposite to the one that pushes them.
 
     `last` is (patch, uv) of the feet of all points, `rows` (in contact, near).
@@ -104,11 +105,11 @@ def detect(
     touching, near = rows
     held = None
     if len(touching):
-        evidence = _look_at_touching(surface, step, last, touching, detected, options)
-        held = _left_of(evidence, step)
-    free = _look_at_free(surface, step, near, detected, options)
+        told = _look_at_touching(surface, step, last, touching, found, options)
+        held = _left_of(told, step)
+    free = _look_at_free(surface, step, near, found, options)
     asked = joined(held, free) if held and free else held or free
-    return UNGUARDED if asked is None else judge(surface, step, asked, detected, options)
+    return UNGUARDED if asked is None else judge(surface, step, asked, found, options)
 
 
 def _look_at_touching(
@@ -116,82 +117,46 @@ def _look_at_touching(
     step: Step,
     last: tuple[IntArray, FloatArray],
     rows: IntArray,
-    detected: Detected,
+    found: Detected,
     options: Options,
 ) -> SideEvidence:
     """Settle the points in contact whose sides and feet tell what becomes of them.
 
     What is outside needs no foot.
     """
-    few = options.nearest and len(rows) <= MOST
-    evidence = _at_once(surface, step, last, rows, detected, options) if few else None
-    return evidence or _one_by_one(surface, step, last, rows, detected, options)
-
-
-def _left_of(evidence: SideEvidence, step: Step) -> Asked | None:
-    """Those points in contact that are not settled, if there are any."""
-    rows, known, now, feet, mark, ways = evidence
-    if len(ways) == 0:
-        return None
-    feet = rows_of(feet, ways)
-    kept = (mark[ways] & settle_nb.KEEP) > 0
-    within = distances(feet, now[ways])
-    side, reach = known
-    tracked = kept, continued(feet), step.holds.at(rows[ways]), feet
-    return asked_of(rows[ways], (side[ways], reach[ways]), within, tracked)
-
-
-def _at_once(
-    surface: Surface,
-    step: Step,
-    last: tuple[IntArray, FloatArray],
-    rows: IntArray,
-    detected: Detected,
-    options: Options,
-) -> SideEvidence | None:
-    """Settle few points by one kernel; None where that does not do."""
-    small, places = step.small, step.small.places(surface, False)
-    path, limits = (step.now, step.before, step.way), (options.balls, options.band)
-    of_last = *last, step.holds
-    into = detected.status, detected.safe_distance, detected.last_patch, detected.uv
-    while places is not None:
-        _, left = touching_nb.touch(rows, path, of_last, into, detected.feet, limits, places)
-        if left >= 0:
-            buffers, ways = small.buffers, small.buffers.ways[:left].copy()
-            known = buffers.own_side, buffers.own_reach
-            return SideEvidence(buffers.rows, known, buffers.now, buffers.feet, buffers.mark, ways)
-        places = small.places(surface, True) if left == touching_nb.NO_BALLS else None
-    return None
-
-
-def _one_by_one(
-    surface: Surface,
-    step: Step,
-    last: tuple[IntArray, FloatArray],
-    rows: IntArray,
-    detected: Detected,
-    options: Options,
-) -> SideEvidence:
-    """Settle points by one question to the surface after the other."""
     known, band = surface.sides(step.now, rows), options.band
     work, ends = _of_touching(len(rows)), (step.before, step.now)
-    places = detected.status, detected.safe_distance, detected.last_patch, detected.uv
-    left = settle_nb.stay(rows, known, ends, last, places[:2], band, work)
+    places = found.status, found.safe_distance, found.last_patch, found.uv
+    left = straight(settle_nb.stay)(rows, known, ends, last, places[:2], band, work)
     rows, side, reach, patch, uv, before, now = (values[:left] for values in work)
     mark, ways, asked = np.empty(left, np.int8), np.empty(left, np.int32), _listed(left)
     if options.nearest:
         feet = follow(surface, (None, now), (patch, uv))
-        m = settle_nb.face(rows, feet, step.holds, step.way, band, mark, asked)
+        m = straight(settle_nb.face)(rows, feet, step.holds, step.way, band, mark, asked)
     else:
         feet = follow(surface, (before, now), (patch, uv))
         limits = options.hold, band
-        n, m = settle_nb.look(rows, feet, side, detected.safe_distance, limits, mark, ways, asked)
+        n, m = settle_nb.look(rows, feet, side, found.safe_distance, limits, mark, ways, asked)
         if n:
             clear = surface.clear_ways(step.before, step.now, rows[ways[:n]])
             mark[ways[:n][clear]] |= settle_nb.KEPT
     balls = _balls(surface, feet, (asked[0][:m], asked[1][:m]), options)
-    n = settle_nb.settle(rows, feet, (side, reach), mark, balls, band, places, detected.feet, ways)
-    return SideEvidence(rows, (side, reach), now, feet, mark, ways[:n])
+    known, settle = (side, reach), straight(settle_nb.settle)
+    n = settle(rows, feet, known, mark, balls, band, places, found.feet, ways)
+    return SideEvidence(rows, known, now, feet, mark, ways[:n])
+
+
+def _left_of(told: SideEvidence, step: Step) -> Asked | None:
+    """Those points in contact that are not settled, if there are any."""
+    rows, known, now, feet, mark, own = told
+    if len(own) == 0:
+        return None
+    feet = rows_of(feet, own)
+    kept = (mark[own] & settle_nb.KEEP) > 0
+    within = distances(feet, now[own])
+    side, reach = known
+    tracked = kept, continued(feet), step.holds.at(rows[own]), feet
+    return asked_of(rows[own], (side[own], reach[own]), within, tracked)
 
 
 def _of_touching(n: int) -> tuple[Any, ...]:
@@ -219,43 +184,25 @@ def _balls(
 
 
 def _look_at_free(
-    surface: Surface, step: Step, rows: IntArray, detected: Detected, options: Options
+    surface: Surface, step: Step, rows: IntArray, found: Detected, options: Options
 ) -> Asked | None:
     """Settle the free points that are known to stay so; returns the others, if there are any."""
     if len(rows) == 0:
         return None
-    known = _free_at_once(surface, step, rows, detected, options) if len(rows) <= MOST else None
-    side, reach, within, leaving = known or _free_one_by_one(surface, step, rows, detected, options)
-    if len(leaving) == 0:
+    side, reach, within, own = _settle_free(surface, step, rows, found, options)
+    if len(own) == 0:
         return None
-    return asked_of(rows[leaving], (side[leaving], reach[leaving]), within[leaving])
+    return asked_of(rows[own], (side[own], reach[own]), within[own])
 
 
 Sides = tuple[ByteArray, FloatArray, FloatArray, IntArray]
 """(side, reach, within) of free points, and which of them are not settled."""
 
 
-def _free_at_once(
-    surface: Surface, step: Step, rows: IntArray, detected: Detected, options: Options
-) -> Sides | None:
-    """Settle few free points by one kernel; None where that does not do."""
-    small, places = step.small, step.small.places(surface, False)
-    limits = options.penetration, options.balls, options.band, SHORT * options.size
-    into = detected.status, detected.safe_distance, detected.last_patch, detected.uv
-    moved, old = (step.way, step.ignored, step.now), (step.last_patch, step.uv)
-    while places is not None:
-        left = touching_nb.stay_free(rows, moved, old, into, limits, places)
-        if left >= 0:
-            buffers = small.buffers
-            return buffers.own_side, buffers.own_reach, buffers.reach, buffers.ways[:left]
-        places = small.places(surface, True) if left == touching_nb.NO_BALLS else None
-    return None
-
-
-def _free_one_by_one(
-    surface: Surface, step: Step, rows: IntArray, detected: Detected, options: Options
+def _settle_free(
+    surface: Surface, step: Step, rows: IntArray, found: Detected, options: Options
 ) -> Sides:
-    """Settle free points by one question to the surface after the other."""
+    """Settle the free points that stay so."""
     side, reach, *place = surface.places(step.now, rows)
     known, within = (side, reach), np.full(len(rows), np.inf)
     n = len(rows)
@@ -263,16 +210,17 @@ def _free_one_by_one(
     uv, now = np.empty((n, 2)), np.empty((n, 3))
     ends, old, far = (step.way, step.now), (step.last_patch, step.uv), SHORT * options.size
     work = index, patch, uv, now
-    n = settle_nb.starts(rows, known, tuple(place), ends, old, detected.last_patch, far, work)
+    starts = straight(settle_nb.starts)
+    n = starts(rows, known, tuple(place), ends, old, found.last_patch, far, work)
     if n:
         index, patch, uv, now = index[:n], patch[:n], uv[:n], now[:n]
         feet = follow(surface, (None, now), (patch, uv))
-        remember(detected, rows[index], feet)
+        remember(found, rows[index], feet)
         tell(surface, (index, feet, now), known, within, options)
     held = _held(surface, step, rows, side, options)
-    leaving = np.empty(len(rows), np.int32)
-    n = settle_nb.leave(rows, known, held, options.band, detected.safe_distance, leaving)
-    return side, reach, within, leaving[:n]
+    own = np.empty(len(rows), np.int32)
+    n = straight(settle_nb.leave)(rows, known, held, options.band, found.safe_distance, own)
+    return side, reach, within, own[:n]
 
 
 def tell(
@@ -288,9 +236,9 @@ def tell(
     """
     index, feet, points = followed
     asked = _listed(len(index))
-    m = settle_nb.askable(feet, len(index), options.band, asked)
+    m = straight(settle_nb.askable)(feet, len(index), options.band, asked)
     balls = _balls(surface, feet, (asked[0][:m], asked[1][:m]), options)
-    settle_nb.tell(index, feet, points, balls, options.band, known, within)
+    straight(settle_nb.tell)(index, feet, points, balls, options.band, known, within)
 
 
 def _held(
@@ -301,13 +249,14 @@ def _held(
     A search by penetration asks how deep they are.
     """
     held = np.zeros(len(rows), dtype=bool)
-    if options.penetration:
+    inside = side < 0
+    if options.penetration or not inside.any():
         return held
-    at = np.flatnonzero((side < 0) & step.ignored[rows] & np.isfinite(step.way[rows]))
-    if len(at) == 0:
+    own = np.flatnonzero(inside & step.ignored[rows] & np.isfinite(step.way[rows]))
+    if len(own) == 0:
         return held
-    held[at] = surface.clear_ways(step.before, step.now, rows[at])
-    rest = at[~held[at]]
+    held[own] = surface.clear_ways(step.before, step.now, rows[own])
+    rest = own[~held[own]]
     _, sense = surface.last_crossings(step.before, step.now, rows[rest])
     held[rest] = sense == 0
     return held

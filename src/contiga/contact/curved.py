@@ -21,7 +21,6 @@ import numpy as np
 from contiga.contact.detect import detect
 from contiga.contact.kernels import bulging_nb
 from contiga.contact.loads import Guards, Holds, merged
-from contiga.contact.step_buffers import Small
 from contiga.contact.tracked import (
     CHUNK,
     BoolArray,
@@ -76,13 +75,12 @@ def detect_on_curves(
     straight[rows] = False
     rest = last._replace(patch=np.where(straight, last.patch, np.int32(-1)))
     whole = detect(surface, now, rest, active & straight, options, memory)
-    small = memory[0].small if memory else Small()
     for count in np.unique(pieces):
-        alike = rows[pieces == count]
-        ends = last.points_B[alike], to_world(relative(*poses), now[alike])
-        path = Path(screw, *ends, now[alike])
-        part = _follow(surface, path, _rows_of(last, alike), options, int(count), small)
-        whole = _put(whole, alike, part)
+        own = rows[pieces == count]
+        ends = last.points_B[own], to_world(relative(*poses), now[own])
+        path = Path(screw, *ends, now[own])
+        part = _follow(surface, path, _rows_of(last, own), options, int(count))
+        whole = _put(whole, own, part)
     return whole._replace(held=np.flatnonzero(whole.feet.patch >= 0).astype(np.int32))
 
 
@@ -168,8 +166,8 @@ def bulge_of(screw: Screw, start: FloatArray, end: FloatArray) -> FloatArray:
     """
     turning = [np.cross(screw.turn, screw.field(q)) for q in (start, end)]
     along = np.cross(screw.turn, end - start)
-    lengths = [_lengths(vectors) for vectors in (*turning, along)]
-    return np.asarray(0.125 * (np.maximum(lengths[0], lengths[1]) + 2.0 * lengths[2]))
+    own = [_lengths(vectors) for vectors in (*turning, along)]
+    return np.asarray(0.125 * (np.maximum(own[0], own[1]) + 2.0 * own[2]))
 
 
 def _most(screw: Screw, X_01: FloatArray, way: float, far: float) -> float:
@@ -180,23 +178,19 @@ def _most(screw: Screw, X_01: FloatArray, way: float, far: float) -> float:
     return float((0.125 + ROUNDING) * angle * (field + 2.0 * (way + angle * reach + moved)))
 
 
-def _follow(
-    surface: Surface, path: Path, last: Last, options: Options, pieces: int, small: Small
-) -> Detected:
+def _follow(surface: Surface, path: Path, last: Last, options: Options, pieces: int) -> Detected:
     """What becomes of points along `path`, in so many pieces."""
     n = len(path.now)
     active = np.ones(n, dtype=bool)
     story = Story.begin(last.patch >= 0)
     for k in range(1, pieces + 1):
         now = path.at(k / pieces)
-        detected = detect(
-            surface, now, last, active, options, (Workspace.of(n, small), Columns.of(n))
-        )
-        story = story.after(detected)
-        place = detected.feet.patch, detected.uv, detected.last_patch
-        last = Last(now, *place, detected.safe_distance, detected.holds)
-    feet = detected.feet._replace(certified=story.certified)
-    return detected._replace(feet=feet, status=story.status(detected.status))
+        found = detect(surface, now, last, active, options, (Workspace.of(n), Columns.of(n)))
+        story = story.after(found)
+        place = found.feet.patch, found.uv, found.last_patch
+        last = Last(now, *place, found.safe_distance, found.holds)
+    feet = found.feet._replace(certified=story.certified)
+    return found._replace(feet=feet, status=story.status(found.status))
 
 
 class Story(NamedTuple):
@@ -223,13 +217,13 @@ class Story(NamedTuple):
         none = np.zeros(len(touching), np.int8)
         return cls(touching, touching, touching, none, none, none > 0, none + np.int8(1))
 
-    def after(self, detected: Detected) -> Story:
+    def after(self, found: Detected) -> Story:
         """With another piece."""
-        status, touching = detected.status, detected.feet.patch >= 0
+        status, touching = found.status, found.feet.patch >= 0
         new = touching & (~self.touching | (status == ContactStatus.NEW))
         again = touching & np.isin(status, FOUND_AGAIN)
         kept = np.where(touching & ~new, self.again, np.int8(0))
-        proved = np.where(new | again, np.int8(1), self.certified) & detected.feet.certified
+        proved = np.where(new | again, np.int8(1), self.certified) & found.feet.certified
         return Story(
             self.began,
             touching,
@@ -259,8 +253,8 @@ def _put(whole: Detected, rows: IndexArray, part: Detected) -> Detected:
     for name in ("status", "safe_distance", "last_patch", "uv"):
         getattr(whole, name)[rows] = getattr(part, name)
     take(whole.feet, rows, part.feet, np.ones(len(rows), dtype=bool))
-    guards = Guards(rows[part.opposed.rows], part.opposed.normal)
-    return whole._replace(opposed=merged(whole.opposed, guards))
+    own = Guards(rows[part.opposed.rows], part.opposed.normal)
+    return whole._replace(opposed=merged(whole.opposed, own))
 
 
 def _rows_of(last: Last, rows: IndexArray) -> Last:
@@ -268,12 +262,12 @@ def _rows_of(last: Last, rows: IndexArray) -> Last:
     held, guard, depth, opposed = last.holds
     place = np.full(len(last.patch), -1, np.int32)
     place[rows] = np.arange(len(rows), dtype=np.int32)
-    kept = np.flatnonzero(place[held] >= 0)
+    own = np.flatnonzero(place[held] >= 0)
     return Last(
         last.points_B[rows],
         last.patch[rows],
         last.uv[rows],
         last.last_patch[rows],
         last.safe_distance[rows],
-        Holds(place[held[kept]], guard[kept], depth[kept], opposed[kept]),
+        Holds(place[held[own]], guard[own], depth[own], opposed[own]),
     )

@@ -29,6 +29,7 @@ from contiga.contact.tracked import (
     track,
 )
 from contiga.contact.walls import give_way
+from contiga.jit import straight
 from contiga.masters.protocol import Surface
 from contiga.num.arrays import locked
 from contiga.num.threads import run_ranges
@@ -39,15 +40,15 @@ def detect_at_start(
     surface: Surface, p_B: FloatArray, active: np.ndarray, options: Options
 ) -> Detected:
     """The start: nothing is in contact, or, by penetration, what already lies inside."""
-    detected = _nothing(p_B, active)
+    found = _nothing(p_B, active)
     rows = np.flatnonzero(np.isfinite(p_B).all(axis=1) & active).astype(np.int32)
     if options.closed:
-        closed_body.detect_at_start(surface, p_B, rows, detected, options)
-        return with_feet(detected, (rows, rows[:0]))
-    surface.safe_distance(p_B, rows, detected.safe_distance)
+        closed_body.detect_at_start(surface, p_B, rows, found, options)
+        return with_feet(found, (rows, rows[:0]))
+    surface.safe_distance(p_B, rows, found.safe_distance)
     if options.penetration:
-        detect_inside(surface, p_B, rows, detected, options)
-    return with_feet(detected, (rows, rows[:0]))
+        detect_inside(surface, p_B, rows, found, options)
+    return with_feet(found, (rows, rows[:0]))
 
 
 def detect(
@@ -65,23 +66,23 @@ def detect(
     points in world axes and the pose of the body, `now` is filled in.
     """
     workspace, columns = memory or (Workspace.of(len(now)), Columns.of(len(now)))
-    detected = nowhere(workspace, columns)
+    found = nowhere(workspace, columns)
     old = last.last_patch, last.uv, last.holds
-    step = Step(last.points_B, now, workspace.way, workspace.ignored, *old, workspace.small)
+    step = Step(last.points_B, now, workspace.way, workspace.ignored, *old)
     lists = rows, near = _place(step, last, active, columns, workspace.rows, moved)
     if options.through:
         feet = last.patch, last.uv
-        rows, near = through.detect(surface, step, feet, lists, detected, options)
+        rows, near = through.detect(surface, step, feet, lists, found, options)
     if options.closed:
         feet = last.patch, last.uv
-        opposed = closed_body.detect(surface, step, feet, (rows, near), detected, options)
-        return with_feet(detected, lists)._replace(opposed=opposed)
+        opposed = closed_body.detect(surface, step, feet, (rows, near), found, options)
+        return with_feet(found, lists)._replace(opposed=opposed)
     foot = last.patch[rows], last.uv[rows]
     way = last.points_B[rows], now[rows]
     tracked = track(surface, way, foot, options)
     give_way(surface, tracked, way, last.holds.at(rows)[1], options)
-    open_body.detect(surface, step, (rows, near), tracked, detected, options)
-    return with_feet(detected, lists)
+    open_body.detect(surface, step, (rows, near), tracked, found, options)
+    return with_feet(found, lists)
 
 
 def _place(
@@ -105,19 +106,19 @@ def _place(
     path, lists = (step.before, step.now), (rows, counts)
     given = known, locked(active), places, lists, CHUNK
     if moved is None:
-        run_ranges(place_nb.place, chunks, 1, path, *given)
+        run_ranges(straight(place_nb.place), chunks, 1, path, *given)
     else:
         way = *path, locked(moved[0]), moved[1]
-        run_ranges(place_nb.move_and_place, chunks, 1, way, *given)
+        run_ranges(straight(place_nb.move_and_place), chunks, 1, way, *given)
     return listed(rows[0], counts[:, 0]), listed(rows[1], counts[:, 1])
 
 
 def _nothing(p_B: FloatArray, active: np.ndarray) -> Detected:
     """Nothing in contact, and nothing known of inactive points but that they never are."""
-    detected = nowhere(Workspace.of(len(p_B)), Columns.of(len(p_B)))
-    detected.status[~np.isfinite(p_B).all(axis=1)] = ContactStatus.NOT_FINITE
-    detected.safe_distance[~active] = np.inf
-    return detected
+    found = nowhere(Workspace.of(len(p_B)), Columns.of(len(p_B)))
+    found.status[~np.isfinite(p_B).all(axis=1)] = ContactStatus.NOT_FINITE
+    found.safe_distance[~active] = np.inf
+    return found
 
 
 def nowhere(workspace: Workspace, columns: Columns) -> Detected:
@@ -135,9 +136,9 @@ def no_feet(workspace: Workspace, columns: Columns) -> Projection:
     return Projection(patch, uv, point, normal, gap, feature, status, certified)
 
 
-def with_feet(detected: Detected, lists: tuple[IntArray, IntArray]) -> Detected:
-    """`detected` with the points in contact, some of the `lists`, and their parameters."""
+def with_feet(found: Detected, lists: tuple[IntArray, IntArray]) -> Detected:
+    """`found` with the points in contact, which are some of the `lists`, and their parameters."""
     rows = np.empty(len(lists[0]) + len(lists[1]), np.int32)
-    known, feet = (detected.last_patch, detected.uv), detected.feet
-    n = place_nb.held(lists, feet.patch, feet.uv, known, rows)
-    return detected._replace(held=rows[:n])
+    known, feet = (found.last_patch, found.uv), found.feet
+    n = straight(place_nb.held)(lists, feet.patch, feet.uv, known, rows)
+    return found._replace(held=rows[:n])

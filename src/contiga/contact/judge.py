@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.contact.asked import Asked
 from contiga.contact.kernels import judge_nb
 from contiga.contact.kernels.judge_nb import NOT_ASKED
 from contiga.contact.loads import UNGUARDED, UNHELD, Guards
-from contiga.contact.step_buffers import Asked
 from contiga.contact.tracked import (
     BoolArray,
     Detected,
@@ -57,8 +57,8 @@ def asked_of(
     truth.status[:] = NOT_ASKED
     if tracked is None:
         none = np.zeros(n, dtype=bool)
-        columns = none.copy(), np.zeros(n, np.int8), *known, within
-        return Asked(rows, none, *columns, *UNHELD.at(rows), blank(n), truth)
+        told = none.copy(), np.zeros(n, np.int8), *known, within
+        return Asked(rows, none, *told, *UNHELD.at(rows), blank(n), truth)
     kept, status, (guard, depth, opposed), feet = tracked
     was = np.ones(n, dtype=bool)
     return Asked(rows, was, kept, status, *known, within, guard, depth, opposed, feet, truth)
@@ -92,15 +92,11 @@ class PointsFound(NamedTuple):
     """Free points that need not have come in: inside since the start, or without a past."""
 
 
-def judge(
-    surface: Surface, step: Step, asked: Asked, detected: Detected, options: Options
-) -> Guards:
-    """Fill `detected` for the points that are asked for.
-
-    Returns those whose nearest wall is opposite to the one that pushes them.
-    """
-    truth, known, same_foot = asked.truth, asked.side != 0, SAME_FOOT * options.size
-    needed = ~known | (~asked.was & options.penetration)
+def judge(surface: Surface, step: Step, asked: Asked, found: Detected, options: Options) -> Guards:
+    """Fill `found` for the points that are asked for; returns those whose nearest wall is opposite
+    to the one that pushes them."""
+    truth, told, same_foot = asked.truth, asked.side != 0, SAME_FOOT * options.size
+    needed = ~told | (~asked.was & options.penetration)
     if options.nearest:
         needed |= asked.side < 0
     _find(surface, step, asked, np.flatnonzero(needed))
@@ -109,21 +105,21 @@ def judge(
         held = asked.guard, asked.depth, asked.opposed
         judge_nb.take_nearest(asked[:4], asked.feet, truth, held, step.way, near)
     limits = options.penetration, options.nearest, options.band, options.depth, same_foot
-    into = detected.status, detected.safe_distance, detected.last_patch, detected.uv
+    into = found.status, found.safe_distance, found.last_patch, found.uv
     if judge_nb.judge_plain(
         *(asked[:6], asked.feet, truth, (step.way, step.ignored)),
-        *(limits, into, detected.feet),
+        *(limits, into, found.feet),
     ):
         return UNGUARDED
     solved = ~needed | (truth.status == Status.OK)
-    inside = solved & np.where(known, asked.side < 0, truth.gap <= 0.0)
-    deep = inside & (known | (truth.gap < -options.band))
+    inside = solved & np.where(told, asked.side < 0, truth.gap <= 0.0)
+    deep = inside & (told | (truth.gap < -options.band))
     past = np.isfinite(step.way[asked.rows])
     free = ~asked.was & (step.ignored[asked.rows] | ~past)
     standing = PointsFound(needed, solved, inside, deep, free)
     if options.nearest:
-        return _judge_nearest(surface, step, asked, standing, detected, options)
-    _judge_tracked(surface, step, asked, standing, detected, options)
+        return _judge_nearest(surface, step, asked, standing, found, options)
+    _judge_tracked(surface, step, asked, standing, found, options)
     return UNGUARDED
 
 
@@ -132,10 +128,10 @@ def _judge_tracked(
     step: Step,
     asked: Asked,
     standing: PointsFound,
-    detected: Detected,
+    found: Detected,
     options: Options,
 ) -> None:
-    """Fill `detected` where a point keeps the wall that it came in by."""
+    """Fill `found` where a point keeps the wall that it came in by."""
     was, kept = asked.was, asked.kept
     _, solved, inside, deep, free = standing
     entered, new = _come_in(surface, step, asked, inside, options)
@@ -150,7 +146,7 @@ def _judge_tracked(
     status[anew] = ContactStatus.REACQUIRED
     status[missed] = ContactStatus.FOUND
     status[(~solved & ~kept) | lost] = ContactStatus.LOST
-    _write(asked, standing, (status, (old | new | anew | missed) & ~lost, lost), detected, options)
+    _write(asked, standing, (status, (old | new | anew | missed) & ~lost, lost), found, options)
 
 
 def _judge_nearest(
@@ -158,29 +154,29 @@ def _judge_nearest(
     step: Step,
     asked: Asked,
     standing: PointsFound,
-    detected: Detected,
+    found: Detected,
     options: Options,
 ) -> Guards:
-    """Fill `detected` where the nearest wall that is not opposite pushes; see `judge`."""
+    """Fill `found` where the nearest wall that is not opposite pushes; see `judge`."""
     rows, was, truth = asked.rows, asked.was, asked.truth
     _, solved, inside, deep, free = standing
     entered, start = _entries(surface, step, asked, standing, options)
     missed = deep & ~was & ~entered & ~free & (not options.penetration)
     touching = inside & ((was & (asked.kept | deep)) | entered | missed)
-    judged = np.flatnonzero(touching & ~asked.kept)
-    way = start[judged], step.now[rows[judged]]
-    known = asked.guard[judged], asked.depth[judged], asked.opposed[judged]
-    feet, nearest = rows_of(asked.feet, judged), rows_of(truth, judged)
+    own = np.flatnonzero(touching & ~asked.kept)
+    way = start[own], step.now[rows[own]]
+    known = asked.guard[own], asked.depth[own], asked.opposed[own]
+    feet, nearest = rows_of(asked.feet, own), rows_of(truth, own)
     held = hold(surface, way, known, feet, nearest, options.band)
-    take(asked.feet, judged, held.feet, np.ones(len(judged), dtype=bool))
+    take(asked.feet, own, held.feet, np.ones(len(own), dtype=bool))
     status = np.where(was, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
     status[asked.kept & touching] = asked.status[asked.kept & touching]
-    status[judged] = np.where(held.anew, ContactStatus.REACQUIRED, ContactStatus.OLD)
+    status[own] = np.where(held.anew, ContactStatus.REACQUIRED, ContactStatus.OLD)
     status[entered] = ContactStatus.NEW
     status[missed] = ContactStatus.FOUND
     status[~solved] = ContactStatus.LOST
-    _write(asked, standing, (status, touching, ~solved), detected, options)
-    opposed = judged[held.opposed]
+    _write(asked, standing, (status, touching, ~solved), found, options)
+    opposed = own[held.opposed]
     order = np.argsort(rows[opposed])
     return Guards(rows[opposed][order], held.guard[held.opposed][order])
 
@@ -206,38 +202,32 @@ def _entries(
     if len(which):
         hits, sense = surface.last_crossings(step.before, step.now, rows[which])
         back = np.flatnonzero(sense > 0)
-        entries, there = which[back], np.ascontiguousarray(hits.point[back])
-        entered[entries], start[entries] = True, there
-        asked.depth[entries], asked.opposed[entries] = -np.inf, False
+        own, there = which[back], np.ascontiguousarray(hits.point[back])
+        entered[own], start[own] = True, there
+        asked.depth[own], asked.opposed[own] = -np.inf, False
         feet = asked.feet
-        feet.patch[entries], feet.uv[entries], feet.status[entries] = (
-            hits.patch[back],
-            hits.uv[back],
-            Status.OK,
-        )
-        asked.guard[entries] = closest(
-            surface, there, np.arange(len(entries), dtype=np.int32)
-        ).normal
+        feet.patch[own], feet.uv[own], feet.status[own] = hits.patch[back], hits.uv[back], Status.OK
+        asked.guard[own] = closest(surface, there, np.arange(len(own), dtype=np.int32)).normal
     return entered, start
 
 
 def _write(
     asked: Asked,
     standing: PointsFound,
-    outcome: tuple[ByteArray, BoolArray, BoolArray],
-    detected: Detected,
+    told: tuple[ByteArray, BoolArray, BoolArray],
+    found: Detected,
     options: Options,
 ) -> None:
-    """Fill `detected` with what becomes of points; `told` is (status, in contact, lost)."""
+    """Fill `found` with what becomes of points; `told` is (status, in contact, lost)."""
     rows, truth = asked.rows, asked.truth
-    status, touching, lost = outcome
-    detected.status[rows] = status
-    take(detected.feet, rows, asked.feet, touching)
-    remember(detected, rows[~touching], rows_of(truth, np.flatnonzero(~touching)))
+    status, touching, lost = told
+    found.status[rows] = status
+    take(found.feet, rows, asked.feet, touching)
+    remember(found, rows[~touching], rows_of(truth, np.flatnonzero(~touching)))
     known = np.where(asked.side != 0, asked.safe_distance, np.abs(truth.gap)) - options.band
     free_way = np.where(standing.needed, free_distance(truth, options), asked.side * known)
     held = np.where(standing.inside, np.fmax(known, 0.0), 0.0)
-    detected.safe_distance[rows] = np.where(lost, 0.0, np.where(touching, held, free_way))
+    found.safe_distance[rows] = np.where(lost, 0.0, np.where(touching, held, free_way))
 
 
 def _come_in(

@@ -10,8 +10,8 @@ from contiga.contact.kernels import carrying_nb
 from contiga.contact.loads import NO_ROWS, NONE, NOWHERE
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
-from contiga.contact.step_buffers import StepBuffers
 from contiga.contact.tracked import BoolArray, Detected
+from contiga.jit import straight
 from contiga.records import FloatArray, IntArray
 
 
@@ -53,15 +53,6 @@ class ContactRows(NamedTuple):
         depth, rate, old = np.empty(k), np.empty(k), np.empty(k, np.bool_)
         return cls(rows, depth, np.empty((k, 3)), np.empty((k, 3)), np.empty((k, 3)), old, rate)
 
-    @classmethod
-    def on(cls, buffers: StepBuffers, rows: IntArray) -> ContactRows:
-        """These rows, as a kernel left them in the buffers. What states keep and laws read is
-        copied."""
-        k = len(rows)
-        depth, normal, foot, path, old, rate = buffers.carried
-        kept = depth[:k].copy(), normal[:k].copy(), foot[:k].copy()
-        return cls(rows, *kept, path[:k], old[:k], rate[:k].copy())
-
     def since(self, first: int) -> ContactRows:
         """Those of them from the point `first` on: the ones that carry forces."""
         if first == 0:
@@ -70,18 +61,18 @@ class ContactRows(NamedTuple):
         return ContactRows._make(values[k:] for values in self)
 
 
-def touching(detected: Detected, p_B: FloatArray, past: PreviousStep | None) -> ContactRows:
+def touching(found: Detected, p_B: FloatArray, past: PreviousStep | None) -> ContactRows:
     """What is known of the points in contact before forces."""
-    points = ContactRows.of(detected.held)
+    points = ContactRows.of(found.held)
     last: tuple[Any, ...]
-    rows, out = detected.held, points[1:]
+    rows, out = found.held, points[1:]
     if past is None:
         last = np.full(len(p_B), -1, np.int32), NO_ROWS, NONE
-        carrying_nb.gather(rows, detected.feet, (p_B, p_B), last, NOWHERE, 1.0, out)
+        straight(carrying_nb.gather)(rows, found.feet, (p_B, p_B), last, NOWHERE, 1.0, out)
         points.rate.fill(0.0)
         return points
     state = past.state
     last = state.patch, *kept_of(state).deep
     path = p_B, state.points_B
-    carrying_nb.gather(rows, detected.feet, path, last, *past.speed, out)
+    straight(carrying_nb.gather)(rows, found.feet, path, last, *past.speed, out)
     return points

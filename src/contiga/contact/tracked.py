@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.contact.loads import UNGUARDED, Guards, Holds, holds_of
-from contiga.contact.step_buffers import Small
 from contiga.masters.protocol import Master, Surface
 from contiga.num import codes
 from contiga.records import (
@@ -108,14 +107,12 @@ class Step(NamedTuple):
     """(n, 2) its parameters."""
     holds: Holds
     """Of the points that were in contact."""
-    small: Small
-    """Memory for few points in contact."""
 
 
 class Workspace(NamedTuple):
     """Memory that the search of a step over n points works in, and of which nothing is kept.
 
-    94 bytes a point, which a contact holds from its first step on.
+    90 bytes a point, which a contact holds from its first step on.
     Rows of points that are not looked at, or have no foot, mean nothing.
     """
 
@@ -129,19 +126,16 @@ class Workspace(NamedTuple):
     """(n,), with the next, of a `Step`."""
     ignored: BoolArray
     rows: IntArray
-    """(3, n) lists of points."""
-    small: Small
-    """For few points in contact."""
+    """(2, n) lists of points."""
 
     @classmethod
-    def of(cls, n: int, small: Small | None = None) -> Workspace:
-        """A new one; what is `small` takes far longer to make than the rest, and may be another's
-        that is not in use."""
+    def of(cls, n: int) -> Workspace:
+        """A new one."""
         point, normal = np.empty((2, n, 3))
         gap, way = np.empty((2, n))
         status, ignored = np.empty(n, np.int8), np.empty(n, np.bool_)
-        uv, rows = np.empty((n, 2)), np.empty((3, n), np.int32)
-        return cls(uv, point, normal, gap, status, way, ignored, rows, small or Small())
+        uv, rows = np.empty((n, 2)), np.empty((2, n), np.int32)
+        return cls(uv, point, normal, gap, status, way, ignored, rows)
 
 
 class Workspaces:
@@ -220,12 +214,12 @@ class Detected(NamedTuple):
         return holds_of(deep, self.feet.normal[self.held], self.opposed)
 
 
-def listed(rows: IntArray, counts: IndexArray) -> IntArray:
+def listed(own: IntArray, counts: IndexArray) -> IntArray:
     """The rows that chunks have listed, so many each, every one from its own place in `own`."""
     if len(counts) == 1:
-        return rows[: counts[0]]
-    parts = [rows[c * CHUNK : c * CHUNK + count] for c, count in enumerate(counts)]
-    return np.concatenate(parts or [rows])
+        return own[: counts[0]]
+    parts = [own[c * CHUNK : c * CHUNK + count] for c, count in enumerate(counts)]
+    return np.concatenate(parts or [own])
 
 
 class Tracked(NamedTuple):
@@ -314,24 +308,24 @@ def distances(feet: Projection, p_B: FloatArray) -> FloatArray:
 
 
 def detect_inside(
-    surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detected, options: Options
+    surface: Surface, p_B: FloatArray, rows: IntArray, found: Detected, options: Options
 ) -> None:
     """Search by penetration: points that lie inside, feet at the closest points."""
     out = closest(surface, p_B, rows)
     # Behind an open surface, deeper than contact reaches or beside its border, a point is as far
     # from contact as from that depth. A foot that was not found (NaN) is looked for again.
-    detected.safe_distance[rows] = np.where(
+    found.safe_distance[rows] = np.where(
         out.gap > 0.0, out.gap, np.fmax(-out.gap - options.depth, 0.0)
     )
     keep = (out.status == Status.OK) & (out.gap <= 0.0) & (out.gap >= -options.depth)
-    detected.status[rows[keep]] = ContactStatus.NEW
-    take(detected.feet, rows, out, keep)
+    found.status[rows[keep]] = ContactStatus.NEW
+    take(found.feet, rows, out, keep)
 
 
-def remember(detected: Detected, rows: IndexArray, feet: Projection) -> None:
+def remember(found: Detected, rows: IndexArray, feet: Projection) -> None:
     """Keep the feet of free points: what their sides are proved by the next time."""
-    detected.last_patch[rows] = feet.patch
-    detected.uv[rows] = feet.uv
+    found.last_patch[rows] = feet.patch
+    found.uv[rows] = feet.uv
 
 
 def take(feet: Projection, rows: IndexArray, out: Projection, keep: BoolArray) -> None:

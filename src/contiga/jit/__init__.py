@@ -10,14 +10,12 @@ Kernels see the decorators; in reading order, each on those before it:
 - libraries: code that is linked into its callers, and code that is called
 - uncounted, pipeline: numba's passes, and two of our own
 - dispatcher: kernels of one version, whatever integers they are handed
-- late: kernels that are compiled when a kernel calls them first
-- reference, pinned: named tuples of tables, handed by their place in memory
-- decorators: `kernel`, `inner`, `lazy`, `inlined`, `straight`
+- reference: named tuples of tables, passed by pointer
+- decorators: `kernel`, `inner`, `inlined`, `straight`
 - preload: kernels taken out of their files ahead of their first call
 """
 
 from contiga.jit.decorators import inlined as inlined
 from contiga.jit.decorators import inner as inner
 from contiga.jit.decorators import kernel as kernel
-from contiga.jit.decorators import lazy as lazy
 from contiga.jit.decorators import straight as straight

@@ -30,7 +30,6 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache
 
 from contiga.jit.libraries import CalledLibrary, calls_of, module_of
 from contiga.jit.locks import alone
-from contiga.jit.pinned import types_read
 from contiga.jit.stamps import LOCAL, PACKAGES, stamp_at_import
 
 DIGITS = 16
@@ -144,9 +143,6 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
             lock.enter_context(self._alone(str(signature), _waiting))
             found = super().load_overload(signature, target)
         return found
-
-    def _index_key(self, signature: Any, codegen: Any) -> Any:
-        return *super()._index_key(signature, codegen), types_read(self._py_func)
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
         """numba's own reads the index of a kernel, and writes it with one line more."""

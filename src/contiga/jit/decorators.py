@@ -1,9 +1,8 @@
 """What makes a function of Python a kernel.
 
 What Python calls is a `kernel`, what only kernels call is an `inner` one: put into its callers, or
-compiled once and called; a `lazy` one is called, too, and compiled when that happens first. All are
-kept in files (`cache`), have one version (`dispatcher`) and count references only to arrays that
-they make (`uncounted`).
+compiled once and called. All are kept in files (`cache`), have one version (`dispatcher`) and count
+references only to arrays that they make (`uncounted`).
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ from typing import Any
 
 from contiga.jit import reference as reference  # the types of tuples of tables
 from contiga.jit.dispatcher import KernelDispatcher, decorator
-from contiga.jit.late import lazily
 from contiga.jit.pipeline import CalledCompiler, InnerCompiler, KernelCompiler
 
 Decorator = Callable[[Any], Any]
@@ -39,15 +37,6 @@ def inner(linked: bool = True, **options: Any) -> Decorator:
     """
     made_by = InnerCompiler if linked else CalledCompiler
     return decorator(made_by, no_cpython_wrapper=True, **options)
-
-
-def lazy(returns: Any, **options: Any) -> Decorator:
-    """Decorator of kernels that only kernels call, and in most runs none: fallbacks.
-
-    They are called, as what is not `linked`, and compiled when they are called first; no caller
-    has to wait for them. `returns` is the type of what they answer, numba's.
-    """
-    return lazily(returns, no_cpython_wrapper=True, **options)
 
 
 def straight(function: Callable[..., Any]) -> Callable[..., Any]:

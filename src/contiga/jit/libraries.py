@@ -74,6 +74,5 @@ def calls_of(library: Any) -> list[Call]:
     """Of `CALLED`, what a library calls by name."""
     linked = isinstance(library, LinkedLibrary)
     module = library._shared_module if linked else library._final_module
-    declared = (function for function in module.functions if function.is_declaration)
-    names = (named.name for named in (*declared, *module.global_variables))
+    names = (function.name for function in module.functions if function.is_declaration)
     return [CALLED[name] for name in names if name in CALLED]

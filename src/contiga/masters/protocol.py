@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contiga.geometry.faces import Faces
-from contiga.jit.pinned import Pinned
 from contiga.num.digest import Digest
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, MassProperties, Projection
 from contiga.triangles.trimesh import TriMesh
@@ -39,15 +38,6 @@ class Surface(Protocol):
     @property
     def nbytes(self) -> int:
         """Memory of what the search has built, bytes."""
-        ...  # pragma: no cover
-
-    def pinned_parts(self, with_balls: bool) -> tuple[Pinned, ...] | None:
-        """What the search stands on, for kernels that do all that follows by themselves: tables,
-        sides, and balls, which are of no element where they are not asked for. None where there
-        are no such kernels.
-
-        Closed surfaces only.
-        """
         ...  # pragma: no cover
 
     def closest(

@@ -42,6 +42,16 @@ OUT, IN, CUT = 0, 1, 2
 # Form an element is evaluated in.
 GENERAL, CUBIC, RATIONAL_CUBIC = 0, 1, 2
 
+# What the stages of tracking are to do with a row; 0 where nothing is left to do.
+TO_WALK = 1
+"""Its foot left the lanes: a careful walk continues it."""
+TO_SEARCH = 2
+"""It has no foot to start from: its closest point is searched for."""
+TO_FOLLOW = 3
+"""Its foot is not proved by what is kept of its surroundings: its branch is followed in parts."""
+HAS_ENDED = 4
+"""Its branch ends on the way: its closest point is searched for."""
+
 # Crossings a search looks for.
 ENTRIES, EITHER = 0, 1
 

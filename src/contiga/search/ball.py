@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from contiga.jit import straight
 from contiga.num.threads import run_ranges
 from contiga.records import ByteArray, FloatArray, IntArray
 from contiga.search.ball_cells import Balls, build_balls
@@ -53,5 +54,6 @@ def touching_radius(
     out = np.empty(len(rows))
     balls = balls_of(tables)
     feet = (patch, uv)
-    run_ranges(ball_nb.radii, len(rows), POINTS, balls, tables.grid, feet, rows, sides, out)
+    radii = straight(ball_nb.radii)
+    run_ranges(radii, len(rows), POINTS, balls, tables.grid, feet, rows, sides, out)
     return out

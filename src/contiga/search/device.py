@@ -23,6 +23,7 @@ from contiga.records import FloatArray, IntArray, Projection, empty_projection
 from contiga.search import project
 from contiga.search.kernels import row_nb
 from contiga.search.table_types import Tables
+from contiga.search.track_records import Starts
 
 
 class FlatTables(NamedTuple):
@@ -98,7 +99,7 @@ def _by_the_cpu(tracked: Tracked, rows: IntArray, p_B: FloatArray) -> None:
     launch(row_nb.gather_row, m, (tracked.feet, tracked.before), there, starts)
     patch, uv, before = on_host(starts)
     out = empty_projection(m)
-    project.track(tracked.tables, p_B, (patch, uv), out, before)
+    project.track(tracked.tables, p_B, Starts(patch, uv), out, before)
     launch(row_nb.scatter_row, m, resident(out), there, tracked.feet)
 
 

@@ -12,17 +12,15 @@ from scipy.sparse.csgraph import connected_components
 
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import stitches
-from contiga.jit.pinned import Pinned
 from contiga.num.arrays import bytes_of
 from contiga.num.codes import CREASE
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
 from contiga.search import ball, hits, project, safe_distance, side_grid
-from contiga.search.ball_cells import GRID, Balls
 from contiga.search.body_sides import sides_of
-from contiga.search.kept import Kept
 from contiga.search.openings import openings_of
 from contiga.search.table_types import Tables
 from contiga.search.tables import tables_of
+from contiga.search.track_records import Starts
 
 SHARP = 0.02
 """Radians by which faces turn at an edge that is not meant to be smooth."""
@@ -40,8 +38,6 @@ class ExactSurface(NamedTuple):
     """(patches,) number of the connected sheet that each is of."""
     has_edges: bool
     """Whether faces meet in edges or creases anywhere."""
-    pinned: Pinned
-    """The tables, laid out once for kernels."""
 
     def are_joined(self, first: IntArray, second: IntArray) -> NDArray[np.bool_]:
         """Whether patches are of one connected sheet."""
@@ -56,11 +52,6 @@ class ExactSurface(NamedTuple):
     def nbytes(self) -> int:
         """Memory of the tables, bytes."""
         return bytes_of(self.tables)
-
-    def pinned_parts(self, with_balls: bool) -> tuple[Pinned, ...]:
-        """Tables, sides and balls, laid out once for kernels."""
-        balls = _BALLS.of(self.tables) if with_balls else _NO_BALLS
-        return self.pinned, _SIDES.of(self.tables, self.slit), balls
 
     def closest(
         self,
@@ -92,7 +83,7 @@ class ExactSurface(NamedTuple):
         before: FloatArray | None = None,
     ) -> None:
         """Feet continued over elements, seams and edges."""
-        project.track(self.tables, p_B, (patch, uv), out, before)
+        project.track(self.tables, p_B, Starts(patch, uv), out, before)
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
         """First entries by interval Newton."""
@@ -133,10 +124,6 @@ class ExactSurface(NamedTuple):
         return ball.touching_radius(self.tables, patch, uv, rows, sides)
 
 
-_NO_BALLS = Pinned(Balls(np.zeros(0, GRID), np.zeros(0, np.int32), np.zeros((0, 2, 4))))
-# Kept for as long as the tables, which none of them may hold.
-_SIDES = Kept(lambda tables, slit: Pinned(sides_of(tables, slit)))
-_BALLS = Kept(lambda tables: Pinned(ball.balls_of(tables)))
 _KEPT: WeakKeyDictionary[Faces, ExactSurface] = WeakKeyDictionary()
 
 
@@ -149,7 +136,7 @@ def exact_surface(faces: Faces) -> ExactSurface:
         slit = openings.slit + float(stitches(faces)[0].max(initial=0.0))
         tables = tables_of(faces)
         edges = _sheets(tables), _has_edges(tables)
-        own = ExactSurface(tables, openings.closed, slit, *edges, Pinned(tables))
+        own = ExactSurface(tables, openings.closed, slit, *edges)
         surface = _KEPT[faces] = own
     return surface
 

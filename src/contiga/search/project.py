@@ -16,10 +16,11 @@ from contiga.num.threads import run_ranges, thread_count
 from contiga.num.workspace import Workspace
 from contiga.records import FloatArray, IntArray, Projection
 from contiga.search.ball import known_balls
-from contiga.search.kernels import facing_nb, nearest_nb, track_nb
+from contiga.search.kernels import branch_nb, facing_nb, follow_nb, nearest_nb, track_nb
 from contiga.search.kernels.lanes_nb import RECORD
 from contiga.search.table_types import Tables
 from contiga.search.tables import tables_of
+from contiga.search.track_records import Left, Path, Room, Starts
 
 # Rows below which a second thread does not pay.
 POINTS = 256
@@ -34,6 +35,7 @@ ROWS_AN_ELEMENT = 64
 NOWHERE = np.zeros((0, 3))
 """Where points were, where that is not told."""
 _workspace = Workspace()
+_room = Room()
 
 
 def project(
@@ -84,18 +86,18 @@ def project(
         closest_of_rows(tables, p_B, np.arange(len(p_B), dtype=np.int32), feet)
         return feet
     last, feet = checked_feet(start, out, p_B, len(body.patches), "patch")
-    track(tables, p_B, (last.patch, last.uv), feet, last)
+    track(tables, p_B, Starts(last.patch, last.uv), feet, last)
     return feet
 
 
 def track(
     tables: Tables,
     p_B: FloatArray,
-    starts: tuple[IntArray, FloatArray],
+    starts: Starts,
     out: Projection,
     before: FloatArray | Projection | None = None,
 ) -> None:
-    """Continue the feet starts = (patch, uv) to `p_B`, into `out`; rows of patch −1 globally.
+    """Continue the feet `starts` to `p_B`, into `out`; rows of patch −1 globally.
 
     With `before` (n, 3), where the points were, or the feet they had, the feet are certified: shown
     to be on the branch of stationary points that leads from their start. Where the branch ends on
@@ -106,15 +108,29 @@ def track(
     size = _chunk(n, len(tables.elements.table), thread_count())
     feet = before if isinstance(before, Projection) else NO_FEET
     there = before if isinstance(before, np.ndarray) else NOWHERE
-    path = there, p_B, feet
+    path = Path(there, p_B, feet)
     rows = min(size, n)
     track_chunks = straight(track_nb.track_chunks)
 
     def chunks(first: int, last: int) -> None:
         records = _workspace.rows(rows, RECORD)
-        track_chunks(tables, path, starts, size, records, out, first, last)
+        left = _room.of(min((last - first) * size, n))
+        m = track_chunks(tables, path, starts, size, records, left, out, (first, last))
+        if m:
+            _finish(tables, p_B, left, m, out, before is not None)
 
     run_ranges(chunks, ceil(n / size), 1)
+
+
+def _finish(
+    tables: Tables, p_B: FloatArray, left: Left, m: int, out: Projection, certify: bool
+) -> None:
+    """The stages after the lanes, each for the rows that the one before has left to it."""
+    track_nb.continue_left(tables, p_B, left, m, out)
+    if not certify or not branch_nb.certify_rows(tables, p_B, left, m, out):
+        return
+    if follow_nb.follow_rows(tables, p_B, left, m, out):
+        track_nb.end_branches(tables, p_B, left, m, out)
 
 
 @lru_cache

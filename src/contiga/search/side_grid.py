@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.elements.element_arrays import Records
+from contiga.jit import straight
 from contiga.num.threads import run_ranges
 from contiga.pointer_records import pass_by_pointer
 from contiga.records import ByteArray, FloatArray, IntArray, Projection, empty_projection
@@ -165,7 +166,7 @@ def side_of(grid: SideGrid, p_B: FloatArray, rows: IntArray) -> tuple[ByteArray,
     """Side of p_B[rows], 1 outside, −1 inside, 0 not known; and a way, length, greater than zero
     where it is known, that leads to no surface."""
     side, reach = np.empty(len(rows), np.int8), np.empty(len(rows))
-    run_ranges(side_nb.sides, len(rows), POINTS, grid, p_B, rows, side, reach)
+    run_ranges(straight(side_nb.sides), len(rows), POINTS, grid, p_B, rows, side, reach)
     return side, reach
 
 
@@ -183,5 +184,5 @@ def places(
     known, patch −1 where the grid names none."""
     n = len(rows)
     known, near = (np.empty(n, np.int8), np.empty(n)), (np.empty(n, np.int32), np.empty((n, 2)))
-    run_ranges(side_nb.places, n, POINTS, grid, p_B, rows, known, near)
+    run_ranges(straight(side_nb.places), n, POINTS, grid, p_B, rows, known, near)
     return *known, *near

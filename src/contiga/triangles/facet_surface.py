@@ -53,9 +53,6 @@ class FacetedSurface(NamedTuple):
         """Memory of the tables, bytes; the mesh itself is not counted."""
         return bytes_of(self.tables)
 
-    def pinned_parts(self, with_balls: bool) -> None:
-        """None: of triangles nothing is done all at once."""
-
     def closest(
         self,
         p_B: FloatArray,

@@ -38,7 +38,7 @@ Hear = Callable[[int, Progress], None]
 """Called with the number of a process and what it tells, on a thread for each process."""
 
 
-def _unheard(process: int, progress: Progress) -> None:
+def _unheard(process: int, told: Progress) -> None:
     """Nobody listens."""
 
 
@@ -116,9 +116,9 @@ class CompilePool:
             self._say(process, json.dumps(_modules()))
             while (row := self._plan.take()) is not None:
                 self._hear(number, Progress(row))
-                progress = self._one(process, row)
+                told = self._one(process, row)
                 self._plan.done(row)
-                self._hear(number, progress)
+                self._hear(number, told)
                 if process.poll() is not None:
                     return
 
@@ -141,9 +141,7 @@ class CompilePool:
 
 
 def _everything() -> Plan:
-    kernels = listing().kernels
-    aside = filter(listing().reads_records, range(len(kernels)))
-    return Plan([kernel.parts for kernel in kernels], aside)
+    return Plan([kernel.parts for kernel in listing().kernels])
 
 
 def _started() -> subprocess.Popen[str]:

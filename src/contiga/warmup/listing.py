@@ -11,8 +11,6 @@ rows of types above it::
     ["named", "module:class of the tuple", types...]
     ["reference", a named tuple]
     ["record", [[name, kind of number, shape, offset], ...], bytes, whether it is aligned]
-
-Kernels of the modules `readers` read `records`, named by their classes, which are of these types.
 """
 
 from __future__ import annotations
@@ -27,7 +25,6 @@ import numpy as np
 from numba import from_dtype
 from numba.core import types as numba_types
 
-from contiga.jit.pinned import TYPES
 from contiga.jit.reference import Reference
 
 types: Any = numba_types
@@ -55,14 +52,10 @@ class Listing:
     told : what the file holds
     """
 
-    def __init__(self, listing: dict[str, Any]) -> None:
-        self._types = listing["types"]
-        self._records = listing["records"]
-        self._readers = frozenset(listing["readers"])
+    def __init__(self, told: dict[str, Any]) -> None:
+        self._types = told["types"]
         self._made: dict[Row, Any] = {}
-        self.kernels = [
-            Listed(m, n, tuple(parts), tuple(of)) for m, n, parts, of in listing["kernels"]
-        ]
+        self.kernels = [Listed(m, n, tuple(own), tuple(of)) for m, n, own, of in told["kernels"]]
         self._rows: dict[tuple[str, str], list[Row]] = {}
         for row, kernel in enumerate(self.kernels):
             self._rows.setdefault((kernel.module, kernel.name), []).append(row)
@@ -81,19 +74,9 @@ class Listing:
         of the sources.
         """
         kernel = self.kernels[row]
-        function = getattr(import_module(kernel.module), kernel.name)
-        function.compile(self.arguments(row))
-        return function
-
-    def reads_records(self, row: Row) -> bool:
-        """Whether a kernel can be compiled only where types of records are known that are laid out
-        in memory (`contiga.jit.pinned`)."""
-        return self.kernels[row].module in self._readers
-
-    def suppose_records(self) -> None:
-        """Take the types of such records from the list, in a process that lays out none."""
-        for name, row in self._records.items():
-            TYPES[name] = self._type(row)
+        found = getattr(import_module(kernel.module), kernel.name)
+        found.compile(self.arguments(row))
+        return found
 
     def arguments(self, row: Row) -> tuple[Any, ...]:
         """Types of numba's that a kernel takes."""
@@ -127,8 +110,8 @@ class Listing:
 def _record(fields: list[Any], size: int, aligned: bool) -> Any:
     names, kinds, shapes, offsets = zip(*fields, strict=True)
     formats = [(kind, tuple(shape)) for kind, shape in zip(kinds, shapes, strict=True)]
-    record: Any = {"names": names, "formats": formats, "offsets": offsets, "itemsize": size}
-    return from_dtype(np.dtype(record, align=aligned))
+    told: Any = {"names": names, "formats": formats, "offsets": offsets, "itemsize": size}
+    return from_dtype(np.dtype(told, align=aligned))
 
 
 @cache

@@ -6,7 +6,7 @@ What a run waits for, and what that is built of, goes first.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence, Set
+from collections.abc import Sequence, Set
 from threading import Condition
 
 from contiga.warmup.listing import Row
@@ -18,18 +18,16 @@ class Plan:
     Parameters
     ----------
     parts : of each kernel, those that it is built of; they stand before it
-    aside : kernels that one who needs others does not make in between
     """
 
-    def __init__(self, parts: Sequence[Sequence[Row]], aside: Iterable[Row] = ()) -> None:
+    def __init__(self, parts: Sequence[Sequence[Row]]) -> None:
         self._parts = parts
-        self._aside = frozenset(aside)
         self._builds: list[list[Row]] = [[] for _ in parts]
-        for row, needs in enumerate(parts):
-            for part in needs:
+        for row, own in enumerate(parts):
+            for part in own:
                 self._builds[part].append(row)
-        self._missing = [len(needs) for needs in parts]
-        self._ready = {row for row, needs in enumerate(parts) if not needs}
+        self._missing = [len(own) for own in parts]
+        self._ready = {row for row, own in enumerate(parts) if not own}
         self._left = set(range(len(parts)))
         self._wanted: list[Row] = []
         self._ended = False
@@ -39,9 +37,9 @@ class Plan:
         """A kernel to be compiled, as soon as there is one; None once none is left."""
         with self._changed:
             while self._left and not self._ended:
-                kernel = self._first(self._ready)
-                if kernel is not None:
-                    return kernel
+                found = self._first(self._ready)
+                if found is not None:
+                    return found
                 self._changed.wait()
             return None
 
@@ -55,9 +53,9 @@ class Plan:
             self._wanted.append(row)
             try:
                 while row in self._left and not self._ended:
-                    kernel = self._first(self._ready - self._aside)
-                    if kernel is not None:
-                        return kernel
+                    found = self._first(self._ready)
+                    if found is not None:
+                        return found
                     self._changed.wait()
                 return None
             finally:
@@ -88,9 +86,9 @@ class Plan:
         among = wanted or other
         if not among:
             return None
-        first = min(among)
-        self._ready.remove(first)
-        return first
+        found = min(among)
+        self._ready.remove(found)
+        return found
 
     def _needed(self) -> set[Row]:
         """What is wanted, and those of its parts that are not there."""

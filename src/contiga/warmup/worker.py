@@ -32,7 +32,6 @@ def serve() -> None:
     rows: SimpleQueue[int] = SimpleQueue()
     threading.Thread(target=_listen, args=(rows,), daemon=True).start()
     with looked_for_seldom():
-        listing().suppose_records()
         while True:
             tell(answers, **compiled(rows.get()))
 

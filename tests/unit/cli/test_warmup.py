@@ -38,7 +38,7 @@ def stub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Has processes run a stub of the worker, which has all kernels but one to compile; the folder
     gets a file for each of them when it is started: it may be ended before it does anything."""
     kernels = [["contiga.rooms_nb", f"k{k}", [], parts] for k, parts in enumerate(PARTS)]
-    listed = Listing({"types": [], "records": {}, "readers": [], "kernels": kernels})
+    listed = Listing({"types": [], "kernels": kernels})
     monkeypatch.setattr("contiga.warmup.listing.listing", lambda: listed)
     monkeypatch.setattr(compile_pool, "listing", lambda: listed)
     monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)

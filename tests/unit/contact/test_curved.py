@@ -11,14 +11,14 @@ from tests.sample import FULL, slow
 from tests.scenes import box
 
 import contiga as cg
-from contiga.contact import at_once, curved
+from contiga.contact import curved
+from contiga.contact import moved as search_of_step
 from contiga.contact.curved import Path, Story, bulge_of
 from contiga.contact.tracked import BULGE, Detected, blank
 from contiga.num import pose
 from contiga.num.rigid import to_world
 from contiga.num.screw import screw_between
 from contiga.records import ContactStatus as Is
-from contiga.search.exact_surface import ExactSurface
 
 UNIT = cg.PenaltyLaw(1.0)
 FLAGGED = (Is.LOST, Is.FOUND, Is.REACQUIRED)
@@ -187,7 +187,7 @@ class _Counted:
             return inner(surface, now, *others)  # type: ignore[arg-type]
 
         monkeypatch.setattr(curved, "detect", counted)
-        monkeypatch.setattr(at_once, "detect", counted)
+        monkeypatch.setattr(search_of_step, "detect", counted)
 
 
 def test_what_cannot_touch_costs_no_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -205,19 +205,16 @@ def test_what_cannot_touch_costs_no_pieces(monkeypatch: pytest.MonkeyPatch) -> N
     assert state.status[1] == Is.NOT_FINITE
 
 
-@pytest.mark.parametrize("few", [False, True])
-def test_a_step_without_turning_is_one_search(monkeypatch: pytest.MonkeyPatch, few: bool) -> None:
+def test_a_step_without_turning_is_one_search(monkeypatch: pytest.MonkeyPatch) -> None:
     points, end, _ = _both_move(30.0, 0.05)
     contact = _contact("blade", len(points))
     turned = pose.rotation("z", 0.7)
     states = [contact.start(points, turned)]
     counted = _Counted(monkeypatch)
     monkeypatch.setattr(curved, "screw_between", None)
-    if not few:
-        monkeypatch.setattr(ExactSurface, "pinned_parts", lambda *_: None)
     moved = pose.compose(pose.translation([0.1, 0.2, 0.3]), turned)
     state = contact.step(states[0], end, moved)
-    assert counted.points == ([] if few else [len(points)])
+    assert counted.points == [len(points)]
     np.testing.assert_array_equal(state.pose, moved)
 
 
@@ -278,11 +275,7 @@ def test_points_far_from_the_surface_are_not_followed(monkeypatch: pytest.Monkey
         seen[-1] += len(path.now)
         return inner(*given)  # type: ignore[arg-type]
 
-    def small() -> object:
-        raise AssertionError("made anew")
-
     monkeypatch.setattr(curved, "_follow", followed)
-    monkeypatch.setattr(curved, "Small", small)
     for k in range(12):
         turned = pose.rotation([1.0, 0.0, 0.0], 0.05 * (k + 1))
         state = contact.step(state, points, pose.compose(low, turned), dt=1e-3)

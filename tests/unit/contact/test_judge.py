@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from contiga.contact import judge as judging
+from contiga.contact.asked import Asked
 from contiga.contact.judge import judge
 from contiga.contact.kernels import judge_nb
 from contiga.contact.loads import UNHELD
-from contiga.contact.step_buffers import Asked, Small
 from contiga.contact.tracked import Detected, Options, Step, blank
 from contiga.records import ContactStatus, Hit, Projection, empty_hit, rows_of
 from contiga.statuses import Status
@@ -83,7 +83,7 @@ def scene(seed: int, nearest: bool) -> tuple[Asked, Step]:
     points, near = rng.normal(size=(2 * N, 3)), np.zeros(2 * N, np.int32)
     old = near, rng.random((2 * N, 2)), UNHELD
     gone = np.where(np.isfinite(way), way, 0.0)[:, None] * [1.0, 0.0, 0.0]
-    return asked, Step(points - gone, points, way, ignored, *old, Small())
+    return asked, Step(points - gone, points, way, ignored, *old)
 
 
 def rows_of_asked(asked: Asked, which: np.ndarray) -> Asked:
@@ -95,12 +95,12 @@ def found_by(asked: Asked, step: Step, options: Options) -> tuple[Detected, int]
     """What `judge` makes of them, and how often it asked the surface."""
     n, surface = len(step.way), Told()
     none = np.zeros((0,), np.int32)
-    result = Detected(
+    found = Detected(
         *(np.full(n, -9, np.int8), blank(n), np.full(n, -7.0), np.full(n, -5, np.int32)),
         *(np.full((n, 2), -3.0), none),
     )
-    judge(surface, step, asked, result, options)  # type: ignore[arg-type]
-    return result, surface.asked
+    judge(surface, step, asked, found, options)  # type: ignore[arg-type]
+    return found, surface.asked
 
 
 def options_of(penetration: bool, nearest: bool, depth: float) -> Options:

@@ -32,12 +32,6 @@ def _know_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
 
     for method in (sides, clear_ways, places):
         monkeypatch.setattr(ExactSurface, method.__name__, method)
-    _one_by_one(monkeypatch)
-
-
-def _one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The surface is asked by its methods, also for few points."""
-    monkeypatch.setattr(ExactSurface, "pinned_parts", lambda *_: None)
 
 
 def _run(
@@ -133,7 +127,6 @@ def test_a_foot_that_is_the_closest_point_stays_though_the_way_led_through_a_cav
     if blind:
         _know_nothing(monkeypatch)
     monkeypatch.setattr(ExactSurface, "touching_ball", lambda *args: np.zeros(len(args[-1])))
-    _one_by_one(monkeypatch)
     near, far = np.array([[-0.35, 0.0, 0.45]]), np.array([[0.35, 0.0, 0.45]])
     contact = cg.Contact(body, cg.Slave(near, area=[1.0]), law=cg.PenaltyLaw(1.0))
     state = contact.start(0.5 * near)

@@ -32,8 +32,6 @@ class _Looked:
             return inner(*args)
 
         monkeypatch.setattr(ExactSurface, name, counted)
-        # Few points would be looked at without asking it.
-        monkeypatch.setattr(ExactSurface, "pinned_parts", lambda *_: None)
 
 
 @pytest.mark.parametrize("search", ["intersection", "penetration"])

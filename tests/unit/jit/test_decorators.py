@@ -195,7 +195,7 @@ def test_a_read_only_package_is_kept_in_the_users_own_folder(tiny, tmp_path):
 
 def kernel_files():
     files = sorted(PACKAGE.rglob("kernels/*_nb.py"))
-    return [file for file in files if re.search(r"^@(kernel|inner|lazy)\b", file.read_text(), re.M)]
+    return [file for file in files if re.search(r"^@(kernel|inner)\b", file.read_text(), re.M)]
 
 
 @pytest.mark.parametrize("file", kernel_files(), ids=lambda file: file.stem)

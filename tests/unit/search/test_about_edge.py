@@ -169,8 +169,8 @@ def test_no_way_as_long_as_the_reach_leaves_the_cell_about_a_foot():
 @njit
 def along(coefs, foot, cell, bending):
     work = strand_nb.strand_work()
-    work[0][0, : len(coefs)] = coefs
-    work[1][0] = len(coefs) - 1
+    work.coefs[0, : len(coefs)] = coefs
+    work.degree[0] = len(coefs) - 1
     return about_edge_nb.along(work, 1, foot, cell, bending)
 
 

@@ -9,10 +9,12 @@ import pytest
 from numba import njit
 
 import contiga as cg
+from contiga.num.codes import TO_SEARCH, TO_WALK
 from contiga.records import empty_projection, rows_of
 from contiga.search.kernels import bins_nb
-from contiga.search.kernels.lanes_nb import BY_ROW, LOST, RECORD
+from contiga.search.kernels.lanes_nb import RECORD
 from contiga.search.tables import tables_of
+from contiga.search.track_records import Path, Starts, room_for
 from contiga.statuses import Feature, Status
 
 pytestmark = pytest.mark.interpreted
@@ -33,8 +35,8 @@ def order_rows(element, counts):
 
 
 @njit
-def fetch_rows(records, path, starts, chunk, out):
-    return bins_nb.fetch_rows(records, path, starts, chunk, out)
+def fetch_rows(records, path, starts, chunk, left, out):
+    return bins_nb.fetch_rows(records, path, starts, chunk, left, 0, out)
 
 
 @pytest.mark.parametrize("faces", [1, 121])
@@ -54,8 +56,8 @@ def test_rows_come_in_the_order_of_their_elements_and_blocks_hold_them(faces):
     uv = domain[:, 0] + rng.random((n, 2)) * (domain[:, 1] - domain[:, 0])
     patch[lost] = -1
     records = np.empty((n, RECORD))
-    path = NOWHERE, rng.random((n, 3)), NOBODY
-    element, counts = hand_rows(tables, path, (patch, uv), (first, n), records)
+    path = Path(NOWHERE, rng.random((n, 3)), NOBODY)
+    element, counts = hand_rows(tables, path, Starts(patch, uv), (first, n), records)
     assert counts.sum() == n - first - len(lost)
     order, blocks = order_rows(element, counts)
     np.testing.assert_array_equal(np.sort(order), np.flatnonzero(patch[first:] >= 0))
@@ -89,15 +91,15 @@ def scene():
 @pytest.mark.parametrize("told", ["not", "by points", "by feet"])
 def test_what_is_handed_stands_at_the_head_of_a_record(told):
     tables, now, feet, was = scene()
-    path = (was if told == "by points" else NOWHERE, now, feet if told == "by feet" else NOBODY)
+    path = Path(was if told == "by points" else NOWHERE, now, feet if told == "by feet" else NOBODY)
     records = np.full((3, RECORD), np.nan)
-    hand_rows(tables, path, (feet.patch, feet.uv), (1, 4), records)
+    hand_rows(tables, path, Starts(feet.patch, feet.uv), (1, 4), records)
     for i in (1, 2):
         np.testing.assert_array_equal(records[i, :3], now[1 + i])
         np.testing.assert_array_equal(records[i, 6:8], feet.uv[1 + i])
         before = np.full(3, np.nan) if told == "not" else was[1 + i]
         np.testing.assert_allclose(records[i, 3:6], before, rtol=1e-15)
-    assert records[0, 0] == LOST
+    assert records[0, 0] == TO_SEARCH
     assert np.isnan(records[:, 8:]).all()
 
 
@@ -110,16 +112,18 @@ def test_what_is_found_is_fetched_by_its_flag_and_the_rest_is_kept(told):
     out.patch[:] = [5, 6, 7, 8, 9]
     last = rows_of(out, np.arange(5))
     records = rng.random((4, RECORD))
-    records[:, 0] = [BY_ROW, 0.0, LOST, 0.0]
+    records[:, 0] = [TO_WALK, 0.0, TO_SEARCH, 0.0]
     records[:, 1], records[:, 11] = [1.0, 1.0, 0.0, 0.0], [3.0, 4.0, 9.0, 2.0]
     records = records[[0, 1, 3, 2]]
-    path = (was if told == "by points" else NOWHERE, np.empty((5, 3)), NOBODY)
-    path = (*path[:2], out) if told == "by feet" else path
+    path = Path(was if told == "by points" else NOWHERE, np.empty((5, 3)), NOBODY)
+    path = path._replace(feet=out) if told == "by feet" else path
     # The feet that were started from are written over.
-    rows, flags, before, (patch, uv) = fetch_rows(records, path, (out.patch, out.uv), (1, 5), out)
+    room = room_for(4)
+    m = fetch_rows(records, path, Starts(out.patch, out.uv), (1, 5), room, out)
+    rows, flags, before, patch, uv = (column[:m] for column in room)
     left = [1, 4] if told == "not" else [1, 3, 4]
     assert rows.tolist() == left
-    assert flags.tolist() == [{1: BY_ROW, 3: 0, 4: LOST}[k] for k in left]
+    assert flags.tolist() == [{1: TO_WALK, 3: 0, 4: TO_SEARCH}[k] for k in left]
     np.testing.assert_array_equal(patch, last.patch[left])
     np.testing.assert_array_equal(uv, last.uv[left])
     if told != "not":

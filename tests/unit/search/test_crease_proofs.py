@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numba import njit
 
+from contiga.search.certify_records import Near
 from contiga.search.kernels import crease_nb, joined_nb
 from contiga.search.tables import tables_of
 
@@ -28,7 +29,7 @@ def over_crease(near, foot, last, path):
 
 def near(body):
     tables = tables_of(body)
-    return tables.elements, tables.rings, tables.trims.trimmed, tables.scale[1]
+    return Near(tables.elements, tables.rings, tables.trims.trimmed, tables.scale[1])
 
 
 def joined(body, foot, last, before, after=None):

@@ -52,8 +52,8 @@ def test_the_curvature_of_a_circular_side_is_that_of_its_circle():
 
 
 @njit
-def side_bend(bend, h, rest, cell, side):
-    return fold_nb.side_bend(bend, (h, rest), cell, side)
+def side_bend(bend, work, cell, side):
+    return fold_nb.side_bend(bend, work, cell, side)
 
 
 @pytest.mark.parametrize("name", SHEETS)
@@ -82,7 +82,7 @@ def test_a_side_bends_and_runs_within_what_is_told(name):
             first, second = 0.5 * size[k] * first, 0.25 * size[k] ** 2 * second
             speed = np.linalg.norm(first, axis=1)
             bent = np.linalg.norm(np.cross(first, second), axis=1) / speed**3
-            c, change, least, most = side_bend(bend, work[0], work[1], cell, side)
+            c, change, least, most = side_bend(bend, work, cell, side)
             assert change >= np.linalg.norm(second - c, axis=1).max() - 1e-12
             assert least <= speed.min() * (1 + 1e-9)
             assert most >= bent.max() * (1 - 1e-9) - 1e-9

@@ -11,10 +11,12 @@ from tests.stress.tracking import slivers
 
 import contiga as cg
 from contiga.jit.pipeline import CalledCompiler
+from contiga.num.codes import TO_WALK
 from contiga.records import empty_projection
-from contiga.search.kernels import lanes_nb, project_nb
-from contiga.search.kernels.lanes_nb import BY_ROW, RECORD
+from contiga.search.kernels import lanes_nb, project_nb, track_nb
+from contiga.search.kernels.lanes_nb import RECORD
 from contiga.search.tables import tables_of
+from contiga.search.track_records import Left, Path, Starts, room_for
 
 PATCHES = {
     "polynomial": cg.shapes.bumpy_plate(),
@@ -25,11 +27,11 @@ PATCHES = {
 
 def in_lanes(tables, points, start, out, before=None):
     """Feet of the rows that lanes can do into `out`; the flag of each row."""
-    path = np.empty((0, 3)) if before is None else before, points, empty_projection(0)
+    path = Path(np.empty((0, 3)) if before is None else before, points, empty_projection(0))
     records, flags = np.empty((len(points), RECORD)), np.zeros(len(points), np.uint8)
-    starts, chunk = (start.patch, start.uv), (0, len(points))
-    rows, own, *_ = project_nb.track_lanes(tables, path, starts, chunk, records, out)
-    flags[rows] = own
+    starts, chunk, left = Starts(start.patch, start.uv), (0, len(points)), room_for(len(points))
+    m = project_nb.track_lanes(tables, path, starts, chunk, records, left, 0, out)
+    flags[left.rows[:m]] = left.flags[:m]
     return flags
 
 
@@ -40,9 +42,10 @@ def lanes_only(body, points, start):
 
 def walk_only(body, points, start):
     tables, out = tables_of(body), empty_projection(len(points))
-    rows, flags = np.arange(len(points), dtype=np.int32), np.full(len(points), BY_ROW, np.uint8)
-    rest = rows, flags, np.empty((0, 3)), (start.patch, start.uv)
-    project_nb.project_tracked(tables, points, rest, out)
+    n = len(points)
+    rows, flags = np.arange(n, dtype=np.int32), np.full(n, TO_WALK, np.uint8)
+    left = Left(rows, flags, np.empty((n, 3)), start.patch, start.uv)
+    track_nb.continue_left(tables, points, left, n, out)
     return out
 
 

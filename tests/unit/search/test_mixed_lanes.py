@@ -11,6 +11,7 @@ from tests.stress.tracking import slivers
 
 import contiga as cg
 from contiga.elements.element_arrays import ELEMENT
+from contiga.num.codes import TO_WALK
 from contiga.records import empty_projection, rows_of
 from contiga.search.kernels import lanes_nb, mixed_lanes_nb
 from contiga.search.tables import tables_of
@@ -98,7 +99,7 @@ def test_a_row_that_has_left_for_nowhere_is_flagged_wherever_its_foot_would_be()
     wall = cg.shapes.bilinear([1, 0, 0], [1, 0, 1], [1, 1, 0], [1, 1, 1])
     for body in (cg.Body([PLATE]), cg.Body([PLATE, wall])):
         record, waiting = gone_on(tables_of(body), 0, (0.7, 0.0), (0.5, 0.5, 0.1))
-        assert (record[lanes_nb.FLAG], waiting) == (lanes_nb.BY_ROW, 0)
+        assert (record[lanes_nb.FLAG], waiting) == (TO_WALK, 0)
     flat = cg.Body([PLATE, PLATE.translated([1.0, 0.0, 0.0])])
     record, waiting = gone_on(tables_of(flat), 0, (0.7, 0.0), (1.2, 0.5, 0.1))
     assert (record[lanes_nb.FLAG], waiting) == (0.0, 0)

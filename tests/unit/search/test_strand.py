@@ -107,11 +107,11 @@ def test_a_strand_is_one_smooth_stretch_of_one_edge(points, named, edge):
 
 
 @njit
-def stretch_bend(coefs, h, rest):
+def stretch_bend(coefs, bending):
     work = strand_nb.strand_work()
-    work[0][0, : len(coefs)] = coefs
-    work[1][0] = len(coefs) - 1
-    return strand_nb.stretch_bend(work, 0, h, rest)
+    work.coefs[0, : len(coefs)] = coefs
+    work.degree[0] = len(coefs) - 1
+    return strand_nb.stretch_bend(work, 0, bending)
 
 
 def rational(coefs, t):
@@ -179,7 +179,7 @@ def test_a_stretch_bends_and_runs_within_what_is_told(sheet, piece):
             coefs = PIECES[piece](rng)
             if not bend_nb.bend_bounds(elements, 0, cell, np.empty(6), bending):
                 continue
-            middle, rest, least, most, bent = stretch_bend(coefs, *bending[:2])
+            middle, rest, least, most, bent = stretch_bend(coefs, bending)
             if not rest < np.inf:
                 continue
             known += 1

@@ -6,26 +6,29 @@ import numpy as np
 import pytest
 
 import contiga as cg
+from contiga.num.codes import TO_FOLLOW, TO_SEARCH
 from contiga.records import Projection, empty_projection
-from contiga.search.kernels import track_nb
-from contiga.search.kernels.branch_nb import FOLLOW, certify_rows
+from contiga.search import project
+from contiga.search.kernels.branch_nb import certify_rows
 from contiga.search.kernels.follow_nb import follow_rows
-from contiga.search.kernels.lanes_nb import LOST, RECORD
 from contiga.search.tables import tables_of
+from contiga.search.track_records import Left, Starts
 from contiga.statuses import Status
 
 
 def _tracked(
     body: cg.Body,
-    path: tuple[np.ndarray, ...],
+    path: tuple[np.ndarray, np.ndarray],
     start: tuple[np.ndarray, np.ndarray],
     size: int,
 ) -> Projection:
-    n = len(path[1])
-    out = empty_projection(n)
-    path = *path, empty_projection(0)
-    records = np.full((size, RECORD), np.nan)
-    track_nb.track_chunks(tables_of(body), path, start, size, records, out, 0, -(-n // size))
+    """As `project.track`, in chunks of `size` points."""
+    before, now = path
+    out = empty_projection(len(now))
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(project, "_chunk", lambda *_: size)
+        known = before if len(before) else None
+        project.track(tables_of(body), now, Starts(*start), out, known)
     return out
 
 
@@ -94,11 +97,11 @@ def test_only_rows_that_are_flagged_are_followed() -> None:
     body, before, now, feet = _scene()
     out = _tracked(body, (before, now), (feet.patch, feet.uv), len(now))
     rows = np.flatnonzero(out.certified == 1).astype(np.int32)
-    flags = np.arange(len(rows), dtype=np.uint8) % 2 * np.uint8(FOLLOW)
+    flags = np.arange(len(rows), dtype=np.uint8) % 2 * np.uint8(TO_FOLLOW)
     out.certified[:] = 0
-    rest = rows, flags, before[rows], (feet.patch[rows], feet.uv[rows])
-    follow_rows(tables_of(body), now, rest, out)
-    np.testing.assert_array_equal(out.certified[rows], flags == FOLLOW)
+    left = Left(rows, flags, before[rows], feet.patch[rows], feet.uv[rows])
+    follow_rows(tables_of(body), now, left, len(rows), out)
+    np.testing.assert_array_equal(out.certified[rows], flags == TO_FOLLOW)
 
 
 def test_of_rows_to_be_certified_flags_are_what_is_left_to_follow() -> None:
@@ -107,7 +110,9 @@ def test_of_rows_to_be_certified_flags_are_what_is_left_to_follow() -> None:
     patch[::17] = -1
     before[12] = np.nan
     out = _tracked(body, (before, now), (patch, feet.uv), len(now))
-    rows, flags = np.arange(len(now), dtype=np.int32), np.full(len(now), LOST, np.uint8)
-    certify_rows(tables_of(body), now, (rows, flags, before, (patch, feet.uv)), out)
-    assert set(np.unique(flags)) == {0, FOLLOW}
+    rows, flags = np.arange(len(now), dtype=np.int32), np.full(len(now), TO_SEARCH, np.uint8)
+    left = Left(rows, flags, before, patch, feet.uv)
+    m = certify_rows(tables_of(body), now, left, len(now), out)
+    assert m == (flags == TO_FOLLOW).sum()
+    assert set(np.unique(flags)) == {0, TO_FOLLOW}
     assert (flags[(patch < 0) | np.isnan(before[:, 0])] == 0).all()

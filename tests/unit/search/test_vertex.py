@@ -11,6 +11,7 @@ from numba import njit
 from tests.laws.test_search_laws import surface
 
 import contiga as cg
+from contiga.search.certify_records import Near
 from contiga.search.kernels import joined_nb, vertex_nb
 from contiga.search.tables import tables_of
 from contiga.statuses import Feature, Status
@@ -35,7 +36,7 @@ def leaves_vertex(near, foot, path):
 
 def near(body):
     tables = tables_of(body)
-    return tables.elements, tables.rings, tables.trims.trimmed, tables.scale[1]
+    return Near(tables.elements, tables.rings, tables.trims.trimmed, tables.scale[1])
 
 
 def pyramid(slopes=(1.0, 1.0, 1.0, 1.0)):

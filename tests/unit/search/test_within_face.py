@@ -42,11 +42,11 @@ def over_edge(tables, foot, last, path):
 
 @njit
 def is_between(points, start, end):
-    coefs, degree = strand_nb.strand_work()
+    strand = strand_nb.strand_work()
     n = len(points) - 1
-    coefs[0, : n + 1] = points
-    degree[0] = n
-    return within_face_nb._is_between((coefs, degree), start, end)
+    strand.coefs[0, : n + 1] = points
+    strand.degree[0] = n
+    return within_face_nb._is_between(strand, start, end)
 
 
 def joined(body, foot, last, before, after=None, at=at_fold):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
@@ -11,7 +10,6 @@ import time
 from pathlib import Path
 
 import pytest
-from tests.sample import FULL
 
 from contiga.warmup.compile_pool import CompilePool, Progress
 from contiga.warmup.listing import listing
@@ -55,22 +53,6 @@ def test_what_cannot_be_compiled_is_told_and_the_next_one_is_taken(
     first, second = run.stdout.splitlines()
     assert "AttributeError: module 'rooms' has no attribute" in first
     assert "folder" in second
-
-
-@pytest.mark.skipif(not FULL, reason="compiles for a minute")
-def test_a_process_that_lays_no_records_out_compiles_what_reads_them(tmp_path: Path) -> None:
-    row = next(row for row, one in enumerate(LISTED) if one.name == "stay_free")
-    told = {}
-    for first in ("", "listing().suppose_records(); "):
-        code = (
-            "import json; from contiga.warmup.listing import listing; "
-            f"from contiga.warmup.worker import compiled; {first}print(json.dumps(compiled({row})))"
-        )
-        env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
-        run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=env)
-        told[first != ""] = json.loads(run.stdout)
-    assert "has been laid out yet" in told[False]["error"]
-    assert told[True]["made"]
 
 
 RUN = """

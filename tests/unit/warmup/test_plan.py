@@ -57,23 +57,16 @@ def test_others_take_what_is_wanted_first_too() -> None:
     assert not plan._wanted
 
 
-def test_what_stands_aside_is_left_to_others_unless_it_is_needed() -> None:
-    plan = Plan([[], [], [], [2]], aside=[0, 2])
-    assert plan.take_towards(3) == 2
-    assert plan.take_towards(3) == 1
-    assert plan.take() == 0
-
-
 @pytest.mark.parametrize("ask", [lambda plan: plan.take(), lambda plan: plan.take_towards(1)])
 def test_an_end_lets_go_of_all_who_wait(ask) -> None:
     plan = Plan([[], [0]])
     assert plan.take() == 0
-    actual: list[int | None] = [7]
-    waiting = threading.Thread(target=lambda: actual.append(ask(plan)))
+    found: list[int | None] = [7]
+    waiting = threading.Thread(target=lambda: found.append(ask(plan)))
     waiting.start()
     plan.end()
     waiting.join(30.0)
-    assert actual == [7, None]
+    assert found == [7, None]
     assert plan.take() is None
 
 

@@ -8,8 +8,6 @@
 - settle_nb: points of a closed body whose sides and feet tell what becomes of them: settled in
   single passes
 - judge_nb: points whose feet do not tell, where their closest points do
-- asked_nb: few points whose feet do not tell, gathered, and judged by their closest points
-- touching_nb: the step of few points in contact and near it, in one call
 - sums_nb: sums in one order, as NumPy takes them
 - totals_nb: world forces, and sums over the points that carry them: wrench and energies
 """

@@ -13,13 +13,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import types
 
 from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
-from contiga.jit import inner, lazy
+from contiga.jit import inner
 from contiga.num.codes import CREASE
 from contiga.num.kernels.vector_nb import cross, dot
+from contiga.search.certify_records import EdgeWork
 from contiga.search.kernels.around_nb import cross as beyond_side
 from contiga.search.kernels.bend_nb import (
     SPEED_S,
@@ -49,12 +49,6 @@ NONE, LINKED = -1, -2
 """Instead of an edge: there is none, or it is a crease between linked elements."""
 BENT = 1.2
 """Ways along a strand are so many times as long as their chords at most: 1/cos(1/2) = 1.14."""
-PLACE = types.UniTuple(types.float64, 3)
-FRAME = types.UniTuple(PLACE, 4)
-ALONG = types.Tuple((types.float64, types.float64, types.int64))
-THERE = types.Tuple((types.int64, types.float64, types.float64))
-FOLD = types.Tuple((types.boolean, FRAME, FRAME, types.float64, ALONG, THERE, PLACE))
-"""What `fold_about` answers."""
 NOWHERE = (0.0, 0.0, 0.0)
 NO_FRAME = (NOWHERE, NOWHERE, NOWHERE, NOWHERE)
 NOTHING = (False, NO_FRAME, NO_FRAME, math.inf, (0.0, 0.0, 0), (-1, 0.0, 0.0), NOWHERE)
@@ -64,8 +58,8 @@ ASIDE = 0.25
 
 @inner(error_model="numpy")
 def edge_work():
-    """Work tables of `over_edge`: those of `prove`, of a strand, and of `closest`."""
-    return prove_work(), strand_work(), np.empty(4)
+    """Work of `over_edge`, nothing in it."""
+    return EdgeWork(prove_work(), strand_work(), np.empty(4))
 
 
 @inner(error_model="numpy")
@@ -140,8 +134,8 @@ def cell_of(tables, foot, reach, bend, bending):
     """The cell about a foot that no way of length `reach` leaves but over a rim; its bounds into
     `bend`. (0, 0, 0, 0) where there is none."""
     e, s, t = foot
-    normal_at(tables.elements, e, s, t, bending[0])
-    metric = principal(bending[0])[2]
+    normal_at(tables.elements, e, s, t, bending.derivatives)
+    metric = principal(bending.derivatives)[2]
     nothing = (0.0, 0.0, 0.0, 0.0)
     if not metric[2] > 0.0:
         return nothing
@@ -162,7 +156,7 @@ def along(strand, n, foot, cell, bending):
     """The place y of a strand next to a foot, as (s, t), its slope there, and (longest way along it
     from y, largest curvature)."""
     _, s, t = foot
-    h = bending[0]
+    h = bending.derivatives
     half_s = 0.5 * (cell[1] - cell[0])
     half_t = 0.5 * (cell[3] - cell[2])
     middle_s = 0.5 * (cell[0] + cell[1])
@@ -177,7 +171,7 @@ def along(strand, n, foot, cell, bending):
     x, y, dx, dy = place_on(strand, k, where)
     before = after = bent = 0.0
     for i in range(n):
-        most, own = stretch_bend(strand, i, h, bending[1])[3:]
+        most, own = stretch_bend(strand, i, bending)[3:]
         bent = max(bent, own)
         before += most if i < k else (most * where if i == k else 0.0)
         after += most if i > k else (most * (1.0 - where) if i == k else 0.0)
@@ -204,7 +198,7 @@ def tangent(elements, e, at, slope, h):
 def _across(tables, foot, at, edge, side, point, work):
     """The face beyond an edge at the place `at` of the foot's element, and how it is joined there:
     (place (e, s, t) in it, −1 where none; (width, slip, turn))."""
-    _, _, found = work
+    place = work.place
     elements = tables.elements
     e = foot[0]
     if edge == LINKED:
@@ -222,18 +216,18 @@ def _across(tables, foot, at, edge, side, point, work):
     nowhere = (-1, 0.0, 0.0)
     known = (joint["width"], joint["slip"], joint["turn"])
     if other < 0 or not math.isfinite(
-        closest(tables, point, on_patch(other), reach, found, work[0][2])
+        closest(tables, point, on_patch(other), reach, place, work.cells.derivatives)
     ):
         return nowhere, known
-    return surface_foot(tables, found, work[0][2]), known
+    return surface_foot(tables, place, work.cells.derivatives), known
 
 
 @inner(error_model="numpy")
 def _goes_on(tables, there, reach, edge, work):
     """Whether about the place `there` of the second face the edge is its strand, and nothing else
     ends; bounds of the cell into the work tables."""
-    bends, strand, _ = work
-    cell = cell_of(tables, there, reach, bends[1], bends[4])
+    cells, strand = work.cells, work.strand
+    cell = cell_of(tables, there, reach, cells.beyond, cells.bending_beyond)
     if cell[1] == cell[0]:
         return False
     own = strand[0].copy(), strand[1].copy()
@@ -243,18 +237,18 @@ def _goes_on(tables, there, reach, edge, work):
     return same
 
 
-@lazy(FOLD, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def _fold_of(tables, foot, r, seen, work):
     """As `fold_about`, where there is an edge; `seen` is (cell, edge, number of its stretches, side
     of the element)."""
-    bends, strand, _ = work
-    h = bends[2]
+    cells, strand = work.cells, work.strand
+    h = cells.derivatives
     cell, edge, n, side = seen
     e = foot[0]
-    at, slope, (arc, bent) = along(strand, n, foot, cell, bends[3])
+    at, slope, (arc, bent) = along(strand, n, foot, cell, cells.bending)
     if not arc * bent <= 1.0:
         return NOTHING
-    way = abs(at[0] - foot[1]) * bends[0][SPEED_S] + abs(at[1] - foot[2]) * bends[0][SPEED_T]
+    way = abs(at[0] - foot[1]) * cells.here[SPEED_S] + abs(at[1] - foot[2]) * cells.here[SPEED_T]
     forward = tangent(tables.elements, e, at, slope, h)
     first, good = _frame(tables, (e, at[0], at[1]), forward, ASIDE * r, h)
     if not good:
@@ -278,8 +272,8 @@ def fold_about(tables, foot, r, work):
     face; (its width, slip, turn)). The bounds of the cells are left in the work tables, and the
     strand as the first face has it.
     """
-    bends, strand, _ = work
-    cell = cell_of(tables, foot, BENT * r, bends[0], bends[3])
+    cells, strand = work.cells, work.strand
+    cell = cell_of(tables, foot, BENT * r, cells.here, cells.bending)
     if cell[1] == cell[0]:
         return NOTHING
     edge, n, side = _strand_of(tables, foot[0], cell, strand)
@@ -289,15 +283,15 @@ def fold_about(tables, foot, r, work):
 
 
 @inner(error_model="numpy")
-def way_to(foot, last, there, way, bends):
+def way_to(foot, last, there, way, cells):
     """Length of a way from a foot to the start `last` by the cells of the fold, at most; infinite
     where it is in neither."""
     if last[0] == foot[0]:
         d_s, d_t = abs(last[1] - foot[1]), abs(last[2] - foot[2])
-        return d_s * bends[0][SPEED_S] + d_t * bends[0][SPEED_T]
+        return d_s * cells.here[SPEED_S] + d_t * cells.here[SPEED_T]
     if last[0] == there[0]:
         d_s, d_t = abs(last[1] - there[1]), abs(last[2] - there[2])
-        return way + d_s * bends[1][SPEED_S] + d_t * bends[1][SPEED_T]
+        return way + d_s * cells.beyond[SPEED_S] + d_t * cells.beyond[SPEED_T]
     return math.inf
 
 

@@ -20,6 +20,7 @@ import numpy as np
 
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, zero_scratch
+from contiga.search.certify_records import Bending
 from contiga.search.kernels.rest_nb import D01, D02, D10, D11, D20, rest_of, unit_normal
 
 INNER, OUTER, SPEED_S, SPEED_T, WIDTH_S, WIDTH_T = 0, 1, 2, 3, 4, 5
@@ -30,8 +31,8 @@ MOST_STRETCH = 0.45
 
 @kernel(linked=True, error_model="numpy")
 def bend_work():
-    """Work tables of `bend_bounds`: h and rest, as `rest_of` leaves them."""
-    return np.empty((4, 6)), np.empty((2, 5))
+    """A record for `bend_bounds` to leave what it finds in."""
+    return Bending(np.empty((4, 6)), np.empty((2, 5)))
 
 
 @inner(error_model="numpy")
@@ -173,7 +174,7 @@ def bend_bounds(elements, e, cell, bend, work):
     and |S_t|, smallest part of S_s across S_t and of S_t across S_s: the lengths of ways that lead
     from one side of the cell to the other. `work` is of `bend_work`.
     """
-    h, rest = work
+    h, rest = work.derivatives, work.rest
     if not rest_of(elements, e, cell, h, rest):
         unbounded(bend)
         return False

@@ -15,13 +15,12 @@ import numpy as np
 from contiga.elements.kernels.element_nb import span, spans_a_length
 from contiga.jit import inlined, inner
 from contiga.jit.prefetch import LINE, prefetch
-from contiga.num.codes import BRANCH_EVENT, FACE, OK
+from contiga.num.codes import BRANCH_EVENT, FACE, OK, TO_SEARCH
 from contiga.search.kernels.lanes_nb import (
     FLAG,
     FOOT,
     GAP,
     LANES,
-    LOST,
     NORMAL,
     PATCH,
     PLACE,
@@ -129,8 +128,9 @@ def hand_rows(tables, path, starts, chunk, records):
     """
     first, last = chunk
     n = last - first
-    there, points, feet = path[0][first:last], path[1][first:last], _of_chunk(path[2], first, last)
-    patch, uv = starts[0][first:last], starts[1][first:last]
+    there, points = path.before[first:last], path.now[first:last]
+    feet = _of_chunk(path.feet, first, last)
+    patch, uv = starts.patch[first:last], starts.uv[first:last]
     proves = tells(path)
     patches, breaks = tables.grid.patches, tables.grid.breaks
     element = np.empty(n, np.int32)
@@ -148,7 +148,7 @@ def hand_rows(tables, path, starts, chunk, records):
                 prefetch(breaks, patches[soon]["v"][0], 0)
         if patch[i] < 0:
             element[i] = -1
-            records[i, FLAG] = LOST
+            records[i, FLAG] = TO_SEARCH
             continue
         if patch[i] != home:
             home = patch[i]
@@ -174,7 +174,7 @@ def hand_rows(tables, path, starts, chunk, records):
 @inner()
 def tells(path):
     """Whether `path` tells where points were."""
-    return path[0].shape[0] > 0 or path[2].gap.shape[0] > 0
+    return path.before.shape[0] > 0 or path.feet.gap.shape[0] > 0
 
 
 @inner()
@@ -185,24 +185,22 @@ def ask_for(records, order, first, last, offset):
 
 
 @inner(linked=False)
-def fetch_rows(records, path, starts, chunk, out):
-    """What was found of the rows of a chunk, into `out`; returns what is left to do.
+def fetch_rows(records, path, starts, chunk, left, m, out):
+    """What was found of the rows of a chunk, into `out`; rows that are left to do behind the first
+    m of `left`, which become so many.
 
-    That is (rows, flags, points before, (patch, uv) of their starts) of the rows that are flagged,
-    or not proved though it is told where they were. Each row is read before it is written, so `out`
-    may be what was started from.
+    Left are those that are flagged, or not proved though it is told where they were. Each row is
+    read before it is written, so `out` may be what was started from.
     """
     first, last = chunk
-    there, feet = path[0][first:last], _of_chunk(path[2], first, last)
-    last_patch, last_uv = starts[0][first:last], starts[1][first:last]
+    there, feet = path.before[first:last], _of_chunk(path.feet, first, last)
+    last_patch, last_uv = starts.patch[first:last], starts.uv[first:last]
     proves = tells(path)
     patch, gap, feature = out.patch[first:last], out.gap[first:last], out.feature[first:last]
     uv, point, normal = out.uv[first:last], out.point[first:last], out.normal[first:last]
     status, certified = out.status[first:last], out.certified[first:last]
-    n, m = last - first, 0
-    rows, flags = np.empty(n, np.int32), np.empty(n, np.uint8)
-    was, home, place = np.empty((n, 3)), np.empty(n, np.int32), np.empty((n, 2))
-    for i in range(n):
+    rows, flags, was, home, place = left.rows, left.flags, left.before, left.patch, left.uv
+    for i in range(last - first):
         prefetch(records, i + AHEAD, 0)
         prefetch(records, i + AHEAD, LINE)
         flag, proved = int(records[i, FLAG]), int(records[i, PROVED])
@@ -226,4 +224,4 @@ def fetch_rows(records, path, starts, chunk, out):
         feature[i] = FACE
         status[i] = OK
         certified[i] = proved
-    return rows[:m], flags[:m], was[:m], (home[:m], place[:m])
+    return m

@@ -28,18 +28,14 @@ from __future__ import annotations
 
 import math
 
-from numba import types
-
 from contiga.elements.kernels.element_nb import locate
 from contiga.geometry.kernels.trim_nb import box_state
-from contiga.jit import inlined, inner, kernel, lazy
-from contiga.num.codes import IN, OK, SMOOTH
+from contiga.jit import inlined, inner, kernel
+from contiga.num.codes import IN, OK, SMOOTH, TO_FOLLOW
 from contiga.search.kernels.part_nb import PARTS, part_of
 
 WIDER = 1.1
 """The ball is this many times as large as what has to be in it."""
-FOLLOW = 1
-"""Flag of rows to be followed part by part."""
 
 
 @inlined()
@@ -146,7 +142,7 @@ def _speeds_to(rings, n, place, sides):
     return speed_s, speed_t
 
 
-@lazy(types.float64, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def way_beyond(table, rings, foot, start):
     """Length of a way from a foot to a start, (element, s, t) each, over a smooth side, at most;
     infinite where that is not in the surroundings of the foot.
@@ -284,26 +280,28 @@ def kept_ball(tables, taken, patches, foot, start, seen):
 
 
 @kernel(error_model="numpy")
-def certify_rows(tables, points, rest, out):
-    """Certify the feet of the rows of `rest` by the bounds kept around them.
+def certify_rows(tables, points, left, m, out):
+    """Certify the feet of the first m rows left by the bounds kept around them.
 
-    `rest` is (rows, flags, points before, (patch, uv) of their starts). A row is flagged FOLLOW
-    where that is not enough, and not any more otherwise.
+    A row is flagged TO_FOLLOW where that is not enough, and not any more otherwise. Returns how
+    many are.
     """
-    rows, flags, before, (patch, uv) = rest
+    rows, flags, before, patch, uv = left.rows, left.flags, left.before, left.patch, left.uv
+    to_follow = 0
     # Taken out of their tuples once: to hand those on costs more than the test.
     table = tables.elements.table
     rings = tables.rings
     grid = tables.grid
     tolerance = tables.scale[1]
-    for j in range(rows.shape[0]):
+    for j in range(m):
         k = rows[j]
         flags[j] = 0
         a = (before[j, 0], before[j, 1], before[j, 2])
         b = (points[k, 0], points[k, 1], points[k, 2])
         if patch[j] < 0 or not math.isfinite(a[0] + a[1] + a[2] + b[0] + b[1] + b[2]):
             continue
-        flags[j] = FOLLOW
+        flags[j] = TO_FOLLOW
+        to_follow += 1
         # A foot on a kink or an end is refused by its surroundings; one on a pole may not be.
         if out.status[k] != OK:
             continue
@@ -315,4 +313,6 @@ def certify_rows(tables, points, rest, out):
         r = kept_ball(tables, (grid, table, rings), patches, foot, start, seen)
         if r > 0.0:
             flags[j] = 0
+            to_follow -= 1
             out.certified[k] = 1
+    return to_follow

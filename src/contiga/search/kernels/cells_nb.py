@@ -58,7 +58,7 @@ def _keep(boxes, k, cell):
 
 @inner(error_model="numpy")
 def _over_side(elements, foot, last, where, bend, work):
-    """Bounds of the cell that goes on across a side, into work[1]; whether they are good.
+    """Bounds of the cell that goes on across a side, into work.beyond; whether they are good.
 
     Both cells are one strip along the side: `along` is the parameter along it, in which a way no
     longer than r stays within the strip whichever of the cells it runs in. Also returned is the
@@ -66,7 +66,7 @@ def _over_side(elements, foot, last, where, bend, work):
     """
     e, s, t = foot
     side, (r, far_s, far_t) = where
-    _, other, h, _, bending, boxes = work
+    other, h, boxes = work.beyond, work.derivatives, work.boxes
     n = elements.table[e]["neighbour"][side]
     there = elements.table[e]["neighbour_side"][side]
     sign = -1.0 if elements.table[e]["flip"][side] == 1 else 1.0
@@ -89,7 +89,7 @@ def _over_side(elements, foot, last, where, bend, work):
     cell = (along - far, along + far, low, high)
     if there < 2:
         cell = (low, high, along - far, along + far)
-    if not bend_bounds(elements, n, cell, other, bending):
+    if not bend_bounds(elements, n, cell, other, work.bending_beyond):
         return False, -1.0
     across = other[WIDTH_S if there < 2 else WIDTH_T]
     beside = other[WIDTH_T if there < 2 else WIDTH_S]
@@ -113,20 +113,20 @@ def _over_side(elements, foot, last, where, bend, work):
 
 @inner(error_model="numpy")
 def cells_about(elements, foot, last, size, side, work):
-    """Bounds of the cell about a foot into work[0], and beyond `side` (−1 none) into work[1].
+    """Bounds of the cell about a foot into work.here, and beyond `side` (−1 none) into work.beyond.
 
     `last` is the start (e, s, t), `size` (r, half the cell in s, in t). Returns the length of a way
     from foot to start in these cells, −1 where there is none or a way of length r may lead out.
-    The cells are kept in work[5], to be looked at for trims by who knows these.
+    The cells are kept in work.boxes, to be looked at for trims by who knows these.
     """
     e, s, t = foot
     r, far_s, far_t = size
-    bend = work[0]
-    if not bend_bounds(elements, e, cell_about(s, t, far_s, far_t), bend, work[3]):
+    bend = work.here
+    if not bend_bounds(elements, e, cell_about(s, t, far_s, far_t), bend, work.bending):
         return -1.0
     if not (r < far_s * bend[WIDTH_S] and r < far_t * bend[WIDTH_T]):
         return -1.0
-    _keep(work[5], 0, (e, s, t, far_s, far_t))
+    _keep(work.boxes, 0, (e, s, t, far_s, far_t))
     d_s = abs(last[1] - s)
     d_t = abs(last[2] - t)
     inside = last[0] == e and d_s <= far_s and d_t <= far_t

@@ -28,10 +28,8 @@ from __future__ import annotations
 
 import math
 
-from numba import types
-
 from contiga.elements.kernels.sides_nb import normal_at
-from contiga.jit import inner, lazy
+from contiga.jit import inner
 from contiga.num.codes import CREASE
 from contiga.num.kernels.vector_nb import dot, minus
 from contiga.search.kernels.around_nb import stands
@@ -85,7 +83,7 @@ def fall_from(w, tangent, b_1, b_2):
 def _slip(near, foot, side, fold, path, h):
     """t of the theorem; infinite where the foot is none."""
     e, s, t = foot
-    elements, _, _, tolerance = near
+    elements, tolerance = near.elements, near.tolerance
     first, second = fold
     if stands(side, s, t):
         end = fall_from(minus(path[1], first[0]), first[1], first[2], second[2])
@@ -180,13 +178,13 @@ def _is_convex(foot, sides, fold, ends, size, slip, work):
     _, s, t = foot
     side, there = sides
     r, far_s, far_t = size
-    bends = (work[0], work[1])
+    bends = (work.here, work.beyond)
     w0, w1 = ends
     arc = (far_t if side < 2 else far_s) * min(
         speed_along(bends[0], side), speed_along(bends[1], there)
     )
     off = (0.5 - abs(s if side < 2 else t)) * speed_across(bends[0], side)
-    curve = side_bend(bends[0], work[3], cell_about(s, t, far_s, far_t), side)
+    curve = side_bend(bends[0], work.bending, cell_about(s, t, far_s, far_t), side)
     reach = reach_along(fold[0][1], ends, arc, curve[3], (0.0, 0.0))
     wide = (reach[1] + off + r, arc + off + r)
     least = min(
@@ -199,16 +197,16 @@ def _is_convex(foot, sides, fold, ends, size, slip, work):
     return most_jump(bends, (fold[0][2], fold[1][2]), ends, reach, curve[3]) <= 0.0
 
 
-@lazy(types.boolean, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def over_crease(near, foot, last, side, path, work):
     """Whether one branch joins the feet `last` of path[0] and `foot` of path[1] by the crease that
     is a side of the foot's element.
 
     `near` and `work` are as for `prove`.
     """
-    elements, _, _, tolerance = near
+    elements, tolerance = near.elements, near.tolerance
     e, s, t = foot
-    h = work[2]
+    h = work.derivatives
     x = t if side < 2 else s
     n = elements.table[e]["neighbour"][side]
     there = elements.table[e]["neighbour_side"][side]

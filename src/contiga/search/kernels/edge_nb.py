@@ -40,10 +40,8 @@ from __future__ import annotations
 
 import math
 
-from numba import types
-
 from contiga.elements.kernels.sides_nb import normal_at
-from contiga.jit import inner, lazy
+from contiga.jit import inner
 from contiga.num.kernels.vector_nb import dot, minus
 from contiga.search.kernels.about_edge_nb import BENT, fold_about, way_to
 from contiga.search.kernels.bend_nb import principal
@@ -80,7 +78,7 @@ def _give(joint):
     return min(joint[1], joint[2])
 
 
-@lazy(types.float64, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def _slip_at(tables, foot, fold, ends, path, h):
     """t of the theorem; infinite where the foot is none. `fold` is of `fold_about`."""
     _, first, second, way, _, _, joint = fold
@@ -121,26 +119,26 @@ def _least_of(fold, bend, frame, ends, r):
 @inner(error_model="numpy")
 def _least_on_strand(fold, ends, work):
     """Least curvature of f along the strand of a fold."""
-    bends, strand, _ = work
+    cells, strand = work.cells, work.strand
     least = 1.0
     for k in range(fold[4][2]):
-        c, rest, slowest, _, own = stretch_bend(strand, k, bends[3][0], bends[3][1])
+        c, rest, slowest, _, own = stretch_bend(strand, k, cells.bending)
         least = min(least, least_along((c, rest, slowest, own), ends, _reach_of(fold, ends)))
     return least
 
 
-@lazy(types.UniTuple(types.float64, 2), error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def _least_and_drop(fold, ends, r, work):
     """μ and D of the theorem."""
-    bends = work[0]
+    cells = work.cells
     _, first, second, _, (_, bent, _), _, joint = fold
     reach = _reach_of(fold, ends)
     least = min(
-        _least_of(fold, bends[0], first, ends, r),
-        _least_of(fold, bends[1], second, ends, r),
+        _least_of(fold, cells.here, first, ends, r),
+        _least_of(fold, cells.beyond, second, ends, r),
         _least_on_strand(fold, ends, work),
     )
-    jump = most_jump((bends[0], bends[1]), (first[2], second[2]), ends, reach, bent)
+    jump = most_jump((cells.here, cells.beyond), (first[2], second[2]), ends, reach, bent)
     if jump + 2.0 * reach[1] * joint[1] <= 0.0:
         return least, joint[0]
     if joint[2] > FOLD:
@@ -154,8 +152,8 @@ def over_edge(tables, foot, last, path, work):
 
     `work` is of `edge_work`.
     """
-    bends = work[0]
-    h = bends[2]
+    cells = work.cells
+    h = cells.derivatives
     e, s, t = foot
     normal = normal_at(tables.elements, e, s, t, h)
     origin = tables.elements.table[e]["origin"]
@@ -181,7 +179,7 @@ def over_edge(tables, foot, last, path, work):
             return False
         if not drop <= least * max(SHARP * tables.scale[0], FEW * width):
             return False
-        way = BENT * way_to(foot, last, fold[5], fold[3], bends) + width + tables.scale[1]
+        way = BENT * way_to(foot, last, fold[5], fold[3], cells) + width + tables.scale[1]
         need = max(way, 2.0 * (slip + drop) / least)
         if need <= r:
             return True
@@ -190,7 +188,7 @@ def over_edge(tables, foot, last, path, work):
     return False
 
 
-@lazy(types.boolean, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def rests_on_edge(tables, foot, point, r, work):
     """Whether a start on or beside an edge is the foot of its point at all.
 
@@ -200,14 +198,14 @@ def rests_on_edge(tables, foot, point, r, work):
     if not (fold[0] and fold[3] <= SAME * tables.scale[1]):
         return False
     w = minus(point, fold[1][0])
-    return _slip_at(tables, foot, fold, (w, w), (point, point), work[0][2]) < math.inf
+    return _slip_at(tables, foot, fold, (w, w), (point, point), work.cells.derivatives) < math.inf
 
 
 @inner(linked=False, error_model="numpy")
 def runs_into_fold(tables, last, path, work):
     """Whether the branch of the minimum `last` of path[0] is proved to end at a fold on the way to
     path[1]: the second theorem."""
-    h = work[0][2]
+    h = work.cells.derivatives
     e, s, t = last
     normal = normal_at(tables.elements, e, s, t, h)
     origin = tables.elements.table[e]["origin"]
@@ -226,12 +224,12 @@ def runs_into_fold(tables, last, path, work):
         _, first, second, way, (_, bent, _), _, joint = fold
         ends = (minus(path[0], first[0]), minus(path[1], first[0]))
         reach = _reach_of(fold, ends)
-        least = _least_of(fold, work[0][0], first, ends, r)
+        least = _least_of(fold, work.cells.here, first, ends, r)
         least = min(least, _least_on_strand(fold, ends, work))
         slack = joint[0] + reach[1] * joint[1]
-        before, after = seen_along(work[0][1], second[2], ends, reach, bent)
+        before, after = seen_along(work.cells.beyond, second[2], ends, reach, bent)
         falls = min(before[0], after[0]) - slack
-        past = seen_along(work[0][0], first[2], ends, reach, bent)[1][1] + slack
+        past = seen_along(work.cells.here, first[2], ends, reach, bent)[1][1] + slack
         if not (least > 0.0 and falls > FOLD * reach[1]):
             return False
         need = 2.0 * slip / least + BENT * way

@@ -6,19 +6,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import types
 
 from contiga.elements.kernels.element_nb import evaluate, parameters
 from contiga.geometry.kernels.trim_nb import cell_of
-from contiga.jit import inner, lazy
+from contiga.jit import inner
 from contiga.jit.scratch import scratch
 from contiga.num.codes import BORDER, CUT, IN, OUT, SMOOTH
 from contiga.num.kernels.vector_nb import column, dot, minus
 from contiga.search.kernels.curve_nb import piece_parameters
 from contiga.search.kernels.face_nb import in_face
 
-PIECE = types.Tuple((types.float64, types.boolean, types.UniTuple(types.float64, 2), types.float64))
-"""What `_piece_beside` answers."""
 BESIDE = -1.0
 WINDOW = 2.0
 """How much farther edges are looked for than the tangent plane says: surfaces bend."""
@@ -187,7 +184,7 @@ def _met_at(trims, piece, own, place, form, carrier, c):
     return away, edge_u, edge_v, _seen(form, edge_u - u, edge_v - v, 3)
 
 
-@lazy(PIECE, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def _piece_beside(trims, piece_width, place, x, form, widths, carrier):
     """Largest width of the pieces within whose width the path passes, zero where there is none,
     whether one of them is an edge that has width, (u, v) of such an edge where it is nearest, and

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 
-from numba import types
-
 from contiga.elements.kernels.sides_nb import normal_at
-from contiga.jit import inner, lazy
+from contiga.jit import inner
 from contiga.num.kernels.vector_nb import column, dot, minus
 
 
@@ -56,7 +54,7 @@ def over_plane(h, r, d):
     return True, line, (math.sqrt(bb / det), math.sqrt(aa / det))
 
 
-@lazy(types.UniTuple(types.float64, 4), error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def touch(elements, e, cell, path, length, h):
     """A cell that is a point, or flat along the path: the ends tell on which sides of its tangent
     plane they lie. Returns x and the steps in (s, t) from the middle to where the path is as near

@@ -66,7 +66,7 @@ def side_bend(bend, work, cell, side):
     [-1, 1] from the middle, C' = a + y c + R1 and C'' = c + R2 along the side, with rests no
     larger than kept in `work`; its curvature as a curve in space is |C' × C''|/|C'|³.
     """
-    h, rest = work[0], work[1]
+    h, rest = work.derivatives, work.rest
     along, twice, r1, r2 = (2, 5, D01, D02) if side < 2 else (1, 3, D10, D20)
     half = 0.5 * (cell[3] - cell[2] if side < 2 else cell[1] - cell[0])
     least = bend[WIDTH_T if side < 2 else WIDTH_S] * half

@@ -13,11 +13,22 @@ from contiga.elements.kernels.element_nb import locate
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
-from contiga.num.codes import AT_BORDER, BRANCH_EVENT, CREASE, FACE, IN, OK, POLE
+from contiga.num.codes import (
+    AT_BORDER,
+    BRANCH_EVENT,
+    CREASE,
+    FACE,
+    HAS_ENDED,
+    IN,
+    OK,
+    POLE,
+    TO_FOLLOW,
+)
+from contiga.search.certify_records import Near
 from contiga.search.kernels.about_edge_nb import edge_work, may_join
 from contiga.search.kernels.around_nb import cross, inward_slope, stands, vertex_exit
 from contiga.search.kernels.bend_nb import principal
-from contiga.search.kernels.branch_nb import FOLLOW, seen_from
+from contiga.search.kernels.branch_nb import seen_from
 from contiga.search.kernels.cells_nb import is_untrimmed, whole_around
 from contiga.search.kernels.edge_nb import over_edge, rests_on_edge, runs_into_fold
 from contiga.search.kernels.face_nb import in_face
@@ -48,8 +59,6 @@ AWAY = 10.0
 """A foot that goes this many times as far as its least curvature explains has left its branch."""
 MOST_PARTS = 1500
 UNPROVED, PROVED, ENDED, FELL = 0, 1, 2, 3
-EVENT = 2
-"""Flag of rows whose branch ends."""
 NEAR_EDGE = 1e-6
 """Share of the body's size about a start on an edge that is looked at,"""
 WIDTHS = 4.0
@@ -75,7 +84,7 @@ def _has_ended(near, last, foot, path, h):
     It has become flat, it is none for path[1], or the foot found there is farther off than the
     curvature of f explains.
     """
-    elements, _, _, tolerance = near
+    elements, tolerance = near.elements, near.tolerance
     for side in range(4):
         if stands(side, last[1], last[2]) and elements.table[last[0]]["kind"][side] == CREASE:
             return False, math.inf  # f is bent there by more than curvature
@@ -127,16 +136,16 @@ def _is_stationary(elements, foot, point, miss, h):
 def _go_on(tables, last, path, work):
     """The foot of path[1] continued from `last`, and whether that is proved: (proved, whether it
     stays on the body, e, s, t, whether it is on a face or a crease)."""
-    bends = work[0]
+    cells = work.cells
     elements = tables.elements
     tolerance = tables.scale[1]
-    near = (elements, tables.rings, tables.trims.trimmed, tolerance)
-    status, e, s, t, feature = walk(elements, last, path[1], tolerance, bends[2])
+    near = Near(elements, tables.rings, tables.trims.trimmed, tolerance)
+    status, e, s, t, feature = walk(elements, last, path[1], tolerance, cells.derivatives)
     stays = status != AT_BORDER and (
         elements.table[e]["trim"] == IN or in_face(elements, tables.trims, e, s, t)
     )
-    good = stays and status == OK and prove(near, (e, s, t), last, path, bends)
-    if good and is_untrimmed(tables, bends[5]):
+    good = stays and status == OK and prove(near, (e, s, t), last, path, cells)
+    if good and is_untrimmed(tables, cells.boxes):
         return True, True, e, s, t, feature
     inside = stays and status == OK and feature == FACE
     if inside and stays_in_face(tables, (e, s, t), last, path, work):
@@ -144,7 +153,8 @@ def _go_on(tables, last, path, work):
     if not (may_join(tables, e) or may_join(tables, last[0])):
         return False, stays, e, s, t, feature
     if not inside:
-        status, e, s, t, feature = continued_foot(tables, last, path[1], work[2], bends[2])
+        h = cells.derivatives
+        status, e, s, t, feature = continued_foot(tables, last, path[1], work.place, h)
         stays = status == OK
     good = stays and over_edge(tables, (e, s, t), last, path, work)
     return good, stays, e, s, t, feature
@@ -157,8 +167,8 @@ def follow(tables, last, path, step, work):
     The first part tried is the share `step` of the motion; `work` is of `edge_work`. Returns
     (UNPROVED, PROVED, ENDED or FELL, e, s, t, feature): the foot at the end of what was proved.
     """
-    near = (tables.elements, tables.rings, tables.trims.trimmed, tables.scale[1])
-    h = work[0][2]
+    near = Near(tables.elements, tables.rings, tables.trims.trimmed, tables.scale[1])
+    h = work.cells.derivatives
     done = 0.0
     kind = FACE
     smallest = 0.5**HALVINGS
@@ -225,12 +235,13 @@ def _is_there(tables, foot, k, out, h):
 
 @inner(error_model="numpy")
 def _put_right(tables, k, foot, point, out, work):
-    """Write row k for the foot (e, s, t, feature) of a point; `work` is (found, h)."""
+    """Write row k for the foot (e, s, t, feature) of a point."""
     e, s, t, feature = foot
-    write_foot(tables, k, (e, s, t), OK, feature, point, out, work[1])
+    h = work.cells.derivatives
+    write_foot(tables, k, (e, s, t), OK, feature, point, out, h)
     if feature != FACE:
         total = scratch(3)
-        pseudo_normal(tables, (e, s, t), work[0], total, work[1])
+        pseudo_normal(tables, (e, s, t), work.place, total, h)
         turn_normal(tables, k, total, point, out)
 
 
@@ -244,22 +255,26 @@ def _is_start(tables, last, point, work):
             NEAR_EDGE * tables.scale[0], WIDTHS * tables.elements.table[e]["edge_tolerance"]
         )
         return may_join(tables, e) and rests_on_edge(tables, last, point, reach, work)
-    return _is_stationary(tables.elements, last, point, SAME * tables.scale[1], work[0][2])
+    h = work.cells.derivatives
+    return _is_stationary(tables.elements, last, point, SAME * tables.scale[1], h)
 
 
 @kernel(error_model="numpy")
-def follow_rows(tables, points, rest, out):
-    """Follow the branches of the rows flagged FOLLOW; arguments as of `certify_rows`.
+def follow_rows(tables, points, left, m, out):
+    """Follow the branches of the rows flagged TO_FOLLOW; arguments as of `certify_rows`.
 
-    A foot that is not the one on its branch is put right. Rows whose branch ends are flagged EVENT,
-    or, where it ran into a fold and the foot fell on to the other face, a BRANCH_EVENT at once.
+    A foot that is not the one on its branch is put right. Rows whose branch ends are flagged
+    HAS_ENDED, or, where it ran into a fold and the foot fell on to the other face, are a
+    BRANCH_EVENT at once. Returns how many are flagged.
     """
     work = edge_work()
+    cells = work.cells
     elements = tables.elements
-    near = (elements, tables.rings, tables.trims.trimmed, tables.scale[1])
-    rows, flags, before, (patch, uv) = rest
-    for j in range(rows.shape[0]):
-        if flags[j] != FOLLOW:
+    near = Near(elements, tables.rings, tables.trims.trimmed, tables.scale[1])
+    rows, flags, before, patch, uv = left.rows, left.flags, left.before, left.patch, left.uv
+    ended = 0
+    for j in range(m):
+        if flags[j] != TO_FOLLOW:
             continue
         k = rows[j]
         last = locate(tables.grid, patch[j], uv[j, 0], uv[j, 1])
@@ -270,7 +285,7 @@ def follow_rows(tables, points, rest, out):
         step = 1.0
         if out.status[k] == OK:
             foot = locate(tables.grid, out.patch[k], out.uv[k, 0], out.uv[k, 1])
-            good = prove(near, foot, last, (a, b), work[0]) and is_untrimmed(tables, work[0][5])
+            good = prove(near, foot, last, (a, b), cells) and is_untrimmed(tables, cells.boxes)
             if not good and out.feature[k] == FACE:
                 good = stays_in_face(tables, foot, last, (a, b), work)
             if not good and may_join(tables, foot[0]):
@@ -281,10 +296,12 @@ def follow_rows(tables, points, rest, out):
             step = 0.5
         outcome, e, s, t, feature = follow(tables, last, (a, b), step, work)
         if outcome == ENDED:
-            flags[j] = EVENT
+            flags[j] = HAS_ENDED
+            ended += 1
         elif outcome == FELL and out.status[k] == OK:
             out.status[k] = BRANCH_EVENT
         elif outcome == PROVED:
-            if not _is_there(tables, (e, s, t), k, out, work[0][2]):
-                _put_right(tables, k, (e, s, t, feature), b, out, (work[2], work[0][2]))
+            if not _is_there(tables, (e, s, t), k, out, cells.derivatives):
+                _put_right(tables, k, (e, s, t, feature), b, out, work)
             out.certified[k] = 1
+    return ended

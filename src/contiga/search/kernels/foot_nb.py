@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 
-from numba import types
-
 from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
-from contiga.jit import inner, lazy
+from contiga.jit import inner
 from contiga.jit.scratch import scratch, stack_int64
 from contiga.num.codes import BUDGET, EDGE, FACE, MAX_ITERATIONS, OK, TRIMMED
 from contiga.search.kernels.curve_nb import polish, surface_foot
@@ -25,8 +23,6 @@ from contiga.search.kernels.pseudo_normal_nb import (
 )
 from contiga.search.kernels.walk_nb import walk
 
-NEXT = types.Tuple((*[types.int64] * 2, *[types.float64] * 2, types.int64, types.float64))
-"""What `_next_face` answers."""
 HOPS = 4
 BESIDE_EDGE = 8.0
 """Widths of an edge within which a point sees how its faces miss each other."""
@@ -173,7 +169,7 @@ def _edge_foot(tables, home, reach, point, found, h):
     return is_open, near[0], near[1], near[2]
 
 
-@lazy(NEXT)
+@inner(linked=False)
 def _next_face(tables, edge, point, found, h):
     """Foot on the face across the edge that lies closer to the point than the edge does.
 

@@ -14,6 +14,7 @@ from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.jit import inner
 from contiga.num.codes import SMOOTH
+from contiga.search.certify_records import Cells
 from contiga.search.kernels.bend_nb import BENDS, INNER, OUTER, bend_work, principal
 from contiga.search.kernels.branch_nb import (
     WIDER,
@@ -41,7 +42,7 @@ def _by_cell(near, foot, last, seen, size, work):
 
     `last` is the start (e, s, t), `seen` (m, far, slip), `size` (r, half the cell in s, in t).
     """
-    elements, _, _, tolerance = near
+    elements, tolerance = near.elements, near.tolerance
     e, s, t = foot
     m, far, slip = seen
     r, far_s, far_t = size
@@ -49,7 +50,7 @@ def _by_cell(near, foot, last, seen, size, work):
     if side == -2 or (side >= 0 and elements.table[e]["kind"][side] != SMOOTH):
         return False
     way = cells_about(elements, foot, last, size, side, work)
-    bend, other = work[0], work[1]
+    bend, other = work.here, work.beyond
     inner, outer = bend[INNER], bend[OUTER]
     if side >= 0:
         inner = max(inner, other[INNER])
@@ -66,7 +67,7 @@ def least_bend(curvature, m):
 @inner(error_model="numpy")
 def _by_ring(near, foot, last, seen, off, boxes):
     """Whether the bounds kept around the foot prove the start `last`, given to within `off`."""
-    elements, rings, trimmed, tolerance = near
+    elements, rings, trimmed, tolerance = near.elements, near.rings, near.trimmed, near.tolerance
     e, s, t = foot
     table = elements.table
     patch, other = table[e]["patch"], table[last[0]]["patch"]
@@ -87,25 +88,29 @@ def _by_ring(near, foot, last, seen, off, boxes):
 
 @inner(error_model="numpy")
 def prove_work():
-    """Work tables of `prove`: bounds of two cells, derivatives, work of `bend_bounds` of each, and
-    the cells (2, 5) that a proof holds for if nothing is trimmed away from them."""
-    boxes = np.empty((2, 5))
-    return np.empty(BENDS), np.empty(BENDS), np.empty((4, 6)), bend_work(), bend_work(), boxes
+    """Cells for `prove`, nothing in them."""
+    return Cells(
+        np.empty(BENDS),
+        np.empty(BENDS),
+        np.empty((4, 6)),
+        bend_work(),
+        bend_work(),
+        np.empty((2, 5)),
+    )
 
 
 @inner(linked=False, error_model="numpy")
 def prove(near, foot, last, path, work):
     """Whether one branch joins the feet `last` of path[0] and `foot` of path[1], (e, s, t) each.
 
-    `near` is (elements, rings, which patches are trimmed, tolerance): to hand on all tables costs
-    as much as the proof. `work` is of `prove_work`; that nothing is trimmed away from its cells
-    is to be seen to.
+    `work` is of `prove_work`; that nothing is trimmed away from its cells is to be seen to.
     """
-    elements = near[0]
+    elements = near.elements
     moved = 0.0
-    work[5][:, 0] = -1.0
+    work.boxes[:, 0] = -1.0
     if is_corner(foot) and foot == last:
-        return stays_at_vertex(near, foot, path, work[2]) or leaves_vertex(near, foot, path, work)
+        h = work.derivatives
+        return stays_at_vertex(near, foot, path, h) or leaves_vertex(near, foot, path, work)
     if foot[0] != last[0]:
         last, moved = in_element(elements, last, foot[0])
     if foot[0] != last[0]:
@@ -126,10 +131,10 @@ def prove(near, foot, last, path, work):
 @inner(error_model="numpy")
 def _by_surroundings(near, foot, start, path, work):
     """As `prove` where no crease is near; `start` is (last, how far it was moved)."""
-    elements, _, _, tolerance = near
+    elements, tolerance = near.elements, near.tolerance
     last, moved = start
     e, s, t = foot
-    h = work[2]
+    h = work.derivatives
     normal = normal_at(elements, e, s, t, h)
     origin = elements.table[e]["origin"]
     at = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
@@ -137,7 +142,7 @@ def _by_surroundings(near, foot, start, path, work):
     m, far, slip = seen_from(at, normal, path[0], path[1], tolerance)
     # Twice the speeds at the foot: within a hair of the start they are not much larger.
     off = 2.0 * moved * (metric[0] + metric[1])
-    if _by_ring(near, foot, last, (m, far, slip), off, work[5]):
+    if _by_ring(near, foot, last, (m, far, slip), off, work.boxes):
         return True
     if not metric[2] > 0.0:
         return False

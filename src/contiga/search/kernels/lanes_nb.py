@@ -16,12 +16,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import types
 
-from contiga.jit import inlined, inner, lazy
+from contiga.jit import inlined, inner
 from contiga.jit.block import SIZE, read_anew, turn
 from contiga.jit.prefetch import LINE
 from contiga.jit.scratch import scratch
+from contiga.num.codes import TO_WALK
 from contiga.num.vectors import numbers_in_vector
 from contiga.search.kernels.newton_nb import (
     ACTIVE,
@@ -53,10 +53,6 @@ found takes its place."""
 # The proof: what is kept around the foot (see `lane_proof_nb`), and the radius of the ball.
 ROW_KEPT, ROW_RADIUS = 27, 39
 ROWS = 40
-BY_ROW = 1
-"""Flag of rows that are left to the careful walk."""
-LOST = 3
-"""Flag of rows that have no foot to start from."""
 # What is told of an element: coefficients of x, y, z and the weight, sixteen each, its origin, the
 # square of the tolerance, u0, v0, the lengths in u and v, u1, v1, their reciprocals, the patch.
 ORIGIN, TOLERANCE, BOX, SCALE, HOME = 64, 67, 68, 74, 76
@@ -102,7 +98,7 @@ def finish(bank, l, x, y, z, told, o, k):
     s, t, state = bank[ROW_S * n + l], bank[ROW_T * n + l], bank[ROW_STATE * n + l]
     n_x, n_y, n_z, gap, now = foot_record(_point(bank, l), state, x, y, z, told[o + TOLERANCE * k])
     bank[ROW_STATE * n + l] = now
-    bank[first + FLAG * n] = 0.0 if now == DONE else float(BY_ROW)
+    bank[first + FLAG * n] = 0.0 if now == DONE else float(TO_WALK)
     bank[first + PROVED * n] = 0.0
     bank[first + PLACE * n] = told[o + BOX * k] + (s + 0.5) * told[o + (BOX + 2) * k]
     bank[first + (PLACE + 1) * n] = told[o + (BOX + 1) * k] + (t + 0.5) * told[o + (BOX + 3) * k]
@@ -231,7 +227,7 @@ def start_lanes(lanes, n, told):
             bank[ROW_STATE * WIDE + l] = ACTIVE if b * WIDE + l < n else DONE
 
 
-@lazy(types.void)
+@inner(linked=False)
 def newton_rational(lanes, banks, told):
     """One round in so many banks of lanes."""
     own = scratch(TOLD)
@@ -243,7 +239,7 @@ def newton_rational(lanes, banks, told):
             one_round(bank, l, x, y, z, own[TOLERANCE])
 
 
-@lazy(types.void)
+@inner(linked=False)
 def newton_polynomial(lanes, banks, told):
     """As `newton_rational`, for elements whose weight is one."""
     own = scratch(TOLD)
@@ -255,7 +251,7 @@ def newton_polynomial(lanes, banks, told):
             one_round(bank, l, x, y, z, own[TOLERANCE])
 
 
-@lazy(types.void)
+@inner(linked=False)
 def finish_rational(lanes, banks, told):
     """The records of these lanes where they have come to."""
     own = scratch(TOLD)
@@ -267,7 +263,7 @@ def finish_rational(lanes, banks, told):
             finish(bank, l, x, y, z, own, 0, 1)
 
 
-@lazy(types.void)
+@inner(linked=False)
 def finish_polynomial(lanes, banks, told):
     """As `finish_rational`, for elements whose weight is one."""
     own = scratch(TOLD)

@@ -10,19 +10,17 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import types
 
 from contiga.elements.kernels.element_nb import place_in, quotient
-from contiga.jit import inlined, inner, lazy
+from contiga.jit import inlined, inner
 from contiga.jit.block import SIZE, turn
 from contiga.jit.prefetch import LINE, prefetch
 from contiga.jit.scratch import stack_int64
-from contiga.num.codes import CUT, GENERAL, OUT, RATIONAL_CUBIC
+from contiga.num.codes import CUT, GENERAL, OUT, RATIONAL_CUBIC, TO_WALK
 from contiga.search.kernels.branch_nb import is_whole, way_beyond
 from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.lane_proof_nb import NUMBERS, WIDTH, prove, surround, way_around
 from contiga.search.kernels.lanes_nb import (
-    BY_ROW,
     FLAG,
     LANES,
     ORIGIN,
@@ -223,7 +221,7 @@ def _derivatives(bank, l):
     )
 
 
-@lazy(types.void)
+@inner(linked=False)
 def newton_mixed(lanes, banks, tolerance):
     """One round in so many banks of lanes."""
     for b in range(banks):
@@ -233,7 +231,7 @@ def newton_mixed(lanes, banks, tolerance):
             one_round(bank, l, x, y, z, tolerance)
 
 
-@lazy(types.void)
+@inner(linked=False)
 def finish_mixed(lanes, banks):
     """The records of these lanes where they have come to."""
     for b in range(banks):
@@ -243,7 +241,7 @@ def finish_mixed(lanes, banks):
             finish(bank, l, x, y, z, bank, ROW_TOLD * WIDE + l, WIDE)
 
 
-@lazy(types.void)
+@inner(linked=False)
 def prove_mixed(lanes, banks, tolerance):
     """Radii of balls that prove the feet of these lanes, or 0. Trims are left to be looked at."""
     for b in range(banks):
@@ -265,7 +263,7 @@ def _keep_to_faces(tables, queue, n):
         s, t = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
         if not in_face(elements, tables.trims, e, s, t):
             bank[ROW_STATE * WIDE + l] = GIVEN_BACK
-            bank[(ROW_FOUND + FLAG) * WIDE + l] = BY_ROW
+            bank[(ROW_FOUND + FLAG) * WIDE + l] = TO_WALK
 
 
 @inner(linked=False)

@@ -194,7 +194,7 @@ def _plane_of(v, x, across):
 def pole_bounds(elements, e, cell, side, bend, work):
     """As `bend_bounds`, over a cell whose `side` is a pole; no width along that."""
     unbounded(bend)
-    h, rest = work
+    h, rest = work.derivatives, work.rest
     if elements.table[e]["monomial"] < 0:
         return False
     a, sums = scratch(MOST, MOST, 4), scratch(3, 6)

@@ -1,22 +1,16 @@
-"""The outer loops of tracking: each row is solved on its own, in lanes or one by one."""
+"""Tracking in lanes: the rows of a chunk, from their binning to their quick certificates."""
 
 from __future__ import annotations
 
-import math
-
-from contiga.elements.kernels.element_nb import locate
 from contiga.jit import inner, kernel
 from contiga.jit.block import SIZE
 from contiga.jit.prefetch import LINE, prefetch
 from contiga.jit.scratch import scratch, stack_int64
-from contiga.num.codes import CUT, GENERAL, NOT_FINITE, OUT, RATIONAL_CUBIC
-from contiga.num.kernels.query_nb import blank_foot
+from contiga.num.codes import CUT, GENERAL, OUT, RATIONAL_CUBIC, TO_WALK
 from contiga.search.kernels.bins_nb import ask_for, fetch_rows, hand_rows, order_rows, tells
 from contiga.search.kernels.face_nb import in_face
-from contiga.search.kernels.foot_nb import tracked_foot
 from contiga.search.kernels.lane_proof_nb import NUMBERS, load_surroundings, prove_lanes
 from contiga.search.kernels.lanes_nb import (
-    BY_ROW,
     FLAG,
     LANES,
     PROVED,
@@ -50,29 +44,6 @@ from contiga.search.kernels.part_nb import PARTS
 
 RING_LINES = PARTS * PARTS * NUMBERS * SIZE // LINE
 """Lines of the memory of what is kept of the surroundings of an element's parts."""
-
-
-@inner()
-def _finite(points, k):
-    return math.isfinite(points[k, 0] + points[k, 1] + points[k, 2])
-
-
-@kernel()
-def project_tracked(tables, points, rest, out):
-    """Continued feet of those rows of `rest` (see `fetch_rows`) that are left to careful walks."""
-    h = scratch(4, 6)
-    found = scratch(4)
-    rows, flags, _, (patch, uv) = rest
-    for j in range(rows.shape[0]):
-        if flags[j] != BY_ROW:
-            continue
-        k = rows[j]
-        if not _finite(points, k):
-            blank_foot(out, k, NOT_FINITE)
-            continue
-        point = (points[k, 0], points[k, 1], points[k, 2])
-        foot = locate(tables.grid, patch[j], uv[j, 0], uv[j, 1])
-        tracked_foot(tables, k, foot, point, out, found, h)
 
 
 @inner()
@@ -134,7 +105,7 @@ def _see_to_trims(tables, block, lanes, feet):
         if bank[ROW_STATE * WIDE + l] != DONE:
             continue
         if cut and not in_face(elements, tables.trims, e, s, t):
-            records[row, FLAG] = BY_ROW
+            records[row, FLAG] = TO_WALK
         elif trimmed and records[row, PROVED] != 0.0:
             records[row, PROVED] = 1.0 if is_whole_about(tables, patch, bank, l) else 0.0
 
@@ -163,7 +134,7 @@ def _project_blocks(tables, proves, records, order, blocks):
         form, trim = elements.table[e]["form"], elements.table[e]["trim"]
         if form == GENERAL or trim == OUT:
             for i in range(first, end):
-                records[order[i], FLAG] = BY_ROW
+                records[order[i], FLAG] = TO_WALK
             continue
         alone = (end - first) % WIDE
         if 0 < alone < FEW:
@@ -211,16 +182,16 @@ def _project_blocks(tables, proves, records, order, blocks):
 
 
 @kernel()
-def track_lanes(tables, path, starts, chunk, records, out):
+def track_lanes(tables, path, starts, chunk, records, left, m, out):
     """Fast tracking of the rows of a chunk = (first, last) in lanes, each in the element of its
     start.
 
-    `path` is (points before, points now, their feet before): either the first or the last has no
-    rows, and neither has any where nothing is to be certified. `starts` are (patch, uv), `records`
-    a table of as many rows as the chunk or more to work in. Returns what is left to do of the feet
-    in `out`, which may be what was started from: see `fetch_rows`.
+    `path` (Path), `starts` (Starts) and `left` (Left) are records of `track_records`, `records` is
+    a table of as many rows as the chunk or more to work in. The feet are in `out`, which may be
+    what was started from. Returns how many rows are left to do, m of them from before: see
+    `fetch_rows`.
     """
     element, counts = hand_rows(tables, path, starts, chunk, records)
     order, blocks = order_rows(element, counts)
     _project_blocks(tables, tells(path), records, order, blocks)
-    return fetch_rows(records, path, starts, chunk, out)
+    return fetch_rows(records, path, starts, chunk, left, m, out)

@@ -10,12 +10,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import types
 
 from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at, side_point
 from contiga.geometry.kernels.trim_nb import point_in_trim
-from contiga.jit import inner, lazy
+from contiga.jit import inner
 from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.kernels.around_nb import MOST, around, collapsed_side
 from contiga.search.kernels.curve_nb import curve_point, piece_parameters, surface_foot
@@ -289,7 +288,7 @@ def _add_face(tables, patch, place, found, total, h):
     total[2] += weight * z
 
 
-@lazy(types.void)
+@inner(linked=False)
 def pseudo_normal(tables, foot, found, total, h):
     """Angle-weighted sum of the normals of all faces at a foot on a kink, into total[3].
 
@@ -321,7 +320,7 @@ def pseudo_normal(tables, foot, found, total, h):
             _add_face(tables, grid.adjacent[k], place, found, total, h)
 
 
-@lazy(types.float64)
+@inner(linked=False)
 def side_of_squarest(tables, home, place, found, h):
     """On which side of the face that it sees most squarely a point lies: positive is free.
 

@@ -81,7 +81,7 @@ def _bends_of(elements, e, cell, depth, total, work):
         else:
             good = bend_bounds(elements, e, cell, bend, bending)
         # Next to a pole smaller cells that do not touch it have looser bounds than one that does.
-        if level >= depth or (good and (pole >= 0 or _is_tight(bend, bending[0]))):
+        if level >= depth or (good and (pole >= 0 or _is_tight(bend, bending.derivatives))):
             _merge(total, bend)
             if not good:
                 return

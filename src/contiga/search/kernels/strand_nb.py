@@ -16,16 +16,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import types
 
 from contiga.geometry.kernels.trim_nb import ON_CURVE, bernstein_at, parameter_at
-from contiga.jit import inner, lazy
+from contiga.jit import inner
 from contiga.jit.scratch import scratch, stack_int64
+from contiga.search.certify_records import Strand
 from contiga.search.kernels.bend_nb import length
 from contiga.search.kernels.rest_nb import D01, D02, D10, D11, D20
 
-BENDING = types.Tuple((types.UniTuple(types.float64, 3), *[types.float64] * 4))
-"""What `stretch_bend` answers."""
 MOST = 4
 """Pieces of one strand."""
 DEGREE = 16
@@ -38,8 +36,8 @@ STEPS = 8
 
 @inner(error_model="numpy")
 def strand_work():
-    """Work tables of `strand_in`: coefficients of the stretches, and their degrees."""
-    return np.empty((MOST, DEGREE, 3)), np.empty(MOST, np.int64)
+    """A strand for `strand_in` to fill."""
+    return Strand(np.empty((MOST, DEGREE, 3)), np.empty(MOST, np.int64))
 
 
 @inner(error_model="numpy")
@@ -137,9 +135,9 @@ def _slope(coefs, n, end):
 
 
 @inner(error_model="numpy")
-def _is_smooth(work, n):
+def _is_smooth(strand, n):
     """Whether the stretches of a strand go on from one to the next without a kink."""
-    coefs, degree = work
+    coefs, degree = strand.coefs, strand.degree
     for k in range(n - 1):
         a = _slope(coefs[k], degree[k], 1)
         b = _slope(coefs[k + 1], degree[k + 1], 0)
@@ -150,13 +148,13 @@ def _is_smooth(work, n):
 
 
 @inner(error_model="numpy")
-def strand_in(trims, patch, cell, work):
+def strand_in(trims, patch, cell, strand):
     """The strand of one edge in a cell (u0, u1, v0, v1) of a trimmed patch.
 
-    Returns (edge, number of its stretches in `work`): edge −1 and no stretch where no piece meets
+    Returns (edge, number of its stretches in `strand`): edge −1 and no stretch where no piece meets
     the cell, edge −2 where what meets it is no strand.
     """
-    coefs, degree = work
+    coefs, degree = strand.coefs, strand.degree
     wide = with_hair(trims, patch, cell)
     pieces = stack_int64(MOST)
     span = scratch(MOST, 2)
@@ -189,13 +187,13 @@ def strand_in(trims, patch, cell, work):
     for k in range(n):
         i = (start + k) % n
         degree[k] = stretch(trims, pieces[i], (span[i, 0], span[i, 1]), cell, coefs[k])
-    return (edge, n) if _is_smooth(work, n) else (-2, 0)
+    return (edge, n) if _is_smooth(strand, n) else (-2, 0)
 
 
 @inner(error_model="numpy")
-def side_strand(side, work):
+def side_strand(side, strand):
     """The natural side of a cell as its strand: one stretch."""
-    coefs, degree = work
+    coefs, degree = strand.coefs, strand.degree
     across = -1.0 if side & 1 == 0 else 1.0
     for i in range(2):
         coefs[0, i, side // 2] = across
@@ -206,9 +204,9 @@ def side_strand(side, work):
 
 
 @inner(error_model="numpy")
-def place_on(work, k, t):
+def place_on(strand, k, t):
     """(x, y) at t of stretch k, and its slope there."""
-    coefs, degree = work
+    coefs, degree = strand.coefs, strand.degree
     n = degree[k]
     w = bernstein_at(coefs[k], n, 2, t)
     x = bernstein_at(coefs[k], n, 0, t) / w
@@ -232,7 +230,7 @@ def _choose(n, i):
 
 
 @inner(error_model="numpy")
-def anchor(work, n, at, metric):
+def anchor(strand, n, at, metric):
     """The place of a strand next to (x, y) = at: (stretch, t), by the metric (E, F, G) there.
 
     Any place of the strand would do for what is proved with it; a near one proves more.
@@ -243,7 +241,7 @@ def anchor(work, n, at, metric):
         for start in (0.0, 0.5, 1.0):
             t = start
             for _ in range(STEPS):
-                x, y, dx, dy = place_on(work, k, t)
+                x, y, dx, dy = place_on(strand, k, t)
                 x -= at[0]
                 y -= at[1]
                 slope = metric[0] * x * dx + metric[1] * (x * dy + y * dx) + metric[2] * y * dy
@@ -252,7 +250,7 @@ def anchor(work, n, at, metric):
                 if new == t:
                     break
                 t = new
-            x, y, dx, dy = place_on(work, k, t)
+            x, y, dx, dy = place_on(strand, k, t)
             x -= at[0]
             y -= at[1]
             square = metric[0] * x * x + 2.0 * metric[1] * x * y + metric[2] * y * y
@@ -317,14 +315,15 @@ def _slopes(coefs, n, c, w, spread):
     return x1, x1_rest, x2, x2_rest
 
 
-@lazy(BENDING, error_model="numpy")
-def stretch_bend(work, k, h, rest):
+@inner(linked=False, error_model="numpy")
+def stretch_bend(strand, k, bending):
     """Of stretch k: C'' in about the middle, how far it departs from that, least and largest |C'|,
     largest curvature as a curve in space. Infinite where nothing is known.
 
-    `h` and `rest` are what `bend_bounds` leaves of the cell.
+    `bending` is what `bend_bounds` leaves of the cell.
     """
-    coefs, degree = work
+    h, rest = bending.derivatives, bending.rest
+    coefs, degree = strand.coefs, strand.degree
     n = degree[k]
     low = math.inf
     high = -math.inf

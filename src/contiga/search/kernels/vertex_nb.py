@@ -26,10 +26,8 @@ from __future__ import annotations
 
 import math
 
-from numba import types
-
 from contiga.elements.kernels.sides_nb import side_point
-from contiga.jit import inner, lazy
+from contiga.jit import inner
 from contiga.jit.scratch import scratch, stack_int64
 from contiga.num.codes import CREASE
 from contiga.num.kernels.vector_nb import dot, minus
@@ -62,7 +60,7 @@ def _side_along(side, s, t):
 def _rises(near, foot, path, free, h):
     """Whether f rises at the corner `foot` along all sides that meet there, for both points of a
     motion, but for the crease `free`: (element, side) on both sides of it, −1 for none."""
-    elements, _, trimmed, tolerance = near
+    elements, trimmed, tolerance = near.elements, near.trimmed, near.tolerance
     list_e = stack_int64(MOST)
     list_st = scratch(MOST, 2)
     miss = SAME * tolerance
@@ -93,7 +91,7 @@ def _rises(near, foot, path, free, h):
     return left_out == (0 if free[0][0] < 0 else 4)
 
 
-@lazy(types.boolean, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def stays_at_vertex(near, foot, path, h):
     """Whether the corner `foot` is a strict minimum for all points of a motion."""
     return _rises(near, foot, path, ((-1, -1), (-1, -1)), h)
@@ -115,17 +113,17 @@ def _rises_into(bend, b, ends, reach, bent, miss):
     return max(first[1], second[1]) < -miss
 
 
-@lazy(types.boolean, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def along_crease(near, foot, last, side, path, work):
     """Whether one branch joins the feet `last` of path[0] and `foot` of path[1], both of one
     element and on one side of it, a crease.
 
     `near` and `work` are as for `prove`.
     """
-    elements, _, trimmed, tolerance = near
+    elements, trimmed, tolerance = near.elements, near.trimmed, near.tolerance
     e, s, t = foot
     row = elements.table[e]
-    h = work[2]
+    h = work.derivatives
     x, start = (t, last[2]) if side < 2 else (s, last[1])
     n, there = row["neighbour"][side], row["neighbour_side"][side]
     # A hole may lie on the crease, or along one side of it.
@@ -146,20 +144,20 @@ def along_crease(near, foot, last, side, path, work):
     # Minima are given to within rounding, and so is where C ends.
     more = max(2.0 * SAME * tolerance / (least * first[5][2][3 if side < 2 else 2]), SNAP)
     low, high = max(min(x, start) - more, -0.5), min(max(x, start) + more, 0.5)
-    if not bend_bounds(elements, e, _strip(side, low, high), work[0], work[3]):
+    if not bend_bounds(elements, e, _strip(side, low, high), work.here, work.bending):
         return False
-    curve = side_bend(work[0], work[3], _strip(side, low, high), side)
-    arc = (high - low) * speed_along(work[0], side)
+    curve = side_bend(work.here, work.bending, _strip(side, low, high), side)
+    arc = (high - low) * speed_along(work.here, side)
     reach = reach_along(first[1], ends, arc, curve[3], (0.0, 0.0))
     least = least_along(curve, ends, reach)
     if not least * more * 2.0 * curve[2] > SAME * tolerance * (high - low):
         return False
-    if not _rises_into(work[0], first[2], ends, reach, curve[3], SAME * tolerance):
+    if not _rises_into(work.here, first[2], ends, reach, curve[3], SAME * tolerance):
         return False
     low, high = (low, high) if sign > 0.0 else (-high, -low)
-    if not bend_bounds(elements, n, _strip(there, low, high), work[1], work[3]):
+    if not bend_bounds(elements, n, _strip(there, low, high), work.beyond, work.bending):
         return False
-    if not _rises_into(work[1], second[2], ends, reach, curve[3], SAME * tolerance):
+    if not _rises_into(work.beyond, second[2], ends, reach, curve[3], SAME * tolerance):
         return False
     for end in (-0.5, 0.5):
         if min(abs(x - end), abs(start - end)) <= more:
@@ -199,9 +197,9 @@ def _lowest_crease(elements, foot, point, h):
     return found
 
 
-@lazy(types.boolean, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def leaves_vertex(near, foot, path, work):
     """Whether a foot at a corner stays there, or goes so little along a crease that it is the same
     to within rounding; `near` and `work` are as for `prove`."""
-    e, s, t, side = _lowest_crease(near[0], foot, path[1], work[2])
+    e, s, t, side = _lowest_crease(near.elements, foot, path[1], work.derivatives)
     return e >= 0 and along_crease(near, (e, s, t), (e, s, t), side, path, work)

@@ -28,11 +28,9 @@ from __future__ import annotations
 
 import math
 
-from numba import types
-
 from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
-from contiga.jit import inner, lazy
+from contiga.jit import inner
 from contiga.num.codes import POLE, SMOOTH
 from contiga.num.kernels.vector_nb import cross, dot, minus
 from contiga.search.kernels.about_edge_nb import along, at_rim, cell_of, is_in, tangent
@@ -57,7 +55,7 @@ BESIDE = 1e-3
 def _parts(strand, axis, start, end):
     """Whether the square of the direction `axis` parts the first stretch of a strand from the
     straight way from `start` to `end`: its control points are told to be beyond it."""
-    coefs, degree = strand
+    coefs, degree = strand.coefs, strand.degree
     low, high = math.inf, -math.inf
     for i in range(degree[0] + 1):
         off = (axis[0] * coefs[0, i, 1] - axis[1] * coefs[0, i, 0]) / coefs[0, i, 2]
@@ -71,7 +69,7 @@ def _parts(strand, axis, start, end):
 def _is_between(strand, start, end):
     """Whether the straight way from `start` to `end`, places (x, y) of the cell, may meet the first
     stretch of a strand."""
-    coefs, degree = strand
+    coefs, degree = strand.coefs, strand.degree
     n = degree[0]
     chord = (
         coefs[0, n, 0] / coefs[0, n, 2] - coefs[0, 0, 0] / coefs[0, 0, 2],
@@ -101,16 +99,16 @@ def _side_of(tables, e, cell, strand):
     return 0 if left == right else (1 if left else -1)
 
 
-@lazy(types.boolean, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def _sees(tables, foot, cell, path, work):
     """Whether w·b > 0 holds along the first stretch of the strand in a cell of the foot."""
-    bends, strand, _ = work
-    h = bends[2]
+    cells, strand = work.cells, work.strand
+    h = cells.derivatives
     e = foot[0]
     which = _side_of(tables, e, cell, strand)
     if which == 0:
         return False
-    at, slope, (arc, bent) = along(strand, 1, foot, cell, bends[3])
+    at, slope, (arc, bent) = along(strand, 1, foot, cell, cells.bending)
     if not arc * bent < math.inf:
         return False
     forward = tangent(tables.elements, e, at, slope, h)
@@ -125,7 +123,7 @@ def _sees(tables, foot, cell, path, work):
         b = (-b[0], -b[1], -b[2])
     ends = (minus(path[0], point), minus(path[1], point))
     reach = reach_along(forward, ends, arc, bent, (0.0, 0.0))
-    first, second = seen_along(bends[0], b, ends, reach, bent)
+    first, second = seen_along(cells.here, b, ends, reach, bent)
     slack = 2.0 * tables.elements.table[e]["edge_tolerance"] + SAME * tables.scale[1]
     return min(first[0], second[0]) > slack
 
@@ -144,7 +142,7 @@ def _sides_see(tables, foot, cell, path, work):
             continue
         if row["kind"][side] == SMOOTH or row["kind"][side] == POLE:
             return False
-        side_strand(side, work[1])
+        side_strand(side, work.strand)
         if not _sees(tables, foot, cell, path, work):
             return False
     return True
@@ -156,7 +154,7 @@ def _pieces_see(tables, foot, last, cell, path, work):
     between it and the start `last`."""
     e = foot[0]
     trims = tables.trims
-    strand = work[1]
+    strand = work.strand
     patch = tables.elements.table[e]["patch"]
     u0, v0 = parameters(tables.elements, e, cell[0], cell[2])
     u1, v1 = parameters(tables.elements, e, cell[1], cell[3])
@@ -172,7 +170,7 @@ def _pieces_see(tables, foot, last, cell, path, work):
             continue
         if not first < end:
             return False
-        strand[1][0] = stretch(trims, k, (first, end), own, strand[0][0])
+        strand.degree[0] = stretch(trims, k, (first, end), own, strand.coefs[0])
         if _is_between(strand, here, there) or not _sees(tables, foot, cell, path, work):
             return False
     return True
@@ -209,8 +207,8 @@ def stays_in_face(tables, foot, last, path, work):
     e, s, t = foot
     if last[0] != e or not _may_end(tables, e):
         return False
-    bends = work[0]
-    bend, h = bends[0], bends[2]
+    cells = work.cells
+    bend, h = cells.here, cells.derivatives
     normal = normal_at(tables.elements, e, s, t, h)
     origin = tables.elements.table[e]["origin"]
     at = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
@@ -221,7 +219,7 @@ def stays_in_face(tables, foot, last, path, work):
         return False
     way = abs(last[1] - s) * metric[0] + abs(last[2] - t) * metric[1]
     r = WIDER * max(1.1 * way + tables.scale[1], slip / least)
-    cell = cell_of(tables, foot, r, bend, bends[3])
+    cell = cell_of(tables, foot, r, bend, cells.bending)
     if cell[1] == cell[0]:
         return False
     way = abs(last[1] - s) * bend[SPEED_S] + abs(last[2] - t) * bend[SPEED_T]
