@@ -27,9 +27,10 @@ RUNS = 5
 TO_FIRST_STEP = """
 import os, sys
 
-from contiga.cli import main, run_case
+from contiga.cli import main
+from contiga.running import run_case
 
-run_case._progress = lambda show, stopped: lambda done, steps, contacts: os._exit(0)
+run_case.Progress.step = lambda self, done, steps, contacts: os._exit(0)
 sys.argv[1:] = ["run", sys.argv[1], "-o", sys.argv[2], "--quiet"]
 main()
 """

@@ -46,16 +46,16 @@ def _prepare(
         for member in value:
             lines += ["", f"``{member.name}`` = {int(member)}", f"    {member.advice}"]
         return
-    section, told = "", []
+    section, output = "", []
     for line, below in zip(lines, [*lines[1:], ""], strict=True):
         if line and set(below) == {"-"}:
             section = line
         if line.startswith(">>>") and section not in ("", "Examples"):
             section = "Examples"
-            told += [section, "--------", ""]
-        found = PARAMETER.fullmatch(line) if section == "Parameters" else None
-        told += [line] if found is None else [found.group(1), f"    {found.group(2)}"]
-    lines[:] = told
+            output += [section, "--------", ""]
+        match = PARAMETER.fullmatch(line) if section == "Parameters" else None
+        output += [line] if match is None else [match.group(1), f"    {match.group(2)}"]
+    lines[:] = output
 
 
 def _tell_of_overwritten(app: Any, name: str, _template: str, _context: Any, doctree: Any) -> None:

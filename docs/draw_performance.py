@@ -78,8 +78,8 @@ def roofline(found: Found) -> plt.Figure:
     operations = work["cost"]["operations"]
     here, reached = operations / work["cost"]["bytes"], operations / work["processor"]
     ax.plot(here, reached, "o", color=SKY, markersize=7)
-    told = f"tracked point\n{reached:.1f} of {limits['fused']:.0f}"
-    ax.annotate(told, (here, reached), (1.5 * here, 0.6 * reached), fontsize=9, color=SKY)
+    label = f"tracked point\n{reached:.1f} of {limits['fused']:.0f}"
+    ax.annotate(label, (here, reached), (1.5 * here, 0.6 * reached), fontsize=9, color=SKY)
     ax.set(xscale="log", yscale="log", xlabel="operations a byte", ylabel="10⁹ operations a second")
     ax.grid(color=PALE, linewidth=0.6)
     ax.spines[["top", "right"]].set_visible(False)

@@ -19,7 +19,7 @@ TIMES = (1.5, 4.0, 25.0, 45.0)
 """Of the frames, ms."""
 
 
-def play(folder: Path, page: str) -> None:
+def follow(folder: Path, page: str) -> None:
     """Run the programs and the commands of the page one after the other in an empty folder."""
     from contiga.cli.commands import app
 
@@ -120,12 +120,12 @@ def _write(window: Any, target: Path) -> None:
 
 
 def main(pictures: Path) -> None:
-    """Play the tutorial in a temporary folder, and keep its pictures for the page."""
+    """Do what the tutorial says in a temporary folder, and keep its pictures for the page."""
     import contiga as cg
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        play(folder, PAGE.read_text(encoding="utf-8"))
+        follow(folder, PAGE.read_text(encoding="utf-8"))
         times = cg.open_result(folder / "out").fields.times.tolist()
         frames(folder / "out" / "fields.vtkhdf", times, folder / "frames.png")
         made = {

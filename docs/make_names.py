@@ -15,7 +15,7 @@ from typing import Any
 import contiga
 
 PAGE = Path(__file__).with_name("names.md")
-HEAD = """# Names at a glance
+HEAD = """# All names, a line each
 
 *Made by `docs/make_names.py`. [Public names](api.rst) has all of each.*
 

@@ -41,15 +41,15 @@ def _looked_at() -> Iterator[None]:
     assert entry is not None
 
     def straight(kernel: KernelDispatcher) -> Callable[..., Any]:
-        found = entry(kernel)
-        if found is kernel:
+        result = entry(kernel)
+        if result is kernel:
             return kernel
 
         def call(*arguments: Any) -> Any:
             (known,) = kernel.overloads
             given = tuple(numba.typeof(argument) for argument in arguments)
             assert given == known, f"{kernel.py_func.__name__} was handed {given}, not {known}"
-            return found(*arguments)
+            return result(*arguments)
 
         return call
 

@@ -98,6 +98,6 @@ FULL = deck(RIGID, FOAM, CONTACT, FLIGHT, END)
 def converted(folder: Path, text: str) -> tuple[Case, str]:
     """The case of a deck, and its text."""
     (folder / "deck.k").write_text(text, encoding="utf-8")
-    found = convert(folder / "deck.k", UNITS, folder)
-    (folder / "case.toml").write_text(found.text, encoding="utf-8")
-    return load_case(folder / "case.toml"), found.text
+    result = convert(folder / "deck.k", UNITS, folder)
+    (folder / "case.toml").write_text(result.text, encoding="utf-8")
+    return load_case(folder / "case.toml"), result.text

@@ -34,11 +34,11 @@ def axes(place: tuple[float, ...], way: tuple[float, ...] = Z) -> gp_Ax2:
 
 def parts(shape: Any, kind: str) -> list[Any]:
     explorer = TopExp_Explorer(shape, getattr(TopAbs_ShapeEnum, f"TopAbs_{kind}"))
-    found = []
+    values = []
     while explorer.More():
-        found.append(explorer.Current())
+        values.append(explorer.Current())
         explorer.Next()
-    return found
+    return values
 
 
 def cylinder(r: float, h: float, place: tuple[float, ...], way: tuple[float, ...] = Z) -> Any:

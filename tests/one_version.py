@@ -28,10 +28,10 @@ def main(arguments: list[str]) -> int:
     if not any(folder.rglob("*.nbc")):
         print(f"no kernel is kept under {folder}: run the demo first", file=sys.stderr)
         return 1
-    found = more_than_one(folder)
-    for name, n in found.items():
+    result = more_than_one(folder)
+    for name, n in result.items():
         print(f"{name}: {n} versions", file=sys.stderr)
-    return 1 if found else 0
+    return 1 if result else 0
 
 
 if __name__ == "__main__":

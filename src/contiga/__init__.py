@@ -61,7 +61,7 @@ _HOME = {
     "build": "contiga.case.build",
     "place": "contiga.placement.place",
     "align": "contiga.placement.align",
-    "run": "contiga.cli.run_case",
+    "run": "contiga.running.run_case",
     "compare": "contiga.report.comparison",
     "Comparison": "contiga.report.comparison",
     "study": "contiga.studies.study",
@@ -114,7 +114,6 @@ if TYPE_CHECKING:
     from contiga.case.build import build as build
     from contiga.case.schema import Case as Case
     from contiga.case.schema import load_case as load_case
-    from contiga.cli.run_case import run as run
     from contiga.contact.contact import Contact as Contact
     from contiga.contact.state import State as State
     from contiga.dynamics.loads import Load as Load
@@ -160,6 +159,7 @@ if TYPE_CHECKING:
     from contiga.report.comparison import Comparison as Comparison
     from contiga.report.comparison import compare as compare
     from contiga.report.view import View as View
+    from contiga.running.run_case import run as run
     from contiga.simulation.checks.finding import Finding as Finding
     from contiga.simulation.clock import Clock as Clock
     from contiga.simulation.model import OutputOptions as OutputOptions

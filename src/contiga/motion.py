@@ -1,4 +1,4 @@
-"""What moves, and how: the public names of `contiga.dynamics`, as ``contiga.motion``.
+"""Motions: prescribed, attached, free; the public names of `contiga.dynamics`.
 
 >>> from contiga.motion import Translate, pose
 >>> pose.translation([1.0, 0.0, 0.0])[:3, 3].tolist()

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.display import Facts, counted, line_of, table_of
 from contiga.pointer_records import pass_by_pointer
-from contiga.shown import Facts, counted, line_of, table_of
 from contiga.statuses import Advised, Status
 
 FloatArray = NDArray[np.float64]

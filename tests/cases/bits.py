@@ -19,7 +19,7 @@ TRACKED, SOUGHT, STEPS, SIDE = 20_000, 700, 4, 25
 
 def main(seed: int) -> None:
     """Print the hashes by name."""
-    found = {}
+    values = {}
     for name, patch in (("polynomial", cg.shapes.bumpy_plate()), ("rational", cg.shapes.torus())):
         body = cg.Body([patch])
         p, q = _pairs(patch)
@@ -27,12 +27,12 @@ def main(seed: int) -> None:
         near = body.project(p[order[:SOUGHT]])
         tracked = body.project(q[order], start=_starts(patch, order), mode="track")
         hits = body.first_hit(*_segments(p, q, order))
-        found |= {
+        values |= {
             f"{name} closest": _hash(near, order[:SOUGHT]),
             f"{name} tracked": _hash(tracked, order),
             f"{name} hits": _hash(hits, order[:SOUGHT]),
         }
-    print(json.dumps(found | _contact(seed)))
+    print(json.dumps(values | _contact(seed)))
 
 
 def _pairs(patch: cg.NurbsSurface) -> tuple[np.ndarray, np.ndarray]:

@@ -50,8 +50,8 @@ def inside(shape: Any, points: np.ndarray) -> np.ndarray:
     from OCP.TopAbs import TopAbs_State
 
     classifier = BRepClass3d_SolidClassifier(shape)
-    found = []
+    values = []
     for point in points:
         classifier.Perform(gp_Pnt(*map(float, point)), 1e-9)
-        found.append(classifier.State() == TopAbs_State.TopAbs_IN)
-    return np.array(found)
+        values.append(classifier.State() == TopAbs_State.TopAbs_IN)
+    return np.array(values)

@@ -83,7 +83,7 @@ def test_both_searches_find_what_lies_inside_and_how_deep(
     path = 0.2 * np.array([[0, 0, 0], [1, 0.3, 0], [0.4, 1, 0.5], [-0.5, 0.2, 1], [-1, 0, 0]])
     table = np.column_stack([np.arange(len(path)), path])
     result = run(mesh, points, table, search=search, normals=normals)
-    found = 0
+    actual = 0
     for k, shift in enumerate(path):
         state = result.states[k]
         inside = oracle.windings(mesh, points - shift) > 0.5
@@ -102,8 +102,8 @@ def test_both_searches_find_what_lies_inside_and_how_deep(
         assert (along > 0.9).all()
         off = np.abs(along - 1.0)[state.feature[inside] == Feature.FACE]
         assert (off < 1e-12).all() if normals == "facet" else np.median([1.0, *off]) > 1e-6
-        found += inside.sum()
-    assert found > 100
+        actual += inside.sum()
+    assert actual > 100
 
 
 def test_points_that_start_inside_are_seen_by_penetration_only(run: Callable) -> None:

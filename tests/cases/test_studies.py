@@ -62,8 +62,8 @@ def base_in(folder: Path) -> Base:
     """Of cases in a folder."""
     (folder / "case.toml").write_text(CASE, encoding="utf-8")
     (folder / "out").mkdir(exist_ok=True)
-    found = {text: quantity_of(text) for text in COLLECT}
-    return Base(CASE, str(folder / "case.toml"), str(folder / "out"), found)
+    values = {text: quantity_of(text) for text in COLLECT}
+    return Base(CASE, str(folder / "case.toml"), str(folder / "out"), values)
 
 
 def cases(count: int) -> list[StudyCase]:

@@ -14,16 +14,16 @@ from contiga_validation.thesis.variants import simulation_of
 
 def test_table_5_1_has_the_counts_and_areas_of_the_thesis() -> None:
     """20, 60, 80, 100 … points; 0.08, 0.40 (seven times), 0.24: by rows, by strip, by method."""
-    found = area.area_table()
-    assert found.counts.tolist() == [20, 60, 80, 100, 100, 100, 100, 60, 40]
+    actual = area.area_table()
+    assert actual.counts.tolist() == [20, 60, 80, 100, 100, 100, 100, 60, 40]
     truth = np.array([0.08] + 7 * [0.40] + [0.24])
-    np.testing.assert_allclose(found.strip, truth, rtol=0, atol=2e-7)
-    np.testing.assert_allclose(found.areas["hull, linear map"], truth, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(found.areas["hull, exact map"], truth, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(found.areas["facets, on the master"], truth, rtol=0, atol=2e-7)
+    np.testing.assert_allclose(actual.strip, truth, rtol=0, atol=2e-7)
+    np.testing.assert_allclose(actual.areas["hull, linear map"], truth, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(actual.areas["hull, exact map"], truth, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(actual.areas["facets, on the master"], truth, rtol=0, atol=2e-7)
     # The skin of the lower half, cut or not, is wider than its shadow.
-    assert (found.areas["facets, on the slave"] >= truth - 1e-12).all()
-    np.testing.assert_allclose(found.areas["constant 0.1"], 0.1 * found.counts, rtol=1e-12)
+    assert (actual.areas["facets, on the slave"] >= truth - 1e-12).all()
+    np.testing.assert_allclose(actual.areas["constant 0.1"], 0.1 * actual.counts, rtol=1e-12)
 
 
 def test_the_strip_of_a_cylinder_is_its_chord_and_then_its_width() -> None:
@@ -61,22 +61,22 @@ def test_two_cylinders_are_two_regions_and_then_one() -> None:
 
 def test_the_force_model_is_linear_and_does_not_see_the_area() -> None:
     """F = 0.5 λ_max; nodal forces within 1e-12 for any area that all points share."""
-    found = force.forces(ForceLaw(force.COEFFICIENT, share="penetration"))
-    reference = found.nodal("analytic")[1]
-    for name in found.runs:
-        np.testing.assert_allclose(found.total(name), 0.5 * found.depth(), rtol=0, atol=1e-14)
-        np.testing.assert_allclose(found.nodal(name)[1], reference, rtol=0, atol=1e-12)
+    forces = force.forces(ForceLaw(force.COEFFICIENT, share="penetration"))
+    reference = forces.nodal("analytic")[1]
+    for name in forces.runs:
+        np.testing.assert_allclose(forces.total(name), 0.5 * forces.depth(), rtol=0, atol=1e-14)
+        np.testing.assert_allclose(forces.nodal(name)[1], reference, rtol=0, atol=1e-12)
 
 
 def test_the_stress_model_sees_the_area() -> None:
     """F = A Σσ/n: the hull's force is the analytic one, the constant area's 15 to 25 times it."""
-    found = force.forces(StressLaw(force.MODULUS, force.THICKNESS))
-    np.testing.assert_allclose(found.total("approximated"), found.total("analytic"), rtol=1e-9)
-    ratio = found.total("constant 0.1") / found.total("analytic")
+    forces = force.forces(StressLaw(force.MODULUS, force.THICKNESS))
+    np.testing.assert_allclose(forces.total("approximated"), forces.total("analytic"), rtol=1e-9)
+    ratio = forces.total("constant 0.1") / forces.total("analytic")
     counts, truth = np.array(area.COUNTS), np.array(area.TRUE)
     np.testing.assert_allclose(ratio, 0.1 * counts / truth, rtol=1e-9)
     # Eq. 3.4 by hand at step 9: 100 points, σ = 0.5 λ/t, the mean depth is that of the axis.
-    assert found.total("analytic")[3] == pytest.approx(0.4 * 0.5 * 0.25 / 0.1, rel=1e-12)
+    assert forces.total("analytic")[3] == pytest.approx(0.4 * 0.5 * 0.25 / 0.1, rel=1e-12)
 
 
 def test_contact_types_take_their_own_side_and_combined_both() -> None:

@@ -18,8 +18,8 @@ from contiga_validation.rivals.turning import noise
 
 @pytest.fixture(scope="module")
 def rows() -> dict[str, list[comparison.Row]]:
-    found = comparison.bodies()
-    return {name: comparison.accuracy(name, body, 40_000, 4000) for name, body in found.items()}
+    result = comparison.bodies()
+    return {name: comparison.accuracy(name, body, 40_000, 4000) for name, body in result.items()}
 
 
 @pytest.mark.parametrize("name", ["bumpy plate", "torus"])
@@ -58,12 +58,12 @@ def test_meshes_that_are_not_built_are_extrapolated(
 
 def test_the_points_of_a_trimmed_body_lie_on_its_faces() -> None:
     """Its patches reach beyond: there the distance of a mesh would be that of no surface."""
-    found = cad_body.cad_body(data=Path("nowhere"))
-    assert any(loops is not None for loops in found.body.trims)
-    on = comparison.path(found.body, 3000).on
+    actual = cad_body.cad_body(data=Path("nowhere"))
+    assert any(loops is not None for loops in actual.body.trims)
+    on = comparison.path(actual.body, 3000).on
     assert 2700 < len(on) < 3300
-    assert np.abs(found.body.project(on).gap).max() < 1e-9 * found.body.size
-    assert hausdorff(found.body.tessellate(1e-2 * found.body.size), on) < 1e-2 * found.body.size
+    assert np.abs(actual.body.project(on).gap).max() < 1e-9 * actual.body.size
+    assert hausdorff(actual.body.tessellate(1e-2 * actual.body.size), on) < 1e-2 * actual.body.size
 
 
 def test_a_broken_exact_side_breaks_its_claim(rows: dict[str, list[comparison.Row]]) -> None:
@@ -114,10 +114,10 @@ def test_points_over_a_crease_are_left_out() -> None:
 
 def test_a_turning_torus_has_a_constant_force_and_a_turning_mesh_has_not() -> None:
     """Noise below 1e-9 of the force against more than 1e-4 of a mesh with an error of 1e-3."""
-    found = noise(points=60, turns=31, finest=2)
-    assert found.spread(comparison.NURBS) < 1e-9
-    assert found.force[comparison.NURBS].min() > 0.0
-    assert found.spread("mesh 1e-02") > found.spread("mesh 1e-03") > 1e-4
+    actual = noise(points=60, turns=31, finest=2)
+    assert actual.spread(comparison.NURBS) < 1e-9
+    assert actual.force[comparison.NURBS].min() > 0.0
+    assert actual.spread("mesh 1e-02") > actual.spread("mesh 1e-03") > 1e-4
 
 
 def test_the_cad_body_is_the_one_named_else_of_the_data_else_generated(

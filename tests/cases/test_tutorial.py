@@ -16,11 +16,11 @@ def test_the_tutorial_leaves_the_files_and_numbers_that_it_tells_of(
 ) -> None:
     page = TUTORIAL["PAGE"].read_text(encoding="utf-8")
     first_run, _ = page.split("## 8. ")
-    TUTORIAL["play"](tmp_path, first_run)
+    TUTORIAL["follow"](tmp_path, first_run)
     printed = re.sub("[\u202f\u2009\xa0]", " ", capsys.readouterr().out).splitlines()
-    told = re.findall(r"^print\(.*#\s*(.+)$", first_run, re.M)
-    assert len(told) == 3
-    assert [line for line in printed if line in told] == told
+    matches = re.findall(r"^print\(.*#\s*(.+)$", first_run, re.M)
+    assert len(matches) == 3
+    assert [line for line in printed if line in matches] == matches
     run = re.search(r"```text\n(.*?)```", first_run, re.S)
     assert run is not None
     steps, *answers = run.group(1).splitlines()

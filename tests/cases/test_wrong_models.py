@@ -247,9 +247,9 @@ AFTER = [
 
 @pytest.mark.parametrize(("base", "swaps", "rule", "words"), BEFORE)
 def test_a_wrong_model_is_told_before_it_runs(base, swaps, rule, words) -> None:
-    found = case_of(base, swaps).check()
-    texts = [str(finding) for finding in found if finding.rule == rule]
-    assert texts, [finding.rule for finding in found]
+    findings = case_of(base, swaps).check()
+    texts = [str(finding) for finding in findings if finding.rule == rule]
+    assert texts, [finding.rule for finding in findings]
     for word in words:
         assert any(word in text for text in texts), texts
 
@@ -305,11 +305,11 @@ def test_the_closest_approach_is_found_between_two_steps() -> None:
         end=1.0,
         step=1.0,
     )
-    found = closest_approach(Pair(simulation, simulation.contacts[0]))
-    assert found is not None
-    assert found.distance == pytest.approx(1.0, rel=1e-3)
-    assert 0.99 < found.bound <= 1.0
-    assert found.time == pytest.approx(0.5, abs=0.02)
+    actual = closest_approach(Pair(simulation, simulation.contacts[0]))
+    assert actual is not None
+    assert actual.distance == pytest.approx(1.0, rel=1e-3)
+    assert 0.99 < actual.bound <= 1.0
+    assert actual.time == pytest.approx(0.5, abs=0.02)
 
 
 def met_by(motion: object, point: list[float], end: float, step: float) -> list[str]:

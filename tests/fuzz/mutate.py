@@ -104,10 +104,10 @@ def insert(data: bytes, rng: np.random.Generator) -> bytes:
 
 def odd_number(data: bytes, rng: np.random.Generator) -> bytes:
     """One number of a text becomes an odd one."""
-    found = list(_NUMBER.finditer(data))
-    if not found:
+    result = list(_NUMBER.finditer(data))
+    if not result:
         return odd_word(data, rng)
-    match = found[int(rng.integers(len(found)))]
+    match = result[int(rng.integers(len(result)))]
     odd = _ODD_NUMBERS[int(rng.integers(len(_ODD_NUMBERS)))]
     if rng.random() < 0.3:  # of the same width, which fixed columns ask for
         odd = odd[: len(match[0])].rjust(len(match[0]))
@@ -123,10 +123,10 @@ def odd_word(data: bytes, rng: np.random.Generator) -> bytes:
 
 def other_reference(data: bytes, rng: np.random.Generator) -> bytes:
     """One entity of a STEP file names another one."""
-    found = list(_REFERENCE.finditer(data))
-    if not found:
+    result = list(_REFERENCE.finditer(data))
+    if not result:
         return odd_number(data, rng)
-    match, other = (found[int(k)] for k in rng.integers(len(found), size=2))
+    match, other = (result[int(k)] for k in rng.integers(len(result), size=2))
     return data[: match.start()] + other[0] + data[match.end() :]
 
 

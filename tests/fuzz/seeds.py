@@ -42,14 +42,14 @@ def write_seeds(folder: Path, only: str = "") -> list[Path]:
         _write_rhino(folder)
         _write_meshes(folder)
         done.touch()
-    found = [
+    values = [
         min(place.glob("seed.*"), key=lambda path: path.suffix in _BESIDE)
         for place in sorted(folder.iterdir())
         if place.is_dir() and only in place.name
     ]
-    if not found:
+    if not values:
         raise SystemExit(f"no seed is called {only!r}")
-    return found
+    return values
 
 
 def _place(folder: Path, name: str, suffix: str) -> Path:

@@ -95,5 +95,5 @@ def test_a_path_cut_in_two_is_entered_in_one_of_its_parts(seed: int, log: float)
     at = np.where(np.isnan(whole.fraction), 0.5, whole.fraction)[:, None]
     for middle in (0.5 * (a + b), a + at * d):  # anywhere, and at the entry itself
         parts = body.first_hit(a, middle), body.first_hit(middle, b)
-        found = (parts[0].patch >= 0) | (parts[1].patch >= 0)
-        assert found[whole.patch >= 0].all()
+        actual = (parts[0].patch >= 0) | (parts[1].patch >= 0)
+        assert actual[whole.patch >= 0].all()

@@ -72,8 +72,8 @@ def test_a_twist_is_the_derivative_of_the_pose(seed: int) -> None:
     points = rng.normal(size=(4, 3))
     X = motion.pose(t)
     expected = slope([pose.apply(motion.pose(s), points) for s in around(t)])
-    found = motion.twist(t).at(X[:3, 3], pose.apply(X, points))
-    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-7)
+    actual = motion.twist(t).at(X[:3, 3], pose.apply(X, points))
+    np.testing.assert_allclose(actual, expected, rtol=0.0, atol=1e-7)
 
 
 @given(seed=seeds)
@@ -107,8 +107,8 @@ def test_half_a_turn_and_more_between_two_poses_goes_the_way_of_the_pose() -> No
         motion = Poses([0.0, 1.0], [np.eye(4), end])
         points = np.array([[1.0, 0.0, 0.0]])
         expected = slope([pose.apply(motion.pose(s), points) for s in around(0.4)])
-        found = motion.twist(0.4).at(np.zeros(3), pose.apply(motion.pose(0.4), points))
-        np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-7)
+        actual = motion.twist(0.4).at(np.zeros(3), pose.apply(motion.pose(0.4), points))
+        np.testing.assert_allclose(actual, expected, rtol=0.0, atol=1e-7)
 
 
 def test_velocities_of_a_series_of_files(tmp_path: Path) -> None:

@@ -44,10 +44,10 @@ def test_twist_and_acceleration_are_derivatives(kind, smooth, seed) -> None:
     t = smooth_time(rng, table)
     twist = motion.twist(t)
     assert isinstance(twist, Twist)
-    found = slope(lambda s: motion.pose(s)[:3, 3], t)
-    np.testing.assert_allclose(twist.velocity, found, rtol=0.0, atol=1e-8)
-    found = slope(motion.velocity, t)
-    np.testing.assert_allclose(motion.acceleration(t), found, rtol=0.0, atol=1e-8)
+    actual = slope(lambda s: motion.pose(s)[:3, 3], t)
+    np.testing.assert_allclose(twist.velocity, actual, rtol=0.0, atol=1e-8)
+    actual = slope(motion.velocity, t)
+    np.testing.assert_allclose(motion.acceleration(t), actual, rtol=0.0, atol=1e-8)
 
 
 @pytest.mark.parametrize(("kind", "smooth"), KINDS)

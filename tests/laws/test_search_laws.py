@@ -65,9 +65,9 @@ def oracle_distance(patch, points, per=10, keep=6, rounds=40):
     for _ in range(rounds):
         tried = np.clip(uv[:, :, None] + width[:, :, None] * cross, [u0, v0], [u1, v1])
         values = patch.evaluate(tried.reshape(-1, 2)).reshape(*tried.shape[:3], 3)
-        found = ((values - points[:, None, None]) ** 2).sum(axis=-1)
-        at = found.argmin(axis=2)[..., None]
-        best = np.minimum(best, np.take_along_axis(found, at, axis=2)[..., 0])
+        result = ((values - points[:, None, None]) ** 2).sum(axis=-1)
+        at = result.argmin(axis=2)[..., None]
+        best = np.minimum(best, np.take_along_axis(result, at, axis=2)[..., 0])
         uv = np.take_along_axis(tried, at[..., None], axis=2)[:, :, 0]
         width = np.where(at == 12, 0.5 * width, 0.9 * width)
     return np.sqrt(best.min(axis=1))
@@ -291,11 +291,11 @@ print(hashlib.sha256(b"".join(parts)).hexdigest())
 
 
 def test_one_thread_and_two_give_the_same_bits():
-    found = set()
+    actual = set()
     for threads in ("1", "2"):
         environment = {**os.environ, "NUMBA_NUM_THREADS": threads}
         done = subprocess.run(
             [sys.executable, "-c", THREADS], env=environment, capture_output=True, check=True
         )
-        found.add(done.stdout)
-    assert len(found) == 1
+        actual.add(done.stdout)
+    assert len(actual) == 1

@@ -30,13 +30,13 @@ def errors_of(body, place, half, area, exact, sizes=SIZES):
     """Relative errors at each size, root mean square over places of the mesh."""
     result = []
     for n in sizes:
-        found = []
+        values = []
         for shift in SHIFTS:
             xy, facets = grid(n, half, shift)
             state = touch(body, place(xy), facets, area)
             assert state.n_clusters == 1
-            found.append(state.total_area)
-        result.append(np.sqrt(np.mean((np.array(found) / exact - 1.0) ** 2)))
+            values.append(state.total_area)
+        result.append(np.sqrt(np.mean((np.array(values) / exact - 1.0) ** 2)))
     return result
 
 

@@ -271,9 +271,9 @@ def test_hull_has_the_published_points(data_dir):
     uv = [line.split("=")[1].split() for line in lines if "uv =" in line][::2]
     points = [line.split("=")[1].split() for line in lines if "q =" in line]
     low, high = np.array(body.patches[0].domain).T
-    found = body.patches[0].evaluate(np.clip(np.array(uv, dtype=float), low, high))
+    actual = body.patches[0].evaluate(np.clip(np.array(uv, dtype=float), low, high))
     assert len(points) == 11
-    assert np.allclose(found, np.array(points, dtype=float), rtol=0.0, atol=2e-9)
+    assert np.allclose(actual, np.array(points, dtype=float), rtol=0.0, atol=2e-9)
 
 
 def test_bow_from_iges_is_face_0_of_the_hull_from_step(data_dir):

@@ -16,9 +16,9 @@ WIDE = math.inf
 @pytest.mark.parametrize("n", [2, 3, 1000])
 @pytest.mark.parametrize("window", [0.015, 0.036])
 def test_a_constant(n, window):
-    found = hic(np.full(n, 80.0), np.linspace(5.0, 5.1, n), window)
-    assert found.value == pytest.approx(window * 80.0**2.5, rel=1e-12)
-    assert found.end - found.start == pytest.approx(window, rel=1e-9)
+    actual = hic(np.full(n, 80.0), np.linspace(5.0, 5.1, n), window)
+    assert actual.value == pytest.approx(window * 80.0**2.5, rel=1e-12)
+    assert actual.end - actual.start == pytest.approx(window, rel=1e-9)
 
 
 def test_a_constant_shorter_than_the_window():
@@ -38,10 +38,10 @@ def test_a_triangle_on_a_level(offset, window):
     length = share * base
     exact = length * (offset + peak * (1.0 - 0.5 * share)) ** 2.5
     t = np.array([0.0, 0.05, 0.05 + base / 2, 0.05 + base, 0.2])
-    found = hic(offset + np.array([0.0, 0.0, peak, 0.0, 0.0]), t, min(window, 0.036))
-    assert found.value == pytest.approx(exact, rel=1e-12)
-    assert found.start == pytest.approx(0.05 + (base - length) / 2, abs=1e-12)
-    assert found.end == pytest.approx(0.05 + (base + length) / 2, abs=1e-12)
+    actual = hic(offset + np.array([0.0, 0.0, peak, 0.0, 0.0]), t, min(window, 0.036))
+    assert actual.value == pytest.approx(exact, rel=1e-12)
+    assert actual.start == pytest.approx(0.05 + (base - length) / 2, abs=1e-12)
+    assert actual.end == pytest.approx(0.05 + (base + length) / 2, abs=1e-12)
 
 
 def test_a_single_sample():
@@ -56,9 +56,9 @@ def test_a_single_sample():
 def test_a_saw_tooth(turned):
     """From 3/7 of the peak to the peak: 0.6 of the mean at one end, the end of the signal there."""
     t, a = np.linspace(0.0, 0.02, 7), np.linspace(0.0, 90.0, 7)
-    found = hic(a[::-1] if turned else a, t, WIDE)
-    assert found.value == pytest.approx(TRIANGLE * 0.02 * (90.0 * 5.0 / 7.0) ** 2.5, rel=1e-12)
-    assert found.end - found.start == pytest.approx(TRIANGLE * 0.02, rel=1e-12)
+    actual = hic(a[::-1] if turned else a, t, WIDE)
+    assert actual.value == pytest.approx(TRIANGLE * 0.02 * (90.0 * 5.0 / 7.0) ** 2.5, rel=1e-12)
+    assert actual.end - actual.start == pytest.approx(TRIANGLE * 0.02, rel=1e-12)
 
 
 def half_sine(n: int, peak: float, duration: float) -> tuple[np.ndarray, np.ndarray]:
@@ -81,10 +81,10 @@ def test_a_half_sine_is_reached_with_the_square_of_the_step(window):
 def test_ends_are_found_between_the_samples_of_a_fine_signal():
     """To where both have 0.6 of the mean, a millionth of a step."""
     a, t = half_sine(5001, 80.0, 0.02)
-    found = hic(a, t, WIDE)
-    mean = (found.value / (found.end - found.start)) ** 0.4
+    result = hic(a, t, WIDE)
+    mean = (result.value / (result.end - result.start)) ** 0.4
     rise = a[1] - a[0]
-    ends = np.interp([found.start, found.end], t, a)
+    ends = np.interp([result.start, result.end], t, a)
     assert np.abs(ends - 0.6 * mean).max() < 1e-6 * rise
 
 
@@ -98,15 +98,15 @@ def test_a_block_on_a_level(ratio, plateau):
     longest = 0.015
     length = np.linspace(plateau, longest, 200_001)
     exact = (length * (level + (100.0 - level) * plateau / length) ** 2.5).max()
-    found = hic(a, t, longest)
-    assert found.value == pytest.approx(exact, rel=1e-6)
-    assert hic(a[::-1], t[-1] - t[::-1], longest).value == pytest.approx(found.value, rel=1e-10)
+    actual = hic(a, t, longest)
+    assert actual.value == pytest.approx(exact, rel=1e-6)
+    assert hic(a[::-1], t[-1] - t[::-1], longest).value == pytest.approx(actual.value, rel=1e-10)
 
 
 def test_the_half_sine_is_held_for_3_ms():
-    found = clip(*half_sine(20_001, 80.0, 0.02))
-    assert found.value == pytest.approx(80.0 * math.cos(0.5 * math.pi * 0.003 / 0.02), rel=1e-7)
-    assert (found.start, found.end) == pytest.approx((0.0085, 0.0115), abs=1e-8)
+    actual = clip(*half_sine(20_001, 80.0, 0.02))
+    assert actual.value == pytest.approx(80.0 * math.cos(0.5 * math.pi * 0.003 / 0.02), rel=1e-7)
+    assert (actual.start, actual.end) == pytest.approx((0.0085, 0.0115), abs=1e-8)
 
 
 @pytest.mark.parametrize("cumulative", [False, True])
@@ -115,5 +115,5 @@ def test_triangles_are_held_for_3_ms(cumulative):
     t = np.array([0, 4, 8, 16, 24, 28, 32]) * 1e-3
     a = np.array([0.0, 50.0, 0.0, 50.0, 0.0, 50.0, 0.0])
     base = 0.032 if cumulative else 0.016
-    found = clip(a, t, cumulative=cumulative)
-    assert found.value == pytest.approx(50.0 * (1.0 - 0.003 / base), rel=1e-12)
+    actual = clip(a, t, cumulative=cumulative)
+    assert actual.value == pytest.approx(50.0 * (1.0 - 0.003 / base), rel=1e-12)

@@ -193,12 +193,12 @@ def test_meshes_come_closer_with_the_square_of_their_sides(name):
     sides, misses = [], []
     for tol in (0.02, 0.005, 0.00125):
         mesh = body.tessellate(tol * body.size / 6.0)
-        found = mesh.mass_properties(1.0)
+        result = mesh.mass_properties(1.0)
         sides.append(math.sqrt(mesh.area() / len(mesh.triangles)))
         misses.append(
             [
-                abs(found.mass / given.volume - 1.0),
-                np.abs(found.inertia - given.inertia).max() / np.abs(given.inertia).max(),
+                abs(result.mass / given.volume - 1.0),
+                np.abs(result.inertia - given.inertia).max() / np.abs(given.inertia).max(),
             ]
         )
     orders = np.polyfit(np.log(sides), np.log(misses), 1)[0]

@@ -96,12 +96,12 @@ def solids() -> dict[str, object]:
 def bodies(tmp_path_factory) -> dict[str, Body]:
     write = runpy.run_path(str(EXAMPLES / "make_headform.py"))["write_step"]
     folder = tmp_path_factory.mktemp("solids")
-    found = {}
+    values = {}
     for name, solid in solids().items():
         path = folder / f"{name.replace(' ', '_')}.step"
         write(solid, path)
-        found[name] = cg.read_cad(path)
-    return found
+        values[name] = cg.read_cad(path)
+    return values
 
 
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5)

@@ -137,9 +137,9 @@ class Extrema:
         at = self.point(*p)
         for curve, flat in zip(self.curves, self.kept, strict=True):
             places = [curve.FirstParameter()]
-            found = self.curve_extrema(at, curve, places[0], curve.LastParameter())
-            if found.IsDone():
-                places += [found.Point(i).Parameter() for i in range(1, found.NbExt() + 1)]
+            result = self.curve_extrema(at, curve, places[0], curve.LastParameter())
+            if result.IsDone():
+                places += [result.Point(i).Parameter() for i in range(1, result.NbExt() + 1)]
             for t in places:
                 if self.in_rectangle(flat.Value(t)):
                     best = min(best, curve.Value(t).Distance(at))
@@ -204,8 +204,8 @@ def compare_face(patch, trim, n, seed):
     distance = np.linalg.norm(p - feet.point, axis=1)
     excess = np.empty(n)
     for i, row in enumerate(p.tolist()):
-        found = theirs.on_surface(row)
-        closer = found[found[:, 0] < distance[i] - ALLOWED * body.size]
+        result = theirs.on_surface(row)
+        closer = result[result[:, 0] < distance[i] - ALLOWED * body.size]
         inner = closer[theirs.within(closer[:, 1:])] if len(closer) else closer
         best = theirs.on_border(row, float(inner[:, 0].min(initial=np.inf)))
         excess[i] = distance[i] - best

@@ -132,12 +132,12 @@ def test_spheroid():
 def tracked_turns(body, path):
     """Track one point along a path; statuses and feet of every step."""
     feet = body.project(path[:1])
-    found = [feet]
+    values = [feet]
     for p in path[1:]:
         feet = body.project(p[None], start=feet, mode="track")
-        found.append(feet)
-    statuses = np.concatenate([f.status for f in found])
-    return statuses, np.concatenate([f.point for f in found]), found
+        values.append(feet)
+    statuses = np.concatenate([f.status for f in values])
+    return statuses, np.concatenate([f.point for f in values]), values
 
 
 @pytest.mark.parametrize("r", [0.4, 1.3])

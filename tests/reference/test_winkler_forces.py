@@ -178,14 +178,14 @@ def _sheet(scene: Scene, shift: tuple[float, float], cells: int) -> cg.Slave:
 def _error(scene: Scene, cells: int, quadrature: str | int) -> float:
     """Relative error of the force along z, root mean square over the shifts."""
     law = cg.StressLaw(K, thickness=T)
-    found = []
+    values = []
     for shift in SHIFTS:
         slave = _sheet(scene, shift, cells)
         contact = cg.Contact(
             scene.body, slave, law=law, search="penetration", quadrature=quadrature
         )
-        found.append(contact.start(slave.points).total_force[2])
-    return float(np.sqrt(np.mean((np.array(found) / scene.exact - 1.0) ** 2)))
+        values.append(contact.start(slave.points).total_force[2])
+    return float(np.sqrt(np.mean((np.array(values) / scene.exact - 1.0) ** 2)))
 
 
 @pytest.mark.parametrize("name", list(SCENES))

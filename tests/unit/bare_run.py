@@ -67,12 +67,12 @@ def _searches() -> dict[str, Any]:
 def _contacts() -> dict[str, Any]:
     ball, sheet = _ball(), _sheet()
     pressed = cg.motion.pose.translation([0.0, 0.0, -0.2])
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
 
     def press(name: str, **options: Any) -> None:
         contact = cg.Contact(ball, sheet, **options)
         state = contact.step(contact.start(sheet.points), sheet.points, pose=pressed, dt=0.1)
-        found[name] = [*state.total_force.tolist(), state.total_area, state.energy.stored]
+        values[name] = [*state.total_force.tolist(), state.total_area, state.energy.stored]
 
     for name, area in AREAS.items():
         press(name, law=LAWS["stress"], area=area)
@@ -81,7 +81,7 @@ def _contacts() -> dict[str, Any]:
         press(f"{name} on the master", law=law, contact_type="master")
     both = cg.StressLaw(2.0, thickness=0.1), cg.StressLaw(3.0, thickness=0.2)
     press("combined", law=both[0], master_law=both[1], contact_type="combined")
-    return found
+    return values
 
 
 def dipping() -> cg.Simulation:

@@ -28,16 +28,16 @@ def test_all_parts_run_and_are_written_down(
 ) -> None:
     out = tmp_path / "deep" / "bench.json"
     benchmarks.main(["--small", "--all", "-o", str(out)])
-    found = json.loads(out.read_text(encoding="utf-8"))
-    rows = {row["work"]: row for row in found["rows"]}
-    assert len(rows) == len(found["rows"]) == 17
+    data = json.loads(out.read_text(encoding="utf-8"))
+    rows = {row["work"]: row for row in data["rows"]}
+    assert len(rows) == len(data["rows"]) == 17
     assert rows[stepping.PART.work]["note"] == "not measured: part.step is not there"
     assert rows[startup.SECOND.work]["passed"] is None
     measured = [row for row in rows.values() if row["value"] is not None]
     assert {stepping.SPHERE.work, stepping.FREE.work} <= {row["work"] for row in measured}
     assert all(row["value"] > 0.0 for row in measured)
-    assert found["machine"]["threads"] >= 1
-    assert found["limits"]["gigabytes"] > 0.0
+    assert data["machine"]["threads"] >= 1
+    assert data["limits"]["gigabytes"] > 0.0
     printed = capsys.readouterr().out
     assert all(work in printed for work in rows)
 

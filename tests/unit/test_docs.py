@@ -39,8 +39,8 @@ from contiga.studies.spec import (
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-PLAYED = {"tutorial.md"}
-"""Its case and programs need each other's files: tests/cases/test_tutorial.py does all it says."""
+RUN_ELSEWHERE = {"tutorial.md", "gallery.md"}
+"""Their cases need files: tests/cases/test_tutorial.py and test_gallery.py do all they say."""
 
 
 def blocks(language: str) -> list[tuple[str, str]]:
@@ -67,7 +67,7 @@ def test_every_page_is_in_the_site(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("page", "text"), [block for block in blocks("toml") if block[0] not in PLAYED]
+    ("page", "text"), [block for block in blocks("toml") if block[0] not in RUN_ELSEWHERE]
 )
 def test_case_on_a_page_is_valid(page: str, text: str) -> None:
     data = tomllib.loads(text)
@@ -82,7 +82,7 @@ def test_pages_show_a_case_and_a_program() -> None:
     assert "README.md" in {page for page, _ in blocks("python")}
 
 
-@pytest.mark.parametrize("page", sorted({page for page, _ in blocks("python")} - PLAYED))
+@pytest.mark.parametrize("page", sorted({page for page, _ in blocks("python")} - RUN_ELSEWHERE))
 def test_programs_on_a_page_run(page: str, capsys: pytest.CaptureFixture[str]) -> None:
     """One after the other, as a reader would: a later one may go on from those before it."""
     names: dict[str, object] = {}
@@ -103,8 +103,8 @@ def test_every_key_of_a_case_is_on_its_page(spec: type[Spec]) -> None:
 @pytest.mark.parametrize("spec", [StudySpec, VariableSpec, SampleSpec, RuleSpec, GoalSpec, MapSpec])
 def test_every_key_of_a_study_is_on_its_page(spec: type[Spec]) -> None:
     page = (ROOT / "docs" / "study.md").read_text(encoding="utf-8")
-    told = re.findall(r"[A-Za-z_]+", page)
-    assert [key for key in spec.model_fields if key not in told] == []
+    matches = re.findall(r"[A-Za-z_]+", page)
+    assert [key for key in spec.model_fields if key not in matches] == []
 
 
 def test_the_table_of_public_names_is_current() -> None:
@@ -133,8 +133,8 @@ def test_units_on_the_page_of_conventions_are_those_of_the_labels() -> None:
 
 def quoted() -> list[tuple[str, str]]:
     """``(file, text)`` of every block that a page quotes from a file it names just before."""
-    found = re.compile(r"`([\w/.]+)`:\n\n```py\n(.*?)```", re.S)
-    return [match for page in PAGES for match in found.findall(page.read_text(encoding="utf-8"))]
+    result = re.compile(r"`([\w/.]+)`:\n\n```py\n(.*?)```", re.S)
+    return [match for page in PAGES for match in result.findall(page.read_text(encoding="utf-8"))]
 
 
 def test_quoted_code_stands_in_its_file() -> None:
@@ -236,14 +236,14 @@ def test_a_command_has_the_options_of_its_page_and_no_others(name: str) -> None:
 
 def commands() -> list[tuple[str, str]]:
     """``(page, line)`` of the commands on all pages, with what they are given."""
-    found = []
+    values = []
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
         plain = [block for kind, block in FENCED.findall(text) if not kind]
         lines = re.findall(r"^contiga (.+?)(?:\s+#.*)?$", "\n".join(plain), re.M)
         lines += re.findall(r"`contiga (\w+ [^`]+)`", FENCED.sub("", text))
-        found += [(page.name, line) for line in lines if "[" not in line and line[0] != "-"]
-    return found
+        values += [(page.name, line) for line in lines if "[" not in line and line[0] != "-"]
+    return values
 
 
 @pytest.mark.parametrize(("page", "line"), commands())

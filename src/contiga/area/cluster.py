@@ -110,8 +110,8 @@ def _fitted(points: FloatArray, method: str, k: int, eps: float, least: int) -> 
 
 
 def _as_they_come(label: IntArray) -> IntArray:
-    found, first, inverse = np.unique(label, return_index=True, return_inverse=True)
-    order = np.argsort(np.where(found < 0, -1, first), kind="stable")
-    number = np.empty(len(found), np.int32)
-    number[order] = np.arange(len(found)) - int((found < 0).any())
+    labels, first, inverse = np.unique(label, return_index=True, return_inverse=True)
+    order = np.argsort(np.where(labels < 0, -1, first), kind="stable")
+    number = np.empty(len(labels), np.int32)
+    number[order] = np.arange(len(labels)) - int((labels < 0).any())
     return number[inverse]

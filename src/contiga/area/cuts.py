@@ -58,8 +58,8 @@ class Cut(NamedTuple):
 
 def parts_of(inp: AreaInput, topology: Topology, part: IntArray, place: IntArray) -> Parts:
     """The facets `part`, their corners numbered on their own."""
-    found, *numbered = touch_nb.around(topology.facets, part, inp.points, place)
-    return Parts(topology.facets[found], *numbered)
+    triangles, *numbered = touch_nb.around(topology.facets, part, inp.points, place)
+    return Parts(topology.facets[triangles], *numbered)
 
 
 def cut_parts(inp: AreaInput, parts: Parts) -> Cut:
@@ -116,18 +116,18 @@ def _leave(
     a, way = inp.points[near], inp.points[far] - inp.points[near]
     misses = _Misses.none(len(border))
     for _ in range(STEPS):
-        own = np.flatnonzero(high - low > EXACT)
-        if len(own) == 0:
+        rows = np.flatnonzero(high - low > EXACT)
+        if len(rows) == 0:
             break
-        t = misses.start(own, low[own], high[own])
-        p_B = a[own] + t[:, None] * way[own]
-        out = empty_projection(len(own))
-        surface.track(p_B, last.patch[own], last.uv[own], out)
+        t = misses.start(rows, low[rows], high[rows])
+        p_B = a[rows] + t[:, None] * way[rows]
+        out = empty_projection(len(rows))
+        surface.track(p_B, last.patch[rows], last.uv[rows], out)
         good = (out.status == Status.OK) & (out.gap <= 0.0)
-        low[own[good]], high[own[~good]] = t[good], t[~good]
-        misses = misses.after(own, t, np.where(good, np.nan, _miss(p_B, out)))
+        low[rows[good]], high[rows[~good]] = t[good], t[~good]
+        misses = misses.after(rows, t, np.where(good, np.nan, _miss(p_B, out)))
         for name in Projection._fields:
-            getattr(last, name)[own[good]] = getattr(out, name)[good]
+            getattr(last, name)[rows[good]] = getattr(out, name)[good]
     fraction[border] = low
     return last
 

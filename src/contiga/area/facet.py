@@ -26,7 +26,7 @@ PIECES = 1024
 
 @dataclass(frozen=True)
 class FacetArea:
-    """The part of every facet that is in contact, split to its corners.
+    """Contact area as the part of every facet in contact, shared among its corners.
 
     A facet with corners in contact and corners that are not is cut where the signed gap, linear
     on the facet, is zero (marching triangles). The gap of a corner that is not in contact is the
@@ -123,9 +123,9 @@ def measure_facets(inp: AreaInput, topology: Topology, on: str) -> Areas:
     area = np.zeros(n_c)
     gathered = started(facet_area_nb.gather, len(whole), FACETS, whole, share, area)
     parts = numbered()
-    own = _part_areas(inp, parts, on)
+    areas = _part_areas(inp, parts, on)
     gathered()
-    area[parts.inner] += own
+    area[parts.inner] += areas
     return Areas(area, clusters(), on)
 
 
@@ -149,9 +149,9 @@ def _part_areas(inp: AreaInput, parts: Parts, on: str) -> FloatArray:
     """(i,) areas of the parts of facets that are cut where contact ends, at the inner corners."""
     nodes, corner = parts.nodes, parts.corner
     n_i, m = len(parts.inner), len(nodes)
-    own = np.zeros(n_i)
+    areas = np.zeros(n_i)
     if m == 0:
-        return own
+        return areas
     cut = cut_parts(inp, parts)
     if inp.kept is not None:
         inp.kept["parts"] = parts, cut
@@ -167,5 +167,5 @@ def _part_areas(inp: AreaInput, parts: Parts, on: str) -> FloatArray:
         sides = (n_i, np.where(cut.border < 0, -1, cut.border + len(cut.feet.patch)))
         master = (corner, (feet.point, feet.normal), sides, cut.fraction, share)
         run_ranges(image_nb.image_pieces, m, PIECES, *master)
-    facet_area_nb.gather(corner, share, own)
-    return own
+    facet_area_nb.gather(corner, share, areas)
+    return areas

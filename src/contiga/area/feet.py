@@ -44,15 +44,15 @@ def web_of(inp: AreaInput, graph: Graph, bridge: float) -> Web:
     if len(ring):
         patch, uv = inp.feet.patch[start], inp.feet.uv[start]
         inp.body.surface.track(np.ascontiguousarray(inp.points[ring]), patch, uv, out)
-    found = np.flatnonzero(np.isfinite(out.point).all(axis=1))
+    known = np.flatnonzero(np.isfinite(out.point).all(axis=1))
     feet = Projection(
-        *(np.concatenate([getattr(inp.feet, f), getattr(out, f)[found]]) for f in out._fields)
+        *(np.concatenate([getattr(inp.feet, f), getattr(out, f)[known]]) for f in out._fields)
     )
-    region = np.concatenate([label, label[start[found]]])
+    region = np.concatenate([label, label[start[known]]])
     facets = [np.zeros((0, 3), np.int32)]
     for own, chart in _charts(inp.exact, feet, region):
         facets.append(own[_triangles(chart, feet.point[own], bridge)])
-    points = np.concatenate([inp.points[inp.rows], inp.points[ring[found]]])
+    points = np.concatenate([inp.points[inp.rows], inp.points[ring[known]]])
     rows = np.arange(n_c, dtype=np.int32)
     corners = np.concatenate(facets).astype(np.int32)
     topology = topology_of(corners, len(points))
@@ -80,16 +80,16 @@ def _charts(
 ) -> Iterator[tuple[IntArray, FloatArray]]:
     """Of each region, or part of one: its points, and their places (k, 2) in a chart."""
     for k in range(int(region.max(initial=-1)) + 1):
-        own = np.flatnonzero(region == k).astype(np.int32)
-        normal = feet.normal[own]
+        rows = np.flatnonzero(region == k).astype(np.int32)
+        normal = feet.normal[rows]
         mean = normal.mean(axis=0)
         size = length(mean)
         if size > 0.0 and product(normal, mean).min() > SEEN * size:
             across = principal_axes(mean[None, :])[1][1:]
-            yield own, product(feet.point[own], across.T)
+            yield rows, product(feet.point[rows], across.T)
             continue
-        for patch in np.unique(feet.patch[own]):
-            part = own[feet.patch[own] == patch]
+        for patch in np.unique(feet.patch[rows]):
+            part = rows[feet.patch[rows] == patch]
             yield part, _laid_out(body, feet, part)
 
 
@@ -110,11 +110,11 @@ def _triangles(chart: FloatArray, points: FloatArray, bridge: float) -> IntArray
     if len(chart) < 3:
         return none
     try:
-        found = Delaunay(chart).simplices
+        simplices = Delaunay(chart).simplices
     except QhullError:  # all on a line
         return none
     spacing = cKDTree(points).query(points, k=min(4, len(points)))[0][:, -1]
-    p = points[found]
+    p = points[simplices]
     side = np.linalg.norm(p - np.roll(p, -1, axis=1), axis=2).max(axis=1)
-    kept: IntArray = found[side <= bridge * spacing[found].min(axis=1)].astype(np.int32)
+    kept: IntArray = simplices[side <= bridge * spacing[simplices].min(axis=1)].astype(np.int32)
     return kept

@@ -40,7 +40,7 @@ class _Patch(NamedTuple):
 
 @dataclass(frozen=True)
 class HullArea:
-    """Area of the convex hulls of the feet in (u, v), one a cluster, shared alike by its points.
+    """Area of the convex hull of the feet in (u, v), one for each cluster, shared equally.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ class HullArea:
         return self.k if isinstance(self.clusters, str) else self.clusters
 
     def prepare(self, rest: Rest) -> Topology | Graph | None:
-        """What joins the slave's points, where regions are found by it."""
+        """The connectivity of the slave's points, where regions are found by it."""
         return structure_of(rest) if self.clusters == "auto" else None
 
     def measure(self, inp: AreaInput) -> Areas:
@@ -121,8 +121,8 @@ class HullArea:
         label = self._clusters(inp)
         area = np.zeros(len(label))
         for cluster in range(int(label.max()) + 1):
-            own = np.flatnonzero(label == cluster)
-            area[own] = self._cluster_area(inp, own) / len(own)
+            rows = np.flatnonzero(label == cluster)
+            area[rows] = self._cluster_area(inp, rows) / len(rows)
         return Areas(area, label, "master")
 
     def _clusters(self, inp: AreaInput) -> IntArray:
@@ -147,9 +147,9 @@ class HullArea:
                     clusters.append(cluster)
         return joined(lines, clusters)
 
-    def _cluster_area(self, inp: AreaInput, own: np.ndarray) -> float:
+    def _cluster_area(self, inp: AreaInput, rows: np.ndarray) -> float:
         total = 0.0
-        for k, patch, polygon in _hulls(inp, own):
+        for k, patch, polygon in _hulls(inp, rows):
             if self.mapping == "exact":
                 total += area_over(patch.surface, polygon, patch.periods)
             else:
@@ -158,11 +158,11 @@ class HullArea:
         return total
 
 
-def _hulls(inp: AreaInput, own: np.ndarray) -> Iterator[tuple[int, _Patch, FloatArray]]:
+def _hulls(inp: AreaInput, rows: np.ndarray) -> Iterator[tuple[int, _Patch, FloatArray]]:
     """Patch and hull of the points `own` of one cluster, on each patch that has some of them."""
-    for k in np.unique(inp.feet.patch[own]):
+    for k in np.unique(inp.feet.patch[rows]):
         patch = patch_of(inp.exact, int(k))
-        uv = unrolled(inp.feet.uv[own[inp.feet.patch[own] == k]], patch.periods)
+        uv = unrolled(inp.feet.uv[rows[inp.feet.patch[rows] == k]], patch.periods)
         yield int(k), patch, hull_of(_over_depth(inp.exact, uv))
 
 

@@ -89,7 +89,7 @@ class Outlines(NamedTuple):
 
 @runtime_checkable
 class AreaMethod(Protocol):
-    """How much area each point in contact stands for.
+    """A method that measures the contact area of each point.
 
     A method that keeps something about the slave (its neighbours, say) has a method `prepare`
     beside `measure`, which is called once with the slave's `Rest`; what it returns comes back in
@@ -121,5 +121,5 @@ def weights_of(method: AreaMethod, rest: Rest, kept: Any) -> FloatArray | None:
     Those of the method, where it has any of its own; else those of the slave.
     """
     weights = getattr(method, "weights", None)
-    own = None if weights is None else weights(rest, kept)
-    return rest.area if own is None else own
+    areas = None if weights is None else weights(rest, kept)
+    return rest.area if areas is None else areas

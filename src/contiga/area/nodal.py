@@ -91,7 +91,7 @@ class NodalArea:
         return prepared
 
     def measure(self, inp: AreaInput) -> Areas:
-        """The constant areas of the points in contact."""
+        """The fixed areas of the points in contact."""
         whole = inp.prepared
         if whole is None:
             whole = self.nodal(len(inp.points), inp.slave_area)

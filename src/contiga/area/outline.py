@@ -38,8 +38,8 @@ def facet_outlines(inp: AreaInput, topology: Topology, on: str) -> Outlines:
     segments = [_sides(whole)]
     cuts = _Cuts(np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0))
     if len(part):
-        found, cuts = _of_parts(*_cut(inp, topology, part, place), n_c)
-        segments.append(found)
+        lines, cuts = _of_parts(*_cut(inp, topology, part, place), n_c)
+        segments.append(lines)
     places = np.concatenate([_vertices(inp, on), _cut_places(inp, cuts, on)])
     cluster = np.concatenate([label, label[cuts.inner]])
     loops = chained(_ends_of(np.concatenate(segments)))
@@ -89,11 +89,13 @@ def chained(segments: Pairs) -> list[NDArray[np.int64]]:
         loop = [start]
         while node != start:
             loop.append(node)
-            ahead = next((s for s in at[node] if unused[s]), None)
-            if ahead is None:  # facets that meet in no proper surface: the line is closed straight
+            following = next((s for s in at[node] if unused[s]), None)
+            if (
+                following is None
+            ):  # facets that meet in no proper surface: the line is closed straight
                 break
-            unused[ahead] = False
-            a, b = ends[ahead]
+            unused[following] = False
+            a, b = ends[following]
             node = b if a == node else a
         loops.append(np.array(loop, np.int64))
     return loops
@@ -116,8 +118,8 @@ def _ends_of(segments: Pairs) -> Pairs:
 def _of_parts(parts: Parts, cut: Cut, n_c: int) -> tuple[Pairs, _Cuts]:
     """Sides of the parts of cut facets, cuts numbered from n_c; and the cuts."""
     inside = parts.corner < len(parts.inner)
-    ahead = np.roll(inside, -1, axis=1)
-    facet, k = np.nonzero(inside != ahead)
+    following = np.roll(inside, -1, axis=1)
+    facet, k = np.nonzero(inside != following)
     l = (k + 1) % 3
     first_in = inside[facet, k]
     own = np.where(first_in, parts.corner[facet, k], parts.corner[facet, l])
@@ -129,9 +131,9 @@ def _of_parts(parts: Parts, cut: Cut, n_c: int) -> tuple[Pairs, _Cuts]:
     # Two cuts a facet: the line between them, and from each to its end in contact.
     across = np.stack([number[0::2], number[1::2]], axis=1)
     along = np.stack([number, inner], axis=1)
-    facet, k = np.nonzero(inside & ahead)
+    facet, k = np.nonzero(inside & following)
     sides = np.stack([parts.corner[facet, k], parts.corner[facet, (k + 1) % 3]], axis=1)
-    fraction = cut.fraction[np.nonzero(inside != ahead)]
+    fraction = cut.fraction[np.nonzero(inside != following)]
     return (
         np.concatenate([across, along, parts.inner[sides]]).astype(np.int64),
         _Cuts(inner[once], other[once].astype(np.int32), fraction[once]),

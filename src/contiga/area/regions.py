@@ -50,16 +50,16 @@ def topology_of(facets: IntArray, n: int) -> Topology:
     InputError
         A facet that names a point which is not there.
     """
-    own = locked(np.ascontiguousarray(facets, dtype=np.int32))
-    bad = np.flatnonzero(((own < 0) | (own >= n)).any(axis=1))
+    corners = locked(np.ascontiguousarray(facets, dtype=np.int32))
+    bad = np.flatnonzero(((corners < 0) | (corners >= n)).any(axis=1))
     if len(bad):
         raise InputError(
             f"facet {int(bad[0])} names a point that is not there",
             where="facets",
-            found=own[bad[0]].tolist(),
+            found=corners[bad[0]].tolist(),
             allowed=f"0 to {n - 1}",
         )
-    return Topology(own, *touch_nb.incidence(own, n))
+    return Topology(corners, *touch_nb.incidence(corners, n))
 
 
 def neighbours_of(points: FloatArray, reach: float = REACH) -> Graph:
@@ -77,10 +77,10 @@ def neighbours_of(points: FloatArray, reach: float = REACH) -> Graph:
     spacing = tree.query(points, k=k)[0][:, -1]
     lists = tree.query_ball_point(points, reach * spacing * (1.0 + 1e-9))
     counts = np.array([len(entry) for entry in lists])
-    own = np.repeat(np.arange(n), counts)
+    rows = np.repeat(np.arange(n), counts)
     other = np.concatenate([np.asarray(entry, dtype=np.int64) for entry in lists])
-    apart = own != other
-    ends = np.concatenate([own[apart], other[apart]]), np.concatenate([other[apart], own[apart]])
+    apart = rows != other
+    ends = np.concatenate([rows[apart], other[apart]]), np.concatenate([other[apart], rows[apart]])
     order = np.argsort(ends[0], kind="stable")
     first = np.concatenate(([0], np.cumsum(np.bincount(ends[0], minlength=n))))
     return Graph(first.astype(np.int64), ends[1][order].astype(np.int32))

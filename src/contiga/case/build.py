@@ -101,13 +101,13 @@ def _output(spec: OutputSpec) -> OutputOptions:
 def _pieces(case: Case, cache: PartCache, wrong: Together) -> _Pieces:
     # What costs nothing comes first in the list of what is wrong.
     springs = _springs(case, wrong)
-    told = _told_motions(case, wrong)
-    found: list[Finding] = []
-    made = _parts(case, cache, wrong, found)
-    bodies = _bodies(case, made, told, wrong)
-    slaves = _slaves(case, made, told, wrong)
+    motions = _told_motions(case, wrong)
+    findings: list[Finding] = []
+    made = _parts(case, cache, wrong, findings)
+    bodies = _bodies(case, made, motions, wrong)
+    slaves = _slaves(case, made, motions, wrong)
     contacts = _contacts(case, bodies, slaves, wrong)
-    return _Pieces(springs, bodies, slaves, contacts, tuple(found))
+    return _Pieces(springs, bodies, slaves, contacts, tuple(findings))
 
 
 def faults_of(case: Case) -> tuple[tuple[Fault, str], ...]:
@@ -187,20 +187,20 @@ def _told_motions(case: Case, wrong: Together) -> dict[str, BodyMotion]:
         *((f"body[{i}].motion", spec.motion) for i, spec in enumerate(case.body)),
         *((f"slave[{i}].motion", spec.motion) for i, spec in enumerate(case.slave)),
     ]
-    told = {}
+    motions = {}
     for key, motion in entries:
         if not isinstance(motion, FreeSpec | AttachedSpec | SeriesSpec | DeformSpec):
             with wrong.at(key):
-                told[key] = _prescribed(motion, case)
-    return told
+                motions[key] = _prescribed(motion, case)
+    return motions
 
 
 def _parts(
-    case: Case, cache: PartCache, wrong: Together, found: list[Finding]
+    case: Case, cache: PartCache, wrong: Together, findings: list[Finding]
 ) -> dict[str, Master | Slave]:
     """Bodies and slaves where they stand before any motion, by name; those that can be made.
 
-    What is told while files are read is added to `found`.
+    What is told while files are read is added to `findings`.
     """
     keys = {spec.name: f"body[{i}].geometry" for i, spec in enumerate(case.body)}
     keys |= {spec.name: f"slave[{i}].points" for i, spec in enumerate(case.slave)}
@@ -208,7 +208,7 @@ def _parts(
         preload_search()  # CAD's reader is being loaded, too
     raw: dict[str, Body | TriMesh] = {}
     for body_spec in case.body:
-        with wrong.at(keys[body_spec.name]), told_of("body", body_spec.name, found):
+        with wrong.at(keys[body_spec.name]), told_of("body", body_spec.name, findings):
             raw[body_spec.name] = _body(body_spec, case.units.length, cache)
     parts: dict[str, Master | Slave] = {}
     for name in order_of(case.parts):
@@ -222,7 +222,7 @@ def _parts(
             else:
                 met = [one.master for one in case.contact if one.slave == name]
                 sizes = [raw[master].size for master in met if master in raw]
-                with told_of("slave", name, found):
+                with told_of("slave", name, findings):
                     parts[name] = _slave(spec, case.units.length, parts, sizes, cache)
     return parts
 
@@ -230,7 +230,7 @@ def _parts(
 def _bodies(
     case: Case,
     made: Mapping[str, Master | Slave],
-    told: Mapping[str, BodyMotion],
+    motions: Mapping[str, BodyMotion],
     wrong: Together,
 ) -> dict[str, BodyPart]:
     """Bodies with their motions, and with their masses where forces move them."""
@@ -245,7 +245,7 @@ def _bodies(
         if isinstance(motion, FreeSpec | AttachedSpec) and spec.mass is not None:
             with wrong.at(f"body[{i}].mass"):
                 mass = spec.mass.properties(body)
-        moved: BodyMotion | Dependent | None = told.get(f"body[{i}].motion")
+        moved: BodyMotion | Dependent | None = motions.get(f"body[{i}].motion")
         if isinstance(motion, AttachedSpec):
             moved = Attached(motion.body, mass)
         elif isinstance(motion, FreeSpec) and mass is not None:
@@ -259,7 +259,7 @@ def _bodies(
 def _slaves(
     case: Case,
     made: Mapping[str, Master | Slave],
-    told: Mapping[str, BodyMotion],
+    motions: Mapping[str, BodyMotion],
     wrong: Together,
 ) -> dict[str, SlavePart]:
     """Slaves with their motions."""
@@ -270,7 +270,7 @@ def _slaves(
             continue
         assert isinstance(slave, Slave)
         with wrong.at(key):
-            slaves[spec.name] = SlavePart(slave, slave_motion(spec, slave, case, told.get(key)))
+            slaves[spec.name] = SlavePart(slave, slave_motion(spec, slave, case, motions.get(key)))
     return slaves
 
 
@@ -302,7 +302,7 @@ def _springs(case: Case, wrong: Together) -> dict[str, Spring]:
         with wrong.at(f"spring[{i}].name"):
             if name in springs:
                 raise CaseError(
-                    "another spring is called so",
+                    "another spring has this name",
                     found=name,
                     remedy="Give each spring a name of its own",
                 )

@@ -54,26 +54,26 @@ def columns_of_case(case: Case) -> list[str]:
     >>> [name in columns for name in ("force", "head-pad.force", "head.vz", "head_cg.a", "tail.vz")]
     [True, True, True, True, False]
     """
-    found: list[str] = []
+    columns: list[str] = []
     for contact in case.contact:
         names = list(_of_contact(contact))
         if len(case.contact) == 1:
-            found += names
-        found += [f"{contact.title}.{name}" for name in names]
+            columns += names
+        columns += [f"{contact.title}.{name}" for name in names]
     for sensor in case.sensor:
-        found += [f"{sensor.name}.{name}" for name in _of_sensor(sensor)]
+        columns += [f"{sensor.name}.{name}" for name in _of_sensor(sensor)]
     for spring in (spec.spring for spec in case.spring):
         names = [*OF_SPRINGS, *(["filtered_force"] if spring.filter else [])]
-        found += [f"{spring.name}.{name}" for name in names]
+        columns += [f"{spring.name}.{name}" for name in names]
     free = [body.name for body in case.body if isinstance(body.motion, FreeSpec)]
-    found += [f"{name}.{column}" for name in free for column in OF_BODIES]
+    columns += [f"{name}.{column}" for name in free for column in OF_BODIES]
     deforms = any(isinstance(slave.motion, DeformSpec) for slave in case.slave)
     loose = any(isinstance(slave.motion, FreeSpec) for slave in case.slave)
     if free or case.spring or loose or deforms:
-        found += [f"energy.{name}" for name in _OF_SYSTEM]
+        columns += [f"energy.{name}" for name in _OF_SYSTEM]
     if deforms:
-        found += ["energy.hourglass", "energy.viscosity"]
-    return found
+        columns += ["energy.hourglass", "energy.viscosity"]
+    return columns
 
 
 def criteria_of_case(case: Case) -> list[str]:

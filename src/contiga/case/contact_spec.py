@@ -192,7 +192,7 @@ class ContactSpec(Spec):
             )
         if self.through == "hold" and self.search == "penetration":
             raise CaseError(
-                "a search by penetration does not see where points come in",
+                "a search by penetration does not know where points enter",
                 where="through",
                 found=self.through,
                 remedy='Remove it, or set search = "intersection"',

@@ -94,15 +94,15 @@ def _owners(pair: _Pair, parts: DeckParts) -> list[int]:
 
 
 def _pairs(model: DeckModel, parts: DeckParts) -> list[_Pair]:
-    found: list[_Pair] = []
+    pairs: list[_Pair] = []
     for contact in model.contacts:
         sides = [_members(side, model, parts) for side in contact.sides]
-        own = list(_of_contact(contact, sides, parts))
-        if not own:
+        contacts = list(_of_contact(contact, sides, parts))
+        if not contacts:
             why = "no rigid part on either side, or sides that are not understood"
             model.leave(contact.block, why)
-        found += own
-    return found
+        pairs += contacts
+    return pairs
 
 
 def _members(side: tuple[int, int], model: DeckModel, parts: DeckParts) -> list[int] | None:

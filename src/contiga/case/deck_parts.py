@@ -132,18 +132,18 @@ class DeckParts:
 
     def mass(self, part: int) -> tuple[dict[str, Any], str]:
         """The `mass` of a rigid part, and where it comes from."""
-        told, material = self.model.parts.inertia.get(part), self.material(part)
+        inertia, material = self.model.parts.inertia.get(part), self.material(part)
         assert material is not None
-        if told is not None and told.mass > 0.0:
-            xx, xy, xz, yy, yz, zz = told.tensor
-            centre = list(told.centre)
-            if told.node and self.mesh.node_ids is not None:
-                at = np.flatnonzero(self.mesh.node_ids == told.node)
+        if inertia is not None and inertia.mass > 0.0:
+            xx, xy, xz, yy, yz, zz = inertia.tensor
+            centre = list(inertia.centre)
+            if inertia.node and self.mesh.node_ids is not None:
+                at = np.flatnonzero(self.mesh.node_ids == inertia.node)
                 centre = self.mesh.points[at[0]].tolist() if len(at) else centre
             entries = [xx, yy, zz, xy, yz, xz]
-            own = ", its own axes taken for those of the world" if told.local else ""
-            mass = {"total": told.mass, "centre": centre, "inertia": entries}
-            return mass, f"*PART_INERTIA{own}"
+            note = ", its own axes taken for those of the world" if inertia.local else ""
+            mass = {"total": inertia.mass, "centre": centre, "inertia": entries}
+            return mass, f"*PART_INERTIA{note}"
         if not self._is_shell(part):
             return {"density": material.density}, f"density of the *{material.block.keyword}"
         corners, thickness = self._facets([part])
@@ -173,29 +173,29 @@ class DeckParts:
 
     def _start(self, part: int) -> tuple[float, ...]:
         """Velocity and spin at the start: those of *PART_INERTIA where nothing replaces them."""
-        told, start = self.model.parts.inertia.get(part), self._start_of_cards(part)
-        if told is None:
+        inertia, start = self.model.parts.inertia.get(part), self._start_of_cards(part)
+        if inertia is None:
             return (0.0,) * 6 if start is None else start.rates
-        own = (*told.velocity, *told.spin)
+        speeds = (*inertia.velocity, *inertia.spin)
         if start is None:
-            return own
+            return speeds
         if 0 in start.over or part in start.over:
             return start.rates
-        if start.rates != own:
+        if start.rates != speeds:
             self.model.leave(start.block, f"part {part} has that of its *PART_INERTIA, IRIGID")
-        return own
+        return speeds
 
     def _start_of_cards(self, part: int) -> Start | None:
-        own = self.model.velocities.get(part) or self._start_of_nodes(part)
-        return own or self.model.velocities.get(0)
+        speeds = self.model.velocities.get(part) or self._start_of_nodes(part)
+        return speeds or self.model.velocities.get(0)
 
     def _start_of_nodes(self, part: int) -> Start | None:
         """The one velocity that *INITIAL_VELOCITY_NODE gives all nodes of a part."""
-        told = self.model.node_velocities
-        if not told or self.mesh.node_ids is None:
+        velocities = self.model.node_velocities
+        if not velocities or self.mesh.node_ids is None:
             return None
         nodes = self.mesh.node_ids[self._nodes(self.groups[part])].tolist()
-        given = [told[node] for node in nodes if node in told]
+        given = [velocities[node] for node in nodes if node in velocities]
         if len(given) < len(nodes) or len({one.rates for one in given}) > 1:
             return None
         rates = given[0].rates
@@ -215,29 +215,29 @@ class DeckParts:
 
     def prescribed(self, part: int, end: float) -> dict[str, Any] | None:
         """The `motion` of a part whose motion the deck tells; None where it tells none."""
-        told = [m for m in self.model.motions if m.part == part]
-        if not told:
+        motions = [m for m in self.model.motions if m.part == part]
+        if not motions:
             return None
-        kind = ("velocity", "acceleration", "translate")[told[0].kind]
-        motion = {"kind": kind, "table": self._over_time(told, end).tolist()}
+        kind = ("velocity", "acceleration", "translate")[motions[0].kind]
+        motion = {"kind": kind, "table": self._over_time(motions, end).tolist()}
         start = list(self._start(part))
         if kind == "acceleration" and any(start[:3]):
             motion["velocity"] = start[:3]
             start[:3] = [0.0] * 3
-        for one in told:
+        for one in motions:
             start[one.way - 1] = 0.0
         lost = [name for name, rate in zip(_RATES, start, strict=True) if rate]
         if lost:
             why = f"part {part} starts with {', '.join(lost)}, which is left out"
-            self.model.leave(told[0].block, why, told[0].line)
+            self.model.leave(motions[0].block, why, motions[0].line)
         return motion
 
-    def _over_time(self, told: list[Prescribed], end: float) -> FloatArray:
+    def _over_time(self, motions: list[Prescribed], end: float) -> FloatArray:
         """(n, 4) rows t, x, y, z from the start to the end, the last value held.
 
         Where a curve has two values at a time, the first of them stands just before it.
         """
-        curves = [self.model.curve(one.curve) for one in told]
+        curves = [self.model.curve(one.curve) for one in motions]
         tables = [curve.table for curve in curves if curve is not None]
         steps = [table[1:, 0][np.diff(table[:, 0]) == 0.0] for table in tables]
         before = np.concatenate(steps) - _JUST_BEFORE * end
@@ -245,7 +245,7 @@ class DeckParts:
         times = times[(times >= 0.0) & (times <= end)]
         rows = np.zeros((len(times), 4))
         rows[:, 0] = times
-        for one, table in zip(told, tables, strict=True):
+        for one, table in zip(motions, tables, strict=True):
             rows[:, one.way] = one.scale * np.interp(times, table[:, 0], table[:, 1])
         return rows
 
@@ -257,9 +257,9 @@ class DeckParts:
             bulk = material.modulus / (3.0 * (1.0 - 2.0 * material.poisson))
         stiffness = _PENALTY * scale * bulk / size if bulk else 1.0
         where = f"0.1 × {scale:g} × bulk modulus {bulk:.4g} / facets of {size:.4g}"
-        told = where if bulk else "the deck has no modulus that is understood: set it"
+        reason = where if bulk else "the deck has no modulus that is understood: set it"
         return (
-            f"# stiffness, a stress over a penetration: {told}\n"
+            f"# stiffness, a stress over a penetration: {reason}\n"
             f'law = {{ kind = "penalty", stiffness = {stiffness:.6g}, per_area = true }}'
         )
 

@@ -121,8 +121,8 @@ def _placed(text: str, spec: object) -> str:
     steps = len(getattr(spec, "transform", []))
     moved = f", placed by {steps} transforms" if steps else ""
     flipped = ", flipped" if getattr(spec, "flip", False) else ""
-    told = [entry.describe() for key in ("align", "place") if (entry := getattr(spec, key, None))]
-    return ", ".join([text + moved + flipped, *told])
+    texts = [entry.describe() for key in ("align", "place") if (entry := getattr(spec, key, None))]
+    return ", ".join([text + moved + flipped, *texts])
 
 
 _DEFAULT_AREA = "facets cut where contact ends, else tributary"

@@ -74,9 +74,9 @@ class TotalMassSpec(Spec):
         centre = None if self.centre is None else np.array(self.centre)
         inertia = None if self.inertia is None else self._tensor(self.inertia)
         if centre is None or inertia is None:
-            own = self._own(body)
-            centre = own.centre if centre is None else centre
-            inertia = own.inertia if inertia is None else inertia
+            measured = self._own(body)
+            centre = measured.centre if centre is None else centre
+            inertia = measured.inertia if inertia is None else inertia
         return MassProperties(self.total, centre, inertia)
 
     def _own(self, body: Master) -> MassProperties:
@@ -89,17 +89,19 @@ class TotalMassSpec(Spec):
                 allowed=", ".join(f"{key} = […]" for key in lacking),
                 remedy="Give the mass of an open body as total, centre and inertia",
             )
-        own = body.mass_properties(1.0)
-        return MassProperties(self.total, own.centre, own.inertia * (self.total / own.mass))
+        measured = body.mass_properties(1.0)
+        return MassProperties(
+            self.total, measured.centre, measured.inertia * (self.total / measured.mass)
+        )
 
     def describe(self) -> str:
         """In words."""
         given = [key for key in ("centre", "inertia") if getattr(self, key) is not None]
-        own = [key for key in ("centre", "inertia") if key not in given]
+        measured = [key for key in ("centre", "inertia") if key not in given]
         return (
             f"{self.total:g}"
             + (f", {' and '.join(given)} given" if given else "")
-            + (f", {' and '.join(own)} of its shape" if own else "")
+            + (f", {' and '.join(measured)} of its shape" if measured else "")
         )
 
 

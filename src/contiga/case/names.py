@@ -72,18 +72,18 @@ def misnamed(data: Mapping[str, Any], places: Sequence[tuple[int | str, ...]]) -
     unknown = any(len(place) < 2 or place[-1] == "name" for place in places)
     if unknown or None in known["body"] + known["slave"]:
         return []
-    found = []
+    faults = []
     for key, keys in _NAMING.items():
         for i, table in enumerate(data.get(key) or []):
             for name, kind, where in _named(table, keys, f"{key}[{i}]"):
-                own, (other,) = known[kind], (known[one] for one in known if one != kind)
+                names, (other,) = known[kind], (known[one] for one in known if one != kind)
                 if name == GROUND and key == "spring":
                     continue
                 try:
-                    check_defined(where, name, kind, own, other)
+                    check_defined(where, name, kind, names, other)
                 except CaseError as error:
-                    found.append(Misnamed(key, i, error))
-    return found
+                    faults.append(Misnamed(key, i, error))
+    return faults
 
 
 def _names_of(tables: Any) -> list[Any]:

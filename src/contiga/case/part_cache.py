@@ -54,8 +54,8 @@ class PartCache:
         while len(self._kept) > self._most:
             self._kept.popitem(last=False)
         part: Part
-        part, told = self._kept[key]
-        for one in told:
+        part, findings = self._kept[key]
+        for one in findings:
             warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
         return part
 

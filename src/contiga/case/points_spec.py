@@ -296,14 +296,14 @@ else:
     )
 
 
-def _check_number(key: str, found: float, triangles: float, power: int) -> None:
+def _check_number(key: str, given: float, triangles: float, power: int) -> None:
     """Refuse what takes too many triangles, whose number falls with a power of what is given."""
     if triangles > _MOST_TRIANGLES:
-        least = found * (triangles / _MOST_TRIANGLES) ** (1.0 / power)
+        least = given * (triangles / _MOST_TRIANGLES) ** (1.0 / power)
         raise CaseError(
             f"takes about {triangles:.2g} triangles or more",
             where=key,
-            found=found,
+            found=given,
             allowed=f"{least:.2g} or more: all their points are searched for at every step",
             remedy=_DEFAULT if key == "tolerance" else "Without it sides are as the bodies need",
         )

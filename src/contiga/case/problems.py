@@ -135,17 +135,17 @@ def _problem(detail: ErrorDetails, data: object, key: str, file: str = "") -> In
 def _wrong_length(context: Mapping[str, Any]) -> dict[str, Any]:
     least, most = context.get("min_length"), context.get("max_length")
     allowed = f"at most {most}" if least is None else f"at least {least}"
-    found = context["actual_length"]
-    return {"what": "has the wrong length", "found": found, "allowed": allowed}
+    length = context["actual_length"]
+    return {"what": "has the wrong length", "found": length, "allowed": allowed}
 
 
 def _words(detail: ErrorDetails) -> dict[str, Any]:
     """What, found and allowed of an error of pydantic's own."""
-    kind, found, context = detail["type"], detail["input"], detail.get("ctx") or {}
+    kind, given, context = detail["type"], detail["input"], detail.get("ctx") or {}
     if kind == "missing":
         return {"what": "is missing"}
-    said: dict[str, Any] = {"found": _short(found)}
-    if kind == "list_type" and isinstance(found, Mapping) and len(detail["loc"]) == 1:
+    said: dict[str, Any] = {"found": _short(given)}
+    if kind == "list_type" and isinstance(given, Mapping) and len(detail["loc"]) == 1:
         brackets = f"Write [[{detail['loc'][0]}]] in double brackets: there may be several"
         return {"what": "must be a list of tables", **said, "remedy": brackets}
     if kind in _TYPES:
@@ -153,7 +153,7 @@ def _words(detail: ErrorDetails) -> dict[str, Any]:
     if kind == "literal_error":
         options = re.findall(r"'([^']*)'", str(context["expected"]))
         allowed = ", ".join(f'"{option}"' for option in options)
-        remedy = suggest(found, options)
+        remedy = suggest(given, options)
         return {"what": "unknown value", **said, "allowed": allowed, "remedy": remedy}
     if kind in ("greater_than", "greater_than_equal"):
         bound = context.get("gt", context.get("ge"))

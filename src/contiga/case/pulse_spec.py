@@ -89,8 +89,8 @@ class _PulseSpec(Spec):
         self, file: str, units: Units, quantity: Literal["velocity", "acceleration"]
     ) -> FloatArray:
         length, _, time = units
-        own = f"{length}/{time}" if quantity == "velocity" else f"{length}/{time}^2"
-        given = [self.time_unit or time, self.unit or own]
+        unit = f"{length}/{time}" if quantity == "velocity" else f"{length}/{time}^2"
+        given = [self.time_unit or time, self.unit or unit]
         kinds: tuple[Quantity, Quantity] = ("time", quantity)
         return read_curve(file, kinds, units, columns=self.columns, curve=self.curve, units=given)
 

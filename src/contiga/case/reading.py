@@ -11,14 +11,14 @@ from contiga.simulation.checks.finding import Finding
 
 
 @contextmanager
-def told_of(kind: str, name: str, found: list[Finding]) -> Iterator[None]:
+def told_of(kind: str, name: str, findings: list[Finding]) -> Iterator[None]:
     """Keeps what is warned of inside as findings about a body or a slave; other warnings go on."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ContigaWarning)
         yield
     for one in caught:
         if issubclass(one.category, ContigaWarning):
-            found.append(
+            findings.append(
                 Finding(
                     "file",
                     f"{kind} {name}",

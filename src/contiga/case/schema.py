@@ -233,10 +233,10 @@ class Case(Spec):
         tied = [k for k, spring in enumerate(self.spring) if GROUND in spring.between]
         if body.name == GROUND and tied:
             raise CaseError(
-                f"is what springs call the world, as spring[{tied[0]}] does",
+                f"means the world in spring[{tied[0]}]",
                 where=f"body[{i}].name",
                 found=GROUND,
-                remedy="Call the body otherwise, in the springs that are on it, too",
+                remedy="Rename the body, also in the springs that are attached to it",
             )
         if isinstance(body.motion, FreeSpec) and body.mass is None:
             raise CaseError(
@@ -273,12 +273,12 @@ class Case(Spec):
     def _checks_of_places(self) -> Iterator[Callable[[], object]]:
         places = {part.name: f"body[{i}]" for i, part in enumerate(self.body)}
         places |= {part.name: f"slave[{i}]" for i, part in enumerate(self.slave)}
-        found = [
+        errors = [
             (name, other, f"{places[name]}.{key}")
             for name, part in self.parts.items()
             for key, other in references(part)
         ]
-        for name, other, where in found:
+        for name, other, where in errors:
             yield partial(check_defined, where, other, "body or slave", [*places], [])
             if where.endswith("place.on") and other in places:
                 yield partial(self._check_place, name, other, where)
@@ -300,7 +300,7 @@ class Case(Spec):
             raise relocated(error, f"contact[{i}]", "") from error
 
     def sides(self, contact: ContactSpec) -> Sides:
-        """Which side of a contact gives way, and how."""
+        """Which side of a contact deforms, and by which law."""
         bodies = {body.name: body for body in self.body}
         (slave,) = (slave for slave in self.slave if slave.name == contact.slave)
         of = bodies[slave.points.body] if isinstance(slave.points, BodyPoints) else None

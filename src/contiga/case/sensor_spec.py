@@ -68,8 +68,8 @@ class PointSensorSpec(Spec):
     def describe(self) -> str:
         """In words."""
         at = "" if self.at is None else f" at {self.at}"
-        told = [*self.measures, *([self.filter] if self.filter else []), *self.criteria]
-        return f"on {self.body}{at}, {self.axes} axes: {', '.join(told)}"
+        outputs = [*self.measures, *([self.filter] if self.filter else []), *self.criteria]
+        return f"on {self.body}{at}, {self.axes} axes: {', '.join(outputs)}"
 
 
 class RelativeSensorSpec(Spec):
@@ -110,8 +110,8 @@ class RelativeSensorSpec(Spec):
     def describe(self) -> str:
         """In words."""
         at = "" if self.at is None else f" at {self.at}"
-        told = ", ".join([*self.measures, *self.criteria])
-        return f"between {' and '.join(self.between)}{at}: {told}"
+        outputs = ", ".join([*self.measures, *self.criteria])
+        return f"between {' and '.join(self.between)}{at}: {outputs}"
 
 
 if TYPE_CHECKING:

@@ -33,15 +33,15 @@ def parse_settings(given: Iterable[str]) -> dict[str, Any]:
     >>> parse_settings(["time.end=20", "contact[0].law.elastic.0=[0, 0]", "title=drop"])
     {'time.end': 20, 'contact[0].law.elastic.0': [0, 0], 'title': 'drop'}
     """
-    found: dict[str, Any] = {}
+    settings: dict[str, Any] = {}
     for text in given:
         key, equals, value = (part.strip() for part in text.partition("="))
         if not equals or not key:
             raise CaseError("must be KEY=VALUE", where="--set", found=text, allowed=_EXAMPLE)
-        if key in found:
+        if key in settings:
             raise CaseError("is set twice", where=f"--set {key}", found=value)
-        found[key] = _value(key, value)
-    return found
+        settings[key] = _value(key, value)
+    return settings
 
 
 def _value(key: str, text: str) -> Any:

@@ -41,16 +41,16 @@ class LayeredSpec(Spec):
         """The law of its surface; None of a rigid one."""
         if self.layer is None or not self.face_layer:
             return None if self.layer is None else self.layer.law
-        own = {tuple(face - 1 for face in one.faces): one.law.law for one in self.face_layer}
-        return FaceLaws(self.layer.law, own)  # type: ignore[arg-type]
+        laws = {tuple(face - 1 for face in one.faces): one.law.law for one in self.face_layer}
+        return FaceLaws(self.layer.law, laws)  # type: ignore[arg-type]
 
     def layers(self) -> str:
         """In words."""
         assert self.layer is not None
-        own = (
+        faces = (
             f"faces {str(one.faces)[1:-1]} {one.law.describe()}" for one in self.face_layer or []
         )
-        return "; ".join([self.layer.describe(), *own])
+        return "; ".join([self.layer.describe(), *faces])
 
     @model_validator(mode="after")
     def _all_faces_have_layers(self) -> Self:
@@ -83,14 +83,14 @@ def sides_of(contact: ContactSpec, master: LayeredSpec, slave: LayeredSpec | Non
     InputError
         A side that is to give way has no law; laws that do not go together.
     """
-    own = None if contact.law is None else contact.law.law
-    front = own if own is not None or slave is None else _of_slave(slave)
+    whole = None if contact.law is None else contact.law.law
+    front = whole if whole is not None or slave is None else _of_slave(slave)
     back = master.gives_way if contact.master_law is None else contact.master_law.law
     kind = contact.type
     if kind is None:
         kind = "slave" if back is None else "master" if front is None else "combined"
     if kind == "master":
-        law, back = back if own is None else own, None
+        law, back = back if whole is None else whole, None
     else:
         law, back = front, back if kind == "combined" else None
     if law is None:

@@ -39,19 +39,19 @@ class Spec(BaseModel):
         strange = unknown_keys(data, cls.known_keys(data)) if isinstance(data, dict) else {}
         if not strange:
             return handler(data)
-        told = [as_detail(error, data) for error in strange.values()]
+        details = [as_detail(error, data) for error in strange.values()]
         try:
             handler({key: value for key, value in data.items() if key not in strange})
         except ValidationError as error:
             # What is missing may be what is written otherwise, and the table as a whole is judged
             # when its keys are right.
             meant = {(closest_name(key, cls.known_keys(data)),) for key in strange}
-            told += [
+            details += [
                 _again(one)
                 for one in error.errors(include_url=False)
                 if one["loc"] and not (one["type"] == "missing" and one["loc"] in meant)
             ]
-        raise ValidationError.from_exception_data(cls.__name__, told)
+        raise ValidationError.from_exception_data(cls.__name__, details)
 
     @classmethod
     def known_keys(cls, data: dict[str, Any]) -> list[str]:
@@ -92,12 +92,12 @@ def raise_together(data: object, checks: Iterable[Callable[[], object]]) -> None
             check()
         except InputError as error:
             by_place.setdefault((error.where, repr(error.found)), error)
-    found = [*by_place.values()]
-    if len(found) == 1:
-        raise found[0]
-    if found:
-        told = [as_detail(error, data) for error in found]
-        raise ValidationError.from_exception_data(type(data).__name__, told)
+    errors = [*by_place.values()]
+    if len(errors) == 1:
+        raise errors[0]
+    if errors:
+        details = [as_detail(error, data) for error in errors]
+        raise ValidationError.from_exception_data(type(data).__name__, details)
 
 
 def _again(detail: ErrorDetails) -> InitErrorDetails:
@@ -107,9 +107,9 @@ def _again(detail: ErrorDetails) -> InitErrorDetails:
     )
 
 
-def suggest(found: object, allowed: Iterable[str]) -> str | None:
+def suggest(given: object, allowed: Iterable[str]) -> str | None:
     """A question after the closest of `allowed`, None where nothing is close."""
-    return closest(found, allowed)
+    return closest(given, allowed)
 
 
 def listed_choice(what: str, chosen: Sequence[str | int] | None) -> str:

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
 from contiga.case.points_spec import BodyPoints
+from contiga.case.spec import Spec
 from contiga.errors import CaseError
 
-if TYPE_CHECKING:
-    from contiga.case.schema import BodySpec, SlaveSpec
 
-
-def references(part: BodySpec | SlaveSpec) -> Iterator[tuple[str, str]]:
+def references(part: Spec) -> Iterator[tuple[str, str]]:
     """Keys of a body or slave that name what it is placed by, and the names."""
     key = "points" if hasattr(part, "points") else "geometry"
     placed = getattr(part, key)
@@ -24,7 +21,7 @@ def references(part: BodySpec | SlaveSpec) -> Iterator[tuple[str, str]]:
         yield f"{key}.place.on", placed.place.on
 
 
-def order_of(parts: Mapping[str, BodySpec | SlaveSpec]) -> list[str]:
+def order_of(parts: Mapping[str, Spec]) -> list[str]:
     """The names so that each comes after those it is placed by, else as they stand in the file.
 
     Raises

@@ -47,8 +47,8 @@ def load_whole(path: Path, *, set: Mapping[str, Any] | None = None) -> Case:
         more = _faults_of_the_rest(data, details, misnamed, path)
         if not more:
             raise
-        told = [*(problem_of(one, data) for one in details), *(one.error for one in misnamed)]
-        raise listed([*told, *more], str(path)) from error
+        problems = [*(problem_of(one, data) for one in details), *(one.error for one in misnamed)]
+        raise listed([*problems, *more], str(path)) from error
 
 
 def _faults_of_the_rest(

@@ -17,11 +17,11 @@ from contiga.cli.export import export
 from contiga.cli.help_pages import Command, Group, epilog
 from contiga.cli.options import WITH_CASE, CaseFile, Settings, load
 from contiga.cli.preview_case import preview_path, write_preview
-from contiga.cli.progress import progress_bar
 from contiga.cli.study import study
 from contiga.cli.verify import verify
 from contiga.cli.warmup import warmup
 from contiga.errors import ContigaError, FileError, InputError, RunError
+from contiga.running.progress import progress_bar
 from contiga.version import __version__
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ def run(
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
     """Run a case: forces, fields and a report into the output folder."""
-    from contiga.cli import run_case
+    from contiga.running import run_case
 
     loaded = load(case, settings, context)
     folder = out if out is not None else case.parent / f"{case.stem}_out"
@@ -125,7 +125,7 @@ def run(
 def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path) -> None:
     import numpy as np
 
-    from contiga.cli.steps_told import steps_line
+    from contiga.cli.step_reasons import steps_line
     from contiga.report.style import number
 
     timings = summary.get("timings") or {}
@@ -166,10 +166,10 @@ def _print_energy(summary: dict[str, Any]) -> None:
         largest = f"{number(energy['most'])} {unit}".rstrip()
         print(f"energy balance: error at most {share} of {largest}")
     for name, sensor in (summary.get("sensors") or {}).items():
-        for criterion, found in sensor["criteria"].items():
-            span = f"t = {span_of(found)} {units.get('time', '')}"
-            value = number(found["value"]) + f" {found.get('unit', '')}".rstrip()
-            value += f" ({found['band']})" if "band" in found else ""
+        for criterion, result in sensor["criteria"].items():
+            span = f"t = {span_of(result)} {units.get('time', '')}"
+            value = number(result["value"]) + f" {result.get('unit', '')}".rstrip()
+            value += f" ({result['band']})" if "band" in result else ""
             print(f"{name}: {criterion} {value}, {span}")
 
 

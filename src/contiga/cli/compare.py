@@ -28,35 +28,35 @@ def compare(
     from contiga.report.comparison import compare as compared
     from contiga.report.comparison_page import write_comparison
 
-    found = compared(a, b)
-    for line in _lines(found):
+    comparison = compared(a, b)
+    for line in _lines(comparison):
         print(line)
     if out is not None:
-        print(f"page: {write_comparison(found, out)}")
+        print(f"page: {write_comparison(comparison, out)}")
 
 
-def _lines(found: Comparison) -> Iterator[str]:
+def _lines(comparison: Comparison) -> Iterator[str]:
     """The essentials."""
     from contiga.report.comparison_page import in_short
     from contiga.report.style import number
 
-    shown = list(found.settings.items())[:_MOST]
+    shown = list(comparison.settings.items())[:_MOST]
     for key, (one, two) in shown:
         yield f"{key}: {in_short(one)} → {in_short(two)}"
-    if len(found.settings) > len(shown):
-        yield f"and {len(found.settings) - len(shown)} more settings"
-    if not found.settings:
+    if len(comparison.settings) > len(shown):
+        yield f"and {len(comparison.settings) - len(shown)} more settings"
+    if not comparison.settings:
         yield "the cases say the same"
-    for name, d in found.differences.items():
+    for name, d in comparison.differences.items():
         if name.rpartition(".")[2] in _TELLING and max(map(abs, d.peaks)) > 0.0:
             share = f"{100.0 * d.relative:.3g} %" if d.largest > 0.0 else "none"
             peaks = " → ".join(map(number, d.peaks))
             when = f" at t = {number(d.at)}" if d.largest > 0.0 else ""
             yield f"{name}: peak {peaks}, largest difference {share}{when}"
-    for name, (one, two) in found.criteria.items():
+    for name, (one, two) in comparison.criteria.items():
         values = " → ".join("–" if value is None else number(value) for value in (one, two))
         yield f"{name} {values}"
-    steps, total = (found.timings.get(key, (None, None)) for key in ("steps", "total"))
+    steps, total = (comparison.timings.get(key, (None, None)) for key in ("steps", "total"))
     for words, pair in (("steps", steps), ("seconds", total)):
         if None not in pair:
             yield f"{words}: {' → '.join(number(value) for value in pair)}"

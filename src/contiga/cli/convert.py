@@ -29,9 +29,9 @@ def convert(
         raise OutputError(
             "there is such a file already", where=str(out), allowed="a new file: it may be yours"
         )
-    found = converted(deck, parse_units(units), out.parent)
-    write_text(out, found.text)
-    print(f"{out}: {found.bodies} bodies, {found.contacts} contacts")
-    for name, lines in sorted(found.unknown.items()):
+    conversion = converted(deck, parse_units(units), out.parent)
+    write_text(out, conversion.text)
+    print(f"{out}: {conversion.bodies} bodies, {conversion.contacts} contacts")
+    for name, lines in sorted(conversion.unknown.items()):
         more = ", …" if len(lines) > 5 else ""
         print(f"not understood: {len(lines)} {name}, line {', '.join(map(str, lines[:5]))}{more}")

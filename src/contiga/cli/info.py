@@ -58,17 +58,17 @@ def _cad(file: Path, faces: bool) -> Iterator[Row]:
     expect_cad(file.name)
     from contiga.io.cad.cad_parts import read_cad_file
 
-    found = read_cad_file(file)
+    cad = read_cad_file(file)
     from contiga.masters.body_summary import body_summary  # which is loaded meanwhile
 
-    yield from _summary(body_summary(found.body))
-    yield from found.body.condition_rows()
-    if found.said:
-        yield "solids", found.said
-    for part in found.parts:
+    yield from _summary(body_summary(cad.body))
+    yield from cad.body.condition_rows()
+    if cad.said:
+        yield "solids", cad.said
+    for part in cad.parts:
         yield from _part(part)
     if faces:
-        yield from _faces(found)
+        yield from _faces(cad)
 
 
 def _part(part: CadPart) -> Iterator[Row]:
@@ -91,14 +91,14 @@ def _part(part: CadPart) -> Iterator[Row]:
     yield "", _box(body.bounds(), body.unit)
 
 
-def _faces(found: CadFile) -> Iterator[Row]:
+def _faces(cad: CadFile) -> Iterator[Row]:
     from contiga.geometry.face_box import bounds_of
     from contiga.geometry.trim_area import patch_areas
 
-    body = found.body
-    labels = {face.number: (face, part) for part in found.parts for face in part.faces}
+    body = cad.body
+    labels = {face.number: (face, part) for part in cad.parts for face in part.faces}
     areas = patch_areas(body)
-    for k, number in enumerate(found.numbers):
+    for k, number in enumerate(cad.numbers):
         face, part = labels[number]
         texts = [
             face.kind,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from contiga.cli.progress import progress_bar
+from contiga.running.progress import progress_bar
 
 if TYPE_CHECKING:
     from contiga.studies.study import Study
@@ -74,10 +74,10 @@ def _print(done: Study) -> None:
     if len(done.failed) > _MOST:
         print(f"and {len(done.failed) - _MOST} more")
     if done.best is not None:
-        told = {**done.best.values, **done.best.collected}
+        best = {**done.best.values, **done.best.collected}
         said = ", ".join(
             f"{name} {number(value) if isinstance(value, int | float) else value}"
-            for name, value in told.items()
+            for name, value in best.items()
         )
         print(f"best is case {done.best.number}: {said}")
     print(f"page: {done.page}")

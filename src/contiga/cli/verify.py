@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from contiga.cli.progress import progress_bar
 from contiga.errors import RunError
+from contiga.running.progress import progress_bar
 
 
 def verify(

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from contiga.cli.progress import Show, progress_bar
 from contiga.errors import RunError
+from contiga.running.progress import Show, progress_bar
 
 if TYPE_CHECKING:
     from contiga.warmup.compile_pool import Progress
@@ -69,17 +69,17 @@ class _Count:
         self.folders: set[str] = set()
         self.failed: list[str] = []
 
-    def hear(self, process: int, told: Progress) -> None:
+    def hear(self, process: int, progress: Progress) -> None:
         """A message of a process."""
-        name = self._names[told.row]
+        name = self._names[progress.row]
         with self._lock:
-            if told.done:
+            if progress.done:
                 self._done += 1
                 self._at.pop(process, None)
-                self.compiled += told.made
-                self.folders |= {told.folder} - {""}
-                if told.error:
-                    self.failed.append(f"{name}: {told.error}")
+                self.compiled += progress.made
+                self.folders |= {progress.folder} - {""}
+                if progress.error:
+                    self.failed.append(f"{name}: {progress.error}")
             else:
                 self._at[process] = name.rpartition("kernels.")[2].replace("_nb.", ".")
             self._show(self._done, len(self._names), self._said())

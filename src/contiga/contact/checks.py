@@ -95,7 +95,7 @@ def check_sampling(quadrature: str | int, weights: str, law: Law, area: AreaMeth
         )
     if getattr(law, "per_area", True) is False:
         raise InputError(
-            "a stiffness a point would grow with the number of quadrature points",
+            "a stiffness per point would grow with the number of quadrature points",
             where="law",
             found="per_area=False",
             remedy='Give the stiffness of a unit area with per_area=True, or quadrature="nodes"',
@@ -131,7 +131,7 @@ def check_through(through: str, search: str) -> None:
     """Refuse to hold what went through where paths are not followed."""
     if through == "hold" and search == "penetration":
         raise InputError(
-            "a search by penetration does not see where points come in, and cannot hold them there",
+            "a search by penetration does not know where points enter, and cannot hold them there",
             where="through",
             found=through,
             allowed='through="release", or search="intersection"',
@@ -198,7 +198,7 @@ def check_state(state: State, n_points: int, memories: tuple[int, int], master: 
     kind("state", state, State)
     if len(state.status) != n_points:
         raise InputError(
-            "the state is of another slave or quadrature",
+            "the state belongs to another slave or quadrature",
             where="state",
             found=len(state.status),
             allowed=f"{n_points} points",
@@ -208,7 +208,7 @@ def check_state(state: State, n_points: int, memories: tuple[int, int], master: 
     patch = _largest(state.patch) if kept_of(state).is_made else int(state.patch.max(initial=-1))
     if patch >= master.n_pieces:
         raise InputError(
-            "the state is of another master",
+            "the state belongs to another master",
             where="state.patch",
             found=patch,
             allowed=f"-1 … {master.n_pieces - 1}",
@@ -225,12 +225,12 @@ def _refuse_memories(state: State, n_points: int, memories: tuple[int, int]) -> 
     for name, whose, wanted in zip(
         ("memory", "friction_memory"), ("law", "friction"), memories, strict=True
     ):
-        found = kept_of(state).shape(name)
-        if found[1] != wanted:
+        shape = kept_of(state).shape(name)
+        if shape[1] != wanted:
             raise InputError(
-                f"the state is of another {whose}",
+                f"the state belongs to another {whose}",
                 where=f"state.{name}",
-                found=found,
+                found=shape,
                 allowed=f"({n_points}, {wanted})",
             )
 

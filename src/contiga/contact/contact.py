@@ -35,6 +35,7 @@ from contiga.contact.state import State, state_of
 from contiga.contact.state_rows import kept_of
 from contiga.contact.touching import ContactRows, PreviousStep, touching
 from contiga.contact.tracked import Columns, Detected, Options, Workspaces, options_of
+from contiga.display import Displayed, Facts
 from contiga.errors import InputError
 from contiga.laws.friction import Friction
 from contiga.laws.normal import Law
@@ -44,7 +45,6 @@ from contiga.num.pose import identity
 from contiga.num.rigid import standing, to_body
 from contiga.old_names import OldName
 from contiga.records import FloatArray, IndexArray, rows_of
-from contiga.shown import Facts, Shown
 from contiga.slaves.sampling import QUADRATURES
 from contiga.slaves.slave import Slave
 
@@ -66,7 +66,7 @@ def _untimed(_: str) -> AbstractContextManager[None]:
     return _NO_CLOCK
 
 
-class Contact(Shown):
+class Contact(Displayed):
     """Contact of a slave with a rigid master.
 
     Parameters
@@ -233,7 +233,7 @@ class Contact(Shown):
         clock: StageClock = _untimed,
         out: State | None = None,
     ) -> State:
-        """The state after a step in which the slave went to `points` and the master to `pose`.
+        """The state after a step that takes the slave to `points` and the master to `pose`.
 
         Pure: `state` is not changed, and the same arguments give the same bits.
 
@@ -282,7 +282,7 @@ class Contact(Shown):
     def dry_run(
         self, placements: Iterable[tuple[ArrayLike, ArrayLike | None]], *, most: int | None = None
     ) -> Iterator[DryRun]:
-        """The search alone, without forces, placement after placement. Raises as `start` does.
+        """The search alone, without forces, over a series of poses. Raises as `start` does.
 
         `placements` are slave points (n, 3), world axes, and poses (4, 4) of the master. Of the
         points in contact after the start `most` are followed, spread evenly; all if omitted.
@@ -305,11 +305,11 @@ class Contact(Shown):
         return self._measure.areas(kept_of(state).area_input)
 
     def pressure(self, state: State) -> FloatArray:
-        """(n,) pressure of the law at each node: normal force over the area that carries it."""
+        """(n,) pressure at each node: normal force over its contact area."""
         return pressure_of(self._sampling, state)
 
     def slid(self, state: State) -> FloatArray:
-        """(m, 3) way each point in contact has slid since it came in, body axes."""
+        """(m, 3) sliding distance of each point in contact since it came in, body axes."""
         if self.friction is None:
             return np.zeros((len(state.status), 3))
         return self.friction.slid(state.friction_memory)
@@ -338,7 +338,7 @@ class Contact(Shown):
 
     @property
     def has_outlines(self) -> bool:
-        """Whether the area method tells where contact ends."""
+        """Whether the area method has outlines of the regions of contact."""
         return hasattr(self.area, "outlines")
 
     def _checked(self, points: ArrayLike, pose: ArrayLike | None) -> tuple[FloatArray, FloatArray]:

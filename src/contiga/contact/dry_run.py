@@ -68,22 +68,22 @@ def dry_run(
         inside, deepest = np.zeros(0, np.int32), 0.0
         behind = np.zeros(0, np.int32)
         if last is None:
-            found = detect_at_start(surface, p_B, all_of_them, options)
+            detected = detect_at_start(surface, p_B, all_of_them, options)
             if not options.penetration:
                 inside, deepest = _inside(surface, to_body(X_WB, p_W), active, options)
         else:
             poses = pose, X_WB
-            found = detect_on_curves(surface, p_B, last, all_of_them, options, poses)
+            detected = detect_on_curves(surface, p_B, last, all_of_them, options, poses)
             if not options.closed:
                 behind = _from_behind(
-                    surface, (last.points_B, p_B), (was_held, found.held), options
+                    surface, (last.points_B, p_B), (was_held, detected.held), options
                 )
-        rows = was_held = found.held
-        feet = rows_of(found.feet, rows)
+        rows = was_held = detected.held
+        feet = rows_of(detected.feet, rows)
         depth = np.maximum(-feet.gap, 0.0)
         yield DryRun(X_WB, followed[rows], depth, feet.normal, inside, deepest, followed[behind])
-        place = found.feet.patch, found.uv, found.last_patch
-        last = Last(p_B, *place, found.safe_distance, found.holds)
+        place = detected.feet.patch, detected.uv, detected.last_patch
+        last = Last(p_B, *place, detected.safe_distance, detected.holds)
         pose = X_WB
 
 
@@ -133,9 +133,9 @@ def _inside(
     side, _ = surface.sides(p_B, rows)
     doubtful, above = _behind(surface, p_B, rows[side == 0], options)
     within, gap = _behind(surface, p_B, _spread(rows[side < 0], _MOST_DEPTHS), options)
-    told = rows[side < 0] if len(within) else within
+    inside = rows[side < 0] if len(within) else within
     deepest = -min(float(gap.min(initial=0.0)), float(above.min(initial=0.0)))
-    return np.union1d(told, doubtful).astype(np.int32), deepest
+    return np.union1d(inside, doubtful).astype(np.int32), deepest
 
 
 def _behind(

@@ -57,8 +57,8 @@ def holds_of(held: Column, normal: FloatArray, opposed: Guards) -> Holds:
     rows, depth = held
     marked = np.zeros(len(rows), np.bool_)
     if len(opposed.rows):
-        own, normal = np.searchsorted(rows, opposed.rows), normal.copy()
-        normal[own], marked[own] = opposed.normal, True
+        at, normal = np.searchsorted(rows, opposed.rows), normal.copy()
+        normal[at], marked[at] = opposed.normal, True
     return Holds(rows, normal, depth, marked)
 
 
@@ -122,7 +122,7 @@ class Loads(NamedTuple):
     def sparse(self, p_B: FloatArray) -> dict[str, Sparse]:
         """The arrays of a state that are of n points, p_B (n, 3), by name."""
         n, rows = len(p_B), self.rows
-        told = {
+        columns = {
             "normal_force": self.normal_force,
             "stiffness": self.stiffness,
             "memory": self.memory,
@@ -139,7 +139,9 @@ class Loads(NamedTuple):
             "normal_B": Sparse(n, self.held, self.normal),
             "foot_B": Sparse(n, self.held, self.foot, p_B),
             "guard_B": Sparse(n, *self.opposed),
-        } | {name: Sparse(n, rows, values) for name, values in told.items() if values is not None}
+        } | {
+            name: Sparse(n, rows, values) for name, values in columns.items() if values is not None
+        }
 
     def without(self, n: int) -> dict[str, Any]:
         """The arrays of a state of n points that say that there is no such thing, by name."""

@@ -29,12 +29,17 @@ class Measure:
     """
 
     def __init__(
-        self, master: Master, method: AreaMethod, side: str, own: FloatArray | None, prepared: Any
+        self,
+        master: Master,
+        method: AreaMethod,
+        side: str,
+        weights: FloatArray | None,
+        prepared: Any,
     ) -> None:
         self.method = method
         self._master = master
         self._side = side
-        self._own = own
+        self._own = weights
         self._prepared = prepared
 
     def input(self, nodes: FloatArray, patch: np.ndarray, feet: Projection) -> AreaInput:
@@ -67,5 +72,5 @@ class Measure:
 
     def outlines(self, inp: AreaInput, pose: FloatArray) -> Outlines | None:
         """Where contact ends, world axes; None for methods that do not say."""
-        found = outlines_of(self.method, inp)
-        return None if found is None else found._replace(points=to_world(pose, found.points))
+        lines = outlines_of(self.method, inp)
+        return None if lines is None else lines._replace(points=to_world(pose, lines.points))

@@ -29,7 +29,7 @@ def sampling_of(
         return Sampling(slave, None, RULES[int(quadrature)])
     if weights == "rest" and fixed is None and getattr(law, "needs_area", True):
         raise InputError(
-            "nothing tells the areas of the slave's points at rest",
+            "the areas of the slave's points at rest are unknown",
             where="weights",
             found="a cloud without areas",
             allowed="a slave with facets or areas, NodalArea(value), CloudArea() of a sheet",

@@ -189,23 +189,23 @@ def _row(values: FloatArray) -> FloatArray:
 
 
 def whole_of(
-    found: Detected, places: tuple[FloatArray, FloatArray], felt: Forces
+    detected: Detected, places: tuple[FloatArray, FloatArray], felt: Forces
 ) -> dict[str, FloatArray | IntArray | ByteArray]:
     """The arrays of a state that say something of all points, or of none, by name.
 
     `places` are those of the points, body axes, and the pose.
     """
-    feet, (p_B, X_WB) = found.feet, places
+    feet, (p_B, X_WB) = detected.feet, places
     return {
-        "status": found.status,
+        "status": detected.status,
         "feature": feet.feature,
         "patch": feet.patch,
-        "uv": found.uv,
-        "last_patch": found.last_patch,
+        "uv": detected.uv,
+        "last_patch": detected.last_patch,
         "points_B": p_B,
         "pose": X_WB,
         "certified": feet.certified,
-        "safe_distance": found.safe_distance,
+        "safe_distance": detected.safe_distance,
         "wrench": felt.wrench,
         "energies": felt.energies,
     }

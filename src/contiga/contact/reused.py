@@ -39,20 +39,20 @@ def given_up(out: State, state: State, p_W: FloatArray, owner: Owner) -> tuple[C
         raise InputError(
             "out must be a state of this contact", where="out", allowed="what its steps answered"
         )
-    own = _arrays(out)
-    if not _plainly_apart(out, state, own, p_W):
+    arrays = _arrays(out)
+    if not _plainly_apart(out, state, arrays, p_W):
         n = len(p_W)
         likes: tuple[Any, ...] = Columns.of(0)
-        for name, array, like in zip(Columns._fields, own, likes, strict=False):
+        for name, array, like in zip(Columns._fields, arrays, likes, strict=False):
             check_fillable(array, (n, *like.shape[1:]), like.dtype, f"out.{name}")
-        check_fillable(own[-1], (n, 3), np.float64, "out.points_B")
+        check_fillable(arrays[-1], (n, 3), np.float64, "out.points_B")
         read = [p_W, *_arrays(state)]
-        check_apart(own, read, "a state whose arrays are not those of state or points")
+        check_apart(arrays, read, "a state whose arrays are not those of state or points")
     vars(out).clear()  # its arrays are going to be written over
-    return Columns._make(own[:-1]), own[-1]
+    return Columns._make(arrays[:-1]), arrays[-1]
 
 
-def _plainly_apart(out: State, state: State, own: Any, p_W: FloatArray) -> bool:
+def _plainly_apart(out: State, state: State, columns: Any, p_W: FloatArray) -> bool:
     """Whether `own`, the arrays of `out`, can be written over, and it is plain to see.
 
     It is of states that steps have made: they are right but for a user who locked one, each lies
@@ -63,7 +63,7 @@ def _plainly_apart(out: State, state: State, own: Any, p_W: FloatArray) -> bool:
         return False
     # Arrays that own their memory share none, and views name the one that does.
     owner = p_W if p_W.base is None else p_W.base
-    for array, read in zip(own, _arrays(state), strict=True):
+    for array, read in zip(columns, _arrays(state), strict=True):
         if array is read or array is owner or array.base is not None or not array.flags.carray:
             return False
     return owner is p_W or (type(owner) is np.ndarray and owner.base is None)

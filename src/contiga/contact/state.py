@@ -13,12 +13,12 @@ from contiga.area.method import AreaInput, Areas
 from contiga.contact.energy import ContactEnergy
 from contiga.contact.loads import Loads
 from contiga.contact.state_rows import kept_of
+from contiga.display import Displayed, Facts
 from contiga.errors import InputError
 from contiga.num.ordered import product
 from contiga.num.rigid import to_world, turn_to_world
 from contiga.old_names import OldName
 from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
-from contiga.shown import Facts, Shown
 
 
 class Owner(Protocol):
@@ -42,8 +42,8 @@ class Owner(Protocol):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class State(Shown):
-    """Where the n nodes of a slave stand after a step, in world axes where not said otherwise.
+class State(Displayed):
+    """The state of contact of n slave nodes after a step; world axes unless stated otherwise.
 
     A contact with quadrature points has m rows where (m,) is said: the nodes come first, and after
     them the points of each facet. Without, m = n. The arrays take 179 bytes a point, and
@@ -119,7 +119,7 @@ class State(Shown):
     near = OldName("last_patch")
     grip = OldName("friction_memory")
     of: InitVar[Owner | None] = None
-    """The contact it is a state of."""
+    """The contact that this is a state of."""
 
     def __post_init__(self, of: Owner | None) -> None:
         self.__dict__.update(_contact=of, _sparse={})
@@ -139,7 +139,7 @@ class State(Shown):
 
     @property
     def contact(self) -> Owner:
-        """The contact it is a state of.
+        """The contact that this is a state of.
 
         Raises
         ------
@@ -171,7 +171,7 @@ class State(Shown):
 
     @property
     def in_contact(self) -> NDArray[np.bool_]:
-        """(n,) which points carry contact."""
+        """(n,) which points are in contact."""
         return np.isin(self.status, IN_CONTACT)
 
     @property
@@ -181,7 +181,7 @@ class State(Shown):
 
     @property
     def n_unproved(self) -> int:
-        """Number of points in contact whose foot is merely converged."""
+        """Number of points in contact whose foot has converged but is not certified."""
         return int((self.in_contact & (self.certified == 0)).sum())
 
     @property
@@ -197,7 +197,7 @@ class State(Shown):
 
     @cached_property
     def energy(self) -> ContactEnergy:
-        """Where the work done on the contact went since its start."""
+        """Energy stored, dissipated by cause, and the balance error since the start."""
         return ContactEnergy(*self.energies.tolist())
 
     @cached_property
@@ -280,7 +280,7 @@ class State(Shown):
 
     @cached_property
     def pressure(self) -> FloatArray:
-        """(n,) that of the law at each node: normal force over the area that carries it."""
+        """(n,) pressure at each node: normal force over its contact area."""
         return self.contact.pressure(self)
 
 

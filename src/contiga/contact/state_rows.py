@@ -6,23 +6,39 @@ state asks for the rows.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from contiga.area.method import AreaInput, Areas
 from contiga.contact.loads import Column, Guards, Holds, Loads, holds_of
 from contiga.contact.sparse import Sparse
-from contiga.records import FloatArray, IndexArray
+from contiga.records import FloatArray, IndexArray, IntArray
 
-if TYPE_CHECKING:
-    from contiga.contact.state import State
+
+class StateLike(Protocol):
+    """What is read of a `State`, which asks for its rows and so stands above them."""
+
+    @property
+    def contact(self) -> Any: ...
+    @property
+    def stiffness(self) -> FloatArray: ...
+    @property
+    def tangent(self) -> FloatArray: ...
+    @property
+    def patch(self) -> IntArray: ...
+    @property
+    def guard_B(self) -> FloatArray: ...
+    @property
+    def penetration(self) -> FloatArray: ...
+    @property
+    def normal_B(self) -> FloatArray: ...
 
 
 class KeptRows:
     """What is kept of a state; see `kept_of`."""
 
-    def __init__(self, state: State) -> None:
+    def __init__(self, state: StateLike) -> None:
         self._state = state
         self._own: dict[str, Any] = vars(state)
 
@@ -37,13 +53,13 @@ class KeptRows:
 
     def column(self, name: str) -> Sparse | None:
         """What is kept of the array `name`; None where that is whole, or there is none."""
-        own = self._own
-        if "_sparse" not in own:
-            if "_loads" not in own:
+        arrays = self._own
+        if "_sparse" not in arrays:
+            if "_loads" not in arrays:
                 return None
-            p_B = own["points_B"]
-            own.update(own["_loads"].without(len(p_B)), _sparse=own["_loads"].sparse(p_B))
-        column: Sparse | None = own["_sparse"].get(name)
+            p_B = arrays["points_B"]
+            arrays.update(arrays["_loads"].without(len(p_B)), _sparse=arrays["_loads"].sparse(p_B))
+        column: Sparse | None = arrays["_sparse"].get(name)
         return column
 
     def shape(self, name: str) -> tuple[int, ...]:
@@ -55,8 +71,8 @@ class KeptRows:
     def part(self, name: str, rows: IndexArray) -> FloatArray:
         """(len(rows), …) some rows of the array `name`."""
         column = self.column(name)
-        found: FloatArray = getattr(self._state, name)[rows] if column is None else column.at(rows)
-        return found
+        values: FloatArray = getattr(self._state, name)[rows] if column is None else column.at(rows)
+        return values
 
     def listed(self, name: str) -> Column:
         """Rows (k,) of the array `name` (m, …), ascending, and their values; others are zero."""
@@ -70,8 +86,8 @@ class KeptRows:
         """Rows (k,) of the array `name` (m,) that are not zero, and their values (k,)."""
         column = self.column(name)
         values = getattr(self._state, name) if column is None else column.values
-        own = np.flatnonzero(values)
-        return own if column is None else column.rows[own], values[own]
+        rows = np.flatnonzero(values)
+        return rows if column is None else column.rows[rows], values[rows]
 
     @property
     def deep(self) -> Column:
@@ -87,9 +103,9 @@ class KeptRows:
             return loads.holds
         rows = np.flatnonzero(state.patch >= 0).astype(np.int32)
         guards = state.guard_B[rows]
-        own = guards.any(axis=1)
+        pushed = guards.any(axis=1)
         deep = rows, state.penetration[rows]
-        return holds_of(deep, state.normal_B[rows], Guards(rows[own], guards[own]))
+        return holds_of(deep, state.normal_B[rows], Guards(rows[pushed], guards[pushed]))
 
     @property
     def carried(self) -> tuple[Column, Column, Column, Column]:
@@ -114,10 +130,10 @@ class KeptRows:
     @property
     def area_input(self) -> AreaInput:
         """The nodes in contact, as area methods see them; looked up once."""
-        own = self._own
-        if "_area_input" not in own:
-            own["_area_input"] = self._state.contact.area_input(self._state)
-        seen: AreaInput = own["_area_input"]
+        arrays = self._own
+        if "_area_input" not in arrays:
+            arrays["_area_input"] = self._state.contact.area_input(self._state)
+        seen: AreaInput = arrays["_area_input"]
         return seen
 
     def keep(self, seen: AreaInput, areas: Areas) -> None:
@@ -131,6 +147,6 @@ class KeptRows:
         return tangent if len(tangent) else self._state.stiffness
 
 
-def kept_of(state: State) -> KeptRows:
+def kept_of(state: StateLike) -> KeptRows:
     """The rows that are kept of a state."""
     return KeptRows(state)

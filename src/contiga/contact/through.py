@@ -59,10 +59,10 @@ def detect(
     step: Step,
     last: tuple[IntArray, FloatArray],
     rows: tuple[IntArray, IntArray],
-    found: Detected,
+    detected: Detected,
     options: Options,
 ) -> tuple[IntArray, IntArray]:
-    """Fill `found` for the points that a wall holds; returns the others, as `rows` has them.
+    """Fill `detected` for the points that a wall holds; returns the others, as `rows` has them.
 
     `last` is (patch, uv) of the feet of all points, `rows` (in contact, near).
     """
@@ -72,13 +72,13 @@ def detect(
     tracked = track(surface, way, foot, options)
     kept = np.flatnonzero(tracked.keep)
     old = Held(touching[kept], rows_of(tracked.feet, kept), continued(tracked.feet)[kept])
-    settled = _settle(surface, step, old, found, options)
+    settled = _settle(surface, step, old, detected, options)
     starts = step.before.copy()
     left = _come_again(surface, step, touching, np.flatnonzero(tracked.solved & ~tracked.keep))
     starts[touching[left]] = _let_go(surface, way, foot, left, options)
     free = _with_a_path(surface, step, np.concatenate((touching[left], near)), options)
     new = _come_in(surface, starts, step.now, free, options)
-    settled = np.concatenate((settled, _settle(surface, step, new, found, options)))
+    settled = np.concatenate((settled, _settle(surface, step, new, detected, options)))
     return np.setdiff1d(touching, settled), np.setdiff1d(near, settled)
 
 
@@ -89,9 +89,9 @@ def _come_again(surface: Surface, step: Step, touching: IntArray, rows: IndexArr
 
 
 def _settle(
-    surface: Surface, step: Step, held: Held, found: Detected, options: Options
+    surface: Surface, step: Step, held: Held, detected: Detected, options: Options
 ) -> IntArray:
-    """Fill `found` for points that a wall holds; returns those it is filled for.
+    """Fill `detected` for points that a wall holds; returns those it is filled for.
 
     Not those that are on the surface of a closed body within rounding, and not inside.
     """
@@ -99,20 +99,20 @@ def _settle(
     settled = np.ones(len(rows), dtype=bool)
     safe_distance = np.zeros(len(rows))
     if options.closed:
-        side, reach = _sides(surface, step, held, found, options)
+        side, reach = _sides(surface, step, held, detected, options)
         settled = (side <= 0) | (held.feet.gap < -options.band)
         status = np.where(side > 0, np.int8(ContactStatus.THROUGH), status)
-        inner = np.fmax(found.safe_distance[rows], reach - options.band)
+        inner = np.fmax(detected.safe_distance[rows], reach - options.band)
         safe_distance = np.where(side < 0, inner, 0.0)
-    found.status[rows[settled]] = status[settled]
-    found.safe_distance[rows[settled]] = safe_distance[settled]
-    found.last_patch[rows[settled]] = -1
-    take(found.feet, rows, held.feet, settled)
+    detected.status[rows[settled]] = status[settled]
+    detected.safe_distance[rows[settled]] = safe_distance[settled]
+    detected.last_patch[rows[settled]] = -1
+    take(detected.feet, rows, held.feet, settled)
     return rows[settled]
 
 
 def _sides(
-    surface: Surface, step: Step, held: Held, found: Detected, options: Options
+    surface: Surface, step: Step, held: Held, detected: Detected, options: Options
 ) -> tuple[ByteArray, FloatArray]:
     """Sides of points on a closed body, and ways that lead to no surface, where they are known.
 
@@ -120,7 +120,7 @@ def _sides(
     """
     rows = held.rows
     side, reach = surface.sides(step.now, rows)
-    inside = np.flatnonzero((side == 0) & (found.safe_distance[rows] > 0.0))
+    inside = np.flatnonzero((side == 0) & (detected.safe_distance[rows] > 0.0))
     side[inside] = -1
     within = np.full(len(rows), np.inf)
     unknown = np.flatnonzero(side == 0).astype(np.int32)
@@ -128,9 +128,9 @@ def _sides(
     tell(surface, followed, (side, reach), within, options)
     unknown = unknown[side[unknown] == 0]
     truth = closest(surface, step.now, rows[unknown], within[unknown])
-    told = (truth.status == Status.OK) & (np.abs(truth.gap) > options.band)
-    side[unknown[told]] = np.sign(truth.gap[told])
-    reach[unknown[told]] = np.abs(truth.gap[told])
+    proved = (truth.status == Status.OK) & (np.abs(truth.gap) > options.band)
+    side[unknown[proved]] = np.sign(truth.gap[proved])
+    reach[unknown[proved]] = np.abs(truth.gap[proved])
     return side, reach
 
 

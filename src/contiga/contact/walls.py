@@ -74,17 +74,17 @@ def hold(
     other = opposed | (along < LEAST) | (-nearest.gap < depth - length - 2.0 * band)
     # A way on which a point comes to another wall may have led past walls between.
     long = (along < ANOTHER) & (length > -PART * nearest.gap) & guard.any(axis=1)
-    own = np.flatnonzero(other | long)
-    if len(own) == 0:
+    rows = np.flatnonzero(other | long)
+    if len(rows) == 0:
         return held
-    starts = np.where(last.status[own] == Status.OK, last.patch[own], -1), last.uv[own]
-    walk = _Walk(way[0][own], way[1][own], guard[own], depth[own], opposed[own], *starts)
-    facing, anew = _go(surface, walk, length[own], rows_of(nearest, own), band)
-    held.guard[own] = walk.guard
-    held.anew[own[anew]] = True
-    held.opposed[own] = walk.opposed
+    starts = np.where(last.status[rows] == Status.OK, last.patch[rows], -1), last.uv[rows]
+    walk = _Walk(way[0][rows], way[1][rows], guard[rows], depth[rows], opposed[rows], *starts)
+    facing, anew = _go(surface, walk, length[rows], rows_of(nearest, rows), band)
+    held.guard[rows] = walk.guard
+    held.anew[rows[anew]] = True
+    held.opposed[rows] = walk.opposed
     beyond = np.flatnonzero(walk.opposed)
-    take(feet, own[beyond], rows_of(facing, beyond), walk.opposed[beyond])
+    take(feet, rows[beyond], rows_of(facing, beyond), walk.opposed[beyond])
     return held
 
 
@@ -241,20 +241,20 @@ def give_way(
     if not (options.nearest and surface.has_edges):
         return
     feet = tracked.feet
-    own = np.flatnonzero(tracked.keep & ~tracked.at_border & (feet.gap < -options.band))
-    own = own[~_are_nearest(surface, feet, own.astype(np.int32), options)]
-    if len(own) == 0:
+    rows = np.flatnonzero(tracked.keep & ~tracked.at_border & (feet.gap < -options.band))
+    rows = rows[~_are_nearest(surface, feet, rows.astype(np.int32), options)]
+    if len(rows) == 0:
         return
-    start, end = way[0][own], way[1][own]
+    start, end = way[0][rows], way[1][rows]
     length = np.sqrt(np.square(end - start).sum(axis=1))
-    known = feet.normal[own], depth[own] - length - options.band
-    other = _facing(surface, end, known, (feet.patch[own], feet.uv[own]))
+    known = feet.normal[rows], depth[rows] - length - options.band
+    other = _facing(surface, end, known, (feet.patch[rows], feet.uv[rows]))
     nearer = (other.status == Status.OK) & (other.feature == Feature.FACE)
-    nearer &= other.gap > feet.gap[own] + options.band
-    near = np.where(nearer, depth[own] - options.band, 0.0)
-    nearer &= _were_off(surface, start, other, (feet.normal[own], near))
-    nearer[nearer] = surface.are_joined(other.patch[nearer], feet.patch[own[nearer]])
-    take(feet, own[nearer], rows_of(other, np.flatnonzero(nearer)), nearer[nearer])
+    nearer &= other.gap > feet.gap[rows] + options.band
+    near = np.where(nearer, depth[rows] - options.band, 0.0)
+    nearer &= _were_off(surface, start, other, (feet.normal[rows], near))
+    nearer[nearer] = surface.are_joined(other.patch[nearer], feet.patch[rows[nearer]])
+    take(feet, rows[nearer], rows_of(other, np.flatnonzero(nearer)), nearer[nearer])
 
 
 def _are_nearest(surface: Surface, feet: Projection, rows: IntArray, options: Options) -> BoolArray:

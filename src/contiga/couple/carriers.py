@@ -87,11 +87,11 @@ def carriers(model: Any, where: str, given: Mapping[str, Any]) -> dict[str, Carr
     InputError
         MuJoCo knows no such body, or its motion has no velocity (mocap).
     """
-    found = {}
+    by_slave = {}
     for name, one in given.items():
         pair = one if isinstance(one, tuple) and len(one) == 2 else (one, name)
-        found[name] = Carrier(_body(model, f"{where}[{name!r}]", pair[1]), pair[0])
-    return found
+        by_slave[name] = Carrier(_body(model, f"{where}[{name!r}]", pair[1]), pair[0])
+    return by_slave
 
 
 def _body(model: Any, where: str, name: Any) -> int:

@@ -138,9 +138,9 @@ class Account(NamedTuple):
 
     def energy(self, contacts: Mapping[str, State]) -> Energy:
         """The ledger."""
-        own = contact_energy(contacts)
-        return own._replace(
-            damping=own.damping + self.damped,
+        stored = contact_energy(contacts)
+        return stored._replace(
+            damping=stored.damping + self.damped,
             kinetic=self.kick.kinetic,
             strain=self.kick.strain,
             external=self.supplied + self.fallen,

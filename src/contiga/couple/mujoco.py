@@ -23,16 +23,16 @@ from contiga.couple.folder import CoupledFolder
 from contiga.couple.kick import Account, Kick, Push, bad_states, gravity_of, kick, opened
 from contiga.couple.own_contacts import switch_off
 from contiga.couple.parts import parts_of
-from contiga.couple.result import MujocoResult
+from contiga.couple.result import MujocoResult, summary_of
 from contiga.couple.scene import Carriers, Scene
 from contiga.couple.stability import rates_of
+from contiga.display import Displayed, Facts
 from contiga.errors import ContigaWarning, InputError, RunError
 from contiga.extras import require
 from contiga.masters.protocol import Master
 from contiga.num.ordered import product
 from contiga.num.rigid import to_world
 from contiga.records import FloatArray
-from contiga.shown import Facts, Shown
 from contiga.simulation.critical import Rates
 from contiga.simulation.history import OF_BODIES, contact_columns, energy_columns
 from contiga.simulation.model import ContactPart
@@ -46,7 +46,7 @@ from contiga.slaves.slave import Slave
 OnStep = Callable[["MujocoCoupling"], Any]
 
 
-class MujocoCoupling(Shown):
+class MujocoCoupling(Displayed):
     """A MuJoCo model whose bodies carry masters and slaves of contiga.
 
     A step is ``mj_step2`` with the forces of the contacts, then ``mj_step1`` and the contacts at
@@ -275,7 +275,7 @@ class MujocoCoupling(Shown):
                     on_step(self)
             result = self._result(write=True)
             if self._folder is not None:
-                summary = result.told(self._scene.model, title, perf_counter() - begun)
+                summary = summary_of(result, self._scene.model, title, perf_counter() - begun)
                 self._folder.finish(result.history, summary)
         finally:
             if self._folder is not None:
@@ -328,18 +328,18 @@ class MujocoCoupling(Shown):
         dt = float(self.data.time) - self._time
         for part in self._parts:
             begun = perf_counter()
-            own, under = (frame_of(self.model, self.data, b, speed) for b in self._pair(part))
+            ours, under = (frame_of(self.model, self.data, b, speed) for b in self._pair(part))
             points = to_world(under.pose, part.contact.slave.points)
             if last is None:
-                state = part.contact.start(points, own.pose)
+                state = part.contact.start(points, ours.pose)
             else:
                 state = part.contact.step(
                     self._contacts[part.name],
                     points,
-                    own.pose,
+                    ours.pose,
                     dt,
                     velocity=under.twist.at(under.pose[:3, 3], points),
-                    twist=own.twist,
+                    twist=ours.twist,
                 )
             self._contacts[part.name] = state
             self._walls[part.name] = perf_counter() - begun

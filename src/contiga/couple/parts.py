@@ -60,7 +60,7 @@ def _check_used(slaves: Mapping[str, Carrier], used: list[str]) -> None:
     idle = [name for name in slaves if name not in used]
     if idle:
         raise InputError(
-            "a slave stands in no contact",
+            "a slave has no contact",
             where="slaves",
             found=", ".join(idle),
             remedy="Make a Contact with it, or leave it out",

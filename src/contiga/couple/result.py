@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from contiga.contact.state import State
+from contiga.display import Displayed, Facts
 from contiga.errors import InputError
 from contiga.io.out.history import write_history
 from contiga.records import FloatArray
-from contiga.shown import Facts, Shown
 from contiga.simulation.clock import Clock
-from contiga.simulation.energy_told import LARGE, energy_text, told_of, worst_step
+from contiga.simulation.energy_balance import LARGE, balance_of, energy_text, worst_step
 from contiga.simulation.model import Model
 from contiga.simulation.result import table_of
 from contiga.simulation.summary import summarise
@@ -29,7 +29,7 @@ _CAUSE = (
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MujocoResult(Shown):
+class MujocoResult(Displayed):
     """What a coupled run leaves."""
 
     history: dict[str, FloatArray]
@@ -44,11 +44,11 @@ class MujocoResult(Shown):
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is wrong with the run: an energy balance error above 1 % of the largest energy."""
-        told = told_of(self.history)
-        if told["relative"] <= LARGE:
+        balance = balance_of(self.history)
+        if balance["relative"] <= LARGE:
             return ()
         time = float(self.history["time"][worst_step(self.history)])
-        return (energy_text(told, time, _CAUSE),)
+        return (energy_text(balance, time, _CAUSE),)
 
     def of(self, name: str) -> dict[str, FloatArray]:
         """Columns of a contact, a body, a sensor or "energy", by their own names.
@@ -59,10 +59,10 @@ class MujocoResult(Shown):
             The history has nothing of that name.
         """
         columns = {whole.rpartition("."): values for whole, values in self.history.items()}
-        found = {column: values for (of, _, column), values in columns.items() if of == name}
-        if not found and list(self.contacts) == [name]:  # the only one: not prefixed
-            found = {column: values for (of, _, column), values in columns.items() if not of}
-        if not found:
+        chosen = {column: values for (of, _, column), values in columns.items() if of == name}
+        if not chosen and list(self.contacts) == [name]:  # the only one: not prefixed
+            chosen = {column: values for (of, _, column), values in columns.items() if not of}
+        if not chosen:
             known = dict.fromkeys(of for of, _, _ in columns if of)
             raise InputError(
                 "the history has nothing of this name",
@@ -70,16 +70,7 @@ class MujocoResult(Shown):
                 found=name,
                 allowed=", ".join(map(repr, {*self.contacts, *known})),
             )
-        return found
-
-    def told(self, model: Model, title: str, seconds: float) -> dict[str, Any]:
-        """The summary of the run for its folder."""
-        clock = Clock()
-        clock.seconds["total"] = seconds
-        summary = summarise(model, self.history, clock)
-        warnings = [*summary["warnings"], *self.warnings]
-        energy = told_of(self.history)
-        return summary | {"title": title, "energy": energy, "warnings": warnings}
+        return chosen
 
     def _facts(self) -> Facts:
         return [
@@ -109,3 +100,13 @@ class MujocoResult(Shown):
             The file cannot be written.
         """
         write_history(path, self.history)
+
+
+def summary_of(result: MujocoResult, model: Model, title: str, seconds: float) -> dict[str, Any]:
+    """The summary of a coupled run for its folder; `seconds` of wall-clock time."""
+    clock = Clock()
+    clock.seconds["total"] = seconds
+    summary = summarise(model, result.history, clock)
+    warnings = [*summary["warnings"], *result.warnings]
+    energy = balance_of(result.history)
+    return summary | {"title": title, "energy": energy, "warnings": warnings}

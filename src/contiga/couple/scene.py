@@ -89,8 +89,8 @@ class Scene:
         self._points = {}
         for sensor in self.model.point_sensors:
             _check(sensor, moving)
-            own = _own_point(physics, self._masters[sensor.body].body)
-            first = np.array(own if sensor.at is None else sensor.at)
+            point = _own_point(physics, self._masters[sensor.body].body)
+            first = np.array(point if sensor.at is None else sensor.at)
             at = to_body(frames[sensor.body].pose, first[None])[0]
             self._points[sensor.name] = at, first
         for pair in self.model.relative:
@@ -153,12 +153,12 @@ class Scene:
             spin = state.bodies[sensor.body].twist.spin
             values = {"acceleration": a, "velocity": v, "displacement": place - first, "spin": spin}
             for measure in sensor.measures:
-                own, letter = values[measure], _TOLD[measure]
-                own = product(pose[:3, :3].T, own) if sensor.axes == "body" else own
-                named = zip("xyz", own, strict=True)
+                vector, letter = values[measure], _TOLD[measure]
+                vector = product(pose[:3, :3].T, vector) if sensor.axes == "body" else vector
+                named = zip("xyz", vector, strict=True)
                 columns |= {f"{sensor.name}.{letter}{axis}": float(x) for axis, x in named}
                 if measure in _SUMMED:
-                    columns[f"{sensor.name}.{letter}"] = length(own)
+                    columns[f"{sensor.name}.{letter}"] = length(vector)
         return columns | relative_columns(self.model, state, None)
 
 

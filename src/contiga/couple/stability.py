@@ -63,9 +63,9 @@ def _mobility(model: Any, data: Any, point: FloatArray, bodies: tuple[int, int])
 
     relative = np.zeros((6, model.nv))
     for sign, body in zip((-1.0, 1.0), bodies, strict=True):
-        own = np.zeros((6, model.nv))
-        mujoco.mj_jac(model, data, own[:3], own[3:], point, body)
-        relative += sign * own
+        jacobian = np.zeros((6, model.nv))
+        mujoco.mj_jac(model, data, jacobian[:3], jacobian[3:], point, body)
+        relative += sign * jacobian
     solved = np.zeros_like(relative)
     mujoco.mj_solveM(model, data, solved, relative)
     return product(relative, solved.T)

@@ -65,7 +65,7 @@ def nij(force: ArrayLike, moment: ArrayLike, limits: NeckLimits = HYBRID_III_50)
     f, m = numbers(force, "nij, force"), numbers(moment, "nij, moment")
     if f.ndim != 1 or f.shape != m.shape or len(f) == 0:
         raise InputError(
-            "force and moment must be two lists as long",
+            "force and moment must have the same length",
             where="nij",
             found=(f.shape, m.shape),
             allowed="shapes (n,) and (n,)",

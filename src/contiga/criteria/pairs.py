@@ -50,7 +50,7 @@ def likely_pairs(line: Line, limit: float, best: float) -> Pairs:
     window = (line.t[:0], line.t[:0])
     every: IndexArray = np.zeros(1, np.int64)
     waiting = [(len(levels) - 1, every, every)]
-    found = []
+    pairs = []
     i: IndexArray
     j: IndexArray
     while waiting:
@@ -61,14 +61,14 @@ def likely_pairs(line: Line, limit: float, best: float) -> Pairs:
         keep = _may_be_better(line, levels[level], i, j, (limit, best))
         i, j = i[keep], j[keep]
         if level == 0:
-            found.append((i[i < j], j[i < j]))
+            pairs.append((i[i < j], j[i < j]))
             continue
         i, j = _halved(i, j, len(levels[level - 1].low))
         for k in range(0, len(i), BATCH):
             waiting.append((level - 1, i[k : k + BATCH], j[k : k + BATCH]))
-    if not found:
+    if not pairs:
         return Pairs(every[:0], every[:0], window)
-    i, j = (np.concatenate(column) for column in zip(*found, strict=True))
+    i, j = (np.concatenate(column) for column in zip(*pairs, strict=True))
     return Pairs(i, j, window)
 
 

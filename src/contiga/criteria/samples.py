@@ -54,7 +54,7 @@ def checked_resultant(a_g: ArrayLike, t_s: ArrayLike, where: str) -> tuple[Float
     a, t = numbers(a_g, f"{where}, a_g"), numbers(t_s, f"{where}, t_s")
     if a.ndim != 1 or t.ndim != 1 or len(a) != len(t):
         raise InputError(
-            "a resultant and its times must be two lists as long",
+            "a resultant and its times must have the same length",
             where=where,
             found=(a.shape, t.shape),
             allowed="shapes (n,) and (n,)",

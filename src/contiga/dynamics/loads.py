@@ -83,7 +83,7 @@ class Load:
 
     @property
     def span(self) -> tuple[float, float] | None:
-        """First and last time that all rows are there for; None for a constant load."""
+        """First and last time that its table covers; None for a constant load."""
         tables = [of.times for of in (self.force, self.moment) if isinstance(of, Pieces)]
         if not tables:
             return None
@@ -91,7 +91,7 @@ class Load:
 
     @property
     def kinks(self) -> FloatArray:
-        """Times that steps end at for nothing of its impulse to be lost."""
+        """Times at which steps must end so that none of its impulse is lost."""
         tables = [of.kinks() for of in (self.force, self.moment) if isinstance(of, Pieces)]
         return np.concatenate([np.zeros(0), *tables])
 

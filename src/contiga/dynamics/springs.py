@@ -140,7 +140,7 @@ class Spring:
         put(self, "filter", _filter(filter))
 
     def start(self, ends_W: ArrayLike, velocities_W: ArrayLike) -> SpringState:
-        """The state at the start: what is stored then was put in before, nothing is lost yet.
+        """The state at the start: energy stored before it, none dissipated yet.
 
         Parameters
         ----------
@@ -156,7 +156,7 @@ class Spring:
         )  # fmt: skip
 
     def step(self, last: SpringState, ends_W: ArrayLike, velocities_W: ArrayLike) -> SpringState:
-        """The state after a step from `last` to these ends.
+        """The state after a step from `last`, with the ends where they are now.
 
         Parameters
         ----------

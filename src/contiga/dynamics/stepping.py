@@ -92,7 +92,7 @@ class EqualSteps:
             )
         if self.step < _LEAST_STEP * np.spacing(max(abs(self.start), abs(self.end))):
             raise InputError(
-                "is lost in the rounding of such late times",
+                "is below the rounding error of times this late",
                 where="step",
                 found=self.step,
                 remedy="Let the time start at 0",

@@ -54,14 +54,14 @@ def _within_patches(grid: Grid, neighbour: IntArray, side: IntArray) -> None:
     for row in grid.patches:
         nu, nv = int(np.ptp(row["u"])) - 1, int(np.ptp(row["v"])) - 1
         index = int(row["first"]) + np.arange(nu * nv).reshape(nu, nv)
-        for own, other, a, b in (
+        for here, other, a, b in (
             (index[1:], index[:-1], 0, 1),
             (index[:-1], index[1:], 1, 0),
             (index[:, 1:], index[:, :-1], 2, 3),
             (index[:, :-1], index[:, 1:], 3, 2),
         ):
-            neighbour[own, a] = other
-            side[own, a] = b
+            neighbour[here, a] = other
+            side[here, a] = b
 
 
 def _across(
@@ -90,10 +90,10 @@ def _across(
         i, j = pairs[k]
         if neighbour[e[i], s[i]] >= 0 or neighbour[e[j], s[j]] >= 0:
             continue  # more than two sides in one place: only the closest pair is joined
-        for own, other in ((i, j), (j, i)):
-            neighbour[e[own], s[own]] = e[other]
-            side[e[own], s[own]] = s[other]
-            flip[e[own], s[own]] = turned[k] < same[k]
+        for here, other in ((i, j), (j, i)):
+            neighbour[e[here], s[here]] = e[other]
+            side[e[here], s[here]] = s[other]
+            flip[e[here], s[here]] = turned[k] < same[k]
 
 
 def _joint(normals: FloatArray, neighbour: IntArray, side: IntArray, flip: IntArray) -> np.ndarray:
@@ -113,9 +113,9 @@ def _rings(corner: FloatArray, collapsed: np.ndarray, tolerance: float) -> IntAr
         return ring
     label = _first_of_group(near_pairs(corner[e, s], tolerance), len(e))
     for pole in np.unique(label):
-        own = np.flatnonzero(label == pole)
-        after = np.roll(own, -1)
-        ring[e[own], s[own]] = 4 * e[after] + s[after]
+        elements = np.flatnonzero(label == pole)
+        after = np.roll(elements, -1)
+        ring[e[elements], s[elements]] = 4 * e[after] + s[after]
     return ring
 
 
@@ -139,9 +139,9 @@ def _mark_shared(patch_of: IntArray, body: Faces, kind: IntArray) -> None:
                 key = (use.patch, use.index)
                 shared[key] = shared.get(key, True) and len(edge.uses) > 1 and not gapes
     for (patch, side), both in shared.items():
-        own = patch_of == patch
+        inside = patch_of == patch
         if both:
-            kind[own, side] = np.where(kind[own, side] == BORDER, SHARED, kind[own, side])
+            kind[inside, side] = np.where(kind[inside, side] == BORDER, SHARED, kind[inside, side])
 
 
 def _with_adjacency(grid: Grid, patch_of: IntArray, body: Faces, neighbour: IntArray) -> Grid:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from contiga.geometry import refine
+from contiga.geometry.spline_like import CurveLike, SurfaceLike
 from contiga.records import FloatArray
-
-if TYPE_CHECKING:
-    from contiga.geometry.curve import NurbsCurve
-    from contiga.geometry.surface import NurbsSurface
 
 
 class BezierGrid(NamedTuple):
@@ -35,7 +32,7 @@ class BezierCurve(NamedTuple):
 
 
 def extract(
-    surface: NurbsSurface, u: FloatArray | None = None, v: FloatArray | None = None
+    surface: SurfaceLike, u: FloatArray | None = None, v: FloatArray | None = None
 ) -> BezierGrid:
     """Bernstein coefficients of every element (knot span) of `surface`.
 
@@ -59,7 +56,7 @@ def extract(
     return BezierGrid(np.ascontiguousarray(coefs), u_breaks, v_breaks)
 
 
-def extract_curve(curve: NurbsCurve) -> BezierCurve:
+def extract_curve(curve: CurveLike) -> BezierCurve:
     """Bernstein coefficients of every element (knot span) of `curve`."""
     knots, borders = _cut(curve.knots, curve.degree, None)
     points = refine.refine_points(curve.knots, curve.degree, curve.homogeneous, knots)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,15 +18,13 @@ from contiga.errors import ContigaWarning, GeometryError
 from contiga.geometry.border import NEAR, Borders, Side, borders_of, corners, path_points
 from contiga.geometry.chains import EdgeShape, chain_shares, pole_shares
 from contiga.geometry.face_mesh import ANYWHERE, FaceMesh, Ints, Polygons
+from contiga.geometry.faces_like import FacesLike
 from contiga.geometry.tessellate import MAX_CELLS, check_request, net_grid
 from contiga.geometry.trim import LARGEST_GAP
 from contiga.num.threads import map_threads
 from contiga.records import FloatArray
 from contiga.triangles.kernels.mesh_sides_nb import side_numbers
 from contiga.triangles.trimesh import TriMesh
-
-if TYPE_CHECKING:
-    from contiga.geometry.faces import Faces
 
 MOST = 2 * MAX_CELLS
 """Triangles of the largest mesh."""
@@ -42,7 +40,7 @@ MEET = 1e-9
 """Ends of p-curves closer than this share of the domain are one place of the polygon."""
 
 
-def body_mesh(body: Faces, tol: float, method: str = "chord") -> TriMesh:
+def body_mesh(body: FacesLike, tol: float, method: str = "chord") -> TriMesh:
     """One mesh of all faces of `body`; faces that share an edge share its vertices.
 
     Parameters
@@ -83,7 +81,7 @@ class Line(NamedTuple):
 class _Mesher:
     """The steps from a body to its mesh, and what they share."""
 
-    def __init__(self, body: Faces, tol: float, net: bool = False) -> None:
+    def __init__(self, body: FacesLike, tol: float, net: bool = False) -> None:
         self.body, self.tol = body, tol
         self.borders: Borders = borders_of(body)
         _, ends = np.unique(corners(self.borders), return_inverse=True)
@@ -253,9 +251,9 @@ class _Mesher:
         at = len(self._border_points())
         triangles, places = [], []
         for k, face in enumerate(faces):
-            own = len(face.own_points())
-            ids = np.concatenate([face.polygons.ids, np.arange(at, at + own)])
-            at += own
+            count = len(face.own_points())
+            ids = np.concatenate([face.polygons.ids, np.arange(at, at + count)])
+            at += count
             local = face.triangles()
             triangles.append(ids[local])
             places.append(np.stack([np.full(len(local), k), np.arange(len(local))], axis=1))
@@ -288,9 +286,9 @@ def _parted(faces: list[FaceMesh], triangles: Ints, places: Ints) -> bool:
     numbers, times = side_numbers(whole, n)
     # A triangle is its side of the lowest number, and the corner across from that.
     first = numbers.argmin(axis=1)
-    own = np.arange(len(whole))
+    number = np.arange(len(whole))
     _, place, copies = np.unique(
-        numbers[own, first] * n + whole[own, (first + 2) % 3],
+        numbers[number, first] * n + whole[number, (first + 2) % 3],
         return_inverse=True,
         return_counts=True,
     )
@@ -308,7 +306,7 @@ def _parted(faces: list[FaceMesh], triangles: Ints, places: Ints) -> bool:
     return done
 
 
-def fewest_triangles(body: Faces, tol: float) -> float:
+def fewest_triangles(body: FacesLike, tol: float) -> float:
     """About the fewest triangles that a tolerance takes, before any is made.
 
     √|K| dA over 2.6 tol (Pottmann et al. 2000); nothing of faces that bend one way or not at all.

@@ -8,17 +8,15 @@ faces that share an edge fit whatever the gap between them is.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.faces_like import FacesLike
 from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
-
-if TYPE_CHECKING:
-    from contiga.geometry.faces import Faces
 
 NEAR = 1e-9
 """Places closer than this share of the body's size are one."""
@@ -86,7 +84,7 @@ def path_points(path: Path, patch: NurbsSurface, share: FloatArray) -> FloatArra
     return uv
 
 
-def borders_of(body: Faces) -> Borders:
+def borders_of(body: FacesLike) -> Borders:
     """Sides of all faces, those along one edge of `body` put together.
 
     Of a body that names no edges, natural sides that coincide are one edge.
@@ -125,13 +123,13 @@ def _ends(patch: NurbsSurface, side: int, back: bool) -> tuple[float, float]:
 Use = tuple[int, bool, tuple[float, float] | None]
 
 
-def _uses(body: Faces) -> dict[tuple[int, int, int], list[Use]]:
-    found: dict[tuple[int, int, int], list[Use]] = {}
+def _uses(body: FacesLike) -> dict[tuple[int, int, int], list[Use]]:
+    uses: dict[tuple[int, int, int], list[Use]] = {}
     for e, edge in enumerate(body.edges):
         for i, use in enumerate(edge.uses):
             span = edge.spans[i] if edge.spans else None
-            found.setdefault((use.patch, use.loop, use.index), []).append((e, use.reversed, span))
-    return found
+            uses.setdefault((use.patch, use.loop, use.index), []).append((e, use.reversed, span))
+    return uses
 
 
 def _cut(path: Path, uses: list[Use], result: Borders) -> list[Side]:
@@ -174,19 +172,19 @@ def _new_edge(result: Borders) -> int:
     return len(result.sides) - 1
 
 
-def _sampled(body: Faces, side: Side) -> FloatArray:
+def _sampled(body: FacesLike, side: Side) -> FloatArray:
     patch = body.patches[side.path.patch]
     return patch.evaluate(path_points(side.path, patch, np.linspace(0.0, 1.0, SAMPLES)))
 
 
-def _mark_poles(body: Faces, result: Borders) -> None:
+def _mark_poles(body: FacesLike, result: Borders) -> None:
     for e, sides in enumerate(result.sides):
         if result.curves[e] is None and sides:
             small = (NEAR if sides[0].path.curve is None else GAP) * body.size
             result.pole[e] = bool(np.ptp(_sampled(body, sides[0]), axis=0).max() <= small)
 
 
-def _pair(body: Faces, result: Borders) -> None:
+def _pair(body: FacesLike, result: Borders) -> None:
     """Make one edge of natural sides that run along each other, parameter by parameter."""
     near = NEAR * body.size
     alone = [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,10 @@ from numpy.typing import NDArray
 from contiga.geometry.border import Borders, Side, path_points
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.curve_foot import CurveFeet
+from contiga.geometry.faces_like import FacesLike
 from contiga.geometry.kernels.shape_nb import TURN
 from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
-
-if TYPE_CHECKING:
-    from contiga.geometry.faces import Faces
 
 PER_SPAN = 12
 """Samples of each knot span from which the bend is taken, times the degree."""
@@ -63,7 +61,7 @@ class EdgeShape:
     sag : how far its chords may miss, length
     """
 
-    def __init__(self, body: Faces, borders: Borders, e: int, sag: float) -> None:
+    def __init__(self, body: FacesLike, borders: Borders, e: int, sag: float) -> None:
         self.sides, self.sag = borders.sides[e], sag
         self.patches = [body.patches[side.path.patch] for side in self.sides]
         self.curve = borders.curves[e] if len(self.sides) > 1 else None
@@ -83,10 +81,10 @@ class EdgeShape:
     def parameters(self, i: int, share: FloatArray) -> FloatArray:
         """(n, 2) parameters of the patch of side i at shares of the edge's range."""
         match = self._match[i]
-        own = share if match is None else np.interp(share, *match)
+        shares = share if match is None else np.interp(share, *match)
         if self.sides[i].reversed:
-            own = 1.0 - own
-        return path_points(self.sides[i].path, self.patches[i], own)
+            shares = 1.0 - shares
+        return path_points(self.sides[i].path, self.patches[i], shares)
 
     def _matched(self, i: int) -> tuple[FloatArray, FloatArray] | None:
         """How the parameter of the edge goes with that of a side; None where they are the same."""
@@ -186,7 +184,7 @@ def chain_shares(edge: EdgeShape, sag: float, closed: bool) -> FloatArray:
 
 def _kinks(curve: NurbsCurve | None) -> FloatArray:
     """Shares 0, 1 and those at which the direction of the curve jumps."""
-    found = [0.0, 1.0]
+    kinks = [0.0, 1.0]
     if curve is not None:
         low, high = curve.domain
         knots, times = np.unique(curve.knots, return_counts=True)
@@ -195,8 +193,8 @@ def _kinks(curve: NurbsCurve | None) -> FloatArray:
             d = curve.derivatives([t - step, t + step], 1)[:, 1]
             d /= np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-300)
             if np.linalg.norm(d[1] - d[0]) > KINK:
-                found.append((t - low) / (high - low))
-    return np.sort(found)
+                kinks.append((t - low) / (high - low))
+    return np.sort(kinks)
 
 
 def _spread(edge: EdgeShape, a: float, b: float, sag: float) -> FloatArray:

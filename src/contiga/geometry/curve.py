@@ -99,7 +99,7 @@ class NurbsCurve:
 
     @property
     def arrays(self) -> CurveArrays:
-        """What kernels take."""
+        """The arrays that kernels take."""
         return self._arrays
 
     @property
@@ -176,7 +176,7 @@ class NurbsCurve:
         return self._from_homogeneous(self.degree + t, knots, points, self.is_rational)
 
     def k_refined(self, t: int, u: ArrayLike = ()) -> NurbsCurve:
-        """Degree `t` higher, then the knots `u` inserted, which so are as smooth as can be."""
+        """The degree raised by `t`, then the knots `u` inserted (k-refinement)."""
         return self.elevate(t).insert_knots(u)
 
     def restricted(self, low: float, high: float) -> NurbsCurve:
@@ -195,7 +195,7 @@ class NurbsCurve:
         return self.restricted(a, t), self.restricted(t, b)
 
     def reversed(self) -> NurbsCurve:
-        """The same curve run backwards over the same domain: u becomes ``u0 + u1 - u``."""
+        """The same curve reversed over the same domain: u becomes ``u0 + u1 - u``."""
         curve = type(self).__new__(type(self))
         curve._set(self.degree, kv.mirrored(self.knots), self._arrays.net[::-1], self.is_rational)
         return curve

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Self
 
 from numpy.typing import ArrayLike
 
+from contiga.display import Displayed, Facts
 from contiga.errors import GeometryError
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edge_gaps import measured
@@ -19,6 +20,7 @@ from contiga.geometry.edges import (
     moved_edge,
 )
 from contiga.geometry.face_box import bounds_of
+from contiga.geometry.faces_like import Trims as Trims
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import Loop, TrimTables, build_trim_tables, check_loops
 from contiga.geometry.trim_area import body_area, body_volume
@@ -27,15 +29,12 @@ from contiga.num.arrays import as_points, read_only
 from contiga.num.ordered import length
 from contiga.old_names import OldName
 from contiga.records import FloatArray
-from contiga.shown import Facts, Shown
 
 if TYPE_CHECKING:
     from contiga.triangles.trimesh import TriMesh
 
-Trims = tuple[tuple[Loop, ...] | None, ...]
 
-
-class Faces(Shown):
+class Faces(Displayed):
     """Oriented NURBS patches with their trims and shared edges: the geometry of a `Body`.
 
     The parameters are those of a `Body`. Faces never change; methods return new ones, of the same
@@ -140,7 +139,7 @@ class Faces(Shown):
 
     @property
     def pieces_apart(self) -> bool:
-        """Whether pieces are known not to touch or overlap. If not, `Body.openings` finds out."""
+        """Whether pieces are known not to touch or overlap. If not, `Body.openings` checks it."""
         return self._pieces_apart
 
     @property
@@ -180,7 +179,7 @@ class Faces(Shown):
         return self._bounds
 
     def area(self, rtol: float = 1e-9) -> float:
-        """Area of what the trims leave, length². Adaptive Gauss quadrature to about `rtol`."""
+        """Area of the trimmed faces, length². Adaptive Gauss quadrature to about `rtol`."""
         if self._area is None or rtol < 1e-9:
             self._area = body_area(self, rtol)
         return self._area
@@ -232,7 +231,7 @@ class Faces(Shown):
         return made
 
     def known_apart(self) -> Self:
-        """The same body, whose pieces need not be looked at: somebody has made sure of them."""
+        """The same body, its pieces taken not to touch or overlap: the check is left out."""
         made = self.renamed(self._name)
         made._pieces_apart = True
         return made

@@ -1,4 +1,4 @@
-"""Knot vectors and control nets: what is accepted, and the basis functions on them.
+"""Knot vectors and control nets: their checks, and the basis functions on them.
 
 Whatever comes in leaves as a *clamped* vector: both end knots ``degree + 1`` times, interior
 knots at most `degree` times. Unclamped vectors are clamped by knot insertion, which changes
@@ -222,12 +222,12 @@ def basis(knots: FloatArray, degree: int, parameters: ArrayLike, order: int = 0)
     t = np.atleast_1d(np.asarray(parameters, dtype=np.float64))
     n = knots.size - degree - 1
     t = check_parameters(t, (float(knots[degree]), float(knots[n])), "parameters")
-    own = locked(knots)
+    values = locked(knots)
     out = np.zeros((t.size, order + 1, n))
     part = np.empty((order + 1, degree + 1))
     for row, value in enumerate(t):
-        span = find_span(own, degree, n, value)
-        basis_derivatives(own, degree, span, value, order, part)
+        span = find_span(values, degree, n, value)
+        basis_derivatives(values, degree, span, value, order, part)
         out[row, :, span - degree : span + 1] = part
     return out
 

@@ -8,18 +8,14 @@ error is far below the difference that was tested.
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from contiga.errors import InputError
 from contiga.geometry.bezier import extract, extract_curve
 from contiga.geometry.kernels.quadrature_nb import chain_length, grid_area
+from contiga.geometry.spline_like import CurveLike, SurfaceLike
 from contiga.records import FloatArray
-
-if TYPE_CHECKING:
-    from contiga.geometry.curve import NurbsCurve
-    from contiga.geometry.surface import NurbsSurface
 
 _FINEST = 1e-14
 # Points beyond the degree: a rational quarter circle then needs one level for ten digits.
@@ -33,7 +29,7 @@ def gauss(count: int) -> tuple[FloatArray, FloatArray]:
     return 0.5 * (nodes + 1.0), 0.5 * weights
 
 
-def surface_area(surface: NurbsSurface, rtol: float = 1e-10) -> float:
+def surface_area(surface: SurfaceLike, rtol: float = 1e-10) -> float:
     """Area of `surface` to the relative tolerance `rtol`.
 
     Raises
@@ -47,7 +43,7 @@ def surface_area(surface: NurbsSurface, rtol: float = 1e-10) -> float:
     return float(grid_area(coefs, nodes, weights, _checked(rtol)))
 
 
-def curve_length(curve: NurbsCurve, rtol: float = 1e-10) -> float:
+def curve_length(curve: CurveLike, rtol: float = 1e-10) -> float:
     """Arc length of `curve` to the relative tolerance `rtol`.
 
     Raises

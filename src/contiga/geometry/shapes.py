@@ -133,8 +133,8 @@ def revolved(
     height = product(places, k)
     radius = np.linalg.norm(places - np.outer(height, k), axis=1)
     if min(radius.max(), max(np.ptp(radius), np.ptp(height))) <= 1e-12 * np.abs(places).max():
-        told = "sweeps no area: it lies on the axis or runs round it at one height"
-        raise GeometryError(told, where="curve")
+        reason = "sweeps no area: it lies on the axis or runs round it at one height"
+        raise GeometryError(reason, where="curve")
     knots, circle_points, circle_weights = _unit_arc(0.0, angle)
     from_centre = curve.control_points - centre
     along = np.outer(product(from_centre, k), k)

@@ -61,14 +61,14 @@ def stitches(body: Faces) -> tuple[FloatArray, NDArray[np.bool_]]:
     a, b = first[:, None, :2] / first[:, None, 2:], last[:, None, :2] / last[:, None, 2:]
     share = np.linspace(0.0, 1.0, ALONG)[:, None]
     for patch in np.unique(trims.piece_patch[loose]):
-        own = loose[trims.piece_patch[loose] == patch]
+        pieces = loose[trims.piece_patch[loose] == patch]
         # p-curves of CAD files stick out by their tolerance.
         low, high = np.transpose(body.patches[patch].domain)
-        uv = np.clip(a[own] + share * (b[own] - a[own]), low, high)
-        points = body.patches[patch].evaluate(uv.reshape(-1, 2)).reshape(len(own), ALONG, 3)
-        extent[own] = np.linalg.norm(points - points[:, :1], axis=2).max(axis=1)
-        allowed = [reach[int(patch), int(loop)] for loop in trims.piece_loop[own, 0]]
-        is_open[own] = extent[own] > np.array(allowed)
+        uv = np.clip(a[pieces] + share * (b[pieces] - a[pieces]), low, high)
+        points = body.patches[patch].evaluate(uv.reshape(-1, 2)).reshape(len(pieces), ALONG, 3)
+        extent[pieces] = np.linalg.norm(points - points[:, :1], axis=2).max(axis=1)
+        allowed = [reach[int(patch), int(loop)] for loop in trims.piece_loop[pieces, 0]]
+        is_open[pieces] = extent[pieces] > np.array(allowed)
     return extent, is_open
 
 
@@ -77,10 +77,10 @@ def reach_of_loops(body: Faces) -> defaultdict[tuple[int, int], float]:
     size = body.size
     reach: defaultdict[tuple[int, int], float] = defaultdict(lambda: POINT * size)
     for edge in body.edges:
-        own = min(
+        nearest = min(
             SLACK * max(edge.tolerance, edge.stated, edge.corner) + POINT * size, LARGEST * size
         )
         for use in edge.uses:
             key = (use.patch, use.loop)
-            reach[key] = max(reach[key], own)
+            reach[key] = max(reach[key], nearest)
     return reach

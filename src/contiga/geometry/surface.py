@@ -119,7 +119,7 @@ class NurbsSurface:
 
     @property
     def arrays(self) -> nb.SurfaceArrays:
-        """What kernels take."""
+        """The arrays that kernels take."""
         return self._arrays
 
     @property
@@ -162,7 +162,7 @@ class NurbsSurface:
         return np.array([points.min(axis=0), points.max(axis=0)])
 
     def checked(self, uv: ArrayLike) -> FloatArray:
-        """`uv` as a new (k, 2) array inside the domain, or one clear error."""
+        """`uv` as a new (k, 2) array inside the domain; raises if it is not."""
         given = as_parameters(uv)
         out = np.empty_like(given)
         out[:, 0] = kv.check_parameters(given[:, 0], self.domain[0], "u")
@@ -242,7 +242,7 @@ class NurbsSurface:
     def k_refined(
         self, degrees: tuple[int, int], u: ArrayLike = (), v: ArrayLike = ()
     ) -> NurbsSurface:
-        """Degrees raised by `degrees`, then knots inserted, which so are as smooth as can be."""
+        """The degrees raised by `degrees`, then knots inserted (k-refinement)."""
         return self.elevate(*degrees).insert_knots(u, v)
 
     def restricted(self, u: tuple[float, float], v: tuple[float, float]) -> NurbsSurface:
@@ -282,7 +282,7 @@ class NurbsSurface:
         )
 
     def flipped(self) -> NurbsSurface:
-        """The same surface with its sides swapped: u is run backwards over the same domain."""
+        """The same surface with its sides swapped: u is reversed over the same domain."""
         U, V = self.knots
         return self._from_net(
             self.degrees, (kv.mirrored(U), V), self._arrays.net[::-1], self.is_rational

@@ -8,7 +8,7 @@ drop trimmed parts.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +16,9 @@ from numpy.typing import NDArray
 from contiga.errors import GeometryError, InputError
 from contiga.geometry.bezier import BezierGrid, extract
 from contiga.geometry.kernels.chord_nb import elements_within
+from contiga.geometry.spline_like import SurfaceLike
 from contiga.records import FloatArray
 from contiga.triangles.trimesh import TriMesh
-
-if TYPE_CHECKING:
-    from contiga.geometry.surface import NurbsSurface
 
 MAX_CELLS = 20_000_000
 _WELD = 1e-12
@@ -31,7 +29,7 @@ _STEP = 1.15
 
 
 def tessellate(
-    surface: NurbsSurface, tol: float, method: Literal["net", "chord"] = "chord"
+    surface: SurfaceLike, tol: float, method: Literal["net", "chord"] = "chord"
 ) -> TriMesh:
     """Triangles on `surface`, anticlockwise seen from its free side.
 
@@ -59,12 +57,12 @@ def check_request(tol: float, method: str) -> None:
         raise InputError("not a method", where="method", found=method, allowed="'net', 'chord'")
 
 
-def net_tessellation(surface: NurbsSurface, tol: float) -> TriMesh:
+def net_tessellation(surface: SurfaceLike, tol: float) -> TriMesh:
     """``tessellate(surface, tol, "net")``."""
     return tessellate(surface, tol, "net")
 
 
-def grid_mesh(surface: NurbsSurface, u: FloatArray, v: FloatArray, weld: bool = True) -> TriMesh:
+def grid_mesh(surface: SurfaceLike, u: FloatArray, v: FloatArray, weld: bool = True) -> TriMesh:
     """The mesh over the grid `u` × `v`, two triangles a cell, cut from (i, j) to (i + 1, j + 1).
 
     With `weld`, sides that meet (a seam) share vertices and a collapsed side is one vertex, so
@@ -87,7 +85,7 @@ def grid_mesh(surface: NurbsSurface, u: FloatArray, v: FloatArray, weld: bool = 
     return TriMesh(points[used], new.reshape(-1, 3).astype(np.int32))
 
 
-def chord_grid(surface: NurbsSurface, tol: float) -> tuple[FloatArray, FloatArray]:
+def chord_grid(surface: SurfaceLike, tol: float) -> tuple[FloatArray, FloatArray]:
     """Parameters (u, v) of a grid whose triangles stay within the distance `tol`.
 
     Counts come from the curvature at samples (Filip, Magedson and Markot 1986: a triangle with
@@ -131,7 +129,7 @@ def _estimated(bend: FloatArray, tol: float) -> tuple[FloatArray, FloatArray]:
         _checked_size(float(rows.sum()), float(columns.sum()), tol)
 
 
-def _bends(surface: NurbsSurface, u: FloatArray, v: FloatArray) -> FloatArray:
+def _bends(surface: SurfaceLike, u: FloatArray, v: FloatArray) -> FloatArray:
     """(3, nu, nv) largest sampled bend of each element: across the u-lines, n·S_uv, the v-lines.
 
     For parameters that run from 0 to 1 in each element.
@@ -157,7 +155,7 @@ def _across(second: FloatArray, first: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(second - share * first, axis=1))
 
 
-def net_grid(surface: NurbsSurface, tol: float) -> tuple[FloatArray, FloatArray]:
+def net_grid(surface: SurfaceLike, tol: float) -> tuple[FloatArray, FloatArray]:
     """Parameters (u, v) at which pieces end once Σ|A_net − A_base| < `tol` (Eq. 4.8).
 
     The surface is split into Bézier pieces and these again, by knot insertion (Algorithm 3);
@@ -188,12 +186,12 @@ GRIDS = {"chord": chord_grid, "net": net_grid}
 """What gives the grid of parameters, by method."""
 
 
-def net_area(surface: NurbsSurface) -> float:
+def net_area(surface: SurfaceLike) -> float:
     """Area of the triangulated control net (Algorithms 2 and 4 of the thesis)."""
     return float(_triangulated(surface.control_points).sum())
 
 
-def base_area(surface: NurbsSurface) -> float:
+def base_area(surface: SurfaceLike) -> float:
     """Area of the two corner triangles of each element, summed.
 
     Algorithm 4 takes the corners of the whole patch, whose area is zero on a closed one; here

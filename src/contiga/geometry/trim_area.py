@@ -10,11 +10,12 @@ results agree. The divergence theorem makes a volume integral one over the faces
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
 from contiga.geometry.bezier import extract
+from contiga.geometry.faces_like import FacesLike
 from contiga.geometry.kernels.trim_area_nb import add_loop, add_rectangle
 from contiga.geometry.kernels.trim_nb import TrimTables
 from contiga.geometry.quadrature import gauss, surface_area
@@ -22,9 +23,6 @@ from contiga.num.threads import map_threads
 from contiga.records import FloatArray
 
 T = TypeVar("T")
-
-if TYPE_CHECKING:
-    from contiga.geometry.faces import Faces
 
 AREA, FLUX = 0, 1
 MOMENTS = 10
@@ -35,12 +33,12 @@ _FEW, _MORE = 4, 3
 """Points beyond the degree of the first rule, and what the second has on top."""
 
 
-def body_area(body: Faces, rtol: float = 1e-9) -> float:
+def body_area(body: FacesLike, rtol: float = 1e-9) -> float:
     """Area of `body`, trims obeyed, to about the relative tolerance `rtol`; length²."""
     return float(patch_areas(body, rtol).sum())
 
 
-def body_volume(body: Faces, rtol: float = 1e-9) -> float:
+def body_volume(body: FacesLike, rtol: float = 1e-9) -> float:
     """Volume that `body` encloses, length³: ⅓ ∮ S · n dA, positive if normals point outward.
 
     Positions count from the middle of the bounds, which leaves a closed body's volume as it is.
@@ -48,7 +46,7 @@ def body_volume(body: Faces, rtol: float = 1e-9) -> float:
     return float(patch_volumes(body, body.bounds().mean(axis=0), rtol).sum())
 
 
-def body_moments(body: Faces, origin: FloatArray, rtol: float = 1e-9) -> FloatArray:
+def body_moments(body: FacesLike, origin: FloatArray, rtol: float = 1e-9) -> FloatArray:
     """(10,) moments of the volume that `body` encloses about `origin`, normals outward positive.
 
     ∫ f dV of f = 1, x, y, z, xx, yy, zz, xy, yz, xz; to about `rtol` in the scale of the body.
@@ -59,7 +57,7 @@ def body_moments(body: Faces, origin: FloatArray, rtol: float = 1e-9) -> FloatAr
     return total / (_DEGREE + 3.0)
 
 
-def patch_areas(body: Faces, rtol: float = 1e-9) -> FloatArray:
+def patch_areas(body: FacesLike, rtol: float = 1e-9) -> FloatArray:
     """(m,) area of every patch of `body`, trims obeyed."""
 
     def area(k: int) -> float:
@@ -71,12 +69,12 @@ def patch_areas(body: Faces, rtol: float = 1e-9) -> FloatArray:
     return np.array(_of_patches(body, area))
 
 
-def patch_volumes(body: Faces, origin: FloatArray, rtol: float = 1e-9) -> FloatArray:
+def patch_volumes(body: FacesLike, origin: FloatArray, rtol: float = 1e-9) -> FloatArray:
     """(m,) signed volume of the cone from `origin` over every patch, trims obeyed."""
     return np.array(_fluxes(body, origin, 1, rtol))[:, 0] / 3.0
 
 
-def _fluxes(body: Faces, origin: FloatArray, count: int, rtol: float) -> list[FloatArray]:
+def _fluxes(body: FacesLike, origin: FloatArray, count: int, rtol: float) -> list[FloatArray]:
     """The first `count` of ∮ f (S · n) dA over every patch, S from `origin`."""
     reach = np.abs(body.bounds() - origin).max()
 
@@ -88,14 +86,14 @@ def _fluxes(body: Faces, origin: FloatArray, count: int, rtol: float) -> list[Fl
     return _of_patches(body, flux)
 
 
-def _of_patches(body: Faces, value: Callable[[int], T]) -> list[T]:
+def _of_patches(body: FacesLike, value: Callable[[int], T]) -> list[T]:
     """`value` of every patch by its number, on the threads."""
     _ = body.trim_tables  # made once, before the threads ask for them
     return map_threads(value, range(len(body.patches)))
 
 
 def _integral(
-    body: Faces, k: int, origin: FloatArray, kind: int, stop: tuple[FloatArray, float]
+    body: FacesLike, k: int, origin: FloatArray, kind: int, stop: tuple[FloatArray, float]
 ) -> FloatArray:
     """The area or flux integrals over patch `k`, halving parts until two rules agree.
 

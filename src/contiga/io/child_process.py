@@ -199,8 +199,8 @@ def _pickled(outcome: Outcome) -> bytes:
         if outcome.kind != "error":
             raise
         # What an exception found may be of any kind; its text says it too.
-        told = type(outcome.content)(str(outcome.content))
-        return pickle.dumps(outcome._replace(content=told), protocol=5)
+        error = type(outcome.content)(str(outcome.content))
+        return pickle.dumps(outcome._replace(content=error), protocol=5)
 
 
 def _bound_time(seconds: float) -> None:

@@ -61,12 +61,12 @@ def read_curve(
             raise InputError(
                 "only a CSV file has columns", where="columns", found=columns, allowed="curve = …"
             )
-        found = read_curve_of_deck(path, curve)
+        table = read_curve_of_deck(path, curve)
         factors = [
             1.0 if unit is None else quantity_factor(unit, kind, case, "units")
             for unit, kind in zip(given, kinds, strict=True)
         ]
-        return np.asarray(_checked(found.table, found.where) * factors)
+        return np.asarray(_checked(table.table, table.where) * factors)
     if curve is not None:
         raise InputError(
             "only a keyword deck has numbered curves",

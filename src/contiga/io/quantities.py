@@ -78,7 +78,10 @@ def quantity_factor(unit: str, quantity: Quantity, units: Units, where: str | No
 
 
 def _no_unit(unit: str, quantity: str, where: str | None) -> UnitError:
-    told = {"ratio": "a strain or a factor", "rate": "a rate of strain"}.get(quantity, quantity)
+    meaning = {"ratio": "a strain or a factor", "rate": "a rate of strain"}.get(quantity, quantity)
     return UnitError(
-        f"not a unit of {told}", where=where, found=unit, allowed=f"such as {_EXAMPLES[quantity]}"
+        f"not a unit of {meaning}",
+        where=where,
+        found=unit,
+        allowed=f"such as {_EXAMPLES[quantity]}",
     )

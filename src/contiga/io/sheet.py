@@ -30,10 +30,10 @@ class Sheet:
 
     def head(self, k: int) -> tuple[str, str | None]:
         """Name and unit of a column from its head, such as ``a [g]``; None where it says none."""
-        found = _HEAD.match(self.names[k])
-        if found is None:
+        match = _HEAD.match(self.names[k])
+        if match is None:
             return self.names[k], None
-        return found["name"], (found["square"] or found["round"] or "").strip()
+        return match["name"], (match["square"] or match["round"] or "").strip()
 
     def check_header(self, header: str) -> None:
         """Refuse a first line of numbers; errors say that it should be such as `header`."""
@@ -57,7 +57,7 @@ class Sheet:
         counts : how many there may be
         told : what they are, in words
         """
-        where, found = f"{self.path}:{self.line}", ", ".join(self.names)
+        where, heads = f"{self.path}:{self.line}", ", ".join(self.names)
         many = " or ".join({2: "two", 4: "four"}[n] for n in counts)
         if columns is None:
             if len(self.names) in counts:
@@ -65,7 +65,7 @@ class Sheet:
             raise FileError(
                 f"which columns are meant? There are not {many}",
                 where=where,
-                found=found,
+                found=heads,
                 allowed=told,
                 remedy="Name them as columns",
             )

@@ -127,15 +127,15 @@ def base_factor(unit: str, dimension: str, where: str | None = None) -> float:
 def _readings(text: str) -> list[Any]:
     """One `text` as a quantity, spelt as it is and in lower case ("MM", "INCH" in CAD files)."""
     registry = _registry()
-    found = []
+    readings = []
     for spelling in dict.fromkeys((text, text.lower())):
         try:
             unit = registry.parse_units(_SPELLINGS.get(spelling, spelling))
         except Exception:  # pint raises its own errors, the tokenizer's and Python's alike
             continue
         if spelling:
-            found.append(1.0 * unit)
-    return found
+            readings.append(1.0 * unit)
+    return readings
 
 
 def length_factor(from_unit: str, to_unit: str, where: str | None = None) -> float:
@@ -225,10 +225,10 @@ def _rate_in_si(unit: str, power: int, where: str | None) -> float:
 
 def _rate_parts(text: str) -> tuple[str, str, int] | None:
     """Length, time and its power of a quotient such as m/s^2 or m/s/s."""
-    found = _RATE.match(text)
-    if found is None:
+    match = _RATE.match(text)
+    if match is None:
         return None
-    length, time, square = found.groups()
+    length, time, square = match.groups()
     if square is not None and square.startswith("/") and square[1:].strip() != time:
         return None
     return length, time, 1 if square is None else 2

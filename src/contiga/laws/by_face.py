@@ -16,7 +16,7 @@ from contiga.records import FloatArray, LawInput, LawOutput
 
 @dataclass(frozen=True, init=False, eq=False)
 class FaceLaws:
-    """The law of each point by the face of the master that its foot is on.
+    """A law for each face of the master: a point takes that of the face its foot is on.
 
     Parameters
     ----------
@@ -50,12 +50,12 @@ class FaceLaws:
         put = object.__setattr__
         put(self, "laws", (rest, *faces.values()))
         named = [key if isinstance(key, tuple) else (key,) for key in faces]
-        put(self, "faces", tuple(tuple(map(_number, own)) for own in named))
-        _check_once([face for own in self.faces for face in own])
+        put(self, "faces", tuple(tuple(map(_number, group)) for group in named))
+        _check_once([face for group in self.faces for face in group])
         for law in self.laws:
             if isinstance(law, FaceLaws) or not isinstance(law, StressLaw | CombinedLaw):
                 raise InputError(
-                    "faces have laws that answer for each point by itself",
+                    "laws of faces must act on each point by itself",
                     where="faces",
                     found=type(law).__name__,
                     allowed="StressLaw",
@@ -75,28 +75,28 @@ class FaceLaws:
 
     @property
     def n_memory(self) -> int:
-        """As many numbers as the one that remembers most."""
+        """The largest number of memory columns of its laws."""
         return max(law.n_memory for law in self.laws)
 
     def largest(self) -> int:
-        """The greatest number of a face that is named, −1 without."""
-        return max((face for own in self.faces for face in own), default=-1)
+        """The largest number of a face that is named, −1 if there is none."""
+        return max((face for faces in self.faces for face in faces), default=-1)
 
     def with_slave(self, slave: StressLaw) -> FaceLaws:
-        """Each of them in series with the law of the slave's side."""
+        """The same with each law in series with that of the slave's side."""
         both = [CombinedLaw(slave, law) for law in self.laws]  # type: ignore[arg-type]
         return FaceLaws(both[0], dict(zip(self.faces, both[1:], strict=True)))
 
     def respond(self, inp: LawInput) -> LawOutput:
-        """What the law of its face answers for each point."""
+        """The forces of each point by the law of its face."""
         assert inp.patch is not None
         n, memory = len(inp.penetration), remembered(inp, self.n_memory)
         force, stiffness, stored, lost, damping = np.zeros((5, n))
         left = np.zeros((n, self.n_memory))
         out = LawOutput(force, stiffness, stored, left, lost, damping)
         chosen = np.zeros(n, np.intp)
-        for k, own in enumerate(self.faces, start=1):
-            chosen[np.isin(inp.patch, own)] = k
+        for k, faces in enumerate(self.faces, start=1):
+            chosen[np.isin(inp.patch, faces)] = k
         for k, law in enumerate(self.laws):
             rows = np.flatnonzero(chosen == k)
             if len(rows) == 0:

@@ -137,7 +137,7 @@ class Characteristic:
         return slopes[np.searchsorted(self.x, at, side="right")]
 
     def energy(self, x: ArrayLike) -> FloatArray:
-        """∫₀ˣ max(y, 0) dx for `x` ≥ 0: what a spring with this curve has stored.
+        """∫₀ˣ max(y, 0) dx for `x` ≥ 0: the energy stored in a spring with this curve.
 
         Exact for a table; one that ends in an error below its first point stores nothing there.
         Of a callable by Gauss's rule with 64 points.
@@ -160,7 +160,7 @@ class Characteristic:
         return np.concatenate([ends[:1], np.diff(self.y) / np.diff(self.x), ends[1:]])
 
     def carried(self, x: ArrayLike) -> FloatArray:
-        """max(y, 0) at `x`: what a spring with this curve, which never pulls, carries."""
+        """max(y, 0) at `x`: the force of a spring with this curve that cannot pull."""
         return np.maximum(self(x), 0.0)
 
     def carried_slope(self, x: ArrayLike) -> FloatArray:

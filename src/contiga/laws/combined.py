@@ -200,8 +200,8 @@ def _balance(
     inner = (low < 0.0) & (high > 0.0)
     if inner.any():
         arguments = (depth[inner], t_s[inner], t_m[inner])
-        found = find_root(excess, (zero[inner], one[inner]), args=arguments)
-        part[inner] = found.x
+        roots = find_root(excess, (zero[inner], one[inner]), args=arguments)
+        part[inner] = roots.x
     lambda_s, lambda_m = part * depth, (1.0 - part) * depth
     # At an end of the bracket the stiffer side has not moved: the contact carries what the other
     # one gives. Elsewhere both are equal to rounding.

@@ -58,13 +58,13 @@ def deepest(penetration: FloatArray) -> Deepest:
     shrunk = 1.0 - WIDTH * (1.0 - top)  # λ_max/m
     on = part > 0.0
     whole = float((part * y).sum() * shrunk)
-    own, scaled, depth = part[on] / whole, y[on] * shrunk, most / shrunk
+    part_on, scaled, depth = part[on] / whole, y[on] * shrunk, most / shrunk
     weight = np.zeros(n)
-    weight[near[on]] = own
+    weight[near[on]] = part_on
     layer = WIDTH * depth * whole
-    if len(own) == 1 or layer < np.finfo(float).tiny:  # one over it would be no number
+    if len(part_on) == 1 or layer < np.finfo(float).tiny:  # one over it would be no number
         return Deepest(depth, weight, 0.0)
-    slant = float((own * own).sum() * (scaled * scaled).sum())
+    slant = float((part_on * part_on).sum() * (scaled * scaled).sum())
     return Deepest(depth, weight, slant / layer)
 
 

@@ -97,7 +97,7 @@ class ForceLaw:
 
     @property
     def acts_as_one(self) -> bool:
-        """Whether the points that carry are one contact, which sticks and slips as a whole."""
+        """Whether the loaded points are one contact, which sticks and slips as a whole."""
         return self.share == "deepest"
 
     @property
@@ -106,7 +106,7 @@ class ForceLaw:
         return 0 if self.hysteresis is None else 2
 
     def respond(self, inp: LawInput) -> LawOutput:
-        """Forces whose sum is Γ(λ_max), or what hysteresis makes of it.
+        """Forces whose sum is Γ(λ_max), lower on unloading with hysteresis.
 
         To rounding shared by penetration; else λ_max is greater by up to 0.5 %, and their sum by as
         much again: up to 1 % in all of a straight curve.

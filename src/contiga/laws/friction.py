@@ -23,7 +23,7 @@ from contiga.records import FloatArray
 
 
 class FrictionInput(NamedTuple):
-    """What friction sees of the n points in contact; vectors in the axes of the master."""
+    """The input of a friction law for n points in contact; vectors in the axes of the master."""
 
     normal: FloatArray
     """(n, 3) unit normals of the master at the feet, to the free side."""
@@ -47,7 +47,7 @@ class FrictionInput(NamedTuple):
 
 
 class FrictionOutput(NamedTuple):
-    """What friction answers for n points in contact."""
+    """The output of a friction law for n points in contact."""
 
     force: FloatArray
     """(n, 3) tangential forces on the slave, axes of the master."""
@@ -77,7 +77,7 @@ class Friction(Protocol):
 
 @dataclass(frozen=True)
 class Coulomb:
-    """Friction that sticks and slips: ``|t| ≤ μ F``.
+    """Friction with stick and slip: ``|t| ≤ μ F``.
 
     ``μ = μ_d + (μ_s − μ_d) e^(−decay |v|)``, v the sliding velocity: from the static coefficient
     down to the dynamic one, as explicit crash codes do.
@@ -163,11 +163,11 @@ class Coulomb:
         return np.asarray(least + (self.static - least) * np.exp(-self.decay * speed))
 
     def slid(self, memory: FloatArray) -> FloatArray:
-        """(n, 3) way slid since each point came in."""
+        """(n, 3) sliding distance since each point came in."""
         return memory[:, 3:6]
 
     def respond(self, inp: FrictionInput) -> FrictionOutput:
-        """Tractions kept within the cone, and where their work went."""
+        """Friction forces inside the cone, and their work as stored and dissipated energy."""
         return _in_blocks(self._respond, inp, self.n_memory)
 
     def _respond(self, inp: FrictionInput) -> FrictionOutput:
@@ -215,7 +215,7 @@ class Coulomb:
 
 @dataclass(frozen=True)
 class ViscousFriction:
-    """Coulomb's law without its step at rest: ``t = −μ F tanh(|v|/v₀) v/|v|``.
+    """Regularised Coulomb friction, without a jump at rest: ``t = −μ F tanh(|v|/v₀) v/|v|``.
 
     It never sticks: a load below μ F slides, slowly. For those who are used to it, and where only
     fast sliding matters; `Coulomb` needs no such choice.
@@ -259,7 +259,7 @@ class ViscousFriction:
     n_memory = 3
 
     def slid(self, memory: FloatArray) -> FloatArray:
-        """(n, 3) zeros: it does not remember."""
+        """(n, 3) zeros: it has no memory."""
         return np.zeros((len(memory), 3))
 
     def viscosity(self, force: FloatArray, speed: FloatArray) -> FloatArray:

@@ -80,7 +80,7 @@ def hysteresis_of(
         if unloading is None:
             given, other = other, given
         raise InputError(
-            f"is missing: {given} was given, and one is nothing without the other",
+            f"is missing: {given} was given, and neither works without the other",
             where=other,
             remedy="Give both, or none for an elastic law",
         )

@@ -51,7 +51,7 @@ class PenaltyLaw:
 
     @property
     def needs_mass(self) -> bool:
-        """True with a damping ratio: what is critical goes with the mass."""
+        """True with a damping ratio: critical damping depends on the mass."""
         return self.damping_ratio > 0.0
 
     needs_thickness = False

@@ -97,14 +97,14 @@ class Body(Faces, Queries):
 
     @property
     def openings(self) -> Openings:
-        """Where the surface ends, where faces gape or disagree; found when first asked for."""
+        """Borders, gaps, and faces of opposite senses; worked out at first use."""
         from contiga.search.openings import openings_of
 
         return openings_of(self)
 
     @property
     def pieces(self) -> list[IndexArray]:
-        """Patches of each piece: of what hangs together by its edges.
+        """Numbers of the patches of each piece that is connected by shared edges.
 
         >>> import contiga as cg
         >>> balls = [cg.shapes.sphere(centre=(x, 0.0, 0.0)) for x in (0.0, 3.0)]
@@ -117,7 +117,7 @@ class Body(Faces, Queries):
 
     @property
     def closed(self) -> bool:
-        """Whether the surface ends nowhere and its faces agree on the free side.
+        """Whether the surface has no border and its faces agree on the free side.
 
         Told by the edges: each is used by two faces that meet there within its tolerance.
         """
@@ -212,7 +212,7 @@ class Body(Faces, Queries):
 
     @property
     def surface(self) -> ExactSurface:
-        """The search on the body, as contact asks for it; built when first asked for and kept."""
+        """The search on the body that contact uses; built at first use and kept."""
         from contiga.search.exact_surface import exact_surface
 
         return exact_surface(self)
@@ -229,11 +229,11 @@ class Body(Faces, Queries):
 
     @property
     def flaws(self) -> list[str]:
-        """What is wrong with how the faces meet, one text each."""
+        """Faults where faces meet, a sentence each."""
         return self.openings.flaws
 
     def check(self) -> None:
-        """Refuse a body that is a point, or so large or small that products of lengths are lost.
+        """Refuse a body that is a point, or so large or small that products of lengths overflow.
 
         Raises
         ------
@@ -245,7 +245,7 @@ class Body(Faces, Queries):
         check_size(self)
 
     def digest(self, digest: Digest) -> None:
-        """Geometry, trims and what is joined to what."""
+        """Add geometry, trims and shared edges to a digest."""
         digest.arrays("about", np.asarray(self.reference_point))
         for patch, loops in zip(self.patches, self.trims, strict=True):
             digest.arrays("patch", *patch.knots, patch.control_points, patch.weights)
@@ -256,7 +256,7 @@ class Body(Faces, Queries):
             digest.text(repr((edge.uses, edge.spans, edge.tolerance, edge.stated, edge.corner)))
 
     def facts(self) -> dict[str, Any]:
-        """What a run's summary says of the body."""
+        """Facts on the body for a run's summary."""
         return {
             "kind": "body",
             "patches": len(self.patches),
@@ -267,5 +267,5 @@ class Body(Faces, Queries):
         }
 
     def condition_rows(self) -> list[tuple[str, str]]:
-        """Whether the body is closed, and what is wrong with how its faces meet: (label, text)."""
+        """Whether the body is closed, and the faults where its faces meet: (label, text)."""
         return self.openings.rows

@@ -62,10 +62,10 @@ def least(bounds: FloatArray, gaps: Callable[[IndexArray], FloatArray]) -> tuple
     count = max(int(np.count_nonzero(bounds == -np.inf)), _BLOCK)
     while begin < len(order) and bounds[order[begin]] < best:
         block = order[begin : begin + count]
-        found = gaps(block)
-        k = int(found.argmin())
-        if found[k] < best:
-            best, row = float(found[k]), int(block[k])
+        gap = gaps(block)
+        k = int(gap.argmin())
+        if gap[k] < best:
+            best, row = float(gap[k]), int(block[k])
         begin, count = begin + count, _BLOCK
     return best, row
 

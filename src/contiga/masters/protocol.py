@@ -136,7 +136,7 @@ class Surface(Protocol):
 
 
 class Master(Protocol):
-    """A rigid master: `Body` and `TriMesh` are the two there are."""
+    """A rigid master: `Body` or `TriMesh`."""
 
     @property
     def name(self) -> str:
@@ -155,7 +155,7 @@ class Master(Protocol):
 
     @property
     def closed(self) -> bool:
-        """Whether the surface ends nowhere."""
+        """Whether the surface has no border."""
         ...  # pragma: no cover
 
     @property
@@ -165,17 +165,17 @@ class Master(Protocol):
 
     @property
     def surface(self) -> Surface:
-        """The search on it; what that needs is built when first asked for."""
+        """The search on it; its tables are built at first use."""
         ...  # pragma: no cover
 
     @property
     def faces(self) -> Faces | None:
-        """The exact geometry, for what works in the (u, v) of patches; None for triangles."""
+        """The exact geometry, for work in the (u, v) of patches; None for triangles."""
         ...  # pragma: no cover
 
     @property
     def flaws(self) -> list[str]:
-        """What is wrong with how its faces meet, one text each."""
+        """Faults where faces meet, a sentence each."""
         ...  # pragma: no cover
 
     def bounds(self) -> FloatArray:
@@ -187,7 +187,7 @@ class Master(Protocol):
         ...  # pragma: no cover
 
     def transformed(self, matrix: ArrayLike) -> Master:
-        """The same moved by a regular affine (4, 4) matrix."""
+        """The same master moved by a regular affine (4, 4) matrix."""
         ...  # pragma: no cover
 
     def with_reference_point(self, point: ArrayLike) -> Master:
@@ -213,19 +213,19 @@ class Master(Protocol):
         ...  # pragma: no cover
 
     def check(self) -> None:
-        """Refuse what cannot serve as a master, by a `GeometryError` or a `MeshError`."""
+        """Raise a `GeometryError` or a `MeshError` if it cannot serve as a master."""
         ...  # pragma: no cover
 
     def digest(self, digest: Digest) -> None:
-        """Add all of it that decides results."""
+        """Add what decides results to a digest."""
         ...  # pragma: no cover
 
     def facts(self) -> dict[str, Any]:
-        """What a run's summary says of it."""
+        """Facts on it for a run's summary."""
         ...  # pragma: no cover
 
     def condition_rows(self) -> list[tuple[str, str]]:
-        """What a person wants to know of it as a master: (label, text)."""
+        """A summary of its quality as a master: (label, text)."""
         ...  # pragma: no cover
 
 
@@ -234,5 +234,5 @@ _ASKED = [name for name in vars(Master) if not name.startswith("_")]
 
 def is_master(value: object) -> bool:
     """Whether a value answers what masters are asked; nothing is worked out."""
-    own = getattr(value, "__dict__", {})
-    return all(hasattr(type(value), name) or name in own for name in _ASKED)
+    attributes = getattr(value, "__dict__", {})
+    return all(hasattr(type(value), name) or name in attributes for name in _ASKED)

@@ -38,8 +38,8 @@ def refined(body: Master, mesh: TriMesh, size: float) -> TriMesh:
         return mesh
     if body.faces is not None:
         feet = body.project(points[count:]).point
-        told = np.isfinite(feet).all(axis=1)
-        points[count:][told] = feet[told]
+        known = np.isfinite(feet).all(axis=1)
+        points[count:][known] = feet[known]
     return TriMesh(points, triangles).like(mesh.name, mesh.unit, mesh.reference_point)
 
 
@@ -54,6 +54,6 @@ def default_size(body: Master, mesh: TriMesh, others: Iterable[float] = ()) -> f
     A tenth of the body's size, and a quarter of the `others`' (of bodies that it is to meet), which
     would else slip through between its points, as long as that takes no more than 20,000 triangles.
     """
-    own = OF_ITSELF * body.size
+    size = OF_ITSELF * body.size
     least = least_size(mesh, FULL)
-    return min(own, max(OF_OTHERS * min(others, default=math.inf), least))
+    return min(size, max(OF_OTHERS * min(others, default=math.inf), least))

@@ -32,7 +32,7 @@ def align(
     highs: Iterable[str] = (),
     axes: str | None = None,
 ) -> Part:
-    """`thing` turned so that its principal axes lie along x, y, z, then moved box to box.
+    """Turn `thing` so that its principal axes lie along x, y, z, then move its box to a box.
 
     The box of a slave is that of its active points; that of a body is the exact one.
 
@@ -73,11 +73,11 @@ def align(
         thing = thing.transformed(_turn_to_axes(thing))
     if not ends:
         return thing
-    own = extent(thing)
+    size = extent(thing)
     there = np.zeros((2, 3)) if to is None else extent(to)
     way = np.zeros(3)
     for axis, weight in ends.items():
-        way[axis] = product(weight, there[:, axis] - own[:, axis])
+        way[axis] = product(weight, there[:, axis] - size[:, axis])
     return thing.transformed(transform.translation(way))
 
 
@@ -154,8 +154,8 @@ def _second_moments(part: Master | Slave) -> tuple[FloatArray, FloatArray]:
         centre = points.mean(axis=0)
         return centre, np.einsum("ni,nj->ij", points - centre, points - centre)
     if part.closed:
-        own = part.mass_properties(1.0)
-        return own.centre, 0.5 * np.trace(own.inertia) * np.eye(3) - own.inertia
+        solid = part.mass_properties(1.0)
+        return solid.centre, 0.5 * np.trace(solid.inertia) * np.eye(3) - solid.inertia
     mesh = part.tessellate(1e-4 * part.size)
     corners, area = mesh.corners(), mesh.areas()
     centre = np.einsum("m,mi->i", area, corners.mean(axis=1)) / area.sum()

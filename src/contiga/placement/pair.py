@@ -98,10 +98,10 @@ class Pair:
         gaps = np.empty(len(rows))
         self._at[rows] = shift
         for k, leg in enumerate(self._legs):
-            own = np.flatnonzero(self._leg[rows] == k)
-            if len(own):
-                at = self._points[rows[own]] + shift * leg.way
-                gaps[own], self._past[rows[own]] = leg.gaps(at)
+            on_leg = np.flatnonzero(self._leg[rows] == k)
+            if len(on_leg):
+                at = self._points[rows[on_leg]] + shift * leg.way
+                gaps[on_leg], self._past[rows[on_leg]] = leg.gaps(at)
         self._gap[rows] = gaps
         return gaps
 

@@ -67,7 +67,7 @@ def place(thing: Part, *, on: Master | Slave, direction: Axis, gap: float = 0.0)
     shift = _shift(thing, on, way, least)
     if shift is None:
         raise InputError(
-            f"{thing.name} never stands {least:g} from {on.name} on its way",
+            f"{thing.name} never has a gap of {least:g} from {on.name} on its path",
             where="direction",
             found=[float(f"{x:.6g}") for x in way],
             remedy=f"Turn the direction towards it, or align the two first{_open_side(thing, on)}",

@@ -108,11 +108,11 @@ def _normals(stage: Stage) -> list[Any]:
     """Short lines with cones, one pair a body."""
     traces = []
     for part in stage.parts:
-        own = [arrow for arrow in stage.normals if arrow.name == part.name]
-        if own:
+        arrows = [arrow for arrow in stage.normals if arrow.name == part.name]
+        if arrows:
             length = 0.13 * float(np.linalg.norm(np.ptp(part.box, axis=0)))
-            at = np.array([arrow.at for arrow in own])
-            tips = at + length * np.array([arrow.vector for arrow in own])
+            at = np.array([arrow.at for arrow in arrows])
+            tips = at + length * np.array([arrow.vector for arrow in arrows])
             gaps = np.full_like(at, np.nan)
             path = np.stack([at, tips, gaps], axis=1).reshape(-1, 3)
             name = f"{part.name}: free side"

@@ -6,6 +6,7 @@ from html import escape
 from io import BytesIO
 from pathlib import Path
 
+from contiga.display import Facts, line_of
 from contiga.errors import FileError, InputError
 from contiga.extras import require
 from contiga.io.out.files import atomic_write
@@ -13,14 +14,13 @@ from contiga.previewing.page import page_of
 from contiga.previewing.stage import Stage, stage_of
 from contiga.previewing.still import draw_still
 from contiga.previewing.words import gap_text
-from contiga.shown import Facts, line_of
 from contiga.simulation.model import Model
 
 SUFFIXES = (".png", ".html")
 
 
 class Preview:
-    """A simulation as it stands at its start. A notebook shows it as a 3D view.
+    """The start of a simulation as a picture. A notebook shows it as a 3D view.
 
     >>> import contiga as cg
     >>> ball = cg.Body(cg.shapes.sphere(radius=1.0))
@@ -58,7 +58,7 @@ class Preview:
         return f'<iframe srcdoc="{page}" width="100%" height="900" style="border:0"></iframe>'
 
     def save(self, path: str | Path) -> Path:
-        """Write the preview as a picture (.png) or a page (.html); it appears whole or not at all.
+        """Write the preview as a picture (.png) or a page (.html), whole or not at all.
 
         Raises
         ------
@@ -97,7 +97,7 @@ def check_suffix(path: str | Path) -> Path:
 
 
 def preview(what: object) -> Preview:
-    """What a simulation or a case looks like at its start; nothing is run.
+    """Draw the start of a simulation or a case; nothing is run.
 
     Bodies show their free side (normals point there) and their contact side in another colour,
     slaves their points, those that take no part faintly, motions their ways over the time of the

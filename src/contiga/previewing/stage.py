@@ -187,8 +187,8 @@ def _ways(model: Model, parts: tuple[Drawn, ...]) -> Iterator[Way]:
     times = np.linspace(model.stepping.start, model.stepping.end, _TIMES)
     standings = [place(model, None, float(time)) for time in times]
     for part in parts:
-        own = model.bodies[part.name] if part.is_body else model.slaves[part.name]
-        if isinstance(own.motion, Dependent):
+        entry = model.bodies[part.name] if part.is_body else model.slaves[part.name]
+        if isinstance(entry.motion, Dependent):
             continue
         if part.is_body:
             poses = np.array([standing.bodies[part.name].pose for standing in standings])
@@ -221,9 +221,9 @@ def _rows_near(points: FloatArray, places: FloatArray) -> NDArray[np.intp]:
 def _velocities(model: Model, parts: tuple[Drawn, ...]) -> Iterator[Arrow]:
     """Of free bodies and nodes at the start."""
     for part in parts:
-        own = model.bodies[part.name] if part.is_body else model.slaves[part.name]
-        if isinstance(own.motion, Free | Deforming):
-            velocity = np.reshape(own.motion.velocity, (-1, 3)).mean(axis=0)
+        entry = model.bodies[part.name] if part.is_body else model.slaves[part.name]
+        if isinstance(entry.motion, Free | Deforming):
+            velocity = np.reshape(entry.motion.velocity, (-1, 3)).mean(axis=0)
             if velocity.any():
                 yield Arrow(part.name, part.box.mean(axis=0), velocity)
 
@@ -237,16 +237,16 @@ def _gaps(model: Model, start: Placement) -> Iterator[Gap]:
             continue
         body, pose = model.bodies[part.master].body, start.bodies[part.master].pose
         p_B, reach = to_body(pose, points), reach_of(part.contact.depth, body.closed, body.size)
-        found = nearest(body.surface, p_B, rows, depth=reach)
-        own = slice(found.row, found.row + 1)
-        _, feet = gaps_of(body.surface, p_B[own], reach)
-        ends = np.stack([points[found.row], to_world(pose, feet.point)[0]])
-        yield Gap(part.name, part.master, part.slave, found.gap, ends, _approach(model, part))
+        gaps = nearest(body.surface, p_B, rows, depth=reach)
+        row = slice(gaps.row, gaps.row + 1)
+        _, feet = gaps_of(body.surface, p_B[row], reach)
+        ends = np.stack([points[gaps.row], to_world(pose, feet.point)[0]])
+        yield Gap(part.name, part.master, part.slave, gaps.gap, ends, _approach(model, part))
 
 
 def _approach(model: Model, part: ContactPart) -> tuple[float, float] | None:
     pair = Pair(model, part)
     if not pair.foretold or pair.touches:
         return None
-    found = closest_approach(pair)
-    return None if found is None or found.bound <= 0.0 else (found.bound, found.time)
+    approach = closest_approach(pair)
+    return None if approach is None or approach.bound <= 0.0 else (approach.bound, approach.time)

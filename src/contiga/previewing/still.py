@@ -150,7 +150,7 @@ def _way(axes: Any, line: FloatArray, colour: str) -> None:
 
 def _edges(view: View, stage: Stage) -> list[tuple[str, FloatArray]]:
     """Three edges of the box of all, drawn outside of it, and the texts of their lengths."""
-    box, found = stage.box, []
+    box, edges = stage.box, []
     centre = view.placed([box.mean(axis=0)])[0]
     for axis in range(3):
         if (stage.plane and axis == 2) or np.ptp(box[:, axis]) <= 1e-9 * float(
@@ -174,8 +174,8 @@ def _edges(view: View, stage: Stage) -> list[tuple[str, FloatArray]]:
             continue
         view.lines(best, color=MUTED, lw=0.8)
         out = unit(0.5 * (a + b) - centre) * [62.0, 26.0]
-        found.append((span_text(axis, box, stage.units), 0.5 * (a + b) + out))
-    return found
+        edges.append((span_text(axis, box, stage.units), 0.5 * (a + b) + out))
+    return edges
 
 
 def _labels(axes: Any, view: View, stage: Stage, edges: list[tuple[str, FloatArray]]) -> None:

@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.integrate import trapezoid
 
+from contiga.display import Displayed, Facts
 from contiga.errors import InputError
 from contiga.records import FloatArray
 from contiga.report.run_folder import Run, read_run
-from contiga.shown import Facts, Shown
 
 Pair = tuple[Any, Any]
 """The same of the first and of the second run, None where one has none."""
@@ -42,8 +42,8 @@ class Difference(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison(Shown):
-    """Two runs beside each other. See `compare`."""
+class Comparison(Displayed):
+    """A comparison of two runs. See `compare`."""
 
     runs: tuple[Run, Run]
     """The output folders as read."""
@@ -69,7 +69,7 @@ class Comparison(Shown):
 
     @property
     def same(self) -> bool:
-        """Whether all that both tell is equal."""
+        """Whether all quantities that both runs have are equal."""
         return not any(self.only) and all(d.largest == 0.0 for d in self.differences.values())
 
     def _facts(self) -> Facts:
@@ -83,7 +83,7 @@ class Comparison(Shown):
 
 
 def compare(a: str | Path, b: str | Path) -> Comparison:
-    """Set two runs beside each other, from the files of their output folders.
+    """Compare two runs by the files of their output folders.
 
     Histories are interpolated linearly to the times of both, as far as both go.
 
@@ -186,12 +186,12 @@ def _difference(
 ) -> Difference:
     peaks, whens, there = [], [], []
     for own, values in (one, two):
-        told = np.isfinite(values)
-        k = int(np.argmax(np.abs(np.where(told, values, 0.0))))
-        peaks.append(float(values[k]) if told[k] else 0.0)
+        known = np.isfinite(values)
+        k = int(np.argmax(np.abs(np.where(known, values, 0.0))))
+        peaks.append(float(values[k]) if known[k] else 0.0)
         whens.append(float(own[k]))
         there.append(
-            np.interp(times, own[told], values[told]) if told.any() else np.zeros(len(times))
+            np.interp(times, own[known], values[known]) if known.any() else np.zeros(len(times))
         )
     apart = np.abs(there[1] - there[0])
     k = int(np.argmax(apart))
@@ -238,15 +238,15 @@ def _flat(value: Any, key: str = "") -> dict[str, Any]:
 
 def _criteria(run: Run) -> dict[str, float]:
     return {
-        f"{sensor}: {name}": float(found["value"])
-        for sensor, told in (run.summary.get("sensors") or {}).items()
-        for name, found in told["criteria"].items()
+        f"{sensor}: {name}": float(values["value"])
+        for sensor, facts in (run.summary.get("sensors") or {}).items()
+        for name, values in facts["criteria"].items()
     }
 
 
 def _energies(run: Run) -> dict[str, float]:
-    told = run.summary.get("energy") or {}
-    return {key: float(told[key]) for key in ("relative", "most") if key in told}
+    energy = run.summary.get("energy") or {}
+    return {key: float(energy[key]) for key in ("relative", "most") if key in energy}
 
 
 def _timings(run: Run) -> dict[str, float]:

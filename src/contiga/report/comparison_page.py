@@ -35,7 +35,7 @@ _PANELS = (
 _LONGEST = 60
 
 
-def write_comparison(found: Comparison, path: str | Path) -> Path:
+def write_comparison(comparison: Comparison, path: str | Path) -> Path:
     """Write the page of a comparison, one file that reads offline; whole or not at all.
 
     Raises
@@ -46,37 +46,37 @@ def write_comparison(found: Comparison, path: str | Path) -> Path:
         A package that it is drawn with is not installed.
     """
     require_packages("a comparison")
-    write_text(Path(path), page_of(found))
+    write_text(Path(path), page_of(comparison))
     return Path(path)
 
 
-def names_of(found: Comparison) -> tuple[str, str]:
+def names_of(comparison: Comparison) -> tuple[str, str]:
     """What the two runs are called: the names of their folders, where these tell them apart."""
-    a, b = (folder.resolve() for folder in found.folders)
+    a, b = (folder.resolve() for folder in comparison.folders)
     return (a.name, b.name) if a.name != b.name else (str(a), str(b))
 
 
-def page_of(found: Comparison) -> str:
+def page_of(comparison: Comparison) -> str:
     """The page as one text."""
     from plotly.offline import get_plotlyjs
 
-    one, two = names_of(found)
-    unit = found.runs[0].units.time
-    span = f"t = {number(found.span[0])} to {number(found.span[1])} {unit}".strip()
+    one, two = names_of(comparison)
+    unit = comparison.runs[0].units.time
+    span = f"t = {number(comparison.span[0])} to {number(comparison.span[1])} {unit}".strip()
     titles = " · ".join(
         f"{escape(name)}: {escape(str(run.summary.get('title') or 'a run'))}"
-        for name, run in zip((one, two), found.runs, strict=True)
+        for name, run in zip((one, two), comparison.runs, strict=True)
     )
     parts = [
         '<div class="maker"><b>contiga</b> · two runs beside each other</div>'
         f"<h1>{escape(one)} and {escape(two)}</h1>"
         f'<p class="under">{titles} · in common {escape(span)}</p>',
-        _section("Settings that differ", _settings(found)),
-        _section("Histories", _differences(found)),
-        f'<div class="panels">{"".join(_panels(found))}</div>',
-        _section("Criteria", _pairs(found, found.criteria)),
-        _section("Energy balance error", _pairs(found, found.energies)),
-        _section("Time taken", _timings(found)),
+        _section("Settings that differ", _settings(comparison)),
+        _section("Histories", _differences(comparison)),
+        f'<div class="panels">{"".join(_panels(comparison))}</div>',
+        _section("Criteria", _pairs(comparison, comparison.criteria)),
+        _section("Energy balance error", _pairs(comparison, comparison.energies)),
+        _section("Time taken", _timings(comparison)),
     ]
     return styled(f"{one} and {two}", "\n".join(parts), script=get_plotlyjs())
 
@@ -85,11 +85,11 @@ def _section(title: str, table: str) -> str:
     return f'<h2>{title}</h2><div class="wide">{table}</div>' if table else ""
 
 
-def _settings(found: Comparison) -> str:
-    if not found.settings:
+def _settings(comparison: Comparison) -> str:
+    if not comparison.settings:
         return "<p>None.</p>"
-    rows = ((key, *map(in_short, pair)) for key, pair in found.settings.items())
-    return _table(("Key", *names_of(found)), rows, numbers=0)
+    rows = ((key, *map(in_short, pair)) for key, pair in comparison.settings.items())
+    return _table(("Key", *names_of(comparison)), rows, numbers=0)
 
 
 def in_short(value: Any) -> str:
@@ -98,8 +98,8 @@ def in_short(value: Any) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
 
 
-def _differences(found: Comparison) -> str:
-    one, two = names_of(found)
+def _differences(comparison: Comparison) -> str:
+    one, two = names_of(comparison)
     heads = ("Column", f"Peak of {one}", f"Peak of {two}", "Largest difference", "At", "Share")
     rows = (
         (
@@ -109,32 +109,32 @@ def _differences(found: Comparison) -> str:
             number(d.at),
             f"{number(100.0 * d.relative, 3)} %",
         )
-        for name, d in found.differences.items()
+        for name, d in comparison.differences.items()
         if d.largest > 0.0 and not name.endswith(".wall_time")
     )
     table = _table(heads, rows, numbers=5)
-    same = sum(d.largest == 0.0 for d in found.differences.values())
+    same = sum(d.largest == 0.0 for d in comparison.differences.values())
     only = [
         f"only in {escape(name)}: {escape(', '.join(columns))}"
-        for name, columns in zip((one, two), found.only, strict=True)
+        for name, columns in zip((one, two), comparison.only, strict=True)
         if columns
     ]
-    facts = [f"{same} of {len(found.differences)} columns are equal at all times", *only]
+    facts = [f"{same} of {len(comparison.differences)} columns are equal at all times", *only]
     return f'{table}<p class="caption">{"; ".join(facts)}.</p>'
 
 
-def _panels(found: Comparison) -> Iterator[str]:
+def _panels(comparison: Comparison) -> Iterator[str]:
     """Figures of the columns that both have, one line a run."""
-    columns = tuple(columns_of(run) for run in found.runs)
+    columns = tuple(columns_of(run) for run in comparison.runs)
     shown = 0
-    for label in found.differences:
+    for label in comparison.differences:
         owner, _, name = label.rpartition(".")
         panel = next((p for p in _PANELS if p[0] == name), None)
         pair = columns[0][label], columns[1][label]
         if panel is None or max(map(largest, pair)) == 0.0:
             continue
-        unit = getattr(found.runs[0].units, panel[2])
-        figure = _figure(found, pair, (f"{owner}: {panel[1].lower()}", unit))
+        unit = getattr(comparison.runs[0].units, panel[2])
+        figure = _figure(comparison, pair, (f"{owner}: {panel[1].lower()}", unit))
         html = figure.to_html(
             full_html=False, include_plotlyjs=False, div_id=f"both-{shown}", config=PLOT_CONFIG
         )
@@ -142,30 +142,34 @@ def _panels(found: Comparison) -> Iterator[str]:
         yield f'<div class="frame">{html}</div>'
 
 
-def _figure(found: Comparison, pair: tuple[FloatArray, FloatArray], labels: tuple[str, str]) -> Any:
+def _figure(
+    comparison: Comparison, pair: tuple[FloatArray, FloatArray], labels: tuple[str, str]
+) -> Any:
     import plotly.graph_objects as go
 
     figure = go.Figure()
     looks = ({"width": 2.2}, {"width": 1.6, "dash": "dash"})
     runs: Iterable[tuple[Run, str, FloatArray, dict[str, Any], str]] = zip(
-        found.runs, names_of(found), pair, looks, LINES, strict=False
+        comparison.runs, names_of(comparison), pair, looks, LINES, strict=False
     )
     for run, name, values, look, colour in runs:
         add_line(figure, run.times, values, name, labels[1], color=colour, **look)
-    finish(figure, found.runs[0], with_unit(*labels), None)
+    finish(figure, comparison.runs[0], with_unit(*labels), None)
     return figure
 
 
-def _pairs(found: Comparison, pairs: dict[str, Pair]) -> str:
+def _pairs(comparison: Comparison, pairs: dict[str, Pair]) -> str:
     if not pairs:
         return ""
     rows = ((key, *map(_number, pair), _change(pair)) for key, pair in pairs.items())
-    return _table(("", *names_of(found), "Change"), rows, numbers=3)
+    return _table(("", *names_of(comparison), "Change"), rows, numbers=3)
 
 
-def _timings(found: Comparison) -> str:
+def _timings(comparison: Comparison) -> str:
     words = {"total": "Seconds in all", "steps": "Steps", **STAGES}
-    return _pairs(found, {words.get(key, key): pair for key, pair in found.timings.items()})
+    return _pairs(
+        comparison, {words.get(key, key): pair for key, pair in comparison.timings.items()}
+    )
 
 
 def _number(value: float | None) -> str:

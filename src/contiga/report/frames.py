@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.records import FloatArray, IndexArray
+from contiga.report.coloured import MANY, fields_of, region_colours
 from contiga.report.peak import Outline, Peak, Touched, lines_at, rows_of, seen_parts, touched_at
 from contiga.report.places import Ties, place_of, tie_ends
 from contiga.report.run_folder import Units
-from contiga.report.shown import MANY, fields_of, region_colours
 from contiga.report.style import number
 
 if TYPE_CHECKING:
@@ -74,8 +74,8 @@ class Frames(NamedTuple):
     @property
     def n_clusters(self) -> int:
         """The most regions of one contact at any step."""
-        found = (frame.values.get("cluster") for frame in self.frames)
-        return 1 + int(max((v.max(initial=-1.0) for v in found if v is not None), default=-1))
+        numbers = (frame.values.get("cluster") for frame in self.frames)
+        return 1 + int(max((v.max(initial=-1.0) for v in numbers if v is not None), default=-1))
 
 
 def frames_of(
@@ -199,7 +199,7 @@ def within(times: FloatArray, sizes: IndexArray, shown: int, budget: int = BUDGE
 
 
 def packed(frames: Frames, peak: Peak, units: Units) -> dict[str, Any]:
-    """What the page's script is handed of the frames; long arrays as base64."""
+    """what the script of the page gets of the frames; long arrays as base64."""
     keys = list(region_colours(frames.regions))
     return {
         "first": frames.first,
@@ -230,7 +230,7 @@ def _packed_frame(frame: Frame, keys: list[tuple[int, int]]) -> dict[str, Any]:
         "rows": base64(frame.rows, np.int32),
         "values": {name: base64(values) for name, values in frame.values.items()},
         "ties": base64(parted(frame.ties)),
-        "lines": {str(key): base64(np.concatenate(found)) for key, found in lines.items()},
+        "lines": {str(key): base64(np.concatenate(points)) for key, points in lines.items()},
     }
 
 

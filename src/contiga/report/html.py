@@ -175,11 +175,11 @@ def _energy(run: Run, peak_time: float | None) -> str:
     figure = energy_figure(run, peak_time)
     if figure is None:
         return ""
-    told = run.summary.get("energy") or {}
+    energy = run.summary.get("energy") or {}
     share = (
-        f" The energy balance error is at most {number(100.0 * told['relative'], 2)} % of the "
-        f"largest energy, {number(told['most'])} {escape(run.units.energy)}."
-        if told
+        f" The energy balance error is at most {number(100.0 * energy['relative'], 2)} % of the "
+        f"largest energy, {number(energy['most'])} {escape(run.units.energy)}."
+        if energy
         else ""
     )
     return (

@@ -57,13 +57,13 @@ def _criteria(run: Run) -> list[str]:
     """What the criteria of sensors found, the first of them; a table has all."""
     return [
         _tile(
-            number(found["value"]),
-            str(found.get("unit", "")),
+            number(result["value"]),
+            str(result.get("unit", "")),
             f"{criterion} of {sensor}",
-            f"t = {span_of(found)} {run.units.time}".strip(),
+            f"t = {span_of(result)} {run.units.time}".strip(),
         )
-        for sensor, told in (run.summary.get("sensors") or {}).items()
-        for criterion, found in (told.get("criteria") or {}).items()
+        for sensor, facts in (run.summary.get("sensors") or {}).items()
+        for criterion, result in (facts.get("criteria") or {}).items()
     ][:_CRITERIA]
 
 

@@ -69,13 +69,13 @@ def add_line(
     import plotly.graph_objects as go
 
     line = {key: look.pop(key) for key in ("color", "width", "dash") if key in look}
-    told = np.flatnonzero(~np.isnan(values))
-    if len(told):
-        told = told[rows_drawn(values[told])]
+    rows = np.flatnonzero(~np.isnan(values))
+    if len(rows):
+        rows = rows[rows_drawn(values[rows])]
     figure.add_trace(
         go.Scatter(
-            x=times[told],
-            y=values[told],
+            x=times[rows],
+            y=values[rows],
             name=name,
             mode="lines",
             line=line,

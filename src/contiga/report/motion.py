@@ -35,21 +35,21 @@ def body_quantities(run: Run, body: str) -> list[Quantity]:
     """Displacement of the centre, velocity, acceleration and spin of a free body; none of zeros."""
     columns, units = run.bodies[body], run.units
     way = {axis: columns[axis] - columns[axis][0] for axis in "xyz" if axis in columns}
-    found = [
+    quantities = [
         Quantity("Displacement of the centre", units.length, way),
         Quantity("Velocity of the centre", units.velocity, _along(columns, "v{}")),
         _acceleration("Acceleration of the centre", run, _along(columns, "a{}")),
     ]
     spin = _along(columns, "w{}")
     if max(map(largest, spin.values()), default=0.0) * np.ptp(run.times) > _STILL:
-        found.append(Quantity("Spin", units.spin, spin))
-    return [q for q in found if any(largest(c) > 0.0 for c in q.components.values())]
+        quantities.append(Quantity("Spin", units.spin, spin))
+    return [q for q in quantities if any(largest(c) > 0.0 for c in q.components.values())]
 
 
 def sensor_quantities(run: Run, sensor: str) -> list[Quantity]:
     """What a sensor measures beside its acceleration; none of zeros, nor what its body tells."""
     columns, units = run.sensors[sensor], run.units
-    found = [
+    quantities = [
         Quantity("Velocity", units.velocity, _along(columns, "v{}")),
         Quantity("Displacement", units.length, _along(columns, "{}")),
         Quantity("Force", units.force, _along(columns, "f{}")),
@@ -60,7 +60,7 @@ def sensor_quantities(run: Run, sensor: str) -> list[Quantity]:
     known = body_quantities(run, body) if body in run.bodies else []
     return [
         q
-        for q in found
+        for q in quantities
         if any(largest(c) > 0.0 for c in q.components.values())
         and not any(_same(q, other) for other in known)
     ]
@@ -86,8 +86,8 @@ def sensor_figures(run: Run, sensor: str, peak_time: float | None) -> list[Any]:
     """Acceleration, raw and filtered, with what the criteria found in it; and the rest."""
     first = _acceleration_figure(run, sensor, peak_time)
     others = _figures(run, sensor_quantities(run, sensor), peak_time)
-    told = ("distance", "Distance", run.units.length), ("angle", "Turn", "rad")
-    drawn = [_scalar_figure(run, sensor, what, peak_time) for what in told]
+    measures = ("distance", "Distance", run.units.length), ("angle", "Turn", "rad")
+    drawn = [_scalar_figure(run, sensor, what, peak_time) for what in measures]
     scalars = [figure for figure in drawn if figure is not None]
     return [*([] if first is None else [first]), *scalars, *others]
 
@@ -153,12 +153,12 @@ def _mark_criteria(figure: Any, criteria: dict[str, dict[str, float]]) -> None:
     """The window of the head injury criterion, shaded, and the level that is held for 3 ms."""
     window = next((name for name in ("HIC15", "HIC36", "HICd") if name in criteria), None)
     if window is not None:
-        found = criteria[window]
+        result = criteria[window]
         figure.add_vrect(
-            x0=found["start"], x1=found["end"], fillcolor="#b07d1e", opacity=0.14, line_width=0
+            x0=result["start"], x1=result["end"], fillcolor="#b07d1e", opacity=0.14, line_width=0
         )
-        middle = (found["start"] + found["end"]) / 2.0
-        _note(figure, middle, 0.0, f"{window} = {number(found['value'])}")
+        middle = (result["start"] + result["end"]) / 2.0
+        _note(figure, middle, 0.0, f"{window} = {number(result['value'])}")
     if "3ms" in criteria:
         held = criteria["3ms"]
         figure.add_shape(
@@ -205,11 +205,11 @@ def criteria_table(run: Run) -> str:
     """What the criteria of all sensors found, and when."""
     rows = []
     for sensor in run.sensors:
-        told = _told(run, sensor)
-        name = " · ".join(str(t) for t in (sensor, told.get("body"), told.get("filter")) if t)
-        for criterion, found in (told.get("criteria") or {}).items():
-            unit = f" {found.get('unit', '')}".rstrip()
-            span = f"{span_of(found)} {escape(run.units.time)}"
-            band = f" ({escape(str(found['band']))})" if "band" in found else ""
-            rows.append(named_row(name, criterion, [number(found["value"]) + unit + band, span]))
+        facts = _told(run, sensor)
+        name = " · ".join(str(t) for t in (sensor, facts.get("body"), facts.get("filter")) if t)
+        for criterion, result in (facts.get("criteria") or {}).items():
+            unit = f" {result.get('unit', '')}".rstrip()
+            span = f"{span_of(result)} {escape(run.units.time)}"
+            band = f" ({escape(str(result['band']))})" if "band" in result else ""
+            rows.append(named_row(name, criterion, [number(result["value"]) + unit + band, span]))
     return named_table(("Sensor", "Criterion", "Value", "Window"), rows)

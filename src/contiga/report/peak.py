@@ -172,11 +172,11 @@ def seen_parts(series: RecordedFields, frame: int) -> list[FloatArray]:
     """Points (n, 3) of each part at a recorded time, of slaves those that take part in contact."""
     points = np.asarray(series.points(frame), dtype=np.float64)
     status = np.asarray(series.data(frame, "contact_status"))
-    found = []
+    parts = []
     for part in series.parts:
         rows = series.rows(part.name)
-        found.append(points[rows] if part.kind == "body" else points[rows][status[rows] >= 0])
-    return found
+        parts.append(points[rows] if part.kind == "body" else points[rows][status[rows] >= 0])
+    return parts
 
 
 def _focus(

@@ -30,10 +30,10 @@ Ties = Sequence[Tie]
 
 def ties_of(summary: dict[str, Any]) -> list[Tie]:
     """The springs of a run, as its summary tells them."""
-    told = summary.get("springs") or {}
+    springs = summary.get("springs") or {}
     return [
         Tie(name, tuple(one["between"]), np.asarray(one["at"], np.float64))
-        for name, one in told.items()
+        for name, one in springs.items()
     ]
 
 

@@ -11,12 +11,12 @@ import numpy as np
 from contiga.records import FloatArray
 from contiga.report import shading
 from contiga.report.camera import Camera, look, project, unit
+from contiga.report.coloured import ColouredField, first_field, region_colours
 from contiga.report.colours import channels, scale_colours
 from contiga.report.labels import spread
 from contiga.report.peak import Peak
 from contiga.report.run_folder import Units
 from contiga.report.shading import Picture
-from contiga.report.shown import Shown, first_field, region_colours
 from contiga.report.style import SPRING, colour_map, number
 
 BODY = np.array([0.56, 0.62, 0.69])
@@ -80,20 +80,20 @@ def _slave_layer(camera: Camera, peak: Peak) -> shading.Layer:
     return shading.cloud_layer(camera, points, radius)
 
 
-def slave_colours(layer: shading.Layer, peak: Peak, shown: Shown) -> FloatArray:
-    """(k, 3) colours of the slave's pixels: by what is `shown` in contact, plain elsewhere."""
+def slave_colours(layer: shading.Layer, peak: Peak, field: ColouredField) -> FloatArray:
+    """(k, 3) colours of the slave's pixels: by `field` in contact, plain elsewhere."""
     touching = layer.at_pixels(peak.in_contact.astype(np.float64)) > 0.5
-    share = layer.at_pixels(shown.values)[touching] / shown.top
+    share = layer.at_pixels(field.values)[touching] / field.top
     colours = np.broadcast_to(SLAVE, (len(touching), 3)).copy()
     colours[touching] = scale_colours(share)
     return colours
 
 
-def render(camera: Camera, peak: Peak, shown: Shown, *, through: bool) -> Picture:
+def render(camera: Camera, peak: Peak, field: ColouredField, *, through: bool) -> Picture:
     """(h, w, 3) picture; with `through` the body is only hinted at."""
     picture = np.ones((*camera.size, 3), dtype=np.float32)
     if through:
-        nearest = _paint_slave(camera, peak, shown, picture)
+        nearest = _paint_slave(camera, peak, field, picture)
         body = shading.mesh_layer(camera, peak.body_points, peak.body_triangles)
         shading.veil(picture, body, 0.75 * BODY)
         if not peak.outlines:  # else the dots would hide the lines
@@ -101,7 +101,7 @@ def render(camera: Camera, peak: Peak, shown: Shown, *, through: bool) -> Pictur
         _draw_outlines(camera, peak, picture, nearest, np.inf)
         return picture
     behind = _paint_body(camera, peak, picture)
-    nearest = _paint_slave(camera, peak, shown, picture, behind)
+    nearest = _paint_slave(camera, peak, field, picture, behind)
     bias = 2e-3 * _span(camera, peak)
     for points, triangles in (
         (peak.body_points, peak.body_triangles),
@@ -131,15 +131,19 @@ def _paint_body(camera: Camera, peak: Peak, picture: Picture) -> FloatArray:
 
 
 def _paint_slave(
-    camera: Camera, peak: Peak, shown: Shown, picture: Picture, behind: FloatArray | None = None
+    camera: Camera,
+    peak: Peak,
+    field: ColouredField,
+    picture: Picture,
+    behind: FloatArray | None = None,
 ) -> FloatArray:
     """Over what is not nearer than it; returns the depth (h, w) of both."""
     slave = _slave_layer(camera, peak)
-    own = slave.buffer.depth
-    nearest = own if behind is None else behind
-    colours = slave_colours(slave, peak, shown)
+    slave_depth = slave.buffer.depth
+    nearest = slave_depth if behind is None else behind
+    colours = slave_colours(slave, peak, field)
     shading.paint(picture, slave, colours, _span(camera, peak), nearest)
-    return np.minimum(own, nearest, out=nearest)
+    return np.minimum(slave_depth, nearest, out=nearest)
 
 
 def _draw_outlines(
@@ -216,20 +220,20 @@ def draw_still(peak: Peak, path: Path, units: Units) -> None:
     views = [(outside_view(peak, size), False, when if touches else f"{when}, nothing touches")]
     if touches:
         views.append((through_view(peak, size), True, "The contact, seen through the body"))
-    shown = first_field(peak, units)
+    field = first_field(peak, units)
     figure = Figure(figsize=(16.4 if touches else 7.7, 8.4), dpi=100, facecolor="white")
     FigureCanvasAgg(figure)
     for k, (camera, through, title) in enumerate(views):
         frame = (0.005 + 0.466 * k, 0.03, 0.4634, 0.857) if touches else (0.005, 0.03, 0.99, 0.857)
         axes = figure.add_axes(frame)
-        picture = render(camera, peak, shown, through=through)
+        picture = render(camera, peak, field, through=through)
         axes.imshow(shading.shrunk(picture, _SAMPLES))
         axes.set_axis_off()
         axes.text(0.03, 1.03, title, transform=axes.transAxes, fontsize=15, color=INK, va="bottom")
         if through:
             _label_outlines(axes, camera, peak)
     if touches:
-        _colour_bar(figure, shown)
+        _colour_bar(figure, field)
     figure.savefig(path, format="png")
 
 
@@ -246,14 +250,14 @@ def halves(picture: bytes) -> list[bytes]:
     return parts
 
 
-def _colour_bar(figure: Any, shown: Shown) -> None:
+def _colour_bar(figure: Any, field: ColouredField) -> None:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
     bar = figure.add_axes((0.948, 0.2, 0.011, 0.52))
-    mappable = ScalarMappable(Normalize(0.0, shown.top), colour_map())
-    figure.colorbar(mappable, cax=bar, extend="max" if shown.cut else "neither")
-    bar.set_title(f"{shown.label}\n{shown.unit}", fontsize=11, color=INK, loc="left", pad=10)
+    mappable = ScalarMappable(Normalize(0.0, field.top), colour_map())
+    figure.colorbar(mappable, cax=bar, extend="max" if field.cut else "neither")
+    bar.set_title(f"{field.label}\n{field.unit}", fontsize=11, color=INK, loc="left", pad=10)
     bar.tick_params(labelsize=11, colors=tuple(INK), length=3)
     bar.yaxis.set_major_locator(_few_ticks())
     for spine in bar.spines.values():

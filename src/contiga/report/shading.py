@@ -49,9 +49,11 @@ class Layer(NamedTuple):
         """(k,) `values` (n,) of the points, interpolated at the pixels of `seen`."""
         if self.triangles is None:
             return np.asarray(values[self.buffer.owner[self.seen]])
-        found = np.empty(np.count_nonzero(self.seen))
-        values_at_pixels(self.buffer, self.triangles, as_contiguous(values, np.float64), found)
-        return found
+        values_there = np.empty(np.count_nonzero(self.seen))
+        values_at_pixels(
+            self.buffer, self.triangles, as_contiguous(values, np.float64), values_there
+        )
+        return values_there
 
 
 def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
@@ -186,9 +188,9 @@ def paint(
     nearest : (h, w) depths
     """
     hollow = hollows(layer.buffer.depth, max(2, len(picture) // 120), 0.02 * size)
-    eye, own = np.concatenate([layer.axes, _LAMPS]), np.atleast_2d(colours)
+    eye, rgb = np.concatenate([layer.axes, _LAMPS]), np.atleast_2d(colours)
     shading_nb.paint(
-        layer.buffer, layer.corners, eye, hollow, nearest, own, float(opacity), picture
+        layer.buffer, layer.corners, eye, hollow, nearest, rgb, float(opacity), picture
     )
 
 

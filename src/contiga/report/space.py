@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.report.coloured import ColouredField, fields_of, region_colours
 from contiga.report.frames import Frames, closed, packed, parted
 from contiga.report.lines import CONFIG, FONT, with_unit
 from contiga.report.peak import Outline, Peak
 from contiga.report.run_folder import Units
 from contiga.report.scene import outside_direction, upwards
-from contiga.report.shown import Shown, fields_of, region_colours
 from contiga.report.style import BODY, GRID, INK, MUTED, REGIONS, SCALE, SLAVE, SPRING
 
 VIEW_CONFIG = {
@@ -34,7 +34,7 @@ class View(NamedTuple):
     figure: Any
     """Traces are the body, the slave, its points in contact, and a line a region."""
     data: dict[str, Any]
-    """What the page's script is handed: steps, and the looks of the fields."""
+    """what the script of the page gets: steps, and the looks of the fields."""
     steps: int
     """Steps that can be shown."""
     recorded: int
@@ -54,11 +54,11 @@ def view_of(peak: Peak, frames: Frames, units: Units, ties: Sequence[str] = ()) 
     figure = go.Figure()
     figure.add_trace(mesh_trace(peak.body_points, peak.body_triangles, "body", BODY, GLASS))
     fields = {
-        name: shown._replace(top=frames.tops[name])
-        for name, shown in fields_of(peak, units).items()
+        name: field._replace(top=frames.tops[name])
+        for name, field in fields_of(peak, units).items()
     }
     first = "pressure" if "pressure" in fields else "penetration"
-    looks = {name: _look(peak, shown) for name, shown in fields.items()}
+    looks = {name: _look(peak, field) for name, field in fields.items()}
     if frames.n_clusters > 1:
         looks["cluster"] = _cluster_look(peak, frames.n_clusters)
     slave, contact = looks[first]
@@ -79,8 +79,8 @@ def view_of(peak: Peak, frames: Frames, units: Units, ties: Sequence[str] = ()) 
     if peak.focus is not None and frames.near != frames.spans:
         data["spans"] = {"all": frames.spans, "near": frames.near}
     note = with_unit(fields[first].label, fields[first].unit)
-    told = (bool(peak.outlines), bool(peak.in_contact.any()))
-    return View(figure, data, len(frames.frames), frames.recorded, note, *told)
+    parts = (bool(peak.outlines), bool(peak.in_contact.any()))
+    return View(figure, data, len(frames.frames), frames.recorded, note, *parts)
 
 
 def _in_space(figure: Any, peak: Peak, frames: Frames, units: Units) -> None:
@@ -118,24 +118,24 @@ def _slave_trace(peak: Peak, look: dict[str, Any]) -> Any:
     return trace
 
 
-def _look(peak: Peak, shown: Shown) -> Look:
+def _look(peak: Peak, field: ColouredField) -> Look:
     """Of the slave's mesh and of the markers in contact, coloured by one field."""
     # two stops so close that they lie in neighbouring entries of the 256 a browser keeps
     scale = [[0.0, SLAVE], [0.004, SLAVE], [0.008, SCALE[0]]]
     plain = [[k / (len(SCALE) - 1), c] for k, c in enumerate(SCALE)]
     mesh = {
-        "intensity": shown.values.astype(np.float32),
+        "intensity": field.values.astype(np.float32),
         "intensitymode": "vertex",
         "colorscale": scale + plain[1:],
         "cmin": 0.0,
-        "cmax": shown.top,
+        "cmax": field.top,
     }
     marker = {
-        "color": shown.values[peak.in_contact].astype(np.float32),
+        "color": field.values[peak.in_contact].astype(np.float32),
         "colorscale": plain,
         "cmin": 0.0,
-        "cmax": shown.top,
-        "colorbar": _bar(with_unit(shown.label, shown.unit)),
+        "cmax": field.top,
+        "colorbar": _bar(with_unit(field.label, field.unit)),
     }
     return mesh, marker
 

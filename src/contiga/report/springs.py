@@ -47,8 +47,8 @@ def spring_table(run: Run) -> str:
 
 
 def _row(run: Run, name: str, columns: Columns) -> str:
-    told = (run.summary.get("springs") or {}).get(name) or {}
-    between, cls = " – ".join(told.get("between") or ()), told.get("filter")
+    facts = (run.summary.get("springs") or {}).get(name) or {}
+    between, cls = " – ".join(facts.get("between") or ()), facts.get("filter")
     force, units = _force(columns), run.units
     at = int(np.argmax(np.abs(force)))
     lost = sum(float(columns[key][-1]) for key in _LOST if key in columns)

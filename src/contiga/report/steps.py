@@ -21,34 +21,33 @@ PIXEL = 5e-4
 
 def steps_section(run: Run, peak_time: float | None) -> str:
     """The strip and the table of reasons; empty of steps that were given."""
-    told = run.summary.get("step_reasons") or {}
-    if not told or not run.steps:
+    reasons = run.summary.get("step_reasons") or {}
+    if not reasons or not run.steps:
         return ""
-    figure = steps_figure(run, told, peak_time)
+    figure = steps_figure(run, reasons, peak_time)
     drawn = figure.to_html(
         full_html=False, include_plotlyjs=False, div_id="steps", config=PLOT_CONFIG
     )
-    count, unit = sum(one["steps"] for one in told["reasons"]), escape(run.units.time)
+    count, unit = sum(one["steps"] for one in reasons["reasons"]), escape(run.units.time)
     said = (
         f"Which reason had the last word on each of {count} steps, and when. The shortest is "
-        f"{number(told['least'])} {unit} at t = {number(told['when'])}; "
-        f"{number(told['tries'] / count, 2)} were worked out for one."
+        f"{number(reasons['least'])} {unit} at t = {number(reasons['when'])}; "
+        f"{number(reasons['tries'] / count, 2)} were worked out for one."
     )
-    if told["let_pass"]:
-        said += (
-            f" {told['let_pass']} have an energy balance error that shorter ones would not reduce."
-        )
+    if reasons["let_pass"]:
+        said += f" {reasons['let_pass']} have an energy balance error that shorter ones would not"
+        said += " reduce."
     return (
         f'<h2>Steps</h2><div class="frame">{drawn}</div><p class="caption">{said}</p>'
-        f'<div class="wide">{_table(told, run)}</div>'
+        f'<div class="wide">{_table(reasons, run)}</div>'
     )
 
 
-def steps_figure(run: Run, told: dict[str, Any], peak_time: float | None) -> Any:
+def steps_figure(run: Run, step_reasons: dict[str, Any], peak_time: float | None) -> Any:
     """A lane for each reason, the most frequent at the top."""
     import plotly.graph_objects as go
 
-    figure, lanes = go.Figure(), told["reasons"]
+    figure, lanes = go.Figure(), step_reasons["reasons"]
     reasons, of = run.steps["reason"][1:], run.steps["of"][1:]
     for k, one in enumerate(lanes):
         reason, who = one["number"]
@@ -74,21 +73,21 @@ def steps_figure(run: Run, told: dict[str, Any], peak_time: float | None) -> Any
     return figure
 
 
-def _stretches(times: FloatArray, own: NDArray[np.bool_]) -> FloatArray:
+def _stretches(times: FloatArray, mask: NDArray[np.bool_]) -> FloatArray:
     """(3 k,) begin, end, NaN of each stretch of steps that are marked in `own` (n − 1,)."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], own.astype(np.int8), [0]])))
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
     begins, ends = times[edges[::2]], times[edges[1::2]]
     apart = begins[1:] - ends[:-1] > PIXEL * (times[-1] - times[0])
     begins, ends = begins[np.append(True, apart)], ends[np.append(apart, True)]
     return np.column_stack([begins, ends, np.full(len(begins), np.nan)]).ravel()
 
 
-def _table(told: dict[str, Any], run: Run) -> str:
+def _table(reasons: dict[str, Any], run: Run) -> str:
     """Reasons with their steps and the time that these went through."""
     rows = "".join(
         f"<tr><td>{escape(one['told'])}</td>"
         f'<td class="number">{one["steps"]}</td><td class="number">{number(one["time"])}</td></tr>'
-        for one in told["reasons"]
+        for one in reasons["reasons"]
     )
     unit = f" [{escape(run.units.time)}]" if run.units.time else ""
     return (

@@ -1,4 +1,4 @@
-"""The look of the house, for pictures and pages of one's own: colours, numbers, a page.
+"""Colours, number formats and the page layout of reports, for pictures and pages of one's own.
 
 >>> from contiga import style
 >>> style.number(12.5), style.INK
@@ -13,10 +13,11 @@ from html import escape
 from importlib.resources import files
 from typing import Any
 
-INK, MUTED, GRID = "#21262d", "#6a737d", "#e8eaed"
-"""Of text and axes, of what stands back, of the lines behind a plot."""
-LINES = ("#1f5f8b", "#c4473a", "#3f7f4f", "#8a5a9e", "#b07d1e", "#4b5563")
-"""Of curves, in turn."""
+from contiga.io.out.palette import GRID as GRID
+from contiga.io.out.palette import INK as INK
+from contiga.io.out.palette import LINES as LINES
+from contiga.io.out.palette import MUTED as MUTED
+
 BODY, SLAVE, SPRING = "#8f9eb0", "#dedad0", "#b07d1e"
 SCALE = ("#ffe9a8", "#fdbf5a", "#f4813f", "#d9433f", "#a01c5b", "#4a0f57")
 """From little to much; lightness falls all the way, so it reads without colour."""
@@ -68,11 +69,11 @@ def page(title: str, body: str, *, css: str = "", script: str = "") -> str:
     )
 
 
-def span_of(found: Mapping[str, float]) -> str:
+def span_of(criterion: Mapping[str, float]) -> str:
     """When a criterion holds: from `start` to `end`, or the one time.
 
     >>> span_of({"start": 1.0, "end": 2.5}), span_of({"start": 2.0, "end": 2.0})
     ('1 to 2.5', '2')
     """
-    start, end = number(found["start"]), number(found["end"])
+    start, end = number(criterion["start"]), number(criterion["end"])
     return end if start == end else f"{start} to {end}"

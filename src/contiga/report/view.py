@@ -29,7 +29,7 @@ _TOLERANCE = 4e-4
 
 
 class View:
-    """A picture in space on the axes of a figure.
+    """A shaded 3D picture on matplotlib axes.
 
     Surfaces are shaded in the order in which they are given; lines and dots come over them, faint
     where a surface hides them.
@@ -75,7 +75,7 @@ class View:
         back: str | None = None,
         colours: ArrayLike | None = None,
     ) -> View:
-        """Shade a surface, with its borders inked; what is behind it is hidden if `hides`.
+        """Shade a surface and draw its borders; it hides what is behind it if `hides`.
 
         `back` is the colour of the contact side, where the eye sees that one. `colours` (n, 3) of
         the vertices of a triangle mesh, red, green and blue from 0 to 1, are blended over it.
@@ -84,16 +84,16 @@ class View:
 
         mesh = shape.tessellate(_TOLERANCE * self._span)
         layer = shading.mesh_layer(self._camera, mesh.vertices, mesh.triangles)
-        own = np.array(to_rgb(colour))
+        rgb = np.array(to_rgb(colour))
         if colours is not None:
             channels = np.asarray(colours, dtype=np.float64).T
-            own = np.stack([layer.at_pixels(channel) for channel in channels], axis=1)
+            rgb = np.stack([layer.at_pixels(channel) for channel in channels], axis=1)
         if back is not None:
             turned = self._turned_away(mesh)[layer.buffer.owner[layer.seen]]
-            own = np.where(turned[:, None], to_rgb(back), own)
+            rgb = np.where(turned[:, None], to_rgb(back), rgb)
         # of what is as near, the first that was given stays
         before = np.nextafter(self._depth, -np.inf)
-        shading.paint(self._picture, layer, own, self._span, before, opacity)
+        shading.paint(self._picture, layer, rgb, self._span, before, opacity)
         nearest = np.minimum(self._depth, layer.buffer.depth)
         edges = shading.free_edges(mesh.triangles)
         ink = shading.line_ink(self._camera, mesh.vertices, edges, nearest, 2e-3 * self._span)
@@ -156,7 +156,7 @@ class View:
         return self
 
     def arrow(self, start: ArrayLike, end: ArrayLike, **style: Any) -> View:
-        """An arrow that nothing hides."""
+        """Draw an arrow in front of all else."""
         a, b = self._placed(np.array([start, end], dtype=np.float64))[0]
         look_ = {"color": INK, "lw": 1.4, "shrinkA": 0.0, "shrinkB": 0.0, **style}
         self._axes.annotate("", b, a, arrowprops={"arrowstyle": "-|>", **look_})
@@ -170,7 +170,7 @@ class View:
         return self
 
     def show(self, *, triad: bool = True) -> None:
-        """Put the shaded surfaces under what has been drawn, and the directions of the axes."""
+        """Draw the shaded surfaces under the lines, and the directions of the axes."""
         columns, rows = self._axes.get_xlim()[1], self._axes.get_ylim()[0]
         shaded = shading.shrunk(self._picture, _SAMPLES)
         self._axes.imshow(shaded, extent=(0.0, columns, rows, 0.0), zorder=0, aspect="equal")
@@ -191,7 +191,7 @@ class View:
         return self._placed(np.asarray(points, dtype=np.float64).reshape(-1, 3))[0]
 
     def sees(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """(n,) which of (n, 3) points nothing that has been shaded hides."""
+        """(n,) which of (n, 3) points are visible, not hidden by a shaded surface."""
         return self._placed(np.asarray(points, dtype=np.float64).reshape(-1, 3))[1]
 
     def _placed(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:

@@ -8,7 +8,7 @@ from time import perf_counter
 
 
 class Clock:
-    """Adds up wall-clock seconds by the name of a stage, and what numba spends compiling.
+    """Wall-clock seconds by stage, and those that numba spends compiling.
 
     >>> clock = Clock()
     >>> with clock("reading"):

@@ -157,10 +157,10 @@ def _check_ends(
         where = f"spring {name!r}: between"
         if GROUND in spring.between and GROUND in index:
             raise InputError(
-                "is what springs call the world, and a body is called so, too",
+                "means the world, and is also the name of a body",
                 where=where,
                 found=GROUND,
-                remedy="Call the body otherwise",
+                remedy="Rename the body",
             )
         for end in spring.between:
             if end != GROUND:

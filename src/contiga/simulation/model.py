@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.contact.contact import Contact
+from contiga.display import Displayed, Facts
 from contiga.dynamics.free import Dependent
 from contiga.dynamics.kinks import united
 from contiga.dynamics.loads import Load
@@ -21,7 +22,6 @@ from contiga.dynamics.stepping import Stepping
 from contiga.errors import InputError
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray
-from contiga.shown import Facts, Shown
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.mechanism import Mechanism, mechanism_of
 from contiga.simulation.sensor import CUT, RELATIVE_MEASURES, RelativeSensor, Sensor
@@ -52,7 +52,7 @@ class ContactPart(NamedTuple):
 
 
 class OutputOptions(NamedTuple):
-    """What a run writes: ``Simulation(output=…)``.
+    """Which files a run writes, and how often: ``Simulation(output=…)``.
 
     Examples
     --------
@@ -72,7 +72,7 @@ class OutputOptions(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Model(Shown):
+class Model(Displayed):
     """What a run needs, checked. `contiga.Simulation` makes it and runs it.
 
     Raises
@@ -128,7 +128,7 @@ class Model(Shown):
 
     @cached_property
     def mechanism(self) -> Mechanism:
-        """What forces move."""
+        """The parts that forces move, and their masses."""
         return mechanism_of(self.bodies, self.slaves, self.springs, self.loads)
 
     @cached_property

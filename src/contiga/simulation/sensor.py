@@ -38,7 +38,7 @@ _CODE = re.compile(r"[A-Z0-9?]{12}")
 
 @dataclass(frozen=True, init=False, eq=False)
 class Sensor:
-    """Follows a point of a body, and what acts on the body.
+    """A sensor of the motion of a point of a body, and of the force on the body.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ class Sensor:
 
 @dataclass(frozen=True, init=False, eq=False)
 class RelativeSensor:
-    """Follows a point of one body as a point of another sees it.
+    """A sensor of a point of one body relative to a point of another.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ from contiga.simulation.system_state import SystemState
 
 
 class Simulation(Model):
-    """Bodies, slaves and contacts that go through time.
+    """Bodies, slaves, contacts and loads, and the times to simulate.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ class Simulation(Model):
         return fingerprint_of(self)
 
     def check(self) -> tuple[Finding, ...]:
-        """What about the simulation its author most likely did not mean; empty where all is well.
+        """Doubts about the model, as `contiga check` lists them; empty if there are none.
 
         Sizes, units, sides, placement, masses and laws are looked at, and the motion is gone
         through by the search alone, in few steps, as far as it is foretold: wholly where it is

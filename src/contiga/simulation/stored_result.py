@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -9,21 +10,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from contiga.display import Displayed, Facts
 from contiga.io.out.iso_mme import write_mme
 from contiga.io.out.stored import FIELDS, UNFINISHED, read_stored
 from contiga.io.out.vtkhdf import FieldSeries, read_fields
 from contiga.records import FloatArray
-from contiga.shown import Facts, Shown
+from contiga.simulation.figure import plot_history
 from contiga.simulation.iso_mme import channels_of
 from contiga.simulation.result import table_of
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from pandas import DataFrame
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StoredResult(Shown):
-    """What a run has left in its folder so far. It does not change: `open_result` looks anew."""
+class StoredResult(Displayed):
+    """The results in the output folder of a run. They do not change: `open_result` reads anew."""
 
     out: Path
     finished: bool
@@ -103,7 +106,7 @@ class StoredResult(Shown):
         ]
 
     def to_pandas(self) -> DataFrame:
-        """The history as a table of pandas, by time; `attrs["units"]` has the units of its columns.
+        """The history as a pandas DataFrame by time; `attrs["units"]` has the units of its columns.
 
         Raises
         ------
@@ -114,9 +117,32 @@ class StoredResult(Shown):
         table.attrs["units"] = self.summary.get("columns") or {}
         return table
 
+    def plot(
+        self, *, columns: Sequence[str] | None = None, path: str | Path | None = None
+    ) -> Figure:
+        """A figure over time: contact forces, penetration, energies, speeds and accelerations.
+
+        Drawn with matplotlib, without a window; a notebook shows what is returned.
+
+        Parameters
+        ----------
+        columns : names of the history to draw in place of these, a panel for each unit
+        path : also write the picture there, in the format of its suffix (.png, .svg, .pdf)
+
+        Raises
+        ------
+        InputError
+            A column that the history does not have, or a suffix of no format.
+        MissingPackageError
+            matplotlib is not installed.
+        OutputError
+            The picture cannot be written.
+        """
+        return plot_history("StoredResult.plot", self.history, self.summary, columns, path)
+
 
 def open_result(folder: str | Path) -> StoredResult:
-    """What a run has left in its output folder: history, summary, and fields by time.
+    """Open the output folder of a run: history, summary, and fields by time.
 
     It may be asked for while the run goes on and after it was stopped (Ctrl-C): then all is as of
     the last checkpoint, which a run leaves every few seconds and when it stops.

@@ -12,7 +12,7 @@ from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.run_checks import notes_on
 from contiga.simulation.clock import Clock
 from contiga.simulation.column_units import column_units
-from contiga.simulation.energy_told import energy_summary, energy_warnings
+from contiga.simulation.energy_balance import energy_summary, energy_warnings
 from contiga.simulation.history import COUNTED
 from contiga.simulation.model import Model
 from contiga.simulation.sensor_criteria import sensor_summary, sensors_told

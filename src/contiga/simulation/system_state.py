@@ -9,13 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.contact.state import State
+from contiga.display import Displayed, Facts
 from contiga.dynamics.nodes import SlaveState
 from contiga.dynamics.springs import SpringState
 from contiga.num.rigid_lanes import STATE
 from contiga.num.twist import Twist
 from contiga.old_names import OldName
 from contiga.records import FloatArray
-from contiga.shown import Facts, Shown
 
 
 class BodyState(NamedTuple):
@@ -98,8 +98,8 @@ class Energy(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SystemState(Shown):
-    """A simulation at one time: all that its next step needs."""
+class SystemState(Displayed):
+    """The state of a simulation at one time: all that its next step needs."""
 
     time: float
     bodies: BodyStates

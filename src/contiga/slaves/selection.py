@@ -106,7 +106,7 @@ def _in_box(points: FloatArray, box: ArrayLike, active: FloatArray, where: str) 
     corners = _numbers(box)
     if corners is None or corners.shape != (2, 3) or not (corners[0] <= corners[1]).all():
         raise MeshError(
-            "a box is its lowest and its highest corner",
+            "a box needs its lowest and its highest corner",
             where=f"{where}, box",
             found=box,
             allowed="[[x, y, z], [x, y, z]], the first at most the second",

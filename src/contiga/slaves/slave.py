@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from contiga.display import Displayed, Facts
 from contiga.errors import MeshError
 from contiga.num.arrays import as_points, read_only
 from contiga.records import FloatArray, IntArray
-from contiga.shown import Facts, Shown
 from contiga.slaves.cells import split_shells
 from contiga.slaves.elements import as_elements, mirrored
 from contiga.slaves.selection import Criteria, select
@@ -40,7 +40,7 @@ class MeshPart(NamedTuple):
         return self.name if self.id is None else f"{self.id} ({self.name})"
 
 
-class Slave(Shown):
+class Slave(Displayed):
     """Points that can touch a master: a cloud, or the nodes of a finite-element mesh. Immutable.
 
     Parameters
@@ -116,23 +116,23 @@ class Slave(Shown):
         parts: Sequence[MeshPart] = (),
         elements: Mapping[str, ArrayLike] | None = None,
     ) -> None:
-        own = read_only(as_points(points, f"{name}: points"))
-        check_points(own, where=name)
-        triangles = None if facets is None else _as_facets(own, facets, name)
+        coordinates = read_only(as_points(points, f"{name}: points"))
+        check_points(coordinates, where=name)
+        triangles = None if facets is None else _as_facets(coordinates, facets, name)
         if area is None and triangles is not None:
-            area = tributary_area(own, triangles)
+            area = tributary_area(coordinates, triangles)
         values: dict[str, Any] = {
-            "points": own,
+            "points": coordinates,
             "facets": triangles,
-            "area": _as_nodal(area, "area", len(own), name),
-            "thickness": _as_nodal(thickness, "thickness", len(own), name),
-            "mass": _as_nodal(mass, "mass", len(own), name),
-            "active": _as_active(active, triangles, len(own), name),
+            "area": _as_nodal(area, "area", len(coordinates), name),
+            "thickness": _as_nodal(thickness, "thickness", len(coordinates), name),
+            "mass": _as_nodal(mass, "mass", len(coordinates), name),
+            "active": _as_active(active, triangles, len(coordinates), name),
             "name": name,
             "unit": unit,
             "cells": MappingProxyType(dict(cells or {})),
             "parts": tuple(parts),
-            "elements": as_elements(elements, len(own), name),
+            "elements": as_elements(elements, len(coordinates), name),
         }
         for key, value in values.items():
             object.__setattr__(self, key, value)
@@ -202,9 +202,9 @@ class Slave(Shown):
         """Whether the areas are the points' shares of the facets, and not given otherwise."""
         if self.area is None or self.facets is None:
             return False
-        own = tributary_area(self.points, self.facets)
+        areas = tributary_area(self.points, self.facets)
         # To be moved or scaled changes their last bits.
-        return bool((np.abs(self.area - own) <= _SAME_AREA * own.max(initial=0.0)).all())
+        return bool((np.abs(self.area - areas) <= _SAME_AREA * areas.max(initial=0.0)).all())
 
     def transformed(self, transform: ArrayLike) -> Slave:
         """A copy moved by a (4, 4) similarity: rotation, translation, uniform scale, mirror.
@@ -266,8 +266,8 @@ _FIELDS = tuple(key for key in Slave.__slots__ if key != "__weakref__")
 
 def box_of(points: FloatArray, active: NDArray[np.bool_] | None = None) -> FloatArray:
     """(2, 3) lowest and highest coordinates of points (n, 3), of the active ones if there are."""
-    own = points[active] if active is not None and active.any() else points
-    return np.stack([own.min(axis=0), own.max(axis=0)])
+    chosen = points[active] if active is not None and active.any() else points
+    return np.stack([chosen.min(axis=0), chosen.max(axis=0)])
 
 
 def check_points(points: FloatArray, *, where: str, ids: NDArray[Any] | None = None) -> None:
@@ -311,9 +311,9 @@ def _as_facets(points: FloatArray, facets: ArrayLike, name: str) -> IntArray:
         )
     if array.shape[1] == 4:
         array, _ = split_shells(points, "quad", array.astype(np.int32))
-    own = np.array(array, dtype=np.int32, order="C")
-    own.flags.writeable = False
-    return own
+    corners = np.array(array, dtype=np.int32, order="C")
+    corners.flags.writeable = False
+    return corners
 
 
 def _as_nodal(values: ArrayLike | None, what: str, count: int, name: str) -> FloatArray | None:

@@ -199,14 +199,14 @@ def _rows_of_table(study: StudySpec) -> list[dict[str, Any]]:
 
 def _place(sheet: Sheet, column: str) -> int:
     heads = [(name, sheet.head(k)[0]) for k, name in enumerate(sheet.names)]
-    found = [k for k, names in enumerate(heads) if column in names]
-    if len(found) != 1:
+    matching = [k for k, names in enumerate(heads) if column in names]
+    if len(matching) != 1:
         raise FileError(
-            f"the table has no column {column!r}" if not found else f"{column!r} is there twice",
+            f"the table has no column {column!r}" if not matching else f"{column!r} is there twice",
             where=f"{sheet.path}:{sheet.line}",
             found=", ".join(sheet.names),
         )
-    return found[0]
+    return matching[0]
 
 
 def _cells(sheet: Sheet, places: Mapping[str, int]) -> Iterator[dict[str, Any]]:

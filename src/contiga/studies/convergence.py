@@ -100,9 +100,9 @@ def order_of(values: list[float], sizes: list[float]) -> float:
 
 def said(line: Line) -> str:
     """A line in words."""
-    told = f"{line.label}: {number(line.values[-1])} at the finest"
+    text = f"{line.label}: {number(line.values[-1])} at the finest"
     if line.values[-1] != 0.0 and line.errors:
-        told += (
+        text += (
             f", {number(100.0 * line.errors[-1] / abs(line.values[-1]), 2)} % from the one before"
         )
-    return told if math.isnan(line.order) else f"{told}, order {number(line.order, 2)}"
+    return text if math.isnan(line.order) else f"{text}, order {number(line.order, 2)}"

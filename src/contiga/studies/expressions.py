@@ -105,9 +105,9 @@ class Expression:
             return self._value(self._tree, names)
         except (ArithmeticError, ValueError, TypeError) as error:
             given = ", ".join(f"{name} = {names[name]!r}" for name in self.names)
-            found = f"{self.text} with {given}" if given else self.text
+            text = f"{self.text} with {given}" if given else self.text
             raise CaseError(
-                f"cannot be worked out ({error})", where=self.where, found=found
+                f"cannot be worked out ({error})", where=self.where, found=text
             ) from error
 
     def _error(self, what: str) -> CaseError:
@@ -142,8 +142,8 @@ class Expression:
             parts = [node.operand]
         return [name for part in parts for name in self._check(part)]
 
-    def _check_operators(self, found: list[Any], known: Mapping[type[ast.AST], Any]) -> None:
-        if any(type(one) not in known for one in found):
+    def _check_operators(self, operators: list[Any], known: Mapping[type[ast.AST], Any]) -> None:
+        if any(type(one) not in known for one in operators):
             raise self._error("is not an expression")
 
     def _value(self, node: ast.AST, names: Mapping[str, Any]) -> Any:
@@ -155,8 +155,8 @@ class Expression:
             assert isinstance(node.func, ast.Name)
             return _FUNCTIONS[node.func.id](*(self._value(part, names) for part in node.args))
         if isinstance(node, ast.BoolOp):
-            told = (bool(self._value(part, names)) for part in node.values)
-            return all(told) if isinstance(node.op, ast.And) else any(told)
+            truths = (bool(self._value(part, names)) for part in node.values)
+            return all(truths) if isinstance(node.op, ast.And) else any(truths)
         if isinstance(node, ast.UnaryOp):
             return _UNARY[type(node.op)](self._value(node.operand, names))
         if isinstance(node, ast.BinOp):

@@ -75,8 +75,8 @@ class ColourMap(NamedTuple):
         """(3,) where the eye looks: onto the side that is hit, a little from the front of it."""
         p = self.vertices[self.triangles]
         facets = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-        told = np.isfinite(self.values)[self.triangles].all(axis=1)
-        normal = facets[told].sum(axis=0) if told.any() else np.array([0.0, 0.0, 1.0])
+        known = np.isfinite(self.values)[self.triangles].all(axis=1)
+        normal = facets[known].sum(axis=0) if known.any() else np.array([0.0, 0.0, 1.0])
         normal = normal / max(float(np.linalg.norm(normal)), 1e-300)
         flat = -normal * [1.0, 1.0, 0.0]
         size = float(np.linalg.norm(flat))
@@ -136,13 +136,13 @@ def nearest(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatAr
     """
     from scipy.spatial import cKDTree
 
-    told = np.isfinite(hit)
-    if told.sum() < 2:
+    known = np.isfinite(hit)
+    if known.sum() < 2:
         return np.full(len(points), np.nan)
-    tree = cKDTree(targets[told])
-    reach = _REACH * float(tree.query(targets[told], k=2)[0][:, 1].max())
+    tree = cKDTree(targets[known])
+    reach = _REACH * float(tree.query(targets[known], k=2)[0][:, 1].max())
     away, which = tree.query(points)
-    return np.where(away <= reach, hit[told][which], np.nan)
+    return np.where(away <= reach, hit[known][which], np.nan)
 
 
 def between(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatArray:
@@ -156,13 +156,13 @@ def between(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatAr
     """
     from scipy.interpolate import LinearNDInterpolator
 
-    told = np.isfinite(hit)
-    centre = targets[told].mean(axis=0)
-    _, sizes, axes = np.linalg.svd(targets[told] - centre, full_matrices=True)
-    if told.sum() < 3 or sizes[1] <= 1e-9 * sizes[0]:
+    known = np.isfinite(hit)
+    centre = targets[known].mean(axis=0)
+    _, sizes, axes = np.linalg.svd(targets[known] - centre, full_matrices=True)
+    if known.sum() < 3 or sizes[1] <= 1e-9 * sizes[0]:
         return np.full(len(points), np.nan)
     plane = axes[:2].T
-    linear = LinearNDInterpolator((targets[told] - centre) @ plane, hit[told])
+    linear = LinearNDInterpolator((targets[known] - centre) @ plane, hit[known])
     return np.asarray(linear((points - centre) @ plane), dtype=np.float64)
 
 
@@ -205,7 +205,7 @@ def _split(triangles: IntArray, middle: IntArray) -> IntArray:
     return np.concatenate([np.stack(one, axis=1) for one in made])
 
 
-def draw_map(found: ColourMap, title: str, path: Path) -> None:
+def draw_map(colour_map: ColourMap, title: str, path: Path) -> None:
     """Write the map as PNG."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -213,24 +213,26 @@ def draw_map(found: ColourMap, title: str, path: Path) -> None:
     figure = Figure(figsize=_SIZE, dpi=_DPI, facecolor="white")
     FigureCanvasAgg(figure)
     figure.text(0.02, 0.955, title[:90], fontsize=14, color=INK, va="center")
-    figure.text(0.02, 0.02, f"Dots are targets; {found.between}", fontsize=10, color=INK)
+    figure.text(0.02, 0.02, f"Dots are targets; {colour_map.between}", fontsize=10, color=INK)
     place = (0.01, 0.02, 0.88, 0.9)
     shape = round(place[2] * _SIZE[0] * _DPI), round(place[3] * _SIZE[1] * _DPI)
-    view = View(figure.add_axes(place), found.vertices, towards=found.towards, shape=shape)
-    view.surface(TriMesh(found.vertices, found.triangles), colours=found.colours)
-    inner = found.shades.colours(found.hit)
-    for at, value, colour in zip(found.targets, found.hit, inner, strict=True):
+    view = View(
+        figure.add_axes(place), colour_map.vertices, towards=colour_map.towards, shape=shape
+    )
+    view.surface(TriMesh(colour_map.vertices, colour_map.triangles), colours=colour_map.colours)
+    inner = colour_map.shades.colours(colour_map.hit)
+    for at, value, colour in zip(colour_map.targets, colour_map.hit, inner, strict=True):
         inside = "white" if np.isnan(value) else tuple(colour)
         view.dots([at], color=inside, ms=6.5, mew=0.8, mec="white" if value == value else INK)
     view.show()
     bar = figure.add_axes((0.915, 0.2, 0.014, 0.5))
-    if found.shades.bands:
-        places, texts = found.shades.marks
-        figure.colorbar(found.shades.mappable(), cax=bar, ticks=places)
+    if colour_map.shades.bands:
+        places, texts = colour_map.shades.marks
+        figure.colorbar(colour_map.shades.mappable(), cax=bar, ticks=places)
         bar.set_yticklabels(texts)
     else:
-        figure.colorbar(found.shades.mappable(), cax=bar, extend=_beyond(found))
-    bar.set_title(found.label, fontsize=11, color=INK, loc="center", pad=12)
+        figure.colorbar(colour_map.shades.mappable(), cax=bar, extend=_beyond(colour_map))
+    bar.set_title(colour_map.label, fontsize=11, color=INK, loc="center", pad=12)
     bar.tick_params(labelsize=10, length=3)
     for spine in bar.spines.values():
         spine.set_visible(False)
@@ -238,15 +240,15 @@ def draw_map(found: ColourMap, title: str, path: Path) -> None:
         figure.savefig(temporary, format="png")
 
 
-def _beyond(found: ColourMap) -> str:
+def _beyond(colour_map: ColourMap) -> str:
     low, high = (
-        np.nanmin(found.hit) < found.shades.limits[0],
-        np.nanmax(found.hit) > found.shades.limits[1],
+        np.nanmin(colour_map.hit) < colour_map.shades.limits[0],
+        np.nanmax(colour_map.hit) > colour_map.shades.limits[1],
     )
     return {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[int(low), int(high)]
 
 
-def map_figure(found: ColourMap, rows: dict[int, int]) -> dict[str, Any]:
+def map_figure(colour_map: ColourMap, rows: dict[int, int]) -> dict[str, Any]:
     """The map as a 3D view, as plotly's script takes it; `rows` are those of the cases.
 
     Beside `data` and `layout` it has `back`: how much farther away a narrow page sees it from.
@@ -255,19 +257,23 @@ def map_figure(found: ColourMap, rows: dict[int, int]) -> dict[str, Any]:
 
     import plotly.graph_objects as go
 
-    mesh = mesh_trace(found.vertices, found.triangles, found.body, BODY, 1.0)
-    tints = np.round(255.0 * found.colours).astype(int)
+    mesh = mesh_trace(colour_map.vertices, colour_map.triangles, colour_map.body, BODY, 1.0)
+    tints = np.round(255.0 * colour_map.colours).astype(int)
     mesh.vertexcolor = [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in tints.tolist()]
     mesh.hoverinfo = "skip"
-    marker = found.shades.marker(found.hit, found.label)
-    points = dots(found.targets, "targets", 5.0, marker)
-    points.customdata = [rows[number] for number in found.cases]
-    points.text = [f"case {number}" for number in found.cases]
-    points.hovertemplate = f"%{{text}}<br>{found.label} %{{hovertext}}<extra></extra>"
-    points.hovertext = [f"{value:.5g}" for value in found.hit]
+    marker = colour_map.shades.marker(colour_map.hit, colour_map.label)
+    points = dots(colour_map.targets, "targets", 5.0, marker)
+    points.customdata = [rows[number] for number in colour_map.cases]
+    points.text = [f"case {number}" for number in colour_map.cases]
+    points.hovertemplate = f"%{{text}}<br>{colour_map.label} %{{hovertext}}<extra></extra>"
+    points.hovertext = [f"{value:.5g}" for value in colour_map.hit]
     figure = go.Figure([mesh, points])
     eye = dict(
-        zip("xyz", (-1.9 * found.towards / np.linalg.norm(found.towards)).tolist(), strict=True)
+        zip(
+            "xyz",
+            (-1.9 * colour_map.towards / np.linalg.norm(colour_map.towards)).tolist(),
+            strict=True,
+        )
     )
     figure.update_layout(
         height=620,
@@ -282,6 +288,8 @@ def map_figure(found: ColourMap, rows: dict[int, int]) -> dict[str, Any]:
     drawn: dict[str, Any] = json.loads(figure.to_json())
     drawn["layout"].pop("template", None)
     # Plotly draws boxes at a volume of one.
-    sides = np.maximum(np.ptp(found.vertices, axis=0), 1e-3 * np.ptp(found.vertices, axis=0).max())
+    sides = np.maximum(
+        np.ptp(colour_map.vertices, axis=0), 1e-3 * np.ptp(colour_map.vertices, axis=0).max()
+    )
     drawn["back"] = max(1.1, _BACK * float(sides.max() / np.cbrt(sides.prod())))
     return drawn

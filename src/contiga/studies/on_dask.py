@@ -211,15 +211,15 @@ class OnDask:
 
     def _workers(self) -> dict[str, list[str]]:
         """Addresses of workers that may be used, by host; those that are new are asked."""
-        told = self._client.scheduler_info(n_workers=-1)["workers"]
-        new = [address for address in told if address not in self._fit]
+        infos = self._client.scheduler_info(n_workers=-1)["workers"]
+        new = [address for address in infos if address not in self._fit]
         if new:
             self._ask(new)
-        found: dict[str, list[str]] = {}
-        for address, one in told.items():
+        workers: dict[str, list[str]] = {}
+        for address, one in infos.items():
             if self._fit.get(address, False):
-                found.setdefault(one["host"], []).append(address)
-        return found
+                workers.setdefault(one["host"], []).append(address)
+        return workers
 
     def _ask(self, workers: list[str]) -> None:
         """Ask workers whether they see the folder and have this version.

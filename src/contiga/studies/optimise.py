@@ -29,13 +29,13 @@ def optimised(study: StudySpec, engine: Engine, folder: StudyFolder) -> Iterator
     """The rows of the cases that Optuna asks for, as they come."""
     goal = study.goal
     assert goal is not None
-    found = _optuna_study(study, folder.path / OPTUNA)
+    sampler = _optuna_study(study, folder.path / OPTUNA)
     asked = 0
     while asked < goal.trials:
-        found.sampler = _sampler(goal.seed + asked)
+        sampler.sampler = _sampler(goal.seed + asked)
         batch: dict[int, tuple[Any, StudyCase]] = {}
         for number in range(asked + 1, min(asked + goal.batch, goal.trials) + 1):
-            trial = found.ask()
+            trial = sampler.ask()
             values = {v.label: _suggested(trial, v) for v in study.variable}
             batch[number] = trial, case_of(study, number, values)
         rows: dict[int, Row] = {}
@@ -43,7 +43,7 @@ def optimised(study: StudySpec, engine: Engine, folder: StudyFolder) -> Iterator
             rows[row.number] = row
             yield row
         for number, (trial, _) in batch.items():
-            _tell(found, trial, goal, rows[number])
+            _tell(sampler, trial, goal, rows[number])
         asked += len(batch)
 
 
@@ -116,14 +116,14 @@ def _suggested(trial: Any, variable: VariableSpec) -> Any:
     return values[trial.suggest_categorical(variable.label, list(range(len(values))))]
 
 
-def _tell(found: Any, trial: Any, goal: GoalSpec, row: Row) -> None:
+def _tell(sampler: Any, trial: Any, goal: GoalSpec, row: Row) -> None:
     from optuna.trial import TrialState
 
     value = row.collected[goal.quantity]
     if row.status != DONE or value != value:
-        found.tell(trial, state=TrialState.FAIL)
+        sampler.tell(trial, state=TrialState.FAIL)
         return
     for text, excess in zip(goal.subject_to, excesses(goal, row), strict=True):
         trial.set_constraint(text, excess)
     trial.set_user_attr("case", row.number)
-    found.tell(trial, value)
+    sampler.tell(trial, value)

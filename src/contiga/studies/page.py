@@ -145,7 +145,7 @@ def page_of(study: StudySpec, data: dict[str, Any], rows: Sequence[Row], picture
     room = files("contiga.studies")
     script = room.joinpath("page.js").read_text(encoding="utf-8")
     css = room.joinpath("page.css").read_text(encoding="utf-8")
-    told = json.dumps(data, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
+    as_json = json.dumps(data, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
     several = sum(column["role"] == "variable" for column in data["columns"]) > 1
     parts = [
         '<div class="maker"><b>contiga</b> · study</div>'
@@ -157,7 +157,8 @@ def page_of(study: StudySpec, data: dict[str, Any], rows: Sequence[Row], picture
         _response(several),
         _convergence_of(data),
         _table(),
-        f'<script type="application/json" id="study-data">{told}</script><script>{script}</script>',
+        f'<script type="application/json" id="study-data">{as_json}</script>'
+        f"<script>{script}</script>",
     ]
     return styled(study.title, "\n".join(parts), css=css, script=get_plotlyjs())
 

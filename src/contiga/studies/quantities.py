@@ -115,8 +115,8 @@ class Quantity(NamedTuple):
         column = history.get(self.name, history.get(self.name.rpartition(".")[2]))
         if column is None:
             return float("nan")
-        told = np.isfinite(column)
-        times, values = np.asarray(history["time"])[told], np.asarray(column)[told]
+        known = np.isfinite(column)
+        times, values = np.asarray(history["time"])[known], np.asarray(column)[known]
         if not len(values):
             return float("nan")
         if self.kind == "at":

@@ -29,8 +29,8 @@ class Row(NamedTuple):
 
     def write(self, folder: Path) -> None:
         """Write the row into the folder of its case, whole or not at all."""
-        told = {k: None if v != v else v for k, v in self.collected.items()}
-        write_json(folder / ROW, {**self._asdict(), "collected": told})
+        collected = {k: None if v != v else v for k, v in self.collected.items()}
+        write_json(folder / ROW, {**self._asdict(), "collected": collected})
 
     def of_case(self, values: dict[str, Any], quantities: list[str]) -> bool:
         """Whether it is the row of a case with these values, of which this is collected."""
@@ -40,8 +40,8 @@ class Row(NamedTuple):
 def read_row(folder: Path) -> Row | None:
     """The row in the folder of a case; None where there is none that can be read."""
     try:
-        found: dict[str, Any] = json.loads((folder / ROW).read_text(encoding="utf-8"))
-        collected = {k: float("nan") if v is None else v for k, v in found["collected"].items()}
-        return Row(**{**found, "collected": collected})
+        row: dict[str, Any] = json.loads((folder / ROW).read_text(encoding="utf-8"))
+        collected = {k: float("nan") if v is None else v for k, v in row["collected"].items()}
+        return Row(**{**row, "collected": collected})
     except (OSError, ValueError, KeyError, TypeError):
         return None

@@ -35,8 +35,8 @@ class Shades(NamedTuple):
         """(n,) of values: their band, which begins with its lower end, or themselves; NaN stays."""
         if not self.bands:
             return values
-        found = np.searchsorted(self.bands, values, side="right").astype(np.float64)
-        return np.where(np.isnan(values), np.nan, found)
+        bands = np.searchsorted(self.bands, values, side="right").astype(np.float64)
+        return np.where(np.isnan(values), np.nan, bands)
 
     def colours(self, values: FloatArray) -> FloatArray:
         """(n, 3) red, green and blue; of NaN that of zero."""

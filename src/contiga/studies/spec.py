@@ -186,15 +186,15 @@ class GoalSpec(Spec):
         """`subject_to`, read."""
         read = []
         for text in self.subject_to:
-            found = _LIMIT.fullmatch(text.strip())
-            if found is None:
+            match = _LIMIT.fullmatch(text.strip())
+            if match is None:
                 raise CaseError(
                     "is not a limit",
                     where="subject_to",
                     found=text,
                     allowed='such as "max(max_penetration) <= 45"',
                 )
-            quantity, sign, bound = found.groups()
+            quantity, sign, bound = match.groups()
             read.append(Limit(quantity=quantity, most=sign == "<=", bound=float(bound)))
         return read
 
@@ -239,12 +239,12 @@ class StudySpec(Spec):
     def quantities(self) -> dict[str, Quantity]:
         """What is kept of each case, by column; what the goal asks for too."""
         named = self.collect if isinstance(self.collect, dict) else {q: q for q in self.collect}
-        found = {name: quantity_of(text) for name, text in named.items()}
+        quantities = {name: quantity_of(text) for name, text in named.items()}
         if self.goal is not None:
             for text in (self.goal.quantity, *(limit.quantity for limit in self.goal.limits)):
-                if text not in found:
-                    found[text] = quantity_of(text)
-        return found
+                if text not in quantities:
+                    quantities[text] = quantity_of(text)
+        return quantities
 
     @model_validator(mode="after")
     def _columns_are_told_apart(self) -> Self:

@@ -15,11 +15,11 @@ from contiga.case.problems import relocated
 from contiga.case.schema import Case, load_case
 from contiga.case.settings import plain
 from contiga.case.toml import resolved_toml
+from contiga.display import Displayed, Facts
 from contiga.errors import CaseError
 from contiga.extras import require
 from contiga.io.naming import closest
 from contiga.report import require_packages
-from contiga.shown import Facts, Shown
 from contiga.studies.cases import StudyCase, case_of, cases_of, check_keys, listed_values
 from contiga.studies.engines import Engine, cores, engine_for
 from contiga.studies.folder import PAGE, StudyFolder
@@ -41,8 +41,8 @@ _CHECKED = 200
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Study(Shown):
-    """A study that has been run. See `contiga.study`."""
+class Study(Displayed):
+    """The results of a study. See `contiga.study`."""
 
     out: Path
     """Its folder: ``table.h5``, ``table.csv``, ``study.html``, and ``cases``, a folder each."""
@@ -57,7 +57,7 @@ class Study(Shown):
 
     @property
     def failed(self) -> tuple[Row, ...]:
-        """Rows of cases that could not be carried through."""
+        """Rows of the cases that failed."""
         return tuple(row for row in self.rows if row.status != DONE)
 
     @property
@@ -70,7 +70,7 @@ class Study(Shown):
         return self.out / "cases" / f"{number:04d}"
 
     def to_pandas(self) -> DataFrame:
-        """The table as one of pandas, by the numbers of the cases.
+        """The table of cases as a pandas DataFrame, indexed by case number.
 
         Raises
         ------
@@ -100,7 +100,7 @@ def study(
     resume: bool = False,
     **more: Any,
 ) -> Study:
-    """Run many cases of one base case, on processes that import the program.
+    """Run many variants of a case, in parallel.
 
     In a script the call stands under ``if __name__ == "__main__":``.
 
@@ -265,9 +265,9 @@ def _finished(study: StudySpec, folder: StudyFolder) -> Study:
     """What is in the folder, with its page."""
     rows = tuple(folder.rows[number] for number in sorted(folder.rows))
     best = None if study.goal is None else best_of(study.goal, rows)
-    found = Study(folder.path, folder.table(), rows, best)
-    write_page(study, folder.base, found.table, rows)
-    return found
+    done = Study(folder.path, folder.table(), rows, best)
+    write_page(study, folder.base, done.table, rows)
+    return done
 
 
 def _told(rows: Iterable[Row]) -> str:

@@ -92,8 +92,8 @@ def table_of(
         "status": [row.status for row in ordered],
         "message": [row.message for row in ordered],
     }
-    told = {name: unit for name, unit in (units or {}).items() if unit}
-    return Table(columns, tuple(variables), tuple(quantities), told)
+    given = {name: unit for name, unit in (units or {}).items() if unit}
+    return Table(columns, tuple(variables), tuple(quantities), given)
 
 
 def read_table(path: Path) -> dict[str, list[Any]]:

@@ -184,7 +184,7 @@ def _on_lines(spec: TargetsSpec, path: Path, unit: str) -> tuple[list[float], Fl
     if len(rows) == 0:
         raise FileError("has no rows", where=str(path), allowed="two points of a line or more")
     names: list[float] = []
-    found: list[FloatArray] = []
+    targets: list[FloatArray] = []
     axes = spec.axes
     origin = axes @ spec.origin
     number = 0.0
@@ -197,10 +197,10 @@ def _on_lines(spec: TargetsSpec, path: Path, unit: str) -> tuple[list[float], Fl
         with np.errstate(over="ignore"):
             number += np.abs(np.diff(points[:, 0])).sum() / spec.spacing
         _check_number(spec, number)
-        own = _passed(points[:, :2], origin[0], spec.spacing)
-        found.append(own)
-        names += [int(name) if name.is_integer() else name] * len(own)
-    return names, np.concatenate(found)
+        passed = _passed(points[:, :2], origin[0], spec.spacing)
+        targets.append(passed)
+        names += [int(name) if name.is_integer() else name] * len(passed)
+    return names, np.concatenate(targets)
 
 
 def _passed(points: FloatArray, origin: float, spacing: float) -> FloatArray:
@@ -212,10 +212,10 @@ def _passed(points: FloatArray, origin: float, spacing: float) -> FloatArray:
     counts = (points[:, 0] - origin) / spacing
     whole = np.round(counts)
     counts = np.where(np.abs(counts - whole) <= _NEAR, whole, counts)
-    found = []
+    passed = []
     for (u, w), (a, b) in zip(pairwise(counts), pairwise(points), strict=True):
         way = 1.0 if u <= w else -1.0
         steps = way * np.arange(math.ceil(way * u), math.ceil(way * w))
-        found.append(a + ((steps - u) / (w - u))[:, None] * (b - a))
+        passed.append(a + ((steps - u) / (w - u))[:, None] * (b - a))
     # Each piece is without its end, which is the next one's beginning.
-    return np.concatenate([*found, points[-1:][counts[-1:] == whole[-1:]]])
+    return np.concatenate([*passed, points[-1:][counts[-1:] == whole[-1:]]])

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from contiga.num.codes import NO_TRIANGLE
 from contiga.triangles.topology import topology_of
-
-if TYPE_CHECKING:
-    from contiga.triangles.trimesh import TriMesh
+from contiga.triangles.triangle_arrays import TriangleArrays
 
 
 class Condition(NamedTuple):
@@ -70,7 +68,7 @@ class Condition(NamedTuple):
         return f"closed, volume {self.volume:.6g}{unit}{inward}"
 
 
-def condition_of(mesh: TriMesh) -> Condition:
+def condition_of(mesh: TriangleArrays) -> Condition:
     """The condition of `mesh`; a mesh without triangles has one too.
 
     >>> from contiga import TriMesh

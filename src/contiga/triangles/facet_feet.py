@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -16,9 +14,7 @@ from contiga.statuses import Feature, Status
 from contiga.triangles.facet_tables import Tables, tables_of
 from contiga.triangles.facets import NORMALS, Facets
 from contiga.triangles.kernels import closest_nb, facet_walk_nb, order_nb
-
-if TYPE_CHECKING:
-    from contiga.triangles.trimesh import TriMesh
+from contiga.triangles.triangle_arrays import TriangleArrays
 
 # Rows below which a second thread does not pay.
 POINTS = 512
@@ -33,7 +29,7 @@ COHERENT = 16.0
 
 
 def project(
-    mesh: TriMesh,
+    mesh: TriangleArrays,
     points: ArrayLike,
     start: Projection | None = None,
     mode: str = "global",
@@ -86,7 +82,7 @@ def project(
     return feet
 
 
-def is_smooth(mesh: TriMesh, normals: str | None) -> bool:
+def is_smooth(mesh: TriangleArrays, normals: str | None) -> bool:
     """Whether normals are those of the vertices, interpolated."""
     kind = mesh.normal_kind if normals is None else normals
     if kind not in NORMALS:
@@ -145,7 +141,7 @@ def _grid(facets: Facets) -> tuple[FloatArray, float]:
     return low - 0.1 * size, 1.2 * size
 
 
-def contains(mesh: TriMesh, points: ArrayLike) -> NDArray[np.bool_]:
+def contains(mesh: TriangleArrays, points: ArrayLike) -> NDArray[np.bool_]:
     """(n,) True inside a closed mesh, or behind the nearest facet of an open one.
 
     Decided by the sign of the gap at the closest point. Points whose closest point is a border of

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -14,15 +12,13 @@ from contiga.records import ByteArray, FloatArray, Hit, IntArray, empty_hit
 from contiga.triangles.facet_tables import tables_of
 from contiga.triangles.facets import Facets
 from contiga.triangles.kernels import entry_nb
-
-if TYPE_CHECKING:
-    from contiga.triangles.trimesh import TriMesh
+from contiga.triangles.triangle_arrays import TriangleArrays
 
 # Segments below which a second thread does not pay.
 SEGMENTS = 512
 
 
-def first_hit(mesh: TriMesh, p0: ArrayLike, p1: ArrayLike) -> Hit:
+def first_hit(mesh: TriangleArrays, p0: ArrayLike, p1: ArrayLike) -> Hit:
     """Where each segment p0 → p1 first enters `mesh` from its free side.
 
     The smallest fraction τ in [0, 1] at which the path crosses a triangle against its normal,

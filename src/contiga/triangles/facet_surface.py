@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,7 @@ from contiga.triangles.facet_feet import closest_of_rows, is_smooth, track
 from contiga.triangles.facet_hits import hits_of_rows, last_crossings
 from contiga.triangles.facet_tables import Tables, tables_of
 from contiga.triangles.kernels import closest_nb
-
-if TYPE_CHECKING:
-    from contiga.triangles.trimesh import TriMesh
+from contiga.triangles.triangle_arrays import TriangleArrays
 
 # Points below which a second thread does not pay.
 POINTS = 1024
@@ -125,7 +123,7 @@ class FacetedSurface(NamedTuple):
         return np.zeros(len(rows))
 
 
-def faceted_surface(mesh: TriMesh) -> FacetedSurface:
+def faceted_surface(mesh: TriangleArrays) -> FacetedSurface:
     """The search on `mesh`, with the normals it was made with.
 
     Raises

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -18,9 +18,7 @@ from contiga.triangles.facets import Facets
 from contiga.triangles.kernels import boxes_nb
 from contiga.triangles.kernels.facet_nb import NEIGHBOUR, TRIANGLE, VERTICES, N
 from contiga.triangles.topology import Topology, topology_of
-
-if TYPE_CHECKING:
-    from contiga.triangles.trimesh import TriMesh
+from contiga.triangles.triangle_arrays import TriangleArrays
 
 SHARP = 20.0
 """Degrees by which triangles turn at an edge that is none of a smooth surface's."""
@@ -49,10 +47,10 @@ class Tables(NamedTuple):
     """Two triangles meet at more than `SHARP`."""
 
 
-_KEPT: WeakKeyDictionary[TriMesh, Tables] = WeakKeyDictionary()
+_KEPT: WeakKeyDictionary[TriangleArrays, Tables] = WeakKeyDictionary()
 
 
-def tables_of(mesh: TriMesh) -> Tables:
+def tables_of(mesh: TriangleArrays) -> Tables:
     """The search tables of `mesh`, built at the first call.
 
     Raises
@@ -66,7 +64,7 @@ def tables_of(mesh: TriMesh) -> Tables:
     return tables
 
 
-def _build(mesh: TriMesh) -> Tables:
+def _build(mesh: TriangleArrays) -> Tables:
     if len(mesh.triangles) == 0:
         raise MeshError("a mesh without triangles has no surface", where=mesh.name)
     topology = topology_of(mesh)
@@ -85,20 +83,20 @@ def _build(mesh: TriMesh) -> Tables:
     facets, slot = _facets(topology, order, box, child)
     closed = not bool((facets.link[:, :3] == NO_TRIANGLE).any())
     folded = topology.back_to_back.astype(np.int32)
-    told = closed, topology.turned, topology.crowded, folded
-    return Tables(facets, slot, *told, *_sheets(facets, slot))
+    counts = closed, topology.turned, topology.crowded, folded
+    return Tables(facets, slot, *counts, *_sheets(facets, slot))
 
 
 def _sheets(facets: Facets, slot: IntArray) -> tuple[IntArray, bool]:
     """Numbers of sheets by triangle of the mesh, and whether two triangles meet at an edge."""
     next_to = facets.link[:, NEIGHBOUR:VERTICES]
-    own, side = np.nonzero(next_to >= 0)
-    other = next_to[own, side]
+    row, side = np.nonzero(next_to >= 0)
+    other = next_to[row, side]
     n = len(next_to)
-    graph = coo_array((np.ones(len(own), np.int8), (own, other)), shape=(n, n))
+    graph = coo_array((np.ones(len(row), np.int8), (row, other)), shape=(n, n))
     number = connected_components(graph, directed=False)[1]
     normal = facets.shape[:, N : N + 3]
-    cosine = (normal[own] * normal[other]).sum(axis=1)
+    cosine = (normal[row] * normal[other]).sum(axis=1)
     sheet = np.where(slot >= 0, number[slot], -1).astype(np.int32)
     return sheet, bool((cosine < np.cos(np.radians(SHARP))).any())
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contiga.num.codes import NO_TRIANGLE
 from contiga.records import FloatArray, IntArray
-
-if TYPE_CHECKING:
-    from contiga.triangles.trimesh import TriMesh
+from contiga.triangles.triangle_arrays import TriangleArrays
 
 FLAT = 1e-12
 """Triangles lower than this share of their longest side have no area."""
@@ -51,7 +49,7 @@ def _one_after_another(fans: list[Ints]) -> tuple[IntArray, IntArray]:
     return first.astype(np.int32), np.concatenate([np.zeros(0, np.int64), *fans]).astype(np.int32)
 
 
-def topology_of(mesh: TriMesh) -> Topology:
+def topology_of(mesh: TriangleArrays) -> Topology:
     """Triangles joined where their corners are the same points, whatever their indices.
 
     Triangles without area take no part; what they join stays joined (a fan). Of triangles with the
@@ -85,7 +83,7 @@ def topology_of(mesh: TriMesh) -> Topology:
     )
 
 
-def welded(mesh: TriMesh) -> tuple[FloatArray, Ints]:
+def welded(mesh: TriangleArrays) -> tuple[FloatArray, Ints]:
     """Points that triangles use, each once, and the triangles' corners among them."""
     used, corners = np.unique(mesh.triangles, return_inverse=True)
     points = mesh.vertices[used] + 0.0  # −0 and 0 are one place
@@ -98,13 +96,13 @@ def welded(mesh: TriMesh) -> tuple[FloatArray, Ints]:
     # Each place is spoken for by the first vertex there, so that the order stays the mesh's.
     group = np.cumsum(new) - 1
     speaker = np.minimum.reduceat(order, np.flatnonzero(new))
-    own = np.empty(len(points), np.int64)
-    own[order] = speaker[group]
-    kept, place = np.unique(own, return_inverse=True)
+    number = np.empty(len(points), np.int64)
+    number[order] = speaker[group]
+    kept, place = np.unique(number, return_inverse=True)
     return points[kept], place[corners].reshape(-1, 3).astype(np.int64)
 
 
-def is_flat(mesh: TriMesh) -> Bools:
+def is_flat(mesh: TriangleArrays) -> Bools:
     """(m,) triangles whose corners lie on a line or in a point."""
     p = mesh.corners()
     longest = np.max([np.square(p[:, i] - p[:, i - 1]).sum(axis=1) for i in range(3)], axis=0)
@@ -181,8 +179,8 @@ class _HalfEdges(NamedTuple):
     def turned(self, m: int) -> int:
         """Edges of the first m triangles whose two triangles run along them in the same sense."""
         a, b = self.pairs()
-        own = (a < 3 * m) & (b < 3 * m)
-        return int((self.forward[a] == self.forward[b])[own].sum())
+        inner = (a < 3 * m) & (b < 3 * m)
+        return int((self.forward[a] == self.forward[b])[inner].sum())
 
 
 def _around_flat(half: _HalfEdges, m: int, neighbour: Ints, fans: list[Ints]) -> list[Ints]:

@@ -7,28 +7,26 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from contiga.display import Displayed, Facts
 from contiga.errors import MeshError
 from contiga.num import transform
-from contiga.num.arrays import as_points, positive, read_only
+from contiga.num.arrays import positive
 from contiga.num.digest import Digest
 from contiga.num.inertia import of_volume
-from contiga.num.ordered import length
 from contiga.num.queries import Queries
 from contiga.old_names import OldName
 from contiga.records import FloatArray, Hit, IntArray, MassProperties, Projection
-from contiga.shown import Facts, Shown
 from contiga.triangles.condition import Condition, condition_of
+from contiga.triangles.exchange import Exchanged
 from contiga.triangles.facet_feet import contains, project
 from contiga.triangles.facet_hits import first_hit
 from contiga.triangles.facet_surface import FacetedSurface, faceted_surface
 from contiga.triangles.facet_tables import tables_of
-from contiga.triangles.facets import NORMALS
-from contiga.triangles.kernels.mesh_sides_nb import side_numbers
 from contiga.triangles.moments import moments
 from contiga.triangles.orientation import turned_triangles
 
 
-class TriMesh(Shown, Queries):
+class TriMesh(Displayed, Queries, Exchanged):
     """Triangles over shared vertices. It never changes; methods return new ones.
 
     Parameters
@@ -51,55 +49,6 @@ class TriMesh(Shown, Queries):
     >>> TriMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]).area()
     0.5
     """
-
-    __slots__ = ("__dict__", "__weakref__")
-    vertices: FloatArray
-    """(n, 3), read-only."""
-    triangles: IntArray
-    """(m, 3) int32, read-only."""
-    name: str
-    normal_kind: str
-    """"facet" or "vertex"."""
-    unit: str | None
-    reference_point: FloatArray
-    """(3,), read-only."""
-    source: str
-
-    def __init__(
-        self,
-        vertices: ArrayLike,
-        triangles: ArrayLike,
-        *,
-        name: str = "mesh",
-        normals: str = "facet",
-        unit: str | None = None,
-        reference_point: ArrayLike = (0.0, 0.0, 0.0),
-        source: str = "",
-    ) -> None:
-        points = _checked_points(vertices)
-        corners = _checked_triangles(triangles, len(points))
-        if normals not in NORMALS:
-            raise MeshError(
-                "unknown kind of normals",
-                where=name,
-                found=normals,
-                allowed='"facet", "vertex"',
-            )
-        corners.flags.writeable = False
-        values: dict[str, Any] = {
-            "vertices": read_only(points),
-            "triangles": corners,
-            "name": str(name),
-            "normal_kind": normals,
-            "unit": unit,
-            "reference_point": read_only(as_points(reference_point, "reference_point")[0]),
-            "source": str(source),
-        }
-        for key, value in values.items():
-            object.__setattr__(self, key, value)
-
-    def __setattr__(self, name: str, value: object) -> None:
-        raise AttributeError(f"a TriMesh cannot be changed: {name}")
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _rebuild, (self.vertices, self.triangles, self._options())
@@ -125,40 +74,6 @@ class TriMesh(Shown, Queries):
 
     def _facts(self) -> Facts:
         return [("vertices", len(self.vertices)), ("triangles", len(self.triangles))]
-
-    def corners(self) -> FloatArray:
-        """(m, 3, 3) the corner points of each triangle."""
-        return self.vertices[self.triangles]
-
-    def _crosses(self) -> FloatArray:
-        a, b, c = self.corners().transpose(1, 0, 2)
-        return np.cross(b - a, c - a)
-
-    def areas(self) -> FloatArray:
-        """(m,) area of each triangle."""
-        return np.asarray(0.5 * np.linalg.norm(self._crosses(), axis=1))
-
-    def area(self) -> float:
-        """Total area."""
-        return float(self.areas().sum())
-
-    def bounds(self) -> FloatArray:
-        """(2, 3) lower and upper corner of the triangles; vertices of none do not count."""
-        if len(self.triangles) == 0:
-            raise MeshError("a mesh without triangles has no bounds")
-        used = self.vertices[self.triangles].reshape(-1, 3)
-        return np.array([used.min(axis=0), used.max(axis=0)])
-
-    @property
-    def size(self) -> float:
-        """Length of the diagonal of `bounds`."""
-        low, high = self.bounds()
-        return length(high - low)
-
-    def volume(self) -> float:
-        """Volume a closed mesh encloses, length³: positive if its normals point outward."""
-        a, b, c = (self.corners() - self.vertices[:1]).transpose(1, 0, 2)
-        return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
     def mass_properties(self, density: float) -> MassProperties:
         """Mass, centre and inertia of the solid that a closed mesh encloses, in closed form.
@@ -186,18 +101,6 @@ class TriMesh(Shown, Queries):
             )
         middle = self.bounds().mean(axis=0)
         return of_volume(moments(self.corners() - middle), middle, rho, self.name)
-
-    def normals(self) -> FloatArray:
-        """(m, 3) unit normals to the free side; NaN for triangles without area."""
-        crosses = self._crosses()
-        size = np.linalg.norm(crosses, axis=1, keepdims=True)
-        return np.divide(crosses, size, out=np.full_like(crosses, np.nan), where=size > 0.0)
-
-    def open_edges(self) -> IntArray:
-        """(k, 2) vertices of the sides that belong to one triangle only, in its sense."""
-        numbers, times = side_numbers(self.triangles, len(self.vertices))
-        ends = np.stack([self.triangles, np.roll(self.triangles, -1, axis=1)], axis=2)
-        return np.asarray(ends[times[numbers] == 1])
 
     def flipped(self) -> TriMesh:
         """The same mesh with its sides swapped."""
@@ -232,7 +135,7 @@ class TriMesh(Shown, Queries):
     about = OldName("with_reference_point")
 
     def like(self, name: str, unit: str | None, reference_point: ArrayLike) -> TriMesh:
-        """The same mesh in place of a body of this name, unit and reference point."""
+        """The same mesh with the name, unit and reference point of a body that it replaces."""
         return self._with(name=name, unit=unit, reference_point=reference_point)
 
     def tessellate(self, tol: float) -> TriMesh:
@@ -286,7 +189,7 @@ class TriMesh(Shown, Queries):
         return self.normals()[patch]
 
     def condition(self) -> Condition:
-        """What is good and what is wrong with the mesh as a master; nothing is refused."""
+        """A report on the quality of the mesh as a master; nothing is refused."""
         return condition_of(self)
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
@@ -295,7 +198,7 @@ class TriMesh(Shown, Queries):
 
     @property
     def surface(self) -> FacetedSurface:
-        """The search on the mesh, as contact asks for it; its tables are built once and kept.
+        """The search on the mesh that contact uses; its tables are built once and kept.
 
         Raises
         ------
@@ -321,7 +224,7 @@ class TriMesh(Shown, Queries):
 
     @property
     def flaws(self) -> list[str]:
-        """None: what is wrong with a mesh is refused, or told by its `condition`."""
+        """Empty: faults of a mesh raise an error, or stand in its `condition`."""
         return []
 
     def check(self) -> None:
@@ -335,12 +238,12 @@ class TriMesh(Shown, Queries):
         faceted_surface(self)
 
     def digest(self, digest: Digest) -> None:
-        """Add what decides results."""
+        """Add what decides results to a digest."""
         digest.arrays("about", np.asarray(self.reference_point))
         digest.arrays(f"mesh {self.normal_kind}", self.vertices, self.triangles)
 
     def facts(self) -> dict[str, Any]:
-        """What a run's summary says of the mesh."""
+        """Facts on the mesh for a run's summary."""
         return {
             "kind": "mesh",
             "triangles": len(self.triangles),
@@ -352,7 +255,7 @@ class TriMesh(Shown, Queries):
         }
 
     def condition_rows(self) -> list[tuple[str, str]]:
-        """What the triangles were made of, whether closed, what is wrong: (label, text)."""
+        """Where the triangles come from, whether they are closed, faults: (label, text)."""
         made = [("triangles", f"{len(self.triangles)} of {self.source}")] if self.source else []
         # Nodes inside solids are no flaw.
         mesh = self.compact() if "skinned" in self.source else self
@@ -361,39 +264,3 @@ class TriMesh(Shown, Queries):
 
 def _rebuild(vertices: FloatArray, triangles: IntArray, options: dict[str, Any]) -> TriMesh:
     return TriMesh(vertices, triangles, **options)
-
-
-def _checked_points(vertices: ArrayLike) -> FloatArray:
-    try:
-        points = np.array(vertices, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise MeshError("vertices must be numbers", allowed="shape (n, 3)") from error
-    if points.size == 0:
-        points = points.reshape(0, 3)
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise MeshError("vertices must have shape (n, 3)", found=points.shape)
-    if not np.isfinite(points).all():
-        bad = int(np.argmax(~np.isfinite(points).all(axis=1)))
-        raise MeshError(f"vertex {bad} is not finite", found=points[bad].tolist())
-    return points
-
-
-def _checked_triangles(triangles: ArrayLike, n: int) -> IntArray:
-    """(m, 3) rows of n vertices."""
-    given = np.asarray(triangles)
-    if given.size == 0:
-        return np.zeros((0, 3), dtype=np.int32)
-    if given.ndim != 2 or given.shape[1] != 3 or given.dtype.kind not in "iu":
-        raise MeshError(
-            "triangles must be whole numbers of shape (m, 3)",
-            found=(given.shape, str(given.dtype)),
-        )
-    corners = np.array(given, dtype=np.int32, order="C")
-    bad = np.flatnonzero(((corners < 0) | (corners >= n)).any(axis=1))
-    if len(bad):
-        raise MeshError(
-            f"triangle {bad[0]} points at a vertex that is not there",
-            found=corners[bad[0]].tolist(),
-            allowed=f"0 to {n - 1}",
-        )
-    return corners

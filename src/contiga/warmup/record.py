@@ -30,9 +30,9 @@ def known() -> list[str] | None:
     """The files of all kernels, if a warm-up of these sources on such a processor has left them
     and they are still there; else None."""
     try:
-        told: Any = json.loads(_place().read_text(encoding="utf-8"))
-        if told["of"] == _of() and all(Path(file).is_file() for file in told["kept"]):
-            return [str(file) for file in told["kept"]]
+        record: Any = json.loads(_place().read_text(encoding="utf-8"))
+        if record["of"] == _of() and all(Path(file).is_file() for file in record["kept"]):
+            return [str(file) for file in record["kept"]]
     except (OSError, ValueError, KeyError, TypeError):
         pass
     return None

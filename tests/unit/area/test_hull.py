@@ -131,10 +131,10 @@ def test_more_clusters_than_points_are_as_many_as_points():
 
 def test_dbscan_finds_fewer_clusters_the_wider_it_looks():
     points = rows_of_points(4.0)[:, :2]
-    found = [
+    actual = [
         clusters_of(points, "dbscan", eps=eps, min_points=1).max() + 1 for eps in (0.5, 1.1, 4.5)
     ]
-    assert found == [80, 2, 1]
+    assert actual == [80, 2, 1]
 
 
 def test_hull_areas_add_up_and_noise_has_none():

@@ -48,8 +48,8 @@ def test_a_facet_in_a_ball_has_its_solid_angle_round_and_beside_a_pole(axis, awa
                 np.sin(corners), np.cross(middle, along)
             )
             nodes = 1.9 * (middle + 0.5 * h * ring)
-            found = measured(ball, nodes, np.array([[0, 1, 2]], np.int32)).sum()
-            worst = max(worst, abs(found / (4.0 * excess(nodes)) - 1.0))
+            result = measured(ball, nodes, np.array([[0, 1, 2]], np.int32)).sum()
+            worst = max(worst, abs(result / (4.0 * excess(nodes)) - 1.0))
         errors.append(worst)
     assert errors[0] < 1e-4
     assert errors[1] < errors[0] / 12.0
@@ -85,8 +85,8 @@ def test_beside_the_tip_of_a_cone_errors_are_of_third_order_in_size_over_distanc
             flat = flat + 0.05 * np.stack([np.cos(corners), np.sin(corners)], axis=1)
             far = np.linalg.norm(flat, axis=1)
             nodes = np.column_stack([flat, -far / np.tan(half)])
-            found = measured(cone, nodes + tip, np.array([[0, 1, 2]], np.int32)).sum()
-            errors.append(abs(found / on_cone(nodes, half) - 1.0))
+            result = measured(cone, nodes + tip, np.array([[0, 1, 2]], np.int32)).sum()
+            errors.append(abs(result / on_cone(nodes, half) - 1.0))
         worst.append(max(errors))
     assert worst[0] < 3e-3
     assert worst[0] > 8.0 * worst[1] > 64.0 * worst[2]
@@ -158,8 +158,8 @@ def test_images_on_a_free_surface_are_those_of_the_facets_points():
     for h in (0.06, 0.03, 0.015):
         uv = np.array([[0.4, 0.5], [0.4 + h, 0.5 + 0.2 * h], [0.4 + 0.1 * h, 0.5 + h]])
         nodes = surface.evaluate(uv)
-        found = measured(body, nodes, np.array([[0, 1, 2]], np.int32)).sum()
-        errors.append(abs(found / by_feet(body, nodes) - 1.0))
+        result = measured(body, nodes, np.array([[0, 1, 2]], np.int32)).sum()
+        errors.append(abs(result / by_feet(body, nodes) - 1.0))
     assert errors[-1] < 1e-7
     assert np.log2(errors[0] / errors[2]) / 2.0 > 2.6
 
@@ -222,8 +222,8 @@ def test_whole_facets_round_a_torus_are_measured_to_fourth_order():
         a, b = i * n + j, (i + 1) % n * n + j
         c, d = (i + 1) % n * n + (j + 1) % n, i * n + (j + 1) % n
         facets = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]).astype(np.int32)
-        found = measured(cg.Body([torus]), nodes, facets).sum()
-        errors.append(abs(found / (4.0 * np.pi**2 * 0.4) - 1.0))
+        result = measured(cg.Body([torus]), nodes, facets).sum()
+        errors.append(abs(result / (4.0 * np.pi**2 * 0.4) - 1.0))
     assert -np.polyfit(np.log(sizes), np.log(errors), 1)[0] >= 3.7
     assert errors[-1] < 1e-5
 
@@ -234,8 +234,8 @@ def test_a_facet_on_a_plane_is_split_alike():
     area = cg.FacetArea("master")
     kept = area.prepare(Rest(nodes, np.array([[0, 1, 2]], np.int32), None))
     rows = np.arange(3, dtype=np.int32)
-    found = area.measure(AreaInput(plate, rows, nodes, plate.project(nodes), None, "master", kept))
-    assert found.area == pytest.approx(np.full(3, 0.1 / 3.0), rel=1e-12)
+    areas = area.measure(AreaInput(plate, rows, nodes, plate.project(nodes), None, "master", kept))
+    assert areas.area == pytest.approx(np.full(3, 0.1 / 3.0), rel=1e-12)
 
 
 FACETS = np.array([[0, 1, 2], [2, 1, 3], [2, 3, 4], [4, 3, 5], [6, 7, 8]], np.int32)

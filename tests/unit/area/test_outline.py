@@ -122,6 +122,6 @@ def test_outline_moves_with_its_master():
     pose = np.eye(4)
     pose[:3, :3] = [[0, -1, 0], [0, 0, -1], [1, 0, 0]]
     pose[:3, 3] = [0.0, 0.0, 0.8]
-    found = contact.outlines(contact.start(points, pose), pose)
-    assert np.abs(found.points[:, 2]).max() < 1e-12
-    assert np.linalg.norm(found.points[:, :2], axis=1) == pytest.approx(0.6, abs=1e-2)
+    actual = contact.outlines(contact.start(points, pose), pose)
+    assert np.abs(actual.points[:, 2]).max() < 1e-12
+    assert np.linalg.norm(actual.points[:, :2], axis=1) == pytest.approx(0.6, abs=1e-2)

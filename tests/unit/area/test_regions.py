@@ -177,8 +177,8 @@ def test_facets_that_may_be_written_to_and_facets_that_may_not_are_one_version()
     facets = np.array([[0, 1, 2], [1, 3, 2]], np.int32)
     same = topology_of(locked(facets), 4)
     before = len(getattr(touch_nb.incidence, "overloads", ()))
-    found = topology_of(facets, 4)
+    actual = topology_of(facets, 4)
     assert len(getattr(touch_nb.incidence, "overloads", ())) == before
-    for own, other in zip(found, same, strict=True):
+    for own, other in zip(actual, same, strict=True):
         np.testing.assert_array_equal(own, other)
-    assert not found.facets.flags.writeable
+    assert not actual.facets.flags.writeable

@@ -326,7 +326,7 @@ TABLE = [
         "steps lost in rounding",
         "end = 13.0",
         "start = 1e17\nend = 1.0000000000000003e17",
-        "time.step: is lost in the rounding",
+        "time.step: is below the rounding error",
     ),
     swap(
         "a number of many digits",

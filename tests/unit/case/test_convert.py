@@ -124,8 +124,8 @@ def test_motions_without_their_curve_or_of_two_kinds_are_listed(tmp_path: Path) 
 def test_a_case_elsewhere_finds_its_deck(tmp_path: Path) -> None:
     (tmp_path / "cases").mkdir()
     (tmp_path / "deck.k").write_text(FULL, encoding="utf-8")
-    found = convert(tmp_path / "deck.k", UNITS, tmp_path / "cases")
-    assert 'mesh = "../deck.k"' in found.text
+    actual = convert(tmp_path / "deck.k", UNITS, tmp_path / "cases")
+    assert 'mesh = "../deck.k"' in actual.text
 
 
 def test_gravity_acts_against_the_acceleration_of_the_base(tmp_path: Path) -> None:
@@ -199,16 +199,16 @@ def test_what_is_not_understood_is_listed_with_its_lines(tmp_path: Path) -> None
     ]  # fmt: skip
     text = deck(RIGID, FOAM, CONTACT, END, other)
     case, written = converted(tmp_path, text)
-    found = convert(tmp_path / "deck.k", UNITS, tmp_path).unknown
+    actual = convert(tmp_path / "deck.k", UNITS, tmp_path).unknown
     lines = text.splitlines()
-    assert {name.split(" ")[0] for name in found} == {
+    assert {name.split(" ")[0] for name in actual} == {
         "*CONTROL_TIMESTEP", "*PARAMETER_TYPE", "*INITIAL_VELOCITY_RIGID_BODY", "*MAT_VISCOELASTIC",
         "*BOUNDARY_PRESCRIBED_MOTION_RIGID",
     }  # fmt: skip
-    for name, at in found.items():
+    for name, at in actual.items():
         assert all(lines[line - 1] == name.split(" ")[0] for line in at)
         assert name in written
-    assert len(found["*CONTROL_TIMESTEP"]) == 2
+    assert len(actual["*CONTROL_TIMESTEP"]) == 2
     assert case.body[0].motion.velocity == [0.0, 0.0, 0.0]
 
 

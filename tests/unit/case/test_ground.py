@@ -57,7 +57,7 @@ def test_a_body_may_be_called_ground(tmp_path: Path) -> None:
 
 
 def test_not_where_springs_mean_the_world_by_it(tmp_path: Path) -> None:
-    said = r"body\[0\]\.name: is what springs call the world, as spring\[0\] does; found 'ground'"
+    said = r"body\[0\]\.name: means the world in spring\[0\]; found 'ground'"
     with pytest.raises(CaseError, match=said):
         load(tmp_path, CASE + SPRING)
     # A spring between others is in nobody's way.
@@ -71,5 +71,5 @@ def test_nor_in_python() -> None:
     spring = cg.Spring(("ball", "ground"), at=[[0, 0, 0], [0, 0, 9]], curve=1.0)
     given = {"slaves": {}, "contacts": [], "springs": [spring], "end": 1.0, "step": 0.1}
     cg.Simulation(bodies={"ball": (ball, free)}, **given)
-    with pytest.raises(InputError, match="spring 'ball-ground': between: is what springs call"):
+    with pytest.raises(InputError, match="spring 'ball-ground': between: means the world"):
         cg.Simulation(bodies={"ball": (ball, free), "ground": ball}, **given)

@@ -88,11 +88,11 @@ def test_a_pulse_from_a_file_that_says_its_units(tmp_path: Path) -> None:
 def test_pulses_are_smooth_on_request(spec, motion, smooth) -> None:
     table = [[0, 0], [1, 3], [4, 1], [5, 1]]
     data = {"kind": spec.model_fields["kind"].default, "direction": "y", "table": table}
-    found = spec.model_validate(data | {"smooth": smooth}).motion_in(CASE_UNITS)
+    actual = spec.model_validate(data | {"smooth": smooth}).motion_in(CASE_UNITS)
     expected = motion(table, direction="y", smooth=smooth)
     for t in (0.4, 2.5, 4.5):
-        np.testing.assert_array_equal(found.displacement(t), expected.displacement(t))
-        np.testing.assert_array_equal(found.acceleration(t), expected.acceleration(t))
+        np.testing.assert_array_equal(actual.displacement(t), expected.displacement(t))
+        np.testing.assert_array_equal(actual.acceleration(t), expected.acceleration(t))
 
 
 def test_pulses_are_told_apart_by_their_kind() -> None:

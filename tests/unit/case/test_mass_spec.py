@@ -48,24 +48,24 @@ SHAPE = np.diag([13.0, 10.0, 5.0]) / 5.0
 
 
 def test_a_density_takes_the_shape():
-    found = spec(density=2.0).properties(egg())
-    assert found.mass == pytest.approx(2.0 * 8.0 * np.pi, rel=1e-10)
-    assert found.centre == pytest.approx([5.0, 0.0, 0.0], abs=1e-12)
-    assert found.inertia == pytest.approx(found.mass * SHAPE, rel=1e-10, abs=1e-9)
+    actual = spec(density=2.0).properties(egg())
+    assert actual.mass == pytest.approx(2.0 * 8.0 * np.pi, rel=1e-10)
+    assert actual.centre == pytest.approx([5.0, 0.0, 0.0], abs=1e-12)
+    assert actual.inertia == pytest.approx(actual.mass * SHAPE, rel=1e-10, abs=1e-9)
 
 
 def test_a_total_scales_what_the_shape_has():
-    found = spec(total=10.0).properties(egg())
-    assert found.mass == 10.0
-    assert found.centre == pytest.approx([5.0, 0.0, 0.0], abs=1e-12)
-    assert found.inertia == pytest.approx(10.0 * SHAPE, rel=1e-10, abs=1e-9)
+    actual = spec(total=10.0).properties(egg())
+    assert actual.mass == 10.0
+    assert actual.centre == pytest.approx([5.0, 0.0, 0.0], abs=1e-12)
+    assert actual.inertia == pytest.approx(10.0 * SHAPE, rel=1e-10, abs=1e-9)
 
 
 def test_what_is_given_counts():
-    found = spec(total=3, centre=[1, 2, 3], inertia=[4, 5, 6, 0.1, 0.2, 0.3]).properties(tube())
-    assert found.mass == 3.0
-    assert found.centre.tolist() == [1.0, 2.0, 3.0]
-    assert found.inertia.tolist() == [[4.0, 0.1, 0.3], [0.1, 5.0, 0.2], [0.3, 0.2, 6.0]]
+    actual = spec(total=3, centre=[1, 2, 3], inertia=[4, 5, 6, 0.1, 0.2, 0.3]).properties(tube())
+    assert actual.mass == 3.0
+    assert actual.centre.tolist() == [1.0, 2.0, 3.0]
+    assert actual.inertia.tolist() == [[4.0, 0.1, 0.3], [0.1, 5.0, 0.2], [0.3, 0.2, 6.0]]
 
 
 def test_a_closed_body_fills_in_what_is_not_given():

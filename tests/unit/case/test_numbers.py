@@ -101,10 +101,10 @@ def test_text_and_truths_are_no_numbers_anywhere(wrong: object) -> None:
             table = table[key]
         table[last] = wrong
         said = message(case)
-        told = re.search(r"(\S+): must be (a |a whole |finite )numbers?\b.*found (.*)", said)
-        assert told, (outer, last, said)
-        assert str([key for key in (*outer, last) if isinstance(key, str)][-1]) in told[1]
-        assert repr(wrong) in told[3]
+        match = re.search(r"(\S+): must be (a |a whole |finite )numbers?\b.*found (.*)", said)
+        assert match, (outer, last, said)
+        assert str([key for key in (*outer, last) if isinstance(key, str)][-1]) in match[1]
+        assert repr(wrong) in match[3]
 
 
 @pytest.mark.parametrize("name", ["arc", *shape_catalogue(NurbsSurface)])

@@ -166,7 +166,8 @@ def test_a_way_that_leads_past_is_told_with_its_key() -> None:
         "radius = 10.0", "radius = 10.0\ngeometry.centre = [0, 0, 40]"
     )
     with pytest.raises(
-        CaseError, match=r"body\[0\]\.geometry\.place\.direction: head never stands 1\.5 from pad"
+        CaseError,
+        match=r"body\[0\]\.geometry\.place\.direction: head never has a gap of 1\.5 from pad",
     ):
         build(parse_case(text(away, BLOCK, PAD)))
 

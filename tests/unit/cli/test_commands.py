@@ -13,7 +13,7 @@ import typer
 from tests import occ_rig
 
 import contiga
-import contiga.cli.run_case
+import contiga.running.run_case
 from contiga.cli import commands
 from contiga.cli.compiling import watch_compiling
 from contiga.errors import RunError
@@ -140,7 +140,7 @@ def raising(error: BaseException):
 def test_run_that_fails_leaves_with_one(
     command: Command, case: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(contiga.cli.run_case, "run", raising(RunError("no convergence")))
+    monkeypatch.setattr(contiga.running.run_case, "run", raising(RunError("no convergence")))
     code, _, err = command("run", case)
     assert code == 1
     assert one_message(err) == "contiga: error: no convergence"
@@ -149,7 +149,7 @@ def test_run_that_fails_leaves_with_one(
 def test_unexpected_failure_says_how_to_see_more(
     command: Command, case: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(contiga.cli.run_case, "run", raising(ZeroDivisionError("a\nb")))
+    monkeypatch.setattr(contiga.running.run_case, "run", raising(ZeroDivisionError("a\nb")))
     code, _, err = command("run", case)
     assert code == 1
     assert "ZeroDivisionError: a" in one_message(err)
@@ -162,7 +162,7 @@ def test_unexpected_failure_says_how_to_see_more(
 def test_stopped_run_says_how_to_go_on(
     command: Command, case: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(contiga.cli.run_case, "run", raising(KeyboardInterrupt()))
+    monkeypatch.setattr(contiga.running.run_case, "run", raising(KeyboardInterrupt()))
     assert command("run", case) == (130, "", "\ncontiga: stopped\n"), "nothing to go on from"
     (case.parent / "press_out").mkdir()
     (case.parent / "press_out" / "checkpoint.h5").touch()

@@ -1,4 +1,4 @@
-"""``contiga warmup`` and the processes beside a run, with processes that only play at compiling."""
+"""``contiga warmup`` and processes beside a run, with some that only pretend to compile."""
 
 from __future__ import annotations
 

@@ -148,7 +148,7 @@ def test_wrong_input_is_told_clearly(name: str) -> None:
 
 def test_a_state_of_another_slave_is_refused() -> None:
     other = cg.Contact(PLANE, cg.Slave(np.zeros((3, 3)), area=np.ones(3)), law=LAW)
-    with pytest.raises(InputError, match="the state is of another slave") as error:
+    with pytest.raises(InputError, match="the state belongs to another slave") as error:
         CONTACT.step(other.start(np.zeros((3, 3))), POINTS)
     assert (error.value.where, error.value.found, error.value.allowed) == ("state", 3, "4 points")
 
@@ -159,7 +159,7 @@ def test_a_state_of_another_master_is_refused() -> None:
     above = np.add(POINTS, [2.0, 0.0, 0.1])
     state = contact.step(contact.start(above), above - [0.0, 0.0, 0.2])
     assert state.patch.tolist() == [1, 1, 1, 1]
-    with pytest.raises(InputError, match="the state is of another master") as error:
+    with pytest.raises(InputError, match="the state belongs to another master") as error:
         CONTACT.step(state, POINTS)
     assert (error.value.found, error.value.allowed) == (1, "-1 … 0")
 

@@ -48,10 +48,10 @@ def test_every_point_is_placed_as_plain_numpy_says(chunks, calm):
         before[700], now[700], distance[700] = 0.0, [3.0, 4.0, 0.0], 5.0  # as far as it may go
     way, ignored = np.empty(n), np.empty(n, bool)
     lists = np.empty((2, n), np.int32), np.zeros((chunks, 2), np.int64)
-    found = (status, safe_distance, found_near, found_uv, way, ignored, old, feature, certified)
+    result = (status, safe_distance, found_near, found_uv, way, ignored, old, feature, certified)
     size = -(-n // chunks)
     known = patch, uv, near, distance
-    place_nb.place((before, now), known, active, found, lists, size, 0, chunks)
+    place_nb.place((before, now), known, active, result, lists, size, 0, chunks)
     touching, free = (
         np.concatenate([own[c * size : c * size + count] for c, count in enumerate(lists[1][:, i])])
         for i, own in enumerate(lists[0])
@@ -125,10 +125,10 @@ def test_points_that_are_moved_are_placed_as_those_that_were(chunks):
             np.zeros((n, 2)),
         )
         feet = known[0].copy(), np.full(n, -1, np.int8), np.zeros(n, np.int8)
-        found = status, safe, near, uv, np.zeros(n), np.zeros(n, bool), *feet
+        result = status, safe, near, uv, np.zeros(n), np.zeros(n, bool), *feet
         lists = np.zeros((2, n), np.int32), np.zeros((chunks, 2), np.int64)
-        kernel(path, known, np.ones(n, bool), found, lists, size, 0, chunks)
-        return *found, *lists
+        kernel(path, known, np.ones(n, bool), result, lists, size, 0, chunks)
+        return *result, *lists
 
     filled = np.full((n, 3), np.nan)
     moved = placed(place_nb.move_and_place, before, filled, locked(p_W), pose)

@@ -112,8 +112,8 @@ def test_what_becomes_of_points_in_contact(hold: bool) -> None:
     taken = _feet(np.random.default_rng(0), 2 * N)
     taken.patch[:] = -1
     balls = asked[0][:m], radius
-    found = status, safe, near, uv
-    left = settle_nb.settle(rows, feet, (side, reach), mark, balls, BAND, found, taken, ways)
+    result = status, safe, near, uv
+    left = settle_nb.settle(rows, feet, (side, reach), mark, balls, BAND, result, taken, ways)
     np.testing.assert_array_equal(side, want_side)
     np.testing.assert_array_equal(reach, want_reach)
     np.testing.assert_array_equal(safe, want_safe)

@@ -27,15 +27,15 @@ def test_type_master_carries_areas_to_the_master_on_concentric_spheres(depth: fl
     areas = np.linspace(0.1, 0.3, len(inner))
     cloud = cg.Slave(inner, area=areas)
     law = cg.StressLaw(3.0, thickness=0.5)
-    found = {}
+    actual = {}
     for kind in ("slave", "master"):
         contact = cg.Contact(ball, cloud, law=law, contact_type=kind, weights="area")
-        found[kind] = contact.step(contact.start(1.1 * 2.0 / (2.0 - depth) * inner), inner)
+        actual[kind] = contact.step(contact.start(1.1 * 2.0 / (2.0 - depth) * inner), inner)
     stress = 3.0 * depth / 0.5
     ratio = (2.0 / (2.0 - depth)) ** 2
-    np.testing.assert_allclose(found["slave"].area, areas, rtol=1e-15)
-    np.testing.assert_allclose(found["master"].area, areas * ratio, rtol=1e-10)
-    for kind, state in found.items():
+    np.testing.assert_allclose(actual["slave"].area, areas, rtol=1e-15)
+    np.testing.assert_allclose(actual["master"].area, areas * ratio, rtol=1e-10)
+    for kind, state in actual.items():
         force = np.linalg.norm(state.force, axis=1)
         np.testing.assert_allclose(force, stress * state.area, rtol=1e-8, err_msg=kind)
         np.testing.assert_allclose(state.pressure, stress, rtol=1e-8)

@@ -44,11 +44,11 @@ def test_a_point_deep_in_a_plate_never_leaves_by_the_other_side(kind: str, depth
     plate = plate if kind == "patches" else plate.tessellate(0.1)
     way = along([5.0, 5.3, 1.2], [5.0, 5.3, 1.0 - depth], [10.05, 5.3, 1.0 - depth])
     states = gone(plate, way)
-    found = np.array([state.penetration[0] for state in states])
+    actual = np.array([state.penetration[0] for state in states])
     normals = np.array([state.normal_B[0] for state in states])
     inside = (way[:, 2] < 1.0) & (way[:, 0] < 10.0)
     wanted = np.where(inside, np.minimum(1.0 - way[:, 2], 10.0 - way[:, 0]), 0.0)
-    np.testing.assert_allclose(found, np.maximum(wanted, 0.0), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(actual, np.maximum(wanted, 0.0), rtol=0, atol=1e-12)
     assert (normals[:, 2] >= 0.0).all()
     assert all(state.n_unproved == 0 for state in states)
 

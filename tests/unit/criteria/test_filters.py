@@ -57,8 +57,8 @@ def test_gains_lie_in_the_corridor_of_the_standard(cls):
     assert -1.0 < gain(cls, cls, rate) < 0.5
     assert -4.0 < gain(cls, 1.65 * cls, rate) < 0.5
     for octaves in (0.3, 0.7, 1.1):
-        found = gain(cls, 1.65 * cls * 2.0**octaves, rate)
-        assert -4.0 - 24.0 * octaves < found < 0.5 - 9.0 * octaves
+        actual = gain(cls, 1.65 * cls * 2.0**octaves, rate)
+        assert -4.0 - 24.0 * octaves < actual < 0.5 - 9.0 * octaves
 
 
 @pytest.mark.parametrize("cls", CLASSES)

@@ -36,10 +36,10 @@ def zoomed(a, t, limit, count=60, most=6):
             fine = np.linspace(-1.5, 1.5, 13)
             x, y = np.meshgrid(place[0] + reach[0] * fine, place[1] + reach[1] * fine)
             x, y = np.clip(x, t[0], t[-1]), np.clip(y, 0.0, longest)
-            found = np.where(x + y <= t[-1] + 1e-15, value_of(a, t, x, x + y), 0.0)
-            m = int(np.argmax(found))
+            result = np.where(x + y <= t[-1] + 1e-15, value_of(a, t, x, x + y), 0.0)
+            m = int(np.argmax(result))
             place, reach = (x.ravel()[m], y.ravel()[m]), 0.5 * reach
-        best = max(best, float(found.max()))
+        best = max(best, float(result.max()))
     return best
 
 
@@ -108,8 +108,8 @@ def test_ends_between_samples_are_better_than_those_at_samples():
 
 
 def test_a_plateau_has_its_first_window():
-    found = hic(np.full(2001, 40.0), np.linspace(1.0, 1.2, 2001), 0.015)
-    assert found == HIC(pytest.approx(0.015 * 40.0**2.5, rel=1e-12), 1.0, pytest.approx(1.015))
+    actual = hic(np.full(2001, 40.0), np.linspace(1.0, 1.2, 2001), 0.015)
+    assert actual == HIC(pytest.approx(0.015 * 40.0**2.5, rel=1e-12), 1.0, pytest.approx(1.015))
 
 
 @pytest.mark.filterwarnings("error")
@@ -161,8 +161,8 @@ BAD = [
     ([1.0, 2.0], [0.0, np.inf], "t_s: sample 1 is not finite"),
     ([1.0, 2.0, 3.0], [0.0, 1.0, 1.0], "t_s: times must rise, from sample 1 to 2"),
     ([1.0, 2.0], [1.0, 0.0], "t_s: times must rise"),
-    ([1.0, 2.0, 3.0], [0.0, 1.0], r"two lists as long; found \(\(3,\), \(2,\)\)"),
-    (np.ones((3, 3)), [0.0, 1.0, 2.0], r"two lists as long.*np.linalg.norm\(components, axis=1\)"),
+    ([1.0, 2.0, 3.0], [0.0, 1.0], r"the same length; found \(\(3,\), \(2,\)\)"),
+    (np.ones((3, 3)), [0.0, 1.0, 2.0], r"the same length.*np.linalg.norm\(components, axis=1\)"),
     ([1.0], [0.0], "two samples at least"),
     ([], [], "two samples at least"),
     ([1.0, -0.5], [0.0, 1.0], "a_g: a resultant is never negative.*found -0.5.*Filter the comp"),

@@ -38,14 +38,14 @@ def signal(seed: int):
 def test_the_level_is_the_largest_that_is_held(seed, cumulative):
     a, t = signal(seed)
     duration = 0.3 * (t[-1] - t[0])
-    found = clip(a, t, duration, cumulative=cumulative)
+    actual = clip(a, t, duration, cumulative=cumulative)
     slack = 0.012 * (t[-1] - t[0])
-    assert held(a, t, found.value - 1e-9, cumulative) >= duration - slack
-    assert held(a, t, found.value + 1e-6, cumulative) <= duration + slack
+    assert held(a, t, actual.value - 1e-9, cumulative) >= duration - slack
+    assert held(a, t, actual.value + 1e-6, cumulative) <= duration + slack
     if not cumulative:
-        inside = np.linspace(found.start, found.end, 999)
-        assert found.end - found.start >= duration * (1.0 - 1e-12)
-        assert np.interp(inside, t, a).min() >= found.value - 1e-9
+        inside = np.linspace(actual.start, actual.end, 999)
+        assert actual.end - actual.start >= duration * (1.0 - 1e-12)
+        assert np.interp(inside, t, a).min() >= actual.value - 1e-9
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -66,9 +66,9 @@ def test_two_peaks_count_together_only_when_asked():
 def test_a_saddle_joins_two_peaks():
     """At its own level, and not just above."""
     t, a = np.arange(5.0), np.array([0.0, 10.0, 4.0, 10.0, 0.0])
-    found = clip(a, t, 2.5)
-    assert found.value == 4.0
-    assert (found.start, found.end) == pytest.approx((0.4, 3.6))
+    actual = clip(a, t, 2.5)
+    assert actual.value == 4.0
+    assert (actual.start, actual.end) == pytest.approx((0.4, 3.6))
 
 
 def test_a_plateau_is_held_as_long_as_it_lasts():

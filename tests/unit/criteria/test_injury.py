@@ -14,14 +14,14 @@ T = np.linspace(0.0, 0.1, 1001)
 
 def test_bric_takes_the_maximum_of_each_axis_whenever_it_is() -> None:
     w = np.stack([30.0 * np.sin(50 * T), -20.0 * np.cos(70 * T), 10.0 * np.sin(90 * T)], axis=1)
-    found = bric(w)
-    np.testing.assert_allclose(found.greatest, [30, 20, 10], rtol=1e-4)
-    assert found.value == pytest.approx(
+    actual = bric(w)
+    np.testing.assert_allclose(actual.greatest, [30, 20, 10], rtol=1e-4)
+    assert actual.value == pytest.approx(
         np.sqrt((30 / 66.25) ** 2 + (20 / 56.45) ** 2 + (10 / 42.87) ** 2), rel=1e-4
     )
     # A head that turns about one axis only, and twice as fast.
-    assert bric(2.0 * w).value == pytest.approx(2.0 * found.value, rel=1e-14)
-    assert bric(-w).value == found.value
+    assert bric(2.0 * w).value == pytest.approx(2.0 * actual.value, rel=1e-14)
+    assert bric(-w).value == actual.value
 
 
 @pytest.mark.parametrize(
@@ -39,9 +39,9 @@ def test_bric_takes_the_maximum_of_each_axis_whenever_it_is() -> None:
 )
 def test_nij_is_the_sum_of_two_shares(force: float, moment: float, mode: str, value: float) -> None:
     shape = np.sin(np.pi * T / 0.1)
-    found = nij(force * shape, moment * shape)
-    assert found.value == pytest.approx(value, rel=1e-12)
-    assert (found.mode, found.sample) == (mode, 500)
+    actual = nij(force * shape, moment * shape)
+    assert actual.value == pytest.approx(value, rel=1e-12)
+    assert (actual.mode, actual.sample) == (mode, 500)
 
 
 def test_nij_of_another_dummy_has_its_intercepts() -> None:
@@ -54,11 +54,11 @@ def test_vc_is_exact_for_a_parabola() -> None:
     """D = d (1 − (t/T)²): V C is largest in magnitude as it comes back; going in, at t = −T/√3."""
     depth, half = 0.05, 0.02
     t = np.linspace(-half, half, 4001)
-    found = vc(depth * (1 - (t / half) ** 2), t[1] - t[0])
+    actual = vc(depth * (1 - (t / half) ** 2), t[1] - t[0])
     # max of 2 d² x (1 − x²) / T at x = 1/√3.
     expected = 1.3 / 0.229 * depth**2 / half * 4.0 / (3.0 * np.sqrt(3.0))
-    assert found.value == pytest.approx(expected, rel=1e-6)
-    assert found.time - half == pytest.approx(-half / np.sqrt(3.0), abs=2e-5)
+    assert actual.value == pytest.approx(expected, rel=1e-6)
+    assert actual.time - half == pytest.approx(-half / np.sqrt(3.0), abs=2e-5)
     assert vc(np.full(9, 0.03), 1e-3).value == 0.0
     other = vc(depth * (1 - (t / half) ** 2), t[1] - t[0], scale=1.0, depth=0.14)
     assert other.value == pytest.approx(expected * (0.229 / 1.3) / 0.14, rel=1e-6)
@@ -66,14 +66,14 @@ def test_vc_is_exact_for_a_parabola() -> None:
 
 def test_femur_force_of_a_triangle() -> None:
     """Rises to P in 10 ms and falls in 10 ms: P (1 − d / 20 ms) is held for d."""
-    found = femur_force([0.0, -8000.0, 0.0], [0.0, 0.01, 0.02])
-    assert (found.peak, found.held) == (8000.0, pytest.approx(4000.0))
-    assert found.ratio == pytest.approx(8000.0 / 9070.0)
+    actual = femur_force([0.0, -8000.0, 0.0], [0.0, 0.01, 0.02])
+    assert (actual.peak, actual.held) == (8000.0, pytest.approx(4000.0))
+    assert actual.ratio == pytest.approx(8000.0 / 9070.0)
 
 
 def test_femur_force_that_lasts_is_judged_by_the_lower_limit() -> None:
-    found = femur_force([-7580.0, -7580.0], [0.0, 0.03])
-    assert (found.peak, found.held, found.ratio) == (7580.0, 7580.0, 1.0)
+    actual = femur_force([-7580.0, -7580.0], [0.0, 0.03])
+    assert (actual.peak, actual.held, actual.ratio) == (7580.0, 7580.0, 1.0)
     two = [0.0, 0.006, 0.0061, 0.0099, 0.01, 0.016]
     force = [-7000.0, -7000.0, 0.0, 0.0, -7000.0, -7000.0]
     assert femur_force(force, two).held == pytest.approx(7000.0, rel=0.02)
@@ -90,11 +90,11 @@ def test_femur_force_that_lasts_is_judged_by_the_lower_limit() -> None:
         (lambda: bric([1.0, 2.0, 3.0]), "bric, w: must have a row of three"),
         (lambda: bric([[1.0, 2.0, np.nan]]), "bric, w: sample 0 is not finite"),
         (lambda: bric([[1.0, 2.0, 3.0]], [1.0, 0.0, 1.0]), "bric, critical: must be positive"),
-        (lambda: nij([1.0, 2.0], [1.0]), "nij: force and moment must be two lists as long"),
+        (lambda: nij([1.0, 2.0], [1.0]), "nij: force and moment must have the same length"),
         (lambda: nij([1.0], [1.0], HYBRID_III_5._replace(tension=0.0)), "limits.tension"),
         (lambda: vc([1.0, 2.0], 0.1), "vc, deflection: five samples"),
         (lambda: vc(np.zeros(9), 0.0), "vc, dt: must be positive"),
-        (lambda: femur_force([1.0, 2.0], [0.0]), "two lists as long"),
+        (lambda: femur_force([1.0, 2.0], [0.0]), "the same length"),
         (lambda: femur_force([1.0, 2.0], [1.0, 0.0]), "times must rise"),
     ],
 )

@@ -41,8 +41,8 @@ def test_it_is_the_largest_eigenvalue() -> None:
         M[:3, :3], M[3:, 3:] = 3.0 * np.eye(3), INERTIA
         K = stiffness(points - centre, normals, along, across)
         expected = np.linalg.eigvals(np.linalg.solve(M, K)).real.max()
-        found = fastest(points, normals, along, across, row_of(motion, one), one)
-        assert found == pytest.approx(expected, rel=1e-12)
+        actual = fastest(points, normals, along, across, row_of(motion, one), one)
+        assert actual == pytest.approx(expected, rel=1e-12)
 
 
 def test_what_is_held_does_not_vibrate() -> None:

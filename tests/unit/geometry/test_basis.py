@@ -47,5 +47,5 @@ def test_new_points_give_the_same_curve(what):
         rows = basis_nb.elevation_rows(KNOTS, DEGREE, COUNT, knots)
     np.testing.assert_allclose(rows[1].sum(axis=1), 1.0, atol=1e-14)
     assert rows[1].min() >= -1e-15
-    found = spline(knots, degree, basis_nb.apply_rows(*rows, points))
-    np.testing.assert_allclose(found, spline(KNOTS, DEGREE, points), atol=1e-13)
+    actual = spline(knots, degree, basis_nb.apply_rows(*rows, points))
+    np.testing.assert_allclose(actual, spline(KNOTS, DEGREE, points), atol=1e-13)

@@ -32,11 +32,11 @@ def test_bernstein_cubic_has_its_closed_form():
     value = s**3 * a[0] + 3 * s**2 * t * a[1] + 3 * s * t**2 * a[2] + t**3 * a[3]
     slope = 3 * (s**2 * (a[1] - a[0]) + 2 * s * t * (a[2] - a[1]) + t**2 * (a[3] - a[2]))
     third = 6 * (a[3] - 3 * a[2] + 3 * a[1] - a[0])
-    found = curve.derivatives(T, order=5)
-    np.testing.assert_allclose(found[:, 0], value, rtol=0, atol=1e-14)
-    np.testing.assert_allclose(found[:, 1], slope, rtol=0, atol=1e-14)
-    np.testing.assert_allclose(found[:, 3], np.broadcast_to(third, (23, 3)), rtol=0, atol=1e-13)
-    assert not found[:, 4:].any()
+    actual = curve.derivatives(T, order=5)
+    np.testing.assert_allclose(actual[:, 0], value, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(actual[:, 1], slope, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(actual[:, 3], np.broadcast_to(third, (23, 3)), rtol=0, atol=1e-13)
+    assert not actual[:, 4:].any()
 
 
 def test_rational_derivatives_of_a_circle_obey_its_equation():

@@ -20,9 +20,9 @@ def test_a_star_is_cut_into_ears_of_its_area():
     xy = np.where(np.arange(10) % 2, 0.4, 1.0)[:, None] * np.stack(
         [np.cos(angle), np.sin(angle)], 1
     )
-    found = ears_nb.ears(xy, ears_nb.one_ring(xy, np.array([0, 10])))
-    assert found.shape == (8, 3)
-    signed = area(xy, found)
+    actual = ears_nb.ears(xy, ears_nb.one_ring(xy, np.array([0, 10])))
+    assert actual.shape == (8, 3)
+    signed = area(xy, actual)
     assert (signed > 0.0).all()
     x, y = xy.T
     outline = 0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum()
@@ -39,5 +39,5 @@ def test_a_hole_joins_the_ring_and_takes_no_area():
     assert ring.tolist()[:2] == [0, 4]
     assert ring.tolist()[4:7] == [7, 4, 0] or ring.tolist()[4:7] == [5, 4, 0]
     assert sorted(set(ring.tolist())) == list(range(8))
-    found = ears_nb.ears(xy, ring)
-    assert area(xy, found).sum() == pytest.approx(15.0, rel=1e-14)
+    actual = ears_nb.ears(xy, ring)
+    assert area(xy, actual).sum() == pytest.approx(15.0, rel=1e-14)

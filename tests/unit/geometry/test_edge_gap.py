@@ -28,15 +28,15 @@ def gap_to(curve, pcurve):
 
 def test_an_image_on_its_edge_has_no_gap():
     square = [[0.5, 0.5], [1.5, 0.5], [1.5, 1.5], [0.5, 1.5], [0.5, 0.5]]
-    found = gap_to(polyline([[*p, 0.0] for p in square]), polyline(square))
-    assert found.gap == pytest.approx(0.0, abs=1e-15)
+    actual = gap_to(polyline([[*p, 0.0] for p in square]), polyline(square))
+    assert actual.gap == pytest.approx(0.0, abs=1e-15)
 
 
 def test_the_gap_and_its_place():
     line = polyline([[0.5, 0.5, 0.01], [1.5, 0.5, 0.03]])
-    found = gap_to(line, polyline([[0.5, 0.5], [1.5, 0.5]]))
-    assert found.gap == pytest.approx(0.03, rel=1e-3)
-    assert found.point == pytest.approx((1.5, 0.5, 0.0))
+    actual = gap_to(line, polyline([[0.5, 0.5], [1.5, 0.5]]))
+    assert actual.gap == pytest.approx(0.03, rel=1e-3)
+    assert actual.point == pytest.approx((1.5, 0.5, 0.0))
 
 
 def test_the_worst_is_found_between_samples():
@@ -45,8 +45,8 @@ def test_the_worst_is_found_between_samples():
         3, [0, 0, 0, 0, 1, 1, 1, 1], [[0.5, 0.5], [0.6, 0.5], [0.7, 0.5009], [1.5, 0.5]]
     )
     fine = bulge.evaluate(np.linspace(0, 1, 20001))
-    found = gap_to(polyline([[0.5, 0.5, 0.0], [1.5, 0.5, 0.0]]), bulge)
-    assert found.gap == pytest.approx(float(fine[:, 1].max() - 0.5), rel=1e-6)
+    actual = gap_to(polyline([[0.5, 0.5, 0.0], [1.5, 0.5, 0.0]]), bulge)
+    assert actual.gap == pytest.approx(float(fine[:, 1].max() - 0.5), rel=1e-6)
 
 
 def test_parameters_need_not_agree():
@@ -61,8 +61,8 @@ def test_a_curve_that_comes_back_close_to_itself(teeth):
     """The nearest sample may lie on another tooth: the foot is looked for again, more densely."""
     x = np.linspace(0.5, 1.5, 2 * teeth + 1)
     zigzag = np.column_stack([x, np.where(np.arange(2 * teeth + 1) % 2, 1.5, 0.5)])
-    found = gap_to(polyline(np.column_stack([zigzag, 0 * x])), polyline(zigzag))
-    assert found.gap < 1e-12
+    actual = gap_to(polyline(np.column_stack([zigzag, 0 * x])), polyline(zigzag))
+    assert actual.gap < 1e-12
 
 
 def test_natural_sides_and_parts_of_them():

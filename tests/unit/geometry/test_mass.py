@@ -61,8 +61,8 @@ def test_a_tighter_tolerance_is_closer():
     body = ball().transformed(np.diag([1.0, 1.0, 40.0, 1.0]))
     exact = 40.0 * 4.0 * np.pi / 3.0 * np.array([1.0, 0.2, 0.2, 0.2 * 1600.0])
     for rtol in (1e-6, 1e-12):
-        found = body_moments(body, np.zeros(3), rtol)[[0, 4, 5, 6]]
-        assert np.abs(found / exact - 1.0).max() < rtol
+        moments = body_moments(body, np.zeros(3), rtol)[[0, 4, 5, 6]]
+        assert np.abs(moments / exact - 1.0).max() < rtol
 
 
 def test_meshes_do_not_depend_on_the_order_of_the_origin():

@@ -221,8 +221,8 @@ def test_size_and_place_of_the_parameters_do_not_matter(scale):
     body = Body(plate(4 * scale, 4 * scale, at), trims=[[loop]])
     uv = np.random.default_rng(0).random((5000, 2)) * 4
     inside = np.hypot(uv[:, 0] - 2, uv[:, 1] - 2) <= 1.0
-    found = nb.points_in_trim(body.trim_tables, 0, uv * scale + at)
-    assert np.array_equal(found, inside)
+    actual = nb.points_in_trim(body.trim_tables, 0, uv * scale + at)
+    assert np.array_equal(actual, inside)
     assert body.area() == pytest.approx(math.pi * scale**2, rel=1e-9)
 
 
@@ -274,7 +274,7 @@ def test_area_of_a_trimmed_sphere_cap_is_that_of_the_closed_form():
 @pytest.mark.interpreted
 def test_roots_at_halves_and_double_roots_are_found():
     # (t − ½)(t − ¼) and (t − ⅓)², in Bernstein form of degree 2.
-    found = build_nb.roots_inside(np.array([0.125, -0.25, 0.375]))
-    assert np.allclose(found, [0.25, 0.5], atol=1e-13)
+    actual = build_nb.roots_inside(np.array([0.125, -0.25, 0.375]))
+    assert np.allclose(actual, [0.25, 0.5], atol=1e-13)
     double = build_nb.roots_inside(np.array([1.0 / 9.0, -2.0 / 9.0, 4.0 / 9.0]))
     assert double.size == 0 or np.allclose(double, 1.0 / 3.0, atol=1e-6)

@@ -56,21 +56,21 @@ def test_curves_of_a_deck_are_scaled_and_shifted(tmp_path: Path) -> None:
 
 def test_a_curve_of_a_deck_is_converted(tmp_path: Path) -> None:
     deck = write(tmp_path, "deck.k", DECK)
-    found = read_curve(deck, STRESS, CASE, curve=12, units=["1", "MPa"])
-    np.testing.assert_allclose(found, [[0.1, 1e-3], [0.6, 4e-3]], rtol=1e-15)
+    actual = read_curve(deck, STRESS, CASE, curve=12, units=["1", "MPa"])
+    np.testing.assert_allclose(actual, [[0.1, 1e-3], [0.6, 4e-3]], rtol=1e-15)
     assert read_curve(deck, STRESS, CASE, curve=7).tolist() == [[0.0, 0.0], [1.0, 3.0]]
 
 
 def test_a_blank_title_is_a_card(tmp_path: Path) -> None:
     text = "*DEFINE_CURVE_TITLE\n\n5\n0.0, 0.0\n0.25, 1.0\n0.5, 2.0\n*END\n"
-    found = read_curve(write(tmp_path, "deck.k", text), STRESS, CASE)
-    assert found.tolist() == [[0.0, 0.0], [0.25, 1.0], [0.5, 2.0]]
+    actual = read_curve(write(tmp_path, "deck.k", text), STRESS, CASE)
+    assert actual.tolist() == [[0.0, 0.0], [0.25, 1.0], [0.5, 2.0]]
 
 
 def test_a_negative_scale_turns_the_points_round(tmp_path: Path) -> None:
     text = "*DEFINE_CURVE\n5, 0, -1.0\n0.0, 3.0\n1.0, 2.0\n1.0, 1.0\n4.0, 0.0\n*END\n"
-    found = read_curve(write(tmp_path, "deck.k", text), STRESS, CASE)
-    assert found.tolist() == [[-4.0, 0.0], [-1.0, 1.0], [-1.0, 2.0], [0.0, 3.0]]
+    actual = read_curve(write(tmp_path, "deck.k", text), STRESS, CASE)
+    assert actual.tolist() == [[-4.0, 0.0], [-1.0, 1.0], [-1.0, 2.0], [0.0, 3.0]]
 
 
 def test_parameters_matter_in_the_curve_that_is_asked_for(tmp_path: Path) -> None:
@@ -89,11 +89,11 @@ def test_parameters_matter_in_the_curve_that_is_asked_for(tmp_path: Path) -> Non
 def test_columns_say_their_units_or_are_given_them(tmp_path: Path) -> None:
     text = "strain [%]; note; stress (MPa)\n0; 1; 0\n50; 1; 0.7\n"
     sheet = write(tmp_path, "foam.csv", text)
-    found = read_curve(sheet, STRESS, CASE, columns=["strain", "stress"])
-    np.testing.assert_allclose(found, [[0.0, 0.0], [0.5, 7e-4]], rtol=1e-15)
+    actual = read_curve(sheet, STRESS, CASE, columns=["strain", "stress"])
+    np.testing.assert_allclose(actual, [[0.0, 0.0], [0.5, 7e-4]], rtol=1e-15)
     plain = write(tmp_path, "spring.csv", "x,F\n0,0\n2,3\n")
-    found = read_curve(plain, ("length", "force"), CASE, units=["in", "N"])
-    np.testing.assert_allclose(found, [[0.0, 0.0], [50.8, 3e-3]], rtol=1e-15)
+    actual = read_curve(plain, ("length", "force"), CASE, units=["in", "N"])
+    np.testing.assert_allclose(actual, [[0.0, 0.0], [50.8, 3e-3]], rtol=1e-15)
     assert read_curve(plain, ("length", "force"), CASE).tolist() == [[0.0, 0.0], [2.0, 3.0]]
 
 

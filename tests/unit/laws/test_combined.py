@@ -65,8 +65,8 @@ def test_the_bracketed_solution_of_callables_is_that_of_their_table() -> None:
     depth = np.linspace(0.0, 1.2, 101)
     exact = CombinedLaw(StressLaw(rising_foam, 1.0), StressLaw(rising_pad, 0.4))
     curve = Characteristic(rising_foam)
-    found = CombinedLaw(StressLaw(lambda x: curve(x), 1.0), StressLaw(rising_pad, 0.4))
-    for a, b in zip(exact.split(law_input(depth)), found.split(law_input(depth)), strict=True):
+    result = CombinedLaw(StressLaw(lambda x: curve(x), 1.0), StressLaw(rising_pad, 0.4))
+    for a, b in zip(exact.split(law_input(depth)), result.split(law_input(depth)), strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-14)
 
 

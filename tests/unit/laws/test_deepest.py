@@ -27,21 +27,21 @@ def test_it_is_between_the_greatest_and_half_a_per_cent_more_in_any_unit(depth, 
 
 @pytest.mark.parametrize("n", [1, 2, 30, 100_000])
 def test_of_equals_it_is_known_in_closed_form(n) -> None:
-    found = deepest(np.full(n, 3.0))
-    assert found.depth == pytest.approx(3.0 / (1.0 - WIDTH * (1.0 - n**-0.5)), rel=1e-13)
-    np.testing.assert_allclose(found.weight, found.depth / (3.0 * n), rtol=1e-12)
+    actual = deepest(np.full(n, 3.0))
+    assert actual.depth == pytest.approx(3.0 / (1.0 - WIDTH * (1.0 - n**-0.5)), rel=1e-13)
+    np.testing.assert_allclose(actual.weight, actual.depth / (3.0 * n), rtol=1e-12)
 
 
 def test_it_is_the_deepest_point_where_that_is_alone() -> None:
-    found = deepest(np.array([2.0, 5.0, 5.0 * (1.0 - WIDTH), 0.0]))
-    assert found.depth == 5.0
-    assert found.weight.tolist() == [0.0, 1.0, 0.0, 0.0]
+    actual = deepest(np.array([2.0, 5.0, 5.0 * (1.0 - WIDTH), 0.0]))
+    assert actual.depth == 5.0
+    assert actual.weight.tolist() == [0.0, 1.0, 0.0, 0.0]
 
 
 def test_of_none_that_are_deep_all_weigh_alike() -> None:
-    found = deepest(np.zeros(4))
-    assert found.depth == 0.0
-    assert found.weight.tolist() == [0.25] * 4
+    actual = deepest(np.zeros(4))
+    assert actual.depth == 0.0
+    assert actual.weight.tolist() == [0.25] * 4
 
 
 @given(depths, st.integers(0, 39))

@@ -50,10 +50,10 @@ def ball_gaps(p: np.ndarray) -> np.ndarray:
 def test_the_nearest_to_a_plate_is_that_of_the_closed_form(low: float, depth: float) -> None:
     points = RNG.uniform([-30, -30, low], [30, 30, 20], (3_000, 3))
     gaps = plate_gaps(points, depth)
-    found = nearest(PLATE.surface, points, rows(points), depth=depth)
-    assert found.row == gaps.argmin()
-    assert found.gap == pytest.approx(gaps.min(), abs=1e-10)
-    assert (found.bounds <= gaps + 1e-12).all()
+    feet = nearest(PLATE.surface, points, rows(points), depth=depth)
+    assert feet.row == gaps.argmin()
+    assert feet.gap == pytest.approx(gaps.min(), abs=1e-10)
+    assert (feet.bounds <= gaps + 1e-12).all()
 
 
 @pytest.mark.parametrize("low", [-9.0, 0.5, 2.5])
@@ -61,11 +61,11 @@ def test_the_nearest_to_a_ball_is_the_deepest_one_inside(low: float) -> None:
     points = RNG.uniform([-9, -9, low], [9, 9, 9], (3_000, 3))
     signed, plain = ball_gaps(points), np.abs(ball_gaps(points))
     for depth, gaps in ((np.inf, signed), (None, plain)):
-        found = nearest(BALL.surface, points, rows(points), depth=depth)
-        assert (found.row, found.gap) == (gaps.argmin(), pytest.approx(gaps.min(), abs=1e-10))
+        feet = nearest(BALL.surface, points, rows(points), depth=depth)
+        assert (feet.row, feet.gap) == (gaps.argmin(), pytest.approx(gaps.min(), abs=1e-10))
 
 
 def test_only_the_rows_asked_for_count() -> None:
     points = np.array([[0.0, 0.0, 0.1], [0.0, 0.0, 3.0], [0.0, 0.0, 2.0]])
-    found = nearest(PLATE.surface, points, np.array([1, 2], np.int32))
-    assert (found.row, found.gap) == (2, pytest.approx(2.0))
+    feet = nearest(PLATE.surface, points, np.array([1, 2], np.int32))
+    assert (feet.row, feet.gap) == (2, pytest.approx(2.0))

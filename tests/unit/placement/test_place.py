@@ -77,8 +77,8 @@ def test_two_ellipsoids_beside_scipy() -> None:
         {"type": "eq", "fun": lambda x: np.square((x[3:] - centre) / b).sum() - 1.0},
     ]
     start = np.concatenate([[0.0, 0.0, a[2]], centre - [0.0, 0.0, b[2]]])
-    found = minimize(apart, start, constraints=on_both, method="SLSQP", options={"ftol": 1e-15})
-    assert found.fun == pytest.approx(0.3, abs=1e-7)
+    actual = minimize(apart, start, constraints=on_both, method="SLSQP", options={"ftol": 1e-15})
+    assert actual.fun == pytest.approx(0.3, abs=1e-7)
 
 
 def test_crossed_edges_of_two_meshes_meet_between_their_corners() -> None:
@@ -178,7 +178,7 @@ def test_size_does_not_matter() -> None:
 
 def test_a_way_past_the_other_is_refused() -> None:
     for way in (UP, np.array([1.0, 0.0, 0.0])):
-        with pytest.raises(cg.errors.InputError, match="never stands 1 from ball"):
+        with pytest.raises(cg.errors.InputError, match="never has a gap of 1 from ball"):
             cg.place(cg.Slave([[0.0, 0.0, 40.0]]), on=BALL, direction=way, gap=1.0)
 
 

@@ -64,17 +64,17 @@ COARSE, FINE = np.linspace(0.0, 4.0, 5), np.linspace(0.0, 4.0, 9)
 
 def test_a_run_beside_itself_is_the_same(tmp_path: Path) -> None:
     a = write_run(tmp_path / "a", FINE)
-    found = cg.compare(a, a)
-    assert found.same
-    assert found.settings == {}
-    assert "largest difference 0" in repr(found)
+    result = cg.compare(a, a)
+    assert result.same
+    assert result.settings == {}
+    assert "largest difference 0" in repr(result)
 
 
 def test_differences_are_those_of_the_curves(tmp_path: Path) -> None:
     a = write_run(tmp_path / "a", FINE)
     b = write_run(tmp_path / "b", FINE, factor=1.5, speed=-6.0)
-    found = cg.compare(a, b)
-    force = found.differences["head-pad.force"]
+    result = cg.compare(a, b)
+    force = result.differences["head-pad.force"]
     assert force.peaks == (4.0, 6.0)
     assert force.peak_times == (2.0, 2.0)
     assert (force.largest, force.at) == (2.0, 2.0)
@@ -82,21 +82,21 @@ def test_differences_are_those_of_the_curves(tmp_path: Path) -> None:
     # The trapezoidal rule over steps of 0.5; both ends are zero.
     square = (0.5 * FINE * (4.0 - FINE)) ** 2
     assert force.rms == pytest.approx(np.sqrt(0.5 * square[1:-1].sum() / 4.0), rel=1e-14)
-    assert found.settings == {"body.head.motion.velocity": ([0, 0, -5.0], [0, 0, -6.0])}
-    assert found.criteria == {"cg: HIC15": (100.0, 150.0)}
-    assert found.energies["relative"] == (1e-4, pytest.approx(1.5e-4))
-    assert found.timings["total"] == (2.0, 3.0)
-    assert found.differences["head-pad.area"].largest == 0.0, "gaps between written steps are none"
+    assert result.settings == {"body.head.motion.velocity": ([0, 0, -5.0], [0, 0, -6.0])}
+    assert result.criteria == {"cg: HIC15": (100.0, 150.0)}
+    assert result.energies["relative"] == (1e-4, pytest.approx(1.5e-4))
+    assert result.timings["total"] == (2.0, 3.0)
+    assert result.differences["head-pad.area"].largest == 0.0, "gaps between written steps are none"
 
 
 def test_other_steps_and_ends_are_interpolated(tmp_path: Path) -> None:
     a, b = write_run(tmp_path / "a", COARSE), write_run(tmp_path / "b", FINE[:8])
-    found = cg.compare(a, b)
-    assert found.span == (0.0, 3.5)
+    result = cg.compare(a, b)
+    assert result.span == (0.0, 3.5)
     # A chord of a parabola of curvature 2 over a step of 1 is 1/4 off in its middle.
-    force = found.differences["head-pad.force"]
+    force = result.differences["head-pad.force"]
     assert (force.largest, force.at) == (0.25, 0.5)
-    assert not found.same
+    assert not result.same
 
 
 def test_what_one_run_alone_has_is_named(tmp_path: Path) -> None:

@@ -29,12 +29,15 @@ def test_key_figures_are_the_extremes_of_the_history(run: Run) -> None:
 
 
 def test_criteria_are_key_figures(run: Run) -> None:
-    found = {
+    values = {
         "HIC15": {"value": 1012.0, "start": 5.0, "end": 11.0},
         "3ms": {"value": 127.9, "unit": "g", "start": 8.0, "end": 11.0},
     }
     told = {
-        "sensors": {"head": {"criteria": found}, **{f"s{k}": {"criteria": found} for k in range(9)}}
+        "sensors": {
+            "head": {"criteria": values},
+            **{f"s{k}": {"criteria": values} for k in range(9)},
+        }
     }
     tiles = key_figures(run._replace(summary=told))
     for text in ("HIC15 of head", "t = 5 to 11 ms", "127.9 <small>g", "3ms of s1"):

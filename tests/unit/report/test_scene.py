@@ -11,6 +11,7 @@ from matplotlib.image import imread
 
 from contiga.io.out.vtkhdf import read_fields
 from contiga.report.camera import look, project
+from contiga.report.coloured import REGIONS, fields_of, first_field, region_colours
 from contiga.report.peak import Peak, at_frame
 from contiga.report.run_folder import Units
 from contiga.report.scene import (
@@ -26,7 +27,6 @@ from contiga.report.scene import (
     upwards,
 )
 from contiga.report.shading import mesh_layer, thickened
-from contiga.report.shown import REGIONS, fields_of, first_field, region_colours
 
 from .conftest import outlined, write_fields
 
@@ -146,8 +146,8 @@ def test_outlines_are_drawn_in_the_colour_of_their_region(tmp_path: Path) -> Non
     for line, colour in zip(peak.outlines, REGIONS, strict=False):
         wanted = np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0
         column, row, _ = np.rint(project(camera, line.points)).astype(int).T
-        found = picture[row, column]
-        assert np.abs(found - wanted).max() < 1e-6
+        actual = picture[row, column]
+        assert np.abs(actual - wanted).max() < 1e-6
 
 
 def test_thick_lines_stay_in_the_picture() -> None:

@@ -90,9 +90,9 @@ def test_hollows_is_zero_on_a_slope_and_positive_in_a_groove() -> None:
     slope = 100.0 + 0.3 * columns - 0.2 * rows
     np.testing.assert_allclose(hollows(slope, 4, 50.0), 0.0, atol=1e-12)
     groove = 100.0 - np.abs(columns - 20.0)
-    found = hollows(groove, 4, 50.0)
-    assert found.shape == (20, 20)
-    assert found[10, 10] > 0.0
+    actual = hollows(groove, 4, 50.0)
+    assert actual.shape == (20, 20)
+    assert actual[10, 10] > 0.0
     assert hollows(-groove + 200.0, 4, 50.0)[10, 10] < 0.0
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from contiga.io.out.vtkhdf import read_fields
+from contiga.report.coloured import REGIONS
 from contiga.report.frames import Frame, frames_of
 from contiga.report.peak import Peak, at_frame
 from contiga.report.run_folder import Units
-from contiga.report.shown import REGIONS
 from contiga.report.space import View, view_of
 
 from .conftest import DEPTHS, RADIUS, outlined, write_fields

@@ -85,8 +85,8 @@ def played(
         check=True,
         timeout=60,
     )
-    told: dict = json.loads(run.stdout)
-    return told
+    data: dict = json.loads(run.stdout)
+    return data
 
 
 def write_turning(path: Path) -> None:

@@ -57,10 +57,10 @@ def test_no_side_is_longer_than_the_size_and_a_small_hole_is_round(tmp_path: Pat
 def test_a_size_that_takes_too_many_triangles_is_refused(tmp_path: Path, size: float) -> None:
     with pytest.raises(
         cg.errors.InputError, match=r"output.size: would draw body .*or more"
-    ) as told:
+    ) as caught:
         drawn(tmp_path / "out", plate(), size)
     assert not (tmp_path / "out").exists()
-    least = float(told.value.allowed.split()[0])
+    least = float(caught.value.allowed.split()[0])
     assert size < least < 0.01
 
 
@@ -71,5 +71,5 @@ def area(corners: np.ndarray) -> float:
 
 def test_triangles_are_drawn_as_they_are(tmp_path: Path) -> None:
     mesh = cg.Body([cg.shapes.sphere()]).tessellate(0.05)
-    found = drawn(tmp_path, mesh, 0.1)
-    np.testing.assert_array_equal(found, mesh.vertices[mesh.triangles])
+    actual = drawn(tmp_path, mesh, 0.1)
+    np.testing.assert_array_equal(actual, mesh.vertices[mesh.triangles])

@@ -33,7 +33,7 @@ SUMMARY = {"units": UNITS, "sensors": SENSORS, "springs": {"belt": {"filter": No
 
 
 def test_codes_units_and_values() -> None:
-    found = {one.code: one for one in channels_of(HISTORY, SUMMARY)}
+    actual = {one.code: one for one in channels_of(HISTORY, SUMMARY)}
     scales = {  # from mm, kg and ms to SI
         "11HEAD0000H3ACX0": ("m/(s*s)", 3.0 * 1e-3 / 1e-6),
         "11HEAD0000H3ACR0": ("m/(s*s)", 3.0 * 1e-3 / 1e-6),
@@ -44,13 +44,13 @@ def test_codes_units_and_values() -> None:
         "10NECK000000ANY0": ("rad", 1.0),
         "10BELT000000FO00": ("N", 1e-3 / 1e-6),
     }
-    assert set(found) == set(scales)
+    assert set(actual) == set(scales)
     for code, (unit, scale) in scales.items():
-        one = found[code]
+        one = actual[code]
         assert one.unit == unit
         np.testing.assert_allclose(one.values, scale * TIMES, rtol=1e-13)
         assert (one.start, one.interval) == (0.0, pytest.approx(5e-4))
-    assert found["11HEAD0000H3ACXC"].filter == "180"
+    assert actual["11HEAD0000H3ACXC"].filter == "180"
 
 
 def test_names_that_begin_alike_have_codes_of_their_own() -> None:
@@ -66,8 +66,8 @@ def test_codes_made_of_names_are_as_many_as_wanted_and_leave_those_given() -> No
         "own": {"filter": None, "code": "10HEAD000000"}
     }
     history = {"time": TIMES} | {f"{name}.x": TIMES for name in sensors}
-    found = channels_of(history, {"units": UNITS, "sensors": sensors})
-    codes = {one.name: one.code for one in found}
+    result = channels_of(history, {"units": UNITS, "sensors": sensors})
+    codes = {one.name: one.code for one in result}
     assert len(set(codes.values())) == 251
     assert {len(code) for code in codes.values()} == {16}
     assert (codes["own x"], codes["head_0 x"]) == ("10HEAD000000DSX0", "10HEAD010000DSX0")
@@ -102,8 +102,8 @@ def test_columns_that_are_not_finite_are_left_out_and_told() -> None:
     sensors = {"units": UNITS, "sensors": {"head": {"filter": None}}}
     history = {"time": TIMES, "head.x": np.nan * TIMES, "head.y": TIMES}
     with pytest.warns(ContigaWarning, match="left out, as they are not finite: head.x"):
-        found = channels_of(history, sensors)
-    assert [one.code[-4:] for one in found] == ["DSY0"]
+        actual = channels_of(history, sensors)
+    assert [one.code[-4:] for one in actual] == ["DSY0"]
 
 
 @pytest.mark.parametrize(

@@ -38,11 +38,11 @@ def test_a_longer_run_is_one_run(
     for i, k in enumerate(ends):
         until(whole, k).run(tmp_path / "parts", resume=i > 0)
         assert (tmp_path / "parts" / "history.csv").is_file()
-    found = whole.run(tmp_path / "parts", resume=True)
-    same_history(expected.history, found.history)
-    same_states(expected.state, found.state)
+    result = whole.run(tmp_path / "parts", resume=True)
+    same_history(expected.history, result.history)
+    same_states(expected.state, result.state)
     same_output(tmp_path)
-    assert found.summary["notes"] == expected.summary["notes"]
+    assert result.summary["notes"] == expected.summary["notes"]
     names = [sorted(p.name for p in (tmp_path / k).iterdir()) for k in ("whole", "parts")]
     assert names[0] == names[1]
 
@@ -59,8 +59,8 @@ def test_what_a_run_left_stays_until_the_longer_one_is_through(
             whole.run(tmp_path / "parts", resume=True, progress=stop_after(steps))
         assert (tmp_path / "parts" / "history.csv").read_bytes() == before
         assert len(read_fields(tmp_path / "parts" / "fields.vtkhdf").times) == 3
-    found = whole.run(tmp_path / "parts", resume=True)
-    same_history(expected.history, found.history)
+    result = whole.run(tmp_path / "parts", resume=True)
+    same_history(expected.history, result.history)
     same_output(tmp_path)
 
 
@@ -90,22 +90,22 @@ def fall(end: float, stepping: type, step: float) -> Simulation:
 def test_equal_steps_that_divide_are_those_of_one_run(tmp_path: Path) -> None:
     expected = fall(1.0, EqualSteps, 0.03125).run(tmp_path / "whole")
     fall(0.5, EqualSteps, 0.03125).run(tmp_path / "parts")
-    found = fall(1.0, EqualSteps, 0.03125).run(tmp_path / "parts", resume=True)
+    result = fall(1.0, EqualSteps, 0.03125).run(tmp_path / "parts", resume=True)
     assert expected.history["n_contact"].max() > 0
-    same_history(expected.history, found.history)
-    same_states(expected.state, found.state)
-    assert found.summary["notes"] == expected.summary["notes"]
+    same_history(expected.history, result.history)
+    same_states(expected.state, result.state)
+    assert result.summary["notes"] == expected.summary["notes"]
 
 
 @pytest.mark.parametrize(("stepping", "step"), [(EqualSteps, 0.03), (AutoSteps, 0.02)])
 def test_it_is_told_where_the_bits_are_others(tmp_path: Path, stepping: type, step: float) -> None:
     expected = fall(1.0, stepping, step).run()
     fall(0.5, stepping, step).run(tmp_path)
-    found = fall(1.0, stepping, step).run(tmp_path, resume=True)
-    (note,) = [text for text in found.summary["notes"] if "went on" in text]
+    answer = fall(1.0, stepping, step).run(tmp_path, resume=True)
+    (note,) = [text for text in answer.summary["notes"] if "went on" in text]
     assert "t = 0.5" in note
     assert "not bit for bit" in note
-    last = [result.history["ball.z"][-1] for result in (expected, found)]
+    last = [result.history["ball.z"][-1] for result in (expected, answer)]
     assert last[0] != last[1]
     np.testing.assert_allclose(last[1], last[0], atol=2e-3)
 

@@ -114,7 +114,7 @@ def test_rates_off_the_centres_and_as_they_speed_up() -> None:
     point = np.array([0.0, 0.4, 0.3])
     sled = cg.motion.Accelerated([[0, pulse], [9, pulse]], direction="x")
     ball = cg.motion.Free(mass=1.0, inertia=np.eye(3), centre=(0, 0, 0), spin=W * AXIS)
-    told = (
+    history = (
         cg.Simulation(
             bodies={"sled": (BALL, sled), "ball": (BALL, ball)},
             slaves={},
@@ -134,13 +134,13 @@ def test_rates_off_the_centres_and_as_they_speed_up() -> None:
         .run()
         .history
     )
-    t, spin = told["time"], W * AXIS
+    t, spin = history["time"], W * AXIS
     arm = Rotation.from_rotvec(np.outer(t, spin)).apply(point)
     sled_v = np.outer(t, [pulse, 0, 0])
     v = np.outer(t, g) + np.cross(spin, arm) - sled_v
     a = g + np.cross(spin, np.cross(spin, arm)) - np.array([pulse, 0, 0])
-    np.testing.assert_allclose(vectors(told, "seen.v"), v, atol=1e-5)
-    np.testing.assert_allclose(vectors(told, "seen.a"), a, atol=1e-5)
+    np.testing.assert_allclose(vectors(history, "seen.v"), v, atol=1e-5)
+    np.testing.assert_allclose(vectors(history, "seen.a"), a, atol=1e-5)
 
 
 CASE = """

@@ -15,13 +15,13 @@ def test_means_have_the_integral_and_are_those_of_straight_lines() -> None:
     straight = 0.5 * steps * (signal[1:] + signal[:-1])
     for grid in (np.linspace(0.0, 10.0, 7), np.linspace(0.0, 10.0, 3001), times):
         for impulses in (straight, straight + rng.normal(size=straight.shape)):
-            found = means(grid, times, signal, impulses)
+            actual = means(grid, times, signal, impulses)
             np.testing.assert_allclose(
-                np.trapezoid(found, grid, axis=0), impulses.sum(axis=0), atol=1e-12
+                np.trapezoid(actual, grid, axis=0), impulses.sum(axis=0), atol=1e-12
             )
     fine = np.linspace(0.0, 10.0, 200_001)
-    found = means(fine, times, signal, straight)[:, 0]
-    np.testing.assert_allclose(found[1:-1], np.interp(fine, times, signal[:, 0])[1:-1], atol=0.01)
+    actual = means(fine, times, signal, straight)[:, 0]
+    np.testing.assert_allclose(actual[1:-1], np.interp(fine, times, signal[:, 0])[1:-1], atol=0.01)
 
 
 def test_even_times_are_kept_and_others_made() -> None:

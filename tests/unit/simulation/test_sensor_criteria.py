@@ -37,12 +37,12 @@ def test_bric_of_a_steady_spin_about_the_axes_of_the_head(units: tuple[str, str,
         "cg", "head", axes="body", measures=["acceleration", "spin"], criteria=["BrIC"]
     )
     result = run_of(units, [sensor], bodies={"head": (ball, motion)})
-    found = result.summary["sensors"]["cg"]["criteria"]["BrIC"]
+    actual = result.summary["sensors"]["cg"]["criteria"]["BrIC"]
     # its body's axes are the world's at the start
     w = np.array([result.history[f"cg.w{axis}"][0] for axis in "xyz"]) * second
     np.testing.assert_allclose(w, spin * second, rtol=1e-9)
-    assert found["value"] == pytest.approx(cg.criteria.bric([w]).value, rel=1e-6)
-    assert "unit" not in found
+    assert actual["value"] == pytest.approx(cg.criteria.bric([w]).value, rel=1e-6)
+    assert "unit" not in actual
 
 
 @pytest.mark.parametrize("units", [SI, MM])
@@ -66,9 +66,9 @@ def test_bric_of_a_top_whose_axes_tumble(units: tuple[str, str, str]) -> None:
     truth = np.array([across * np.cos(angle), across * np.sin(angle), along + 0.0 * angle])
     w = np.array([h[f"cg.w{axis}"] for axis in "xyz"]) * second
     np.testing.assert_allclose(w, truth, atol=1e-3 * along)
-    found = result.summary["sensors"]["cg"]["criteria"]["BrIC"]["value"]
+    actual = result.summary["sensors"]["cg"]["criteria"]["BrIC"]["value"]
     greatest = np.array([across, across, along]) / (66.25, 56.45, 42.87)
-    assert found == pytest.approx(np.linalg.norm(greatest), rel=3e-3)
+    assert actual == pytest.approx(np.linalg.norm(greatest), rel=3e-3)
 
 
 def pulled(units: tuple[str, str, str], rate: float, sensors: list[object]) -> cg.Result:
@@ -134,9 +134,9 @@ def test_vc_of_a_chest_that_is_pressed_evenly(units: tuple[str, str, str]) -> No
     chest = between("chest", units, measures=["distance"], criteria=["VC"])
     side = between("side", units, measures=["distance"], criteria=["VC"], dummy="EuroSID")
     told = pulled(units, -2.0, [chest, side]).summary["sensors"]
-    found = told["chest"]["criteria"]["VC"]
-    assert found["unit"] == "m/s"
-    assert found["value"] == pytest.approx(1.3 * 2.0 * 0.2 / 0.229, rel=0.01)
+    actual = told["chest"]["criteria"]["VC"]
+    assert actual["unit"] == "m/s"
+    assert actual["value"] == pytest.approx(1.3 * 2.0 * 0.2 / 0.229, rel=0.01)
     assert told["side"]["criteria"]["VC"]["value"] == pytest.approx(2.0 * 0.2 / 0.14, rel=0.01)
 
 
@@ -169,10 +169,10 @@ def test_the_3ms_value_of_a_chest_counts_all_stretches() -> None:
         SI, [sensor], bodies={"torso": (BALL, free)}, loads=[cg.Load("torso", force=push)],
         end=0.03, step=1e-5,
     )  # fmt: skip
-    found = result.summary["sensors"]["chest"]["criteria"]
-    assert found["chest3ms"]["value"] == pytest.approx(40.0, rel=1e-3)
-    assert found["chest3ms"]["unit"] == "g"
-    assert found["3ms"]["value"] < 1.0
+    actual = result.summary["sensors"]["chest"]["criteria"]
+    assert actual["chest3ms"]["value"] == pytest.approx(40.0, rel=1e-3)
+    assert actual["chest3ms"]["unit"] == "g"
+    assert actual["3ms"]["value"] < 1.0
 
 
 def test_steps_are_short_enough_for_the_filters_of_criteria() -> None:

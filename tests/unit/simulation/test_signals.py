@@ -50,8 +50,8 @@ def test_a_contact_far_shorter_than_the_filter_is_not_lost(
     truth = np.abs(cg.criteria.cfc(np.where(inside, np.pi / half * pulse, 0.0), dt * 1e-3, 1000))
     assert h["cg.filtered_a"].max() == pytest.approx(truth.max(), rel=0.02)
     hic = cg.criteria.hic(truth[::8] / 9.80665e-3, 8e-3 * dt * np.arange(len(truth[::8])), 0.015)
-    found = result.summary["sensors"]["cg"]["criteria"]["HIC15"]["value"]
-    assert found == pytest.approx(hic.value, rel=0.01)
+    actual = result.summary["sensors"]["cg"]["criteria"]["HIC15"]["value"]
+    assert actual == pytest.approx(hic.value, rel=0.01)
 
 
 def test_an_even_grid_of_as_many_points_is_another_one() -> None:
@@ -61,6 +61,6 @@ def test_an_even_grid_of_as_many_points_is_another_one() -> None:
     force = np.sin(2.0 * np.pi * times / 20.0)  # 50 Hz
     spring = SimpleNamespace(filter="CFC1000")
     model = SimpleNamespace(point_sensors=(), springs={"s": spring}, units=UNITS)
-    found = filtered_columns(model, {"time": times, "s.force": force})  # type: ignore[arg-type]
+    actual = filtered_columns(model, {"time": times, "s.force": force})  # type: ignore[arg-type]
     inside = (times > 1.0) & (times < times[-1] - 1.0)
-    assert np.abs(found["s.filtered_force"] - force)[inside].max() < 1e-2
+    assert np.abs(actual["s.filtered_force"] - force)[inside].max() < 1e-2

@@ -51,26 +51,26 @@ def test_a_spring_tells_its_force_elongation_rate_and_energy() -> None:
 
 def test_springs_add_up_to_the_energies_of_the_system() -> None:
     damper = cg.Spring(("ball", "ground"), at=[[0, 0, 0], [0, 1, 0]], damping=5.0, name="oil")
-    told = swung(belt(damping=2.0), damper).history
+    history = swung(belt(damping=2.0), damper).history
     for mine, whole in (("energy_stored", "strain"), ("energy_damping", "damping")):
         np.testing.assert_allclose(
-            told[f"belt.{mine}"] + told[f"oil.{mine}"], told[f"energy.{whole}"], rtol=1e-12
+            history[f"belt.{mine}"] + history[f"oil.{mine}"], history[f"energy.{whole}"], rtol=1e-12
         )
 
 
 def test_a_filtered_force_is_that_of_the_class() -> None:
-    told = swung(belt(filter="CFC60"), step=5e-4, end=0.2).history
-    smooth = cg.criteria.cfc(told["belt.force"], 5e-4, 60)
-    np.testing.assert_allclose(told["belt.filtered_force"], smooth, rtol=1e-9)
+    history = swung(belt(filter="CFC60"), step=5e-4, end=0.2).history
+    smooth = cg.criteria.cfc(history["belt.force"], 5e-4, 60)
+    np.testing.assert_allclose(history["belt.filtered_force"], smooth, rtol=1e-9)
     coarse = swung(belt(filter="CFC1000"), step=5e-4)
     assert "belt.filtered_force" not in coarse.history
     assert any("belt: the steps are too long for CFC1000" in w for w in coarse.summary["warnings"])
 
 
 def test_steps_that_choose_themselves_are_short_enough_for_the_filter() -> None:
-    told = swung(belt(filter="CFC600"), step="auto", end=0.02).history
-    assert np.diff(told["time"]).max() <= 1.0 / 6000.0 * (1.0 + 1e-6)
-    assert "belt.filtered_force" in told
+    history = swung(belt(filter="CFC600"), step="auto", end=0.02).history
+    assert np.diff(history["time"]).max() <= 1.0 / 6000.0 * (1.0 + 1e-6)
+    assert "belt.filtered_force" in history
 
 
 def test_springs_are_not_called_as_others_are() -> None:

@@ -31,8 +31,8 @@ def test_a_rule_integrates_all_polynomials_of_its_degree(count: int) -> None:
         for j in range(rule.degree + 1 - i):
             # ∫ L₁ⁱ L₂ʲ over a triangle of area 1: 2 i! j! / (i + j + 2)!
             exact = 2.0 * factorial(i) * factorial(j) / factorial(i + j + 2)
-            found = (rule.weight * rule.shape[:, 0] ** i * rule.shape[:, 1] ** j).sum()
-            assert found == pytest.approx(exact, rel=1e-13), (i, j)
+            actual = (rule.weight * rule.shape[:, 0] ** i * rule.shape[:, 1] ** j).sum()
+            assert actual == pytest.approx(exact, rel=1e-13), (i, j)
 
 
 @pytest.mark.parametrize("count", list(RULES))

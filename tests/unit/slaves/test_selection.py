@@ -122,9 +122,9 @@ def test_areas_of_a_part_are_those_of_its_facets_wherever_it_was_put(scale: floa
         ({"box": [[20, 0, 0], [30, 9, 9]]}, r"sheet, box: no point lies in the box; found .*"
          r"allowed: a box about some of \[0\.0, 0\.0, 0\.0\] to \[10\.0, 10\.0, 0\.0\]"),
         ({"box": [[0.1, 0.1, 0], [1.1, 1.1, 0]]}, "no whole facet of it is chosen"),
-        ({"box": [[1, 0, 0], [0, 1, 1]]}, "a box is its lowest and its highest corner"),
-        ({"box": [0, 1]}, "a box is its lowest"),
-        ({"box": "all"}, "a box is its lowest"),
+        ({"box": [[1, 0, 0], [0, 1, 1]]}, "a box needs its lowest and its highest corner"),
+        ({"box": [0, 1]}, "a box needs its lowest"),
+        ({"box": "all"}, "a box needs its lowest"),
         ({"side": ([0, 0, 0], 10.0)}, "a direction is three numbers"),
         ({"side": ([0, 1], 10.0)}, "a direction is three numbers"),
         ({"side": ([0, 0, 1], 0.0)}, "an angle .* allowed: above 0, up to 180"),

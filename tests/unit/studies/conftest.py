@@ -67,8 +67,8 @@ def study_from(text: str, folder: Path) -> StudySpec:
 
 def base_in(folder: Path, *quantities: str) -> Base:
     """What cases of the base case have in common, in the folder ``out``."""
-    found = {text: quantity_of(text) for text in quantities or ("max(force)",)}
-    return Base(CASE, str(folder / "case.toml"), str(folder / "out"), found)
+    values = {text: quantity_of(text) for text in quantities or ("max(force)",)}
+    return Base(CASE, str(folder / "case.toml"), str(folder / "out"), values)
 
 
 def case_at(number: int, speed: float, **settings: object) -> StudyCase:

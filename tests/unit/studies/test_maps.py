@@ -45,8 +45,8 @@ def test_values_are_linear_between_targets_whatever_their_plane() -> None:
     def field(p: np.ndarray) -> np.ndarray:
         return np.asarray(3.0 + 2.0 * p[:, 0] - p[:, 1])
 
-    found = between(flat @ turn, field(flat), inside @ turn)
-    assert found == pytest.approx(field(inside), abs=1e-12)
+    actual = between(flat @ turn, field(flat), inside @ turn)
+    assert actual == pytest.approx(field(inside), abs=1e-12)
     assert np.isnan(between(flat @ turn, field(flat), np.array([[5.0, 0.0, 0.0]]) @ turn)).all()
     line = np.outer(np.arange(5.0), [1.0, 2.0, 3.0])
     assert np.isnan(between(line, np.arange(5.0), inside)).all()
@@ -64,17 +64,17 @@ def test_a_map_has_the_greatest_value_of_each_target(folder: Path) -> None:
         return Row(number, status, "", values, {"max(force)": force}, 0.0)
 
     rows = tuple(map(row, range(1, 6), at, forces))
-    found = map_of(study, base, rows)
-    assert found is not None
-    assert found.cases == [1, 4, 3, 5]
-    assert found.shades.limits == (1.0, 7.0)
-    assert found.label == "max(force) [N]"
-    assert found.hit[1] == 7.0
-    assert np.isfinite(found.values).any()
-    assert np.isnan(found.values).any()
-    draw_map(found, "Ball", folder / "map.png")
+    actual = map_of(study, base, rows)
+    assert actual is not None
+    assert actual.cases == [1, 4, 3, 5]
+    assert actual.shades.limits == (1.0, 7.0)
+    assert actual.label == "max(force) [N]"
+    assert actual.hit[1] == 7.0
+    assert np.isfinite(actual.values).any()
+    assert np.isnan(actual.values).any()
+    draw_map(actual, "Ball", folder / "map.png")
     assert (folder / "map.png").read_bytes()[:4] == b"\x89PNG"
-    drawn = map_figure(found, {row.number: row.number - 1 for row in rows})
+    drawn = map_figure(actual, {row.number: row.number - 1 for row in rows})
     assert drawn["data"][1]["customdata"] == [0, 3, 2, 4]
     assert map_of(study, base, rows[4:]) is None
 
@@ -105,13 +105,13 @@ def test_a_map_has_bands_and_says_what_is_between(folder: Path, way: str, said: 
         Row(k, DONE, "", dict(zip("xyz", p, strict=True)), {"max(force)": v}, 0.0)
         for k, (p, v) in enumerate(zip(at, values, strict=True), start=1)
     )
-    found = map_of(study, base_in(folder), rows)
-    assert found is not None
-    assert said in found.between
-    assert np.isfinite(found.values).any()
-    draw_map(found, "Ball", folder / "map.png")
-    marker = map_figure(found, {k: k for k in range(1, 6)})["data"][1]["marker"]
-    assert found.shades.places(found.hit).tolist() == [0, 1, 2, 3, 4]
+    actual = map_of(study, base_in(folder), rows)
+    assert actual is not None
+    assert said in actual.between
+    assert np.isfinite(actual.values).any()
+    draw_map(actual, "Ball", folder / "map.png")
+    marker = map_figure(actual, {k: k for k in range(1, 6)})["data"][1]["marker"]
+    assert actual.shades.places(actual.hit).tolist() == [0, 1, 2, 3, 4]
     assert marker["colorbar"]["ticktext"][0] == "650"
 
 

@@ -84,11 +84,11 @@ def test_limits_are_kept(folder: Path) -> None:
 def test_what_is_asked_does_not_depend_on_who_answers_first(folder: Path) -> None:
     study = study_from(TEXT, folder)
     orders = (list, lambda cases: cases[::-1])
-    found = [
+    actual = [
         {row.number: row for row in optimised(study, Answering(order), opened(study, folder))}
         for order in orders
     ]
-    assert found[0] == found[1]
+    assert actual[0] == actual[1]
 
 
 def test_an_optimisation_that_was_stopped_goes_on_as_it_would_have(folder: Path) -> None:

@@ -46,9 +46,9 @@ def data_of(text: str, folder: Path, count: int) -> tuple[dict[str, Any], str]:
     names = ("max(force)", "at(ball.vz, 2)", "cg.HIC15")
     table = table_of(rows, study.labels, names)
     page = page_of(study, page_data(study, base_in(folder, *names), table, rows), rows, b"")
-    found = re.search(r'id="study-data">(.*?)</script>', page, re.S)
-    assert found is not None
-    return json.loads(found.group(1)), page
+    match = re.search(r'id="study-data">(.*?)</script>', page, re.S)
+    assert match is not None
+    return json.loads(match.group(1)), page
 
 
 def test_the_page_has_every_row_and_column(folder: Path) -> None:
@@ -76,9 +76,9 @@ def test_a_report_that_is_there_is_linked(folder: Path) -> None:
 
 def test_refined_meshes_have_their_convergence(folder: Path) -> None:
     data, page = data_of(MESHES, folder, 4)
-    found = data["convergence"]
-    assert (found["name"], found["sizes"]) == ("step", [1.0, 0.5])
-    lines = found["lines"]["at(ball.vz, 2)"]
+    actual = data["convergence"]
+    assert (actual["name"], actual["sizes"]) == ("step", [1.0, 0.5])
+    lines = actual["lines"]["at(ball.vz, 2)"]
     assert [line["rows"] for line in lines] == [[0, 1], [2, 3]]
     assert 'id="convergence"' in page
 

@@ -13,8 +13,8 @@ BANDS = (650.0, 1000.0, 1350.0, 1700.0)
 
 def test_a_band_begins_with_its_lower_end() -> None:
     values = np.array([0.0, 649.9, 650.0, 999.0, 1000.0, 1350.0, 1699.0, 1700.0, 9e9])
-    found = [to_hex(colour) for colour in Shades((0.0, 1.0), BANDS).colours(values)]
-    assert found == [RATED[k] for k in (0, 0, 1, 1, 2, 3, 3, 4, 4)]
+    actual = [to_hex(colour) for colour in Shades((0.0, 1.0), BANDS).colours(values)]
+    assert actual == [RATED[k] for k in (0, 0, 1, 1, 2, 3, 3, 4, 4)]
 
 
 @pytest.mark.parametrize("count", [1, 2, 4, 7])

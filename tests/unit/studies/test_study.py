@@ -23,13 +23,13 @@ def run(study: StudySpec, folder: Path, **options: object) -> Study:
 
 def test_a_study_is_a_table_and_a_page(folder: Path) -> None:
     shown: list[tuple[int, int, str]] = []
-    found = run(study_from(STUDY, folder), folder, progress=lambda *told: shown.append(told))
+    result = run(study_from(STUDY, folder), folder, progress=lambda *told: shown.append(told))
     assert shown == [(k, 4, "") for k in range(5)]
-    columns = found.table.columns
+    columns = result.table.columns
     assert columns["speed"] == [-1.0, -1.0, -2.0, -2.0]
     assert columns["max(force)"][2] > columns["max(force)"][0] > 0.0
-    assert not found.failed
-    assert found.page.is_file()
+    assert not result.failed
+    assert result.page.is_file()
     assert {path.name for path in (folder / "out").iterdir()} == {
         *("cases", "study.json", "study.html", "table.h5", "table.csv")
     }
@@ -52,12 +52,12 @@ def test_a_case_that_fails_does_not_stop_the_rest(folder: Path) -> None:
     text = STUDY.replace(
         '"time.step"\nvalues = [0.5, 0.25]', '"contact[0].law.curve[1][1]"\nvalues = [9, 1e9, 8]'
     )
-    found = run(
+    result = run(
         study_from(text.replace("values = [-1.0, -2.0]", "values = [-1.0]"), folder), folder
     )
-    assert [row.status for row in found.rows] == ["done", FAILED, "done"]
-    assert "step" in found.rows[1].message
-    assert found.failed == (found.rows[1],)
+    assert [row.status for row in result.rows] == ["done", FAILED, "done"]
+    assert "step" in result.rows[1].message
+    assert result.failed == (result.rows[1],)
 
 
 def test_a_study_that_was_changed_is_not_gone_on_with(folder: Path) -> None:
@@ -76,8 +76,8 @@ def test_how_a_study_is_shown_may_change(folder: Path) -> None:
     run(study_from(STUDY, folder), folder)
     text = STUDY.replace("Speeds and", "Of")
     text = 'retries = 1\nmap = { body = "ball", at = ["speed", "speed", "step"] }\n' + text
-    found = run(study_from(text, folder), folder, resume=True)
-    assert "Of steps" in found.page.read_text(encoding="utf-8")
+    result = run(study_from(text, folder), folder, resume=True)
+    assert "Of steps" in result.page.read_text(encoding="utf-8")
 
 
 def test_a_folder_of_another_is_refused(folder: Path) -> None:
@@ -117,7 +117,7 @@ def test_what_is_wrong_is_told_before_anything_runs(
 
 
 def test_a_study_in_python_takes_lists_and_ranges(folder: Path) -> None:
-    found = cg.study(
+    result = cg.study(
         folder / "case.toml",
         {
             "body.ball.motion.velocity[2]": [-1.0, -2.0],
@@ -128,10 +128,10 @@ def test_a_study_in_python_takes_lists_and_ranges(folder: Path) -> None:
         rule=[{"require": "K > 60"}],
         workers=0,
     )
-    frame = found.to_pandas()
+    frame = result.to_pandas()
     assert list(frame.columns) == [*("body.ball.motion.velocity[2]", "K", "F", "status", "message")]
     assert frame["K"].tolist() == [125.0, 200.0, 125.0, 200.0]
-    assert found.folder_of(4).is_dir()
+    assert result.folder_of(4).is_dir()
     alone = cg.load_case(
         folder / "case.toml",
         set={
@@ -141,10 +141,10 @@ def test_a_study_in_python_takes_lists_and_ranges(folder: Path) -> None:
         },
     )
     assert frame["F"][4] == cg.run(alone).history["force"].max()
-    assert "cases 4" in repr(found)
+    assert "cases 4" in repr(result)
 
 
 def test_a_case_in_python_has_its_keys_filled_in(folder: Path) -> None:
     case = cg.load_case(folder / "case.toml", set={"time.step": 0.25})
-    found = cg.study(case, {"contact[0].law.curve.points[1][1]": [90.0]}, ["steps"], workers=0)
-    assert found.rows[0].collected["steps"] == 8.0
+    result = cg.study(case, {"contact[0].law.curve.points[1][1]": [90.0]}, ["steps"], workers=0)
+    assert result.rows[0].collected["steps"] == 8.0

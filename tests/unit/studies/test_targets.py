@@ -181,9 +181,9 @@ value = "0.001 * x + 0 * z"
 
 
 def test_a_study_has_a_case_for_each_target(folder: Path) -> None:
-    found = run_study(study_from(TEXT, folder), folder / "out", workers=0)
-    assert len(found.rows) == 6
-    for row in found.rows:
+    actual = run_study(study_from(TEXT, folder), folder / "out", workers=0)
+    assert len(actual.rows) == 6
+    for row in actual.rows:
         x, y, z = (row.values[axis] for axis in "xyz")
         assert math.hypot(x, y, z - 10.5) == pytest.approx(10.0)
         assert z < 10.5
@@ -200,12 +200,12 @@ def test_a_study_finds_its_targets_where_a_motion_puts_the_body(folder: Path) ->
     aside = TEXT.replace("body.ball.motion.velocity[0]", "slave.sheet.thickness")
     aside = aside.replace('"0.001 * x + 0 * z"', '"1 + 0 * (x + z)"')
     study = study_from('map = { body = "ball", at = ["x", "y", "z"] }' + aside, folder)
-    found = run_study(study, folder / "out", workers=0)
-    assert len(found.rows) == 6
-    for row in found.rows:
+    actual = run_study(study, folder / "out", workers=0)
+    assert len(actual.rows) == 6
+    for row in actual.rows:
         x, y, z = (row.values[axis] for axis in "xyz")
         assert math.hypot(x - 41.0, y, z - 10.5) == pytest.approx(10.0)
-    drawn = map_of(study, base_in(folder)._replace(text=text), found.rows)
+    drawn = map_of(study, base_in(folder)._replace(text=text), actual.rows)
     assert drawn is not None
     np.testing.assert_allclose(drawn.vertices.mean(axis=0), [41.0, 0.0, 10.5], atol=1.0)
 

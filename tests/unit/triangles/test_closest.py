@@ -17,12 +17,12 @@ def test_the_distance_to_the_nearest_box_of_a_triangle_is_exact():
     points = np.random.default_rng(0).uniform(-6.0, 6.0, (40, 3))
     points[7] = np.nan
     rows = np.arange(40, dtype=np.int32)[::-1].copy()
-    found = np.zeros(40)
-    closest_nb.box_distance(facets, points, rows, found, 0, 40)
+    actual = np.zeros(40)
+    closest_nb.box_distance(facets, points, rows, actual, 0, 40)
     away = np.maximum(np.maximum(low - points[:, None], points[:, None] - high), 0.0)
     expected = np.linalg.norm(away, axis=2).min(axis=1)
     expected[7] = np.inf
-    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(actual, expected, rtol=1e-9, atol=1e-9)
 
 
 def test_feet_are_the_closest_of_all_triangles():

@@ -28,15 +28,15 @@ class _Process:
 
 @pytest.fixture
 def started(monkeypatch: pytest.MonkeyPatch) -> list[_Process]:
-    found: list[_Process] = []
+    values: list[_Process] = []
 
     def start(command: list[str], **options: object) -> _Process:
-        found.append(_Process(command, **options))
-        return found[-1]
+        values.append(_Process(command, **options))
+        return values[-1]
 
     monkeypatch.setattr(subprocess, "Popen", start)
     monkeypatch.setattr(ahead, "thread_count", lambda: 2)
-    return found
+    return values
 
 
 def test_a_process_is_started_for_many_experiments_and_never_left_behind(

@@ -41,9 +41,9 @@ def internals_in(path: Path) -> Iterator[str]:
 
 def test_the_evidence_takes_public_names_only() -> None:
     files = sorted(SOURCE.rglob("*.py"))
-    found = {path.name: list(internals_in(path)) for path in files}
+    actual = {path.name: list(internals_in(path)) for path in files}
     assert len(files) > 25
-    assert {name: taken for name, taken in found.items() if taken} == {}
+    assert {name: taken for name, taken in actual.items() if taken} == {}
 
 
 def test_what_is_taken_from_inside_is_seen_anywhere(tmp_path: Path) -> None:

@@ -42,14 +42,14 @@ def test_meshes_have_the_wanted_errors_with_fewer_triangles_than_the_proof_asks_
     """And a finer one is an even subdivision, in which no knot is missed by much."""
     body = cg.Body([cg.shapes.torus()])
     on = cg.clouds.random_on(body.patches[0], 4000, seed=1)
-    found = list(rival_meshes(body, on, 40_000))
-    assert [rival.wanted for rival in found] == list(ERRORS)
-    built = [rival for rival in found if rival.mesh is not None]
+    actual = list(rival_meshes(body, on, 40_000))
+    assert [rival.wanted for rival in actual] == list(ERRORS)
+    built = [rival for rival in actual if rival.mesh is not None]
     assert [rival.wanted for rival in built] == [1e-2, 1e-3, 1e-4]
     for rival in built[1:]:
         assert rival.error == pytest.approx(rival.wanted, rel=0.2)
         assert rival.triangles == len(rival.mesh.triangles)
         assert rival.triangles > fewest_triangles(body, rival.error * body.size)
     assert built[2].triangles < len(body.tessellate(1e-4 * body.size).triangles)
-    assert found[3].triangles == pytest.approx(10 * found[2].triangles, rel=1e-3)
-    assert found[3].error is None
+    assert actual[3].triangles == pytest.approx(10 * actual[2].triangles, rel=1e-3)
+    assert actual[3].error is None

@@ -14,7 +14,7 @@ from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edges import UNTRIMMED, BodyEdge, EdgeUse, mirrored
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import check_loops
-from contiga.io.cad.loops import Loop, Sides, Strand, ends, gaps
+from contiga.io.cad.loops import Loop, PCurve, Sides, ends, gaps
 from contiga.masters.body import Body
 
 BRIDGED = 1e-9
@@ -68,18 +68,18 @@ class Assembly:
         domain = surface.domain[0]
         closed = [bridged(loop, surface) for loop in loops]
         try:
-            curves = tuple(tuple(strand.curve for strand in loop) for loop in closed)
+            curves = tuple(tuple(pcurve.curve for pcurve in loop) for loop in closed)
             check_loops(curves, surface.domain, where)
         except GeometryError as error:
             warn(f"{error}. The face is kept whole")
             self.add_whole(surface, flip=flip)
             return
         trims: list[list[NurbsCurve]] = []
-        for strands in closed:
-            trims.append([mirrored(s.curve, domain) if flip else s.curve for s in strands])
-            for index, strand in enumerate(strands):
-                use = EdgeUse(patch, len(trims) - 1, index, strand.reversed)
-                self._note(strand.edge, _Use(use, strand.curve.domain))
+        for pcurves in closed:
+            trims.append([mirrored(s.curve, domain) if flip else s.curve for s in pcurves])
+            for index, pcurve in enumerate(pcurves):
+                use = EdgeUse(patch, len(trims) - 1, index, pcurve.reversed)
+                self._note(pcurve.edge, _Use(use, pcurve.curve.domain))
         self._patches.append(surface.flipped() if flip else surface)
         self._trims.append(trims)
 
@@ -96,15 +96,15 @@ class Assembly:
         if loop is not None and sides is not None:
             total = sum(surface.domain[0])
             rows = zip(loop, sides.side, sides.against, sides.span, strict=True)
-            for strand, side, against, span in rows:
-                runs_against = against != strand.reversed
+            for pcurve, side, against, span in rows:
+                runs_against = against != pcurve.reversed
                 if flip and side < 2:
                     side = 1 - side
                 elif flip:
                     runs_against = not runs_against
                     span = (total - span[1], total - span[0])
                 use = EdgeUse(patch, UNTRIMMED, side, runs_against)
-                self._note(strand.edge, _Use(use, span))
+                self._note(pcurve.edge, _Use(use, span))
         self._patches.append(surface.flipped() if flip else surface)
         self._trims.append(None)
 
@@ -114,12 +114,12 @@ class Assembly:
 
     def entangled(self, owner: Sequence[int]) -> list[int]:
         """Which owners of patches share an edge with another, ascending; `owner` by patch."""
-        found: set[int] = set()
+        crossed: set[int] = set()
         for uses in self._uses.values():
             owners = {owner[item.use.patch] for item in uses}
             if len(owners) > 1:
-                found |= owners
-        return sorted(found)
+                crossed |= owners
+        return sorted(crossed)
 
     def body(self, name: str, edge_of: Callable[[int], Edge | None], unit: str | None) -> Body:
         """The body; `edge_of` gives the curve of an edge by its number in the file.
@@ -157,15 +157,15 @@ class Assembly:
 
 
 def bridged(loop: Loop, surface: NurbsSurface) -> Loop:
-    """`loop` clipped to nothing but with straight closing pieces where strands do not meet."""
+    """`loop` clipped to nothing but with straight closing pieces where pcurves do not meet."""
     span = np.array([np.ptp(interval) for interval in surface.domain])
     result: Loop = []
-    for strand, gap in zip(loop, gaps(loop), strict=True):
-        result.append(strand)
+    for pcurve, gap in zip(loop, gaps(loop), strict=True):
+        result.append(pcurve)
         if np.any(np.abs(gap) > BRIDGED * span):
-            start = ends(strand)[1]
+            start = ends(pcurve)[1]
             line = NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], np.array([start, start + gap]))
-            result.append(Strand(line, -1, False, 0.0))
+            result.append(PCurve(line, -1, False, 0.0))
     return result
 
 

@@ -62,7 +62,7 @@ def check_numbers(path: Path) -> None:
 def _token(data: bytes, at: int) -> bytes:
     """What stands around a place, between commas and the like."""
     before = data[max(at - _LONGEST, 0) : at]
-    start = max((found.end() for found in _BEFORE.finditer(before)), default=0)
+    start = max((match.end() for match in _BEFORE.finditer(before)), default=0)
     end = _AFTER.search(data, at, at + _LONGEST)
     return (before[start:] + data[at : end.start() if end else at + _LONGEST]).strip()
 
@@ -76,7 +76,7 @@ class _Asides:
     @cached_property
     def _borders(self) -> list[int]:
         """Where they begin and end, by turns."""
-        return [border for found in _ASIDE.finditer(self._data) for border in found.span()]
+        return [border for match in _ASIDE.finditer(self._data) for border in match.span()]
 
     def __contains__(self, at: int) -> bool:
         return bisect_right(self._borders, at) % 2 == 1

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from contiga.display import Facts, line_of, table_of
 from contiga.io.apart import read_apart
 from contiga.io.cad.parts import FaceLabel, Solids, titled
 from contiga.io.cad.read_cad import check_read, reader_of
-from contiga.shown import Facts, line_of, table_of
 
 if TYPE_CHECKING:
     from contiga.io.cad.parts import Inventory, PartLabel
@@ -18,7 +18,7 @@ _LOOKED_AT_WITH = "contiga.masters.body_summary"
 
 
 class CadPart(NamedTuple):
-    """A part of a CAD file: what the file says of it, and its faces as a body.
+    """A part of a CAD file: its name, place and colour there, and its faces as a body.
 
     >>> import contiga as cg
     >>> part = cg.cad_parts("part.step")[0]
@@ -43,7 +43,7 @@ class CadPart(NamedTuple):
 
     @property
     def title(self) -> str:
-        """Its name and where it stands: "bolt (left arm/bolt 2)"; "" where it has neither."""
+        """Its name and its place in the assembly: "bolt (left arm/bolt 2)"; "" without either."""
         return titled(self.name, self.place)
 
     def _facts(self) -> Facts:
@@ -111,26 +111,28 @@ def read_cad_file(
     """A whole file with its parts; parameters and errors are those of `read_cad`."""
     file = Path(path)
     reader = reader_of(file, "list", file_unit, unit)
-    found: Inventory = read_apart(reader, file, file_unit, unit, solids, needs=_LOOKED_AT_WITH)
-    check_read(found.body, file)
-    return CadFile(found.body, found.numbers, _parts(found), found.said)
+    inventory: Inventory = read_apart(reader, file, file_unit, unit, solids, needs=_LOOKED_AT_WITH)
+    check_read(inventory.body, file)
+    return CadFile(inventory.body, inventory.numbers, _parts(inventory), inventory.said)
 
 
-def _parts(found: Inventory) -> tuple[CadPart, ...]:
+def _parts(inventory: Inventory) -> tuple[CadPart, ...]:
     """Cut out of the whole, or as the reader made them where others are joined to them."""
     from contiga.geometry.piece import piece_of
 
-    if len(found.parts) == 1:
-        (said,) = found.parts
-        return (_part(said, found.body),)
-    owner = {face.number: part.number for part in found.parts for face in part.faces}
-    patches: dict[int, list[int]] = {part.number: [] for part in found.parts}
-    for k, number in enumerate(found.numbers):
+    if len(inventory.parts) == 1:
+        (said,) = inventory.parts
+        return (_part(said, inventory.body),)
+    owner = {face.number: part.number for part in inventory.parts for face in part.faces}
+    patches: dict[int, list[int]] = {part.number: [] for part in inventory.parts}
+    for k, number in enumerate(inventory.numbers):
         patches[owner[number]].append(k)
     parts = []
-    for said in found.parts:
+    for said in inventory.parts:
         mine = patches[said.number]
-        body = found.apart.get(said.number) or (piece_of(found.body, mine) if mine else None)
+        body = inventory.apart.get(said.number) or (
+            piece_of(inventory.body, mine) if mine else None
+        )
         if body is not None:
             parts.append(_part(said, body.renamed(said.title)))
     return tuple(parts)

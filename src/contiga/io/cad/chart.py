@@ -100,7 +100,7 @@ class Chart:
             self._grid = _grid(self.surface)
             self._tree = cKDTree(self.surface.evaluate(self._grid))
         _, starts = self._tree.query(points, k=STARTS)
-        found = np.empty((len(points), 2))
+        places = np.empty((len(points), 2))
         off = np.full(len(points), np.inf)
         for k in range(STARTS):
             # Where the nearest point of the grid leads to the point itself, no other is better.
@@ -108,8 +108,8 @@ class Chart:
             uv = self.wrapped(self.refined(self._grid[starts[rows, k]], points[rows]))
             miss = np.linalg.norm(self.points(uv) - points[rows], axis=1)
             better = miss < off[rows]
-            found[rows[better]], off[rows[better]] = uv[better], miss[better]
-        return found
+            places[rows[better]], off[rows[better]] = uv[better], miss[better]
+        return places
 
     def continued(self, uv: FloatArray) -> FloatArray:
         """Parameters (n, 2) along a path, each within half a turn of the one before.

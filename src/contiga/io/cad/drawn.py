@@ -20,7 +20,7 @@ from contiga.io.cad.loops import (
     OPEN,
     THIN,
     Loop,
-    Strand,
+    PCurve,
     aligned,
     ends,
     exact_box,
@@ -62,7 +62,7 @@ class DrawnFace(NamedTuple):
 
 
 class _Runs(NamedTuple):
-    """The strands of a loop from pole to pole; all of them where it passes none."""
+    """The pcurves of a loop from pole to pole; all of them where it passes none."""
 
     runs: list[Loop]
     over_poles: bool
@@ -122,12 +122,12 @@ def _runs(loop: list[Trim], drawn: dict[int, NurbsCurve], tolerance: float) -> _
             continue
         curve = drawn[trim.edge]
         curve = curve.reversed() if trim.reversed else curve
-        runs[-1].append(Strand(curve, trim.edge, trim.reversed, tolerance))
+        runs[-1].append(PCurve(curve, trim.edge, trim.reversed, tolerance))
     return _Runs([run for run in runs if run], len(poles) > 0)
 
 
 def _closed_up(loops: list[_Runs], chart: Chart) -> list[Loop]:
-    """Loops whose strands follow each other, closed over poles and round the surface."""
+    """Loops whose pcurves follow each other, closed over poles and round the surface."""
     periods = chart.periods
     closed: list[Loop] = []
     endless: list[Loop] = []
@@ -166,7 +166,7 @@ def _over_poles(runs: list[Loop], periods: FloatArray) -> Loop:
     ways = {tuple(np.array(way) * periods) for way in product((0, 1, -1), repeat=2)}
     result = runs[0]
     for run in runs[1:]:
-        choices = [[*result, *(moved(strand, np.array(way)) for strand in run)] for way in ways]
+        choices = [[*result, *(moved(pcurve, np.array(way)) for pcurve in run)] for way in ways]
         areas = np.array([_area(choice) for choice in choices])
         positive = areas > 1e-9 * np.abs(areas).max()
         result = choices[int(np.where(positive, areas, np.inf).argmin())]
@@ -194,7 +194,7 @@ def _to_the_side(loop: Loop, chart: Chart) -> Loop:
 
 
 def _tied(one: Loop, other: Loop) -> Loop:
-    """What joins the end of some strands to the start of others."""
+    """What joins the end of some pcurves to the start of others."""
     return _line(ends(one[-1])[1], ends(other[0])[0])
 
 
@@ -203,7 +203,7 @@ def _line(start: FloatArray, end: FloatArray) -> Loop:
     if not (start != end).any():
         return []
     curve = NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], np.array([start, end]))
-    return [Strand(curve, -1, False, 0.0)]
+    return [PCurve(curve, -1, False, 0.0)]
 
 
 def _added(assembly: Assembly, face: DrawnFace, loops: list[Loop], chart: Chart) -> bool:
@@ -241,7 +241,7 @@ def _brought_back(loop: Loop, chart: Chart) -> Loop:
     low = exact_box(loop)[0]
     safe = np.where(chart.periods > 0.0, chart.periods, 1.0)
     turns = np.floor((low - chart.low) / safe + 1e-9) * chart.periods
-    return [moved(strand, -turns) for strand in loop]
+    return [moved(pcurve, -turns) for pcurve in loop]
 
 
 def _cut(patch: NurbsSurface, box: FloatArray) -> NurbsSurface:
@@ -266,6 +266,6 @@ def _speed(chart: Chart, box: FloatArray) -> FloatArray:
 
 def _open_by(loop: Loop, chart: Chart) -> float:
     """Largest gap of a loop in space: none at a pole, however far apart in (u, v)."""
-    last = np.array([ends(strand)[1] for strand in loop])
+    last = np.array([ends(pcurve)[1] for pcurve in loop])
     apart = chart.points(last) - chart.points(last + gaps(loop))
     return float(np.linalg.norm(apart, axis=1).max())

@@ -49,10 +49,10 @@ def read_gismo(
         Not XML, not G+Smo, no surface, a coefficient that is no number.
     """
     body, _ = _gathered(path, file_unit, unit, choice)
-    found = united(body, body.pieces, solids, str(path))
-    if found.said:
-        warn(f"{path}: closed pieces {found.said}")
-    return found.body
+    union = united(body, body.pieces, solids, str(path))
+    if union.said:
+        warn(f"{path}: closed pieces {union.said}")
+    return union.body
 
 
 def list_gismo(
@@ -60,8 +60,8 @@ def list_gismo(
 ) -> Inventory:
     """All of a G+Smo file, which is one part: the format names none."""
     body, label = _gathered(path, file_unit, unit, ALL)
-    found = united(body, body.pieces, solids, str(path))
-    return Inventory(found.body, [k + 1 for k in found.origin], [label], {}, found.said)
+    union = united(body, body.pieces, solids, str(path))
+    return Inventory(union.body, [k + 1 for k in union.origin], [label], {}, union.said)
 
 
 def _gathered(
@@ -87,14 +87,14 @@ def _gathered(
     surfaces = [surface for k, surface in enumerate(surfaces, start=1) if k in chosen]
     assembly = Assembly(str(path))
     sides, edges = coincident_sides(surfaces)
-    for surface, (loop, found) in zip(surfaces, sides, strict=True):
-        assembly.add_whole(surface, loop, found)
+    for surface, (loop, neighbours) in zip(surfaces, sides, strict=True):
+        assembly.add_whole(surface, loop, neighbours)
 
     def edge_of(number: int) -> Edge | None:
         return edges[number]
 
-    told = short_name(unit or file_unit) if file_unit else None
-    return assembly.body(path.stem, edge_of, told), label
+    unit_name = short_name(unit or file_unit) if file_unit else None
+    return assembly.body(path.stem, edge_of, unit_name), label
 
 
 def _root(path: Path) -> ElementTree.Element:
@@ -144,10 +144,10 @@ def _surface(element: ElementTree.Element, scale: float, where: str) -> NurbsSur
 
 def _weights(element: ElementTree.Element, shape: tuple[int, int], where: str) -> FloatArray | None:
     """(n, m) weights of a net whose rows the file gives as (m, n); None where it gives none."""
-    found = element.find(".//weights")
-    if found is None:
+    node = element.find(".//weights")
+    if node is None:
         return None
-    weights = _numbers(found, where)
+    weights = _numbers(node, where)
     count = shape[0] * shape[1]
     if weights.size != count:
         raise FileError("one weight a point", where=where, found=weights.size, allowed=f"{count}")

@@ -27,7 +27,7 @@ LEVEL = 1e-7
 """Largest share of a face by which its border may miss the rectangle it is taken for."""
 
 
-class Strand(NamedTuple):
+class PCurve(NamedTuple):
     """One p-curve of a loop, running in the loop's direction."""
 
     curve: NurbsCurve
@@ -39,24 +39,24 @@ class Strand(NamedTuple):
     """How far the image may be from the edge, length."""
 
 
-Loop = list[Strand]
+Loop = list[PCurve]
 
 
-def ends(strand: Strand) -> FloatArray:
+def ends(pcurve: PCurve) -> FloatArray:
     """(2, 2) start and end in (u, v)."""
-    points = strand.curve.control_points
+    points = pcurve.curve.control_points
     return np.array([points[0, :2], points[-1, :2]])
 
 
-def moved(strand: Strand, shift: FloatArray) -> Strand:
-    """The strand translated by `shift` = (du, dv)."""
+def moved(pcurve: PCurve, shift: FloatArray) -> PCurve:
+    """The p-curve translated by `shift` = (du, dv)."""
     if not shift.any():
-        return strand
-    return strand._replace(curve=strand.curve.translated([shift[0], shift[1], 0.0]))
+        return pcurve
+    return pcurve._replace(curve=pcurve.curve.translated([shift[0], shift[1], 0.0]))
 
 
 def chained(loop: Loop, periods: FloatArray) -> Loop:
-    """`loop` ordered head to tail, strands shifted by whole periods to meet the one before.
+    """`loop` ordered head to tail, pcurves shifted by whole periods to meet the one before.
 
     Parameters
     ----------
@@ -65,20 +65,20 @@ def chained(loop: Loop, periods: FloatArray) -> Loop:
     The order of the file is kept where it already closes; else the nearest start follows.
     """
     ordered = joined(loop, periods)
-    reach = float(np.ptp(np.concatenate([ends(strand) for strand in ordered]), axis=0).max())
+    reach = float(np.ptp(np.concatenate([ends(pcurve) for pcurve in ordered]), axis=0).max())
     if worst_gap(ordered) <= CLOSED * reach:
         return ordered
-    # Only then: on a surface that is periodic both ways every strand may follow every other.
+    # Only then: on a surface that is periodic both ways every pcurve may follow every other.
     nearest = joined(_nearest_order(loop, periods), periods)
     return nearest if worst_gap(nearest) < 0.5 * worst_gap(ordered) else ordered
 
 
 def joined(loop: Loop, periods: FloatArray) -> Loop:
-    """`loop` in its order, strands shifted by whole periods to meet the one before."""
+    """`loop` in its order, pcurves shifted by whole periods to meet the one before."""
     result = [loop[0]]
-    for strand in loop[1:]:
-        step = ends(result[-1])[1] - ends(strand)[0]
-        result.append(moved(strand, whole_periods(step, periods)))
+    for pcurve in loop[1:]:
+        step = ends(result[-1])[1] - ends(pcurve)[0]
+        result.append(moved(pcurve, whole_periods(step, periods)))
     return result
 
 
@@ -93,31 +93,31 @@ def _nearest_order(loop: Loop, periods: FloatArray) -> Loop:
     result = [loop[0]]
     while rest:
         here = ends(result[-1])[1]
-        steps = [here - ends(strand)[0] for strand in rest]
+        steps = [here - ends(pcurve)[0] for pcurve in rest]
         lengths = [float(np.abs(s - whole_periods(s, periods)).max()) for s in steps]
         result.append(rest.pop(int(np.argmin(lengths))))
     return result
 
 
 def worst_gap(loop: Loop) -> float:
-    """Largest distance in (u, v) between the end of a strand and the start of the next."""
+    """Largest distance in (u, v) between the end of a pcurve and the start of the next."""
     return max(float(np.abs(gap).max()) for gap in gaps(loop))
 
 
 def gaps(loop: Loop) -> FloatArray:
-    """(n, 2) from the end of each strand to the start of the next, round the loop."""
-    points = np.array([ends(strand) for strand in loop])
+    """(n, 2) from the end of each pcurve to the start of the next, round the loop."""
+    points = np.array([ends(pcurve) for pcurve in loop])
     return np.roll(points[:, 0], -1, axis=0) - points[:, 1]
 
 
 def loop_box(loop: Loop) -> FloatArray:
     """(2, 2) low and high corner of the control points of a loop's Bézier segments."""
     lows, highs = [], []
-    for strand in loop:
-        if strand.curve.degree == 1:
-            points = strand.curve.control_points[:, :2]
+    for pcurve in loop:
+        if pcurve.curve.degree == 1:
+            points = pcurve.curve.control_points[:, :2]
         else:
-            coefs = extract_curve(strand.curve).coefs
+            coefs = extract_curve(pcurve.curve).coefs
             points = (coefs[..., :2] / coefs[..., 3:]).reshape(-1, 2)
         lows.append(points.min(axis=0))
         highs.append(points.max(axis=0))
@@ -129,8 +129,8 @@ def exact_box(loop: Loop) -> FloatArray:
     from contiga.geometry.kernels.trim_build_nb import monotone_pieces
 
     points = []
-    for strand in loop:
-        coefs = np.ascontiguousarray(extract_curve(strand.curve).coefs[..., [0, 1, 3]])
+    for pcurve in loop:
+        coefs = np.ascontiguousarray(extract_curve(pcurve.curve).coefs[..., [0, 1, 3]])
         degrees = np.full(len(coefs), coefs.shape[1] - 1, dtype=np.int32)
         pieces = monotone_pieces(coefs, degrees)[0]
         points += [pieces[:, 0, :2] / pieces[:, 0, 2:], pieces[:, -1, :2] / pieces[:, -1, 2:]]
@@ -154,7 +154,7 @@ def aligned(loops: list[Loop], periods: FloatArray) -> list[Loop]:
                 slack = 1e-9 * periods[axis]
                 turns = math.ceil((main[0, axis] - slack - middle[axis]) / periods[axis])
                 shift[axis] = turns * periods[axis]
-        result.append([moved(strand, shift) for strand in loop])
+        result.append([moved(pcurve, shift) for pcurve in loop])
     return result
 
 
@@ -162,11 +162,11 @@ class Sides(NamedTuple):
     """A loop recognised as the border of a rectangle."""
 
     side: list[int]
-    """Per strand 0 … 3 = u0, u1, v0, v1."""
+    """Per pcurve 0 … 3 = u0, u1, v0, v1."""
     against: list[bool]
-    """Per strand whether it runs against the side's growing parameter."""
+    """Per pcurve whether it runs against the side's growing parameter."""
     span: list[tuple[float, float]]
-    """Per strand the interval of the side's parameter."""
+    """Per pcurve the interval of the side's parameter."""
 
 
 def _nearest_side(points: FloatArray, box: FloatArray, slack: FloatArray) -> tuple[float, int]:
@@ -177,22 +177,22 @@ def _nearest_side(points: FloatArray, box: FloatArray, slack: FloatArray) -> tup
 
 
 def rectangle_sides(loop: Loop, box: FloatArray, speed: FloatArray) -> Sides | None:
-    """The sides of `box` the strands of `loop` lie on, or None if one does not.
+    """The sides of `box` the pcurves of `loop` lie on, or None if one does not.
 
     Parameters
     ----------
     box : (2, 2) low and high (u, v)
     speed : (2,) largest |S_u| and |S_v| on the face: turns misses in (u, v) into lengths
 
-    A strand lies on a side if its control points miss it by no more than the strand's own
-    tolerance and `LEVEL` of the face, and the strands must go round the whole border once.
+    A pcurve lies on a side if its control points miss it by no more than the pcurve's own
+    tolerance and `LEVEL` of the face, and the pcurves must go round the whole border once.
     """
     span = box[1] - box[0]
     result = Sides([], [], [])
     travelled = np.zeros(2)
-    for strand in loop:
-        points = strand.curve.control_points[:, :2]
-        slack = np.minimum(strand.tolerance / np.maximum(speed, 1e-300), LEVEL * span)
+    for pcurve in loop:
+        points = pcurve.curve.control_points[:, :2]
+        slack = np.minimum(pcurve.tolerance / np.maximum(speed, 1e-300), LEVEL * span)
         ratio, side = _nearest_side(points, box, np.maximum(slack, STRAIGHT * span))
         if ratio > 1.0:
             return None

@@ -130,15 +130,15 @@ class _Walk:
 
         inner = _Inner(self.shapes, product)
         for kind, shape in _split(self.shapes.GetShape_s(product)):
-            own = inner.called(shape)
+            label = inner.called(shape)
             faces = subshapes(shape, "FACE")
             face_called = [inner.called(face) for face in faces]
             shared = {face.colour for face in face_called}
-            name, colour = own.name or called.name, own.colour or called.colour
+            name, colour = label.name or called.name, label.colour or called.colour
             if colour is None and len(shared) == 1:
                 colour = shared.pop()
             others = way.others
-            if own.name is not None and called.name is not None:
+            if label.name is not None and called.name is not None:
                 others = (*others, called.name)
             placed = shape.Moved(way.location)
             yield Piece(
@@ -262,8 +262,8 @@ def _groups(pieces: Sequence[Piece], edges: Sewn) -> Iterable[int]:
         rows, columns = np.array(pairs).T
         size = len(loose) + len(ends)
         graph = coo_array((np.ones(len(pairs)), (rows, columns + len(loose))), shape=(size, size))
-        found = connected_components(graph, directed=False)[1][: len(loose)]
-        groups[loose] = len(pieces) + found
+        labels = connected_components(graph, directed=False)[1][: len(loose)]
+        groups[loose] = len(pieces) + labels
     return groups.tolist()
 
 

@@ -76,13 +76,13 @@ def hollowed(solid: Solid, cavity: Solid) -> Solid | None:
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 
     cut = BRepAlgoAPI_Cut(solid.shape, cavity.shape)
-    found = subshapes(cut.Shape(), "SOLID")
+    solids = subshapes(cut.Shape(), "SOLID")
     volume = volume_of(solid.shape) - volume_of(cavity.shape)
-    if len(found) != 1 or not abs(volume_of(found[0]) - volume) <= ALIKE * volume:
+    if len(solids) != 1 or not abs(volume_of(solids[0]) - volume) <= ALIKE * volume:
         return None
     before = [*zip(solid.patches, solid.faces, strict=True)]
     before += zip(cavity.patches, cavity.faces, strict=True)
-    return _traced(found[0], [(k, list(cut.Modified(face)) or [face]) for k, face in before])
+    return _traced(solids[0], [(k, list(cut.Modified(face)) or [face]) for k, face in before])
 
 
 def _traced(solid: Any, parts: Sequence[tuple[int, list[Any]]]) -> Solid:
@@ -101,9 +101,9 @@ def volume_of(shape: Any) -> float:
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
 
-    found = GProp_GProps()
-    BRepGProp.VolumeProperties_s(shape, found, 1e-9)
-    return float(found.Mass())
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties, 1e-9)
+    return float(properties.Mass())
 
 
 def _faces(patch: NurbsSurface, loops: Sequence[Sequence[NurbsCurve]] | None) -> list[Any]:

@@ -102,5 +102,5 @@ def _transfer_iges(path: Path) -> Transferred:
 
 def _uncertainty(path: Path) -> float:
     """The largest uncertainty of lengths a STEP file states."""
-    found = _UNCERTAINTY.findall(path.read_bytes())
-    return max((float(number) for number in found), default=0.0)
+    values = _UNCERTAINTY.findall(path.read_bytes())
+    return max((float(number) for number in values), default=0.0)

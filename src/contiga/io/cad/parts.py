@@ -57,8 +57,8 @@ class PartLabel(NamedTuple):
     def answers(self) -> list[str]:
         """All names that choose it; the way to it may be cut short from the left."""
         ways = ["/".join(self.place[k:]) for k in range(len(self.place))]
-        own = [] if self.name is None else [self.name]
-        return list(dict.fromkeys([*own, *ways, *self.place, *self.others]))
+        names = [] if self.name is None else [self.name]
+        return list(dict.fromkeys([*names, *ways, *self.place, *self.others]))
 
     @property
     def title(self) -> str:
@@ -186,11 +186,11 @@ def chosen_faces(parts: Sequence[PartLabel], choice: Choice, where: str) -> set[
 
 
 def _faces_of(parts: Sequence[PartLabel], key: str | int, where: str) -> list[FaceLabel]:
-    found = [part for part in parts if _fits(part, key)]
-    if not found and isinstance(key, str):
+    matching = [part for part in parts if _fits(part, key)]
+    if not matching and isinstance(key, str):
         folded = key.strip().casefold()
-        found = [part for part in parts if folded in map(str.casefold, part.answers)]
-    if not found:
+        matching = [part for part in parts if folded in map(str.casefold, part.answers)]
+    if not matching:
         raise GeometryError(
             "no part of that number" if isinstance(key, int) else "no part of that name",
             where=where,
@@ -198,7 +198,7 @@ def _faces_of(parts: Sequence[PartLabel], key: str | int, where: str) -> list[Fa
             allowed=listed(_labels(parts)),
             remedy=closest(key, [name for part in parts for name in part.answers]),
         )
-    return [face for part in found for face in part.faces]
+    return [face for part in matching for face in part.faces]
 
 
 def _fits(part: PartLabel, key: str | int) -> bool:

@@ -143,7 +143,7 @@ def _check_reach(body: Body, file: Path) -> None:
         farthest = float(abs(patch.control_points).max())
         if farthest > FARTHEST:
             raise FileError(
-                "a control point lies farther out than can be computed with",
+                "a control point is too far from the origin to compute with",
                 where=f"{file}, patch {k}",
                 found=farthest,
                 allowed=f"coordinates up to {FARTHEST:g}",

@@ -63,13 +63,13 @@ def doubts(body: Body, meshes: list[RenderMesh | None]) -> Iterator[tuple[int, s
             continue
         size = float(np.ptp(mesh.vertices, axis=0).max())
         off = _farthest(body, k, mesh)
-        told = []
+        texts = []
         if abs(areas[k] - mesh.area) > AREA * mesh.area:
-            told.append(f"its area is {areas[k]:.6g}, that of its render mesh {mesh.area:.6g}")
+            texts.append(f"its area is {areas[k]:.6g}, that of its render mesh {mesh.area:.6g}")
         if off > DISTANCE * size:
-            told.append(f"its render mesh is up to {off:.3g} off it")
-        if told:
-            yield k, " and ".join(told)
+            texts.append(f"its render mesh is up to {off:.3g} off it")
+        if texts:
+            yield k, " and ".join(texts)
 
 
 def _farthest(body: Body, k: int, mesh: RenderMesh) -> float:

@@ -17,7 +17,7 @@ from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
 from contiga.io.cad.assemble import MEND, Assembly, Edge, merged, warn
 from contiga.io.cad.drawn import DrawnFace, Trim, add_drawn
-from contiga.io.cad.loops import Loop, Sides, Strand
+from contiga.io.cad.loops import Loop, PCurve, Sides
 from contiga.io.cad.parts import (
     ALL,
     Choice,
@@ -84,10 +84,10 @@ def read_rhino(
     FileError
         Not a 3DM file, or one without surfaces.
     """
-    found = _Model(path, file_unit, unit).gathered(choice, solids)
-    if found.said:
-        warn(f"{path}: solids {found.said}")
-    return found.body
+    gathered = _Model(path, file_unit, unit).gathered(choice, solids)
+    if gathered.said:
+        warn(f"{path}: solids {gathered.said}")
+    return gathered.body
 
 
 def list_rhino(
@@ -95,9 +95,9 @@ def list_rhino(
 ) -> Inventory:
     """All of a 3DM file with what it says of its objects."""
     model = _Model(path, file_unit, unit)
-    found = model.gathered(ALL, solids)
+    gathered = model.gathered(ALL, solids)
     labels = [item.label for item in model.items]
-    return Inventory(found.body, found.numbers, labels, found.apart, found.said)
+    return Inventory(gathered.body, gathered.numbers, labels, gathered.apart, gathered.said)
 
 
 class _Gathered(NamedTuple):
@@ -127,10 +127,10 @@ class _Model:
                 where=str(path),
                 allowed="a file that begins with '3D Geometry File Format'",
             )
-        own = file_unit or _UNITS.get(model.Settings.ModelUnitSystem.name)
+        unit_name = file_unit or _UNITS.get(model.Settings.ModelUnitSystem.name)
         self._path = path
-        self._scale = length_factor(own, unit, str(path)) if own and unit else 1.0
-        self._unit = short_name(unit or own) if own else None
+        self._scale = length_factor(unit_name, unit, str(path)) if unit_name and unit else 1.0
+        self._unit = short_name(unit or unit_name) if unit_name else None
         self._tolerance = max(float(model.Settings.ModelAbsoluteTolerance), 1e-9)
         self.items = _items(model, path)
 
@@ -155,17 +155,17 @@ class _Model:
         def title(patches: Sequence[int]) -> str:
             return self.items[owner[patches[0]]].label.title
 
-        found = united(
+        union = united(
             whole,
             pieces,
             solids,
             str(self._path),
             accuracy=self._tolerance * self._scale,
-            told=lambda some: listed(dict.fromkeys(map(title, some))),
+            describe=lambda some: listed(dict.fromkeys(map(title, some))),
         )
-        met = {owner[patches[0]] for some in found.met for patches in some}
+        met = {owner[patches[0]] for some in union.met for patches in some}
         apart = {self.items[k].label.number: alone[k] for k in sorted(met)}
-        return _Gathered(found.body, [numbers[k] for k in found.origin], apart, found.said)
+        return _Gathered(union.body, [numbers[k] for k in union.origin], apart, union.said)
 
     def _body(self, item: _Item, wanted: list[bool]) -> tuple[Body | None, list[int]]:
         """The faces wanted of an object, unplaced, and which of them have an extent."""
@@ -185,7 +185,7 @@ class _Model:
 def _items(model: Any, path: Path) -> list[_Item]:
     """Objects with faces; instances are followed into their definitions."""
     by_id = {str(item.Attributes.Id): item for item in model.Objects}
-    found: list[_Item] = []
+    items: list[_Item] = []
     left_out: set[str] = set()
 
     def follow(item: Any, matrix: FloatArray, place: tuple[str, ...]) -> None:
@@ -195,7 +195,7 @@ def _items(model: Any, path: Path) -> list[_Item]:
             if shape is None:
                 left_out.add(type(geometry).__name__)
             else:
-                found.append(_Item(_label(model, item, shape, place, found), shape, matrix))
+                items.append(_Item(_label(model, item, shape, place, items), shape, matrix))
         elif len(place) < 32:
             inner = matrix @ np.array(geometry.Xform.ToFloatArray(True)).reshape(4, 4)
             definition = model.InstanceDefinitions.FindId(geometry.ParentIdefId)
@@ -209,7 +209,7 @@ def _items(model: Any, path: Path) -> list[_Item]:
             follow(item, np.eye(4), ())
     if left_out:
         warn(f"{path}: objects of type {', '.join(sorted(left_out))} were left out")
-    return found
+    return items
 
 
 def _faced(geometry: Any) -> Any:
@@ -235,15 +235,15 @@ def _label(
     colour = None if layer is None else layer.Color
     if said.ColorSource == rhino3dm.ObjectColorSource.ColorFromObject:
         colour = said.ObjectColor
-    told = None if colour is None else "#{:02x}{:02x}{:02x}".format(*colour[:3])
+    code = None if colour is None else "#{:02x}{:02x}{:02x}".format(*colour[:3])
     is_brep = isinstance(shape, rhino3dm.Brep)
     count = len(shape.Faces) if is_brep else 1
     first = 1 + sum(len(other.label.faces) for other in before)
-    faces = tuple(FaceLabel(first + k, "NURBS", None, told) for k in range(count))
+    faces = tuple(FaceLabel(first + k, "NURBS", None, code) for k in range(count))
     solid = is_brep and bool(shape.IsSolid)
     kind = "solid" if solid else "shell" if count > 1 else "faces"
     name = said.Name or None
-    return PartLabel(len(before) + 1, kind, faces, name, place, layers, told)
+    return PartLabel(len(before) + 1, kind, faces, name, place, layers, code)
 
 
 def surface_from(surface: Any) -> NurbsSurface:
@@ -332,7 +332,7 @@ def _natural_sides(
         rows = list(zip(sides, trims[0], strict=True))
         if all(_fits(side_curve(surface, s), a, trim, curves, near) for (s, a), trim in rows):
             loop = [
-                Strand(side_curve(surface, s), trim.edge, trim.reversed, tolerance)
+                PCurve(side_curve(surface, s), trim.edge, trim.reversed, tolerance)
                 for (s, _), trim in rows
             ]
             spans = [side_curve(surface, s).domain for s, _ in sides]

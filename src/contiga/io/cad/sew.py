@@ -38,8 +38,8 @@ class Sewn:
 
     def add(self, edge: Any) -> tuple[int, bool]:
         """Number of a TopoDS_Edge, and whether that edge runs against the one of the number."""
-        own = self._number(edge)
-        return self._leader.get(own, (own, False))
+        number = self._number(edge)
+        return self._leader.get(number, (number, False))
 
     def edge(self, number: int) -> Any:
         """The TopoDS_Edge of a number."""
@@ -105,11 +105,11 @@ class Sewn:
 
     def _crown(self, group: list[int], pieces: dict[int, dict[int, Any]]) -> None:
         """Give the edges of a group, which are joined, to one that runs along all of them."""
-        every = {number: part for own in group for number, part in pieces[own].items()}
+        every = {number: part for one in group for number, part in pieces[one].items()}
         length = {number: _length(part) for number, part in every.items()}
-        along = {own: sum(length[number] for number in pieces[own]) for own in group}
+        along = {one: sum(length[number] for number in pieces[one]) for one in group}
         root = self._leader[group[0]][0]
-        longest = max(group, key=lambda own: along[own])
+        longest = max(group, key=lambda one: along[one])
         leader = root if along[root] >= (1.0 - CUT_OFF) * along[longest] else longest
         against = self._leader[leader][1]
         if along[leader] < (1.0 - CUT_OFF) * sum(length.values()):
@@ -118,8 +118,8 @@ class Sewn:
                 against ^= not _same_way(self.edge(leader), whole)
                 leader = self._number(whole)
                 self._leader[leader] = leader, False
-        for own in group:
-            self._leader[own] = leader, self._leader[own][1] != against
+        for one in group:
+            self._leader[one] = leader, self._leader[one][1] != against
 
     def _root(self, edge: int) -> tuple[int, bool]:
         """The edge at the end of the chain of leaders, and whether `edge` runs against it."""
@@ -226,11 +226,11 @@ def subshapes(shape: Any, kind: str) -> list[Any]:
     from OCP.TopExp import TopExp_Explorer
 
     explorer = TopExp_Explorer(shape, getattr(TopAbs_ShapeEnum, f"TopAbs_{kind}"))
-    found = []
+    shapes = []
     while explorer.More():
-        found.append(explorer.Current())
+        shapes.append(explorer.Current())
         explorer.Next()
-    return found
+    return shapes
 
 
 def _sewing(shape: Any) -> Any:

@@ -22,8 +22,8 @@ from contiga.io.cad.loops import (
     OPEN,
     THIN,
     Loop,
+    PCurve,
     Sides,
-    Strand,
     aligned,
     chained,
     ends,
@@ -108,18 +108,18 @@ class _Model:
     def __init__(
         self, path: Path, file_unit: str | None, unit: str | None, solids: Solids | None
     ) -> None:
-        found = transferred(path)
-        own = file_unit or found.unit
+        transfer = transferred(path)
+        unit_name = file_unit or transfer.unit
         # OpenCASCADE has multiplied by the unit the file states, which file_unit overrides.
-        stated = 1.0 if found.unit is None else length_factor(OCC_UNIT, found.unit, str(path))
-        wanted = length_factor(own, unit, str(path)) if own and unit else 1.0
-        self._path, self._pieces, self._solids = path, found.pieces, solids
+        stated = 1.0 if transfer.unit is None else length_factor(OCC_UNIT, transfer.unit, str(path))
+        wanted = length_factor(unit_name, unit, str(path)) if unit_name and unit else 1.0
+        self._path, self._pieces, self._solids = path, transfer.pieces, solids
         self._scale = _product(stated, wanted)
-        self._unit = short_name(unit or own) if own else None
-        to_occ = 1.0 if found.unit is None else length_factor(found.unit, OCC_UNIT, str(path))
-        self._accuracy = found.accuracy * to_occ
-        self._sewn = Sewn(compound_of(piece.shape for piece in found.pieces))
-        self._parts = labelled(found.pieces, self._sewn)
+        self._unit = short_name(unit or unit_name) if unit_name else None
+        to_occ = 1.0 if transfer.unit is None else length_factor(transfer.unit, OCC_UNIT, str(path))
+        self._accuracy = transfer.accuracy * to_occ
+        self._sewn = Sewn(compound_of(piece.shape for piece in transfer.pieces))
+        self._parts = labelled(transfer.pieces, self._sewn)
 
     def body(self, choice: Choice) -> Body:
         """What is chosen, as if the file had nothing else."""
@@ -145,11 +145,11 @@ class _Model:
         """The faces chosen, solids that meet dealt with as asked for, and what is said of them."""
         chosen = chosen_faces(self._parts, choice, str(self._path))
         placed = placed_of(self._pieces, chosen, self._accuracy, self._solids)
-        told = [
+        texts = [
             f"{listed(part.title for part in self._parts_of(meeting))} at {self._at(meeting)}"
             for meeting in placed.meetings
         ]
-        return placed, said_of(placed, told, self._solids, str(self._path))
+        return placed, said_of(placed, texts, self._solids, str(self._path))
 
     def _parts_of(self, meeting: Meeting) -> list[PartLabel]:
         firsts = np.cumsum([1, *(len(piece.faces) for piece in self._pieces)])
@@ -161,8 +161,8 @@ class _Model:
 
     def _sewn_of(self, placed: Placed) -> Sewn:
         """What numbers the edges of faces."""
-        own = len(placed.faces) == sum(len(piece.faces) for piece in self._pieces)
-        return self._sewn if own and not placed.meetings else Sewn(placed.shape)
+        whole = len(placed.faces) == sum(len(piece.faces) for piece in self._pieces)
+        return self._sewn if whole and not placed.meetings else Sewn(placed.shape)
 
     def _gathered(self, placed: Placed, sewn: Sewn) -> tuple[Assembly, list[int]]:
         """The faces, and the number in the file of each patch made of one."""
@@ -248,7 +248,7 @@ def add_face(assembly: Assembly, face: Any, edges: Numbers, scale: float, where:
         return True
     span = np.array([np.ptp(interval) for interval in patch.surface.domain])
     loops = [
-        [strand._replace(curve=bent(strand.curve, patch.maps, span)) for strand in loop]
+        [pcurve._replace(curve=bent(pcurve.curve, patch.maps, span)) for pcurve in loop]
         for loop in raw.loops
     ]
     assembly.add_trimmed(patch.surface, loops, where, flip=raw.reversed)
@@ -277,9 +277,9 @@ def _closed(raw: RawFace, where: str) -> bool:
 def _open_by(loop: Loop, surface: Any) -> float:
     """Largest gap of a loop in space: none at a pole, however far apart in (u, v)."""
     worst = 0.0
-    for strand, gap in zip(loop, gaps(loop), strict=True):
+    for pcurve, gap in zip(loop, gaps(loop), strict=True):
         if gap.any():
-            (u, v), (x, y) = ends(strand)[1], ends(strand)[1] + gap
+            (u, v), (x, y) = ends(pcurve)[1], ends(pcurve)[1] + gap
             point = surface.Value(float(u), float(v))
             worst = max(worst, float(point.Distance(surface.Value(float(x), float(y)))))
     return worst
@@ -312,9 +312,9 @@ def _raw_face(face: Any, edges: Numbers) -> RawFace | None:
     wires = TopoDS_Iterator(forward)
     while wires.More():
         if wires.Value().ShapeType() == TopAbs_ShapeEnum.TopAbs_WIRE:
-            strands = _strands(TopoDS.Wire(wires.Value()), forward, edges)
-            if strands:
-                loops.append(chained(strands, periods))
+            pcurves = _pcurves(TopoDS.Wire(wires.Value()), forward, edges)
+            if pcurves:
+                loops.append(chained(pcurves, periods))
         wires.Next()
     loops = aligned(loops, periods)
     box = _box(surface, loops, periods)
@@ -346,14 +346,14 @@ def _box(surface: Any, loops: list[Loop], periods: FloatArray) -> FloatArray:
     return box
 
 
-def _strands(wire: Any, face: Any, edges: Numbers) -> Loop:
+def _pcurves(wire: Any, face: Any, edges: Numbers) -> Loop:
     """The p-curves of a wire in its order, each running the wire's way."""
-    strands = []
+    pcurves = []
     for edge in _wire_edges(wire, face):
-        strand = _strand(edge, face, edges)
-        if strand is not None:
-            strands.append(strand)
-    return strands
+        pcurve = _pcurve(edge, face, edges)
+        if pcurve is not None:
+            pcurves.append(pcurve)
+    return pcurves
 
 
 def _wire_edges(wire: Any, face: Any) -> list[Any]:
@@ -377,7 +377,7 @@ def _wire_edges(wire: Any, face: Any) -> list[Any]:
     return ordered if len(ordered) == len(stored) else stored
 
 
-def _strand(edge: Any, face: Any, edges: Numbers) -> Strand | None:
+def _pcurve(edge: Any, face: Any, edges: Numbers) -> PCurve | None:
     from OCP.BRep import BRep_Tool
     from OCP.ShapeFix import ShapeFix_Edge
     from OCP.TopAbs import TopAbs_Orientation
@@ -395,4 +395,4 @@ def _strand(edge: Any, face: Any, edges: Numbers) -> Strand | None:
     turned = edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
     number, against = (-1, False) if BRep_Tool.Degenerated_s(edge) else edges.add(edge)
     tolerance = float(BRep_Tool.Tolerance_s(edge))
-    return Strand(image.reversed() if turned else image, number, turned != against, tolerance)
+    return PCurve(image.reversed() if turned else image, number, turned != against, tolerance)

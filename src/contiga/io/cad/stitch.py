@@ -9,7 +9,7 @@ import numpy as np
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
 from contiga.io.cad.assemble import Edge
-from contiga.io.cad.loops import Loop, Sides, Strand
+from contiga.io.cad.loops import Loop, PCurve, Sides
 from contiga.records import FloatArray
 
 COINCIDENT = 1e-9
@@ -92,7 +92,7 @@ def _as_loops(
             curve = side_curve(surface, side)
             if which == 4 * k + side:
                 edges[which] = Edge(curve, 0.0)
-            loop.append(Strand(curve, which, bool(against[4 * k + side]), 0.0))
+            loop.append(PCurve(curve, which, bool(against[4 * k + side]), 0.0))
             spans.append(curve.domain)
         result.append((loop, Sides([0, 1, 2, 3], [False] * 4, spans)))
     return result, edges

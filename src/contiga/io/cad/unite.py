@@ -103,7 +103,7 @@ def placed_of(
     return Placed(compound_of(_flat(shapes)), list(_flat(rows)), meetings, known, embedded, only)
 
 
-def said_of(placed: Placed, told: Sequence[str], solids: Solids | None, where: str) -> str:
+def said_of(placed: Placed, texts: Sequence[str], solids: Solids | None, where: str) -> str:
     """What is to be said of solids that meet, "" if none do; `told` of which and where.
 
     Raises
@@ -111,32 +111,32 @@ def said_of(placed: Placed, told: Sequence[str], solids: Solids | None, where: s
     FileError
         They are to be refused, and there are some, or it cannot be known.
     """
-    found = "; ".join(told)
-    if not told:
+    text = "; ".join(texts)
+    if not texts:
         return ""
     if solids == "refuse":
         raise FileError(
             "solids touch or overlap" if placed.known else f"solids whose boxes meet{UNKNOWN}",
             where=where,
-            found=found,
+            found=text,
             allowed="solids that are apart",
             remedy=f"solids = {MADE_ONE if placed.known else KEPT}; parts chooses some",
         )
     if solids == "separate":
-        return kept_apart(told)
+        return kept_apart(texts)
     if placed.embedded:  # "union" asked for that
-        return "" if solids == "union" else f"that touch or overlap are made one: {found}"
+        return "" if solids == "union" else f"that touch or overlap are made one: {text}"
     if not placed.known:
-        return f"whose boxes meet are kept as they are{UNKNOWN}: {found}. Choose some by parts"
+        return f"whose boxes meet are kept as they are{UNKNOWN}: {text}. Choose some by parts"
     return (
         "that touch or overlap are kept as they are, because OpenCASCADE makes no sound union of "
-        f"them: {found}. Choose some by parts"
+        f"them: {text}. Choose some by parts"
     )
 
 
-def kept_apart(told: Sequence[str]) -> str:
+def kept_apart(texts: Sequence[str]) -> str:
     """What is to be said of solids whose boxes meet and that are left alone."""
-    return f"whose boxes meet are kept as they are: {'; '.join(told)}. Body.flaws says which touch"
+    return f"whose boxes meet are kept as they are: {'; '.join(texts)}. Body.flaws says which touch"
 
 
 def _flat(lists: Sequence[Sequence[Any]]) -> Iterator[Any]:
@@ -212,12 +212,12 @@ class _Union:
 
     def faces(self, rows: Sequence[Numbered]) -> list[Numbered]:
         """What the union has of the faces of a solid; of those it has in common the first's."""
-        found = []
+        pieces = []
         for number, face in rows:
             for image in self._images(face):
                 if image in self._faces:
-                    found.append((number, self._faces.pop(image)))
-        return found
+                    pieces.append((number, self._faces.pop(image)))
+        return pieces
 
     def place(self, group: Sequence[int]) -> tuple[float, float, float]:
         """The middle of an edge where faces of two meet; of one that is in another, its own."""
@@ -246,8 +246,8 @@ class _Union:
         points = boxes[:, :1] + shares * np.ptp(boxes, axis=1)[:, None]
         rows = points.reshape(-1, 3)
         sides = [inside(some, rows) for some in (shapes, self.solids)]
-        told = ~np.isnan(sides[0]) & ~np.isnan(sides[1])
-        return bool((sides[0][told] == sides[1][told]).all())
+        known = ~np.isnan(sides[0]) & ~np.isnan(sides[1])
+        return bool((sides[0][known] == sides[1][known]).all())
 
 
 def _holder(solids: Sequence[Any], shape: Any) -> int:
@@ -314,15 +314,15 @@ def inside(shapes: Sequence[Any], points: FloatArray) -> FloatArray:
     from OCP.gp import gp_Pnt
     from OCP.TopAbs import TopAbs_State
 
-    found = np.zeros(len(points))
+    inner = np.zeros(len(points))
     for shape in shapes:
         low, high = _box(shape)
         classifier = BRepClass3d_SolidClassifier(shape)
-        for k in np.flatnonzero(((low <= points) & (points <= high)).all(axis=1) & (found != 1.0)):
+        for k in np.flatnonzero(((low <= points) & (points <= high)).all(axis=1) & (inner != 1.0)):
             classifier.Perform(gp_Pnt(*points[k].tolist()), FINEST)
             state = classifier.State()
             if state == TopAbs_State.TopAbs_IN:
-                found[k] = 1.0
+                inner[k] = 1.0
             elif state == TopAbs_State.TopAbs_ON:
-                found[k] = np.nan
-    return found
+                inner[k] = np.nan
+    return inner

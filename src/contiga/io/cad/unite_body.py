@@ -58,7 +58,7 @@ class United(NamedTuple):
 
 
 def unite(*bodies: Body) -> Body:
-    """One body of all, their closed pieces that touch or overlap made one by OpenCASCADE.
+    """Unite bodies: closed pieces that touch or overlap are fused by OpenCASCADE.
 
     Its inside is that of any piece. A piece is what hangs together by its edges; one that faces
     inward is a cavity of the piece around it. Pieces that touch nothing stay as they are. Bodies
@@ -105,10 +105,10 @@ def unite(*bodies: Body) -> Body:
     pieces = [
         start + piece for start, body in zip(starts, bodies, strict=False) for piece in body.pieces
     ]
-    found = united(whole, pieces, "union", first.name)
-    if found.said:
-        warn(f"{first.name}: pieces {found.said}")
-    return found.body.renamed(first.name).with_reference_point(first.reference_point)
+    union = united(whole, pieces, "union", first.name)
+    if union.said:
+        warn(f"{first.name}: pieces {union.said}")
+    return union.body.renamed(first.name).with_reference_point(first.reference_point)
 
 
 def _by_patches(groups: Sequence[Patches]) -> str:
@@ -125,7 +125,7 @@ def united(
     where: str,
     *,
     accuracy: float = 0.0,
-    told: Describe = _by_patches,
+    describe: Describe = _by_patches,
 ) -> United:
     """The body with those of its closed pieces made one that touch or overlap.
 
@@ -149,7 +149,7 @@ def united(
     if not groups or solids == "separate":
         met = [[tuple(pieces[k].tolist()) for k in some] for some in groups]
         places = [between(boxes, some) for some in groups]
-        said = kept_apart(_texts(met, places, told)) if met else ""
+        said = kept_apart(_texts(met, places, describe)) if met else ""
         return United(body, as_it_is, met, said, made_one=False)
     require("uniting pieces that touch or overlap", "OCP")
     from contiga.io.cad.occ_geometry import quiet
@@ -163,7 +163,7 @@ def united(
         placed = placed_of(rows, range(1, len(owner) + 1), accuracy * scale, solids)
         met = [[tuple(sorted(known[k].patches)) for k in m.pieces] for m in placed.meetings]
         places = [(x / scale, y / scale, z / scale) for _, (x, y, z) in placed.meetings]
-        said = said_of(placed, _texts(met, places, told), solids, where)
+        said = said_of(placed, _texts(met, places, describe), solids, where)
         if not (met and placed.embedded):
             return United(body, as_it_is, met, said, made_one=False)
         gone = {patch for some in met for piece in some for patch in piece}
@@ -176,9 +176,11 @@ def united(
     return United(piece_of(whole, order), [origin[k] for k in order], met, said, made_one=True)
 
 
-def _texts(met: Sequence[Sequence[Patches]], places: Sequence[Point], told: Describe) -> list[str]:
+def _texts(
+    met: Sequence[Sequence[Patches]], places: Sequence[Point], describe: Describe
+) -> list[str]:
     return [
-        "{} at ({:.6g}, {:.6g}, {:.6g})".format(told(some), *place)
+        "{} at ({:.6g}, {:.6g}, {:.6g})".format(describe(some), *place)
         for some, place in zip(met, places, strict=True)
     ]
 

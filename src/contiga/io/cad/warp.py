@@ -146,7 +146,7 @@ def _over_knots(
 ) -> FloatArray:
     """Where an image crosses knots of the surface, at which it is less smooth; `t` ascending."""
     uv = image(t)
-    found = []
+    crossings = []
     for axis, knots in enumerate(chart.surface.knots):
         levels = np.unique(knots)
         period = chart.periods[axis]
@@ -166,8 +166,8 @@ def _over_knots(
             before = off_a * miss > 0.0
             a, off_a = np.where(before, at, a), np.where(before, miss, 0.5 * off_a)
             b, off_b = np.where(before, b, at), np.where(before, 0.5 * off_b, miss)
-        found.append(np.where(np.abs(off_a) < np.abs(off_b), a, b))
-    return np.concatenate(found)
+        crossings.append(np.where(np.abs(off_a) < np.abs(off_b), a, b))
+    return np.concatenate(crossings)
 
 
 def _image(curve: NurbsCurve, edge: NurbsCurve, chart: Chart) -> Callable[[FloatArray], FloatArray]:
@@ -208,7 +208,7 @@ def _borders(curve: NurbsCurve, maps: tuple[Map, Map]) -> FloatArray:
     coefs = np.ascontiguousarray(bezier.coefs[..., [0, 1, 3]])
     degree = coefs.shape[1] - 1
     pieces, source, part = monotone_pieces(coefs, np.full(len(coefs), degree, dtype=np.int32))
-    found = [np.asarray(bezier.breaks)]
+    borders = [np.asarray(bezier.breaks)]
     for piece, s, (a, b) in zip(pieces, source, part, strict=True):
         low, width = bezier.breaks[s], bezier.breaks[s + 1] - bezier.breaks[s]
         for axis, warp in enumerate(maps):
@@ -218,8 +218,8 @@ def _borders(curve: NurbsCurve, maps: tuple[Map, Map]) -> FloatArray:
             for level in warp.breaks:
                 if values[0] < level < values[1]:
                     t = a + (b - a) * parameter_at(piece, degree, axis, level)
-                    found.append(np.array([low + t * width]))
-    return distinct(np.concatenate(found))
+                    borders.append(np.array([low + t * width]))
+    return distinct(np.concatenate(borders))
 
 
 _NODES = 0.5 * (1.0 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE))

@@ -173,7 +173,7 @@ class _Deck:
         return [label if label.instance else Label(instance, label.number) for label in labels]
 
     def _nodes_of(self, elements: list[Label], where: str) -> list[Label]:
-        found: list[Label] = []
+        labels: list[Label] = []
         without: list[int] = []
         for label in elements:
             scope = self.instances[label.instance] if label.instance else self._scope
@@ -181,10 +181,10 @@ class _Deck:
             if element is None or not element.nodes:
                 without.append(label.number)
             else:
-                found += (Label(label.instance, node) for node in element.nodes)
+                labels += (Label(label.instance, node) for node in element.nodes)
         for text in told("elements that are not there, or whose nodes are not", without):
             warnings.warn(f"{where}: {text}", ContigaWarning, 2)
-        return found
+        return labels
 
     def mesh(self) -> RawMesh:
         """All instances in one mesh; parts that no instance places stand where they are drawn."""

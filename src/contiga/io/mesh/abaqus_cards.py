@@ -187,9 +187,9 @@ def _data(path: Path) -> Iterator[Line]:
 
 def _beside(keyword: Keyword, open_files: tuple[Path, ...]) -> Path:
     name = keyword.options["INPUT"]
-    found = keyword.path.parent / name
-    if not found.is_file():
+    file = keyword.path.parent / name
+    if not file.is_file():
         raise FileError("no such included file", where=keyword.where, found=name)
-    if found.resolve() in open_files:
+    if file.resolve() in open_files:
         raise FileError("a file includes itself", where=keyword.where, found=name)
-    return found
+    return file

@@ -113,7 +113,7 @@ def _rows(known: list[tuple[int, int]], n_blocks: int) -> tuple[np.ndarray, ...]
     rows: list[list[int]] = [[] for _ in range(n_blocks)]
     for block, row in known:
         rows[block].append(row)
-    return tuple(np.array(sorted(set(own)), dtype=np.int64) for own in rows)
+    return tuple(np.array(sorted(set(cells)), dtype=np.int64) for cells in rows)
 
 
 def _sets(
@@ -123,7 +123,7 @@ def _sets(
 
     With that of their instance where there are several, or another scope has a set so named.
     """
-    found: dict[str, list[Label]] = {}
+    sets: dict[str, list[Label]] = {}
     taken: set[str] = set()
     for name, scope in instances.items():
         for one in (scope.node_sets if nodes else scope.element_sets).values():
@@ -131,8 +131,8 @@ def _sets(
             full = f"{names[name]}.{one.name}" if name and shared else one.name
             taken.add(full.casefold())
             labels = [Label(label.instance or name, label.number) for label in one.labels]
-            found.setdefault(full, []).extend(labels)
-    return found
+            sets.setdefault(full, []).extend(labels)
+    return sets
 
 
 def told(what: str, numbers: list[int]) -> list[str]:

@@ -63,8 +63,8 @@ class Scope:
     def copy(self) -> Scope:
         """One that can be added to without changing this one."""
         sets = [
-            {key: NamedSet(one.name, dict(one.labels)) for key, one in own.items()}
-            for own in (self.node_sets, self.element_sets)
+            {key: NamedSet(one.name, dict(one.labels)) for key, one in named.items()}
+            for named in (self.node_sets, self.element_sets)
         ]
         return Scope(dict(self.nodes), dict(self.elements), sets[0], sets[1])
 

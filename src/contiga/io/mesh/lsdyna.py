@@ -279,8 +279,8 @@ def _cells(
     numbers: list[Int64Array] = []
     thickness: list[FloatArray | None] = []
     for table in shells:
-        own = parts.shell_thickness(table.part)
-        given = np.where(table.thickness > 0.0, table.thickness, own)
+        of_part = parts.shell_thickness(table.part)
+        given = np.where(table.thickness > 0.0, table.thickness, of_part)
         for kind, mask, count in _shell_kinds(table.nodes):
             if not mask.any():
                 continue
@@ -336,8 +336,8 @@ def _sets(blocks: Iterable[Block], rows: Rows) -> Iterable[Group]:
     One with parameters without a value is not there: who asks for it is told.
     """
     for number, nodes in read_sets(blocks, "NODE", lambda *_: None).items():
-        own = rows(np.array(nodes, dtype=np.int64))
-        yield Group(None, set_name(number), None, own)
+        kept = rows(np.array(nodes, dtype=np.int64))
+        yield Group(None, set_name(number), None, kept)
 
 
 def _mass(blocks: Iterable[Block], rows: Rows, count: int) -> FloatArray | None:

@@ -15,18 +15,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from contiga.errors import FileError, MeshError
+from contiga.io.mesh.lsdyna_card import Card as Card
 from contiga.io.mesh.lsdyna_parameters import Parameters, fortran_number, is_parameters
 
 _LONG_WIDTH = 20
 _LARGEST = 2**62
 _TEN = re.compile(r"I10\s*=\s*Y")
-
-
-class Card(NamedTuple):
-    """One data line."""
-
-    text: str
-    line: int
 
 
 class Block(NamedTuple):
@@ -139,13 +133,13 @@ def _included(block: Block, folders: list[Path], open_files: tuple[Path, ...]) -
         name = card.text.strip()
         if not name:
             continue
-        found = next((f / name for f in folders if (f / name).is_file()), None)
-        if found is None:
+        file = next((f / name for f in folders if (f / name).is_file()), None)
+        if file is None:
             raise FileError("no such included file", where=block.where(card), found=name)
-        if found.resolve() in open_files:
+        if file.resolve() in open_files:
             raise FileError("a file includes itself", where=block.where(card), found=name)
         inner = Parameters(block.parameters)
-        yield from _blocks_of(found, block.long, folders, inner, open_files)
+        yield from _blocks_of(file, block.long, folders, inner, open_files)
 
 
 Leave = Callable[[Block, str], None]
@@ -168,8 +162,8 @@ def leaving_parameters(block: Block, leave: Leave | None) -> Iterator[None]:
 
 def fields(card: Card, block: Block, widths: Sequence[int]) -> list[str]:
     """The card's fields, stripped, with parameters filled in; those past its end are empty."""
-    found = _cells(card.text, block.long, widths)
-    return list(map(block.parameters.filled, found)) if "&" in card.text else found
+    cells = _cells(card.text, block.long, widths)
+    return list(map(block.parameters.filled, cells)) if "&" in card.text else cells
 
 
 def _cells(text: str, long: bool, widths: Sequence[int]) -> list[str]:
@@ -178,11 +172,11 @@ def _cells(text: str, long: bool, widths: Sequence[int]) -> list[str]:
         return (cells + [""] * len(widths))[: len(widths)]
     if long:
         widths = [max(width, _LONG_WIDTH) for width in widths]
-    start, found = 0, []
+    start, texts = 0, []
     for width in widths:
-        found.append(text[start : start + width].strip())
+        texts.append(text[start : start + width].strip())
         start += width
-    return found
+    return texts
 
 
 def whole(field: str, block: Block, card: Card) -> int:

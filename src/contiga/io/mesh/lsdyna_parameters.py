@@ -12,10 +12,9 @@ import math
 import operator
 import re
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-if TYPE_CHECKING:
-    from contiga.io.mesh.lsdyna_cards import Block
+from contiga.io.mesh.lsdyna_card import KeywordCards
 
 _PAIRS = 4
 _WIDTH, _LONG_WIDTH = 10, 20
@@ -60,7 +59,7 @@ _FUNCTIONS: dict[str, Callable[..., Value]] = {
 class Left(NamedTuple):
     """A parameter that is not understood."""
 
-    block: Block
+    block: KeywordCards
     why: str
     line: int
     """Of its card in the deck."""
@@ -79,11 +78,11 @@ class Parameters:
 
     def filled(self, field: str) -> str:
         """A field with the value of its parameter; as it is where there is none."""
-        found = _REFERENCE.fullmatch(field)
-        value = None if found is None else self._value(found[2].lower())
-        if found is None or value is None:
+        match = _REFERENCE.fullmatch(field)
+        value = None if match is None else self._value(match[2].lower())
+        if match is None or value is None:
             return field
-        if not found[1]:
+        if not match[1]:
             return value
         return value[1:] if value.startswith("-") else f"-{value.removeprefix('+')}"
 
@@ -92,7 +91,7 @@ class Parameters:
             return self._own[name]
         return None if self._outer is None else self._outer._value(name)
 
-    def read(self, block: Block) -> None:
+    def read(self, block: KeywordCards) -> None:
         """Take the parameters of a block for which `is_parameters` holds."""
         expressions = "EXPRESSION" in block.keyword
         for line, name, text in _expressions(block) if expressions else _pairs(block):
@@ -136,7 +135,7 @@ class Parameters:
         raise ValueError(ast.dump(node))
 
 
-def is_parameters(block: Block) -> bool:
+def is_parameters(block: KeywordCards) -> bool:
     """Whether a keyword gives parameters in a way that is understood."""
     first, *options = block.keyword.split("_")
     return first == "PARAMETER" and set(options) <= _OPTIONS
@@ -150,7 +149,7 @@ def fortran_number(text: str) -> float:
         return float(_EXPONENT.sub(lambda m: f"e{m[1] or m[2]}", text))
 
 
-def _pairs(block: Block) -> Iterator[tuple[int, str, str]]:
+def _pairs(block: KeywordCards) -> Iterator[tuple[int, str, str]]:
     """Line, name, its kind in front, and text of the value: four pairs a card."""
     width = _LONG_WIDTH if block.long else _WIDTH
     for card in block.cards:
@@ -164,20 +163,20 @@ def _pairs(block: Block) -> Iterator[tuple[int, str, str]]:
                 yield card.line, name, value
 
 
-def _expressions(block: Block) -> Iterator[tuple[int, str, str]]:
+def _expressions(block: KeywordCards) -> Iterator[tuple[int, str, str]]:
     """Line, name, its kind in front, and expression: one a card, which goes on under an empty
     name."""
     width = _LONG_WIDTH if block.long else _WIDTH
-    told: list[tuple[int, str, list[str]]] = []
+    expressions: list[tuple[int, str, list[str]]] = []
     for card in block.cards:
         name, comma, text = card.text.partition(",")
         if not comma or len(name) > width:
             name, text = card.text[:width], card.text[width:]
         if name.strip():
-            told.append((card.line, name.strip(), [text]))
-        elif told:
-            told[-1][2].append(text.strip())
-    yield from ((line, name, "".join(texts)) for line, name, texts in told)
+            expressions.append((card.line, name.strip(), [text]))
+        elif expressions:
+            expressions[-1][2].append(text.strip())
+    yield from ((line, name, "".join(texts)) for line, name, texts in expressions)
 
 
 def _number(text: str | None) -> Value:

@@ -105,9 +105,9 @@ def _read_part(block: Block, parts: Parts) -> None:
             if option == "INERTIA" and extra[0] is not None:
                 if _has_local_axes(extra[0], block):
                     next(cards, None)
-                told = [card for card in extra if card is not None]
-                if len(told) == _PART_OPTIONS["INERTIA"]:
-                    parts.inertia[number] = _inertia(told, block)
+                given = [card for card in extra if card is not None]
+                if len(given) == _PART_OPTIONS["INERTIA"]:
+                    parts.inertia[number] = _inertia(given, block)
         parts.materials[number] = material
         parts.titles[number] = heading.text.strip()
         parts.sections[number] = section

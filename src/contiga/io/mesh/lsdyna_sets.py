@@ -53,10 +53,10 @@ def read_sets(
 def _members(block: Block, cards: list[Card]) -> list[int]:
     members: list[int] = []
     for card in cards:
-        found = [n for text in fields(card, block, _TEN) if (n := whole(text, block, card))]
+        numbers = [n for text in fields(card, block, _TEN) if (n := whole(text, block, card))]
         if "GENERATE" in block.keyword:
-            for first, last in zip(found[::2], found[1::2], strict=False):
+            for first, last in zip(numbers[::2], numbers[1::2], strict=False):
                 members += range(first, last + 1)
         else:
-            members += found
+            members += numbers
     return members

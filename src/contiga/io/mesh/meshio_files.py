@@ -101,9 +101,9 @@ def _converted(mesh: Any, path: Path) -> RawMesh:
     blocks: list[CellBlock] = []
     places: list[_Place] = []
     for block in mesh.cells:
-        found = _blocks(block, points, path)
-        places.append(_Place(len(blocks), found))
-        blocks += found.blocks
+        made = _blocks(block, points, path)
+        places.append(_Place(len(blocks), made))
+        blocks += made.blocks
     return RawMesh(points, tuple(blocks), tuple(_groups(mesh, places, len(blocks))))
 
 
@@ -268,7 +268,7 @@ def _numbered(mesh: Any, key: str, places: list[_Place], n_blocks: int) -> Itera
     Gmsh numbers them apart by dimension; 0 stands for no group.
     """
     by_dimension = key == "gmsh:physical"
-    found: dict[tuple[int, int], list[NDArray[Any]]] = {}
+    groups: dict[tuple[int, int], list[NDArray[Any]]] = {}
     for block, numbers, place in zip(mesh.cells, mesh.cell_data[key], places, strict=True):
         if not place.made.blocks:
             continue
@@ -278,10 +278,10 @@ def _numbered(mesh: Any, key: str, places: list[_Place], n_blocks: int) -> Itera
             if by_dimension and value == 0:
                 continue
             empty = [np.empty(0, dtype=np.int64)] * n_blocks
-            rows = found.setdefault((dimension, int(value)), empty)
+            rows = groups.setdefault((dimension, int(value)), empty)
             place.put(np.flatnonzero((values == value).any(axis=1)), rows)
     names = {}
     if by_dimension:
         names = {(int(dim), int(n)): str(name) for name, (n, dim) in mesh.field_data.items()}
-    for (dimension, value), rows in sorted(found.items()):
+    for (dimension, value), rows in sorted(groups.items()):
         yield Group(value, names.get((dimension, value)), tuple(rows))

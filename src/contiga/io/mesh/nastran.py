@@ -110,10 +110,10 @@ def read_nastran(path: Path) -> RawMesh:
 
 def _add(card: Card, number: int, elements: dict[str, Elements]) -> None:
     kind, nodes = _cell(card)
-    own = elements.setdefault(kind, Elements(kind, [], [], []))
-    own.nodes.append(nodes)
-    own.properties.append(card.whole(1, number))
-    own.where.append(card.where)
+    kind_elements = elements.setdefault(kind, Elements(kind, [], [], []))
+    kind_elements.nodes.append(nodes)
+    kind_elements.properties.append(card.whole(1, number))
+    kind_elements.where.append(card.where)
 
 
 def _cell(card: Card) -> tuple[str, list[int]]:

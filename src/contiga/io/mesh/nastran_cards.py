@@ -149,8 +149,8 @@ def _lines(path: Path, open_files: tuple[Path, ...]) -> Iterator[_Line]:
 
 
 def _included(line: _Line, open_files: tuple[Path, ...]) -> Iterator[_Line]:
-    found = _INCLUDE.match(line.text)
-    name = found[1].strip().strip("'\"").strip() if found else ""
+    match = _INCLUDE.match(line.text)
+    name = match[1].strip().strip("'\"").strip() if match else ""
     inner = line.path.parent / name
     if not inner.is_file():
         raise FileError("no such included file", where=line.where, found=name)
@@ -163,8 +163,8 @@ def _bulk(lines: list[_Line]) -> Iterator[_Line]:
     """What stands between BEGIN BULK and ENDDATA; without the one, from the start."""
     begins = [k for k, line in enumerate(lines) if _BEGIN.fullmatch(line.text)]
     for k in begins:
-        told = _BEGIN.fullmatch(lines[k].text)
-        if (told and told[1].strip()) or k != begins[0]:
+        match = _BEGIN.fullmatch(lines[k].text)
+        if (match and match[1].strip()) or k != begins[0]:
             raise MeshError(
                 "superelements and other bulk data sections are not carried out",
                 where=lines[k].where,

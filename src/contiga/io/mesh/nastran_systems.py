@@ -129,7 +129,9 @@ class Grids:
                 allowed=", ".join(map(str, sorted({0, *self._systems}))),
             )
         if number in self._asked:
-            raise MeshError("a system that stands on itself", where=system.where, found=number)
+            raise MeshError(
+                "a coordinate system is defined by itself", where=system.where, found=number
+            )
         self._asked.append(number)
         if system.within < 0:
             points = [np.array(self._position(grid, system.where)) for grid in system.grids]

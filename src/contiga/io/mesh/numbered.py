@@ -94,9 +94,10 @@ def _groups(elements: Sequence[Elements]) -> Iterator[Group]:
     """Groups of properties, ascending: each block is sorted once, however many there are."""
     owners = [np.array(each.properties, dtype=np.int64) for each in elements]
     numbers = np.unique(np.concatenate(owners)) if owners else np.zeros(0, dtype=np.int64)
-    sorts = [np.argsort(own, kind="stable") for own in owners]
+    sorts = [np.argsort(members, kind="stable") for members in owners]
     starts = [
-        np.searchsorted(own[order], numbers) for own, order in zip(owners, sorts, strict=True)
+        np.searchsorted(members[order], numbers)
+        for members, order in zip(owners, sorts, strict=True)
     ]
     held = [np.split(order, first)[1:] for order, first in zip(sorts, starts, strict=True)]
     for k, number in enumerate(numbers.tolist()):

@@ -157,10 +157,10 @@ def _obj_corner(path: Path, number: int, word: str, count: int) -> int:
     return row
 
 
-def _bad(path: Path, number: int, what: str, found: object) -> FileError:
-    return FileError(what, where=f"{path}, line {number}", found=found)
+def _bad(path: Path, number: int, what: str, given: object) -> FileError:
+    return FileError(what, where=f"{path}, line {number}", found=given)
 
 
-def _not_there(path: Path, number: int, found: int, allowed: str) -> MeshError:
+def _not_there(path: Path, number: int, index: int, allowed: str) -> MeshError:
     what = "a face names a node that is not there"
-    return MeshError(what, where=f"{path}, line {number}", found=found, allowed=allowed)
+    return MeshError(what, where=f"{path}, line {number}", found=index, allowed=allowed)

@@ -110,13 +110,15 @@ def nodes_of(mesh: RawMesh, key: str | int, where: str) -> NDArray[np.bool_]:
 
 def _find(groups: Sequence[Group], key: str | int, where: str) -> list[Group]:
     text = str(key).strip()
-    found = [group for group in groups if group.name == text]
-    if not found:
-        found = [g for g in groups if g.name is not None and g.name.casefold() == text.casefold()]
-    if not found:
-        found = [group for group in groups if group.id is not None and str(group.id) == text]
-    if found:
-        return found
+    matching = [group for group in groups if group.name == text]
+    if not matching:
+        matching = [
+            g for g in groups if g.name is not None and g.name.casefold() == text.casefold()
+        ]
+    if not matching:
+        matching = [group for group in groups if group.id is not None and str(group.id) == text]
+    if matching:
+        return matching
     labels = [MeshPart(group.id, group.name, 0, 0).label for group in groups]
     raise MeshError(
         "no part, set or group of that name or number",

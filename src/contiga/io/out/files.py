@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all, and folders that are nobody else's."""
+"""Files that are written whole or not at all, and folders that no other process uses."""
 
 from __future__ import annotations
 

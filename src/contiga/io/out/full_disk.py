@@ -23,8 +23,8 @@ _OF_HDF5 = re.compile(r"errno = (\d+)")
 
 def full_disk(error: BaseException, path: str | Path) -> OutputError | None:
     """The message of an error that comes of a full disk; None of any other."""
-    found = _OF_HDF5.search(str(error))
-    number = int(found[1]) if found else getattr(error, "errno", None)
+    match = _OF_HDF5.search(str(error))
+    number = int(match[1]) if match else getattr(error, "errno", None)
     if number not in _FULL:
         return None
     return OutputError(_FULL[number], where=str(path), remedy="Make room on it")
@@ -66,7 +66,7 @@ def telling_of_full_disks(path: str | Path) -> Iterator[None]:
     try:
         yield
     except (OSError, RuntimeError) as error:
-        told = full_disk(error, path)
-        if told is None:
+        full = full_disk(error, path)
+        if full is None:
             raise
-        raise told from error
+        raise full from error

@@ -42,8 +42,8 @@ def open_file(path: Path, mode: str) -> Any:
         return h5py.File(path, mode, libver=_LAYOUT, locking=False)
     except OSError as error:
         kind = FileError if mode == "r" else OutputError
-        told = full_disk(error, path)
-        raise told or kind(f"cannot be opened as HDF5: {error}", where=str(path)) from error
+        full = full_disk(error, path)
+        raise full or kind(f"cannot be opened as HDF5: {error}", where=str(path)) from error
 
 
 _MAGIC = b"\x89HDF\r\n\x1a\n"
@@ -111,9 +111,9 @@ def set_aside(file: Any, n_bytes: int, path: Path) -> None:
         end = file.id.get_filesize()
         os.posix_fallocate(file.id.get_vfd_handle(), end, n_bytes + SLACK)
     except (AttributeError, OSError) as error:
-        told = full_disk(error, path)
-        if told is not None:
-            raise told from error
+        full = full_disk(error, path)
+        if full is not None:
+            raise full from error
         check_room(path, n_bytes)  # neither every system nor every disk can
 
 

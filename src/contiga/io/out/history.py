@@ -77,7 +77,7 @@ def read_history(path: str | Path) -> dict[str, NDArray[Any]]:
         raise FileError("not a CSV file", where=str(path)) from error
     if not rows or not rows[0]:
         raise FileError("a history starts with a row of names", where=str(path))
-    names = [found[1] if (found := _HEAD.fullmatch(head)) else head for head in rows[0]]
+    names = [match[1] if (match := _HEAD.fullmatch(head)) else head for head in rows[0]]
     body = rows[1:]
     if len(set(names)) < len(names):
         raise FileError("column names must differ", where=str(path), found=names)

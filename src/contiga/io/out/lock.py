@@ -91,13 +91,13 @@ def _taken(path: Path, kind: str) -> int | None:
 def _is_held(path: Path, kind: str) -> OutputError:
     try:
         who = json.loads(path.read_text(encoding="utf-8"))
-        told = f"process {who['pid']} on {who['host']}, since {who['since']}"
+        holder = f"process {who['pid']} on {who['host']}, since {who['since']}"
     except (OSError, ValueError, KeyError, TypeError):
-        told = "a process that does not say which"
+        holder = "a process that does not say which"
     return OutputError(
         f"another {kind} writes to this folder",
         where=str(path.parent),
-        found=told,
+        found=holder,
         allowed="a folder of its own (-o), or to wait until that one has ended",
     )
 

@@ -129,10 +129,10 @@ def _append_cells(steps: Steps, first: NDArray[np.int64]) -> None:
     """A step's cells: closed lines points[first[i]:first[i + 1]], and none of the other kinds."""
     count = len(first) - 1
     for name in _CELLS:
-        own = name == "Lines"
-        steps[f"{name}/NumberOfCells"].extend([count if own else 0])
-        steps[f"{name}/NumberOfConnectivityIds"].extend([int(first[-1]) + count if own else 0])
-        steps[f"{name}/Offsets"].extend(first + np.arange(count + 1) if own else [0])
+        is_lines = name == "Lines"
+        steps[f"{name}/NumberOfCells"].extend([count if is_lines else 0])
+        steps[f"{name}/NumberOfConnectivityIds"].extend([int(first[-1]) + count if is_lines else 0])
+        steps[f"{name}/Offsets"].extend(first + np.arange(count + 1) if is_lines else [0])
     steps["Lines/Connectivity"].extend(_closed(first))
 
 

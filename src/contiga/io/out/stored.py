@@ -52,16 +52,16 @@ def read_stored(folder: str | Path) -> Stored:
             "no such output folder", where=str(folder), remedy="Run a case first: contiga run"
         )
     try:
-        told = _told(newest_checkpoint(folder))
+        stored = _told(newest_checkpoint(folder))
     except FileError:
         if not _has_ended(folder):
             raise
-        told = None  # what the run has left besides is whole
-    if _is_finished(folder, told):
+        stored = None  # what the run has left besides is whole
+    if _is_finished(folder, stored):
         history = read_history(folder / HISTORY)
         return Stored(folder, True, _floats(history), _summary(folder / SUMMARY))
-    if told is not None:
-        return told
+    if stored is not None:
+        return stored
     if (folder / UNFINISHED).is_file():
         raise FileError(
             "the run has just begun, and tells of itself from its first checkpoint on",
@@ -72,14 +72,14 @@ def read_stored(folder: str | Path) -> Stored:
     raise FileError(f"not the output folder of a run: {missing} is missing", where=str(folder))
 
 
-def _is_finished(folder: Path, told: Stored | None) -> bool:
+def _is_finished(folder: Path, stored: Stored | None) -> bool:
     """Whether the last run in a folder has ended: its last checkpoint is as far as its summary."""
     if not _has_ended(folder):
         return False
-    if told is None:
+    if stored is None:
         return True
     summary = _summary(folder / SUMMARY)
-    return all(told.summary.get(key) == summary.get(key) for key in ("title", "steps"))
+    return all(stored.summary.get(key) == summary.get(key) for key in ("title", "steps"))
 
 
 def _has_ended(folder: Path) -> bool:

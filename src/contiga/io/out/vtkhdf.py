@@ -305,14 +305,14 @@ def read_fields(path: str | Path) -> FieldSeries:
         raise FileError("no such file", where=str(path))
     with open_file(path, "r") as file:
         try:
-            root, own = file["VTKHDF"], file["contiga"]
+            root, ours = file["VTKHDF"], file["contiga"]
             count = int(root["Steps"].attrs["NSteps"])
             times = np.array(root["Steps/Values"][:count], dtype=np.float64)
             units = {
                 name.removeprefix("PointData/"): values.attrs.get("units")
                 for name, values, _ in arrays_of(root)
             }
-            parts = read_parts(root, own)
+            parts = read_parts(root, ours)
         except (KeyError, ValueError) as error:
             raise FileError(
                 "not a fields file of contiga",

@@ -50,7 +50,9 @@ def checked_part(part: Part) -> Part:
     """
     triangles = None
     if part.kind not in _KINDS:
-        raise InputError("a part is a body or a slave", found=part.kind, allowed=", ".join(_KINDS))
+        raise InputError(
+            "a part must be a body or a slave", found=part.kind, allowed=", ".join(_KINDS)
+        )
     if part.triangles is not None:
         triangles = np.array(part.triangles, dtype=np.int64).reshape(-1, 3)
         if len(triangles) and (triangles.min() < 0 or triangles.max() >= part.n_points):
@@ -98,12 +100,12 @@ def _write_steps(root: Any) -> None:
 
 def _write_names(file: Any, parts: tuple[Part, ...]) -> None:
     """What VTK does not keep: the parts by name, and how much of the points is theirs."""
-    own = file.create_group("contiga")
-    own.attrs["names"] = [part.name for part in parts]
-    own.attrs["kinds"] = [part.kind for part in parts]
-    own.attrs["n_points"] = np.array([part.n_points for part in parts], dtype=np.int64)
+    ours = file.create_group("contiga")
+    ours.attrs["names"] = [part.name for part in parts]
+    ours.attrs["kinds"] = [part.kind for part in parts]
+    ours.attrs["n_points"] = np.array([part.n_points for part in parts], dtype=np.int64)
     none = -1
-    own.attrs["n_triangles"] = np.array(
+    ours.attrs["n_triangles"] = np.array(
         [none if part.triangles is None else len(part.triangles) for part in parts], dtype=np.int64
     )
 
@@ -121,11 +123,11 @@ def _write_cells(group: Any, cells: NDArray[np.int64]) -> None:
         group.create_dataset(name, data=values, **packed)
 
 
-def read_parts(root: Any, own: Any) -> tuple[Part, ...]:
+def read_parts(root: Any, ours: Any) -> tuple[Part, ...]:
     """Parts, each with triangles on its own points, from the topology and the sizes kept."""
     triangles = root["Polygons/Connectivity"][:].reshape(-1, 3)
     parts, first_point, first_triangle = [], 0, 0
-    entries = (own.attrs[key] for key in ("names", "kinds", "n_points", "n_triangles"))
+    entries = (ours.attrs[key] for key in ("names", "kinds", "n_points", "n_triangles"))
     for name, kind, n_points, n_triangles in zip(*entries, strict=True):
         part_triangles: IntArray | None = None
         if n_triangles >= 0:
@@ -253,10 +255,10 @@ class Steps:
 
     def __getitem__(self, name: str) -> Growing:
         """An array by its name below the group of VTKHDF."""
-        found = self._arrays.get(name)
-        if found is None:
-            found = self._arrays[name] = Growing(self.root[name])
-        return found
+        array = self._arrays.get(name)
+        if array is None:
+            array = self._arrays[name] = Growing(self.root[name])
+        return array
 
     @contextmanager
     def step(self, number: int, n_bytes: int) -> Iterator[None]:
@@ -327,8 +329,8 @@ class Steps:
             yield
         except (OSError, RuntimeError) as error:
             text = f"cannot be written as HDF5: {error}"
-            told = full_disk(error, self._path)
-            raise told or OutputError(text, where=str(self._path)) from error
+            full = full_disk(error, self._path)
+            raise full or OutputError(text, where=str(self._path)) from error
 
 
 def truncate(root: Any, n_steps: int, n_points: int) -> None:

@@ -69,7 +69,7 @@ def write_mesh(path: str | Path, mesh: TriMesh) -> None:
     import meshio
 
     if len(mesh.triangles) == 0:
-        raise MeshError("a mesh without triangles is not worth a file", where=str(path))
+        raise MeshError("a mesh without triangles cannot be written", where=str(path))
     written = meshio.Mesh(mesh.vertices, [("triangle", mesh.triangles)])
     if name == "gmsh":
         # One surface, number 1: Gmsh counts entities from 1.

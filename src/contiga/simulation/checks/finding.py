@@ -10,7 +10,7 @@ from contiga.io.units import base_factor, derived_units
 
 
 class Finding(NamedTuple):
-    """What is odd about a model, where, and what to do.
+    """A doubt about a model: what looks wrong, where, and what to do.
 
     >>> print(Finding("apart", "contact pad-head", "never closer than 3 mm", "Move the pad"))
     contact pad-head: never closer than 3 mm. Move the pad

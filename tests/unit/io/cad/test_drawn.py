@@ -184,11 +184,11 @@ def test_a_face_that_is_not_what_its_render_mesh_shows_is_told(degrees: float, t
     vertices = np.array([at(a, z) for a, z in zip(angles.ravel(), heights.ravel(), strict=True)])
     k = 2 * np.arange(9)[:, None]
     triangles = np.concatenate([k + np.array(corners) for corners in ((0, 2, 1), (1, 2, 3))])
-    found = list(doubts(body, [RenderMesh(vertices, triangles)]))
-    assert [k for k, _ in found] == [0] * bool(told)
-    assert all(told in text for _, text in found)
+    actual = list(doubts(body, [RenderMesh(vertices, triangles)]))
+    assert [k for k, _ in actual] == [0] * bool(told)
+    assert all(told in text for _, text in actual)
     if degrees > 90.0:
-        assert "up to 0.684 off it" in found[0][1]  # the chord of 40°
+        assert "up to 0.684 off it" in actual[0][1]  # the chord of 40°
 
 
 def test_what_cannot_be_read_is_told_with_file_and_face(tmp_path: Any) -> None:

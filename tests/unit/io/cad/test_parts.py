@@ -210,10 +210,10 @@ def test_shells_that_touch_are_listed_as_they_are_alone(tmp_path: Path) -> None:
                for k, half in enumerate(halves)]  # fmt: skip
     made.assembly("both", *members)
     path = made.write(tmp_path / "halves.step")
-    found = read_cad_file(path)
-    assert found.body.closed
-    assert len(found.parts) == 2
-    for part in found.parts:
+    actual = read_cad_file(path)
+    assert actual.body.closed
+    assert len(actual.parts) == 2
+    for part in actual.parts:
         assert not part.body.closed
         alone = cg.read_cad(path, parts=part.number)
         assert part.body.openings.free_edges == alone.openings.free_edges > 0
@@ -306,15 +306,15 @@ def test_gismo_knows_no_names_but_its_patches_have_numbers(data_dir: Path) -> No
 )
 def test_parts_of_public_files_make_up_the_whole(name: str, count: int, data_dir: Path) -> None:
     path = data_dir / name
-    found = read_cad_file(path)
-    assert len(found.parts) == count
-    assert sum(len(part.faces) for part in found.parts) == len(found.numbers)
+    actual = read_cad_file(path)
+    assert len(actual.parts) == count
+    assert sum(len(part.faces) for part in actual.parts) == len(actual.numbers)
     whole = cg.read_cad(path)
-    assert found.body.area() == pytest.approx(whole.area(), rel=1e-12)
-    total = sum(part.body.area() for part in found.parts)
+    assert actual.body.area() == pytest.approx(whole.area(), rel=1e-12)
+    total = sum(part.body.area() for part in actual.parts)
     assert total == pytest.approx(whole.area(), rel=1e-8)
     last = cg.read_cad(path, parts=count)
-    assert len(last.patches) == len(found.parts[-1].body.patches)
+    assert len(last.patches) == len(actual.parts[-1].body.patches)
 
 
 def test_a_face_without_extent_is_told_by_its_number(
@@ -332,6 +332,6 @@ def test_a_face_without_extent_is_told_by_its_number(
 
     monkeypatch.setattr(step_iges, "_is_thin", thin)
     with pytest.warns(ContigaWarning, match="face 2: a face without extent was left out"):
-        found = step_iges.list_step_iges(rig, None, None)
-    assert found.numbers[:3] == [1, 3, 4]
-    assert len(found.numbers) == 34
+        actual = step_iges.list_step_iges(rig, None, None)
+    assert actual.numbers[:3] == [1, 3, 4]
+    assert len(actual.numbers) == 34

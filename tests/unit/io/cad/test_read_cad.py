@@ -11,7 +11,7 @@ import pytest
 
 import contiga as cg
 from contiga.errors import ContigaWarning, FileError, UnitError
-from contiga.io.cad.loops import Strand, aligned, chained, ends, rectangle_sides
+from contiga.io.cad.loops import PCurve, aligned, chained, ends, rectangle_sides
 from contiga.io.cad.read_cad import body_summary
 from contiga.io.cad.warp import AngleMap, bent, identity
 
@@ -237,9 +237,9 @@ def test_a_surface_that_is_approximated_is_told_with_its_miss(solids, tmp_path):
     path = solids.write(face, tmp_path / "offset.step")
     with pytest.warns(
         ContigaWarning, match=r"face 1: its surface has no NURBS form.*to \d"
-    ) as told:
+    ) as warned:
         body = cg.read_cad(path)
-    said = float(str(told[0].message).rsplit(" ", 1)[1])
+    said = float(str(warned[0].message).rsplit(" ", 1)[1])
     sheet = cg.NurbsSurface((3, 3), ([0.0] * 4 + [1.0] * 4,) * 2, net)
     uv = np.random.default_rng(0).random((300, 2))
     there = sheet.evaluate(uv) + 2.0 * sheet.normal(uv)
@@ -305,24 +305,24 @@ def test_bent_curves_follow_the_map_and_lines_along_u_or_v_stay_lines():
     maps = (AngleMap(np.linspace(0, 2 * math.pi, 4)), identity)
     span = np.array([2 * math.pi, 1.0])
     wave = cg.NurbsCurve(3, [0, 0, 0, 0, 1, 1, 1, 1], [[0.3, 0], [2, 3], [4, -2], [6, 1]])
-    found = bent(wave, maps, span)
+    actual = bent(wave, maps, span)
     t = np.linspace(0, 1, 500)
     wanted = wave.evaluate(t)
     wanted[:, 0] = maps[0](wanted[:, 0])
-    assert np.abs(found.evaluate(t) - wanted).max() <= 1e-9
+    assert np.abs(actual.evaluate(t) - wanted).max() <= 1e-9
     level = cg.NurbsCurve(1, [0, 0, 1, 1], [[0.3, 0.5], [5, 0.5]])
     assert bent(level, maps, span).degree == 1
     assert bent(wave, (identity, identity), span) is wave
 
 
-def strand(*points: tuple[float, float]) -> Strand:
+def pcurve(*points: tuple[float, float]) -> PCurve:
     knots = np.repeat(np.linspace(0, 1, len(points)), [2, *[1] * (len(points) - 2), 2])
-    return Strand(cg.NurbsCurve(1, knots, points), 0, False, 1e-7)
+    return PCurve(cg.NurbsCurve(1, knots, points), 0, False, 1e-7)
 
 
 def test_strands_out_of_order_and_a_period_off_are_chained():
-    a, b = strand((0, 0), (6, 0)), strand((0, 0), (0, 1))
-    c, d = strand((6, 1), (0, 1)), strand((0, 1), (0, 0))
+    a, b = pcurve((0, 0), (6, 0)), pcurve((0, 0), (0, 1))
+    c, d = pcurve((6, 1), (0, 1)), pcurve((0, 1), (0, 0))
     loop = chained([a, c, b, d], np.array([6.0, 0.0]))
     tails = np.array([ends(s) for s in loop])
     assert np.allclose(tails[:, 1], np.roll(tails[:, 0], -1, axis=0))
@@ -330,8 +330,8 @@ def test_strands_out_of_order_and_a_period_off_are_chained():
 
 
 def test_inner_loops_a_period_off_are_brought_into_the_outer_one():
-    square = [strand((0, 0), (6, 0), (6, 1), (0, 1), (0, 0))]
-    hole = [strand((8, 0.2), (9, 0.2), (9, 0.8), (8, 0.2))]
+    square = [pcurve((0, 0), (6, 0), (6, 1), (0, 1), (0, 0))]
+    hole = [pcurve((8, 0.2), (9, 0.2), (9, 0.8), (8, 0.2))]
     loops = aligned([square, hole], np.array([6.0, 0.0]))
     assert np.allclose(ends(loops[1][0])[0], [2, 0.2])
 
@@ -339,18 +339,18 @@ def test_inner_loops_a_period_off_are_brought_into_the_outer_one():
 def test_rectangles_are_told_from_what_only_touches_all_sides():
     box, speed = np.array([[0.0, 0.0], [2.0, 1.0]]), np.array([1.0, 1.0])
     corners = [(0, 0), (2, 0), (2, 1), (0, 1)]
-    sides = [strand(corners[i], corners[(i + 1) % 4]) for i in range(4)]
-    found = rectangle_sides(sides, box, speed)
-    assert found is not None
-    assert found.side == [2, 1, 3, 0]
-    assert found.against == [False, False, True, True]
-    assert found.span == [(0, 2), (0, 1), (0, 2), (0, 1)]
-    halves = [strand((0, 0), (1, 0)), strand((1, 0), (2, 0)), *sides[1:]]
+    sides = [pcurve(corners[i], corners[(i + 1) % 4]) for i in range(4)]
+    actual = rectangle_sides(sides, box, speed)
+    assert actual is not None
+    assert actual.side == [2, 1, 3, 0]
+    assert actual.against == [False, False, True, True]
+    assert actual.span == [(0, 2), (0, 1), (0, 2), (0, 1)]
+    halves = [pcurve((0, 0), (1, 0)), pcurve((1, 0), (2, 0)), *sides[1:]]
     assert rectangle_sides(halves, box, speed) is not None
-    notched = [sides[0], strand((2, 0), (1.9, 0.5), (2, 1)), *sides[2:]]
+    notched = [sides[0], pcurve((2, 0), (1.9, 0.5), (2, 1)), *sides[2:]]
     assert rectangle_sides(notched, box, speed) is None
     diamond = [(1, 0), (2, 0.5), (1, 1), (0, 0.5)]
-    loop = [strand(diamond[i], diamond[(i + 1) % 4]) for i in range(4)]
+    loop = [pcurve(diamond[i], diamond[(i + 1) % 4]) for i in range(4)]
     assert rectangle_sides(loop, box, speed) is None
 
 

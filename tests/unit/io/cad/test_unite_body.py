@@ -93,12 +93,12 @@ def test_a_union_that_fails_is_said_with_patches_and_place(monkeypatch) -> None:
 def test_it_is_told_which_patch_each_is_a_part_of() -> None:
     far = box((9, 9, 9), (10, 10, 10))
     body = cg.Body(far + box(*UNIT) + box((1, 0.2, 0), (2, 0.7, 1)))
-    found = united(body, body.pieces, None, "here")
-    assert found.met == [[tuple(range(6, 12)), tuple(range(12, 18))]]
+    actual = united(body, body.pieces, None, "here")
+    assert actual.met == [[tuple(range(6, 12)), tuple(range(12, 18))]]
     # The second box's lower end in x is gone.
-    assert set(found.origin) == set(range(18)) - {12}
-    assert found.origin == sorted(found.origin)
-    for patch, k in zip(found.body.patches, found.origin, strict=True):
+    assert set(actual.origin) == set(range(18)) - {12}
+    assert actual.origin == sorted(actual.origin)
+    for patch, k in zip(actual.body.patches, actual.origin, strict=True):
         low, high = body.patches[k].bounds()
         assert (patch.bounds()[0] >= low - 1e-9).all()
         assert (patch.bounds()[1] <= high + 1e-9).all()

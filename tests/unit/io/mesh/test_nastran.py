@@ -153,7 +153,10 @@ def test_mid_side_nodes_stand_where_nastran_counts_them(
         ),
         (card("CQUAD4", 9, 3, 1, 2, 3), "a corner is left out"),
         (card("CQUAD8", 9, 3, 1, 2, 3, 4, 5, 6), "some mid-side nodes are left out"),
-        (card("CORD2R", 7, 7, *[0.0] * 9) + card("GRID", 9, 7), "a system that stands on itself"),
+        (
+            card("CORD2R", 7, 7, *[0.0] * 9) + card("GRID", 9, 7),
+            "a coordinate system is defined by itself",
+        ),
         (card("CORD2R", 7, 0, *[0.0] * 9) + card("GRID", 9, 7), "of a system lie on a line"),
         (HEXA + f"+H1\n{'+H2':<8}{7:>8}{8:>8}\n", "a continuation that does not follow its card"),
     ],

@@ -23,8 +23,8 @@ OF_HDF5 = "Can't flush cache (file write failed: errno = 28, error message = 'No
     ],
 )
 def test_it_is_told_by_number(error: Exception, said: str) -> None:
-    told = pytest.raises(OutputError, match=rf"^a\.h5: {said}\. Make room on it$")
-    with told, telling_of_full_disks("a.h5"):
+    caught = pytest.raises(OutputError, match=rf"^a\.h5: {said}\. Make room on it$")
+    with caught, telling_of_full_disks("a.h5"):
         raise error
 
 

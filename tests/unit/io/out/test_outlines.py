@@ -58,8 +58,8 @@ def assert_vtk_reads(path, n):
         if len(given.points):
             assert np.array_equal(vtk_to_numpy(mesh.GetPoints().GetData()), given.points)
             for name in ("cluster", "contact"):
-                found = vtk_to_numpy(mesh.GetPointData().GetArray(name))
-                assert np.array_equal(found, np.repeat(getattr(given, name), COUNTS[i]))
+                actual = vtk_to_numpy(mesh.GetPointData().GetArray(name))
+                assert np.array_equal(actual, np.repeat(getattr(given, name), COUNTS[i]))
 
 
 def test_lines_that_change_are_read_back_and_by_vtk(tmp_path):

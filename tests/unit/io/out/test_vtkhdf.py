@@ -91,9 +91,9 @@ def assert_vtk_reads(path, steps):
         assert mesh.GetNumberOfLines() == mesh.GetNumberOfStrips() == 0
         assert mesh.GetPointData().GetNumberOfArrays() == len(data)
         for name, values in data.items():
-            found = vtk_to_numpy(mesh.GetPointData().GetArray(name))
-            assert found.dtype == values.dtype
-            assert np.array_equal(found, values)
+            actual = vtk_to_numpy(mesh.GetPointData().GetArray(name))
+            assert actual.dtype == values.dtype
+            assert np.array_equal(actual, values)
 
 
 def assert_reads_back(path, n):
@@ -185,8 +185,8 @@ def test_another_program_reads_the_file_while_it_is_written(tmp_path):
     )
     for i in range(2):
         writer.append(0.25 * i, *step(i))
-        found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
-        assert found.stdout.split() == [str(i + 1), str((i + 1) * N)]
+        result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+        assert result.stdout.split() == [str(i + 1), str((i + 1) * N)]
 
 
 def test_a_closed_writer_goes_on_where_it_is_asked_to(tmp_path):
@@ -324,8 +324,8 @@ def test_many_points_are_chunked_and_light(tmp_path):
 
     for i in (1, 0):
         reader.UpdateTimeStep(i)
-        found = vtk_to_numpy(reader.GetOutputDataObject(0).GetPoints().GetData())
-        assert np.array_equal(found, moved[i])
+        actual = vtk_to_numpy(reader.GetOutputDataObject(0).GetPoints().GetData())
+        assert np.array_equal(actual, moved[i])
 
 
 @pytest.mark.parametrize(

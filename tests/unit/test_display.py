@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.shown import counted, line_of, table_of
+from contiga.display import counted, line_of, table_of
 
 BALL = cg.Body([cg.shapes.sphere(radius=1.0)], name="ball")
 PAD = cg.Slave([[0.0, 0.0, 1.2], [0.0, 0.0, 1.5]], area=[1.0, 1.0], name="pad", unit="mm")

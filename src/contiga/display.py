@@ -1,4 +1,4 @@
-"""How records show themselves: one line where they are printed, a small table in a notebook."""
+"""How objects print: one line, or a small table in a notebook."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from collections.abc import Iterable
 from html import escape
 
 Facts = list[tuple[str, object]]
-"""What there is to say: (label, value), the most telling first."""
+"""What an object prints of itself: (label, value), the most important first."""
 
 
 def line_of(kind: str, facts: Facts, name: str = "") -> str:
     """One line: ``Slave('pad', points 300, active 280)``."""
-    said = [repr(name)] if name else []
-    return f"{kind}({', '.join(said + [f'{label} {_text(value)}' for label, value in facts])})"
+    first = [repr(name)] if name else []
+    return f"{kind}({', '.join(first + [f'{label} {_text(value)}' for label, value in facts])})"
 
 
 def table_of(kind: str, facts: Facts, name: str = "") -> str:
@@ -38,8 +38,8 @@ def _text(value: object) -> str:
     return str(value)
 
 
-class Shown:
-    """Mixed in: an object that says `_facts` prints as one line, and as a table in a notebook."""
+class Displayed:
+    """Mixed in: an object with `_facts` prints as one line, and as a table in a notebook."""
 
     __slots__ = ()
 

@@ -1,4 +1,4 @@
-"""Running a case with everything that belongs to it: the run, its files, the report."""
+"""`contiga.run`: a case, its output folder and its report in one call."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from contiga.cli.progress import Show, progress_bar
-from contiga.cli.signals import stoppable
 from contiga.errors import InputError
+from contiga.running.interrupts import stoppable
+from contiga.running.progress import Show, progress_bar
 
 if TYPE_CHECKING:
     from contiga.case.schema import Case
@@ -64,23 +64,23 @@ def run(
 
     checked = _with_packages(_checked(case), out)
     with stoppable() as stopped, progress_bar(checked.title, quiet=quiet) as show:
-        told = _Told(show, stopped)
+        progress = Progress(show, stopped)
         return build.run(
             checked,
             out,
             resume=resume,
             strict=strict,
             keep=keep,
-            progress=told.progress,
-            on_check=None if quiet else _tell,
-            on_pace=told.keep,
+            progress=progress.step,
+            on_check=None if quiet else _warn_of,
+            on_pace=progress.keep_reason,
             on_slow=None if quiet else _warn,
             on_finish=write_report,
         )
 
 
 def _with_packages(case: Case, out: str | Path | None) -> Case:
-    """The case; packages that its report lacks are told before the run, not after it."""
+    """The case; a package that its report needs is asked for before the run, not after it."""
     from contiga.report import require_packages
 
     if out is not None and case.output.report:
@@ -88,8 +88,8 @@ def _with_packages(case: Case, out: str | Path | None) -> Case:
     return case
 
 
-def _tell(findings: tuple[Finding, ...]) -> None:
-    """Warn before the first step: a wrong model is not to be waited for."""
+def _warn_of(findings: tuple[Finding, ...]) -> None:
+    """Warn of a model that looks wrong before its first step."""
     for finding in findings:
         _warn(str(finding))
 
@@ -98,21 +98,28 @@ def _warn(text: str) -> None:
     print(f"warning: {text}", file=sys.stderr, flush=True)
 
 
-class _Told:
-    """Shows each step, and ends the run between two of them where it is to stop."""
+class Progress:
+    """Shows each step, and ends the run between two of them after Ctrl-C."""
 
     def __init__(self, show: Show, stopped: Callable[[], bool]) -> None:
         self._show, self._stopped = show, stopped
-        self._pace = ""
+        self._reason = ""
 
-    def keep(self, pace: str) -> None:
-        """What set the step, to be shown with it."""
-        self._pace = f", {pace}"
+    def keep_reason(self, reason: str) -> None:
+        """What set the length of the step, to be shown with it."""
+        self._reason = f", {reason}"
 
-    def progress(self, done: int, steps: int, contacts: int) -> None:
+    def step(self, done: int, steps: int, contacts: int) -> None:
+        """Show that `done` of `steps` states are there, the last with so many points in contact.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            Ctrl-C came since the last step.
+        """
         if self._stopped():
             raise KeyboardInterrupt
-        self._show(done - 1, steps - 1, f"{contacts} in contact{self._pace}")
+        self._show(done - 1, steps - 1, f"{contacts} in contact{self._reason}")
 
 
 def _checked(case: object) -> Case:

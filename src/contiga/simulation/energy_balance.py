@@ -1,4 +1,4 @@
-"""What a run says of its energy balance: how large the error is, and its likely cause."""
+"""The energy balance of a run: how large its error is, and the likely cause of it."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ def energy_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, fl
     Keys: `most` kinetic, stored and lost together, `error` at the end, `worst` the largest
     departure at any step, and `relative`, that over `most`.
     """
-    return told_of(history) if model.mechanism.moved else {}
+    return balance_of(history) if model.mechanism.moved else {}
 
 
-def told_of(history: dict[str, FloatArray]) -> dict[str, float]:
-    """The same of any history with the energies of a system."""
+def balance_of(history: dict[str, FloatArray]) -> dict[str, float]:
+    """`energy_summary` of any history with the energies of a system."""
     total = history["energy.total"]
     lost = sum(history[f"energy.{name}"] for name in ("friction", "damping", "hysteresis"))
     most = float(np.max(total + lost))
@@ -41,15 +41,15 @@ def told_of(history: dict[str, FloatArray]) -> dict[str, float]:
 
 def energy_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
     """Names the likely cause of an energy balance error, if it is large."""
-    told = energy_summary(model, history)
-    if not told or told["relative"] <= LARGE:
+    balance = energy_summary(model, history)
+    if not balance or balance["relative"] <= LARGE:
         return []
     at = worst_step(history)
     cause = _blamed(model, history, at) or f"the step is too long there: {_shorter(model)}"
     passed = int(np.count_nonzero(history.get(ENERGY_ERROR, ())))
     if passed:
-        cause += f". {passed} steps were let pass whose energy no shorter ones would have kept"
-    return [energy_text(told, float(history["time"][at]), cause)]
+        cause += f". {passed} steps have an error that shorter ones would not reduce"
+    return [energy_text(balance, float(history["time"][at]), cause)]
 
 
 def _shorter(model: Model) -> str:
@@ -65,11 +65,11 @@ def worst_step(history: dict[str, FloatArray]) -> int:
     return int(np.argmax(np.abs(np.diff(error, prepend=error[0]))))
 
 
-def energy_text(told: dict[str, float], time: float, cause: str) -> str:
+def energy_text(balance: dict[str, float], time: float, cause: str) -> str:
     """The message: how large the error is, when most of it arose, and the likely cause."""
     return (
-        f"energy balance: the error reaches {100.0 * told['relative']:.3g} % of the largest energy "
-        f"of {told['most']:.4g}, most of it at t = {time:g}; {cause}"
+        f"energy balance: the error reaches {100.0 * balance['relative']:.3g} % of the largest "
+        f"energy of {balance['most']:.4g}, most of it at t = {time:g}; {cause}"
     )
 
 

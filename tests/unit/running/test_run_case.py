@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.cli import run_case, signals
 from contiga.errors import CheckpointError, FileError, InputError, OutputError
+from contiga.running import interrupts, run_case
 
 CASE = """\
 title = "Sheet on a ball"
@@ -134,7 +134,7 @@ def test_an_interrupt_where_python_drops_it_is_noted(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(signal, "getsignal", lambda _: signal.default_int_handler)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        with signals.stoppable() as stopped:
+        with interrupts.stoppable() as stopped:
             handler = signal.signal(signal.SIGINT, signal.default_int_handler)
             assert callable(handler)
             assert not stopped()
@@ -192,6 +192,6 @@ def test_states_are_kept_on_request(tmp_path: Path) -> None:
     (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
     result = cg.run(tmp_path / "case.toml", keep=1)
     assert [state.time for state in result.states] == result.history["time"].tolist()
-    found = [state.slaves["sheet"].points[:, 2].max() for state in result.states]
-    np.testing.assert_allclose(found, [11.0, 10.5, 10.0, 9.5, 9.0], rtol=1e-14)
+    actual = [state.slaves["sheet"].points[:, 2].max() for state in result.states]
+    np.testing.assert_allclose(actual, [11.0, 10.5, 10.0, 9.5, 9.0], rtol=1e-14)
     assert cg.run(tmp_path / "case.toml").states == ()

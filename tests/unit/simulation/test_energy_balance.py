@@ -6,7 +6,7 @@ import numpy as np
 from tests.scenes import box
 
 import contiga as cg
-from contiga.simulation.energy_told import energy_warnings
+from contiga.simulation.energy_balance import energy_warnings
 
 
 def test_laws_that_jump_between_faces_are_named_as_the_cause() -> None:

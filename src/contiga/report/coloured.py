@@ -18,7 +18,7 @@ MANY = 20
 _SHARE, _FAR = 0.98, 2.0
 
 
-class Shown(NamedTuple):
+class ColouredField(NamedTuple):
     """One field that colours can show."""
 
     label: str
@@ -31,27 +31,27 @@ class Shown(NamedTuple):
     """Whether some values are greater."""
 
 
-def fields_of(peak: Peak | Touched, units: Units) -> dict[str, Shown]:
+def fields_of(peak: Peak | Touched, units: Units) -> dict[str, ColouredField]:
     """Fields of the slave by name: penetration always, pressure where there is some."""
-    found = {"penetration": _shown("Penetration", units.length, peak.penetration, peak)}
+    fields = {"penetration": _coloured("Penetration", units.length, peak.penetration, peak)}
     if peak.pressure is not None and np.any(peak.pressure > 0.0):
-        found["pressure"] = _shown("Pressure", units.stress, peak.pressure, peak)
-    return found
+        fields["pressure"] = _coloured("Pressure", units.stress, peak.pressure, peak)
+    return fields
 
 
-def first_field(peak: Peak, units: Units) -> Shown:
+def first_field(peak: Peak, units: Units) -> ColouredField:
     """What is shown first: the pressure where there is some."""
     fields = fields_of(peak, units)
     return fields.get("pressure", fields["penetration"])
 
 
-def _shown(label: str, unit: str, values: FloatArray, peak: Peak | Touched) -> Shown:
+def _coloured(label: str, unit: str, values: FloatArray, peak: Peak | Touched) -> ColouredField:
     greatest = float(values.max(initial=0.0))
     top = greatest
     if peak.in_contact.sum() >= MANY:
         most = float(np.quantile(values[peak.in_contact], _SHARE, method="lower"))
         top = most if 0.0 < _FAR * most < greatest else greatest
-    return Shown(label, unit, values, max(top, 1e-300), top < greatest)
+    return ColouredField(label, unit, values, max(top, 1e-300), top < greatest)
 
 
 def region_colours(outlines: tuple[Outline, ...]) -> dict[tuple[int, int], str]:

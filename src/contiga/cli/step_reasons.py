@@ -1,0 +1,29 @@
+"""What made the steps of a run as long as they were, in one line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+MOST = 3
+"""How many reasons the line names, the most frequent ones."""
+
+
+def steps_line(summary: dict[str, Any]) -> str:
+    """Of a summary's `step_reasons`; empty of steps that were given.
+
+    >>> one = {"told": "a body turns (body 'wheel')", "steps": 30}
+    >>> steps_line({"least": 0.01, "when": 2.0, "tries": 60, "reasons": [one], "let_pass": 0})
+    "steps set by: a body turns (body 'wheel') 100 %; the shortest 0.01 at t = 2; 2 tries a step"
+    """
+    if not summary:
+        return ""
+    count = sum(one["steps"] for one in summary["reasons"])
+    shares = [
+        f"{one['told']} {100.0 * one['steps'] / count:.0f} %" for one in summary["reasons"][:MOST]
+    ]
+    line = f"steps set by: {', '.join(shares)}; the shortest {summary['least']:.3g} at t = "
+    line += f"{summary['when']:.4g}; {summary['tries'] / count:.2g} tries a step"
+    if summary["let_pass"]:
+        line += f"; {summary['let_pass']} have an energy balance error that shorter ones would not"
+        line += " reduce"
+    return line

@@ -1,0 +1,31 @@
+"""What measures and meshes read of faces: `Faces` stands above them and calls them."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from contiga.geometry.edges import BodyEdge
+from contiga.geometry.surface import NurbsSurface
+from contiga.geometry.trim import Loop, TrimTables
+from contiga.records import FloatArray
+
+Trims = tuple[tuple[Loop, ...] | None, ...]
+"""Per patch None, or its loops of p-curves."""
+
+
+class FacesLike(Protocol):
+    """What is read of `Faces`."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def patches(self) -> tuple[NurbsSurface, ...]: ...
+    @property
+    def trims(self) -> Trims: ...
+    @property
+    def edges(self) -> tuple[BodyEdge, ...]: ...
+    @property
+    def trim_tables(self) -> TrimTables: ...
+    @property
+    def size(self) -> float: ...
+    def bounds(self) -> FloatArray: ...

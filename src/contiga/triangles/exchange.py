@@ -1,0 +1,150 @@
+"""Triangle meshes to and from the objects of other packages, without a file between them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from contiga.errors import MeshError, MissingPackageError
+from contiga.extras import require
+from contiga.records import FloatArray, IntArray
+from contiga.triangles.triangle_arrays import TriangleArrays
+
+if TYPE_CHECKING:
+    import meshio
+
+PASSED_OVER = ("vertex", "line")
+"""Cells of meshio that bound no surface, by how their kind begins."""
+
+
+class Exchanged(TriangleArrays):
+    """What `TriMesh` has for meshio and trimesh."""
+
+    @classmethod
+    def from_meshio(cls, mesh: meshio.Mesh, *, name: str = "mesh", **options: Any) -> Self:
+        """The triangles of a `meshio.Mesh`, and its quadrilaterals split by their shorter diagonal.
+
+        Points and lines are left out. All vertices are kept, in their order.
+
+        Parameters
+        ----------
+        mesh : points (n, 3), or (n, 2) in the plane z = 0
+        name : what reports and messages call it
+        options : of `TriMesh` (`normals`, `unit`, `reference_point`, `source`)
+
+        Raises
+        ------
+        MeshError
+            Cells of another kind, or what `TriMesh` refuses.
+
+        Examples
+        --------
+        >>> import meshio
+        >>> from contiga import TriMesh
+        >>> square = meshio.Mesh([[0, 0], [2, 0], [2, 1], [0, 1]], [("quad", [[0, 1, 2, 3]])])
+        >>> TriMesh.from_meshio(square, name="plate").area()
+        2.0
+        """
+        points = np.asarray(mesh.points, dtype=np.float64)
+        if points.ndim == 2 and points.shape[1] == 2:
+            points = np.pad(points, ((0, 0), (0, 1)))
+        corners: list[IntArray] = [np.zeros((0, 3), np.int64)]
+        for block in mesh.cells:
+            if not str(block.type).startswith(PASSED_OVER):
+                corners.append(_triangles_of(str(block.type), np.asarray(block.data), points, name))
+        return cls(points, np.concatenate(corners), name=name, **options)
+
+    def to_meshio(self) -> meshio.Mesh:
+        """A `meshio.Mesh` with the vertices and one block of triangles.
+
+        Raises
+        ------
+        MissingPackageError
+            meshio is not installed.
+
+        Examples
+        --------
+        >>> from contiga import TriMesh
+        >>> TriMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]).to_meshio().cells[0].type
+        'triangle'
+        """
+        require("TriMesh.to_meshio", "meshio")
+        import meshio
+
+        return meshio.Mesh(self.vertices.copy(), [("triangle", self.triangles.copy())])
+
+    @classmethod
+    def from_trimesh(cls, mesh: Any, *, name: str = "mesh", **options: Any) -> Self:
+        """The triangles of a `trimesh.Trimesh`, its vertices in their order.
+
+        Parameters
+        ----------
+        mesh : with `vertices` (n, 3) and `faces` (m, 3)
+        name : what reports and messages call it
+        options : of `TriMesh` (`normals`, `unit`, `reference_point`, `source`)
+
+        Raises
+        ------
+        MeshError
+            It is a scene or a cloud, or what `TriMesh` refuses.
+        """
+        if not hasattr(mesh, "faces"):
+            raise MeshError(
+                "expected a trimesh.Trimesh",
+                where=name,
+                found=type(mesh).__name__,
+                allowed="an object with vertices and faces",
+                remedy="Of a scene take scene.to_mesh()",
+            )
+        return cls(np.asarray(mesh.vertices), np.asarray(mesh.faces), name=name, **options)
+
+    def to_trimesh(self) -> Any:
+        """A `trimesh.Trimesh` with the same vertices and triangles: nothing is merged.
+
+        Raises
+        ------
+        MissingPackageError
+            trimesh is not installed.
+        """
+        try:
+            import trimesh
+        except ImportError as error:
+            raise MissingPackageError(
+                "TriMesh.to_trimesh needs trimesh, which is not installed. "
+                "Install what is missing with: pip install trimesh"
+            ) from error
+        return trimesh.Trimesh(self.vertices.copy(), self.triangles.copy(), process=False)
+
+
+def _triangles_of(kind: str, nodes: IntArray, points: FloatArray, name: str) -> IntArray:
+    """(m, 3) of the cells of one block of meshio's."""
+    if kind == "triangle":
+        return nodes
+    if kind != "quad":
+        raise MeshError(
+            "cells of a kind that is no surface of flat facets",
+            where=name,
+            found=kind,
+            allowed="triangle, quad; vertex and line, which are left out",
+            remedy="From a file, contiga.read_master takes the skin of solids and splits facets "
+            "of second order",
+        )
+    outside = (nodes < 0) | (nodes >= len(points))
+    if outside.any():
+        bad = int(np.argmax(outside.any(axis=1)))
+        raise MeshError(
+            f"quad {bad} points at a vertex that is not there",
+            where=name,
+            found=nodes[bad].tolist(),
+            allowed=f"0 to {len(points) - 1}",
+        )
+    a, b, c, d = points[nodes].transpose(1, 0, 2)
+    first = ((c - a) ** 2).sum(axis=1) <= ((d - b) ** 2).sum(axis=1)
+    halves = np.where(first[:, None, None], nodes[:, _BY_FIRST], nodes[:, _BY_SECOND])
+    return halves.reshape(-1, 3)
+
+
+_BY_FIRST = np.array([[0, 1, 2], [0, 2, 3]])
+_BY_SECOND = np.array([[0, 1, 3], [1, 2, 3]])
+"""Halves of a quadrilateral by each of its diagonals."""

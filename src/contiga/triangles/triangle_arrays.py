@@ -1,0 +1,149 @@
+"""The arrays of a triangle mesh, checked once, and what is measured on them without a search."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import MeshError
+from contiga.num.arrays import as_points, read_only
+from contiga.num.ordered import length
+from contiga.records import FloatArray, IntArray
+from contiga.triangles.facets import NORMALS
+from contiga.triangles.kernels.mesh_sides_nb import side_numbers
+
+
+class TriangleArrays:
+    """What a `TriMesh` holds. The search reads it, so that `TriMesh` can stand above the search."""
+
+    vertices: FloatArray
+    """(n, 3), read-only."""
+    triangles: IntArray
+    """(m, 3) int32, read-only."""
+    name: str
+    normal_kind: str
+    """"facet" or "vertex"."""
+    unit: str | None
+    reference_point: FloatArray
+    """(3,), read-only."""
+    source: str
+
+    def __init__(
+        self,
+        vertices: ArrayLike,
+        triangles: ArrayLike,
+        *,
+        name: str = "mesh",
+        normals: str = "facet",
+        unit: str | None = None,
+        reference_point: ArrayLike = (0.0, 0.0, 0.0),
+        source: str = "",
+    ) -> None:
+        points = _checked_points(vertices)
+        corners = _checked_triangles(triangles, len(points))
+        if normals not in NORMALS:
+            raise MeshError(
+                "unknown kind of normals",
+                where=name,
+                found=normals,
+                allowed='"facet", "vertex"',
+            )
+        corners.flags.writeable = False
+        values: dict[str, Any] = {
+            "vertices": read_only(points),
+            "triangles": corners,
+            "name": str(name),
+            "normal_kind": normals,
+            "unit": unit,
+            "reference_point": read_only(as_points(reference_point, "reference_point")[0]),
+            "source": str(source),
+        }
+        for key, value in values.items():
+            object.__setattr__(self, key, value)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a TriMesh cannot be changed: {name}")
+
+    def corners(self) -> FloatArray:
+        """(m, 3, 3) the corner points of each triangle."""
+        return self.vertices[self.triangles]
+
+    def _crosses(self) -> FloatArray:
+        a, b, c = self.corners().transpose(1, 0, 2)
+        return np.cross(b - a, c - a)
+
+    def areas(self) -> FloatArray:
+        """(m,) area of each triangle."""
+        return np.asarray(0.5 * np.linalg.norm(self._crosses(), axis=1))
+
+    def area(self) -> float:
+        """Total area."""
+        return float(self.areas().sum())
+
+    def bounds(self) -> FloatArray:
+        """(2, 3) lower and upper corner of the triangles; vertices of none do not count."""
+        if len(self.triangles) == 0:
+            raise MeshError("a mesh without triangles has no bounds")
+        used = self.vertices[self.triangles].reshape(-1, 3)
+        return np.array([used.min(axis=0), used.max(axis=0)])
+
+    @property
+    def size(self) -> float:
+        """Length of the diagonal of `bounds`."""
+        low, high = self.bounds()
+        return length(high - low)
+
+    def volume(self) -> float:
+        """Volume a closed mesh encloses, length³: positive if its normals point outward."""
+        a, b, c = (self.corners() - self.vertices[:1]).transpose(1, 0, 2)
+        return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+    def normals(self) -> FloatArray:
+        """(m, 3) unit normals to the free side; NaN for triangles without area."""
+        crosses = self._crosses()
+        size = np.linalg.norm(crosses, axis=1, keepdims=True)
+        return np.divide(crosses, size, out=np.full_like(crosses, np.nan), where=size > 0.0)
+
+    def open_edges(self) -> IntArray:
+        """(k, 2) vertices of the edges that belong to one triangle only, in its sense."""
+        numbers, times = side_numbers(self.triangles, len(self.vertices))
+        ends = np.stack([self.triangles, np.roll(self.triangles, -1, axis=1)], axis=2)
+        return np.asarray(ends[times[numbers] == 1])
+
+
+def _checked_points(vertices: ArrayLike) -> FloatArray:
+    try:
+        points = np.array(vertices, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise MeshError("vertices must be numbers", allowed="shape (n, 3)") from error
+    if points.size == 0:
+        points = points.reshape(0, 3)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise MeshError("vertices must have shape (n, 3)", found=points.shape)
+    if not np.isfinite(points).all():
+        bad = int(np.argmax(~np.isfinite(points).all(axis=1)))
+        raise MeshError(f"vertex {bad} is not finite", found=points[bad].tolist())
+    return points
+
+
+def _checked_triangles(triangles: ArrayLike, n: int) -> IntArray:
+    """(m, 3) rows of n vertices."""
+    given = np.asarray(triangles)
+    if given.size == 0:
+        return np.zeros((0, 3), dtype=np.int32)
+    if given.ndim != 2 or given.shape[1] != 3 or given.dtype.kind not in "iu":
+        raise MeshError(
+            "triangles must be whole numbers of shape (m, 3)",
+            found=(given.shape, str(given.dtype)),
+        )
+    corners = np.array(given, dtype=np.int32, order="C")
+    bad = np.flatnonzero(((corners < 0) | (corners >= n)).any(axis=1))
+    if len(bad):
+        raise MeshError(
+            f"triangle {bad[0]} points at a vertex that is not there",
+            found=corners[bad[0]].tolist(),
+            allowed=f"0 to {n - 1}",
+        )
+    return corners
