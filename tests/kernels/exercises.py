@@ -19,9 +19,9 @@ from contiga.search.piece_lists import WORTH
 
 ALL = (
     *("run", "flight", "meshes", "balls", "followed", "paths", "sides", "closest", "rubbed"),
-    *("crowds", "areas", "pressed", "simulations", "files", "triangles", "shapes", "fallbacks"),
+    *("crowds", "areas", "pressed", "simulations", "files", "triangles", "shapes", "deformed"),
 )
-"""In the order in which runs come to what they need; the last is of all kernels before it."""
+"""In the order in which runs come to what they need."""
 MANY = 300
 """Points of a search: threads and lanes take no fewer."""
 CROWD = 5000
@@ -208,6 +208,34 @@ def files() -> None:
         body = cg.read_cad(path)
     body.contains(_points())
     body.tessellate(0.05)
+
+
+def deformed() -> None:
+    """Matter of all elements and materials, pressed together."""
+    corners = np.array([[i >> 0 & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)], float)
+    brick, cut = [[0, 1, 3, 2, 4, 5, 7, 6]], [[0, 1, 2, 4], [3, 2, 1, 7]]
+    elastic, rubber = cg.materials.Elastic(young=1.0, poisson=0.3), {"young": 1.0, "poisson": 0.3}
+    foam = cg.materials.Foam(loading=[[0.0, 0.0], [0.9, 3.0]], tension=3.0)
+    woven = cg.materials.Fabric(warp=3.0, weft=2.0, shear=0.4, direction=[1.0, 0.0, 0.0])
+    solids = (elastic, cg.materials.NeoHooke(**rubber), foam)
+    averaged = cg.materials.NeoHooke(**rubber, volume="nodes")
+    slack = cg.materials.Elastic(young=1.0, compression=False)
+    belt = cg.materials.Belt(loading=0.3)
+    flat, line = {"thickness": 0.1}, {"section": 0.1}
+    for kind, elements, made_of, more in (
+        *(("hex8", brick, of, {"bulk_viscosity": (0.06, 1.5)}) for of in solids),
+        *(("tet4", cut, of, {"bulk_viscosity": (0.06, 1.5)}) for of in (*solids, averaged)),
+        *(("tri3", [[0, 1, 2], [3, 2, 1]], of, flat) for of in (elastic, slack, solids[1], woven)),
+        *(("bar2", [[0, 1]], of, line) for of in (elastic, slack, belt)),
+    ):
+        rows = np.array(elements)
+        own, at = np.unique(rows, return_inverse=True)
+        part = cg.matter.Part(
+            kind=kind, elements=at.reshape(rows.shape), material=made_of, density=1.0, **more
+        )
+        matter = cg.matter.assemble(corners[own], [part])
+        pressed = matter.forces(matter.start(), 0.98 * corners[own], corners[own], 1e-3)
+        matter.stiffness(pressed.state)
 
 
 def _points() -> FloatArray:

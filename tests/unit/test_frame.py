@@ -67,16 +67,16 @@ def test_the_hosted_workflow_runs_what_make_test_runs() -> None:
     assert re.findall(r"python: \[\"([\d.]+)\", ", workflow) == [oldest, oldest]
 
 
-def test_kernels_import_only_numpy_numba_math_and_kernels() -> None:
+def test_kernels_import_only_numpy_numba_math_records_and_kernels() -> None:
     allowed = ("numpy", "numba", "math", "typing", "__future__")
-    allowed += ("contiga.num", "contiga.jit", "contiga.records", "contiga.pointer_records")
+    allowed += ("contiga.num", "contiga.jit", "contiga.records")
     for path in SOURCES:
         if not is_kernel(path):
             continue
         for line in path.read_text(encoding="utf-8").splitlines():
             if line.startswith(("import ", "from ")):
                 module = line.split()[1]
-                kernel = module.startswith("contiga.") and module.endswith("_nb")
+                kernel = module.startswith("contiga.") and module.endswith(("_nb", "_records"))
                 assert kernel or module.startswith(allowed), f"{path.name}: {line}"
 
 
