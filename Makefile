@@ -19,7 +19,7 @@ TWO := -n 2 --dist loadfile --no-loadscope-reorder
 .PHONY: demo test lint bench stress docs clean
 .DEFAULT_GOAL := demo
 
-demo: $(BIN)/.run-stamp $(GENERATED)/headform.step $(GENERATED)/pad.vtu
+demo: $(BIN)/.run-stamp $(GENERATED)/headform.step $(GENERATED)/pad.vtu $(GENERATED)/foam_block.vtu
 	@test -d $(DEMO) || echo "The first run compiles the kernels: three minutes of processor time, once."
 	$(BIN)/contiga run examples/01_headform.toml -o $(DEMO)
 	@echo "The report: $(abspath $(DEMO)/report.html)"

@@ -21,6 +21,7 @@ import contiga as cg
 from contiga.records import Projection, empty_projection
 from contiga.search.project import track
 from contiga.search.tables import tables_of
+from contiga.search.track_records import Starts
 from contiga.statuses import Feature, Status
 
 Foot = Callable[[np.ndarray], np.ndarray]
@@ -163,7 +164,7 @@ def certified(feet: Projection) -> np.ndarray:
 def uncertified(body: cg.Body, points: np.ndarray, start: Projection) -> Projection:
     """Tracked feet by Newton's method alone: certificates, which are judged, do not help."""
     out = empty_projection(len(points))
-    track(tables_of(body), np.ascontiguousarray(points), (start.patch, start.uv), out)
+    track(tables_of(body), np.ascontiguousarray(points), Starts(start.patch, start.uv), out)
     return out
 
 

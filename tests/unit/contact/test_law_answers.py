@@ -50,7 +50,7 @@ def test_memory_is_each_points_own_and_is_lost_where_it_leaves() -> None:
 def test_a_state_of_another_law_is_refused() -> None:
     state = cg.Contact(PLANE, CLOUD, law=Deepest()).start(heights(0.1, 0.1, 0.1, 0.1))
     other = cg.Contact(PLANE, CLOUD, law=cg.PenaltyLaw(1.0))
-    with pytest.raises(InputError, match=r"state is of another law.*\(4, 2\).*\(4, 0\)"):
+    with pytest.raises(InputError, match=r"state belongs to another law.*\(4, 2\).*\(4, 0\)"):
         other.step(state, heights(0.0, 0.0, 0.0, 0.0))
     other.step(replace(state, memory=np.zeros((4, 0))), heights(0.0, 0.0, 0.0, 0.0))
 

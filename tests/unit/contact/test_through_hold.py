@@ -246,7 +246,7 @@ def test_a_mass_thrown_at_a_thin_plate(through: str, comes_back: bool) -> None:
 
 
 def test_a_search_by_penetration_cannot_hold() -> None:
-    with pytest.raises(InputError, match="does not see where points come in") as error:
+    with pytest.raises(InputError, match="does not know where points enter") as error:
         _contact(_master("plate"), search="penetration")
     assert error.value.where == "through"
     with pytest.raises(InputError, match="unknown through") as error:

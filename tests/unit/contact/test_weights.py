@@ -97,7 +97,7 @@ def test_pressure_at_a_node_is_the_mean_of_the_points_round_it() -> None:
         ({"weights": "none"}, "weights: .*allowed: 'rest', 'area'"),
         ({"quadrature": 3, "weights": "area"}, "weights: quadrature points"),
         ({"quadrature": 3, "area": cg.NodalArea(1.0)}, "area: quadrature points"),
-        ({"quadrature": 3, "law": cg.PenaltyLaw(1.0)}, "law: a stiffness a point"),
+        ({"quadrature": 3, "law": cg.PenaltyLaw(1.0)}, "law: a stiffness per point"),
         ({"quadrature": 3, "slave": cg.Slave([[0.0, 0.0, 0.0]], area=[1.0])}, "quadrature"),
         ({"friction": cg.Coulomb}, "friction: .*Coulomb"),
         ({"friction": 0.3}, "friction: .*Coulomb"),

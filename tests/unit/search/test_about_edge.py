@@ -8,6 +8,7 @@ from numba import config, njit
 
 import contiga as cg
 from contiga.elements.extraction import elements_of
+from contiga.search.certify_records import Bending, Cells
 from contiga.search.kernels import about_edge_nb, bend_nb, strand_nb
 from contiga.search.tables import tables_of
 
@@ -198,13 +199,15 @@ def test_a_strand_is_no_longer_either_way_than_told():
 
 
 @njit
-def way_to(foot, last, there, way, bends):
-    return about_edge_nb.way_to(foot, last, there, way, bends)
+def way_to(foot, last, there, way, cells):
+    return about_edge_nb.way_to(foot, last, there, way, cells)
 
 
 def test_a_way_leads_from_the_foot_to_the_edge_and_on():
     bends = (np.array([0.0, 0.0, 2.0, 3.0, 0.0, 0.0]), np.array([0.0, 0.0, 5.0, 7.0, 0.0, 0.0]))
+    bending = Bending(np.empty((4, 6)), np.empty((2, 5)))
+    cells = Cells(*bends, np.empty((4, 6)), bending, bending, np.empty((2, 5)))
     foot, there = (0, 0.1, 0.2), (4, -0.5, 0.3)
-    assert way_to(foot, (0, 0.3, 0.1), there, 0.6, bends) == pytest.approx(0.4 + 0.3)
-    assert way_to(foot, (4, -0.4, 0.1), there, 0.6, bends) == pytest.approx(0.6 + 0.5 + 1.4)
-    assert way_to(foot, (3, -0.4, 0.1), there, 0.6, bends) == np.inf
+    assert way_to(foot, (0, 0.3, 0.1), there, 0.6, cells) == pytest.approx(0.4 + 0.3)
+    assert way_to(foot, (4, -0.4, 0.1), there, 0.6, cells) == pytest.approx(0.6 + 0.5 + 1.4)
+    assert way_to(foot, (3, -0.4, 0.1), there, 0.6, cells) == np.inf

@@ -23,6 +23,7 @@ from contiga.search import device
 from contiga.search.kernels import row_nb
 from contiga.search.project import track
 from contiga.search.tables import tables_of
+from contiga.search.track_records import Starts
 from contiga.statuses import Status
 
 from .holed import holed_plate
@@ -64,7 +65,7 @@ def by_the_cpu(given: Case) -> list[Projection]:
     found = []
     for points in steps:
         out = empty_projection(len(points))
-        track(tables_of(body), points, (feet.patch, feet.uv), out, before)
+        track(tables_of(body), points, Starts(feet.patch, feet.uv), out, before)
         found.append(out)
         feet, before = out, points
     return found

@@ -13,6 +13,7 @@ from contiga.records import empty_projection
 from contiga.search.kernels import branch_nb, lane_proof_nb, lanes_nb
 from contiga.search.table_types import RING
 from contiga.search.tables import tables_of
+from contiga.search.track_records import Left
 
 from .folds import ring
 from .test_lanes import PATCHES, in_lanes, vector_code
@@ -59,9 +60,10 @@ def test_lanes_prove_what_the_bounds_around_a_foot_prove_one_by_one(kind):
     out.certified[:] = 0
     rows = np.flatnonzero(done)
     few = type(out)(*(x[rows] for x in out))
-    flags, starts = np.zeros(len(rows), np.uint8), (start.patch[rows], start.uv[rows])
-    rest = np.arange(len(rows), dtype=np.int32), flags, p[rows], starts
-    branch_nb.certify_rows(tables, q[rows], rest, few)
+    n = len(rows)
+    own, flags = np.arange(n, dtype=np.int32), np.zeros(n, np.uint8)
+    left = Left(own, flags, p[rows], start.patch[rows], start.uv[rows])
+    branch_nb.certify_rows(tables, q[rows], left, n, few)
     alone = few.certified == 1
     told = in_lanes_proved[rows] == 1
     assert not (told & ~alone).any()

@@ -10,6 +10,7 @@ from contiga.records import Projection, empty_projection, rows_of
 from contiga.search.kernels import row_nb
 from contiga.search.project import track
 from contiga.search.tables import tables_of
+from contiga.search.track_records import Starts
 from contiga.statuses import Status
 
 from .holed import holed_plate
@@ -46,7 +47,7 @@ def one_by_one(body: cg.Body, before, points, feet: Projection) -> tuple[Project
 
 def by_the_lanes(body: cg.Body, before, points, feet: Projection) -> Projection:
     out = empty_projection(len(points))
-    track(tables_of(body), points, (feet.patch, feet.uv), out, before)
+    track(tables_of(body), points, Starts(feet.patch, feet.uv), out, before)
     return out
 
 
