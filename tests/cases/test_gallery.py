@@ -13,7 +13,7 @@ from tests.sample import slow
 ROOT = Path(__file__).resolve().parents[2]
 MADE: dict[str, Any] = runpy.run_path(str(ROOT / "docs" / "draw_gallery.py"))
 ENTRIES = {entry.name: entry for entry in MADE["ENTRIES"]}
-QUICK = ("rocker", "bumps")
+QUICK = ("bumps",)
 
 
 def rows(section: str) -> list[tuple[str, str]]:

@@ -226,7 +226,7 @@ AFTER = [
     wrong("a mesh too coarse", PRESSED, "coarse", "nodes are in contact", "quadrature",
           grid=GRID.replace("25", "5")),
     wrong("a spring pulls it back", DROPPED, "apart", "in the whole run",
-          last=on_spring(5000)),
+          slow=True, last=on_spring(5000)),
     wrong("a face on a spring, turned away", DROPPED, "behind", "passed it without contact",
           "flip = true in ball", ball=face(60.0, 30), velocity="velocity = [0, 0, -5.0]",
           last=on_spring(5)),

@@ -83,7 +83,7 @@ class Matter(Protocol):
         """
 
     def stiffness(self, state: MatterState) -> FloatArray:
-        """(m,) row sums Σ_j |K_ij|, the largest of the three directions of each degree of freedom.
+        """(m,) row sums ``Σ_j |K_ij|``, the largest of three directions of each degree of freedom.
 
-        By Gershgorin's theorem the critical step is at least min 2 √(m_i / Σ_j |K_ij|).
+        By Gershgorin's theorem the critical step is at least ``min 2 √(m_i / Σ_j |K_ij|)``.
         """
