@@ -42,7 +42,9 @@ OUT, IN, CUT = 0, 1, 2
 # Form an element is evaluated in.
 GENERAL, CUBIC, RATIONAL_CUBIC = 0, 1, 2
 
-# What the stages of tracking are to do with a row; 0 where nothing is left to do.
+# What the stages of tracking are to do with a row.
+DONE = 0
+"""Nothing; or, where its foot is not proved, to try that."""
 TO_WALK = 1
 """Its foot left the lanes: a careful walk continues it."""
 TO_SEARCH = 2

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from contiga.geometry.faces import Faces
 from contiga.jit import straight
 from contiga.num.arrays import as_points
+from contiga.num.codes import DONE
 from contiga.num.query_checks import NO_FEET, checked_feet, checked_mode, checked_out
 from contiga.num.threads import run_ranges, thread_count
 from contiga.num.workspace import Workspace
@@ -126,10 +127,12 @@ def _finish(
     tables: Tables, p_B: FloatArray, left: Left, m: int, out: Projection, certify: bool
 ) -> None:
     """The stages after the lanes, each for the rows that the one before has left to it."""
-    track_nb.continue_left(tables, p_B, left, m, out)
-    if not certify or not branch_nb.certify_rows(tables, p_B, left, m, out):
+    certify_rows = straight(branch_nb.certify_rows)
+    if (left.flags[:m] != DONE).any():
+        straight(track_nb.continue_left)(tables, p_B, left, m, out)
+    if not certify or not certify_rows(tables, p_B, left, m, out):
         return
-    if follow_nb.follow_rows(tables, p_B, left, m, out):
+    if straight(follow_nb.follow_rows)(tables, p_B, left, m, out):
         track_nb.end_branches(tables, p_B, left, m, out)
 
 

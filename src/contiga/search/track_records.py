@@ -10,8 +10,8 @@ import numpy as np
 from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IntArray, Projection
 
-FEW = 1024
-"""Rows that memory is kept for: to ask for it anew takes as long as to track some thirty."""
+KEPT = 2**16
+"""Rows that memory is kept for: to ask for it anew takes as long as to track a third of them."""
 
 
 class Path(NamedTuple):
@@ -55,11 +55,15 @@ class Room(threading.local):
     """Memory for rows that are left, kept by the thread from one call to the next."""
 
     def __init__(self) -> None:
-        self._left = room_for(FEW)
+        self._left = room_for(0)
 
     def of(self, n: int) -> Left:
         """Memory for n rows at least, the thread's until it asks for the next."""
-        return self._left if n <= FEW else room_for(n)
+        if n > KEPT:
+            return room_for(n)
+        if n > len(self._left.rows):
+            self._left = room_for(n)
+        return self._left
 
 
 def room_for(n: int) -> Left:
