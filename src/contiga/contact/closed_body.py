@@ -127,13 +127,13 @@ def _look_at_touching(
     known, band = surface.sides(step.now, rows), options.band
     work, ends = _of_touching(len(rows)), (step.before, step.now)
     places = found.status, found.safe_distance, found.last_patch, found.uv
-    left = straight(settle_nb.stay)(rows, known, ends, last, places[:2], band, work)
+    left = settle_nb.stay(rows, known, ends, last, places[:2], band, work)
     rows, side, reach, patch, uv, before, now = (values[:left] for values in work)
     (ways, index), (mark, which) = np.empty((2, left), np.int32), np.empty((2, left), np.int8)
     asked = index, which
     if options.nearest:
         feet = follow(surface, (None, now), (patch, uv))
-        m = straight(settle_nb.face)(rows, feet, step.holds, step.way, band, mark, asked)
+        m = settle_nb.face(rows, feet, step.holds, step.way, band, mark, asked)
     else:
         feet = follow(surface, (before, now), (patch, uv))
         limits = options.hold, band
@@ -211,8 +211,7 @@ def _settle_free(
     uv, now = np.empty((n, 2)), np.empty((n, 3))
     ends, old, far = (step.way, step.now), (step.last_patch, step.uv), SHORT * options.size
     work = index, patch, uv, now
-    starts = straight(settle_nb.starts)
-    n = starts(rows, known, tuple(place), ends, old, found.last_patch, far, work)
+    n = settle_nb.starts(rows, known, tuple(place), ends, old, found.last_patch, far, work)
     if n:
         index, patch, uv, now = index[:n], patch[:n], uv[:n], now[:n]
         feet = follow(surface, (None, now), (patch, uv))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields
 
@@ -169,3 +170,19 @@ def test_points_do_not_feel_each_other(states: list[State]) -> None:
         part = contact.step(part, state.points_B[rows], dt=0.1)
         for name in ("status", "uv", "penetration", "normal", "force", "safe_distance"):
             assert getattr(part, name).tobytes() == getattr(state, name)[rows].tobytes(), name
+
+
+@pytest.mark.parametrize("name", ["patch", "uv", "last_patch", "safe_distance", "penetration"])
+def test_states_made_by_hand_may_hold_parts_of_other_arrays(name: str) -> None:
+    """Kernels that steps call all the time look at the types of what a state holds."""
+    points = np.random.default_rng(3).uniform(-1.1, 1.1, (200, 3))
+    ball = cg.Body([cg.shapes.sphere()])
+    slave, law = cg.Slave(points, area=np.ones(200)), cg.PenaltyLaw(1.0)
+    contact = cg.Contact(ball, slave, law=law, search="penetration")
+    state = contact.step(contact.start(points + 0.05), points + 0.01, dt=1.0)
+    part = np.repeat(getattr(state, name), 2, axis=0)[::2]
+    by_hand = dataclasses.replace(state, **{name: part})
+    actual, expected = (contact.step(s, points, dt=1.0) for s in (by_hand, state))
+    assert expected.n_contact > 20
+    np.testing.assert_array_equal(actual.penetration, expected.penetration)
+    np.testing.assert_array_equal(actual.status, expected.status)
