@@ -56,6 +56,11 @@ class RoomClock(Clock):
         self.spent = dict.fromkeys((*ROOMS, START), 0.0)
         self._since = thread_time()
 
+    def read(self) -> dict[str, float]:
+        """What was spent until now."""
+        self._charge()
+        return dict(self.spent)
+
     def _charge(self) -> None:
         now = thread_time()
         self.spent[self._within[-1]] += now - self._since

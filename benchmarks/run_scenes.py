@@ -74,7 +74,7 @@ def sphere(n: int) -> cg.Simulation:
 def sheet(n: int) -> cg.Simulation:
     """A sheet of cloth that falls on a ball, as a bag does on a head."""
     nodes, quads = _grid(n, 4.0)
-    cloth = cg.Slave(nodes + [0.0, 0.0, 1.001], quads[:, ::-1])
+    cloth = cg.Slave(nodes + np.array([0.0, 0.0, 1.001]), quads[:, ::-1])
     motion = cg.motion.Deforming(
         material=cg.materials.Elastic(young=1.0, poisson=0.3),
         density=1.0,

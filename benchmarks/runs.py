@@ -27,7 +27,7 @@ OUT = Path("out/runs.json")
 
 
 class Cost(NamedTuple):
-    """Of a whole run; times of a step are in microseconds, those of what is done once in seconds."""
+    """Of a whole run: of a step in microseconds, of what is done once in seconds."""
 
     name: str
     nodes: int
@@ -72,7 +72,7 @@ def run(
 
 
 def cost_of(scene: RunScene) -> Cost:
-    """What a run of a scene takes: once to load kernels and work out tables, by room, by profile."""
+    """What a run of a scene takes: with what is done once, then by room, then by profile."""
     begun = thread_time()
     simulation = scene.make()
     first = _Steps(scene.most)
@@ -83,7 +83,7 @@ def cost_of(scene: RunScene) -> Cost:
     profiled.carry_out(simulation)
     assert profiled.profile is not None
     step = 1e6 / timed.count
-    rooms = {name: step * timed.clock.spent[name] for name in ROOMS}
+    rooms = {name: step * timed.spent[name] for name in ROOMS}
     return Cost(
         scene.name,
         sum(len(part.slave) for part in simulation.slaves.values()),
@@ -91,7 +91,7 @@ def cost_of(scene: RunScene) -> Cost:
         timed.touching / timed.count,
         rooms,
         step * kernel_seconds(profiled.profile),
-        max(spent - sum(timed.clock.spent[name] for name in ROOMS), 0.0),
+        max(spent - sum(timed.spent[name] for name in ROOMS), 0.0),
         first.clock.compiled,
     )
 
@@ -102,6 +102,7 @@ class _Steps:
     def __init__(self, most: int | None, profile: cProfile.Profile | None = None) -> None:
         self.clock, self.profile, self._most = RoomClock(), profile, most
         self.count = self.touching = 0
+        self.spent: dict[str, float] = {}
         self._begun = False
 
     def carry_out(self, simulation: cg.Simulation) -> None:
@@ -120,6 +121,7 @@ class _Steps:
             return
         self.count += 1
         self.touching += state.n_contact
+        self.spent = self.clock.read()
         if self.count == self._most:
             raise _EnoughError
 

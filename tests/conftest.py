@@ -14,6 +14,10 @@ import pytest
 from hypothesis import settings
 
 from contiga.jit.dispatcher import KernelDispatcher
+from contiga.num.cache_folder import FOLDER
+
+# Files are read, and what is worked out of them is not what a run before has left.
+os.environ[FOLDER] = "0"
 
 # No test is timed: the first example may compile or import what it needs.
 settings.register_profile("untimed", settings.default, deadline=None)

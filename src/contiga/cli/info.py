@@ -55,7 +55,7 @@ def _mesh(file: Path) -> Iterator[Row]:
 def _cad(file: Path, faces: bool) -> Iterator[Row]:
     from contiga.io.cad.formats import expect_cad
 
-    expect_cad(file.name)
+    expect_cad(file)
     from contiga.io.cad.cad_parts import read_cad_file
 
     cad = read_cad_file(file)

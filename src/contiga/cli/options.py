@@ -56,10 +56,10 @@ def _expect_cad(case: Path) -> bool:
 
     Returns whether the file can be read; `load_case` says what is wrong.
     """
-    from contiga.io.cad.formats import expect_cad
+    from contiga.io.cad.formats import cad_files_in, expect_cad
 
     try:
-        expect_cad(case.read_text(encoding="utf-8"))
+        expect_cad(*cad_files_in(case.read_text(encoding="utf-8"), case.parent))
     except (OSError, UnicodeDecodeError):
         return False
     return True

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from contiga.display import Facts, line_of, table_of
-from contiga.io.apart import read_apart
+from contiga.io.cad.kept import read_kept
 from contiga.io.cad.parts import FaceLabel, Solids, titled
-from contiga.io.cad.read_cad import check_read, reader_of
+from contiga.io.cad.read_cad import check_body, check_joints, reader_of
 
 if TYPE_CHECKING:
     from contiga.io.cad.parts import Inventory, PartLabel
@@ -111,8 +111,13 @@ def read_cad_file(
     """A whole file with its parts; parameters and errors are those of `read_cad`."""
     file = Path(path)
     reader = reader_of(file, "list", file_unit, unit)
-    inventory: Inventory = read_apart(reader, file, file_unit, unit, solids, needs=_LOOKED_AT_WITH)
-    check_read(inventory.body, file)
+    given = file_unit, unit, solids
+
+    def check(found: Inventory) -> None:
+        check_body(found.body, file)
+
+    inventory: Inventory = read_kept(reader, file, *given, needs=_LOOKED_AT_WITH, check=check)
+    check_joints(inventory.body, file)
     return CadFile(inventory.body, inventory.numbers, _parts(inventory), inventory.said)
 
 

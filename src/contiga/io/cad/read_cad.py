@@ -5,13 +5,14 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable
 from difflib import get_close_matches
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from contiga.errors import ContigaWarning, FileError
 from contiga.extras import require
-from contiga.io.apart import read_apart
 from contiga.io.cad.formats import PACKAGES, SUFFIXES, reader
+from contiga.io.cad.kept import read_kept
 from contiga.io.cad.parts import Solids, checked_solids, choice_of
 from contiga.io.naming import PartKeys
 from contiga.io.units import base_factor
@@ -86,8 +87,9 @@ def read_cad(
     choice = choice_of(parts, faces)
     checked_solids(solids)
     target = reader_of(file, "read", file_unit, unit)
-    body: Body = read_apart(target, file, file_unit, unit, choice, solids, needs=_BODY)
-    check_read(body, file, solids)
+    given = file_unit, unit, choice, solids
+    body: Body = read_kept(target, file, *given, needs=_BODY, check=partial(check_body, file=file))
+    check_joints(body, file, solids)
     return body
 
 
@@ -111,19 +113,28 @@ def reader_of(file: Path, verb: str, file_unit: str | None, unit: str | None) ->
     return reader(suffix, verb)
 
 
-def check_read(body: Body, file: Path, solids: Solids | None = None) -> None:
-    """Refuse what cannot be computed with, and pieces that meet if asked to; warn of slits.
+def check_body(body: Body, file: Path) -> None:
+    """Refuse what cannot be computed with.
 
     Raises
     ------
     FileError
-        A control point whose square is no number any more; a spline that goes through itself;
-        pieces that meet, of `solids` "refuse".
+        A control point whose square is no number any more; a spline that goes through itself.
+    """
+    _check_reach(body, file)
+    _check_crossing(body, file)
+
+
+def check_joints(body: Body, file: Path, solids: Solids | None = None) -> None:
+    """Warn of slits, and refuse pieces that meet if asked to.
+
+    Raises
+    ------
+    FileError
+        Pieces that meet, of `solids` "refuse".
     """
     from contiga.geometry.slits import ROUNDING
 
-    _check_reach(body, file)
-    _check_crossing(body, file)
     size = body.size
     if any(len(edge.uses) > 1 and edge.gap > ROUNDING * size for edge in body.edges):
         text = "; ".join(body.openings.flaws)
@@ -154,7 +165,8 @@ def _check_crossing(body: Body, file: Path) -> None:
     from contiga.geometry.piece import piece_of
 
     splines = [k for k, patch in enumerate(body.patches) if max(patch.degrees) >= SPLINE]
-    if not splines:
+    # Where the whole body has none, which is asked of it anyway, a part of it is not looked at.
+    if not splines or body.openings.crossing is None:
         return
     some = body if len(splines) == len(body.patches) else piece_of(body, splines)
     crossing = some.openings.crossing

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from contiga.io.cad import formats
@@ -11,10 +13,10 @@ from contiga.io.cad import formats
     ("text", "reader"),
     [
         ('geometry = { file = "head.STEP" }', "contiga.io.cad.step_iges:read_step_iges"),
-        ("hull.igs", "contiga.io.cad.step_iges:read_step_iges"),
-        ("shoe.3dm", None),  # for which OpenCASCADE is not needed
+        ("file = 'hull.igs'", "contiga.io.cad.step_iges:read_step_iges"),
+        ('"shoe.3dm"', None),  # for which OpenCASCADE is not needed
         ('geometry = { shape = "sphere", radius = 1 }', None),
-        ("teapot.xml", None),
+        ('"teapot.xml"', None),
     ],
 )
 def test_what_is_loaded_ahead(
@@ -22,5 +24,5 @@ def test_what_is_loaded_ahead(
 ) -> None:
     asked: list[str] = []
     monkeypatch.setattr(formats, "prepare", asked.append)
-    formats.expect_cad(text)
+    formats.expect_cad(*formats.cad_files_in(text, Path("nowhere")))
     assert asked == ([] if reader is None else [reader])

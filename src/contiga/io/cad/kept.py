@@ -1,0 +1,97 @@
+"""CAD that was read before: the file's bytes tell what came of it, and its reader is not needed."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import lru_cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from contiga.errors import ContigaWarning
+from contiga.io.apart import read_apart
+from contiga.io.cad.formats import PACKAGES, READERS, kept_as
+
+if TYPE_CHECKING:
+    from contiga.num.disk_cache import DiskCache
+
+_CHECKS = Path(__file__).with_name("read_cad.py")
+
+
+def _files(file: Path) -> DiskCache:
+    """Where a file of so many bytes is looked for; what reads and checks it is not imported."""
+    from contiga.num.disk_cache import DiskCache  # numba comes with it, which a reader loads beside
+
+    module = Path(__file__).with_name(f"{READERS[file.suffix.lower()]}.py")
+    return DiskCache(kept_as(file), module, _CHECKS)
+
+
+def read_kept(
+    target: str,
+    file: Path,
+    *args: object,
+    needs: str,
+    check: Callable[[Any], None],
+) -> Any:
+    """What `read_apart` gives of a file, or gave of the same bytes before.
+
+    Parameters
+    ----------
+    target, file, args, needs : as for `read_apart`
+    check : called with what was read anew; what it refuses is not kept
+
+    Raises
+    ------
+    ContigaError
+        As `read_apart` and `check`.
+
+    Warns
+    -----
+    ContigaWarning
+        What the reader warns of, each time.
+    """
+    files, key = _files(file), _key(target, file, args)
+    kept, said = files.get(key), list[str]()
+    try:
+        if kept is not None:
+            content, said = kept
+            return content
+        with _heard(said):
+            content = read_apart(target, file, *args, needs=needs)
+    finally:
+        for text in said:
+            warnings.warn(text, ContigaWarning, stacklevel=3)
+    check(content)
+    files.put(key, (content, said))
+    return content
+
+
+@contextmanager
+def _heard(said: list[str]) -> Iterator[None]:
+    """Add what is warned of inside to `said`, in place of saying it."""
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always", ContigaWarning)
+        try:
+            yield
+        finally:
+            said += (
+                str(item.message) for item in heard if issubclass(item.category, ContigaWarning)
+            )
+
+
+def _key(target: str, file: Path, args: tuple[object, ...]) -> str:
+    """Of all that an answer follows from beside the bytes; it may name the file as given."""
+    return repr((target, str(file), args, _package_of(file.suffix.lower())))
+
+
+@lru_cache(maxsize=8)
+def _package_of(suffix: str) -> str:
+    """What tells one version of the package that reads a format from others."""
+    said = []
+    for name in PACKAGES[suffix]:
+        spec = find_spec(name)
+        if spec is not None and spec.origin is not None:
+            said.append(f"{spec.origin} {Path(spec.origin).stat().st_mtime_ns}")
+    return " ".join(said)
