@@ -10,6 +10,7 @@ do to one body at most the sum of that.
 from __future__ import annotations
 
 import math
+import weakref
 from collections.abc import Iterator
 from typing import Literal, NamedTuple
 
@@ -70,8 +71,39 @@ Of = Literal["all", "lasting", "following"]
 alone whose stiffness follows the step, of which no step is short enough if one is not."""
 
 
+class _Known:
+    """Limits of states that steps ask for again: by what these have at a time and place.
+
+    A state that differs in what steps know of one another has the same limit. They are forgotten
+    with the state's array of free bodies.
+    """
+
+    def __init__(self) -> None:
+        self._kept: dict[int, dict[str, tuple[tuple[object, ...], Limit]]] = {}
+
+    def of(self, model: Model, state: SystemState, of: Of) -> Limit:
+        """That of a state, worked out where it was not asked for before."""
+        key, rigid = id(state.rigid), state.rigid
+        if key not in self._kept:
+            self._kept[key] = {}
+            weakref.finalize(rigid, self._kept.pop, key, None)
+        what = model, state.contacts, state.springs, state.slaves, state.bodies
+        before, limit = self._kept[key].get(of, ((), Limit(math.inf, "", Rates())))
+        if len(before) != len(what) or any(a is not b for a, b in zip(before, what, strict=True)):
+            limit = _worked_out(model, state, of)
+            self._kept[key][of] = what, limit
+        return limit
+
+
+_KNOWN = _Known()
+
+
 def limit_of(model: Model, state: SystemState, of: Of = "all") -> Limit:
     """The critical step of what touches and pulls in `state`."""
+    return _KNOWN.of(model, state, of)
+
+
+def _worked_out(model: Model, state: SystemState, of: Of) -> Limit:
     felt: dict[object, list[tuple[str, Rates, Rates]]] = {}
     for text, ends in _couplings(model, state, of):
         both = sum((rates for _, rates, _ in ends), Rates())

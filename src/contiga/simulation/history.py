@@ -8,7 +8,7 @@ from contiga.contact.state import State
 from contiga.dynamics.stepping import AutoSteps
 from contiga.num import rigid_lanes as lanes
 from contiga.num.ordered import length
-from contiga.records import ContactStatus
+from contiga.records import IN_CONTACT, ContactStatus
 from contiga.simulation.model import Model
 from contiga.simulation.relative_sensors import relative_columns
 from contiga.simulation.sensors import sensor_columns
@@ -143,8 +143,10 @@ def contact_columns(state: State, wall: float, *, measured: bool) -> dict[str, f
     force, moment_about = state.total_force, state.wrench[3:]
     centre = state.centre_of_pressure
     measured = measured or state.contact.weights == "area"
+    counts = np.bincount(state.status, minlength=len(ContactStatus)).tolist()
+    touching = sum(counts[status] for status in IN_CONTACT)
     columns: dict[str, float] = {
-        "n_contact": state.n_contact,
+        "n_contact": touching,
         "max_penetration": state.max_penetration,
         "force_x": force[0],
         "force_y": force[1],
@@ -162,9 +164,8 @@ def contact_columns(state: State, wall: float, *, measured: bool) -> dict[str, f
         **_energy_columns(state),
         "wall_time": wall,
     }
-    counts = np.bincount(state.status, minlength=len(ContactStatus))
-    columns |= {name: int(counts[status]) for name, status in COUNTED.items()}
-    columns["n_unproved"] = state.n_unproved
+    columns |= {name: counts[status] for name, status in COUNTED.items()}
+    columns["n_unproved"] = state.n_unproved if touching else 0
     return columns
 
 

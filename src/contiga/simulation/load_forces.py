@@ -10,6 +10,7 @@ import numpy as np
 
 from contiga.dynamics.loads import Load
 from contiga.dynamics.rigid_bodies import Placed, kicked
+from contiga.dynamics.vectors import cross
 from contiga.num.ordered import product
 from contiga.num.rigid_lanes import CENTRE, FORCE, TORQUE
 from contiga.records import FloatArray
@@ -60,7 +61,7 @@ def foresee_loads(model: Model, last: SystemState, free: Placed, time: float) ->
     if change.any():
         acting = free.rows[:, FORCE : TORQUE + 3] + change
         arms = free.rows[:, CENTRE : CENTRE + 3] - free.poses[:, :3, 3]
-        acting[:, 3:] += np.cross(arms, acting[:, :3])
+        acting[:, 3:] += cross(arms, acting[:, :3])
         ended = free._replace(rows=free.rows.copy())
         kicked(ended, model.mechanism.fixed, acting, time - last.time)
 
@@ -72,4 +73,4 @@ def _about_centre(
     force, moment = loaded(load, pose, model.origins[i], time)
     k = model.mechanism.row[i]
     arm = load_point(model, load, i, pose, rows) - rows[k, CENTRE : CENTRE + 3]
-    return np.concatenate([force, moment + np.cross(arm, force)])
+    return np.concatenate([force, moment + cross(arm, force)])

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from contiga.dynamics.vectors import cross
 from contiga.num.ordered import length, product
 from contiga.records import FloatArray
 from contiga.simulation.load_forces import point_of
@@ -73,18 +74,18 @@ def _rates(
     seen = sensor.axes == "body"
     spin = state.bodies.twists[i, 3:] if seen else np.zeros(3)
     velocity = point_velocity(state, j, there) - point_velocity(state, i, here)
-    velocity = velocity - np.cross(spin, there - here)
+    velocity = velocity - cross(spin, there - here)
     for measure in RATES:
         if measure not in sensor.measures:
             continue
         own = velocity
         if measure == "acceleration":
             own = point_acceleration(model, j, there, step)
-            own = own - point_acceleration(model, i, here, step) - 2.0 * np.cross(spin, velocity)
+            own = own - point_acceleration(model, i, here, step) - 2.0 * cross(spin, velocity)
             if seen:
                 turning = acceleration(model, i, state, step[0])[1]
                 way = there - here
-                own = own - np.cross(turning, way) - np.cross(spin, np.cross(spin, way))
+                own = own - cross(turning, way) - cross(spin, cross(spin, way))
         own = product(state.bodies.poses[i, :3, :3].T, own) if seen else own
         values |= {f"{measure[0]}{axis}": float(v) for axis, v in zip("xyz", own, strict=True)}
         values[measure[0]] = length(own)
@@ -122,7 +123,7 @@ def _carried(
         end = spring.between.index(between[0])
         own = now.force / now.length * (now.ends[1 - end] - now.ends[end])
         force = force + own
-        moment = moment + np.cross(now.ends[end] - about, own)
+        moment = moment + cross(now.ends[end] - about, own)
     return force, moment
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.dynamics.vectors import cross
 from contiga.num import quaternion
 from contiga.num import rigid_lanes as lanes
 from contiga.num.ordered import length, product, solve
@@ -62,7 +63,7 @@ def _measured(
             own = state.wrenches[i, :3]
         else:
             arm = place - pose[:3, 3]
-            own = state.wrenches[i, 3:] - np.cross(arm, state.wrenches[i, :3])
+            own = state.wrenches[i, 3:] - cross(arm, state.wrenches[i, :3])
         values[measure] = product(pose[:3, :3].T, own) if sensor.axes == "body" else own
     return values
 
@@ -80,7 +81,7 @@ def first_place(model: Model, i: int, at: FloatArray | None) -> FloatArray:
 def point_velocity(state: SystemState, i: int, place: FloatArray) -> FloatArray:
     """(3,) of a point of a body, world axes."""
     pose, twist = state.bodies.poses[i], state.bodies.twists[i]
-    return np.asarray(twist[:3] + np.cross(twist[3:], place - pose[:3, 3]))
+    return np.asarray(twist[:3] + cross(twist[3:], place - pose[:3, 3]))
 
 
 def point_acceleration(
@@ -90,7 +91,7 @@ def point_acceleration(
     last, state = step
     linear, angular = acceleration(model, i, state, last)
     spin, arm = state.bodies.twists[i, 3:], place - state.bodies.poses[i, :3, 3]
-    return np.asarray(linear + np.cross(angular, arm) + np.cross(spin, np.cross(spin, arm)))
+    return np.asarray(linear + cross(angular, arm) + cross(spin, cross(spin, arm)))
 
 
 def acceleration(
@@ -121,11 +122,11 @@ def _of_free(model: Model, i: int, state: SystemState) -> tuple[FloatArray, Floa
     R = quaternion.to_matrix(row[lanes.TURN : lanes.TURN + 4])
     axes = product(R, one[lanes.AXES : lanes.AXES + 9].reshape(3, 3))
     inertia = product(axes * one[lanes.MOMENTS : lanes.MOMENTS + 3], axes.T)
-    torque = row[lanes.TORQUE : lanes.TORQUE + 3] - np.cross(spin, product(inertia, spin))
+    torque = row[lanes.TORQUE : lanes.TORQUE + 3] - cross(spin, product(inertia, spin))
     free: NDArray[np.intp] = np.flatnonzero(one[lanes.SPINS : lanes.SPINS + 3])
     angular = np.zeros(3)
     if len(free):
         angular[free] = solve(inertia[np.ix_(free, free)], torque[free])
     arm = state.bodies.poses[i, :3, 3] - row[lanes.CENTRE : lanes.CENTRE + 3]
-    linear = centre + np.cross(angular, arm) + np.cross(spin, np.cross(spin, arm))
+    linear = centre + cross(angular, arm) + cross(spin, cross(spin, arm))
     return linear, angular

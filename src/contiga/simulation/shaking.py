@@ -18,6 +18,7 @@ import numpy as np
 
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
+from contiga.dynamics.vectors import cross
 from contiga.laws.friction import ViscousFriction
 from contiga.num.ordered import product
 from contiga.num.rigid import to_world, turn_to_world
@@ -191,7 +192,7 @@ def _gripped(before: State, now: State, step: float) -> _Felt:
 def _add(rate: FloatArray, places: FloatArray, forces: FloatArray, centre: FloatArray) -> None:
     """Add forces (k, 3) at places (k, 3) to those on a body, and their moments."""
     rate[:3] += forces.sum(axis=0)
-    rate[3:] += np.cross(places - centre, forces).sum(axis=0)
+    rate[3:] += cross(places - centre, forces).sum(axis=0)
 
 
 def _add_spring(

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from contiga.dynamics.springs import Spring, SpringState
+from contiga.dynamics.vectors import cross
 from contiga.records import FloatArray
 from contiga.simulation.model import Model
 from contiga.simulation.system_state import SystemState
@@ -53,7 +54,7 @@ def _velocity(model: Model, body: str, at: FloatArray, state: SystemState) -> Fl
     if i is None:
         return np.zeros(3)
     pose, twist = state.bodies.poses[i], state.bodies.twists[i]
-    return np.asarray(twist[:3] + np.cross(twist[3:], at - pose[:3, 3]))
+    return np.asarray(twist[:3] + cross(twist[3:], at - pose[:3, 3]))
 
 
 def spring_summary(model: Model) -> dict[str, dict[str, Any]]:

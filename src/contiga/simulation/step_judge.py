@@ -29,7 +29,7 @@ from contiga.simulation.step_proposals import (
     OF_DRAG,
     OF_NODES,
     fastest_of,
-    proposals,
+    met,
     shortest_step,
 )
 from contiga.simulation.system_state import SystemState
@@ -55,8 +55,6 @@ FORGOTTEN = 0.05
 UNFOLLOWED = (0.5, 1e-4), (0.3, 1e-3)
 """ω h from which on single points that swing are not followed, and the part of the velocity of all
 the energy that the kick of a step must change by for that to show: a rebound is off by (ω h)²/8."""
-_MET = (Reason.CRITICAL, Reason.SWING, Reason.TURN)
-"""What a step may meet that was not foreseen at its start."""
 
 
 class Try(NamedTuple):
@@ -126,8 +124,8 @@ def objection(model: Model, stepping: AutoSteps, last: SystemState, now: Try) ->
             return further
     if not model.mechanism.moved:
         return None
-    foreseen = proposals(model, stepping, replace(state, shaking=now.shaking))
-    ahead = min((cut for cut in foreseen if cut.reason in _MET), default=Cut(math.inf, Reason.END))
+    foreseen = met(model, stepping, replace(state, shaking=now.shaking))
+    ahead = min(foreseen, default=Cut(math.inf, Reason.END))
     if step > COARSER * ahead.step:
         shorter = Cut(min(0.5 * step, COARSER * ahead.step), Reason.STIFFER, ahead.of)
         if ahead.reason == Reason.CRITICAL:

@@ -35,6 +35,11 @@ def proposals(model: Model, stepping: AutoSteps, state: SystemState) -> Iterator
     yield Cut(stepping.most, Reason.LARGEST)
     yield Cut(longest_sample(model), Reason.SAMPLE)
     yield from driven_ways(model, stepping.most, state)
+    yield from met(model, stepping, state)
+
+
+def met(model: Model, stepping: AutoSteps, state: SystemState) -> Iterator[Cut]:
+    """Those of what a step may meet that was not foreseen at its start: turns and stiffness."""
     yield from _turns(model, state)
     if not model.mechanism.moved:
         return

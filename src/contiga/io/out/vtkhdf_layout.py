@@ -195,17 +195,23 @@ class Growing:
         self.length = self._counted = int(stored.shape[0])
         self._place = self._id.get_space()
         self._rows = self._id.get_space()
+        self._shape: tuple[int, ...] = ()
+        self._within = (0,) * len(self.columns)
 
     def put(self, start: int, values: Any) -> None:
         """Write `values` from row `start` on; the array ends with them."""
         rows = np.ascontiguousarray(values, dtype=self.dtype).reshape(-1, *self.columns)
-        extent = start + len(rows), *self.columns
-        self._id.set_extent(extent)
-        self.length = extent[0]
+        end = start + len(rows)
+        extent = (end, *self.columns)
+        if end != self.length:
+            self._id.set_extent(extent)
+            self.length = end
         if len(rows):
             self._place.set_extent_simple(extent)
-            self._place.select_hyperslab((start, *(0 for _ in self.columns)), rows.shape)
-            self._rows.set_extent_simple(rows.shape)
+            self._place.select_hyperslab((start, *self._within), rows.shape)
+            if rows.shape != self._shape:
+                self._rows.set_extent_simple(rows.shape)
+                self._shape = rows.shape
             self._id.write(self._rows, self._place, rows)
 
     def extend(self, values: Any) -> None:
@@ -238,6 +244,7 @@ class Steps:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._file: Any = None
+        self._count: Any = None
         self._arrays: dict[str, Growing] = {}
 
     @property
@@ -249,9 +256,13 @@ class Steps:
         OutputError
             It cannot be opened.
         """
+        return self._opened()["VTKHDF"]
+
+    def _opened(self) -> Any:
         if self._file is None:
             self._file = open_file(self._path, "r+")
-        return self._file["VTKHDF"]
+            self._count = count_of(self._file["VTKHDF/Steps"])
+        return self._file
 
     def __getitem__(self, name: str) -> Growing:
         """An array by its name below the group of VTKHDF."""
@@ -274,14 +285,13 @@ class Steps:
             It cannot be written.
         """
         with self._told():
-            root = self.root
-            set_aside(self._file, n_bytes, self._path)
+            set_aside(self._opened(), n_bytes, self._path)
             try:
                 yield
                 self._file.flush()
                 # The count comes last, when all it counts has been handed to the system: what is
                 # cut off before is a step that readers do not see.
-                root["Steps"].attrs["NSteps"] = np.int64(number)
+                self._count.write(np.array(number, np.int64))
                 self._file.flush()
             except BaseException:
                 with suppress(OSError, RuntimeError):  # what went wrong first is told
@@ -316,7 +326,7 @@ class Steps:
         OutputError
             What was not yet handed to the system cannot be written.
         """
-        file, self._file = self._file, None
+        file, self._file, self._count = self._file, None, None
         self._arrays.clear()
         if file is not None:
             with self._told():
@@ -331,6 +341,13 @@ class Steps:
             text = f"cannot be written as HDF5: {error}"
             full = full_disk(error, self._path)
             raise full or OutputError(text, where=str(self._path)) from error
+
+
+def count_of(steps: Any) -> Any:
+    """The attribute that counts steps, of their group: h5py makes one anew to change it."""
+    from h5py import h5a
+
+    return h5a.open(steps.id, b"NSteps")
 
 
 def truncate(root: Any, n_steps: int, n_points: int) -> None:
