@@ -2,7 +2,7 @@
 
 Parts named are run alone, and the file keeps what it says of the others. "first", which compiles
 everything anew, is left out unless it is named or ``--all`` is given. Other tables are run by name:
-area, area_errors, faceted, matter, mesher.
+area, area_errors, faceted, matter, mesher, runs.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from benchmarks import (
     machine,
     matter,
     mesher,
+    runs,
     scaling,
     startup,
     stepping,
@@ -55,6 +56,7 @@ TABLES = {
     "faceted": faceted,
     "matter": matter,
     "mesher": mesher,
+    "runs": runs,
 }
 
 

@@ -24,6 +24,8 @@ from benchmarks.timing import on_threads
 from contiga.simulation.run import RunOptions, carry_out
 
 OUT = Path("out/runs.json")
+MOST = 600
+"""Steps of an example."""
 
 
 class Cost(NamedTuple):
@@ -58,11 +60,11 @@ class _EnoughError(Exception):
 
 def run(
     counts: tuple[int, ...] = COUNTS,
-    most: int | None = None,
+    most: int | None = MOST,
     names: Callable[[str], bool] = lambda _: True,
     out: Path = OUT,
 ) -> list[str]:
-    """The lines of the table; `most` steps of each example, all if None, and scenes by `names`."""
+    """The lines of the table: `most` steps of each example, all if None, of scenes by `names`."""
     with on_threads(1):
         costs = [cost_of(scene) for scene in scenes(counts, most) if names(scene.name)]
     data = {"machine": machine.described(), "rooms": ROOMS, "runs": [_as_json(c) for c in costs]}

@@ -1,6 +1,8 @@
 """Table and pictures of the page on performance: ``python docs/draw_performance.py [bench.json]``.
 
 The file is what `python -m benchmarks` writes; the page's table is replaced by that of the file.
+The picture of whole runs is of runs.json beside it, as `python -m benchmarks runs` writes it. What
+has no file stays as it is.
 """
 
 from __future__ import annotations
@@ -86,19 +88,49 @@ def roofline(found: Found) -> plt.Figure:
     return figure
 
 
+def whole_runs(found: Found) -> plt.Figure:
+    """Shares of the rooms in a step of each run, with its time and what it is of its kernels'."""
+    runs, rooms = found["runs"][::-1], found["rooms"]
+    figure, ax = plt.subplots(figsize=(9.6, 0.9 + 0.26 * len(runs)), constrained_layout=True)
+    colours = plt.get_cmap("tab20c")(np.array([4, 0, 1, 8, 12, 13, 16, 18]))
+    left = np.zeros(len(runs))
+    names = [run["name"] for run in runs]
+    for room, colour in zip(rooms, colours, strict=True):
+        share = np.array([100.0 * run["rooms"][room] / run["whole"] for run in runs])
+        ax.barh(names, share, left=left, color=colour, label=room, height=0.72)
+        left += share
+    for k, run in enumerate(runs):
+        said = f"{number(run['whole'] / 1e3)} ms, {number(run['ratio'])} ×"
+        ax.text(101.5, k, said, va="center", fontsize=8, color=INK)
+    ax.set(xlim=(0.0, 122.0), xlabel="% of a step, its processor time, and that over its kernels'")
+    ax.set_xticks(range(0, 101, 20))
+    ax.tick_params(labelsize=8)
+    ax.margins(y=0.01)
+    ax.legend(ncols=len(rooms), fontsize=8, frameon=False, loc="lower left", bbox_to_anchor=(0, 1))
+    ax.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
 PICTURES = {"performance_scaling": scaling, "performance_roofline": roofline}
 
 
 def main(path: Path) -> None:
     """Write the pictures, and the table into the page."""
-    found = json.loads(path.read_text(encoding="utf-8"))
-    page = DOCS / "performance.md"
-    text = page.read_text(encoding="utf-8")
-    page.write_text(TABLE.sub(lambda m: m[1] + table_of(found) + m[2], text), encoding="utf-8")
-    for name, draw in PICTURES.items():
-        figure = draw(found)
-        figure.savefig(DOCS / "images" / f"{name}.png", dpi=130)
-        plt.close(figure)
+    runs = path.with_name("runs.json")
+    if path.is_file():
+        found = json.loads(path.read_text(encoding="utf-8"))
+        page = DOCS / "performance.md"
+        text = page.read_text(encoding="utf-8")
+        page.write_text(TABLE.sub(lambda m: m[1] + table_of(found) + m[2], text), encoding="utf-8")
+        for name, draw in PICTURES.items():
+            _save(name, draw(found))
+    if runs.is_file():
+        _save("performance_runs", whole_runs(json.loads(runs.read_text(encoding="utf-8"))))
+
+
+def _save(name: str, figure: plt.Figure) -> None:
+    figure.savefig(DOCS / "images" / f"{name}.png", dpi=130)
+    plt.close(figure)
 
 
 if __name__ == "__main__":

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from time import thread_time
 
 import numpy as np
 import pytest
 from benchmarks import __main__ as benchmarks
-from benchmarks import machine, matter, operations, startup, stepping
+from benchmarks import machine, matter, operations, run_scenes, runs, startup, stepping
+from benchmarks.rooms import ROOMS, RoomClock
 from benchmarks.scene import moved, points, surface
 from benchmarks.sizes import SMALL
 from benchmarks.table import Row, lines_of
@@ -56,6 +58,43 @@ def test_the_table_of_matter_is_made() -> None:
     assert len(lines) == 8
     assert lines[0].startswith("tet4 neo-Hooke ")
     assert "scikit-fem" in lines[-1]
+
+
+def test_whole_runs_are_told_by_room_beside_their_kernels(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run_scenes, "STEPS", 12)
+    out = tmp_path / "runs.json"
+    lines = runs.run((100,), 4, lambda name: name.startswith("sphere"), out)
+    data = json.loads(out.read_text(encoding="utf-8"))
+    (run,) = data["runs"]
+    assert run["name"] == "sphere, 100 nodes"
+    assert run["steps"] == 12
+    assert run["touching"] > 0.0
+    assert list(run["rooms"]) == data["rooms"] == list(ROOMS)
+    assert min(run["rooms"].values()) > 0.0
+    assert 0.0 < run["kernels"] < run["whole"] == pytest.approx(sum(run["rooms"].values()))
+    assert len(lines) == 2
+    assert lines[1].startswith("sphere, 100 nodes ")
+
+
+def test_time_in_a_room_is_not_counted_in_that_which_it_is_in() -> None:
+    clock = RoomClock()
+
+    def work(seconds: float) -> None:
+        end = thread_time() + seconds
+        while thread_time() < end:
+            pass
+
+    with clock("search"):
+        with clock.inside("sides"):
+            work(0.02)
+        with clock("area"):  # a stage, and no room
+            work(0.01)
+    spent = clock.read()
+    assert 0.02 <= spent["sides"] < 0.03
+    assert 0.01 <= spent["search"] < 0.02
+    assert spent["forces"] == 0.0
 
 
 def test_an_unknown_part_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
