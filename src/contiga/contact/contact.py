@@ -31,7 +31,7 @@ from contiga.contact.moved import detect_moved
 from contiga.contact.points import default_area, pressure_of, sampling_of
 from contiga.contact.respond import forces, law_input, loads_of, respond, whole_of
 from contiga.contact.reused import given_up
-from contiga.contact.state import State, state_of
+from contiga.contact.state import State, is_made_by, own_arrays, state_of
 from contiga.contact.state_rows import kept_of
 from contiga.contact.touching import ContactRows, PreviousStep, touching
 from contiga.contact.tracked import Columns, Detected, Options, Workspaces, options_of
@@ -261,7 +261,7 @@ class Contact(Displayed):
         """
         p_W, X_WB = self._checked(points, pose)
         dt = positive(dt, "dt")
-        self._check_state(state)
+        state = self._checked_state(state)
         poses, active = (state.pose, X_WB), self._sampling.active
         speed = relative_velocity(self._sampling, p_W, poses, velocity, twist)
         past = PreviousStep(state, dt, speed)
@@ -352,6 +352,13 @@ class Contact(Displayed):
                 allowed=str(len(self.slave)),
             )
         return self._sampling.points(p_W), identity() if pose is None else standing(pose)
+
+    def _checked_state(self, state: State) -> State:
+        """The state, with arrays as kernels take them; its own are as they should be."""
+        if isinstance(state, State) and is_made_by(state, self):
+            return state
+        self._check_state(state)
+        return own_arrays(state)
 
     def _check_state(self, state: State) -> None:
         grip = 0 if self.friction is None else self.friction.n_memory

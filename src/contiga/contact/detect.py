@@ -106,10 +106,10 @@ def _place(
     path, lists = (step.before, step.now), (rows, counts)
     given = known, locked(active), places, lists, CHUNK
     if moved is None:
-        run_ranges(place_nb.place, chunks, 1, path, *given)
+        run_ranges(straight(place_nb.place), chunks, 1, path, *given)
     else:
         way = *path, locked(moved[0]), moved[1]
-        run_ranges(place_nb.move_and_place, chunks, 1, way, *given)
+        run_ranges(straight(place_nb.move_and_place), chunks, 1, way, *given)
     return listed(rows[0], counts[:, 0]), listed(rows[1], counts[:, 1])
 
 

@@ -105,11 +105,8 @@ def judge(surface: Surface, step: Step, asked: Asked, found: Detected, options: 
         held = asked.guard, asked.depth, asked.opposed
         judge_nb.take_nearest(asked[:4], asked.feet, truth, held, step.way, near)
     limits = options.penetration, options.nearest, options.band, options.depth, same_foot
-    into = found.status, found.safe_distance, found.last_patch, found.uv
-    if judge_nb.judge_plain(
-        *(asked[:6], asked.feet, truth, (step.way, step.ignored)),
-        *(limits, into, found.feet),
-    ):
+    ways = step.way, step.ignored
+    if judge_nb.judge_plain(asked[:6], asked.feet, truth, ways, limits, found):
         return UNGUARDED
     solved = ~needed | (truth.status == Status.OK)
     inside = solved & np.where(told, asked.side < 0, truth.gap <= 0.0)

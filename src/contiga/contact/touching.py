@@ -11,6 +11,7 @@ from contiga.contact.loads import NO_ROWS, NONE, NOWHERE
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
 from contiga.contact.tracked import BoolArray, Detected
+from contiga.jit import straight
 from contiga.records import FloatArray, IntArray
 
 
@@ -65,13 +66,14 @@ def touching(found: Detected, p_B: FloatArray, past: PreviousStep | None) -> Con
     points = ContactRows.of(found.held)
     last: tuple[Any, ...]
     rows, out = found.held, points[1:]
+    gather = straight(carrying_nb.gather)
     if past is None:
         last = np.full(len(p_B), -1, np.int32), NO_ROWS, NONE
-        carrying_nb.gather(rows, found.feet, (p_B, p_B), last, NOWHERE, 1.0, out)
+        gather(rows, found.feet, (p_B, p_B), last, NOWHERE, 1.0, out)
         points.rate.fill(0.0)
         return points
     state = past.state
     last = state.patch, *kept_of(state).deep
     path = p_B, state.points_B
-    carrying_nb.gather(rows, found.feet, path, last, *past.speed, out)
+    gather(rows, found.feet, path, last, *past.speed, out)
     return points

@@ -32,6 +32,8 @@ BULGE = 1e-5
 # are that exact) and one of its coordinates (they are rounded).
 SAME_PLACE = 4e-12
 ROUNDING = 32.0 * np.finfo(np.float64).eps
+# A point that went no farther than this share of the body's size has its last foot near by.
+SHORT = 2e-3
 # Points that a thread goes through at once.
 CHUNK = 32768
 
@@ -61,6 +63,11 @@ class Options(NamedTuple):
     """Ask the balls that touch at feet, which take a while to build and save closest points."""
     bulge: float = BULGE
     """How far a path may be off the chords it is followed by, share of the size."""
+
+    @property
+    def far(self) -> float:
+        """Way beyond which the last foot of a point is no longer near by, length."""
+        return SHORT * self.size
 
 
 def options_of(

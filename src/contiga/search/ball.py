@@ -35,6 +35,11 @@ def balls_of(tables: Tables) -> Balls:
     return _BALLS.of(tables)
 
 
+def balls_there(tables: Tables) -> Balls | None:
+    """The balls if they are worked out."""
+    return _BALLS.there(tables)
+
+
 def known_balls(tables: Tables, asked: int) -> Balls | None:
     """The balls if they are worked out, or worth it as `asked` closest points are asked for, too.
 

@@ -17,6 +17,7 @@ from contiga.num.codes import CREASE
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
 from contiga.search import ball, hits, project, safe_distance, side_grid
 from contiga.search.body_sides import sides_of
+from contiga.search.contact_tables import ContactTables
 from contiga.search.openings import openings_of
 from contiga.search.table_types import Tables
 from contiga.search.tables import tables_of
@@ -112,6 +113,12 @@ class ExactSurface(NamedTuple):
     ) -> tuple[ByteArray, FloatArray, IntArray, FloatArray]:
         """By the cells of a grid, each with a piece of the surface in it."""
         return side_grid.places(self._grid, p_B, rows)
+
+    @property
+    def contact_tables(self) -> ContactTables | None:
+        """Once its balls are worked out, a closed body's."""
+        balls = ball.balls_there(self.tables) if self.closed else None
+        return None if balls is None else ContactTables(self.tables, self._grid, balls)
 
     @property
     def _grid(self) -> side_grid.SideGrid:

@@ -26,6 +26,10 @@ class Kept(Generic[T]):
             self._kept[key] = self._build(tables, *how)
         return self._kept[key]
 
+    def there(self, tables: Tables) -> T | None:
+        """The same if it is there."""
+        return self._kept.get(id(tables.elements.table))
+
     def if_worth(self, tables: Tables, asked: int, worth: int) -> T | None:
         """The same if it is there, or `asked` with all that was asked before is `worth` it."""
         key = self._key(tables)

@@ -106,7 +106,7 @@ def track(
     fold, with the one that goes on in the other face.
     """
     n = len(p_B)
-    size = _chunk(n, len(tables.elements.table), thread_count())
+    size = rows_of_a_chunk(n, len(tables.elements.table))
     feet = before if isinstance(before, Projection) else NO_FEET
     there = before if isinstance(before, np.ndarray) else NOWHERE
     path = Path(there, p_B, feet)
@@ -134,6 +134,11 @@ def _finish(
         return
     if straight(follow_nb.follow_rows)(tables, p_B, left, m, out):
         track_nb.end_branches(tables, p_B, left, m, out)
+
+
+def rows_of_a_chunk(n: int, elements: int) -> int:
+    """Rows of n that are tracked together on a surface of so many elements."""
+    return _chunk(n, elements, thread_count())
 
 
 @lru_cache

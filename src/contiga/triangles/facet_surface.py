@@ -116,6 +116,10 @@ class FacetedSurface(NamedTuple):
         n = len(rows)
         return np.zeros(n, np.int8), np.zeros(n), np.full(n, -1, np.int32), np.zeros((n, 2))
 
+    @property
+    def contact_tables(self) -> None:
+        """Nothing is known at once."""
+
     def touching_ball(
         self, patch: IntArray, uv: FloatArray, rows: IntArray, sides: ByteArray
     ) -> FloatArray:

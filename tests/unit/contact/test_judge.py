@@ -149,9 +149,10 @@ def test_where_one_is_not_plain_nothing_is_written() -> None:
     asked, step = scene(4, False)
     n = len(step.way)
     into = np.zeros(n, np.int8), np.zeros(n), np.zeros(n, np.int32), np.zeros((n, 2))
-    taken = blank(n)
+    status, safe_distance, near, uv = into
+    found = Detected(status, blank(n), safe_distance, near, uv, near[:0])
     limits = False, False, BAND, np.inf, 1e-9
     ways = step.way, step.ignored
-    assert not judge_nb.judge_plain(asked[:6], asked.feet, asked.truth, ways, limits, into, taken)
+    assert not judge_nb.judge_plain(asked[:6], asked.feet, asked.truth, ways, limits, found)
     assert not any(array.any() for array in into)
-    assert (taken.patch == -1).all()
+    assert (found.feet.patch == -1).all()

@@ -114,17 +114,16 @@ def _free_way(truth, limits, i):
 
 
 @kernel(error_model="numpy")
-def judge_plain(asked, feet, truth, step, limits, found, taken):
-    """Fill `found` and `taken` for the points that are asked for; whether all of them are plain.
+def judge_plain(asked, feet, truth, step, limits, found):
+    """Fill what was `Detected` for the points that are asked for; whether all of them are plain.
 
     Where one is not nothing is written. `asked` are the columns of `judge.Asked` up to the ways,
-    `step` is (way, ignored) and `found` (status, safe distance, near, uv) of all points, `limits`
-    (search by penetration, whether the nearest wall pushes, band, depth, how far feet that are one
-    may be apart), `taken` the feet of all points.
+    `step` is (way, ignored) of all points, `limits` (search by penetration, whether the nearest
+    wall pushes, band, depth, how far feet that are one may be apart).
     """
     rows, was, kept, becomes, side, reach = asked
     band = limits[2]
-    status, safe_distance, _, _ = found
+    status, safe_distance = found.status, found.safe_distance
     for i in range(rows.shape[0]):
         if not _is_plain(asked, feet, truth, step, limits, i):
             return False
@@ -135,7 +134,7 @@ def judge_plain(asked, feet, truth, step, limits, found, taken):
         if kept[i] and (inside or not solved):
             status[k] = becomes[i]
             safe_distance[k] = _above_zero(known) if inside else 0.0
-            take_foot(taken, k, feet, i)
+            take_foot(found.feet, k, feet, i)
         else:
             status[k] = LOST if not solved and not kept[i] else RELEASED if was[i] else FREE
             safe_distance[k] = _free_way(truth, limits, i) if needed else side[i] * known
