@@ -7,6 +7,7 @@ import numpy as np
 from contiga.area.hull import HullArea
 from contiga.area.method import AreaMethod
 from contiga.area.nodal import NodalArea
+from contiga.arrays.layout import locked
 from contiga.contact.kernels import place_nb
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
@@ -15,7 +16,6 @@ from contiga.laws.by_face import FaceLaws
 from contiga.laws.combined import CombinedLaw, forces_in_series
 from contiga.laws.normal import AdaptiveLaw, ForceLaw, Law, PenaltyLaw, StressLaw
 from contiga.masters.protocol import Master, is_master
-from contiga.num.arrays import locked
 from contiga.records import FloatArray, IntArray, LawInput, LawOutput
 from contiga.slaves.slave import Slave
 

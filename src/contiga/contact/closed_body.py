@@ -41,7 +41,7 @@ from contiga.records import (
     Projection,
     rows_of,
 )
-from contiga.search.track_records import Starts
+from contiga.search.track.track_records import Starts
 
 
 class SideEvidence(NamedTuple):

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.area.method import AreaInput, AreaMethod, Areas, Outlines, Rest, prepared, weights_of
+from contiga.arrays.layout import as_points, positive
 from contiga.contact.checks import (
     MasterLaw,
     check_friction,
@@ -40,11 +41,10 @@ from contiga.errors import InputError
 from contiga.laws.friction import Friction
 from contiga.laws.normal import Law
 from contiga.masters.protocol import Master, Surface
-from contiga.num.arrays import as_points, positive
-from contiga.num.pose import identity
-from contiga.num.rigid import standing, to_body
 from contiga.old_names import OldName
 from contiga.records import FloatArray, IndexArray, rows_of
+from contiga.rigid.frames import standing, to_body
+from contiga.rigid.pose import identity
 from contiga.slaves.sampling import QUADRATURES
 from contiga.slaves.slave import Slave
 

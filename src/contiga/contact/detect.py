@@ -14,6 +14,8 @@ from math import ceil
 
 import numpy as np
 
+from contiga.arrays.layout import locked
+from contiga.arrays.threads import run_ranges
 from contiga.contact import closed_body, open_body, through
 from contiga.contact.kernels import place_nb
 from contiga.contact.tracked import (
@@ -31,8 +33,6 @@ from contiga.contact.tracked import (
 from contiga.contact.walls import give_way
 from contiga.jit import straight
 from contiga.masters.protocol import Surface
-from contiga.num.arrays import locked
-from contiga.num.threads import run_ranges
 from contiga.records import ContactStatus, FloatArray, IntArray, Projection
 
 

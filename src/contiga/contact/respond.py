@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.arrays.layout import locked
 from contiga.contact.as_one import grip_as_one
 from contiga.contact.checks import PLAIN, checked_answer
 from contiga.contact.kernels import totals_nb
@@ -15,7 +16,6 @@ from contiga.contact.touching import ContactRows, PreviousStep
 from contiga.contact.tracked import Detected
 from contiga.laws.friction import Friction, FrictionInput, FrictionOutput
 from contiga.laws.normal import Law
-from contiga.num.arrays import locked
 from contiga.records import ByteArray, FloatArray, IntArray, LawInput, LawOutput
 from contiga.slaves.sampling import Sampling
 

@@ -10,16 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.area.method import AreaInput, Areas
+from contiga.arrays.layout import as_contiguous
+from contiga.arrays.ordered import product
 from contiga.contact.energy import ContactEnergy
 from contiga.contact.loads import Loads
 from contiga.contact.state_rows import kept_of
 from contiga.display import Displayed, Facts
 from contiga.errors import InputError
-from contiga.num.arrays import as_contiguous
-from contiga.num.ordered import product
-from contiga.num.rigid import to_world, turn_to_world
 from contiga.old_names import OldName
 from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
+from contiga.rigid.frames import to_world, turn_to_world
 
 
 class Owner(Protocol):

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays import codes
 from contiga.contact.loads import UNGUARDED, Guards, Holds, holds_of
 from contiga.masters.protocol import Master, Surface
-from contiga.num import codes
 from contiga.records import (
     ByteArray,
     ContactStatus,

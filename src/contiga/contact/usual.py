@@ -14,15 +14,15 @@ from typing import Any
 
 import numpy as np
 
+from contiga.arrays.threads import run_ranges
 from contiga.contact.kernels import usual_nb
 from contiga.contact.tracked import Detected, Options, Step
 from contiga.contact.usual_records import Limits, Work
 from contiga.jit import straight
 from contiga.masters.protocol import Surface
-from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, IntArray
-from contiga.search.project import rows_of_a_chunk
-from contiga.search.track_records import Starts
+from contiga.search.track.project import rows_of_a_chunk
+from contiga.search.track.track_records import Starts
 
 Settle = Callable[[IntArray, Work, IntArray], int]
 """Settles rows, working in memory, and lists those left; how many."""

@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.num.query_checks import NO_FEET
-from contiga.num.workspace import Workspace
+from contiga.arrays.query_checks import NO_FEET
+from contiga.arrays.workspace import Workspace
 from contiga.records import ByteArray, FloatArray, IntArray, Projection, empty_projection
-from contiga.search.kernels.lanes_nb import RECORD
-from contiga.search.project import NOWHERE
-from contiga.search.track_records import Left, Path, Starts, room_for
+from contiga.search.track.kernels.lanes_nb import RECORD
+from contiga.search.track.project import NOWHERE
+from contiga.search.track.track_records import Left, Path, Starts, room_for
 
 
 class Limits(NamedTuple):

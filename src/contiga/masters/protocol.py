@@ -7,8 +7,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from contiga.arrays.digest import Digest
 from contiga.geometry.faces import Faces
-from contiga.num.digest import Digest
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, MassProperties, Projection
 from contiga.search.contact_tables import ContactTables
 from contiga.triangles.trimesh import TriMesh

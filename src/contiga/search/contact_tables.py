@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from contiga.pointer_records import pass_by_pointer
-from contiga.search.ball_cells import Balls
-from contiga.search.side_grid import SideGrid
-from contiga.search.table_types import Tables
+from contiga.search.balls.ball_cells import Balls
+from contiga.search.hierarchy.table_types import Tables
+from contiga.search.sides.side_grid import SideGrid
 
 
 @pass_by_pointer

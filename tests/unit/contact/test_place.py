@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from contiga.arrays.layout import locked
 from contiga.contact.kernels import place_nb
-from contiga.num.arrays import locked
-from contiga.num.rigid import to_body
 from contiga.records import ContactStatus
+from contiga.rigid.frames import to_body
 
 pytestmark = pytest.mark.interpreted
 

@@ -9,7 +9,7 @@ from contiga.contact.kernels import settle_nb
 from contiga.contact.loads import UNHELD
 from contiga.contact.tracked import Detected, Step, blank
 from contiga.records import ContactStatus, Projection
-from contiga.search.track_records import Starts
+from contiga.search.track.track_records import Starts
 from contiga.statuses import Feature, Status
 
 N = 2000

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 
+from contiga.arrays.codes import OK
 from contiga.contact.kernels.settle_nb import PART, holds_on, remember_foot, take_foot, turns
 from contiga.contact.kernels.status_nb import FREE, LOST, OLD, RELEASED
 from contiga.jit import inner, kernel
-from contiga.num.codes import OK
 
 NOT_ASKED = -1
 """Status of closest points that were not asked for."""

@@ -9,7 +9,7 @@ import numpy as np
 from contiga.contact.kernels.status_nb import FREE, NOT_FINITE
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
-from contiga.num.kernels.rigid_nb import to_body
+from contiga.rigid.kernels.rigid_nb import to_body
 
 BLOCK = 128
 """Points that are looked at together, first whether there is anything to be said of any."""

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 
+from contiga.arrays.codes import AT_BORDER, BRANCH_EVENT, FACE, OK, TRIMMED
 from contiga.contact.kernels.carrying_nb import at
 from contiga.contact.kernels.status_nb import HELD, OLD, REACQUIRED, RELEASED
 from contiga.jit import inner, kernel
-from contiga.num.codes import AT_BORDER, BRANCH_EVENT, FACE, OK, TRIMMED
 
 KEEP, KEPT = 1, 2
 """Marks of a row: its foot would do, and it is sure that it does."""

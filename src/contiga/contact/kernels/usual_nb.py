@@ -7,6 +7,8 @@ tell anything of; nothing is said of them.
 
 from __future__ import annotations
 
+from contiga.arrays.codes import MAX_ITERATIONS
+from contiga.arrays.kernels.query_nb import blank_foot
 from contiga.contact.kernels.settle_nb import (
     KEPT,
     askable,
@@ -19,11 +21,9 @@ from contiga.contact.kernels.settle_nb import (
     tell,
 )
 from contiga.jit import inner, kernel
-from contiga.num.codes import MAX_ITERATIONS
-from contiga.num.kernels.query_nb import blank_foot
-from contiga.search.kernels.ball_nb import radii
-from contiga.search.kernels.side_nb import clear_ways, places, sides
-from contiga.search.kernels.track_nb import track_chunks
+from contiga.search.balls.kernels.ball_nb import radii
+from contiga.search.sides.kernels.side_nb import clear_ways, places, sides
+from contiga.search.track.kernels.track_nb import track_chunks
 
 
 @inner(linked=False)
