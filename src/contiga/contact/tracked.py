@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.arrays import codes
+from contiga.contact.force_records import Column
 from contiga.contact.loads import UNGUARDED, Guards, Holds, holds_of
 from contiga.masters.protocol import Master, Surface
 from contiga.records import (
@@ -194,6 +195,31 @@ class Columns(NamedTuple):
         return cls(status, np.zeros(n), near, np.zeros((n, 2)), patch, feature, certified)
 
 
+class Placing(NamedTuple):
+    """What is known of n points once they have moved, and which of them have to be looked at.
+
+    What is said of an earlier step in the columns is taken back; as in all states, parameters of
+    points without a patch are zero.
+    """
+
+    before: FloatArray
+    """(n, 3) with the next, the points in body axes."""
+    now: FloatArray
+    last: Last
+    active: BoolArray
+    """(n,) whether a point takes part."""
+    columns: Columns
+    """Filled in."""
+    way: FloatArray
+    """(n,) with the next, of a `Step`; told of points that are listed."""
+    ignored: BoolArray
+    rows: IntArray
+    """(2, n) lists that each chunk fills from its own place: of points in contact, and of free ones
+    that may have come to the surface."""
+    counts: IndexArray
+    """(chunks, 2) how many each has listed."""
+
+
 class Detected(NamedTuple):
     """Outcome of the search for n points.
 
@@ -217,7 +243,7 @@ class Detected(NamedTuple):
     @property
     def holds(self) -> Holds:
         """What holds the points in contact."""
-        deep = self.held, np.maximum(-self.feet.gap[self.held], 0.0)
+        deep = Column(self.held, np.maximum(-self.feet.gap[self.held], 0.0))
         return holds_of(deep, self.feet.normal[self.held], self.opposed)
 
 
