@@ -53,7 +53,7 @@ def test_every_point_is_placed_as_plain_numpy_says(chunks, calm):
     columns = Columns(status, safe_distance, found_near, found_uv, old, feature, certified)
     size = -(-n // chunks)
     last = Last(before, patch, uv, near, distance, UNHELD)
-    placing = Placing(before, now, last, active, columns, way, ignored, *lists)
+    placing = Placing(before, now, last, locked(active), columns, way, ignored, *lists)
     place_nb.place(placing, size, 0, chunks)
     touching, free = (
         np.concatenate([own[c * size : c * size + count] for c, count in enumerate(lists[1][:, i])])
@@ -126,7 +126,7 @@ def test_points_that_are_moved_are_placed_as_those_that_were(chunks):
         last = Last(before, none, np.zeros((n, 2)), none, distance, UNHELD)
         lists = np.zeros((2, n), np.int32), np.zeros((chunks, 2), np.int64)
         columns, ways = Columns.of(n), (np.zeros(n), np.zeros(n, bool))
-        placing = Placing(before, points, last, np.ones(n, bool), columns, *ways, *lists)
+        placing = Placing(before, points, last, locked(np.ones(n, bool)), columns, *ways, *lists)
         kernel(placing, *world, size, 0, chunks)
         return *columns, *ways, *lists
 
