@@ -18,8 +18,8 @@ from contiga.contact.checks import (
     check_methods,
     check_needs,
     check_sampling,
-    check_state,
     check_through,
+    checked_state,
     choice,
     kind,
     law_of,
@@ -32,7 +32,7 @@ from contiga.contact.moved import detect_moved
 from contiga.contact.points import default_area, pressure_of, sampling_of
 from contiga.contact.respond import forces, law_input, loads_of, respond, whole_of
 from contiga.contact.reused import given_up
-from contiga.contact.state import State, is_made_by, own_arrays, state_of
+from contiga.contact.state import State, state_of
 from contiga.contact.state_rows import kept_of
 from contiga.contact.touching import ContactRows, PreviousStep, touching
 from contiga.contact.tracked import Columns, Detected, Options, Workspaces, options_of
@@ -294,8 +294,7 @@ class Contact(Displayed):
 
     def area_input(self, state: State) -> AreaInput:
         """The nodes in contact in `state`, as area methods see them."""
-        self._check_state(state)
-        return self._measure.input_of(state)
+        return self._measure.input_of(self._checked_state(state))
 
     def areas(self, state: State) -> Areas:
         """Contact areas and regions of the nodes in contact in `state`, one row each.
@@ -328,7 +327,7 @@ class Contact(Displayed):
             On the slave or the master, whichever the area is measured on; None for area methods
             that do not tell where contact ends (constant nodal areas).
         """
-        self._check_state(state)
+        state = self._checked_state(state)
         X_WB = state.pose if pose is None else standing(pose)
         return self._measure.outlines(kept_of(state).area_input, X_WB)
 
@@ -354,16 +353,9 @@ class Contact(Displayed):
         return self._sampling.points(p_W), identity() if pose is None else standing(pose)
 
     def _checked_state(self, state: State) -> State:
-        """The state, with arrays as kernels take them; its own are as they should be."""
-        if isinstance(state, State) and is_made_by(state, self):
-            return state
-        self._check_state(state)
-        return own_arrays(state)
-
-    def _check_state(self, state: State) -> None:
         grip = 0 if self.friction is None else self.friction.n_memory
         memories = self.law.n_memory, grip
-        check_state(state, self._sampling.n_points, memories, self.master)
+        return checked_state(state, self, self._sampling.n_points, memories, self.master)
 
     def _respond(
         self,

@@ -106,12 +106,6 @@ def test_what_is_held_is_listed_and_the_rest_forgets_its_parameters():
         np.testing.assert_array_equal(own, wanted)
 
 
-def test_the_largest_patch_is_none_of_none() -> None:
-    patch = np.array([-1, 4, 0, 7, 2], np.int32)
-    assert place_nb.largest(locked(patch)) == 7
-    assert place_nb.largest(locked(patch[:1])) == place_nb.largest(locked(patch[:0])) == -1
-
-
 @pytest.mark.parametrize("chunks", [1, 3])
 def test_points_that_are_moved_are_placed_as_those_that_were(chunks):
     rng = np.random.default_rng(3)

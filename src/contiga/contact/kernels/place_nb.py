@@ -181,12 +181,3 @@ def held(first, second, found, rows):
         elif found.last_patch[k] < 0:
             uv[k, 0] = uv[k, 1] = 0.0
     return n
-
-
-@kernel()
-def largest(patch):
-    """The largest of whole numbers, −1 of none."""
-    most = -1
-    for k in range(patch.shape[0]):
-        most = max(most, patch[k])
-    return most
