@@ -12,7 +12,8 @@ BIN := $(VENV)/bin
 DEMO := out/demo
 GENERATED := examples/generated
 ONE_THREAD := tests/unit/triangles tests/cases/test_faceted_search.py \
-  $(addprefix tests/unit/search/test_,project.py track.py hit.py follow.py global.py)
+  $(addprefix tests/unit/search/,track/test_project.py track/test_track.py sweep/test_hit.py \
+  certify/test_follow.py closest/test_global.py)
 PYTEST := $(BIN)/python -m pytest -q -p no:cacheprovider
 TWO := -n 2 --dist loadfile --no-loadscope-reorder
 

@@ -15,8 +15,8 @@ from numba import njit
 
 from benchmarks.sizes import Sizes
 from benchmarks.timing import in_turns
-from contiga.num.kernels.fma_nb import fma
-from contiga.num.threads import thread_count
+from contiga.arrays.kernels.fma_nb import fma
+from contiga.arrays.threads import thread_count
 
 LANES = 64
 CHAIN = 16

@@ -99,7 +99,9 @@ def _named(module: Any, name: str) -> Any:
 def main() -> None:
     """Print the counts."""
     from contiga.elements.kernels import element_nb
-    from contiga.search.kernels import branch_nb, lanes_nb, newton_nb
+    from contiga.search.certify.kernels import branch_nb
+    from contiga.search.closest.kernels import newton_nb
+    from contiga.search.track.kernels import lanes_nb
 
     element_nb.fma = newton_nb.fma = _fma
     newton_nb.math = branch_nb.math = SimpleNamespace(sqrt=_sqrt, inf=math.inf)

@@ -8,7 +8,7 @@ from importlib import import_module
 import numpy as np
 
 import contiga as cg
-from contiga.num.threads import thread_count
+from contiga.arrays.threads import thread_count
 from contiga_validation.rivals.comparison import Fcpw
 
 Query = Callable[[np.ndarray], object]

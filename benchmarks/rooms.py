@@ -12,7 +12,7 @@ from unittest.mock import patch
 
 from contiga.contact.contact import Contact
 from contiga.search.exact_surface import ExactSurface
-from contiga.search.kept import Kept
+from contiga.search.hierarchy.kept import Kept
 from contiga.simulation import step
 from contiga.simulation.clock import Clock
 from contiga.simulation.recorder import Recorder

@@ -18,8 +18,8 @@ from benchmarks.scene import STEP, Tracker, moved, points, surface, with_feet
 from benchmarks.sizes import Sizes
 from benchmarks.table import Row, not_measured
 from benchmarks.timing import Given, in_turns, on_threads
-from contiga.num.threads import thread_count
-from contiga.search.ball import balls_of
+from contiga.arrays.threads import thread_count
+from contiga.search.balls.radii import balls_of
 
 BESIDE_SPLINEPY = Row("tracked, shuffled, beside splinepy", "×", 250.0, None, at_least=True)
 BESIDE_FCPW = Row("tracked, shuffled, beside FCPW", "×", 12.0, None, at_least=True)

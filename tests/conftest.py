@@ -13,8 +13,8 @@ import numba
 import pytest
 from hypothesis import settings
 
+from contiga.arrays.cache_folder import FOLDER
 from contiga.jit.dispatcher import KernelDispatcher
-from contiga.num.cache_folder import FOLDER
 
 # Files are read, and what is worked out of them is not what a run before has left.
 os.environ[FOLDER] = "0"

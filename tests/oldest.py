@@ -19,7 +19,11 @@ PLACE = ROOT / "out" / "oldest"
 QUICK = (
     *("tests/unit/jit/test_dispatcher.py", "tests/unit/jit/test_reference.py"),
     "tests/unit/jit/test_scratch.py",
-    *("tests/unit/num/test_rigid.py", "tests/unit/num/test_fma.py", "tests/unit/num/test_sort.py"),
+    *(
+        "tests/unit/rigid/test_rigid.py",
+        "tests/unit/arrays/test_fma.py",
+        "tests/unit/arrays/test_sort.py",
+    ),
 )
 
 

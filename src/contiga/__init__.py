@@ -78,7 +78,7 @@ _HOME = {
     "Projection": "contiga.records",
     "Hit": "contiga.records",
     "RayHit": "contiga.records",
-    "thread_count": "contiga.num.threads",
+    "thread_count": "contiga.arrays.threads",
 }
 _ROOMS = {
     "shapes": "contiga.geometry.shapes",
@@ -111,6 +111,7 @@ if TYPE_CHECKING:
     from contiga.area.method import AreaMethod as AreaMethod
     from contiga.area.method import Areas as Areas
     from contiga.area.nodal import NodalArea as NodalArea
+    from contiga.arrays.threads import thread_count as thread_count
     from contiga.case.build import build as build
     from contiga.case.schema import Case as Case
     from contiga.case.schema import load_case as load_case
@@ -143,7 +144,6 @@ if TYPE_CHECKING:
     from contiga.laws.stress import StressLaw as StressLaw
     from contiga.masters.body import Body as Body
     from contiga.masters.protocol import Master as Master
-    from contiga.num.threads import thread_count as thread_count
     from contiga.placement.align import align as align
     from contiga.placement.place import place as place
     from contiga.previewing.preview import Preview as Preview

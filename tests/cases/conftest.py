@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import contiga as cg
+from contiga.arrays.ordered import length
 from contiga.case.build import build
-from contiga.num.ordered import length
 from contiga.records import ContactStatus as Is
 from contiga.simulation.model import ContactPart
 from contiga_validation.thesis.scenes import scene

@@ -10,7 +10,7 @@ from tests.scenes import box, grid_quads
 from tests.stress.rule import plane_body
 
 import contiga as cg
-from contiga.num import rigid_lanes as lanes
+from contiga.rigid import rigid_lanes as lanes
 
 POSE = cg.motion.pose
 DENSITY = 1e-3

@@ -15,7 +15,7 @@ from contiga.errors import MissingPackageError
 from contiga.extras import require
 from contiga.records import FloatArray, IntArray
 from contiga.report import write_report
-from contiga.search.piece_lists import WORTH
+from contiga.search.sweep.piece_lists import WORTH
 
 ALL = (
     *("run", "flight", "meshes", "balls", "followed", "paths", "sides", "closest", "rubbed"),

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.sample import FULL
 
 import contiga as cg
-from contiga.num import pose
+from contiga.rigid import pose
 
 SETTINGS = settings(max_examples=25, deadline=None, derandomize=True)
 # Each example makes bodies of its own, with all their tables; CONTIGA_FULL=1 asks for all.

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from contiga.dynamics import Combine, Fixed, Moved, Poses, Rotate, Translate
 from contiga.dynamics.prescribed import BodyMotion, SlaveMotion
 from contiga.io.mesh.series import MeshSeries
-from contiga.num import pose
+from contiga.rigid import pose
 
 seeds = st.integers(0, 2**32 - 1)
 SPAN = 5.0

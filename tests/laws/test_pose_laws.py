@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
-from contiga.num import pose, quaternion
+from contiga.rigid import pose, quaternion
 
 numbers = st.floats(-1.0, 1.0, allow_subnormal=False)
 quaternions = (

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contiga.dynamics import Accelerated, Velocity
-from contiga.num.twist import Twist
+from contiga.rigid.twist import Twist
 
 seeds = st.integers(0, 2**32 - 1)
 STEP = 1e-4

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import contiga as cg
-from contiga.search import side_grid
-from contiga.search.body_sides import sides_of
+from contiga.search.sides import side_grid
+from contiga.search.sides.body_sides import sides_of
 from contiga.search.tables import tables_of
 
 SETTINGS = settings(max_examples=25, deadline=None, derandomize=True)

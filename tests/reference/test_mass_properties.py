@@ -12,7 +12,7 @@ import pytest
 from tests import occ_solids
 
 import contiga as cg
-from contiga.num import transform
+from contiga.rigid import transform
 
 DENSITY = 2.5
 

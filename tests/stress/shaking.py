@@ -16,8 +16,8 @@ from tests.stress.solids import Solid
 from tests.stress.tally import Clock, Tally
 
 import contiga as cg
-from contiga.num.screw import screw_between
 from contiga.records import IN_CONTACT
+from contiga.rigid.screw import screw_between
 
 MOST_TURN = np.deg2rad(15.0)
 """About the mean pose: a step turns by up to twice that."""

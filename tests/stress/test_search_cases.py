@@ -11,8 +11,8 @@ from tests.stress.solids import BLADE, CLOSED_FILES, solid
 
 import contiga as cg
 from contiga.records import empty_hit
-from contiga.search import piece_lists
-from contiga.search.kernels import hit_nb
+from contiga.search.sweep import piece_lists
+from contiga.search.sweep.kernels import hit_nb
 from contiga.statuses import Feature, Status
 
 

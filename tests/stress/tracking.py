@@ -19,9 +19,9 @@ from tests.stress.tally import Clock, Tally
 
 import contiga as cg
 from contiga.records import Projection, empty_projection
-from contiga.search.project import track
 from contiga.search.tables import tables_of
-from contiga.search.track_records import Starts
+from contiga.search.track.project import track
+from contiga.search.track.track_records import Starts
 from contiga.statuses import Feature, Status
 
 Foot = Callable[[np.ndarray], np.ndarray]

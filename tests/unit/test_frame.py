@@ -69,7 +69,7 @@ def test_the_hosted_workflow_runs_what_make_test_runs() -> None:
 
 def test_kernels_import_only_numpy_numba_math_records_and_kernels() -> None:
     allowed = ("numpy", "numba", "math", "typing", "__future__")
-    allowed += ("contiga.num", "contiga.jit", "contiga.records")
+    allowed += ("contiga.arrays", "contiga.rigid", "contiga.jit", "contiga.records")
     for path in SOURCES:
         if not is_kernel(path):
             continue

@@ -14,9 +14,9 @@ from contiga.area.method import AreaInput, Areas, Outlines, Rest, no_patch
 from contiga.area.outline import facet_outlines, no_outlines
 from contiga.area.profile import profile_depth
 from contiga.area.regions import Graph, Topology, neighbours_of, regions, topology_of
+from contiga.arrays.ordered import principal_axes, product
 from contiga.errors import InputError
 from contiga.masters.protocol import Master
-from contiga.num.ordered import principal_axes, product
 from contiga.records import FloatArray, IndexArray, IntArray
 from contiga.slaves.skin import tributary_area
 

@@ -11,8 +11,8 @@ from contiga.area.kernels import components_nb, facet_area_nb, image_nb, touch_n
 from contiga.area.method import AreaInput, Areas, Outlines, Rest
 from contiga.area.outline import facet_outlines
 from contiga.area.regions import Topology, topology_of
+from contiga.arrays.threads import run_ranges, started
 from contiga.errors import InputError
-from contiga.num.threads import run_ranges, started
 from contiga.records import (
     FloatArray,
     IntArray,

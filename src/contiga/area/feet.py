@@ -10,8 +10,8 @@ import numpy as np
 from contiga.area.hull import patch_of, unrolled
 from contiga.area.method import AreaInput
 from contiga.area.regions import Graph, Topology, regions, topology_of
+from contiga.arrays.ordered import length, principal_axes, product
 from contiga.geometry.faces import Faces
-from contiga.num.ordered import length, principal_axes, product
 from contiga.records import FloatArray, IntArray, Projection, empty_projection
 
 # Cosine of the angle to their mean that no normal of a region exceeds where it is seen from there.

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.area.method import AreaInput, Areas, Rest
+from contiga.arrays.layout import read_only
 from contiga.errors import InputError
-from contiga.num.arrays import read_only
 from contiga.records import FloatArray
 
 

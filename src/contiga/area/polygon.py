@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from contiga.arrays.ordered import product
 from contiga.errors import GeometryError
 from contiga.geometry.quadrature import gauss
 from contiga.geometry.surface import NurbsSurface
-from contiga.num.ordered import product
 from contiga.records import FloatArray
 
 RTOL = 1e-12

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from contiga.area.kernels import components_nb, touch_nb
 from contiga.area.method import Rest
+from contiga.arrays.layout import locked
 from contiga.errors import InputError
-from contiga.num.arrays import locked
 from contiga.records import FloatArray, IntArray
 
 # A point is a neighbour within this many times the local spacing: past the diagonal of a square

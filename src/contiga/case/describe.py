@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from contiga.arrays.ordered import length, product
 from contiga.case.contact_spec import ContactSpec
 from contiga.case.schema import Case
 from contiga.dynamics.stepping import EqualSteps
 from contiga.masters.protocol import Master
-from contiga.num.ordered import length, product
 from contiga.placement.sample import extent_at
 from contiga.records import FloatArray
 from contiga.simulation.checks.finding import Said

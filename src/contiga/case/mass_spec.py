@@ -10,8 +10,8 @@ from pydantic import Field, model_validator
 from contiga.case.spec import Positive, Spec, Vector, by_key
 from contiga.errors import CaseError
 from contiga.masters.protocol import Master
-from contiga.num.inertia import check_inertia
 from contiga.records import FloatArray, MassProperties
+from contiga.rigid.inertia import check_inertia
 
 Entries = Annotated[list[float], Field(min_length=6, max_length=6)]
 """Ixx, Iyy, Izz, Ixy, Iyz, Ixz."""

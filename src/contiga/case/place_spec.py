@@ -10,9 +10,9 @@ from pydantic import Field, model_validator
 from contiga.case.spec import Axis, Name, NotNegative, Spec
 from contiga.errors import CaseError
 from contiga.masters.protocol import Master
-from contiga.num.transform import unit_axis
 from contiga.placement.align import align, check_choices
 from contiga.placement.place import Part, place
+from contiga.rigid.transform import unit_axis
 from contiga.slaves.slave import Slave
 
 

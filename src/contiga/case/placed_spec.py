@@ -10,15 +10,15 @@ from typing import Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from contiga.arrays.ordered import product
 from contiga.case.place_spec import AlignSpec, PlaceSpec
 from contiga.case.problems import relocated
 from contiga.case.spec import Axis, Positive, Spec, Vector
 from contiga.errors import CaseError, InputError
 from contiga.masters.protocol import Master
-from contiga.num import transform
-from contiga.num.ordered import product
 from contiga.placement.place import Part
 from contiga.records import FloatArray
+from contiga.rigid import transform
 from contiga.slaves.slave import Slave
 
 

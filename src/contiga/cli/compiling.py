@@ -28,8 +28,8 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
         return
     from numba.core import event
 
+    from contiga.arrays.threads import thread_count
     from contiga.jit.cache import COMPILE_LISTENERS
-    from contiga.num.threads import thread_count
 
     helpers = min(thread_count() - 1, HELPERS) if helped else 0
     compile_pool: list[CompilePool] = []
@@ -75,7 +75,7 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
 def _is_first() -> bool:
     """Whether the kernel of tracking has to be compiled, which every case comes to."""
     from contiga.jit.preload import is_missing
-    from contiga.search.kernels.track_nb import track_chunks
+    from contiga.search.track.kernels.track_nb import track_chunks
 
     return is_missing(track_chunks)
 

@@ -28,7 +28,7 @@ def warmup(
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
     """Compile all kernels now, on all cores, so that no run has to wait for them."""
-    from contiga.num.threads import thread_count
+    from contiga.arrays.threads import thread_count
     from contiga.warmup import record
     from contiga.warmup.compile_pool import CompilePool
     from contiga.warmup.listing import listing

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from contiga.arrays.ordered import length, product
 from contiga.contact.sparse import Sparse
 from contiga.contact.state_rows import kept_of
 from contiga.contact.touching import ContactRows, PreviousStep
 from contiga.laws.friction import Friction, FrictionInput, FrictionOutput
-from contiga.num.ordered import length, product
 from contiga.records import FloatArray
 
 

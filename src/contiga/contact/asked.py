@@ -36,3 +36,18 @@ class Asked(NamedTuple):
     """The feet that would do; then those of all points inside."""
     truth: Projection
     """The closest points, of the rows that are asked for them; status −1 in others."""
+
+
+class JudgeLimits(NamedTuple):
+    """What decides of points that are asked for."""
+
+    penetration: bool
+    """Whether the search is by penetration."""
+    nearest: bool
+    """Whether the nearest wall pushes."""
+    band: float
+    """Distance below which rounding decides whether a point is inside, length."""
+    depth: float
+    """Deepest penetration that a search by penetration takes for one, length."""
+    same_foot: float
+    """How far feet that are one may be apart, length."""

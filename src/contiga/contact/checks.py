@@ -7,16 +7,14 @@ import numpy as np
 from contiga.area.hull import HullArea
 from contiga.area.method import AreaMethod
 from contiga.area.nodal import NodalArea
-from contiga.contact.kernels import place_nb
-from contiga.contact.state import State
+from contiga.contact.state import Owner, State, is_made_by, own_arrays
 from contiga.contact.state_rows import kept_of
 from contiga.errors import InputError
 from contiga.laws.by_face import FaceLaws
 from contiga.laws.combined import CombinedLaw, forces_in_series
 from contiga.laws.normal import AdaptiveLaw, ForceLaw, Law, PenaltyLaw, StressLaw
 from contiga.masters.protocol import Master, is_master
-from contiga.num.arrays import locked
-from contiga.records import FloatArray, IntArray, LawInput, LawOutput
+from contiga.records import FloatArray, LawInput, LawOutput
 from contiga.slaves.slave import Slave
 
 PLAIN = frozenset({PenaltyLaw, AdaptiveLaw})
@@ -193,8 +191,18 @@ def _check_faces(law: Law, master: Master) -> None:
         raise InputError("no such face", where="law: faces", found=law.largest(), allowed=there)
 
 
-def check_state(state: State, n_points: int, memories: tuple[int, int], master: Master) -> None:
-    """Refuse a state of another contact: of `n_points`, with `memories` of law and friction."""
+def checked_state(
+    state: State, owner: Owner, n_points: int, memories: tuple[int, int], master: Master
+) -> State:
+    """The state, with arrays as kernels take them. One of another contact than `owner`, of
+    `n_points` with `memories` of law and friction, is refused; its own are as they should be."""
+    if isinstance(state, State) and is_made_by(state, owner):
+        return state
+    _check_state(state, n_points, memories, master)
+    return own_arrays(state)
+
+
+def _check_state(state: State, n_points: int, memories: tuple[int, int], master: Master) -> None:
     kind("state", state, State)
     if len(state.status) != n_points:
         raise InputError(
@@ -205,7 +213,7 @@ def check_state(state: State, n_points: int, memories: tuple[int, int], master: 
         )
     if kept_of(state).widths != memories:
         _refuse_memories(state, n_points, memories)
-    patch = _largest(state.patch) if kept_of(state).is_made else int(state.patch.max(initial=-1))
+    patch = int(state.patch.max(initial=-1))
     if patch >= master.n_pieces:
         raise InputError(
             "the state belongs to another master",
@@ -213,11 +221,6 @@ def check_state(state: State, n_points: int, memories: tuple[int, int], master: 
             found=patch,
             allowed=f"-1 … {master.n_pieces - 1}",
         )
-
-
-def _largest(patch: IntArray) -> int:
-    """−1 of none; by a kernel: a third of the time, and once in every step."""
-    return int(place_nb.largest(locked(patch)))
 
 
 def _refuse_memories(state: State, n_points: int, memories: tuple[int, int]) -> None:

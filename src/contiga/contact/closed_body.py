@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.contact import usual
 from contiga.contact.asked import Asked
 from contiga.contact.judge import asked_of, free_distance, joined, judge, within_depth
 from contiga.contact.kernels import settle_nb
@@ -40,9 +41,7 @@ from contiga.records import (
     Projection,
     rows_of,
 )
-
-# A point that went no farther than this share of the body's size has its last foot near by.
-SHORT = 2e-3
+from contiga.search.track.track_records import Starts
 
 
 class SideEvidence(NamedTuple):
@@ -102,7 +101,7 @@ def detect(
 
     `last` is (patch, uv) of the feet of all points, `rows` (in contact, near).
     """
-    touching, near = rows
+    touching, near = usual.left(surface, step, last, rows, found, options)
     held = None
     if len(touching):
         told = _look_at_touching(surface, step, last, touching, found, options)
@@ -125,15 +124,15 @@ def _look_at_touching(
     What is outside needs no foot.
     """
     known, band = surface.sides(step.now, rows), options.band
-    work, ends = _of_touching(len(rows)), (step.before, step.now)
-    places = found.status, found.safe_distance, found.last_patch, found.uv
-    left = settle_nb.stay(rows, known, ends, last, places[:2], band, work)
+    work = _of_touching(len(rows))
+    left = straight(settle_nb.stay)(rows, known, step, Starts(*last), found, band, work)
     rows, side, reach, patch, uv, before, now = (values[:left] for values in work)
     (ways, index), (mark, which) = np.empty((2, left), np.int32), np.empty((2, left), np.int8)
     asked = index, which
     if options.nearest:
         feet = follow(surface, (None, now), (patch, uv))
-        m = settle_nb.face(rows, feet, step.holds, step.way, band, mark, asked)
+        face = straight(settle_nb.face)
+        m = face(rows, feet, step.holds, step.way, band, mark, asked)
     else:
         feet = follow(surface, (before, now), (patch, uv))
         limits = options.hold, band
@@ -143,7 +142,7 @@ def _look_at_touching(
             mark[ways[:n][clear]] |= settle_nb.KEPT
     balls = _balls(surface, feet, (index[:m], which[:m]), options)
     known, settle = (side, reach), straight(settle_nb.settle)
-    n = settle(rows, feet, known, mark, balls, band, places, found.feet, ways)
+    n = settle(rows, feet, known, mark, balls, band, found, ways)
     return SideEvidence(rows, known, now, feet, mark, ways[:n])
 
 
@@ -204,14 +203,14 @@ def _settle_free(
     surface: Surface, step: Step, rows: IntArray, found: Detected, options: Options
 ) -> Sides:
     """Settle the free points that stay so."""
-    side, reach, *place = surface.places(step.now, rows)
+    side, reach, near, near_uv = surface.places(step.now, rows)
     known, within = (side, reach), np.full(len(rows), np.inf)
     n = len(rows)
     index, patch = np.empty(n, np.int32), np.empty(n, np.int32)
     uv, now = np.empty((n, 2)), np.empty((n, 3))
-    ends, old, far = (step.way, step.now), (step.last_patch, step.uv), SHORT * options.size
-    work = index, patch, uv, now
-    n = settle_nb.starts(rows, known, tuple(place), ends, old, found.last_patch, far, work)
+    far, work = options.far, (index, patch, uv, now)
+    starts = straight(settle_nb.starts)
+    n = starts(rows, side, Starts(near, near_uv), step, found.last_patch, far, work)
     if n:
         index, patch, uv, now = index[:n], patch[:n], uv[:n], now[:n]
         feet = follow(surface, (None, now), (patch, uv))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.area.method import AreaInput, AreaMethod, Areas, Outlines, Rest, prepared, weights_of
+from contiga.arrays.layout import as_points, positive
 from contiga.contact.checks import (
     MasterLaw,
     check_friction,
@@ -17,8 +18,8 @@ from contiga.contact.checks import (
     check_methods,
     check_needs,
     check_sampling,
-    check_state,
     check_through,
+    checked_state,
     choice,
     kind,
     law_of,
@@ -40,11 +41,10 @@ from contiga.errors import InputError
 from contiga.laws.friction import Friction
 from contiga.laws.normal import Law
 from contiga.masters.protocol import Master, Surface
-from contiga.num.arrays import as_points, positive
-from contiga.num.pose import identity
-from contiga.num.rigid import standing, to_body
 from contiga.old_names import OldName
 from contiga.records import FloatArray, IndexArray, rows_of
+from contiga.rigid.frames import standing, to_body
+from contiga.rigid.pose import identity
 from contiga.slaves.sampling import QUADRATURES
 from contiga.slaves.slave import Slave
 
@@ -261,7 +261,7 @@ class Contact(Displayed):
         """
         p_W, X_WB = self._checked(points, pose)
         dt = positive(dt, "dt")
-        self._check_state(state)
+        state = self._checked_state(state)
         poses, active = (state.pose, X_WB), self._sampling.active
         speed = relative_velocity(self._sampling, p_W, poses, velocity, twist)
         past = PreviousStep(state, dt, speed)
@@ -294,8 +294,7 @@ class Contact(Displayed):
 
     def area_input(self, state: State) -> AreaInput:
         """The nodes in contact in `state`, as area methods see them."""
-        self._check_state(state)
-        return self._measure.input_of(state)
+        return self._measure.input_of(self._checked_state(state))
 
     def areas(self, state: State) -> Areas:
         """Contact areas and regions of the nodes in contact in `state`, one row each.
@@ -328,7 +327,7 @@ class Contact(Displayed):
             On the slave or the master, whichever the area is measured on; None for area methods
             that do not tell where contact ends (constant nodal areas).
         """
-        self._check_state(state)
+        state = self._checked_state(state)
         X_WB = state.pose if pose is None else standing(pose)
         return self._measure.outlines(kept_of(state).area_input, X_WB)
 
@@ -353,10 +352,10 @@ class Contact(Displayed):
             )
         return self._sampling.points(p_W), identity() if pose is None else standing(pose)
 
-    def _check_state(self, state: State) -> None:
+    def _checked_state(self, state: State) -> State:
         grip = 0 if self.friction is None else self.friction.n_memory
         memories = self.law.n_memory, grip
-        check_state(state, self._sampling.n_points, memories, self.master)
+        return checked_state(state, self, self._sampling.n_points, memories, self.master)
 
     def _respond(
         self,

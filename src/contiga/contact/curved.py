@@ -18,6 +18,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.arrays.layout import locked
+from contiga.arrays.ordered import length
+from contiga.arrays.threads import run_ranges
 from contiga.contact.detect import detect
 from contiga.contact.kernels import bulging_nb
 from contiga.contact.loads import Guards, Holds, merged
@@ -33,13 +36,10 @@ from contiga.contact.tracked import (
     take,
 )
 from contiga.masters.protocol import Surface
-from contiga.num.arrays import locked
-from contiga.num.ordered import length
-from contiga.num.pose import relative
-from contiga.num.rigid import to_body, to_world
-from contiga.num.screw import Screw, screw_between
-from contiga.num.threads import run_ranges
 from contiga.records import ByteArray, ContactStatus, FloatArray, IndexArray, IntArray
+from contiga.rigid.frames import to_body, to_world
+from contiga.rigid.pose import relative
+from contiga.rigid.screw import Screw, screw_between
 
 # Pieces a step is made in at most. Half a turn about an axis in the body takes 256.
 MOST = 1024

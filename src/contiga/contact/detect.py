@@ -14,6 +14,8 @@ from math import ceil
 
 import numpy as np
 
+from contiga.arrays.layout import locked
+from contiga.arrays.threads import run_ranges
 from contiga.contact import closed_body, open_body, through
 from contiga.contact.kernels import place_nb
 from contiga.contact.tracked import (
@@ -22,6 +24,7 @@ from contiga.contact.tracked import (
     Detected,
     Last,
     Options,
+    Placing,
     Step,
     Workspace,
     detect_inside,
@@ -31,8 +34,6 @@ from contiga.contact.tracked import (
 from contiga.contact.walls import give_way
 from contiga.jit import straight
 from contiga.masters.protocol import Surface
-from contiga.num.arrays import locked
-from contiga.num.threads import run_ranges
 from contiga.records import ContactStatus, FloatArray, IntArray, Projection
 
 
@@ -97,19 +98,15 @@ def _place(
 
     Fills in what is known of all of them. `rows` (2, n) is where they are listed.
     """
-    n = len(step.now)
-    chunks = ceil(n / CHUNK)
-    known = last.patch, last.uv, last.last_patch, last.safe_distance
-    status, safe_distance, near, uv, *feet = columns
-    places = status, safe_distance, near, uv, step.way, step.ignored, *feet
+    chunks = ceil(len(step.now) / CHUNK)
     counts = np.zeros((chunks, 2), np.int64)
-    path, lists = (step.before, step.now), (rows, counts)
-    given = known, locked(active), places, lists, CHUNK
+    ways = step.way, step.ignored
+    placing = Placing(step.before, step.now, last, locked(active), columns, *ways, rows, counts)
     if moved is None:
-        run_ranges(place_nb.place, chunks, 1, path, *given)
+        run_ranges(straight(place_nb.place), chunks, 1, placing, CHUNK)
     else:
-        way = *path, locked(moved[0]), moved[1]
-        run_ranges(place_nb.move_and_place, chunks, 1, way, *given)
+        given = placing, locked(moved[0]), moved[1], CHUNK
+        run_ranges(straight(place_nb.move_and_place), chunks, 1, *given)
     return listed(rows[0], counts[:, 0]), listed(rows[1], counts[:, 1])
 
 
@@ -139,6 +136,5 @@ def no_feet(workspace: Workspace, columns: Columns) -> Projection:
 def with_feet(found: Detected, lists: tuple[IntArray, IntArray]) -> Detected:
     """`found` with the points in contact, which are some of the `lists`, and their parameters."""
     rows = np.empty(len(lists[0]) + len(lists[1]), np.int32)
-    known, feet = (found.last_patch, found.uv), found.feet
-    n = straight(place_nb.held)(lists, feet.patch, feet.uv, known, rows)
+    n = straight(place_nb.held)(*lists, found, rows)
     return found._replace(held=rows[:n])

@@ -11,8 +11,8 @@ from contiga.contact.curved import detect_on_curves
 from contiga.contact.detect import detect_at_start
 from contiga.contact.tracked import BoolArray, Last, Options, closest
 from contiga.masters.protocol import Surface
-from contiga.num.rigid import to_body
 from contiga.records import FloatArray, IntArray, rows_of
+from contiga.rigid.frames import to_body
 from contiga.statuses import Status
 
 # Share of the body's size below which a point lies on the surface, as people build models.

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.contact.asked import Asked
+from contiga.contact.asked import Asked, JudgeLimits
 from contiga.contact.kernels import judge_nb
 from contiga.contact.kernels.judge_nb import NOT_ASKED
 from contiga.contact.loads import UNGUARDED, UNHELD, Guards
@@ -95,21 +95,21 @@ class PointsFound(NamedTuple):
 def judge(surface: Surface, step: Step, asked: Asked, found: Detected, options: Options) -> Guards:
     """Fill `found` for the points that are asked for; returns those whose nearest wall is opposite
     to the one that pushes them."""
-    truth, told, same_foot = asked.truth, asked.side != 0, SAME_FOOT * options.size
+    truth, told = asked.truth, asked.side != 0
     needed = ~told | (~asked.was & options.penetration)
     if options.nearest:
         needed |= asked.side < 0
     _find(surface, step, asked, np.flatnonzero(needed))
+    limits = JudgeLimits(
+        options.penetration,
+        options.nearest,
+        options.band,
+        options.depth,
+        SAME_FOOT * options.size,
+    )
     if options.nearest:
-        near = options.band, same_foot
-        held = asked.guard, asked.depth, asked.opposed
-        judge_nb.take_nearest(asked[:4], asked.feet, truth, held, step.way, near)
-    limits = options.penetration, options.nearest, options.band, options.depth, same_foot
-    into = found.status, found.safe_distance, found.last_patch, found.uv
-    if judge_nb.judge_plain(
-        *(asked[:6], asked.feet, truth, (step.way, step.ignored)),
-        *(limits, into, found.feet),
-    ):
+        judge_nb.take_nearest(asked, step.way, limits)
+    if judge_nb.judge_plain(asked, step, limits, found):
         return UNGUARDED
     solved = ~needed | (truth.status == Status.OK)
     inside = solved & np.where(told, asked.side < 0, truth.gap <= 0.0)

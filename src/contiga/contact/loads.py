@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.contact.force_records import Column
 from contiga.contact.sparse import Sparse
 from contiga.records import FloatArray, IndexArray, IntArray
 
@@ -14,10 +15,7 @@ NOWHERE = np.zeros((0, 3))
 """Velocities that are not told, and forces there are none of."""
 NONE = np.zeros(0)
 NO_ROWS = np.zeros(0, np.int32)
-
-
-Column = tuple[IndexArray, FloatArray]
-"""(rows, values): rows (k,), ascending, and their values (k, …)."""
+NO_SIZES, NO_FORCES = Column(NO_ROWS, NONE), Column(NO_ROWS, NOWHERE)
 
 
 class Holds(NamedTuple):
@@ -101,7 +99,7 @@ class Loads(NamedTuple):
     @property
     def deep(self) -> Column:
         """How deep points are."""
-        return self.held, self.penetration
+        return Column(self.held, self.penetration)
 
     @property
     def holds(self) -> Holds:
@@ -113,10 +111,10 @@ class Loads(NamedTuple):
         """Normal forces, normals, friction and damping, whose work the next step counts."""
         damping, traction = self.damping, self.traction
         return (
-            (self.rows, self.normal_force),
-            (self.held, self.normal),
-            (NO_ROWS, NOWHERE) if traction is None else (self.rows, traction),
-            (NO_ROWS, NONE) if damping is None else (self.rows, damping),
+            Column(self.rows, self.normal_force),
+            Column(self.held, self.normal),
+            NO_FORCES if traction is None else Column(self.rows, traction),
+            NO_SIZES if damping is None else Column(self.rows, damping),
         )
 
     def sparse(self, p_B: FloatArray) -> dict[str, Sparse]:

@@ -11,8 +11,8 @@ from contiga.area.offset import offset_ratio
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
 from contiga.masters.protocol import Master
-from contiga.num.rigid import to_world
 from contiga.records import FloatArray, Projection
+from contiga.rigid.frames import to_world
 from contiga.statuses import Status
 
 

@@ -7,12 +7,12 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import as_points, locked
+from contiga.arrays.threads import run_ranges
 from contiga.contact.kernels import relative_nb
 from contiga.errors import InputError
-from contiga.num.arrays import as_points, locked
-from contiga.num.rigid import POINTS
-from contiga.num.threads import run_ranges
 from contiga.records import FloatArray
+from contiga.rigid.frames import POINTS
 from contiga.slaves.sampling import Sampling
 
 Velocities: TypeAlias = tuple[ArrayLike, ArrayLike]

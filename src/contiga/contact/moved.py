@@ -8,8 +8,8 @@ from contiga.contact.state_rows import kept_of
 from contiga.contact.touching import ContactRows, PreviousStep, touching
 from contiga.contact.tracked import BoolArray, Columns, Detected, Last, Options, Workspace
 from contiga.masters.protocol import Master
-from contiga.num.rigid import to_body
 from contiga.records import FloatArray
+from contiga.rigid.frames import to_body
 
 Moved = tuple[FloatArray, FloatArray, FloatArray]
 """(p_W, X_WB, p_B): points in the world and the pose, and what body axes are written into."""

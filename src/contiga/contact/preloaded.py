@@ -9,16 +9,16 @@ from contiga.geometry.kernels.evaluate_nb import curve_range, surface_range
 from contiga.geometry.kernels.trim_build_nb import fill_cells, monotone_pieces
 from contiga.geometry.kernels.trim_nb import box_state
 from contiga.jit.preload import preload
-from contiga.search.kernels.curve_leaves_nb import curve_leaves
-from contiga.search.kernels.hierarchy_nb import surface_leaves
-from contiga.search.kernels.hit_nb import last_crossings
-from contiga.search.kernels.joint_nb import measure_pieces
-from contiga.search.kernels.nearest_nb import project_global
-from contiga.search.kernels.plates_nb import fill_plates
-from contiga.search.kernels.ring_nb import bends_of_parts, join_parts
-from contiga.search.kernels.side_pieces_nb import surface_pieces
-from contiga.search.kernels.track_nb import track_chunks
-from contiga.search.kernels.tree_nb import build
+from contiga.search.certify.kernels.ring_nb import bends_of_parts, join_parts
+from contiga.search.closest.kernels.joint_nb import measure_pieces
+from contiga.search.closest.kernels.nearest_nb import project_global
+from contiga.search.hierarchy.kernels.curve_leaves_nb import curve_leaves
+from contiga.search.hierarchy.kernels.hierarchy_nb import surface_leaves
+from contiga.search.hierarchy.kernels.plates_nb import fill_plates
+from contiga.search.hierarchy.kernels.tree_nb import build
+from contiga.search.sides.kernels.side_pieces_nb import surface_pieces
+from contiga.search.sweep.kernels.hit_nb import last_crossings
+from contiga.search.track.kernels.track_nb import track_chunks
 
 KERNELS = (
     *(refinement_rows, curve_range, surface_range, image_gap),

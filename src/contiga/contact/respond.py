@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from contiga.arrays.layout import locked
 from contiga.contact.as_one import grip_as_one
 from contiga.contact.checks import PLAIN, checked_answer
+from contiga.contact.force_records import Answer, Felt, Frame, LastForces
 from contiga.contact.kernels import totals_nb
-from contiga.contact.loads import NO_ROWS, NONE, NOWHERE, Guards, Loads
+from contiga.contact.loads import NO_FORCES, NO_SIZES, NONE, NOWHERE, Guards, Loads
 from contiga.contact.state_rows import kept_of
 from contiga.contact.touching import ContactRows, PreviousStep
 from contiga.contact.tracked import Detected
 from contiga.laws.friction import Friction, FrictionInput, FrictionOutput
 from contiga.laws.normal import Law
-from contiga.num.arrays import locked
 from contiga.records import ByteArray, FloatArray, IntArray, LawInput, LawOutput
 from contiga.slaves.sampling import Sampling
 
@@ -40,7 +41,7 @@ class Forces(NamedTuple):
     """(5,) where the work went up to now, as `ContactEnergy`."""
 
 
-NO_FORCES = (NO_ROWS, NONE), (NO_ROWS, NOWHERE), (NO_ROWS, NOWHERE), (NO_ROWS, NONE)
+NOTHING = NO_SIZES, NO_FORCES, NO_FORCES, NO_SIZES
 """`KeptRows.carried` of the last step, where there was none."""
 NO_ENERGIES = np.zeros(5)
 NO_GRIP = NOWHERE, NONE, NONE
@@ -159,28 +160,24 @@ def forces(
     """
     (force, _, stored, _, hysteresis, damping, _), grip = response
     k = len(points.rows)
-    world, viscosity, totals = np.empty((k, 3)), np.empty(k), np.empty(totals_nb.TOTALS)
+    felt = Felt(np.empty((k, 3)), np.empty(k), np.empty(totals_nb.TOTALS))
     lost = NONE if hysteresis is None else hysteresis
     damped = NONE if damping is None else damping
     held = NO_GRIP if grip is None else (grip.force, _row(grip.stored), _row(grip.lost))
-    last: tuple[Any, ...]
     if past is None:
-        last, before = (*NO_FORCES, NO_ENERGIES), p_B
+        last = LastForces(*NOTHING, NO_ENERGIES, p_B, NO_FORCES)
     else:
-        last, before = (*kept_of(past.state).carried, past.state.energies), past.state.points_B
-    viscous = totals_nb.forces(
-        (points.rows, points.normal, points.path, points.rate),
-        (force, stored, lost, damped, *held),
-        last,
-        (p_B, before),
-        frame,
-        (world, viscosity, totals),
-    )
+        state = past.state
+        last = LastForces(*kept_of(state).carried, state.energies, state.points_B, NO_FORCES)
+    answer = Answer(force, stored, lost, damped, *held)
+    viscous = totals_nb.forces(points, answer, last, p_B, Frame(*frame), felt)
+    totals = felt.totals
     energies = totals[totals_nb.WORK :]
     if past is None:
         all_stored = totals[totals_nb.STORED]
         energies[:] = all_stored, all_stored, 0.0, 0.0, 0.0
-    return Forces(world, viscosity if viscous else None, totals[: totals_nb.WORK], energies)
+    viscosity = felt.viscosity if viscous else None
+    return Forces(felt.force, viscosity, totals[: totals_nb.WORK], energies)
 
 
 def _row(values: FloatArray) -> FloatArray:

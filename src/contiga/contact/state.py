@@ -10,15 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.area.method import AreaInput, Areas
+from contiga.arrays.layout import as_contiguous
+from contiga.arrays.ordered import product
 from contiga.contact.energy import ContactEnergy
 from contiga.contact.loads import Loads
 from contiga.contact.state_rows import kept_of
 from contiga.display import Displayed, Facts
 from contiga.errors import InputError
-from contiga.num.ordered import product
-from contiga.num.rigid import to_world, turn_to_world
 from contiga.old_names import OldName
 from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
+from contiga.rigid.frames import to_world, turn_to_world
 
 
 class Owner(Protocol):
@@ -294,3 +295,21 @@ def state_of(
     state: State = object.__new__(State) if spent is None else spent
     vars(state).update(whole, _contact=owner, _loads=loads)
     return state
+
+
+def is_made_by(state: State, owner: Owner) -> bool:
+    """Whether a start or a step of `owner` has made the state, and not somebody by hand."""
+    return kept_of(state).is_made and vars(state)["_contact"] is owner
+
+
+_TYPES = {"ByteArray": np.int8, "IntArray": np.int32, "FloatArray": np.float64}
+
+
+def own_arrays(state: State) -> State:
+    """The state with arrays as kernels take them: itself, where a contact has made it."""
+    if kept_of(state).is_made:
+        return state
+    arrays = {
+        f.name: as_contiguous(getattr(state, f.name), _TYPES[str(f.type)]) for f in fields(state)
+    }
+    return State(**arrays, of=vars(state)["_contact"])

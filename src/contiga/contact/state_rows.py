@@ -11,7 +11,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from contiga.area.method import AreaInput, Areas
-from contiga.contact.loads import Column, Guards, Holds, Loads, holds_of
+from contiga.contact.force_records import Column
+from contiga.contact.loads import Guards, Holds, Loads, holds_of
 from contiga.contact.sparse import Sparse
 from contiga.records import FloatArray, IndexArray, IntArray
 
@@ -78,9 +79,9 @@ class KeptRows:
         """Rows (k,) of the array `name` (m, …), ascending, and their values; others are zero."""
         column = self.column(name)
         if column is not None:
-            return column.rows, column.values
+            return Column(column.rows, column.values)
         whole = getattr(self._state, name)
-        return np.arange(len(whole), dtype=np.int32), whole
+        return Column(np.arange(len(whole), dtype=np.int32), whole)
 
     def nonzero(self, name: str) -> tuple[IndexArray, FloatArray]:
         """Rows (k,) of the array `name` (m,) that are not zero, and their values (k,)."""
@@ -104,7 +105,7 @@ class KeptRows:
         rows = np.flatnonzero(state.patch >= 0).astype(np.int32)
         guards = state.guard_B[rows]
         pushed = guards.any(axis=1)
-        deep = rows, state.penetration[rows]
+        deep = Column(rows, state.penetration[rows])
         return holds_of(deep, state.normal_B[rows], Guards(rows[pushed], guards[pushed]))
 
     @property

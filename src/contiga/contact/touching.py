@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,7 +11,8 @@ from contiga.contact.loads import NO_ROWS, NONE, NOWHERE
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
 from contiga.contact.tracked import BoolArray, Detected
-from contiga.records import FloatArray, IntArray
+from contiga.jit import straight
+from contiga.records import FloatArray, IndexArray, IntArray
 
 
 class PreviousStep(NamedTuple):
@@ -60,18 +61,28 @@ class ContactRows(NamedTuple):
         return ContactRows._make(values[k:] for values in self)
 
 
+class LastDepths(NamedTuple):
+    """Where points were at the last step, and how deep."""
+
+    patch: IntArray
+    """(n,) patch of their feet, −1 without contact."""
+    points: FloatArray
+    """(n, 3)."""
+    rows: IndexArray
+    """(k,) the points in contact, ascending."""
+    depth: FloatArray
+    """(k,) how deep they were."""
+
+
 def touching(found: Detected, p_B: FloatArray, past: PreviousStep | None) -> ContactRows:
     """What is known of the points in contact before forces."""
-    points = ContactRows.of(found.held)
-    last: tuple[Any, ...]
-    rows, out = found.held, points[1:]
+    points, gather = ContactRows.of(found.held), straight(carrying_nb.gather)
     if past is None:
-        last = np.full(len(p_B), -1, np.int32), NO_ROWS, NONE
-        carrying_nb.gather(rows, found.feet, (p_B, p_B), last, NOWHERE, 1.0, out)
+        last = LastDepths(np.full(len(p_B), -1, np.int32), p_B, NO_ROWS, NONE)
+        gather(found.feet, p_B, last, NOWHERE, 1.0, points)
         points.rate.fill(0.0)
         return points
     state = past.state
-    last = state.patch, *kept_of(state).deep
-    path = p_B, state.points_B
-    carrying_nb.gather(rows, found.feet, path, last, *past.speed, out)
+    last = LastDepths(state.patch, state.points_B, *kept_of(state).deep)
+    gather(found.feet, p_B, last, *past.speed, points)
     return points

@@ -7,9 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays import codes
+from contiga.contact.force_records import Column
 from contiga.contact.loads import UNGUARDED, Guards, Holds, holds_of
 from contiga.masters.protocol import Master, Surface
-from contiga.num import codes
 from contiga.records import (
     ByteArray,
     ContactStatus,
@@ -32,6 +33,8 @@ BULGE = 1e-5
 # are that exact) and one of its coordinates (they are rounded).
 SAME_PLACE = 4e-12
 ROUNDING = 32.0 * np.finfo(np.float64).eps
+# A point that went no farther than this share of the body's size has its last foot near by.
+SHORT = 2e-3
 # Points that a thread goes through at once.
 CHUNK = 32768
 
@@ -61,6 +64,11 @@ class Options(NamedTuple):
     """Ask the balls that touch at feet, which take a while to build and save closest points."""
     bulge: float = BULGE
     """How far a path may be off the chords it is followed by, share of the size."""
+
+    @property
+    def far(self) -> float:
+        """Way beyond which the last foot of a point is no longer near by, length."""
+        return SHORT * self.size
 
 
 def options_of(
@@ -187,6 +195,31 @@ class Columns(NamedTuple):
         return cls(status, np.zeros(n), near, np.zeros((n, 2)), patch, feature, certified)
 
 
+class Placing(NamedTuple):
+    """What is known of n points once they have moved, and which of them have to be looked at.
+
+    What is said of an earlier step in the columns is taken back; as in all states, parameters of
+    points without a patch are zero.
+    """
+
+    before: FloatArray
+    """(n, 3) with the next, the points in body axes."""
+    now: FloatArray
+    last: Last
+    active: BoolArray
+    """(n,) whether a point takes part."""
+    columns: Columns
+    """Filled in."""
+    way: FloatArray
+    """(n,) with the next, of a `Step`; told of points that are listed."""
+    ignored: BoolArray
+    rows: IntArray
+    """(2, n) lists that each chunk fills from its own place: of points in contact, and of free ones
+    that may have come to the surface."""
+    counts: IndexArray
+    """(chunks, 2) how many each has listed."""
+
+
 class Detected(NamedTuple):
     """Outcome of the search for n points.
 
@@ -210,7 +243,7 @@ class Detected(NamedTuple):
     @property
     def holds(self) -> Holds:
         """What holds the points in contact."""
-        deep = self.held, np.maximum(-self.feet.gap[self.held], 0.0)
+        deep = Column(self.held, np.maximum(-self.feet.gap[self.held], 0.0))
         return holds_of(deep, self.feet.normal[self.held], self.opposed)
 
 

@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.arrays.ordered import product
 from contiga.errors import InputError
-from contiga.num.ordered import product
-from contiga.num.twist import Twist
 from contiga.records import FloatArray
+from contiga.rigid.twist import Twist
 
 
 class Carrier(NamedTuple):

@@ -9,6 +9,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+from contiga.arrays.ordered import product
 from contiga.contact.contact import Contact
 from contiga.contact.state import State
 from contiga.couple.carriers import (
@@ -30,9 +31,8 @@ from contiga.display import Displayed, Facts
 from contiga.errors import ContigaWarning, InputError, RunError
 from contiga.extras import require
 from contiga.masters.protocol import Master
-from contiga.num.ordered import product
-from contiga.num.rigid import to_world
 from contiga.records import FloatArray
+from contiga.rigid.frames import to_world
 from contiga.simulation.critical import Rates
 from contiga.simulation.history import OF_BODIES, contact_columns, energy_columns
 from contiga.simulation.model import ContactPart

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.arrays.ordered import length, product
 from contiga.contact.state import State
 from contiga.couple.carriers import Carrier, Frame, frame_of, point_rates
 from contiga.couple.kick import Kick
@@ -14,10 +15,9 @@ from contiga.dynamics.nodes import SlaveState
 from contiga.dynamics.prescribed import Fixed, Moved
 from contiga.dynamics.stepping import EqualSteps
 from contiga.errors import InputError
-from contiga.num.ordered import length, product
-from contiga.num.rigid import to_body, to_world
-from contiga.num.twist import Twist, still
 from contiga.records import FloatArray
+from contiga.rigid.frames import to_body, to_world
+from contiga.rigid.twist import Twist, still
 from contiga.simulation.model import BodyPart, ContactPart, Model, SlavePart
 from contiga.simulation.relative_sensors import relative_columns
 from contiga.simulation.sensor import RelativeSensor, Sensor

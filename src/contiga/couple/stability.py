@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from contiga.arrays.ordered import product
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
-from contiga.num.ordered import product
-from contiga.num.rigid import to_world, turn_to_world
 from contiga.records import FloatArray
+from contiga.rigid.frames import to_world, turn_to_world
 from contiga.simulation.critical import Rates
 
 

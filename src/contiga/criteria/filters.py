@@ -8,10 +8,10 @@ import warnings
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import positive
 from contiga.criteria.kernels import two_poles_nb
 from contiga.criteria.samples import finite_rows, numbers
 from contiga.errors import ContigaWarning, InputError
-from contiga.num.arrays import positive
 from contiga.records import FloatArray
 
 CLASSES = (60, 180, 600, 1000)

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import positive
 from contiga.criteria.pairs import likely_pairs
 from contiga.criteria.samples import Line, checked_resultant, line_through
 from contiga.errors import InputError
-from contiga.num.arrays import positive
 from contiga.records import FloatArray, IndexArray
 
 

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from contiga.arrays.layout import positive
 from contiga.criteria.samples import Line, checked_resultant, line_through
 from contiga.errors import InputError
-from contiga.num.arrays import positive
 from contiga.records import FloatArray
 
 ROUNDING = 1e-9

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import positive
 from contiga.criteria.samples import finite_rows, numbers
 from contiga.errors import InputError
-from contiga.num.arrays import positive
 
 
 class NeckLimits(NamedTuple):

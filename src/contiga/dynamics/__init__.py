@@ -21,8 +21,8 @@ from contiga.dynamics.prescribed import (
 )
 from contiga.dynamics.pulse_files import read_pulse
 from contiga.dynamics.pulses import Accelerated, Velocity, check_covers
-from contiga.num import pose
-from contiga.num.twist import Twist
+from contiga.rigid import pose
+from contiga.rigid.twist import Twist
 
 __all__ = [
     "Accelerated",

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from contiga.arrays.layout import as_points, positive, read_only
 from contiga.dynamics.deforming_nodes import DeformingNodes
 from contiga.dynamics.free import Dependent, Number, _velocity
 from contiga.dynamics.holding import held_ways
@@ -17,7 +18,6 @@ from contiga.matter.assemble import assemble
 from contiga.matter.coefficients import Material
 from contiga.matter.parts import DIMENSION, Part
 from contiga.matter.protocol import Matter
-from contiga.num.arrays import as_points, positive, read_only
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.cells import split_shells
 from contiga.slaves.slave import Slave

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import positive, read_only
 from contiga.dynamics.nodes import CarriedNodes, FreeNodes, NodeMover
 from contiga.errors import InputError
-from contiga.num.arrays import positive, read_only
-from contiga.num.inertia import check_inertia
-from contiga.num.transform import vector
 from contiga.records import FloatArray, MassProperties
+from contiga.rigid.inertia import check_inertia
+from contiga.rigid.transform import vector
 from contiga.slaves.slave import Slave
 
 HOLDS = ("x", "y", "z", "rx", "ry", "rz")

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays.ordered import length
 from contiga.errors import InputError
-from contiga.num.ordered import length
 from contiga.records import FloatArray
 
 WAYS = ("x", "y", "z")

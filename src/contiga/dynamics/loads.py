@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import read_only
 from contiga.dynamics.pieces import Pieces, as_rows, pieces_between
 from contiga.errors import InputError
-from contiga.num.arrays import read_only
-from contiga.num.transform import vector
 from contiga.records import FloatArray
+from contiga.rigid.transform import vector
 
 _COLUMNS = {"force": ("t", "Fx", "Fy", "Fz"), "moment": ("t", "Mx", "My", "Mz")}
 

@@ -15,9 +15,9 @@ import numpy as np
 
 from contiga.dynamics.prescribed import Moved, SlaveMotion
 from contiga.errors import InputError
-from contiga.num.rigid import to_world
-from contiga.num.twist import Twist
 from contiga.records import FloatArray
+from contiga.rigid.frames import to_world
+from contiga.rigid.twist import Twist
 
 Forces = Callable[[], FloatArray]
 """(n, 3) that the contacts do on the nodes; summed where it is asked for."""

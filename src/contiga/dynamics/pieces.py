@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import read_only
 from contiga.dynamics.kinks import bends_of
 from contiga.dynamics.tables import as_table
 from contiga.errors import InputError
-from contiga.num.arrays import read_only
 from contiga.records import FloatArray
 
 _FINER = 8

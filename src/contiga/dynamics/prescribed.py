@@ -18,16 +18,16 @@ from typing import ClassVar, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import as_points, read_only
+from contiga.arrays.ordered import product
+from contiga.arrays.piecewise import piece_at, rate_at
 from contiga.dynamics.kinks import jumps_of
 from contiga.dynamics.tables import as_table, as_times, read_columns
 from contiga.errors import FileError, InputError
-from contiga.num import pose, quaternion, twist
-from contiga.num.arrays import as_points, read_only
-from contiga.num.ordered import product
-from contiga.num.piecewise import piece_at, rate_at
-from contiga.num.transform import Axis, unit_axis, vector
-from contiga.num.twist import Twist
 from contiga.records import FloatArray
+from contiga.rigid import pose, quaternion, twist
+from contiga.rigid.transform import Axis, unit_axis, vector
+from contiga.rigid.twist import Twist
 
 POSE_COLUMNS = ("t", "x", "y", "z", "qw", "qx", "qy", "qz")
 # What is left of a unit quaternion written with three digits.

@@ -13,13 +13,13 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import read_only
 from contiga.dynamics.pieces import Pieces, as_rows, pieces_between
 from contiga.errors import InputError
-from contiga.num import pose
-from contiga.num.arrays import read_only
-from contiga.num.transform import Axis, unit_axis, vector
-from contiga.num.twist import Twist
 from contiga.records import FloatArray
+from contiga.rigid import pose
+from contiga.rigid.transform import Axis, unit_axis, vector
+from contiga.rigid.twist import Twist
 
 # Of the run: times that units and sums of steps have rounded.
 _SAME_TIME = 1e-9

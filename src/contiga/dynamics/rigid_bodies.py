@@ -6,20 +6,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.arrays.ordered import principal_axes, product
 from contiga.dynamics.free import HOLDS, Free
 from contiga.dynamics.kernels import rigid_body_nb
 from contiga.errors import InputError
-from contiga.num import rigid_lanes as lanes
-from contiga.num.inertia import combined
-from contiga.num.ordered import principal_axes, product
 from contiga.records import FloatArray, MassProperties
+from contiga.rigid import rigid_lanes as lanes
+from contiga.rigid.inertia import combined
 
 
 class Placed(NamedTuple):
     """Free bodies at one time, b rows."""
 
     rows: FloatArray
-    """(b, 19), columns by `contiga.num.rigid_lanes`."""
+    """(b, 19), columns by `contiga.rigid.rigid_lanes`."""
     poses: FloatArray
     """(b, 4, 4) X_WB of their frames."""
     twists: FloatArray
@@ -50,7 +50,7 @@ def with_attached(name: str, motion: Free, attached: list[MassProperties]) -> Fr
 
 
 def fixed_of(name: str, motion: Free) -> FloatArray:
-    """(22,) what never changes of a free body, columns by `contiga.num.rigid_lanes`.
+    """(22,) what never changes of a free body, columns by `contiga.rigid.rigid_lanes`.
 
     Raises
     ------

@@ -11,13 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import read_only
 from contiga.criteria.filters import NAMES as FILTERS
 from contiga.dynamics.spring_curves import Axial, SpringLaw, spring_law
 from contiga.errors import InputError
 from contiga.laws.characteristic import Characteristic, CurveLike
 from contiga.laws.hysteresis import Hysteresis, hysteresis_of
 from contiga.laws.law import as_curve, not_negative
-from contiga.num.arrays import read_only
 from contiga.records import FloatArray
 
 GROUND = "ground"

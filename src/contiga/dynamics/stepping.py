@@ -9,8 +9,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import read_only
 from contiga.errors import InputError
-from contiga.num.arrays import read_only
 from contiga.records import FloatArray
 
 

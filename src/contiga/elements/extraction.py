@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from contiga.arrays.codes import CUBIC, GENERAL, RATIONAL_CUBIC
 from contiga.elements.element_arrays import ELEMENT, PATCH, Elements, Grid, Records
 from contiga.geometry import bezier
 from contiga.geometry.faces import Faces
 from contiga.geometry.kernels import trim_nb
 from contiga.geometry.trim import TrimTables
-from contiga.num.codes import CUBIC, GENERAL, RATIONAL_CUBIC
 from contiga.records import FloatArray
 
 # Monomials lose digits above this degree: such elements are evaluated in Bernstein form.

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from contiga.arrays.codes import BORDER, CREASE, POLE, SHARED, SMOOTH
+from contiga.arrays.near_pairs import near_pairs
 from contiga.elements.element_arrays import Elements, Grid
 from contiga.elements.kernels import sides_nb
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import gaping_edges
-from contiga.num.codes import BORDER, CREASE, POLE, SHARED, SMOOTH
-from contiga.num.near_pairs import near_pairs
 from contiga.records import FloatArray, IndexArray, IntArray
 
 # Sides closer than this share of the body's size are one side.

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.arrays.threads import map_threads
 from contiga.errors import ContigaWarning, GeometryError
 from contiga.geometry.border import NEAR, Borders, Side, borders_of, corners, path_points
 from contiga.geometry.chains import EdgeShape, chain_shares, pole_shares
@@ -21,7 +22,6 @@ from contiga.geometry.face_mesh import ANYWHERE, FaceMesh, Ints, Polygons
 from contiga.geometry.faces_like import FacesLike
 from contiga.geometry.tessellate import MAX_CELLS, check_request, net_grid
 from contiga.geometry.trim import LARGEST_GAP
-from contiga.num.threads import map_threads
 from contiga.records import FloatArray
 from contiga.triangles.kernels.mesh_sides_nb import side_numbers
 from contiga.triangles.trimesh import TriMesh

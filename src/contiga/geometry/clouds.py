@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from contiga.errors import GeometryError, InputError
 from contiga.geometry.slopes import first_derivative_bounds
 from contiga.geometry.surface import NurbsSurface
-from contiga.num import transform
 from contiga.records import FloatArray
+from contiga.rigid import transform
 
 _BATCH = 1024
 # Parts of an element in each direction that are bounded apart: few points are rejected then.

@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import read_only
 from contiga.errors import GeometryError
 from contiga.geometry import knots as kv
 from contiga.geometry import refine
 from contiga.geometry.kernels.evaluate_nb import CurveArrays, curve_range
 from contiga.geometry.quadrature import curve_length
-from contiga.num import transform
-from contiga.num.arrays import read_only
 from contiga.records import FloatArray
+from contiga.rigid import transform
 
 
 class NurbsCurve:

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays.layout import positive
 from contiga.errors import InputError
-from contiga.num.arrays import positive
 from contiga.records import FloatArray
 
 MOST = 40_000_000

@@ -16,13 +16,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays.layout import as_contiguous
 from contiga.geometry.bezier import extract
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.kernels.trim_nb import points_in_trim
 from contiga.geometry.slopes import numerator
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import OUT, Loop, TrimTables, box_state, build_trim_tables
-from contiga.num.arrays import as_contiguous
 from contiga.records import FloatArray
 
 _CLOSE = 1e-14

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Self
 
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import as_points, read_only
+from contiga.arrays.ordered import length
 from contiga.display import Displayed, Facts
 from contiga.errors import GeometryError
 from contiga.geometry.curve import NurbsCurve
@@ -24,11 +26,9 @@ from contiga.geometry.faces_like import Trims as Trims
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import Loop, TrimTables, build_trim_tables, check_loops
 from contiga.geometry.trim_area import body_area, body_volume
-from contiga.num import transform
-from contiga.num.arrays import as_points, read_only
-from contiga.num.ordered import length
 from contiga.old_names import OldName
 from contiga.records import FloatArray
+from contiga.rigid import transform
 
 if TYPE_CHECKING:
     from contiga.triangles.trimesh import TriMesh

@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import locked
 from contiga.errors import GeometryError, InputError
 from contiga.geometry.kernels.basis_nb import basis_derivatives, find_span
-from contiga.num.arrays import locked
 from contiga.records import FloatArray
 
 MAX_DEGREE = 15

@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from contiga.arrays.layout import locked
 from contiga.errors import GeometryError
 from contiga.geometry.kernels.basis_nb import apply_rows, elevation_rows, refinement_rows
 from contiga.geometry.knots import check_numbers
-from contiga.num.arrays import locked
 from contiga.records import FloatArray
 
 Rows = tuple[NDArray[np.int64], FloatArray]

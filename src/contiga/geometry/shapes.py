@@ -1,7 +1,7 @@
 """Exact shapes, one curve or one patch each. Sizes are positive; angles are in radians.
 
 Closed surfaces have their normals outward; open ones along +`axis`. `centre` and `axis` place a
-shape: it is built about the origin along z and then moved by `contiga.num.transform.frame`.
+shape: it is built about the origin along z and then moved by `contiga.rigid.transform.frame`.
 
 >>> ring = torus(major=3.0, minor=1.0, centre=(0.0, 0.0, 5.0))
 >>> round(ring.area(1e-9), 6) == round(4 * math.pi**2 * 3.0, 6)
@@ -15,13 +15,13 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.ordered import product, solve
 from contiga.errors import GeometryError
 from contiga.geometry import knots as kv
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
-from contiga.num import transform
-from contiga.num.ordered import product, solve
 from contiga.records import FloatArray
+from contiga.rigid import transform
 
 Axis = transform.Axis
 ORIGIN = (0.0, 0.0, 0.0)

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import as_parameters, read_only
+from contiga.arrays.ordered import product
+from contiga.arrays.threads import run_ranges
 from contiga.errors import GeometryError
 from contiga.geometry import knots as kv
 from contiga.geometry import refine, tessellate
 from contiga.geometry.curve import NurbsCurve, cartesian, homogeneous
 from contiga.geometry.kernels import evaluate_nb as nb
 from contiga.geometry.quadrature import surface_area
-from contiga.num import transform
-from contiga.num.arrays import as_parameters, read_only
-from contiga.num.ordered import product
-from contiga.num.threads import run_ranges
 from contiga.records import FloatArray
+from contiga.rigid import transform
 
 if TYPE_CHECKING:
     from contiga.triangles.trimesh import TriMesh

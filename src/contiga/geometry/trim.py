@@ -13,6 +13,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from contiga.arrays.codes import CUT, IN, OUT
 from contiga.errors import GeometryError
 from contiga.geometry.bezier import extract_curve
 from contiga.geometry.curve import NurbsCurve
@@ -20,7 +21,6 @@ from contiga.geometry.edges import BodyEdge
 from contiga.geometry.kernels import trim_build_nb as build_nb
 from contiga.geometry.kernels.trim_nb import TrimTables, box_state, point_in_trim
 from contiga.geometry.surface import NurbsSurface
-from contiga.num.codes import CUT, IN, OUT
 from contiga.records import FloatArray
 
 __all__ = [

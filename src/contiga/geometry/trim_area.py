@@ -14,12 +14,12 @@ from typing import TypeVar
 
 import numpy as np
 
+from contiga.arrays.threads import map_threads
 from contiga.geometry.bezier import extract
 from contiga.geometry.faces_like import FacesLike
 from contiga.geometry.kernels.trim_area_nb import add_loop, add_rectangle
 from contiga.geometry.kernels.trim_nb import TrimTables
 from contiga.geometry.quadrature import gauss, surface_area
-from contiga.num.threads import map_threads
 from contiga.records import FloatArray
 
 T = TypeVar("T")

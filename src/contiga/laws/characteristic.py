@@ -10,8 +10,8 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import read_only
 from contiga.errors import InputError, RunError
-from contiga.num.arrays import read_only
 from contiga.records import FloatArray
 
 Extrapolation = Literal["linear", "constant", "error"]

@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from contiga.arrays.digest import Digest
+from contiga.arrays.layout import as_points, positive
+from contiga.arrays.queries import Queries
 from contiga.errors import GeometryError
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.faces import Faces
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim_area import body_moments
-from contiga.num.arrays import as_points, positive
-from contiga.num.digest import Digest
-from contiga.num.inertia import of_volume
-from contiga.num.queries import Queries
 from contiga.records import (
     FloatArray,
     Hit,
@@ -26,10 +25,11 @@ from contiga.records import (
     MassProperties,
     Projection,
 )
+from contiga.rigid.inertia import of_volume
 
 if TYPE_CHECKING:
+    from contiga.search.borders.openings import Openings
     from contiga.search.exact_surface import ExactSurface
-    from contiga.search.openings import Openings
     from contiga.triangles.trimesh import TriMesh
 
 # The search is imported when it is first asked for: it takes longer than reading a small file.
@@ -98,7 +98,7 @@ class Body(Faces, Queries):
     @property
     def openings(self) -> Openings:
         """Borders, gaps, and faces of opposite senses; worked out at first use."""
-        from contiga.search.openings import openings_of
+        from contiga.search.borders.openings import openings_of
 
         return openings_of(self)
 
@@ -111,7 +111,7 @@ class Body(Faces, Queries):
         >>> [piece.tolist() for piece in Body(balls).pieces]
         [[0], [1]]
         """
-        from contiga.search.openings import pieces_of
+        from contiga.search.borders.openings import pieces_of
 
         return pieces_of(self)
 
@@ -185,8 +185,8 @@ class Body(Faces, Queries):
         mode: str = "global",
         out: Projection | None = None,
     ) -> Projection:
-        """Feet of `points` (n, 3) on the body; see `contiga.search.project.project`."""
-        from contiga.search.project import project
+        """Feet of `points` (n, 3) on the body; see `contiga.search.track.project.project`."""
+        from contiga.search.track.project import project
 
         return project(self, points, start, mode, out)
 

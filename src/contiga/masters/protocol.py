@@ -7,9 +7,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from contiga.arrays.digest import Digest
 from contiga.geometry.faces import Faces
-from contiga.num.digest import Digest
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, MassProperties, Projection
+from contiga.search.contact_tables import ContactTables
 from contiga.triangles.trimesh import TriMesh
 
 
@@ -122,6 +123,12 @@ class Surface(Protocol):
     ) -> tuple[ByteArray, FloatArray, IntArray, FloatArray]:
         """The `sides` of p_B[rows], and places (patch, uv) on the surface not far from those that
         lie near it; patch −1 for others. Closed surfaces only."""
+        ...  # pragma: no cover
+
+    @property
+    def contact_tables(self) -> ContactTables | None:
+        """What kernels of contact may ask themselves; None where there is nothing of the kind, or
+        not yet. Closed surfaces only."""
         ...  # pragma: no cover
 
     def touching_ball(

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import as_points
 from contiga.errors import InputError, MeshError
 from contiga.matter.assembled import Assembled, Average, Group
 from contiga.matter.blocks import block_sums, in_lanes, node_sums, nodes_in_lanes
@@ -14,7 +15,6 @@ from contiga.matter.parts import Part, shapes_of
 from contiga.matter.shapes import Shapes, hourglass_modes
 from contiga.matter.skin import skin
 from contiga.matter.tables import ElementTables
-from contiga.num.arrays import as_points
 from contiga.records import FloatArray, IntArray
 
 

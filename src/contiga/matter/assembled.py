@@ -7,15 +7,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.arrays.layout import locked
+from contiga.arrays.threads import run_ranges
+from contiga.arrays.workspace import Workspace
 from contiga.errors import ElementError
 from contiga.matter.blocks import NodeSums
 from contiga.matter.kernels import elements_nb, lanes_nb, row_sums_nb
 from contiga.matter.kernels.lanes_nb import KINDS, LANES
 from contiga.matter.protocol import MatterEnergy, MatterForces, MatterState
 from contiga.matter.tables import ElementOutput, ElementTables, Memory, Motion
-from contiga.num.arrays import locked
-from contiga.num.threads import run_ranges
-from contiga.num.workspace import Workspace
 from contiga.records import FloatArray, IntArray
 
 BLOCKS, NODES = 8, 2000

@@ -8,12 +8,12 @@ from typing import ClassVar
 
 import numpy as np
 
+from contiga.arrays.layout import positive
 from contiga.errors import InputError
 from contiga.matter.coefficients import SOLIDS, Coefficients
 from contiga.matter.curves import CurveLike, as_table, at, packed
 from contiga.matter.kernels.elements_stress_nb import FOAM
 from contiga.matter.kernels.solid_foam_nb import MEMORY
-from contiga.num.arrays import positive
 from contiga.records import FloatArray
 
 

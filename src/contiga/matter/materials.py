@@ -7,10 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from contiga.arrays.layout import positive
 from contiga.errors import InputError
 from contiga.matter.coefficients import SOLIDS, Coefficients, lame, poisson_ratio
 from contiga.matter.kernels.elements_stress_nb import BAR, ELASTIC, NEO_HOOKE, SLACK
-from contiga.num.arrays import positive
 
 VOLUMES = ("element", "nodes")
 

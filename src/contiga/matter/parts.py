@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import positive
 from contiga.errors import InputError, MeshError
 from contiga.matter.coefficients import Material
 from contiga.matter.shapes import FLAT, Shapes, bars, hexahedra, tetrahedra, triangles
-from contiga.num.arrays import positive
 from contiga.records import FloatArray, IntArray
 
 CORNERS = {"tet4": 4, "hex8": 8, "tri3": 3, "bar2": 2}

@@ -7,12 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
+from contiga.arrays.layout import positive
 from contiga.errors import InputError
 from contiga.matter.coefficients import Coefficients
 from contiga.matter.curves import CurveLike, as_table, at, packed, steepest
 from contiga.matter.kernels import bar_nb, membrane_fabric_nb
 from contiga.matter.kernels.elements_stress_nb import BAR, FABRIC
-from contiga.num.arrays import positive
 from contiga.records import FloatArray
 
 

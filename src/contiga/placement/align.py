@@ -6,13 +6,13 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from contiga.arrays.ordered import principal_axes, product
 from contiga.errors import InputError
 from contiga.masters.protocol import Master
-from contiga.num import transform
-from contiga.num.ordered import principal_axes, product
 from contiga.placement.place import Part, check_part
 from contiga.placement.sample import extent, points_of
 from contiga.records import FloatArray
+from contiga.rigid import transform
 from contiga.slaves.slave import Slave
 
 AXES = ("x", "y", "z")

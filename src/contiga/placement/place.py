@@ -7,14 +7,14 @@ from typing import TypeVar
 
 import numpy as np
 
+from contiga.arrays.ordered import product
 from contiga.errors import InputError
 from contiga.masters.body import Body
 from contiga.masters.protocol import Master, is_master
-from contiga.num.ordered import product
-from contiga.num.transform import Axis, translation, unit_axis
 from contiga.placement.approach import shift_to_gap
 from contiga.placement.pair import Pair
 from contiga.records import FloatArray
+from contiga.rigid.transform import Axis, translation, unit_axis
 from contiga.slaves.slave import Slave
 from contiga.triangles.trimesh import TriMesh
 

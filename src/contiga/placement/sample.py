@@ -123,7 +123,7 @@ def extent_at(body: Master, pose: FloatArray) -> FloatArray:
 
     >>> from contiga.geometry import shapes
     >>> from contiga.masters.body import Body
-    >>> from contiga.num import transform
+    >>> from contiga.rigid import transform
     >>> rod = Body(shapes.cylinder(radius=1.0, height=8.0))
     >>> extent_at(rod, transform.rotation([1.0, 0.0, 0.0], np.pi / 2)).round(9).tolist()
     [[-1.0, -4.0, -1.0], [1.0, 4.0, 1.0]]

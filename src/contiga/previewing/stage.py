@@ -12,9 +12,9 @@ from contiga.contact.tracked import reach_of
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Dependent, Free
 from contiga.masters.nearness import gaps_of, nearest
-from contiga.num.rigid import to_body, to_world
 from contiga.records import FloatArray, IntArray
 from contiga.report.run_folder import Units, units_of
+from contiga.rigid.frames import to_body, to_world
 from contiga.simulation.checks.approach import closest_approach
 from contiga.simulation.checks.scene import Pair
 from contiga.simulation.model import ContactPart, Model

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.num.arrays import as_contiguous
+from contiga.arrays.layout import as_contiguous
 from contiga.records import FloatArray, IntArray
 from contiga.report.camera import Camera, project
 from contiga.report.kernels import shading_groups_nb, shading_nb

@@ -10,17 +10,22 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from contiga.arrays.codes import CREASE
+from contiga.arrays.layout import bytes_of
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import stitches
-from contiga.num.arrays import bytes_of
-from contiga.num.codes import CREASE
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
-from contiga.search import ball, hits, project, safe_distance, side_grid
-from contiga.search.body_sides import sides_of
-from contiga.search.openings import openings_of
-from contiga.search.table_types import Tables
+from contiga.search.balls import radii as ball
+from contiga.search.borders.openings import openings_of
+from contiga.search.closest import closest, safe_distance
+from contiga.search.contact_tables import ContactTables
+from contiga.search.hierarchy.table_types import Tables
+from contiga.search.sides import side_grid
+from contiga.search.sides.body_sides import sides_of
+from contiga.search.sweep import hits
 from contiga.search.tables import tables_of
-from contiga.search.track_records import Starts
+from contiga.search.track import project
+from contiga.search.track.track_records import Starts
 
 SHARP = 0.02
 """Radians by which faces turn at an edge that is not meant to be smooth."""
@@ -61,7 +66,7 @@ class ExactSurface(NamedTuple):
         within: FloatArray | None = None,
     ) -> None:
         """Closest points of the body."""
-        project.closest_of_rows(self.tables, p_B, rows, out, within)
+        closest.closest_of_rows(self.tables, p_B, rows, out, within)
 
     def closest_facing(
         self,
@@ -72,7 +77,7 @@ class ExactSurface(NamedTuple):
         out: Projection,
     ) -> None:
         """Closest feet by branch and bound."""
-        project.closest_facing(self.tables, p_B, guards, limits, starts, out)
+        closest.closest_facing(self.tables, p_B, guards, limits, starts, out)
 
     def track(
         self,
@@ -112,6 +117,12 @@ class ExactSurface(NamedTuple):
     ) -> tuple[ByteArray, FloatArray, IntArray, FloatArray]:
         """By the cells of a grid, each with a piece of the surface in it."""
         return side_grid.places(self._grid, p_B, rows)
+
+    @property
+    def contact_tables(self) -> ContactTables | None:
+        """Once its balls are worked out, a closed body's."""
+        balls = ball.balls_there(self.tables) if self.closed else None
+        return None if balls is None else ContactTables(self.tables, self._grid, balls)
 
     @property
     def _grid(self) -> side_grid.SideGrid:

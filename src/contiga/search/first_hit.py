@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.query_checks import checked_segments
 from contiga.geometry.faces import Faces
-from contiga.num.query_checks import checked_segments
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, empty_projection
+from contiga.search.borders.openings import openings_of
 from contiga.search.exact_surface import ExactSurface, exact_surface
-from contiga.search.openings import openings_of
 from contiga.statuses import Feature, Status
 
 # Halvings after which a place on a path is as sharp as its coordinates.

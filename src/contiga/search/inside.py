@@ -7,12 +7,12 @@ import warnings
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from contiga.arrays.layout import as_points
 from contiga.errors import ContigaWarning
 from contiga.geometry.faces import Faces
-from contiga.num.arrays import as_points
 from contiga.records import FloatArray, IndexArray
 from contiga.search.exact_surface import exact_surface
-from contiga.search.project import project
+from contiga.search.track.project import project
 from contiga.statuses import Status
 
 WAYS = np.array([[0.8, 0.53, 0.29], [-0.37, 0.84, 0.4], [0.21, -0.48, 0.85]])

@@ -9,6 +9,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from contiga.arrays.codes import BORDER, SHARED
 from contiga.elements.element_arrays import Elements
 from contiga.elements.extraction import elements_of
 from contiga.elements.neighbours import join
@@ -16,13 +17,12 @@ from contiga.errors import GeometryError
 from contiga.geometry import trim
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import gaping_edges, stitches
-from contiga.num.codes import BORDER, SHARED
 from contiga.records import FloatArray
-from contiga.search.branch import build_rings
-from contiga.search.hierarchy import build_hierarchy, empty_seeds
-from contiga.search.table_types import JOINT, Joints, Tables
-from contiga.search.trimmed_edges import build_joints
-from contiga.search.widths import edge_widths
+from contiga.search.certify.rings import build_rings
+from contiga.search.closest.trimmed_edges import build_joints
+from contiga.search.closest.widths import edge_widths
+from contiga.search.hierarchy.build import build_hierarchy, empty_seeds
+from contiga.search.hierarchy.table_types import JOINT, Joints, Tables
 
 # Tangential miss accepted at a foot, relative to the body's size.
 RELATIVE_TOLERANCE = 1e-12

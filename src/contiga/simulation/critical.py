@@ -19,8 +19,8 @@ import numpy as np
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
 from contiga.dynamics.kernels.stiffness_nb import fastest
-from contiga.num.rigid import to_world, turn_to_world
 from contiga.records import FloatArray
+from contiga.rigid.frames import to_world, turn_to_world
 from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.system_state import SystemState

@@ -16,7 +16,7 @@ from contiga.io.out.vtkhdf import FieldsWriter, Part
 from contiga.io.units import derived_units
 from contiga.masters.protocol import Master
 from contiga.masters.sampling import least_size, refined
-from contiga.num.rigid import to_world
+from contiga.rigid.frames import to_world
 from contiga.simulation.model import Model
 from contiga.simulation.outlines_file import OutlinesFile
 from contiga.simulation.system_state import SystemState

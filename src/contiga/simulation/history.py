@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from contiga.arrays.ordered import length
 from contiga.contact.state import State
 from contiga.dynamics.stepping import AutoSteps
-from contiga.num import rigid_lanes as lanes
-from contiga.num.ordered import length
 from contiga.records import IN_CONTACT, ContactStatus
+from contiga.rigid import rigid_lanes as lanes
 from contiga.simulation.model import Model
 from contiga.simulation.relative_sensors import relative_columns
 from contiga.simulation.sensors import sensor_columns

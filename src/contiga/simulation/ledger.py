@@ -13,10 +13,10 @@ from contiga.contact.state import State
 from contiga.dynamics.nodes import Stored
 from contiga.dynamics.rigid_bodies import work_of_gravity
 from contiga.dynamics.springs import SpringState
-from contiga.num import quaternion
-from contiga.num.pose import to_quaternion
-from contiga.num.rigid_lanes import CENTRE, VELOCITY
 from contiga.records import FloatArray
+from contiga.rigid import quaternion
+from contiga.rigid.pose import to_quaternion
+from contiga.rigid.rigid_lanes import CENTRE, VELOCITY
 from contiga.simulation.load_forces import load_point, loaded
 from contiga.simulation.model import Model
 from contiga.simulation.place import Placement, forces_on

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from contiga.arrays.ordered import product
 from contiga.dynamics.loads import Load
 from contiga.dynamics.rigid_bodies import Placed, kicked
 from contiga.dynamics.vectors import cross
-from contiga.num.ordered import product
-from contiga.num.rigid_lanes import CENTRE, FORCE, TORQUE
 from contiga.records import FloatArray
+from contiga.rigid.rigid_lanes import CENTRE, FORCE, TORQUE
 from contiga.simulation.model import Model
 from contiga.simulation.system_state import SystemState
 

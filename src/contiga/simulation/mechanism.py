@@ -17,8 +17,8 @@ from contiga.dynamics.prescribed import BodyMotion, SlaveMotion, is_still
 from contiga.dynamics.rigid_bodies import fixed_of, row_of, with_attached
 from contiga.dynamics.springs import Spring
 from contiga.errors import InputError
-from contiga.num.rigid_lanes import FIXED, STATE
 from contiga.records import FloatArray, MassProperties
+from contiga.rigid.rigid_lanes import FIXED, STATE
 from contiga.slaves.slave import Slave
 
 GROUND = "ground"

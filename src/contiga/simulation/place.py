@@ -13,9 +13,9 @@ from contiga.dynamics.nodes import Forces, Instant, SlaveState
 from contiga.dynamics.prescribed import BodyMotion
 from contiga.dynamics.rigid_bodies import Placed, drifted, started
 from contiga.errors import InputError
-from contiga.num.pose import as_pose
-from contiga.num.twist import Twist
 from contiga.records import FloatArray
+from contiga.rigid.pose import as_pose
+from contiga.rigid.twist import Twist
 from contiga.simulation.load_forces import foresee_loads
 from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import Model

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from contiga.arrays.ordered import length, product
 from contiga.dynamics.vectors import cross
-from contiga.num.ordered import length, product
 from contiga.records import FloatArray
 from contiga.simulation.load_forces import point_of
 from contiga.simulation.model import Model

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import read_only
 from contiga.criteria.bands import Bands
 from contiga.criteria.dummies import DUMMIES
 from contiga.criteria.filters import NAMES as FILTERS
 from contiga.errors import InputError
-from contiga.num.arrays import read_only
-from contiga.num.transform import vector
 from contiga.records import FloatArray
+from contiga.rigid.transform import vector
 
 MEASURES = ("acceleration", "velocity", "displacement", "force", "moment", "spin")
 RELATIVE_MEASURES = ("distance", "displacement", "angle")

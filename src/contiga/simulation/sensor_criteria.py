@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from contiga.arrays.ordered import length
 from contiga.criteria.brain import CRITICAL, bric
 from contiga.criteria.chest import LEAST, vc
 from contiga.criteria.dummies import DUMMIES
@@ -15,7 +16,6 @@ from contiga.criteria.head_injury import hic, hicd
 from contiga.criteria.held_level import clip
 from contiga.criteria.neck import nij
 from contiga.io.units import acceleration_factor, base_factor
-from contiga.num.ordered import length
 from contiga.records import FloatArray
 from contiga.simulation.model import Model
 from contiga.simulation.sensor import CRITERION_UNITS, OWN_FILTERS, RelativeSensor, Sensor

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays.ordered import length, product, solve
 from contiga.dynamics.vectors import cross
-from contiga.num import quaternion
-from contiga.num import rigid_lanes as lanes
-from contiga.num.ordered import length, product, solve
 from contiga.records import FloatArray
+from contiga.rigid import quaternion
+from contiga.rigid import rigid_lanes as lanes
 from contiga.simulation.load_forces import point_of
 from contiga.simulation.model import Model
 from contiga.simulation.sensor import Sensor

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from contiga.arrays.ordered import length
 from contiga.criteria.filters import LEAST_RATE, cfc, memory
 from contiga.errors import ContigaWarning
 from contiga.io.units import base_factor
-from contiga.num.ordered import length
 from contiga.records import FloatArray
 from contiga.simulation.model import Model
 from contiga.simulation.resampling import FINE, even_times, means, trapezoids

@@ -8,13 +8,13 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import positive
 from contiga.contact.contact import Contact
 from contiga.dynamics.loads import Load
 from contiga.dynamics.springs import Spring
 from contiga.dynamics.stepping import AutoSteps, EqualSteps, GivenTimes, Stepping
 from contiga.errors import InputError
-from contiga.num.arrays import positive
-from contiga.num.transform import vector
+from contiga.rigid.transform import vector
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.model_checks import check_model
 from contiga.simulation.clock import Clock

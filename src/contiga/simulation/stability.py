@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from contiga.arrays.ordered import length
 from contiga.dynamics.nodes import kinetic_energy
 from contiga.errors import RunError
-from contiga.num.ordered import length
 from contiga.simulation.critical import limit_of
 from contiga.simulation.model import Model
 from contiga.simulation.system_state import SystemState

@@ -10,8 +10,8 @@ import numpy as np
 
 from contiga.contact.state_rows import kept_of
 from contiga.dynamics.stepping import AutoSteps
-from contiga.num.rigid_lanes import FORCE, MASS
 from contiga.records import ContactStatus
+from contiga.rigid.rigid_lanes import FORCE, MASS
 from contiga.simulation.critical import has_energy, limit_of
 from contiga.simulation.ledger import load_work_beyond_way
 from contiga.simulation.model import Model

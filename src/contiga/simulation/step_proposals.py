@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from contiga.arrays.ordered import length
 from contiga.dynamics.stepping import AutoSteps
-from contiga.num.ordered import length
 from contiga.simulation.critical import Limit, Rates, limit_of
 from contiga.simulation.model import Model
 from contiga.simulation.reasons import Cut, Reason

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from contiga.num.threads import thread_count
+from contiga.arrays.threads import thread_count
 from contiga.records import ContactStatus, FloatArray
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.run_checks import notes_on

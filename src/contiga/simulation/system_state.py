@@ -12,10 +12,10 @@ from contiga.contact.state import State
 from contiga.display import Displayed, Facts
 from contiga.dynamics.nodes import SlaveState
 from contiga.dynamics.springs import SpringState
-from contiga.num.rigid_lanes import STATE
-from contiga.num.twist import Twist
 from contiga.old_names import OldName
 from contiga.records import FloatArray
+from contiga.rigid.rigid_lanes import STATE
+from contiga.rigid.twist import Twist
 
 
 class BodyState(NamedTuple):
@@ -112,7 +112,7 @@ class SystemState(Displayed):
     step: float = 0.0
     """Length of the step that came here; 0 at the start."""
     rigid: FloatArray = field(default_factory=lambda: np.zeros((0, STATE)))
-    """(b, 19) free bodies, columns by `contiga.num.rigid_lanes`."""
+    """(b, 19) free bodies, columns by `contiga.rigid.rigid_lanes`."""
     wrenches: FloatArray = field(default_factory=lambda: np.zeros((0, 6)))
     """(n, 6) force and moment on each body about the origin of its frame, world axes: contacts,
     springs, loads and weight, with those of what is attached to it. None where nothing is moved

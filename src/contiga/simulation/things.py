@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.num.digest import Digest
+from contiga.arrays.digest import Digest
 
 # Arguments a function is tried at, beside its code: strains, penetrations and rates.
 _TRIED = np.array([0.0, 1e-6, 1e-3, 0.03, 0.3])

@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays.layout import locked
 from contiga.errors import InputError
-from contiga.num.arrays import locked
 from contiga.records import FloatArray, IndexArray, IntArray
 from contiga.slaves.skin import facet_areas
 from contiga.slaves.slave import Slave

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from contiga.arrays.layout import as_points, read_only
 from contiga.display import Displayed, Facts
 from contiga.errors import MeshError
-from contiga.num.arrays import as_points, read_only
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.cells import split_shells
 from contiga.slaves.elements import as_elements, mirrored

@@ -9,12 +9,12 @@ import numpy as np
 
 from contiga.case.build import build
 from contiga.io.out.files import atomic_write
-from contiga.num.rigid import to_world
 from contiga.records import FloatArray, IntArray
 from contiga.report.lines import with_unit
 from contiga.report.space import dots, mesh_trace, space_axis
 from contiga.report.style import BODY, INK
 from contiga.report.view import View
+from contiga.rigid.frames import to_world
 from contiga.studies.cases import case_of
 from contiga.studies.one_case import Base, parts_of_process
 from contiga.studies.row import DONE, Row

@@ -16,8 +16,8 @@ from contiga.case.spec import ExistingFile, Positive, Spec, Vector
 from contiga.errors import CaseError, ContigaWarning, FileError
 from contiga.io.sheet import read_sheet
 from contiga.masters.protocol import Master
-from contiga.num.rigid import to_body, to_world
 from contiga.records import FloatArray
+from contiga.rigid.frames import to_body, to_world
 from contiga.statuses import Status
 
 PLACE = ("x", "y", "z")

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.num.codes import NO_TRIANGLE
+from contiga.arrays.codes import NO_TRIANGLE
 from contiga.triangles.topology import topology_of
 from contiga.triangles.triangle_arrays import TriangleArrays
 

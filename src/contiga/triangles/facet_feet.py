@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from contiga.arrays.layout import as_points
+from contiga.arrays.query_checks import checked_feet, checked_mode, checked_out
+from contiga.arrays.threads import run_ranges
 from contiga.errors import InputError
-from contiga.num.arrays import as_points
-from contiga.num.query_checks import checked_feet, checked_mode, checked_out
-from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, IntArray, Projection
 from contiga.statuses import Feature, Status
 from contiga.triangles.facet_tables import Tables, tables_of

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.num.perturbed_paths import settled
-from contiga.num.query_checks import checked_segments
-from contiga.num.threads import run_ranges
+from contiga.arrays.perturbed_paths import settled
+from contiga.arrays.query_checks import checked_segments
+from contiga.arrays.threads import run_ranges
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, empty_hit
 from contiga.triangles.facet_tables import tables_of
 from contiga.triangles.facets import Facets

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays.layout import bytes_of
+from contiga.arrays.threads import run_ranges
 from contiga.errors import MeshError
-from contiga.num.arrays import bytes_of
-from contiga.num.threads import run_ranges
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
 from contiga.triangles.facet_feet import closest_of_rows, is_smooth, track
 from contiga.triangles.facet_hits import hits_of_rows, last_crossings
@@ -115,6 +115,10 @@ class FacetedSurface(NamedTuple):
         """Nothing is known at once."""
         n = len(rows)
         return np.zeros(n, np.int8), np.zeros(n), np.full(n, -1, np.int32), np.zeros((n, 2))
+
+    @property
+    def contact_tables(self) -> None:
+        """Nothing is known at once."""
 
     def touching_ball(
         self, patch: IntArray, uv: FloatArray, rows: IntArray, sides: ByteArray

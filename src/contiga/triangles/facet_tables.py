@@ -9,9 +9,9 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from contiga.arrays.codes import NO_TRIANGLE
+from contiga.arrays.ordered import length
 from contiga.errors import MeshError
-from contiga.num.codes import NO_TRIANGLE
-from contiga.num.ordered import length
 from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IntArray
 from contiga.triangles.facets import Facets

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.num.codes import NO_TRIANGLE
+from contiga.arrays.codes import NO_TRIANGLE
 from contiga.records import FloatArray, IntArray
 from contiga.triangles.triangle_arrays import TriangleArrays
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import as_points, read_only
+from contiga.arrays.ordered import length
 from contiga.errors import MeshError
-from contiga.num.arrays import as_points, read_only
-from contiga.num.ordered import length
 from contiga.records import FloatArray, IntArray
 from contiga.triangles.facets import NORMALS
 from contiga.triangles.kernels.mesh_sides_nb import side_numbers

@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from contiga.arrays.digest import Digest
+from contiga.arrays.layout import positive
+from contiga.arrays.queries import Queries
 from contiga.display import Displayed, Facts
 from contiga.errors import MeshError
-from contiga.num import transform
-from contiga.num.arrays import positive
-from contiga.num.digest import Digest
-from contiga.num.inertia import of_volume
-from contiga.num.queries import Queries
 from contiga.old_names import OldName
 from contiga.records import FloatArray, Hit, IntArray, MassProperties, Projection
+from contiga.rigid import transform
+from contiga.rigid.inertia import of_volume
 from contiga.triangles.condition import Condition, condition_of
 from contiga.triangles.exchange import Exchanged
 from contiga.triangles.facet_feet import contains, project

@@ -11,7 +11,7 @@ from typing import Any
 import numba
 
 from contiga.jit.stamps import PACKAGE
-from contiga.num.kernels.rigid_nb import to_body
+from contiga.rigid.kernels.rigid_nb import to_body
 
 FILE = "warmup.json"
 """In the folder of one of the kernels, which every run needs."""

@@ -8,8 +8,8 @@ import pytest
 import contiga as cg
 from contiga.area.kernels import touch_nb
 from contiga.area.regions import neighbours_of, regions, topology_of
+from contiga.arrays.layout import locked
 from contiga.errors import InputError
-from contiga.num.arrays import locked
 
 PLATE = cg.Body([cg.shapes.plane(width=20.0, length=20.0)])
 

@@ -174,7 +174,7 @@ class Event:
 
 def command_context(monkeypatch: pytest.MonkeyPatch, threads: int) -> typer.Context:
     """Of a command on a terminal, with so many threads."""
-    monkeypatch.setattr("contiga.num.threads.thread_count", lambda: threads)
+    monkeypatch.setattr("contiga.arrays.threads.thread_count", lambda: threads)
     monkeypatch.setattr(sys, "argv", ["contiga"])
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     return typer.Context(typer.main.get_command(commands.app))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from contiga.arrays.layout import locked
 from contiga.contact.kernels import bulging_nb
 from contiga.contact.tracked import CHUNK, listed
-from contiga.num.arrays import locked
 
 pytestmark = [
     pytest.mark.interpreted,

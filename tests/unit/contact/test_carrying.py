@@ -7,7 +7,7 @@ import pytest
 
 from contiga.contact.kernels.carrying_nb import gather
 from contiga.contact.loads import NOWHERE
-from contiga.contact.touching import ContactRows
+from contiga.contact.touching import ContactRows, LastDepths
 from contiga.records import Projection
 
 pytestmark = pytest.mark.interpreted
@@ -35,7 +35,8 @@ def test_every_point_is_seen_as_plain_numpy_says(known: bool) -> None:
     penetration = rng.random(len(deep))
     velocity = rng.normal(size=(N, 3)) if known else NOWHERE
     points = ContactRows.of(rows)
-    gather(rows, feet, (now, before), (patch, deep, penetration), velocity, 0.25, points[1:])
+    last = LastDepths(patch, before, deep, penetration)
+    gather(feet, now, last, velocity, 0.25, points)
 
     depth, normal = np.maximum(-feet.gap[rows], 0.0), feet.normal[rows]
     way = now[rows] - before[rows]

@@ -15,10 +15,10 @@ from contiga.contact import curved
 from contiga.contact import moved as search_of_step
 from contiga.contact.curved import Path, Story, bulge_of
 from contiga.contact.tracked import BULGE, Detected, blank
-from contiga.num import pose
-from contiga.num.rigid import to_world
-from contiga.num.screw import screw_between
 from contiga.records import ContactStatus as Is
+from contiga.rigid import pose
+from contiga.rigid.frames import to_world
+from contiga.rigid.screw import screw_between
 
 UNIT = cg.PenaltyLaw(1.0)
 FLAGGED = (Is.LOST, Is.FOUND, Is.REACQUIRED)

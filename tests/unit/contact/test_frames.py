@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.num import pose
 from contiga.records import ContactStatus as Is
+from contiga.rigid import pose
 
 RNG = np.random.default_rng(8)
 RING = cg.Body([cg.shapes.torus()], reference_point=(0.3, -0.2, 0.1))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from contiga.contact import judge as judging
-from contiga.contact.asked import Asked
+from contiga.contact.asked import Asked, JudgeLimits
 from contiga.contact.judge import judge
 from contiga.contact.kernels import judge_nb
 from contiga.contact.loads import UNHELD
@@ -120,8 +120,8 @@ def test_plain_points_are_judged_as_all_are(
 
     def seen(*given: Any) -> bool:
         own = kernel(*given)
-        if len(given[0][0]) == 1:
-            plain[np.searchsorted(asked.rows, given[0][0][0])] = own
+        if len(given[0].rows) == 1:
+            plain[np.searchsorted(asked.rows, given[0].rows[0])] = own
         return bool(own)
 
     monkeypatch.setattr(judging.judge_nb, "judge_plain", seen)
@@ -149,9 +149,9 @@ def test_where_one_is_not_plain_nothing_is_written() -> None:
     asked, step = scene(4, False)
     n = len(step.way)
     into = np.zeros(n, np.int8), np.zeros(n), np.zeros(n, np.int32), np.zeros((n, 2))
-    taken = blank(n)
-    limits = False, False, BAND, np.inf, 1e-9
-    ways = step.way, step.ignored
-    assert not judge_nb.judge_plain(asked[:6], asked.feet, asked.truth, ways, limits, into, taken)
+    status, safe_distance, near, uv = into
+    found = Detected(status, blank(n), safe_distance, near, uv, near[:0])
+    limits = JudgeLimits(False, False, BAND, np.inf, 1e-9)
+    assert not judge_nb.judge_plain(asked, step, limits, found)
     assert not any(array.any() for array in into)
-    assert (taken.patch == -1).all()
+    assert (found.feet.patch == -1).all()

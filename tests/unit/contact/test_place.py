@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from contiga.arrays.layout import locked
 from contiga.contact.kernels import place_nb
-from contiga.num.arrays import locked
-from contiga.num.rigid import to_body
+from contiga.contact.loads import UNHELD
+from contiga.contact.tracked import Columns, Detected, Last, Placing, blank
 from contiga.records import ContactStatus
+from contiga.rigid.frames import to_body
 
 pytestmark = pytest.mark.interpreted
 
@@ -48,10 +50,11 @@ def test_every_point_is_placed_as_plain_numpy_says(chunks, calm):
         before[700], now[700], distance[700] = 0.0, [3.0, 4.0, 0.0], 5.0  # as far as it may go
     way, ignored = np.empty(n), np.empty(n, bool)
     lists = np.empty((2, n), np.int32), np.zeros((chunks, 2), np.int64)
-    result = (status, safe_distance, found_near, found_uv, way, ignored, old, feature, certified)
+    columns = Columns(status, safe_distance, found_near, found_uv, old, feature, certified)
     size = -(-n // chunks)
-    known = patch, uv, near, distance
-    place_nb.place((before, now), known, active, result, lists, size, 0, chunks)
+    last = Last(before, patch, uv, near, distance, UNHELD)
+    placing = Placing(before, now, last, locked(active), columns, way, ignored, *lists)
+    place_nb.place(placing, size, 0, chunks)
     touching, free = (
         np.concatenate([own[c * size : c * size + count] for c, count in enumerate(lists[1][:, i])])
         for i, own in enumerate(lists[0])
@@ -94,17 +97,13 @@ def test_what_is_held_is_listed_and_the_rest_forgets_its_parameters():
     lists = [np.flatnonzero(own).astype(np.int32) for own in (first, asked & ~first)]
     for order in (lists, lists[::-1], [np.flatnonzero(asked).astype(np.int32), lists[0][:0]]):
         own, rows = uv.copy(), np.empty(n, np.int32)
-        count = place_nb.held(tuple(order), patch, foot_uv, (near, own), rows)
+        feet = blank(n)._replace(patch=patch, uv=foot_uv)
+        found = Detected(np.zeros(n, np.int8), feet, np.zeros(n), near, own, rows[:0])
+        count = place_nb.held(*order, found, rows)
         np.testing.assert_array_equal(rows[:count], np.flatnonzero(patch >= 0))
         wanted = np.where((patch >= 0)[:, None], foot_uv, uv)
         wanted[asked & (patch < 0) & (near < 0)] = 0.0
         np.testing.assert_array_equal(own, wanted)
-
-
-def test_the_largest_patch_is_none_of_none() -> None:
-    patch = np.array([-1, 4, 0, 7, 2], np.int32)
-    assert place_nb.largest(locked(patch)) == 7
-    assert place_nb.largest(locked(patch[:1])) == place_nb.largest(locked(patch[:0])) == -1
 
 
 @pytest.mark.parametrize("chunks", [1, 3])
@@ -115,23 +114,18 @@ def test_points_that_are_moved_are_placed_as_those_that_were(chunks):
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = np.linalg.qr(rng.normal(size=(3, 3)))[0], [0.3, -2.0, 1.0]
     now, size = to_body(pose, p_W), -(-n // chunks)
-    known = np.full(n, -1, np.int32), np.zeros((n, 2)), np.full(n, -1, np.int32), rng.random(n)
+    none, distance = np.full(n, -1, np.int32), rng.random(n)
 
-    def placed(kernel, *path):
-        status, safe, near, uv = (
-            np.zeros(n, np.int8),
-            np.zeros(n),
-            known[2].copy(),
-            np.zeros((n, 2)),
-        )
-        feet = known[0].copy(), np.full(n, -1, np.int8), np.zeros(n, np.int8)
-        result = status, safe, near, uv, np.zeros(n), np.zeros(n, bool), *feet
+    def placed(kernel, points, *world):
+        last = Last(before, none, np.zeros((n, 2)), none, distance, UNHELD)
         lists = np.zeros((2, n), np.int32), np.zeros((chunks, 2), np.int64)
-        kernel(path, known, np.ones(n, bool), result, lists, size, 0, chunks)
-        return *result, *lists
+        columns, ways = Columns.of(n), (np.zeros(n), np.zeros(n, bool))
+        placing = Placing(before, points, last, locked(np.ones(n, bool)), columns, *ways, *lists)
+        kernel(placing, *world, size, 0, chunks)
+        return *columns, *ways, *lists
 
     filled = np.full((n, 3), np.nan)
-    moved = placed(place_nb.move_and_place, before, filled, locked(p_W), pose)
+    moved = placed(place_nb.move_and_place, filled, locked(p_W), pose)
     assert np.array_equal(filled, now)
-    for own, other in zip(placed(place_nb.place, before, now), moved, strict=True):
+    for own, other in zip(placed(place_nb.place, now), moved, strict=True):
         assert np.array_equal(own, other)

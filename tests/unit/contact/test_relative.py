@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from contiga.arrays.layout import locked
 from contiga.contact.kernels import relative_nb
-from contiga.num import pose as poses
-from contiga.num.arrays import locked
+from contiga.rigid import pose as poses
 
 RNG = np.random.default_rng(3)
 N = 50

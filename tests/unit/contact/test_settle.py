@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from contiga.contact.kernels import settle_nb
+from contiga.contact.loads import UNHELD
+from contiga.contact.tracked import Detected, Step, blank
 from contiga.records import ContactStatus, Projection
+from contiga.search.track.track_records import Starts
 from contiga.statuses import Feature, Status
 
 N = 2000
@@ -25,6 +28,26 @@ def _feet(rng: np.random.Generator, n: int) -> Projection:
         rng.choice([*status, Status.MAX_ITERATIONS], n).astype(np.int8),
         rng.integers(0, 2, n).astype(np.int8),
     )
+
+
+def _found(
+    status: np.ndarray,
+    safe_distance: np.ndarray,
+    last_patch: np.ndarray | None = None,
+    uv: np.ndarray | None = None,
+) -> Detected:
+    """What is found of as many points; feet of none."""
+    n = len(status)
+    near = np.full(n, -1, np.int32) if last_patch is None else last_patch
+    places = np.zeros((n, 2)) if uv is None else uv
+    return Detected(status, blank(n), safe_distance, near, places, np.zeros(0, np.int32))
+
+
+def _step(before: np.ndarray, now: np.ndarray) -> Step:
+    """A step of points of which nothing else is known."""
+    n = len(now)
+    ignored, patch = np.zeros(n, bool), np.full(n, -1, np.int32)
+    return Step(before, now, np.zeros(n), ignored, patch, np.zeros((n, 2)), UNHELD)
 
 
 def _sound(feet: Projection) -> np.ndarray:
@@ -58,7 +81,8 @@ def test_points_that_are_outside_are_released_and_the_others_listed() -> None:
         *(np.empty(N, np.int32), np.empty(N, np.int8), np.empty(N), np.empty(N, np.int32)),
         *(np.empty((N, 2)), np.empty((N, 3)), np.empty((N, 3))),
     )
-    n = settle_nb.stay(rows, (side, reach), (before, now), (patch, uv), (status, safe), BAND, work)
+    found, step = _found(status, safe), _step(before, now)
+    n = settle_nb.stay(rows, (side, reach), step, Starts(patch, uv), found, BAND, work)
     out, left = rows[side > 0], side <= 0
     assert n == left.sum()
     assert 0 < n < N
@@ -105,15 +129,16 @@ def test_what_becomes_of_points_in_contact(hold: bool) -> None:
     kept |= nearest & keep
     out = want_side > 0
     want_safe = safe.copy()
-    want_safe[rows] = np.fmax(safe[rows], np.where(want_side < 0, want_reach - BAND, 0.0))
+    held = np.fmax(safe[rows], np.where(want_side < 0, want_reach - BAND, 0.0))
+    want_safe[rows[kept]] = held[kept]
     want_safe[rows[out]] = want_reach[out] - BAND
 
     status, near, uv = np.zeros(2 * N, np.int8), np.full(2 * N, -1, np.int32), np.zeros((2 * N, 2))
     taken = _feet(np.random.default_rng(0), 2 * N)
     taken.patch[:] = -1
     balls = asked[0][:m], radius
-    result = status, safe, near, uv
-    left = settle_nb.settle(rows, feet, (side, reach), mark, balls, BAND, result, taken, ways)
+    result = _found(status, safe, near, uv)._replace(feet=taken)
+    left = settle_nb.settle(rows, feet, (side, reach), mark, balls, BAND, result, ways)
     np.testing.assert_array_equal(side, want_side)
     np.testing.assert_array_equal(reach, want_reach)
     np.testing.assert_array_equal(safe, want_safe)
@@ -134,14 +159,14 @@ def test_what_becomes_of_points_in_contact(hold: bool) -> None:
 def test_feet_of_free_points_start_at_the_last_foot_or_near_by() -> None:
     rng = np.random.default_rng(3)
     rows = np.sort(rng.choice(2 * N, N, replace=False)).astype(np.int32)
-    side, reach = rng.integers(-1, 2, N).astype(np.int8), rng.random(N)
+    side = rng.integers(-1, 2, N).astype(np.int8)
     patch, uv = rng.integers(-1, 3, N).astype(np.int32), rng.random((N, 2))
     way, now = rng.random(2 * N), rng.normal(size=(2 * N, 3))
     old, old_uv = rng.integers(-1, 3, 2 * N).astype(np.int32), rng.random((2 * N, 2))
     near = np.full(2 * N, 8, np.int32)
     work = np.empty(N, np.int32), np.empty(N, np.int32), np.empty((N, 2)), np.empty((N, 3))
-    args = rows, (side, reach), (patch, uv), (way, now), (old, old_uv), near, 0.5, work
-    n = settle_nb.starts(*args)
+    step = _step(now, now)._replace(way=way, last_patch=old, uv=old_uv)
+    n = settle_nb.starts(rows, side, Starts(patch, uv), step, near, 0.5, work)
     last = (old[rows] >= 0) & ((way[rows] <= 0.5) | (patch < 0))
     index = np.flatnonzero((side == 0) & (last | (patch >= 0)))
     np.testing.assert_array_equal(work[0][:n], index)

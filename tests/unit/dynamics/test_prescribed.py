@@ -9,7 +9,7 @@ import pytest
 
 from contiga.dynamics import Combine, Fixed, Moved, Poses, Rotate, Translate
 from contiga.errors import FileError, InputError
-from contiga.num import pose
+from contiga.rigid import pose
 
 HALF = np.sqrt(0.5)
 

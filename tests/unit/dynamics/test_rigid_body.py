@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 from contiga.dynamics.free import Free
 from contiga.dynamics.rigid_bodies import Placed, drifted, fixed_of, kicked, row_of, started
 from contiga.errors import InputError
-from contiga.num import quaternion
-from contiga.num import rigid_lanes as lanes
 from contiga.records import FloatArray, MassProperties
+from contiga.rigid import quaternion
+from contiga.rigid import rigid_lanes as lanes
 
 pytestmark = pytest.mark.interpreted
 

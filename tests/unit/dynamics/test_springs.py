@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from contiga.dynamics.springs import Spring, SpringState
 from contiga.errors import InputError, RunError
 from contiga.laws.characteristic import Characteristic
-from contiga.num import pose
+from contiga.rigid import pose
 
 STILL = np.zeros((2, 3))
 AT = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]])

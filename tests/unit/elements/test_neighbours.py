@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import contiga as cg
+from contiga.arrays.codes import BORDER, CREASE, POLE, SMOOTH
 from contiga.elements.kernels import sides_nb
-from contiga.num.codes import BORDER, CREASE, POLE, SMOOTH
-from contiga.search.kernels import around_nb
+from contiga.search.closest.kernels import around_nb
 from contiga.search.tables import tables_of
 
 

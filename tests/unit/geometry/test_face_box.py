@@ -10,7 +10,7 @@ from contiga.geometry import clouds
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.face_box import bounds_of
 from contiga.geometry.surface import NurbsSurface
-from contiga.num.transform import rotation
+from contiga.rigid.transform import rotation
 
 TURN = rotation((1.0, 2.0, 3.0), 0.7)
 AXES = np.array([110.0, 160.0, 100.0])

@@ -153,7 +153,7 @@ def test_a_file_that_changes_before_a_kernel_of_it_is_called_is_not_what_that_is
 
 def test_what_is_kept_of_a_kernel_is_looked_for_when_it_is_called():
     code = (
-        "from contiga.num.kernels.rigid_nb import to_body\n"
+        "from contiga.rigid.kernels.rigid_nb import to_body\n"
         "print('_cache' in vars(to_body)); to_body._cache; print('_cache' in vars(to_body))"
     )
     found = subprocess.run(

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import contiga as cg
+from contiga.arrays.digest import Digest
 from contiga.errors import InputError
 from contiga.masters.protocol import Master, is_master
-from contiga.num.digest import Digest
 
 SOURCE = Path(cg.__file__).parent
 KINDS = {"Body", "TriMesh", "Faces", "ExactSurface", "FacetedSurface"}

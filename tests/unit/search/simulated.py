@@ -10,7 +10,7 @@ import pickle
 import sys
 from pathlib import Path
 
-from contiga.search import device
+from contiga.search.track import device
 
 
 def main(given: Path, answered: Path) -> None:

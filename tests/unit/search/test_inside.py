@@ -8,7 +8,7 @@ import pytest
 import contiga as cg
 from contiga.errors import ContigaWarning
 from contiga.search import inside
-from contiga.search.project import project as closest
+from contiga.search.track.project import project as closest
 from contiga.statuses import Status
 
 

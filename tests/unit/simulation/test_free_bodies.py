@@ -10,7 +10,7 @@ from tests.scenes import square_sheet
 
 import contiga as cg
 from contiga.errors import InputError, RunError
-from contiga.num import rigid_lanes as lanes
+from contiga.rigid import rigid_lanes as lanes
 
 BALL = 10.0
 

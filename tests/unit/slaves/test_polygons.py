@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from contiga.num import transform
+from contiga.rigid import transform
 from contiga.slaves.polygons import split_polygon
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import contiga as cg
 from contiga.errors import MeshError
-from contiga.num import pose
+from contiga.rigid import pose
 
 GRID = 11
 

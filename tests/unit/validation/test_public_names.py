@@ -50,15 +50,15 @@ def test_what_is_taken_from_inside_is_seen_anywhere(tmp_path: Path) -> None:
     path = tmp_path / "suite.py"
     path.write_text(
         "import contiga\n"
-        "import contiga.search.hits\n"
+        "import contiga.search.sweep.hits\n"
         "from contiga import Body, records, style as look\n"
         "from contiga.errors import InputError\n"
         "def f():\n"
         "    from contiga.area.hull import hull_of\n"
         "    look._secret(look.INK)\n"
-        "    return import_module('contiga.num.rigid'), 'contiga_validation.engine'\n"
+        "    return import_module('contiga.rigid.frames'), 'contiga_validation.engine'\n"
     )
     assert sorted(internals_in(path)) == [
-        *("contiga.area.hull: hull_of", "contiga.num.rigid", "contiga.records"),
-        *("contiga.search.hits", "look._secret"),
+        *("contiga.area.hull: hull_of", "contiga.rigid.frames", "contiga.records"),
+        *("contiga.search.sweep.hits", "look._secret"),
     ]

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
+from contiga.arrays.codes import OK
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
-from contiga.num.codes import OK
 
 # Cut of an edge whose outer end lies inside without being in contact: each end keeps its half.
 HALF = 0.5

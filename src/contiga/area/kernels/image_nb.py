@@ -14,8 +14,8 @@ import math
 import numpy as np
 
 from contiga.area.kernels.facet_area_nb import hand_over, polygon_of
+from contiga.arrays.kernels.fma_nb import fma
 from contiga.jit import inlined, inner, kernel
-from contiga.num.kernels.fma_nb import fma
 
 LANES = 16
 THIRD = 1.0 / 3.0

@@ -7,6 +7,7 @@
 - carrying_nb: what is known of the points in contact before forces
 - settle_nb: points of a closed body whose sides and feet tell what becomes of them: settled in
   single passes
+- usual_nb: the usual points of a closed body: all of these passes in one call
 - judge_nb: points whose feet do not tell, where their closest points do
 - sums_nb: sums in one order, as NumPy takes them
 - totals_nb: world forces, and sums over the points that carry them: wrench and energies

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from contiga.arrays.kernels.vector_nb import cross
 from contiga.jit import inner, kernel
-from contiga.num.kernels.vector_nb import cross
 
 
 @inner(error_model="numpy")

@@ -8,9 +8,8 @@ from contiga.jit import inner, kernel
 
 
 @inner()
-def way_of(path, k, c):
+def way_of(now, before, k, c):
     """How far point k has gone along axis c; zero where that is not known."""
-    now, before = path
     way = now[k, c] - before[k, c]
     return way if math.isfinite(way) else 0.0
 
@@ -27,35 +26,32 @@ def at(rows, k, j):
 
 
 @kernel(error_model="numpy")
-def gather(rows, feet, path, last, velocity, dt, out):
-    """Fill `out` = (depth, normal, foot, way, old, rate) for the points `rows`, ascending.
+def gather(feet, now, last, velocity, dt, out):
+    """Fill the columns of `ContactRows` for the points that they list.
 
-    `feet` are those of all points, `path` is (now, before). `last` is (patch, rows, penetration):
-    of all points that of their last feet, and of some rows how deep they were. `velocity` (m, 3)
-    has no rows where it is not known: then the rate is the change over the step `dt` of old
-    contacts, and of new ones the speed of approach.
+    `feet` are those of all points, which are `now` (n, 3). `last` is what was at the last step,
+    `LastDepths`. `velocity` (m, 3) has no rows where it is not known: then the rate is the change
+    over the step `dt` of old contacts, and of new ones the speed of approach.
     """
-    depth, normal, foot, way, old, rate = out
-    patch, deep = last[0], (last[1], last[2])
-    place = 0
-    for i in range(rows.shape[0]):
-        k = rows[i]
+    place, deep = 0, last.rows
+    for i in range(out.rows.shape[0]):
+        k = out.rows[i]
         below = -feet.gap[k]
-        depth[i] = 0.0 if below <= 0.0 else below
-        old[i] = patch[k] >= 0
+        out.depth[i] = 0.0 if below <= 0.0 else below
+        out.old[i] = last.patch[k] >= 0
         speed = approach = 0.0
         for c in range(3):
-            normal[i, c] = feet.normal[k, c]
-            foot[i, c] = feet.point[k, c]
-            way[i, c] = way_of(path, k, c)
-            approach += way[i, c] * normal[i, c]
+            out.normal[i, c] = feet.normal[k, c]
+            out.foot[i, c] = feet.point[k, c]
+            out.path[i, c] = way_of(now, last.points, k, c)
+            approach += out.path[i, c] * out.normal[i, c]
             if velocity.shape[0] > 0:
-                speed += velocity[k, c] * normal[i, c]
-        place = at(deep[0], k, place)
-        there = place < deep[0].shape[0] and deep[0][place] == k
+                speed += velocity[k, c] * out.normal[i, c]
+        place = at(deep, k, place)
+        there = place < deep.shape[0] and deep[place] == k
         if velocity.shape[0] > 0:
-            rate[i] = -speed
-        elif old[i]:
-            rate[i] = (depth[i] - (deep[1][place] if there else 0.0)) / dt
+            out.rate[i] = -speed
+        elif out.old[i]:
+            out.rate[i] = (out.depth[i] - (last.depth[place] if there else 0.0)) / dt
         else:
-            rate[i] = -approach / dt
+            out.rate[i] = -approach / dt

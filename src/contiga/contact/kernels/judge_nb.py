@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 
+from contiga.arrays.codes import OK
 from contiga.contact.kernels.settle_nb import PART, holds_on, remember_foot, take_foot, turns
 from contiga.contact.kernels.status_nb import FREE, LOST, OLD, RELEASED
 from contiga.jit import inner, kernel
-from contiga.num.codes import OK
 
 NOT_ASKED = -1
 """Status of closest points that were not asked for."""
@@ -39,105 +39,96 @@ def is_needed(was, side, penetration, nearest):
 
 
 @kernel()
-def take_nearest(asked, feet, truth, held, way, limits):
+def take_nearest(asked, way, limits):
     """Closest points for feet of points that were in contact, where those may push and the points
     have not left meanwhile: followed feet lead there, or they have gone less far than any surface
     is off.
 
-    `asked` are the columns (rows, was, kept, what becomes of those that are kept), of which the
-    last two are filled in; `held` is (guard, depth, whose nearest wall was opposite), `way` that of
-    all points, `limits` (band, how far feet that are one may be apart).
+    `asked` are `Asked`, of which feet, `kept` and `status` are filled in; `way` is that of all
+    points, `limits` are `JudgeLimits`.
     """
-    rows, was, kept, becomes = asked
-    (guard, deep, opposed), (band, same_foot) = held, limits
-    for i in range(rows.shape[0]):
+    kept, feet, truth, band = asked.kept, asked.feet, asked.truth, limits.band
+    for i in range(asked.rows.shape[0]):
         if kept[i] and feet.certified[i] == 1:
             continue  # it has its closest point already
         kept[i] = False
-        if was[i] and not opposed[i] and truth.status[i] == OK and truth.gap[i] <= 0.0:
-            gone, depth = way[rows[i]], -truth.gap[i] - band
+        may = asked.was[i] and not asked.opposed[i]
+        if may and truth.status[i] == OK and truth.gap[i] <= 0.0:
+            gone, depth = way[asked.rows[i]], -truth.gap[i] - band
             there = not math.isfinite(gone) or depth > gone
-            if there and gone > PART * depth and turns(truth, i, guard, i):
+            if there and gone > PART * depth and turns(truth, i, asked.guard, i):
                 there = False
             # What could not be followed is a closest point already.
-            led = feet.certified[i] == 0 and _apart(feet, truth, i) <= same_foot
+            led = feet.certified[i] == 0 and _apart(feet, truth, i) <= limits.same_foot
             there = there or led
-            kept[i] = there and holds_on(truth, i, guard, i, deep[i] - gone, band)
+            least = asked.depth[i] - gone
+            kept[i] = there and holds_on(truth, i, asked.guard, i, least, band)
         if kept[i]:
-            becomes[i] = OLD
+            asked.status[i] = OLD
             take_foot(feet, i, truth, i)
 
 
 @inner()
-def _kind(asked, truth, limits, i):
+def _kind(asked, limits, i):
     """Of row i: whether its closest point was needed, whether its place is known, whether it lies
     inside."""
-    was, side = asked[1], asked[4]
-    penetration, nearest, band, _, _ = limits
-    told = side[i] != 0
-    needed = is_needed(was[i], side[i], penetration, nearest)
+    truth, side = asked.truth, asked.side[i]
+    needed = is_needed(asked.was[i], side, limits.penetration, limits.nearest)
     solved = not needed or truth.status[i] == OK
-    inside = solved and (side[i] < 0 if told else truth.gap[i] <= 0.0)
-    deep = inside and (told or truth.gap[i] < -band)
+    inside = solved and (side < 0 if side != 0 else truth.gap[i] <= 0.0)
+    deep = inside and (side != 0 or truth.gap[i] < -limits.band)
     return needed, solved, inside, deep
 
 
 @inner(error_model="numpy")
-def _is_plain(asked, feet, truth, step, limits, i):
+def _is_plain(asked, step, limits, i):
     """Whether neither the path of row i has to be looked at, nor another foot be taken."""
-    rows, was, kept = asked[0], asked[1], asked[2]
-    way, ignored = step
-    penetration, _, _, depth, same_foot = limits
-    _, solved, inside, deep = _kind(asked, truth, limits, i)
-    has_past = math.isfinite(way[rows[i]])
-    known = kept[i] and truth.status[i] != NOT_ASKED
-    same = known and _apart(feet, truth, i) <= same_foot
-    if inside and not same and has_past and (was[i] or not penetration):
+    k, was, kept, truth = asked.rows[i], asked.was[i], asked.kept[i], asked.truth
+    _, solved, inside, deep = _kind(asked, limits, i)
+    has_past = math.isfinite(step.way[k])
+    known = kept and truth.status[i] != NOT_ASKED
+    same = known and _apart(asked.feet, truth, i) <= limits.same_foot
+    if inside and not same and has_past and (was or not limits.penetration):
         return False
-    near = truth.status[i] == OK and truth.gap[i] <= 0.0 and truth.gap[i] >= -depth
-    if penetration and not was[i] and near:
+    near = truth.status[i] == OK and truth.gap[i] <= 0.0 and truth.gap[i] >= -limits.depth
+    if limits.penetration and not was and near:
         return False
-    old = kept[i] and (inside or not solved)
-    free = not was[i] and (ignored[rows[i]] or not has_past)
-    return not (deep and not old and (was[i] or (not free and not penetration)))
+    old = kept and (inside or not solved)
+    free = not was and (step.ignored[k] or not has_past)
+    return not (deep and not old and (was or (not free and not limits.penetration)))
 
 
 @inner()
 def _free_way(truth, limits, i):
     """Way to the surface of a free point by its closest point; see `judge.free_distance`."""
-    penetration, _, band, depth, _ = limits
     if truth.status[i] != OK:
         return 0.0
     if truth.gap[i] > 0.0:
-        return _above_zero(truth.gap[i] - band)
-    return -_above_zero(-truth.gap[i] - max(band, depth if penetration else 0.0))
+        return _above_zero(truth.gap[i] - limits.band)
+    reach = limits.depth if limits.penetration else 0.0
+    return -_above_zero(-truth.gap[i] - max(limits.band, reach))
 
 
 @kernel(error_model="numpy")
-def judge_plain(asked, feet, truth, step, limits, found, taken):
-    """Fill `found` and `taken` for the points that are asked for; whether all of them are plain.
+def judge_plain(asked, step, limits, found):
+    """Fill what was `Detected` for the points that are `Asked` for; whether all of them are plain.
 
-    Where one is not nothing is written. `asked` are the columns of `judge.Asked` up to the ways,
-    `step` is (way, ignored) and `found` (status, safe distance, near, uv) of all points, `limits`
-    (search by penetration, whether the nearest wall pushes, band, depth, how far feet that are one
-    may be apart), `taken` the feet of all points.
+    Where one is not nothing is written. `step` is a `Step`, `limits` are `JudgeLimits`.
     """
-    rows, was, kept, becomes, side, reach = asked
-    band = limits[2]
-    status, safe_distance, _, _ = found
-    for i in range(rows.shape[0]):
-        if not _is_plain(asked, feet, truth, step, limits, i):
+    truth, status, safe_distance = asked.truth, found.status, found.safe_distance
+    for i in range(asked.rows.shape[0]):
+        if not _is_plain(asked, step, limits, i):
             return False
-    for i in range(rows.shape[0]):
-        k = rows[i]
-        needed, solved, inside, _ = _kind(asked, truth, limits, i)
-        known = (reach[i] if side[i] != 0 else abs(truth.gap[i])) - band
-        if kept[i] and (inside or not solved):
-            status[k] = becomes[i]
+    for i in range(asked.rows.shape[0]):
+        k, was, kept, side = asked.rows[i], asked.was[i], asked.kept[i], asked.side[i]
+        needed, solved, inside, _ = _kind(asked, limits, i)
+        known = (asked.safe_distance[i] if side != 0 else abs(truth.gap[i])) - limits.band
+        if kept and (inside or not solved):
+            status[k] = asked.status[i]
             safe_distance[k] = _above_zero(known) if inside else 0.0
-            take_foot(taken, k, feet, i)
+            take_foot(found.feet, k, asked.feet, i)
         else:
-            status[k] = LOST if not solved and not kept[i] else RELEASED if was[i] else FREE
-            safe_distance[k] = _free_way(truth, limits, i) if needed else side[i] * known
+            status[k] = LOST if not solved and not kept else RELEASED if was else FREE
+            safe_distance[k] = _free_way(truth, limits, i) if needed else side * known
             remember_foot(found, k, truth, i)
     return True

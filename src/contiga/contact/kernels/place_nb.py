@@ -9,7 +9,7 @@ import numpy as np
 from contiga.contact.kernels.status_nb import FREE, NOT_FINITE
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
-from contiga.num.kernels.rigid_nb import to_body
+from contiga.rigid.kernels.rigid_nb import to_body
 
 BLOCK = 128
 """Points that are looked at together, first whether there is anything to be said of any."""
@@ -23,75 +23,62 @@ def _left(distance, way):
 
 
 @inner()
-def _take_back(near, uv, feet, k):
-    """A row as it is of a point of which nothing is known; `feet` are (patch, feature, certified).
+def _take_back(columns, k):
+    """A row as it is of a point of which nothing is known.
 
     Most rows are so already, and are not written to.
     """
-    patch, feature, certified = feet
-    if patch[k] >= 0:
-        patch[k] = feature[k] = -1
-        certified[k] = 0
-    elif near[k] < 0:
+    if columns.patch[k] >= 0:
+        columns.patch[k] = columns.feature[k] = -1
+        columns.certified[k] = 0
+    elif columns.last_patch[k] < 0:
         return
-    near[k] = -1
-    uv[k, 0] = uv[k, 1] = 0.0
+    columns.last_patch[k] = -1
+    columns.uv[k, 0] = columns.uv[k, 1] = 0.0
 
 
 @kernel(error_model="numpy")
-def place(path, last, active, found, lists, size, start, stop):
-    """Fill `found` for the points of chunks start … stop of `size`.
-
-    `path` is (before, now), `last` (patch, uv, near, safe distance) of the last step, `found`
-    (status, safe distance, near, uv, way, ignored, patch, feature, certified) of this one, where
-    what is said of an earlier step is taken back: as in all states, parameters of points without a
-    patch are zero. `lists` is (rows, counts): two (n,) lists that each chunk fills from its own
-    place, of those in contact and of free ones that may have come to the surface, and (chunks, 2)
-    how many it has listed. Of others, way and ignored are not told.
-    """
-    rows, counts = lists
-    before, now = path
+def place(placing, size, start, stop):
+    """Place the points of chunks start … stop of `size`, as `Placing` says."""
+    counts = placing.counts
     # As numbers in a row: three axes would be looked at one by one.
-    path = before.reshape(-1), now.reshape(-1)
+    before, now = placing.before.reshape(-1), placing.now.reshape(-1)
     for c in range(start, stop):
-        first, past = c * size, min((c + 1) * size, active.shape[0])
-        touching, free = _place(path, last, active, found, rows, first, past)
+        first, past = c * size, min((c + 1) * size, placing.active.shape[0])
+        touching, free = _place(placing, before, now, first, past)
         counts[c, 0] = touching - first
         counts[c, 1] = free - first
 
 
 @kernel(error_model="numpy")
-def move_and_place(path, last, active, found, lists, size, start, stop):
-    """The same of points that are not in body axes yet: `path` is (before, now, p_W, X_WB).
+def move_and_place(placing, p_W, pose, size, start, stop):
+    """The same of points p_W (n, 3) of the world that are not in body axes yet.
 
     `now` is filled in, chunk by chunk: its points are still near by when they are placed.
     """
-    before, now, p_W, pose = path
     for c in range(start, stop):
-        to_body(p_W, pose, now, c * size, min((c + 1) * size, active.shape[0]))
-        place((before, now), last, active, found, lists, size, c, c + 1)
+        to_body(p_W, pose, placing.now, c * size, min((c + 1) * size, placing.active.shape[0]))
+        place(placing, size, c, c + 1)
 
 
 @inner(error_model="numpy")
-def _place(path, last, active, found, rows, start, stop):
-    """One chunk; returns where its lists end."""
-    before, now = path
-    patch, _, near, distance = last
-    status, safe_distance, found_near, found_patch = found[0], found[1], found[2], found[6]
+def _place(placing, before, now, start, stop):
+    """One chunk, of points (3 n,); returns where its lists end."""
+    last, columns, active = placing.last, placing.columns, placing.active
     touching = free = start
     ways = scratch(BLOCK)
     for first in range(start, stop, BLOCK):
         past = min(first + BLOCK, stop)
         _ways(before[3 * first : 3 * past], now[3 * first : 3 * past], ways)
-        none = _are_none(patch[first:past], near[first:past])
-        none = none and _are_none(found_patch[first:past], found_near[first:past])
-        if none and _are_far(ways, distance[first:past], active[first:past]):
-            status[first:past] = FREE
-            _stay(ways, distance[first:past], safe_distance[first:past])
+        none = _are_none(last.patch[first:past], last.last_patch[first:past])
+        none = none and _are_none(columns.patch[first:past], columns.last_patch[first:past])
+        if none and _are_far(ways, last.safe_distance[first:past], active[first:past]):
+            columns.status[first:past] = FREE
+            distance, left = last.safe_distance[first:past], columns.safe_distance[first:past]
+            _stay(ways, distance, left)
         else:
             for k in range(first, past):
-                way = ways[k - first]
-                touching, free = _one(k, way, now, last, active, found, rows, touching, free)
+                touching, free = _one(placing, k, ways[k - first], now, touching, free)
     return touching, free
 
 
@@ -132,52 +119,52 @@ def _stay(ways, distance, left):
 
 
 @inner(error_model="numpy")
-def _one(k, way, now, last, active, found, rows, touching, free):
+def _one(placing, k, way, now, touching, free):
     """One point, listed if it is to be looked at; returns where the lists end.
 
     `now` is (3 n,).
     """
-    patch, uv, near, distance = last
-    status, safe_distance, found_near, found_uv, ways, ignored = found[:6]
-    _take_back(found_near, found_uv, found[6:], k)
+    last, columns, rows = placing.last, placing.columns, placing.rows
+    active, distance = placing.active[k], last.safe_distance[k]
+    _take_back(columns, k)
     x, y, z = now[3 * k], now[3 * k + 1], now[3 * k + 2]
     if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
-        status[k] = NOT_FINITE
-        safe_distance[k] = 0.0 if active[k] else math.inf
+        columns.status[k] = NOT_FINITE
+        columns.safe_distance[k] = 0.0 if active else math.inf
         return touching, free
-    status[k] = FREE
-    if patch[k] >= 0:
-        safe_distance[k] = _left(distance[k], way)
+    columns.status[k] = FREE
+    if last.patch[k] >= 0:
+        columns.safe_distance[k] = _left(distance, way)
         rows[0, touching] = k
         touching += 1
-        ways[k] = way
-        ignored[k] = distance[k] < 0.0
-    elif active[k]:
-        rest = _left(abs(distance[k]), way)
-        safe_distance[k] = math.copysign(rest, distance[k])
-        if near[k] >= 0:
-            found_near[k] = near[k]
-            found_uv[k, 0] = uv[k, 0]
-            found_uv[k, 1] = uv[k, 1]
+        placing.way[k] = way
+        placing.ignored[k] = distance < 0.0
+    elif active:
+        rest = _left(abs(distance), way)
+        columns.safe_distance[k] = math.copysign(rest, distance)
+        if last.last_patch[k] >= 0:
+            columns.last_patch[k] = last.last_patch[k]
+            columns.uv[k, 0] = last.uv[k, 0]
+            columns.uv[k, 1] = last.uv[k, 1]
         if rest <= 0.0:
             rows[1, free] = k
             free += 1
-            ways[k] = way
-            ignored[k] = distance[k] < 0.0
+            placing.way[k] = way
+            placing.ignored[k] = distance < 0.0
     else:
-        safe_distance[k] = math.inf
+        columns.safe_distance[k] = math.inf
     return touching, free
 
 
 @kernel()
-def held(lists, patch, foot_uv, known, rows):
+def held(first, second, found, rows):
     """List the points in contact, ascending, in `rows`; returns how many there are.
 
-    `lists` are two ascending ones of all points that have been looked at, `known` is (near, uv): of
-    those in contact parameters of the foot are written there, of those without a patch zeros.
+    `first` and `second` are ascending lists of all points that have been looked at, `found` is what
+    was `Detected`: of those in contact parameters of the foot are written there, of those without a
+    patch zeros.
     """
-    first, second = lists
-    near, uv = known
+    feet, uv = found.feet, found.uv
     n = i = j = 0
     while i < first.shape[0] or j < second.shape[0]:
         if j == second.shape[0] or (i < first.shape[0] and first[i] < second[j]):
@@ -186,20 +173,11 @@ def held(lists, patch, foot_uv, known, rows):
         else:
             k = second[j]
             j += 1
-        if patch[k] >= 0:
-            uv[k, 0] = foot_uv[k, 0]
-            uv[k, 1] = foot_uv[k, 1]
+        if feet.patch[k] >= 0:
+            uv[k, 0] = feet.uv[k, 0]
+            uv[k, 1] = feet.uv[k, 1]
             rows[n] = k
             n += 1
-        elif near[k] < 0:
+        elif found.last_patch[k] < 0:
             uv[k, 0] = uv[k, 1] = 0.0
     return n
-
-
-@kernel()
-def largest(patch):
-    """The largest of whole numbers, −1 of none."""
-    most = -1
-    for k in range(patch.shape[0]):
-        most = max(most, patch[k])
-    return most

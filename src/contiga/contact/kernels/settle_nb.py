@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 
+from contiga.arrays.codes import AT_BORDER, BRANCH_EVENT, FACE, OK, TRIMMED
 from contiga.contact.kernels.carrying_nb import at
 from contiga.contact.kernels.status_nb import HELD, OLD, REACQUIRED, RELEASED
 from contiga.jit import inner, kernel
-from contiga.num.codes import AT_BORDER, BRANCH_EVENT, FACE, OK, TRIMMED
 
 KEEP, KEPT = 1, 2
 """Marks of a row: its foot would do, and it is sure that it does."""
@@ -114,37 +114,35 @@ def take_foot(feet, k, source, i):
 @inner()
 def remember_foot(found, k, feet, i):
     """Keep the foot of a free point: what its side is proved by the next time."""
-    _, _, near, uv = found
-    near[k] = feet.patch[i]
-    uv[k, 0] = feet.uv[i, 0]
-    uv[k, 1] = feet.uv[i, 1]
+    found.last_patch[k] = feet.patch[i]
+    found.uv[k, 0] = feet.uv[i, 0]
+    found.uv[k, 1] = feet.uv[i, 1]
 
 
 @kernel()
 def stay(rows, known, step, last, found, band, work):
     """Release points in contact that are outside; list what is known of the others in `work`.
 
-    `known` is (side, reach), `step` (before, now) and `last` (patch, uv) of all points, `found`
-    (status, safe distance); `work` is (rows, side, reach, patch, uv, before, now), to be filled.
-    Returns how many there are.
+    `known` is (side, reach), `step` a `Step`, `last` the `Starts` of all points, `found` what was
+    `Detected`; `work` is (rows, side, reach, patch, uv, before, now), to be filled, which may be
+    where it is read from. No `before` is filled in that has no rows. Returns how many there are.
     """
     side, reach = known
-    before, now = step
-    patch, uv = last
-    status, safe_distance = found
     own, own_side, own_reach, own_patch, own_uv, own_before, own_now = work
     n = 0
     for i in range(rows.shape[0]):
         k = rows[i]
         if side[i] > 0:
-            status[k] = RELEASED
-            safe_distance[k] = reach[i] - band
+            found.status[k] = RELEASED
+            found.safe_distance[k] = reach[i] - band
             continue
-        own[n], own_side[n], own_reach[n], own_patch[n] = k, side[i], reach[i], patch[k]
-        own_uv[n, 0], own_uv[n, 1] = uv[k, 0], uv[k, 1]
+        own[n], own_side[n], own_reach[n], own_patch[n] = k, side[i], reach[i], last.patch[k]
+        own_uv[n, 0], own_uv[n, 1] = last.uv[k, 0], last.uv[k, 1]
         for c in range(3):
-            own_before[n, c] = before[k, c]
-            own_now[n, c] = now[k, c]
+            own_now[n, c] = step.now[k, c]
+        if own_before.shape[0] > 0:
+            for c in range(3):
+                own_before[n, c] = step.before[k, c]
         n += 1
     return n
 
@@ -212,16 +210,15 @@ def face(rows, feet, holds, way, band, mark, asked):
 
 
 @kernel()
-def settle(rows, feet, known, mark, balls, band, found, taken, own):
+def settle(rows, feet, known, mark, balls, band, found, own):
     """What becomes of points in contact that have been looked at; returns how many are left.
 
-    `known` is (side, reach), `balls` (index, radius) of those that were asked for one, `found`
-    (status, safe distance, near, uv) and `taken` the feet, of all points. Those left are listed
-    in `own`.
+    `known` is (side, reach), `balls` (index, radius) of those that were asked for one, `found` what
+    was `Detected`. Those left are listed in `own`, and nothing is said of them.
     """
     side, reach = known
     index, radius = balls
-    status, safe_distance, _, _ = found
+    status, safe_distance = found.status, found.safe_distance
     j = n = 0
     for i in range(rows.shape[0]):
         k = rows[i]
@@ -233,17 +230,17 @@ def settle(rows, feet, known, mark, balls, band, found, taken, own):
         if nearest and mark[i] & KEEP:
             mark[i] |= KEPT
             feet.certified[i] = 1
-        way = reach[i] - band if side[i] < 0 else 0.0
-        if not safe_distance[k] >= way:
-            safe_distance[k] = way
-        if mark[i] & KEPT:
-            status[k] = becomes(feet.status[i])
-            take_foot(taken, k, feet, i)
         if side[i] > 0:
             status[k] = RELEASED
             safe_distance[k] = reach[i] - band
             remember_foot(found, k, feet, i)
-        elif not mark[i] & KEPT:
+        elif mark[i] & KEPT:
+            way = reach[i] - band if side[i] < 0 else 0.0
+            if not safe_distance[k] >= way:
+                safe_distance[k] = way
+            status[k] = becomes(feet.status[i])
+            take_foot(found.feet, k, feet, i)
+        else:
             own[n] = i
             n += 1
     return n
@@ -258,24 +255,22 @@ def becomes(status):
 
 
 @kernel()
-def starts(rows, known, place, step, old, found_near, far, work):
+def starts(rows, side, place, step, found_patch, far, work):
     """List free points whose side is not known, and where their feet are looked for from: at the
     last foot, or at a place near by where they have gone farther than `far`.
 
-    `known` is (side, reach); `place` (patch, uv) of pieces of surface in the points' cells, `step`
-    (way, now) and `old` (near, uv) of all points; `work` is (index, patch, uv, now), to be filled.
+    `place` are `Starts` at pieces of surface in the points' cells, `step` is a `Step`,
+    `found_patch` that of the feet of all points; `work` is (index, patch, uv, now), to be filled.
     Returns how many have a start.
     """
-    side = known[0]
-    patch, uv = place
-    way, now = step
-    old_patch, old_uv = old
+    patch, uv = place.patch, place.uv
+    way, old_patch, old_uv = step.way, step.last_patch, step.uv
     index, own_patch, own_uv, own_now = work
     n = 0
     for i in range(rows.shape[0]):
         k = rows[i]
         if side[i] != 0:
-            found_near[k] = -1
+            found_patch[k] = -1
             continue
         if old_patch[k] >= 0 and (way[k] <= far or patch[i] < 0):
             own_patch[n], own_uv[n, 0], own_uv[n, 1] = old_patch[k], old_uv[k, 0], old_uv[k, 1]
@@ -285,7 +280,7 @@ def starts(rows, known, place, step, old, found_near, far, work):
             continue
         index[n] = i
         for c in range(3):
-            own_now[n, c] = now[k, c]
+            own_now[n, c] = step.now[k, c]
         n += 1
     return n
 

@@ -21,7 +21,7 @@ import math
 import contiga.jit  # noqa: F401 (before any kernel: how they are kept)
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
-from contiga.num.rigid_lanes import (
+from contiga.rigid.rigid_lanes import (
     AXES,
     CENTRE,
     CENTRE_B,

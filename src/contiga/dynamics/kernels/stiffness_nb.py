@@ -10,7 +10,7 @@ import contiga.jit  # noqa: F401 (before any kernel: how they are kept)
 from contiga.dynamics.kernels.rigid_body_nb import direction
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
-from contiga.num.rigid_lanes import AXES, CENTRE, MASS, MOMENTS, SPINS, TURN, WAYS
+from contiga.rigid.rigid_lanes import AXES, CENTRE, MASS, MOMENTS, SPINS, TURN, WAYS
 
 SWEEPS = 30
 ROUNDING = 1e-15

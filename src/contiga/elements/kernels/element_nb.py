@@ -12,9 +12,9 @@ import math
 
 import numpy as np
 
+from contiga.arrays.codes import GENERAL, RATIONAL_CUBIC
+from contiga.arrays.kernels.fma_nb import fma
 from contiga.jit import inlined, inner, kernel
-from contiga.num.codes import GENERAL, RATIONAL_CUBIC
-from contiga.num.kernels.fma_nb import fma
 
 # Columns of the table `h`: value, d/ds, d/dt, d²/ds², d²/dsdt, d²/dt².
 VALUE, DS, DT, DSS, DST, DTT = 0, 1, 2, 3, 4, 5

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from contiga.arrays.kernels.sort_nb import sort
 from contiga.geometry.kernels.quadrature_nb import bernstein, jacobian
 from contiga.geometry.kernels.trim_nb import bernstein_at, parameter_at, point_in_trim
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
-from contiga.num.kernels.sort_nb import sort
 
 
 @inner()

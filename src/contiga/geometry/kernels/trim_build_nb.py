@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
+from contiga.arrays.codes import CUT
+from contiga.arrays.kernels.sort_nb import sort
 from contiga.geometry.kernels.trim_nb import MARGIN, _crosses_right, _range_in_row
 from contiga.jit import inner, kernel
-from contiga.num.codes import CUT
-from contiga.num.kernels.sort_nb import sort
 
 ROOT_WIDTH = 1e-14
 FLAT = 1e-15

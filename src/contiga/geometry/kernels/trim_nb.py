@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.arrays.codes import CUT, IN, OUT
 from contiga.jit import inner, kernel
-from contiga.num.codes import CUT, IN, OUT
 from contiga.pointer_records import pass_by_pointer
 
 MARGIN = 1e-9

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from contiga.arrays.ordered import solve
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
-from contiga.num.ordered import solve
 from contiga.records import FloatArray
 
 STEPS = 30

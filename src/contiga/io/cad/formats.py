@@ -10,8 +10,8 @@ from functools import lru_cache
 from hashlib import file_digest
 from pathlib import Path
 
+from contiga.arrays.cache_folder import cache_folder
 from contiga.io.apart import prepare
-from contiga.num.cache_folder import cache_folder
 
 SUFFIXES = (".step", ".stp", ".iges", ".igs", ".3dm", ".xml")
 PACKAGES = dict.fromkeys(SUFFIXES[:4], ("OCP",)) | {".3dm": ("rhino3dm",), ".xml": ()}
@@ -63,7 +63,7 @@ def was_read(file: Path) -> bool:
 
 
 def kept_as(file: Path) -> str:
-    """What names of entries of `contiga.num.disk_cache` begin with that are of a file's bytes."""
+    """What names of entries begin with, of `contiga.arrays.disk_cache`, of a file's bytes."""
     stat = file.stat()
     return f"cad-{_digest(str(file), stat.st_mtime_ns, stat.st_size)[:32]}"
 

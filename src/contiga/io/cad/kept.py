@@ -15,14 +15,16 @@ from contiga.io.apart import read_apart
 from contiga.io.cad.formats import PACKAGES, READERS, kept_as
 
 if TYPE_CHECKING:
-    from contiga.num.disk_cache import DiskCache
+    from contiga.arrays.disk_cache import DiskCache
 
 _CHECKS = Path(__file__).with_name("read_cad.py")
 
 
 def _files(file: Path) -> DiskCache:
     """Where a file of so many bytes is looked for; what reads and checks it is not imported."""
-    from contiga.num.disk_cache import DiskCache  # numba comes with it, which a reader loads beside
+    from contiga.arrays.disk_cache import (
+        DiskCache,  # numba comes with it, which a reader loads beside
+    )
 
     module = Path(__file__).with_name(f"{READERS[file.suffix.lower()]}.py")
     return DiskCache(kept_as(file), module, _CHECKS)

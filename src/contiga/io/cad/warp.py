@@ -14,13 +14,13 @@ from collections.abc import Callable
 
 import numpy as np
 
+from contiga.arrays.ordered import product, solve
 from contiga.geometry.bezier import extract_curve
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.kernels.trim_build_nb import monotone_pieces
 from contiga.geometry.kernels.trim_nb import parameter_at
 from contiga.geometry.surface import NurbsSurface
 from contiga.io.cad.chart import Chart
-from contiga.num.ordered import product, solve
 from contiga.records import FloatArray
 
 DEGREE = 5

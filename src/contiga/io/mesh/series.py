@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import read_only
+from contiga.arrays.piecewise import piece_at
 from contiga.errors import FileError, MeshError
 from contiga.io.mesh.read_mesh import read_raw
-from contiga.num.arrays import read_only
-from contiga.num.piecewise import piece_at
 from contiga.records import FloatArray
 from contiga.slaves.slave import check_points
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from contiga.arrays.kernels.union_nb import numbered, unite
 from contiga.jit import kernel
-from contiga.num.kernels.union_nb import numbered, unite
 
 
 @kernel()

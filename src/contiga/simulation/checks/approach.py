@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.masters.nearness import nearest
-from contiga.num import pose
-from contiga.num.rigid import to_body
 from contiga.records import FloatArray
+from contiga.rigid import pose
+from contiga.rigid.frames import to_body
 from contiga.simulation.checks.scene import INSTANT, Pair
 
 # Parts of a span between two planned times.

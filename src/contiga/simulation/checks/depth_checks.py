@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from contiga.contact.dry_run import DryRun
-from contiga.num import pose
-from contiga.num.rigid import turn_to_world
+from contiga.rigid import pose
+from contiga.rigid.frames import turn_to_world
 from contiga.simulation.checks.finding import Finding, Said
 from contiga.simulation.checks.layers import Layer, layers_of
 from contiga.simulation.checks.scene import Pair, Scene

@@ -8,8 +8,8 @@ import numpy as np
 
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
-from contiga.num.rigid import to_body
 from contiga.records import FloatArray, IndexArray
+from contiga.rigid.frames import to_body
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Pair, Scene
 from contiga.slaves.cells import SOLIDS

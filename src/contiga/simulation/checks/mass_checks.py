@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from contiga.arrays.ordered import length
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Free
 from contiga.masters.protocol import Master
-from contiga.num.ordered import length
-from contiga.num.rigid_lanes import MASS
 from contiga.records import MassProperties
+from contiga.rigid.rigid_lanes import MASS
 from contiga.simulation.checks.finding import Finding, Said
 from contiga.simulation.checks.scene import Scene
 from contiga.slaves.slave import Slave

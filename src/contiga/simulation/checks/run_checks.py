@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 
+from contiga.arrays.ordered import length
 from contiga.contact.state import State
 from contiga.laws.force import ForceLaw
 from contiga.masters.nearness import nearest
-from contiga.num.ordered import length
 from contiga.records import FloatArray
 from contiga.simulation.checks.depth_checks import STEP_OF_LAYER, deeper_than
 from contiga.simulation.checks.facing import two_layers

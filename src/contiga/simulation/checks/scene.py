@@ -13,16 +13,16 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays.ordered import length
 from contiga.contact.dry_run import DryRun
 from contiga.dynamics.free import Dependent, Free
 from contiga.dynamics.nodes import NodeMover
 from contiga.dynamics.prescribed import BodyMotion, Moved, is_told, rows_in
 from contiga.masters.protocol import Master
-from contiga.num import pose, quaternion
-from contiga.num.ordered import length
-from contiga.num.pose import to_quaternion
-from contiga.num.rigid_lanes import CENTRE
 from contiga.records import FloatArray
+from contiga.rigid import pose, quaternion
+from contiga.rigid.pose import to_quaternion
+from contiga.rigid.rigid_lanes import CENTRE
 from contiga.simulation.checks.finding import Said
 from contiga.simulation.model import ContactPart, Model
 from contiga.slaves.slave import Slave

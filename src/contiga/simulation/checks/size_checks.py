@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from contiga.arrays.ordered import length
 from contiga.errors import InputError
-from contiga.num.ordered import length
 from contiga.records import FloatArray
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Scene

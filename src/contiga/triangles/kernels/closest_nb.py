@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 
+from contiga.arrays.codes import MAX_ITERATIONS, NOT_FINITE, OK
+from contiga.arrays.kernels.query_nb import blank_foot
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
-from contiga.num.codes import MAX_ITERATIONS, NOT_FINITE, OK
-from contiga.num.kernels.query_nb import blank_foot
 from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH, box_distances, put
 from contiga.triangles.kernels.facet_nb import (
     TRIANGLE,

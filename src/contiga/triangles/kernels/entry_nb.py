@@ -14,9 +14,9 @@ import math
 
 import numpy as np
 
+from contiga.arrays.codes import AT_START, EITHER, ENTRIES, OK
+from contiga.arrays.kernels.query_nb import begin_path
 from contiga.jit import inner, kernel
-from contiga.num.codes import AT_START, EITHER, ENTRIES, OK
-from contiga.num.kernels.query_nb import begin_path
 from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH, put
 from contiga.triangles.kernels.facet_nb import TRIANGLE
 

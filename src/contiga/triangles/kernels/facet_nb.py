@@ -6,8 +6,8 @@ import math
 
 from numba.core.compiler import Compiler
 
+from contiga.arrays.codes import AT_BORDER, EDGE, FACE, NO_TRIANGLE, OK, VERTEX
 from contiga.jit import inner
-from contiga.num.codes import AT_BORDER, EDGE, FACE, NO_TRIANGLE, OK, VERTEX
 
 NEIGHBOUR, VERTICES, TRIANGLE = 0, 3, 6
 """Columns of `link`."""

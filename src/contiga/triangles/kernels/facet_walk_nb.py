@@ -13,9 +13,9 @@ import math
 import numpy as np
 from numba.core.compiler import Compiler
 
+from contiga.arrays.codes import MAX_ITERATIONS, NO_TRIANGLE, NOT_FINITE
+from contiga.arrays.kernels.query_nb import blank_foot
 from contiga.jit import inner, kernel
-from contiga.num.codes import MAX_ITERATIONS, NO_TRIANGLE, NOT_FINITE
-from contiga.num.kernels.query_nb import blank_foot
 from contiga.triangles.kernels.facet_nb import (
     TRIANGLE,
     VERTICES,

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import contiga as cg
+from contiga.arrays.cache_folder import FOLDER
 from contiga.errors import ContigaWarning, FileError
 from contiga.io.cad import formats, kept, read_cad
-from contiga.num.cache_folder import FOLDER
 from contiga_validation.rivals.headform import write_step
 
 

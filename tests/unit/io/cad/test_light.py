@@ -7,15 +7,18 @@ import sys
 
 import pytest
 
-HEAVY = ("numba", "scipy", "OCP", "contiga.search.project", "contiga.geometry.body_mesh")
+HEAVY = ("numba", "scipy", "OCP", "contiga.search.track.project", "contiga.geometry.body_mesh")
 
 
 @pytest.mark.parametrize(
     ("module", "spared"),
     [
         ("contiga.io.cad.cad_parts", HEAVY),
-        ("contiga.io.cad.step_iges", ("OCP", "contiga.search.project")),
-        ("contiga.masters.body", ("OCP", "contiga.search.project", "contiga.geometry.body_mesh")),
+        ("contiga.io.cad.step_iges", ("OCP", "contiga.search.track.project")),
+        (
+            "contiga.masters.body",
+            ("OCP", "contiga.search.track.project", "contiga.geometry.body_mesh"),
+        ),
     ],
 )
 def test_what_is_not_needed_at_once_is_not_imported(module: str, spared: tuple[str, ...]) -> None:

@@ -1,0 +1,1 @@
+"""Arrays as kernels take them, numbers of statuses, sums of one order, threads and memory."""

@@ -1,0 +1,108 @@
+"""What is worked out of a file or a body, kept on the disk for the next process.
+
+An entry is known by the digest of what it was made of, with the sources that made it: it is never
+out of date. It is a pickle, as a kernel that numba keeps is; so one that anybody else may have
+written, or that is damaged, is not opened.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import secrets
+import sys
+from contextlib import suppress
+from functools import cached_property
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from contiga.arrays.cache_folder import cache_folder
+from contiga.jit.stamps import stamp_of
+from contiga.version import __version__
+
+MOST = 512 * 1024**2
+"""Bytes that all entries may take; those not asked for the longest go first."""
+_SEAL = 32
+"""Bytes of the checksum in front of an entry."""
+
+
+class DiskCache:
+    """Entries of one kind.
+
+    Parameters
+    ----------
+    kind : what the names of their files begin with
+    sources : files of the modules that make them: what these import is part of the key, too
+    """
+
+    def __init__(self, kind: str, *sources: str | Path) -> None:
+        self._kind, self._sources = kind, sources
+
+    @cached_property
+    def _made_by(self) -> str:
+        versions = f"{__version__} {sys.version_info[:2]} {np.__version__}"
+        return " ".join((self._kind, *map(stamp_of, self._sources), versions))
+
+    def get(self, key: str) -> Any | None:
+        """What was put under a key; None where there is nothing, or nothing that can be trusted."""
+        folder = cache_folder()
+        if folder is None:
+            return None
+        path = self._path(folder, key)
+        with suppress(OSError):
+            if not _is_ours(path):
+                return None
+            content = path.read_bytes()
+            if content[:_SEAL] == sha256(content[_SEAL:]).digest():
+                with suppress(Exception):  # of another make of the same version
+                    value = pickle.loads(memoryview(content)[_SEAL:])
+                    path.touch()
+                    return value
+            path.unlink()
+        return None
+
+    def put(self, key: str, value: Any) -> None:
+        """Keep a value; nothing is said where that is not possible."""
+        folder = cache_folder()
+        if folder is None:
+            return
+        with suppress(OSError, pickle.PicklingError, TypeError, AttributeError):
+            content = pickle.dumps(value, protocol=5)
+            if len(content) > MOST // 4:
+                return
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            path = self._path(folder, key)
+            temporary = path.with_suffix(f".{secrets.token_hex(4)}")
+            try:
+                temporary.write_bytes(sha256(content).digest() + content)
+                temporary.replace(path)
+            finally:
+                temporary.unlink(missing_ok=True)
+            _trim(folder)
+
+    def _path(self, folder: Path, key: str) -> Path:
+        name = sha256(f"{self._made_by}\0{key}".encode()).hexdigest()[:32]
+        return folder / f"{self._kind}-{name}.kept"
+
+
+def _is_ours(path: Path) -> bool:
+    """Whether nobody else can have written a file, as far as the system says."""
+    if not hasattr(os, "geteuid"):
+        return True
+    found, folder = path.stat(), path.parent.stat()
+    mine = found.st_uid == folder.st_uid == os.geteuid()
+    return mine and not (found.st_mode | folder.st_mode) & 0o022
+
+
+def _trim(folder: Path) -> None:
+    """Remove what was not asked for the longest, until the rest is no more than `MOST`."""
+    entries = [(path, path.stat()) for path in folder.glob("*-*.kept")]
+    total = sum(found.st_size for _, found in entries)
+    for path, found in sorted(entries, key=lambda entry: entry[1].st_mtime_ns):
+        if total <= MOST:
+            return
+        path.unlink(missing_ok=True)
+        total -= found.st_size

@@ -1,0 +1,109 @@
+"""Questions that exact bodies and triangles answer alike, from what each answers by itself."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.arrays.layout import as_points
+from contiga.arrays.ordered import length
+from contiga.errors import InputError
+from contiga.records import FloatArray, IntArray, Projection, RayHit
+from contiga.statuses import Status
+
+WIDER = 1.0 + 1e-6
+"""The ball that rays are cut by, of the one that holds the surface: nothing lies on its border."""
+
+
+class Queries:
+    """Mixed into masters, which have `project`, `surface` and `bounds`."""
+
+    project: Any
+    surface: Any
+    bounds: Any
+
+    def track(self, points: ArrayLike, start: Projection) -> Projection:
+        """Feet of `points` (n, 3) continued from `start`, those of the same points one step ago."""
+        feet: Projection = self.project(points, start=start, mode="track")
+        return feet
+
+    def signed_distance(self, points: ArrayLike) -> FloatArray:
+        """(n,) length from `points` (n, 3) to the surface, negative on the contact side.
+
+        The `gap` of `project`; NaN where a point has no foot.
+        """
+        feet = self.project(points)
+        return np.where(feet.patch < 0, np.nan, feet.gap)
+
+    def ray(self, origins: ArrayLike, directions: ArrayLike) -> RayHit:
+        """What rays hit first, from whichever side; `first_hit` is of segments that enter.
+
+        Parameters
+        ----------
+        origins, directions : (n, 3), or (3,) for all; a direction may have any length
+
+        Raises
+        ------
+        InputError
+            Other shapes, or a direction that is zero or not finite.
+        """
+        starts, units = _checked_rays(origins, directions)
+        low, high = self.bounds()
+        middle, reach = 0.5 * (low + high), 0.5 * WIDER * length(high - low)
+        along = ((middle - starts) * units).sum(axis=1)
+        near, far = np.maximum(along - reach, 0.0), along + reach
+        rows = np.flatnonzero(np.isfinite(far) & (far > 0.0)).astype(np.int32)
+        # Segments run to the start of their rays: the last that they cross is what rays hit first.
+        with np.errstate(invalid="ignore"):
+            begins, ends = starts + far[:, None] * units, starts + near[:, None] * units
+        found, sense = self.surface.last_crossings(begins, ends, rows)
+        crossed = sense != 0
+        hit, share = rows[crossed], found.fraction[crossed]
+        out = _no_hits(len(starts))
+        out.distance[hit] = far[hit] + share * (near[hit] - far[hit])
+        for name in ("patch", "uv", "point", "status"):
+            getattr(out, name)[hit] = getattr(found, name)[crossed]
+        out.normal[hit] = self._normals_at(out.patch[hit], out.uv[hit])
+        return out
+
+    def _normals_at(self, patch: IntArray, uv: FloatArray) -> FloatArray:
+        """(k, 3) unit normals at places (patch, uv)."""
+        raise NotImplementedError
+
+
+def _checked_rays(origins: ArrayLike, directions: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Origins and unit directions (n, 3)."""
+    starts, ways = as_points(origins, "origins"), as_points(directions, "directions")
+    if len(starts) != len(ways) and 1 not in (len(starts), len(ways)):
+        raise InputError(
+            "a ray has an origin and a direction",
+            where="directions",
+            found=ways.shape,
+            allowed=f"{starts.shape}, or (3,) for all",
+        )
+    size = np.abs(ways).max(axis=1, initial=0.0)
+    wrong = ~(np.isfinite(size) & (size > 0.0))
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise InputError(
+            "a direction must be finite and not zero",
+            where=f"directions[{row}]",
+            found=ways[row].tolist(),
+        )
+    ways = ways / size[:, None]
+    starts, units = np.broadcast_arrays(starts, ways / np.sqrt((ways**2).sum(axis=1))[:, None])
+    return starts, units
+
+
+def _no_hits(n: int) -> RayHit:
+    """Rays that hit nothing."""
+    return RayHit(
+        distance=np.full(n, np.nan),
+        patch=np.full(n, -1, np.int32),
+        uv=np.full((n, 2), np.nan),
+        point=np.full((n, 3), np.nan),
+        normal=np.full((n, 3), np.nan),
+        status=np.full(n, Status.NO_HIT, np.int8),
+    )

@@ -1,0 +1,95 @@
+"""The usual points of a closed body, settled by one call of a kernel for a chunk of them.
+
+Nearly all points of a step are: their sides and feet, and balls that touch there, tell what becomes
+of them. Those that are left go through `closed_body` stage by stage, as all do of surfaces whose
+tables kernels do not have.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from math import ceil
+from typing import Any
+
+import numpy as np
+
+from contiga.arrays.threads import run_ranges
+from contiga.contact.kernels import usual_nb
+from contiga.contact.tracked import Detected, Options, Step
+from contiga.contact.usual_records import Limits, Work
+from contiga.jit import straight
+from contiga.masters.protocol import Surface
+from contiga.records import FloatArray, IntArray
+from contiga.search.track.project import rows_of_a_chunk
+from contiga.search.track.track_records import Starts
+
+Settle = Callable[[IntArray, Work, IntArray], int]
+"""Settles rows, working in memory, and lists those left; how many."""
+
+
+class Room(threading.local):
+    """Memory for rows whose feet are certified or not, kept by the thread."""
+
+    def __init__(self) -> None:
+        self._work: dict[bool, Work] = {}
+
+    def of(self, n: int, certify: bool) -> Work:
+        """Memory for n rows at least, the thread's until it asks for the next."""
+        work = self._work.get(certify)
+        if work is None or len(work.rows) < n:
+            work = self._work[certify] = Work.of(n, certify)
+        return work
+
+
+_room = Room()
+
+
+def left(
+    surface: Surface,
+    step: Step,
+    last: tuple[IntArray, FloatArray],
+    rows: tuple[IntArray, IntArray],
+    found: Detected,
+    options: Options,
+) -> tuple[IntArray, IntArray]:
+    """Settle the usual ones of `rows`, points that were in contact and free ones near the surface;
+    returns the others."""
+    tables = surface.contact_tables
+    if tables is None or not options.balls:
+        return rows
+    limits = Limits(options.nearest, options.hold, options.band, options.far)
+    touching, free = rows
+    if len(touching):
+        kernel, feet = straight(usual_nb.settle_touching), Starts(*last)
+
+        def settle(some: IntArray, work: Work, left: IntArray) -> int:
+            return int(kernel(tables, step, feet, some, limits, work, found, left))
+
+        touching = _left(settle, touching, surface.n_elements, not options.nearest)
+    if len(free):
+        free_kernel = straight(usual_nb.settle_free)
+
+        def settle_free(some: IntArray, work: Work, left: IntArray) -> int:
+            return int(free_kernel(tables, step, some, limits, work, found, left))
+
+        free = _left(settle_free, free, surface.n_elements, False)
+    return touching, free
+
+
+def _left(settle: Settle, rows: IntArray, n_elements: int, certify: bool) -> IntArray:
+    """The rows that are left, ascending, of as many chunks as there are."""
+    n = len(rows)
+    size, left = rows_of_a_chunk(n, n_elements), np.empty(n, np.int32)
+    if n <= size:
+        return left[: settle(rows, _room.of(n, certify), left)]
+    parts: list[Any] = [None] * ceil(n / size)
+
+    def chunks(first: int, last: int) -> None:
+        for c in range(first, last):
+            own = slice(c * size, (c + 1) * size)
+            count = settle(rows[own], _room.of(size, certify), left[own])
+            parts[c] = left[own][:count]
+
+    run_ranges(chunks, len(parts), 1)
+    return np.concatenate(parts)

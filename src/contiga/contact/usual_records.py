@@ -1,0 +1,85 @@
+"""What kernels that settle the usual points are handed, and work in."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.arrays.query_checks import NO_FEET
+from contiga.arrays.workspace import Workspace
+from contiga.records import ByteArray, FloatArray, IntArray, Projection, empty_projection
+from contiga.search.track.kernels.lanes_nb import RECORD
+from contiga.search.track.project import NOWHERE
+from contiga.search.track.track_records import Left, Path, Starts, room_for
+
+
+class Limits(NamedTuple):
+    """What decides."""
+
+    nearest: bool
+    """Whether the nearest wall pushes."""
+    hold: bool
+    """Whether points are held on borders."""
+    band: float
+    """Distance below which rounding decides whether a point is inside, length."""
+    far: float
+    """Way beyond which the last foot of a free point is no longer near by, length."""
+
+
+class Work(NamedTuple):
+    """Memory for n rows, of which nothing is kept."""
+
+    rows: IntArray
+    side: ByteArray
+    reach: FloatArray
+    path: Path
+    """Of rows that have a foot to start from."""
+    starts: Starts
+    near: Starts
+    """Pieces of surface in the cells of points."""
+    feet: Projection
+    left: Left
+    """Rows that lanes leave to other stages."""
+    records: FloatArray
+    mark: ByteArray
+    asked: IntArray
+    """Feet that balls are asked about."""
+    which: ByteArray
+    """On which side."""
+    radius: FloatArray
+    chosen: IntArray
+    clear: NDArray[np.bool_]
+    within: FloatArray
+    none: NDArray[np.bool_]
+    """False throughout."""
+
+    @classmethod
+    def of(cls, n: int, certify: bool) -> Work:
+        """For n rows, whose feet are certified or not."""
+        before, now = np.empty((2, n, 3))
+        path = Path(before if certify else NOWHERE, now, NO_FEET)
+        (rows, asked, chosen), (side, mark, which) = np.empty((3, n), np.int32), _bytes(3, n)
+        reach, radius, within = np.empty((3, n))
+        return cls(
+            *(rows, side, reach, path, _starts(n), _starts(n), empty_projection(n), room_for(n)),
+            *(
+                Workspace().rows(n, RECORD),
+                mark,
+                asked,
+                which,
+                radius,
+                chosen,
+                np.empty(n, np.bool_),
+            ),
+            *(within, np.zeros(n, np.bool_)),
+        )
+
+
+def _bytes(count: int, n: int) -> ByteArray:
+    return np.empty((count, n), np.int8)
+
+
+def _starts(n: int) -> Starts:
+    return Starts(np.empty(n, np.int32), np.empty((n, 2)))

@@ -1,1 +1,0 @@
-"""Small numerical helpers shared by every room."""

@@ -1,0 +1,1 @@
+"""Rigid motions: poses, twists, screws, quaternions and inertia; signs as `contiga.conventions`."""

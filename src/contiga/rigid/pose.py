@@ -1,0 +1,170 @@
+"""Poses: where a rigid frame stands, as (4, 4) matrices with a turn R and a position t.
+
+``X_WB`` is the pose of the body B in the world W: ``p_W = R p_B + t``. Angles are in radians.
+"""
+
+from __future__ import annotations
+
+from functools import reduce
+from itertools import chain
+from math import inf, isfinite
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.arrays.layout import as_points
+from contiga.arrays.ordered import product
+from contiga.errors import InputError
+from contiga.records import FloatArray
+from contiga.rigid import quaternion, transform
+from contiga.rigid.transform import Axis
+
+RIGID = 1e-9
+"""Largest entry of R Rᵀ − 1 of what counts as a pose."""
+
+
+def identity() -> FloatArray:
+    """The pose that leaves everything where it is."""
+    return np.eye(4)
+
+
+def translation(d: ArrayLike) -> FloatArray:
+    """Pose moved by `d` (3,)."""
+    return transform.translation(d)
+
+
+def rotation(axis: Axis, angle: float, centre: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
+    """Pose turned by `angle` about `axis` ("x", "y", "z" or a vector) through `centre`."""
+    return transform.rotation(axis, angle, centre)
+
+
+def from_quaternion(q: ArrayLike, position: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
+    """Pose of the turn `q` (w, x, y, z), of any length but zero, at `position`."""
+    X = transform.translation(position)
+    X[:3, :3] = quaternion.to_matrix(quaternion.as_unit(q))
+    return X
+
+
+def from_euler(
+    angles: ArrayLike, order: str = "xyz", position: ArrayLike = (0.0, 0.0, 0.0)
+) -> FloatArray:
+    """Pose turned about fixed axes one after the other, the first letter of `order` first.
+
+    Capitals turn about the axes the frame has by then (intrinsic), as in scipy's Rotation.
+
+    Raises
+    ------
+    InputError
+        `order` is not one to three of x, y, z in one case, or the angles do not match it.
+    """
+    values = np.atleast_1d(np.asarray(angles, dtype=np.float64))
+    lower = order.lower()
+    if not 1 <= len(order) <= 3 or set(lower) - set("xyz") or order not in (lower, order.upper()):
+        raise InputError(
+            "the order of Euler angles is not known",
+            where="order",
+            found=order,
+            allowed='one to three letters, as "xyz" (fixed axes) or "ZYX" (the frame\'s own)',
+        )
+    if values.shape != (len(order),):
+        raise InputError(
+            "expected one angle for each axis",
+            where="angles",
+            found=values.shape,
+            allowed=f"({len(order)},)",
+        )
+    turns = [transform.rotation(a, float(v)) for a, v in zip(lower, values, strict=True)]
+    X = compose(*(turns if order.isupper() else reversed(turns)))
+    X[:3, 3] = transform.vector(position, "position")
+    return X
+
+
+def as_pose(X: ArrayLike, where: str = "pose") -> FloatArray:
+    """`X` checked to be a rigid pose.
+
+    Raises
+    ------
+    InputError
+        Not a finite (4, 4) matrix with last row 0, 0, 0, 1, or its 3 × 3 part is not a rotation.
+    """
+    try:
+        pose = np.array(X, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError("a pose must be an array of numbers", where=where) from error
+    rows = pose.tolist()
+    if pose.shape != (4, 4) or not all(map(isfinite, chain.from_iterable(rows))):
+        raise InputError("a pose must be a finite (4, 4) matrix", where=where, found=pose.shape)
+    if not _off_rigid(rows) <= RIGID:
+        raise InputError(
+            "a pose must be a rotation and a translation",
+            where=where,
+            found=rows,
+            allowed=f"R Rᵀ = 1 to {RIGID:g}, det R = 1, last row 0, 0, 0, 1",
+        )
+    return pose
+
+
+def _off_rigid(rows: list[list[float]]) -> float:
+    """How far a finite (4, 4) matrix is from a pose: the largest entry of R Rᵀ − 1, infinite of a
+    mirror, and where the last row is not 0, 0, 0, 1. In plain numbers: one matrix is too few for
+    arrays to pay."""
+    (a, b, c, _), (d, e, f, _), (g, h, i, _), last = rows
+    turned = a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)
+    if last != [0.0, 0.0, 0.0, 1.0] or turned < 0.0:
+        return inf
+    return max(
+        abs(a * a + b * b + c * c - 1.0),
+        abs(d * d + e * e + f * f - 1.0),
+        abs(g * g + h * h + i * i - 1.0),
+        abs(a * d + b * e + c * f),
+        abs(d * g + e * h + f * i),
+        abs(g * a + h * b + i * c),
+    )
+
+
+def compose(*poses: FloatArray) -> FloatArray:
+    """Matrix product: ``compose(X_AB, X_BC)`` is X_AC. What stands last is applied first."""
+    return reduce(product, poses, np.eye(4))
+
+
+def invert(X_AB: FloatArray) -> FloatArray:
+    """X_BA: the pose of A in B."""
+    X_BA = np.eye(4)
+    X_BA[:3, :3] = X_AB[:3, :3].T
+    X_BA[:3, 3] = -product(X_AB[:3, :3].T, X_AB[:3, 3])
+    return X_BA
+
+
+def relative(X_WA: FloatArray, X_WB: FloatArray) -> FloatArray:
+    """X_AB: the pose of B as seen from A."""
+    return compose(invert(X_WA), X_WB)
+
+
+def apply(X_AB: FloatArray, points_B: ArrayLike) -> FloatArray:
+    """Points (n, 3) of the frame B in the frame A."""
+    return transform.apply(X_AB, as_points(points_B))
+
+
+def apply_vectors(X_AB: FloatArray, vectors_B: ArrayLike) -> FloatArray:
+    """Directions (n, 3) of the frame B in the frame A: turned, not moved."""
+    return np.asarray(product(as_points(vectors_B, "vectors"), X_AB[:3, :3].T))
+
+
+def to_quaternion(X: FloatArray) -> FloatArray:
+    """The turn of a pose as a unit quaternion (w, x, y, z) with w ≥ 0."""
+    return quaternion.from_matrix(X[:3, :3])
+
+
+def interpolate(X0: FloatArray, X1: FloatArray, s: float) -> FloatArray:
+    """The pose a part `s` of the way from `X0` to `X1`.
+
+    The position moves on a straight line, the frame turns evenly about one axis the shorter way
+    (slerp). The ends come back as they are.
+    """
+    if s in (0.0, 1.0):
+        return (X1 if s else X0).copy()
+    X = np.eye(4)
+    q = quaternion.slerp(to_quaternion(X0), to_quaternion(X1), s)
+    X[:3, :3] = quaternion.to_matrix(q)
+    X[:3, 3] = (1.0 - s) * X0[:3, 3] + s * X1[:3, 3]
+    return X

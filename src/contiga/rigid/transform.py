@@ -1,0 +1,161 @@
+"""Affine maps as (4, 4) matrices: what curves, surfaces, meshes and bodies are moved with."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.arrays.ordered import length, product
+from contiga.errors import GeometryError
+from contiga.records import FloatArray
+
+Axis = str | ArrayLike
+_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+_SINGULAR = 1e-14
+
+
+def vector(values: ArrayLike, where: str) -> FloatArray:
+    """`values` as three finite numbers."""
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise GeometryError("must be three numbers", where=where, found=values) from error
+    if array.shape != (3,) or not np.isfinite(array).all():
+        raise GeometryError("must be three finite numbers", where=where, found=values)
+    return array
+
+
+def unit_axis(axis: Axis, where: str = "axis") -> FloatArray:
+    """A unit vector from ``"x"``, ``"y"``, ``"z"`` or any vector that is not zero."""
+    if isinstance(axis, str):
+        if axis not in _AXES:
+            raise GeometryError(
+                "not an axis", where=where, found=axis, allowed="'x', 'y', 'z' or a vector"
+            )
+        return np.array(_AXES[axis])
+    direction = vector(axis, where)
+    largest = float(np.abs(direction).max())
+    if largest == 0.0:
+        raise GeometryError("an axis must not be the zero vector", where=where, found=axis)
+    direction = direction / largest
+    return np.asarray(direction / length(direction))
+
+
+def translation(d: ArrayLike) -> FloatArray:
+    """Matrix that moves by `d`."""
+    matrix = np.eye(4)
+    matrix[:3, 3] = vector(d, "translation")
+    return matrix
+
+
+def rotation(axis: Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
+    """Matrix that turns by `angle` (radians, right-handed) about `axis` through `origin`.
+
+    Rodrigues' formula. Quarter turns are exact: their sine and cosine are rounded to 0 and ±1.
+    """
+    if not math.isfinite(angle):
+        raise GeometryError("the angle must be finite", where="angle", found=angle)
+    k = unit_axis(axis)
+    cosine, sine = cos_sin(angle)
+    cross = np.array([[0.0, -k[2], k[1]], [k[2], 0.0, -k[0]], [-k[1], k[0], 0.0]])
+    matrix = np.eye(4)
+    matrix[:3, :3] = cosine * np.eye(3) + sine * cross + (1.0 - cosine) * np.outer(k, k)
+    centre = vector(origin, "origin")
+    matrix[:3, 3] = centre - product(matrix[:3, :3], centre)
+    return matrix
+
+
+def cos_sin(angle: float) -> tuple[float, float]:
+    """Cosine and sine, exact at multiples of a quarter turn."""
+    quarters = angle / (0.5 * math.pi)
+    nearest = round(quarters)
+    if abs(quarters - nearest) <= 4e-16 * max(1.0, abs(quarters)):
+        return ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[nearest % 4]
+    return math.cos(angle), math.sin(angle)
+
+
+def scaling(s: float | ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
+    """Matrix that scales by `s`, one positive number or one for each axis, about `origin`."""
+    factors = np.asarray(s, dtype=np.float64)
+    if factors.shape not in ((), (3,)) or not (np.isfinite(factors).all() and (factors > 0).all()):
+        raise GeometryError(
+            "scale factors must be positive",
+            where="scale",
+            found=s,
+            allowed="one number > 0, or three",
+            remedy="For a mirror image use transformed with a reflecting matrix",
+        )
+    centre = vector(origin, "origin")
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.diag(np.broadcast_to(factors, (3,)))
+    matrix[:3, 3] = centre - product(matrix[:3, :3], centre)
+    return matrix
+
+
+def frame(axis: Axis, centre: ArrayLike) -> FloatArray:
+    """Pose whose z axis is `axis` and whose origin is `centre`.
+
+    The coordinate axes are mapped by cyclic permutation, so they are exact. Another axis is
+    reached by the shortest turn from z, and the opposite of z by a half turn about x.
+    """
+    k = unit_axis(axis)
+    matrix = np.eye(4)
+    if k[2] == -1.0:
+        columns = np.diag([1.0, -1.0, -1.0])
+    elif k[0] == 1.0:
+        columns = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    elif k[1] == 1.0:
+        columns = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+    else:
+        columns = _shortest_turn(k)
+    matrix[:3, :3] = columns
+    matrix[:3, 3] = vector(centre, "centre")
+    return matrix
+
+
+def _shortest_turn(k: FloatArray) -> FloatArray:
+    """Rotation that takes z to the unit vector `k`."""
+    sine = math.hypot(k[0], k[1])
+    if sine == 0.0:
+        return np.eye(3)
+    turn_axis = np.array([-k[1] / sine, k[0] / sine, 0.0])
+    return rotation(turn_axis, math.atan2(sine, k[2]))[:3, :3]
+
+
+def affine(matrix: ArrayLike) -> FloatArray:
+    """`matrix` checked to be a regular affine map.
+
+    Raises
+    ------
+    GeometryError
+        not (4, 4), not finite, a last row other than (0, 0, 0, 1), or singular.
+    """
+    array = np.array(matrix, dtype=np.float64)
+    if array.shape != (4, 4) or not np.isfinite(array).all():
+        raise GeometryError(
+            "a transform must be a finite (4, 4) matrix", where="transform", found=array.shape
+        )
+    if not np.array_equal(array[3], [0.0, 0.0, 0.0, 1.0]):
+        raise GeometryError(
+            "the last row of a transform must be (0, 0, 0, 1)",
+            where="transform",
+            found=array[3].tolist(),
+        )
+    sizes = np.linalg.svd(array[:3, :3], compute_uv=False)
+    if sizes[-1] <= _SINGULAR * sizes[0]:
+        raise GeometryError(
+            "a transform must not flatten space: its matrix is singular", where="transform"
+        )
+    return array
+
+
+def apply(matrix: FloatArray, points: FloatArray) -> FloatArray:
+    """`points` (..., 3) moved by the affine `matrix`."""
+    return np.asarray(product(points, matrix[:3, :3].T) + matrix[:3, 3])
+
+
+def reflects(matrix: FloatArray) -> bool:
+    """Whether the map turns right hands into left ones."""
+    return bool(np.linalg.det(matrix[:3, :3]) < 0.0)

@@ -1,0 +1,46 @@
+"""Twists: how a rigid frame moves, as the velocity of its origin and its spin, in world axes.
+
+``v_W`` of a point p of the body is ``velocity + spin × (p − o)``, o the frame's origin: its
+``pose[:3, 3]``. Spins are in radians a time.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.arrays.ordered import product
+from contiga.records import FloatArray
+
+
+class Twist(NamedTuple):
+    """How a frame moves."""
+
+    velocity: FloatArray
+    """(3,) of the frame's origin, world axes."""
+    spin: FloatArray
+    """(3,) angular velocity, world axes, radians a time."""
+
+    def at(self, origin: FloatArray, points: FloatArray) -> FloatArray:
+        """Velocities (n, 3) of points (n, 3) of the body, whose frame has its origin there."""
+        return np.asarray(self.velocity + np.cross(self.spin, points - origin))
+
+
+def still() -> Twist:
+    """The twist of what stands still."""
+    return Twist(np.zeros(3), np.zeros(3))
+
+
+def combined(outer: Twist, X_WA: FloatArray, inner: Twist, X_AB: FloatArray) -> Twist:
+    """Twist of B in the world, where A moves in the world and B moves in A.
+
+    Parameters
+    ----------
+    outer, X_WA : twist and pose of A in the world
+    inner, X_AB : twist and pose of B in A, in the axes of A
+    """
+    R = X_WA[:3, :3]
+    arm = product(R, X_AB[:3, 3])
+    velocity = outer.velocity + np.cross(outer.spin, arm) + product(R, inner.velocity)
+    return Twist(velocity, outer.spin + product(R, inner.spin))

@@ -1,0 +1,379 @@
+"""Cells of the elements of a body, and the touching balls proved at their corners.
+
+The grid of an element has cells small enough for its derivatives to be nearly constant; cells near
+poles are halved until they are, and then the largest ones in which little was proved.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.arrays.codes import CUT, OUT
+from contiga.arrays.threads import run_ranges
+from contiga.elements.element_arrays import Records
+from contiga.geometry.kernels import trim_nb
+from contiga.pointer_records import pass_by_pointer
+from contiga.records import FloatArray, IntArray
+from contiga.search.balls.ball_caps import Caps, find_caps
+from contiga.search.balls.ball_records import CELL, HOME
+from contiga.search.balls.kernels import ball_block_nb, ball_bound_nb, ball_cell_nb, ball_plane_nb
+from contiga.search.hierarchy.kernels import tree_nb
+from contiga.search.hierarchy.table_types import NODE, Tables
+
+# Largest radius looked for, and the one up to which cells are cut for it, as shares of the size.
+CAP = 0.25
+GOAL = 0.01
+# Derivatives of a cell of the grid differ by about this share from those of its middle: the
+# first that needs no more cells than that.
+CELL_TURN = (0.2, 0.28, 0.4)
+GRID_BUDGET = 8000
+# Cells whose derivatives differ by more than this are cut before anything is asked of them,
+LARGEST_TURN = 0.6
+# unless they are shorter than this share of the body's size.
+ROUGH = 5e-3
+# Length of a cell of the grid as a share of the body's size, and cells an element, at most.
+CELL_LENGTH = 1.0 / 12.0
+MOST_CELLS = 16
+# Cuts of a cell at most, and how long it must be to be cut, as a share of the size.
+DEEPEST = 12
+SHORTEST = 1e-3
+# Rounds of cutting the largest cells where too little was proved, and how many they may add.
+ROUNDS = 12
+BUDGET = 30000
+# Share of a cell in which too little was proved for it to be cut.
+WANTING = 0.25
+# How far the surroundings of a cell tried as its smooth block go, in its lengths.
+SURROUNDINGS = (2.0, 1.0, 0.0)
+# Balls that a block is to allow, in units of the goal.
+ENOUGH = 3.0
+# Cells that a thread takes at once.
+CELLS = 16
+# Sides that lie closer than this share of the body's size are one.
+CLOSE = 1e-12
+
+GRID = np.dtype(
+    [
+        ("first", "i4"),  # its first cell
+        ("stride", "i4"),  # from cell (i, j) to (i + 1, j)
+        ("cells", "i4", 2),
+    ],
+    align=True,
+)
+
+
+@pass_by_pointer
+class Balls(NamedTuple):
+    """Radii of touching balls over a body: a grid of cells an element, some halved again."""
+
+    elements: Records
+    """(elements,) `GRID`."""
+    child: IntArray
+    """(cells,) twice the first of a cell's halves, plus 1 where it is halved across t; or −1."""
+    value: FloatArray
+    """(cells, 2, 4) inner and outer radius at the corners, interpolated bilinearly."""
+
+
+Places = NDArray[np.intp]
+
+
+class _Cells(NamedTuple):
+    """Cells under construction: the grid's first, then the halves of those that were cut."""
+
+    cells: Records
+    homes: Records
+    child: IntArray
+    value: FloatArray
+    want: FloatArray
+    depth: IntArray
+
+
+class _Place(NamedTuple):
+    """What the cells lie on."""
+
+    tables: Tables
+    centre: FloatArray
+    """All lengths of cells are about this point."""
+    size: float
+    tolerance: float
+    """Sides that lie closer than this are one."""
+    caps: Caps
+
+
+def build_balls(tables: Tables) -> Balls:
+    root = tables.tree[0]
+    centre, size = 0.5 * (root["low"] + root["high"]), float(tables.scale[0])
+    reach = np.finfo(float).eps * float(np.abs(centre).max())
+    tolerance = CLOSE * size + 8.0 * reach
+    elements, bases, cells = _grid(tables, centre, size)
+    place = _Place(tables, centre, size, tolerance, find_caps(tables, cells, tolerance))
+    _measure(place, cells)
+    all_cells = _with_homes(place, bases, cells)
+    while True:
+        parts = np.flatnonzero(_is_rough(all_cells, place))
+        if len(parts) == 0:
+            break
+        all_cells = _cut(place, all_cells, parts, own_homes=True)
+    rows = np.arange(len(all_cells.cells), dtype=np.intp)
+    most = len(rows) + BUDGET
+    for _ in range(ROUNDS):
+        _bound(place, all_cells, rows)
+        parts = _worth_cutting(all_cells, place, most)
+        if len(parts) == 0:
+            break
+        start = len(all_cells.cells)
+        all_cells = _cut(place, all_cells, parts, own_homes=False)
+        rows = np.arange(start, len(all_cells.cells), dtype=np.intp)
+    else:
+        _bound(place, all_cells, rows)
+    return Balls(elements, all_cells.child, all_cells.value)
+
+
+def _grid(tables: Tables, centre: FloatArray, size: float) -> tuple[Records, Places, Records]:
+    """Cells of every element: as many a span as the most that any element of the span needs."""
+    elements, grid = tables.elements, tables.grid
+    n = len(elements.table)
+    wants = _counts(_quarters(tables, centre), size)
+    rows = np.zeros(n, GRID)
+    bases = np.zeros((len(grid.patches), 3), np.intp)
+    parts: list[Records] = []
+    used = 0
+    for k, patch in enumerate(grid.patches):
+        nu, nv = int(np.ptp(patch["u"])) - 1, int(np.ptp(patch["v"])) - 1
+        own = slice(int(patch["first"]), int(patch["first"]) + nu * nv)
+        need = wants[own].reshape(nu, nv, 2)
+        along, across = need[:, :, 0].max(axis=1), need[:, :, 1].max(axis=0)
+        u, v = int(along.sum()), int(across.sum())
+        bases[k] = used, u, v
+        corner = (np.cumsum(along) - along)[:, None] * v + (np.cumsum(across) - across)[None, :]
+        rows["first"][own] = used + corner.ravel()
+        rows["stride"][own] = v
+        rows["cells"][own, 0] = np.repeat(along, nv)
+        rows["cells"][own, 1] = np.tile(across, nu)
+        parts.append(_patch_cells(elements.table, own, (along, across)))
+        used += u * v
+    return rows, bases, np.concatenate(parts)
+
+
+def _quarters(tables: Tables, centre: FloatArray) -> Records:
+    """The four quarters of every element, one after the other."""
+    n = len(tables.elements.table)
+    cells = np.zeros(4 * n, CELL)
+    cells["element"] = np.repeat(np.arange(n), 4)
+    halves = [(-0.5, 0.0), (0.0, 0.5)]
+    cells["box"] = np.tile([(*a, *b) for a in halves for b in halves], (n, 1))
+    _measure_cells(tables, centre, cells)
+    return cells
+
+
+def _counts(quarters: Records, size: float) -> IntArray:
+    """(n, 2) cells that an element wants in s and in t: fewer where that would be too many."""
+    # The longest quarter counts: towards a pole lengths vanish, and bends with them.
+    lengths = np.linalg.norm(quarters["first"], axis=2).reshape(-1, 4, 2).max(axis=1)
+    second = quarters["second"][:, [0, 2]].reshape(-1, 4, 2).max(axis=1)
+    turn = second / np.maximum(lengths, 1e-300)
+    long = 2.0 * lengths / (CELL_LENGTH * size)
+    for share in CELL_TURN:
+        counts = np.clip(np.ceil(np.maximum(turn / share, long)), 1, MOST_CELLS).astype(np.int32)
+        if counts.prod(axis=1).sum() <= GRID_BUDGET:
+            break
+    return counts
+
+
+def _patch_cells(table: Records, own: slice, counts: tuple[IntArray, IntArray]) -> Records:
+    """Cells of a patch in the order of its grid."""
+    along, across = counts
+    span = [np.repeat(np.arange(len(c)), c) for c in counts]
+    place = [np.arange(c.sum()) - np.repeat(np.cumsum(c) - c, c) for c in counts]
+    i, j = np.meshgrid(*span, indexing="ij")
+    a, b = np.meshgrid(*place, indexing="ij")
+    cells = np.zeros(i.size, CELL)
+    cells["element"] = own.start + (i * len(across) + j).ravel()
+    low = np.stack([a / along[i], b / across[j]], axis=-1).reshape(-1, 2)
+    high = np.stack([(a + 1) / along[i], (b + 1) / across[j]], axis=-1).reshape(-1, 2)
+    _place_cells(cells, np.stack([low, high], axis=-1) - 0.5, table)
+    return cells
+
+
+def _place_cells(cells: Records, box: FloatArray, table: Records) -> None:
+    """Set where cells lie: `box` (n, 2, 2) from low to high in s and t."""
+    cells["box"] = box.reshape(-1, 4)
+    rows = table[cells["element"]]
+    whole = rows["box"].reshape(-1, 2, 2)
+    wide = whole[:, :, 1] - whole[:, :, 0]
+    cells["uv"] = (whole[:, :, :1] + (box + 0.5) * wide[:, :, None]).reshape(-1, 4)
+    cells["wide"] = wide * (box[:, :, 1] - box[:, :, 0])
+    cells["patch"] = rows["patch"]
+
+
+def _measure(place: _Place, cells: Records) -> None:
+    """Bounds of cells, and where they lie in caps and in the trims."""
+    tables = place.tables
+    _measure_cells(tables, place.centre, cells)
+    place.caps.mark(cells)
+    cells["state"] = tables.elements.table["trim"][cells["element"]]
+    for k in np.flatnonzero(cells["state"] == CUT):
+        box = cells["uv"][k].tolist()
+        cells["state"][k] = trim_nb.box_state(tables.trims, int(cells["patch"][k]), *box)
+
+
+def _measure_cells(tables: Tables, centre: FloatArray, cells: Records) -> None:
+    run_ranges(ball_cell_nb.measure_cells, len(cells), CELLS, tables.elements, centre, cells)
+
+
+def _with_homes(place: _Place, bases: Places, cells: Records) -> _Cells:
+    """The cells of the grids with the smooth blocks around them."""
+    n, homes = len(cells), np.zeros(len(cells), HOME)
+    homes["patch"] = cells["patch"]
+    cells["home"] = np.arange(n)
+    tables = place.tables
+    smooth = np.ones((n, 2), bool)
+    joints = (tables.elements, tables.grid, bases, cells, place.tolerance, smooth)
+    closes = ball_block_nb.joints(*joints)
+    domain = tables.trims.domain.reshape(-1, 2, 2)
+    homes["period"] = (closes * np.diff(domain, axis=2)[:, :, 0])[cells["patch"]]
+    homes["cap"] = -1
+    ball_block_nb.base_homes(cells, smooth, bases, homes)
+    place.caps.take(cells, homes, _limit(place))
+    child = np.full(n, -1, np.int32)
+    return _Cells(cells, homes, child, np.zeros((n, 2, 4)), np.zeros(n), np.zeros(n, int))
+
+
+def _limit(place: _Place) -> float:
+    """Balls that a smooth block is to allow."""
+    return ENOUGH * GOAL * place.size
+
+
+def _is_leaf(all_cells: _Cells) -> NDArray[np.bool_]:
+    return (all_cells.child < 0) & (all_cells.cells["state"] != OUT)
+
+
+def _length(cells: Records) -> FloatArray:
+    corner = cells["corner"]
+    return np.maximum(
+        np.linalg.norm(corner[:, 3] - corner[:, 0], axis=1),
+        np.linalg.norm(corner[:, 2] - corner[:, 1], axis=1),
+    )
+
+
+def _is_rough(all_cells: _Cells, place: _Place) -> NDArray[np.bool_]:
+    """Cells whose derivatives differ too much to say anything, and that can be cut."""
+    cells = all_cells.cells
+    rough = ~(cells["turn"] <= LARGEST_TURN) & (_length(cells) > ROUGH * place.size)
+    return _is_leaf(all_cells) & rough & ~_has_cap(all_cells) & (all_cells.depth < DEEPEST)
+
+
+def _has_cap(all_cells: _Cells) -> NDArray[np.bool_]:
+    """Cells whose smooth block is a cap."""
+    caps: NDArray[np.bool_] = all_cells.homes["cap"][all_cells.cells["home"]] >= 0
+    return caps
+
+
+def _worth_cutting(all_cells: _Cells, place: _Place, most: int) -> Places:
+    """Cells in which much is wanting, the largest first until the budget is spent."""
+    cells = all_cells.cells
+    loss = all_cells.want * _length(cells) ** 2
+    sound = (cells["turn"] <= LARGEST_TURN) | _has_cap(all_cells)
+    able = _is_leaf(all_cells) & sound & (_length(cells) > SHORTEST * place.size)
+    able &= all_cells.depth < DEEPEST
+    rows = np.flatnonzero(able & (all_cells.want > WANTING))
+    free = min(most - len(cells), BUDGET // ROUNDS) // 2
+    return np.sort(rows[np.argsort(-loss[rows], kind="stable")[:free]])
+
+
+def _cut(place: _Place, old: _Cells, rows: Places, own_homes: bool) -> _Cells:
+    """Cells with `rows` halved; the parts take the homes of the whole or get their own."""
+    n = len(old.cells)
+    whole = np.repeat(old.cells[rows], 2)
+    way = _ways(old.cells[rows], own_homes)
+    parts = np.zeros(len(whole), CELL)
+    parts["element"], parts["home"] = whole["element"], whole["home"]
+    box = whole["box"].reshape(-1, 2, 2).copy()
+    each = np.arange(len(box))
+    ways = np.repeat(way, 2)
+    box[each, ways, 1 - each % 2] = box[each, ways].mean(axis=1)
+    _place_cells(parts, box, place.tables.elements.table)
+    _measure(place, parts)
+    inherited = old.homes[parts["home"]]
+    if own_homes:
+        inherited["near"], inherited["cap"] = 0.0, -1
+    parts["home"] = len(old.homes) + each
+    homes = np.concatenate([old.homes, _own_homes(place, parts, inherited)])
+    child = np.concatenate([old.child, np.full(len(parts), -1, np.int32)])
+    child[rows] = 2 * (n + 2 * np.arange(len(rows))) + way
+    value = np.concatenate([old.value, _halves(old.value[rows], way)])
+    want = np.concatenate([old.want, np.zeros(len(parts))])
+    depth = np.concatenate([old.depth, np.repeat(old.depth[rows] + 1, 2)])
+    return _Cells(np.concatenate([old.cells, parts]), homes, child, value, want, depth)
+
+
+def _ways(cells: Records, rough: bool) -> IntArray:
+    """(n,) whether to halve cells across s (0) or t (1): rough ones so that they turn least."""
+    lengths = np.linalg.norm(cells["first"], axis=2)
+    if not rough:
+        return (lengths[:, 1] > lengths[:, 0]).astype(int)
+    second = cells["second"]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        a = second[:, :2] / lengths[:, :1]
+        b = second[:, 1:] / lengths[:, 1:]
+    in_s = np.hypot(0.5 * a[:, 0] + a[:, 1], 0.5 * b[:, 0] + b[:, 1])
+    in_t = np.hypot(a[:, 0] + 0.5 * a[:, 1], b[:, 0] + 0.5 * b[:, 1])
+    return (~(in_s <= in_t)).astype(int)
+
+
+def _halves(value: FloatArray, way: IntArray) -> FloatArray:
+    """(2 n, 2, 4) corner values of the halves of cells halved across s (0) or t (1)."""
+    whole = value.reshape(-1, 2, 2, 2)
+    whole = np.where(way[:, None, None, None] == 0, whole, whole.swapaxes(2, 3))
+    middle = whole.mean(axis=2)
+    parts = np.stack(
+        [np.stack([whole[:, :, 0], middle], axis=2), np.stack([middle, whole[:, :, 1]], axis=2)],
+        axis=1,
+    ).reshape(-1, 2, 2, 2)
+    ways = np.repeat(way, 2)[:, None, None, None]
+    return np.where(ways == 0, parts, parts.swapaxes(2, 3)).reshape(-1, 2, 4)
+
+
+def _own_homes(place: _Place, parts: Records, homes: Records) -> Records:
+    """Smooth blocks around cells: the given ones, or surroundings in their element if better."""
+    box = parts["box"].reshape(-1, 2, 2)
+    half = box[:, :, 1] - box[:, :, 0]
+    lengths = np.maximum(np.linalg.norm(parts["first"], axis=2), 1e-300)
+    even = np.minimum(lengths.max(axis=1, keepdims=True) / lengths, 8.0)
+    around = np.stack([parts] * len(SURROUNDINGS))
+    # Across a side of the element goes only what was inherited.
+    beyond = np.abs(box).max(axis=2) + half * even > 0.5
+    at_side = (homes["near"].min(axis=1) > 0.0) & beyond.any(axis=1)
+    for row, share in zip(around, SURROUNDINGS, strict=True):
+        far = share * half * even
+        wider = np.stack([box[:, :, 0] - far, box[:, :, 1] + far], axis=2)
+        _place_cells(row, np.clip(wider, -0.5, 0.5), place.tables.elements.table)
+    rows = np.flatnonzero(~at_side)
+    own = homes[rows]
+    limit = _limit(place)
+    own_around = np.ascontiguousarray(around[:, rows])
+    ball_block_nb.homes_within(place.tables.elements, place.centre, own_around, limit, own)
+    homes[rows] = own
+    place.caps.take(parts, homes, limit)
+    return homes
+
+
+def _bound(place: _Place, all_cells: _Cells, rows: Places) -> None:
+    """Radii of the cells `rows` that are not cut or trimmed away."""
+    cells = all_cells.cells
+    leaves = np.flatnonzero(_is_leaf(all_cells)).astype(np.int32)
+    corner, bulge = cells["corner"][leaves], cells["bulge"][leaves, None]
+    margin = bulge + ball_plane_nb.ROUNDING * place.size
+    low, high = corner.min(axis=1) - margin, corner.max(axis=1) + margin
+    node_low, node_high, first, count, order = tree_nb.build(low, high)
+    tree = np.zeros(len(first), NODE)
+    tree["low"], tree["high"], tree["first"], tree["count"] = node_low, node_high, first, count
+    rows = np.intersect1d(rows, leaves)
+    body = (cells, tree, leaves[order])
+    surface = (place.tables.elements, place.tables.trims, place.centre)
+    limits = (place.size, CAP * place.size, GOAL * place.size)
+    result = (rows, all_cells.value, all_cells.want)
+    given = body, surface, all_cells.homes, limits, result
+    run_ranges(ball_bound_nb.bound_cells, len(rows), CELLS, *given)

@@ -1,0 +1,233 @@
+"""Whether the pieces of a body are apart, or touch, cross or lie within one another.
+
+A piece is what hangs together by shared edges. A body of several closed pieces is sound where each
+place of its surface has matter behind it and none before: the turns of all pieces about a point
+just before it (1 within one that faces outward, −1 within a cavity, which faces inward) add up to
+0. Places are the middles of triangles, leaves laid flat, of pieces whose leaves come near each
+other, or of which the box of one lies in another's. What is farther from the
+other piece than its triangle reaches is done with; of the rest the nearest are cut up. Where none
+tells, the nearest places are led to where both pieces are nearest, and it is looked about there.
+What is found is exact to the tolerance; a small overlap far from those places may be overlooked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.geometry.faces import Faces
+from contiga.geometry.piece import piece_of
+from contiga.records import FloatArray, IndexArray, IntArray
+from contiga.search.borders.coincident import coincident_at
+from contiga.search.borders.crossings import near_leaves
+from contiga.search.tables import tables_of
+from contiga.search.track.project import project
+from contiga.statuses import Feature
+
+MOST = 4
+"""Meetings after which no more are looked for."""
+KEPT, LEVELS = 12, 5
+"""Triangles that are cut up at each level, those that are nearest to the other piece; levels."""
+INNER = np.array([0.36, 0.33, 0.31])
+"""Shares of the corners in the place of a triangle: no place of symmetry."""
+NEAREST, HOPS = 4, 12
+"""Places that are led to where two pieces are nearest, in so many steps."""
+ASIDE = 3e-3
+"""How far beside such a place it is looked, in the diagonal of the overlap."""
+
+
+class Meeting(NamedTuple):
+    """A place where pieces of a body touch or overlap."""
+
+    patches: tuple[int, int]
+    """A face of each."""
+    point: tuple[float, float, float]
+    """Body frame."""
+    overlap: bool
+    """Whether one reaches into the other; else they have a part of their faces in common."""
+
+    def __str__(self) -> str:
+        how = "overlap" if self.overlap else "coincide"
+        x, y, z = self.point
+        return (
+            f"patches {self.patches[0]} and {self.patches[1]} {how} at ({x:.6g}, {y:.6g}, {z:.6g})"
+        )
+
+
+class _Piece(NamedTuple):
+    faces: Faces
+    patches: IndexArray
+    """Its patches in the body."""
+    box: FloatArray
+    triangles: FloatArray
+    """(n, 3, 3) near it: its leaves laid flat."""
+    bulge: float
+    """How far it is from them at most, length."""
+    turn: int
+    """1 if it faces outward, −1 if it bounds a cavity."""
+
+
+def meetings_of(body: Faces, piece: IntArray, tolerance: float) -> tuple[Meeting, ...]:
+    """Where closed pieces of `body` meet, the first `MOST` places; else faces of one piece.
+
+    Parameters
+    ----------
+    piece : (patches,) number of the piece each is of
+    tolerance : nearer than this they touch, length
+    """
+    groups = [np.flatnonzero(piece == k) for k in np.unique(piece)]
+    pieces = _Pieces(body, groups)
+    boxes = pieces.boxes
+    patch = tables_of(body).leaves["patch"]
+    leaves = piece[patch[near_leaves(tables_of(body), tolerance)]]
+    close = set(map(tuple, np.unique(np.sort(leaves, axis=1), axis=0).tolist()))
+    near = [
+        (i, j)
+        for i, j in combinations(range(len(groups)), 2)
+        if (i, j) in close or _holds(boxes[i], boxes[j]) or _holds(boxes[j], boxes[i])
+    ]
+    found: list[Meeting] = []
+    for i, j in near:
+        meeting = _meeting(pieces, pieces[i], pieces[j], tolerance)
+        if meeting is not None:
+            found.append(meeting)
+        if len(found) == MOST:
+            break
+    if not found:
+        common = coincident_at(body)
+        if common is not None:
+            (x, y, z) = common[2].tolist()
+            found.append(Meeting(common[:2], (x, y, z), overlap=False))
+    return tuple(found)
+
+
+def _holds(box: FloatArray, other: FloatArray) -> bool:
+    """Whether a box lies within another."""
+    return bool((other[0] <= box[0]).all() and (box[1] <= other[1]).all())
+
+
+def _overlap(a: FloatArray, b: FloatArray, tolerance: float) -> FloatArray | None:
+    """(2, 3) what two boxes have in common, `tolerance` wider; None if nothing."""
+    box = np.array([np.maximum(a[0], b[0]) - tolerance, np.minimum(a[1], b[1]) + tolerance])
+    return box if (box[0] <= box[1]).all() else None
+
+
+class _Pieces:
+    """The pieces of a body, each looked into when first asked for."""
+
+    def __init__(self, body: Faces, groups: Sequence[IndexArray]) -> None:
+        self._body = body
+        self._faces = [piece_of(body, group.tolist()) for group in groups]
+        self._groups = groups
+        self._made: dict[int, _Piece] = {}
+        self.boxes = np.array([faces.bounds() for faces in self._faces])
+
+    def __getitem__(self, k: int) -> _Piece:
+        if k not in self._made:
+            self._made[k] = _made(self._body, self._faces[k], self._groups[k], self.boxes[k])
+        return self._made[k]
+
+
+def _made(body: Faces, faces: Faces, patches: IndexArray, box: FloatArray) -> _Piece:
+    tables = tables_of(body)
+    mine = np.isin(tables.leaves["patch"], patches) & (tables.leaves["element"] >= 0)
+    plates = tables.plates[mine]
+    x, y = plates["x"], plates["y"]
+    corners = [plates["middle"] + i * x + j * y for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    triangles = np.concatenate([np.stack([corners[0], *corners[k : k + 2]], 1) for k in (1, 2)])
+    turn = 1 if faces.volume() > 0.0 else -1
+    bulge = float(plates["departure"].max())
+    return _Piece(faces, patches, box, triangles, bulge, turn)
+
+
+def _meeting(pieces: _Pieces, first: _Piece, second: _Piece, tolerance: float) -> Meeting | None:
+    """A place where two pieces meet."""
+    box = _overlap(first.box, second.box, tolerance)
+    assert box is not None
+    aside = ASIDE * float(np.linalg.norm(box[1] - box[0]))
+    for own, other in ((first, second), (second, first)):
+        found, nearest = _looked_at(pieces, own, other, box, tolerance)
+        if found is None and len(nearest):
+            found, _ = _told(pieces, own, other, _beside(own, other, nearest, aside), tolerance)
+        if found is not None:
+            return found
+    return None
+
+
+def _looked_at(
+    pieces: _Pieces, own: _Piece, other: _Piece, box: FloatArray, tolerance: float
+) -> tuple[Meeting | None, FloatArray]:
+    """A place of a piece within a box that shows that it meets another; the nearest places."""
+    rest, bulge = own.triangles, own.bulge
+    nearest = np.zeros((0, 3))
+    for _ in range(LEVELS):
+        meets = (rest.min(axis=1) <= box[1] + bulge) & (rest.max(axis=1) >= box[0] - bulge)
+        rest = rest[meets.all(axis=1)]
+        if len(rest) == 0:
+            break
+        places = INNER @ rest
+        found, off = _told(pieces, own, other, places, tolerance)
+        if found is not None:
+            return found, nearest
+        reach = np.linalg.norm(rest - places[:, None], axis=2).max(axis=1) + 2.0 * bulge
+        order = np.argsort(off, kind="stable")
+        order = order[(off - reach)[order] <= tolerance]
+        nearest, rest = places[order[:NEAREST]], rest[order[:KEPT]]
+        middles = 0.5 * (rest + np.roll(rest, -1, axis=1))
+        corners = [np.stack([rest[:, k], middles[:, k], middles[:, k - 1]], 1) for k in range(3)]
+        rest = np.concatenate([middles, *corners])
+    return None, nearest
+
+
+def _told(
+    pieces: _Pieces, own: _Piece, other: _Piece, places: FloatArray, tolerance: float
+) -> tuple[Meeting | None, FloatArray]:
+    """Whether one of some places near a piece shows that it meets another; how far each is off."""
+    feet = project(own.faces, places)
+    there = project(other.faces, feet.point)
+    off = np.abs(there.gap)
+    face = feet.feature == Feature.FACE  # pieces that have but an edge in common are apart
+    rows = np.flatnonzero(face & (off <= tolerance))
+    overlap = len(rows) == 0
+    if overlap:
+        # Others may make up for it: what lies in a cavity, and the cavity itself.
+        rows = np.flatnonzero(face & ((other.turn * there.gap < 0.0) | (own.turn < 0)))
+        turns, beside = _turns(pieces, own, feet.point[rows], tolerance)
+        rows = rows[(turns != 0) & ~beside]
+    if len(rows) == 0:
+        return None, off
+    k = int(rows[np.argmax(off[rows])])
+    x, y, z = feet.point[k].tolist()
+    faces = int(own.patches[feet.patch[k]]), int(other.patches[there.patch[k]])
+    return Meeting(faces, (x, y, z), overlap), off
+
+
+def _turns(
+    pieces: _Pieces, own: _Piece, points: FloatArray, tolerance: float
+) -> tuple[IntArray, NDArray[np.bool_]]:
+    """Turns of all pieces just before places of one; which places are beside another piece."""
+    turns = np.full(len(points), min(own.turn, 0))
+    beside = np.zeros(len(points), bool)
+    for k, (low, high) in enumerate(pieces.boxes):
+        within = (points >= low - tolerance) & (points <= high + tolerance)
+        rows = np.flatnonzero(within.all(axis=1))
+        if len(rows) == 0 or pieces[k] is own:
+            continue
+        piece = pieces[k]
+        there = project(piece.faces, points[rows])
+        turns[rows] += piece.turn * (piece.turn * there.gap < 0.0)
+        beside[rows] |= np.abs(there.gap) <= tolerance
+    return turns, beside
+
+
+def _beside(own: _Piece, other: _Piece, points: FloatArray, aside: float) -> FloatArray:
+    """(n, 3) places about those where two pieces are nearest to each other, from `points` on."""
+    for _ in range(HOPS):
+        points = project(own.faces, project(other.faces, points).point).point
+    way = np.random.default_rng(0).normal(size=(len(points), 8, 3))
+    way *= aside / np.linalg.norm(way, axis=2, keepdims=True)
+    return np.asarray((points[:, None] + way).reshape(-1, 3))

@@ -1,0 +1,238 @@
+"""How much an element bends over a box with a side that is one point, as at the pole of a sphere.
+
+With τ in [0, 1] the way from the pole P, S − P = τ C, and C = B/w is rational too. The tangent
+plane is spanned by U = C_x (S_x = τ U) and V = C + τ C_τ (= S_τ), which do not vanish. Along
+a U + b V the second fundamental form is
+
+    a² C_xx·N/τ + 2 a b C_xτ·N + b² (2 C_τ + τ C_ττ)·N.
+
+Where the surface has a tangent plane at the pole, with normal n, n·C(x, 0) = 0: then n·C_xx/τ is
+(F/w)_xx, F = n·B/τ a polynomial, and N leaves n by no more than τ G, so all of it is bounded.
+"""
+
+from __future__ import annotations
+
+import math
+
+from contiga.arrays.codes import POLE
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch, zero_scratch
+from contiga.search.certify.kernels.bend_nb import (
+    INNER,
+    MOST_STRETCH,
+    OUTER,
+    SPEED_S,
+    SPEED_T,
+    WIDTH_S,
+    WIDTH_T,
+    frame_of,
+    largest_and_spread,
+    stretch_and_turn,
+    unbounded,
+)
+from contiga.search.certify.kernels.rest_nb import (
+    D01,
+    D02,
+    D10,
+    D11,
+    D20,
+    MOST,
+    centred,
+    quotient_rest,
+    sums_of,
+    taylor,
+)
+
+PLANE = 1e-9
+"""Tangents at a pole leave a plane by no more than this share of their length."""
+
+
+@kernel(linked=True, error_model="numpy")
+def pole_side(elements, e, cell):
+    """The side of the cell that is a pole; −1 where there is none, or more than one."""
+    found = -1
+    kind = elements.table[e]["kind"]
+    for side in range(4):
+        on = cell[side] <= -0.5 if side & 1 == 0 else cell[side] >= 0.5
+        if on and kind[side] == POLE:
+            if found >= 0:
+                return -1
+            found = side
+    return found
+
+
+@inner(error_model="numpy")
+def _from_pole(elements, e, cell, side, a, b):
+    """Coefficients of (B, w) in powers of x in [-1, 1] along the pole and τ in [0, 1] from it."""
+    p, q = centred(elements, e, cell, b)
+    n, m = (q, p) if side < 2 else (p, q)
+    sign = -1.0 if side & 1 == 0 else 1.0  # the pole is at y = sign; y = sign (1 − 2 τ)
+    a[:] = 0.0
+    for c in range(4):
+        for i in range(n + 1):
+            for j in range(m + 1):
+                a[i, j, c] = b[j, i, c] if side < 2 else b[i, j, c]
+            for k in range(m):  # powers of y about the pole
+                for j in range(m - 1, k - 1, -1):
+                    a[i, j, c] += sign * a[i, j + 1, c]
+            factor = 1.0
+            for j in range(m + 1):
+                a[i, j, c] *= factor
+                factor *= -2.0 * sign
+    for c in range(3):
+        at = a[0, 0, c] / a[0, 0, 3]
+        for i in range(n + 1):
+            for j in range(m + 1):
+                a[i, j, c] -= at * a[i, j, 3]
+        for i in range(n + 1):
+            for j in range(MOST - 1):
+                a[i, j, c] = a[i, j + 1, c]
+    return n, m
+
+
+@inner(error_model="numpy")
+def _bowl(a, n, m, normal, least):
+    """Bound of (F/w)_xx; infinite where the tangents at the pole lie in no plane."""
+    f = zero_scratch(3)
+    w = zero_scratch(3)
+    off = size = 0.0
+    for i in range(n + 1):
+        for j in range(m + 1):
+            value = along = 0.0
+            for c in range(3):
+                value += a[i, j, c] * normal[c]
+                along += a[i, j, c] ** 2
+            if j == 0:
+                off = max(off, abs(value))
+                size = max(size, along)
+            else:
+                f[0] += abs(value)
+                f[1] += i * abs(value)
+                f[2] += i * (i - 1) * abs(value)
+            w[1] += i * abs(a[i, j, 3])
+            w[2] += i * (i - 1) * abs(a[i, j, 3])
+    if not off <= PLANE * math.sqrt(size):
+        return math.inf
+    first = (f[1] + w[1] * f[0] / least) / least
+    return (f[2] + 2.0 * w[1] * first + w[2] * f[0] / least) / least
+
+
+@inner(error_model="numpy")
+def _tangents(h, v):
+    """U, V and their slopes by x and τ at the pole, into v[3, 6]."""
+    for c in range(3):
+        v[c, 0] = h[c, 1]
+        v[c, 1] = h[c, 0]
+        v[c, 2] = h[c, 3]
+        v[c, 3] = h[c, 4]
+        v[c, 4] = h[c, 1]
+        v[c, 5] = 2.0 * h[c, 2]
+
+
+@inner(error_model="numpy")
+def _parts(h, column, normal):
+    """Length of a derivative, and of its part along the normal."""
+    x, y, z = h[0, column], h[1, column], h[2, column]
+    return math.sqrt(x * x + y * y + z * z), abs(x * normal[0] + y * normal[1] + z * normal[2])
+
+
+@inner(error_model="numpy")
+def _second_rest(h, normal, rest, change):
+    """What U and V leave their slopes by, into change[:, 0] and [:, 1]: all, and along n."""
+    xx = _parts(h, 3, normal)
+    xt = _parts(h, 4, normal)
+    tt = _parts(h, 5, normal)
+    for k in range(2):
+        change[k, 0] = rest[k, D10]
+        change[k, 1] = 0.5 * xx[k] + 2.0 * xt[k] + 1.5 * tt[k] + rest[k, D10] + 2.0 * rest[k, D01]
+
+
+@inner(error_model="numpy")
+def _forms(h, normal, rest, bowl, turn):
+    """Bounds of the three terms of the second form where N leaves n by τ `turn` at most."""
+    t = _parts(h, 2, normal)
+    xx = _parts(h, 3, normal)
+    xt = _parts(h, 4, normal)
+    tt = _parts(h, 5, normal)
+    first = bowl + (xx[0] + rest[0, D20]) * turn
+    second = xt[1] + rest[1, D11] + (xt[0] + rest[0, D11]) * turn
+    third = 0.0
+    for k in range(2):
+        slope = t[k] + xt[k] + tt[k] + rest[k, D01]  # of C_τ
+        third += (2.0 * slope + tt[k] + rest[k, D02]) * (turn if k == 0 else 1.0)
+    return first, second, third
+
+
+@inner(error_model="numpy")
+def _lengths(bend, cell, side, lengths):
+    """Speeds along the pole and from it, and the width from it, of the whole cell, into `bend`."""
+    speed, down, width = lengths
+    wide = cell[1] - cell[0]
+    high = cell[3] - cell[2]
+    if side < 2:
+        bend[SPEED_S] = down / wide
+        bend[WIDTH_S] = width / wide
+        bend[SPEED_T] = 2.0 * speed / high
+    else:
+        bend[SPEED_T] = down / high
+        bend[WIDTH_T] = width / high
+        bend[SPEED_S] = 2.0 * speed / wide
+
+
+@inner(error_model="numpy")
+def _plane_of(v, x, across):
+    """Unit normal of the tangents v[:, 0] and v[:, 1]; |v_0| and the part of v_1 across it."""
+    i = 1.0 / (x * across)
+    return (
+        (v[1, 0] * v[2, 1] - v[2, 0] * v[1, 1]) * i,
+        (v[2, 0] * v[0, 1] - v[0, 0] * v[2, 1]) * i,
+        (v[0, 0] * v[1, 1] - v[1, 0] * v[0, 1]) * i,
+    )
+
+
+@kernel(error_model="numpy")
+def pole_bounds(elements, e, cell, side, bend, work):
+    """As `bend_bounds`, over a cell whose `side` is a pole; no width along that."""
+    unbounded(bend)
+    h, rest = work.derivatives, work.rest
+    if elements.table[e]["monomial"] < 0:
+        return False
+    a, sums = scratch(MOST, MOST, 4), scratch(3, 6)
+    n, m = _from_pole(elements, e, cell, side, a, scratch(MOST, MOST, 4))
+    taylor(a, h)
+    v = scratch(3, 6)
+    _tangents(h, v)
+    x, along, across = frame_of(v)
+    if not (x > 0.0 and across > 0.0):
+        return False
+    normal = _plane_of(v, x, across)
+    least = sums_of(a, n, m, h, normal, sums)
+    if not least > 0.0:
+        return False
+    quotient_rest(sums[0], sums[2], least, rest[0])
+    quotient_rest(sums[1], sums[2], least, rest[1])
+    bowl = _bowl(a, n, m, normal, least)
+    change = scratch(2, 2)
+    _second_rest(h, normal, rest, change)
+    alpha, beta, gamma = 1.0 / x, -along / (x * across), 1.0 / across
+    b = abs(beta)
+    stretch, _ = stretch_and_turn(v, normal, (alpha, beta, gamma), change)
+    if not (stretch < MOST_STRETCH and bowl < math.inf):
+        return False
+    lean_u = _parts(h, 4, normal)[1] + rest[1, D11]
+    lean_v = 2.0 * (
+        _parts(h, 2, normal)[1] + _parts(h, 4, normal)[1] + _parts(h, 5, normal)[1] + rest[1, D01]
+    )
+    turn = math.hypot(alpha * lean_u, b * lean_u + gamma * lean_v) / (1.0 - stretch)
+    uu, uv, vv = _forms(h, normal, rest, bowl, turn)
+    middle, spread = largest_and_spread(
+        alpha * alpha * uu,
+        alpha * (b * uu + gamma * uv),
+        b * b * uu + 2.0 * b * gamma * uv + gamma * gamma * vv,
+    )
+    bend[INNER] = bend[OUTER] = (middle + spread) / (1.0 - 2.0 * stretch)
+    speed = x + _parts(v, 2, normal)[0] + _parts(v, 3, normal)[0] + change[0, 0]
+    down = math.hypot(along, across) + _parts(v, 4, normal)[0] + _parts(v, 5, normal)[0]
+    down += change[0, 1]
+    _lengths(bend, cell, side, (speed, down, (1.0 - stretch) * across))
+    return True

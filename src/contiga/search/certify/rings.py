@@ -1,0 +1,27 @@
+"""What the certificate of tracked feet keeps of a body: what is proved stands in `branch_nb`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contiga.arrays.threads import run_ranges
+from contiga.elements.element_arrays import Elements, Records
+from contiga.search.certify.kernels import part_nb, ring_nb
+from contiga.search.hierarchy.table_types import RING
+
+# Elements below which a second thread does not pay.
+ELEMENTS = 64
+# How often a part is quartered for its bounds, and elements up to which that is worth its time.
+QUARTERED = ((3, 100), (2, 400), (1, 4000))
+
+
+def build_rings(elements: Elements) -> Records:
+    """(elements, 16) bounds around the parts of all elements."""
+    n = len(elements.table)
+    parts = part_nb.PARTS**2
+    raw = np.empty((n, parts, 6))
+    rings = np.zeros((n, parts), RING)
+    depth = next((d for d, most in QUARTERED if n <= most), 0)
+    run_ranges(ring_nb.bends_of_parts, n, ELEMENTS, elements, depth, raw)
+    run_ranges(ring_nb.join_parts, n, ELEMENTS, elements, raw, rings)
+    return rings

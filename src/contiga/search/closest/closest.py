@@ -1,0 +1,56 @@
+"""Closest points of a body: of some rows of many points, and of what does not face away."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contiga.arrays.threads import run_ranges
+from contiga.records import FloatArray, IntArray, Projection
+from contiga.search.balls.radii import known_balls
+from contiga.search.closest.kernels import facing_nb, nearest_nb
+from contiga.search.hierarchy.table_types import Tables
+
+# Rows below which a second thread does not pay.
+POINTS = 256
+GUARDED = 16
+"""The same of searches for feet that do not face away."""
+
+
+def closest_of_rows(
+    tables: Tables,
+    p_B: FloatArray,
+    rows: IntArray,
+    out: Projection,
+    within: FloatArray | None = None,
+) -> None:
+    """Closest points of p_B[rows] into the same rows of `out`.
+
+    `within` (len(rows),) are distances to feet that are known, infinite where none is.
+    """
+    if within is None:
+        within = np.full(len(rows), np.inf)
+    balls = known_balls(tables, len(rows))
+    known = p_B, rows, within, out
+    if balls is None:
+        run_ranges(nearest_nb.project_global, len(rows), POINTS, tables, *known)
+    else:
+        run_ranges(nearest_nb.project_proved, len(rows), POINTS, tables, balls, *known)
+
+
+def closest_facing(
+    tables: Tables,
+    p_B: FloatArray,
+    guards: FloatArray,
+    limits: tuple[float, FloatArray],
+    starts: tuple[IntArray, FloatArray],
+    out: Projection,
+) -> None:
+    """Closest feet, into `out`, that do not face away from `guards` (n, 3).
+
+    `limits` is (cosine of their normals and the guard at least, (n,) how near they may be), and the
+    point is behind them.
+    Feet are minima of the distance along the surface. Rows without any are MAX_ITERATIONS.
+    `starts` (patch, uv) are feet to look about first, patch −1 where there is none.
+    """
+    given = tables, p_B, guards, limits, starts, out
+    run_ranges(facing_nb.project_facing, len(p_B), GUARDED, *given)

@@ -1,0 +1,173 @@
+"""The elements that meet at a foot, and which of them leads down from there."""
+
+from __future__ import annotations
+
+import math
+
+from contiga.arrays.codes import CREASE, POLE
+from contiga.elements.kernels.sides_nb import side_point
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch, stack_int64
+from contiga.search.closest.kernels.local_nb import expand
+
+MOST = 64
+"""Elements listed around one point."""
+POLE_SAMPLES = 8
+SAME = 1e-9
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+SECTIONS = 30
+
+
+@inner()
+def stands(side, s, t):
+    """Whether (s, t) lies on a side of its element."""
+    if side == 0:
+        return s <= -0.5
+    if side == 1:
+        return s >= 0.5
+    if side == 2:
+        return t <= -0.5
+    return t >= 0.5
+
+
+@kernel(linked=True)
+def cross(elements, e, side, s, t):
+    """The same point of the surface seen from the element across `side`."""
+    x = t if side < 2 else s
+    if elements.table[e]["flip"][side] == 1:
+        x = -x
+    other = elements.table[e]["neighbour_side"][side]
+    s, t = side_point(other, x)
+    return elements.table[e]["neighbour"][side], s, t, other
+
+
+@inner()
+def collapsed_side(elements, e, s, t):
+    """The side through (s, t) that is one point in space, or −1."""
+    for side in range(4):
+        if stands(side, s, t) and elements.table[e]["kind"][side] == POLE:
+            return side
+    return -1
+
+
+@inner()
+def _add(elements, foot, list_e, list_st, n):
+    e, s, t = foot
+    pole = collapsed_side(elements, e, s, t)
+    if pole >= 0:  # one entry for the whole side
+        s, t = side_point(pole, 0.0)
+    for i in range(n):
+        if list_e[i] == e and abs(list_st[i, 0] - s) + abs(list_st[i, 1] - t) < SAME:
+            return n
+    if n < MOST:
+        list_e[n] = e
+        list_st[n, 0] = s
+        list_st[n, 1] = t
+        n += 1
+    return n
+
+
+@kernel()
+def around(elements, foot, list_e, list_st):
+    """All (element, s, t) that are the point `foot`, through linked sides and poles.
+
+    Fills list_e[MOST] and list_st[MOST, 2]; returns how many. A collapsed side stands once, by
+    its middle.
+    """
+    n = _add(elements, foot, list_e, list_st, 0)
+    k = 0
+    while k < n:
+        e = list_e[k]
+        s = list_st[k, 0]
+        t = list_st[k, 1]
+        k += 1
+        pole = collapsed_side(elements, e, s, t)
+        if pole < 0:
+            for side in range(4):
+                if stands(side, s, t) and elements.table[e]["kind"][side] <= CREASE:
+                    e2, s2, t2, _ = cross(elements, e, side, s, t)
+                    n = _add(elements, (e2, s2, t2), list_e, list_st, n)
+            continue
+        link = elements.table[e]["ring"][pole]
+        s2, t2 = side_point(link % 4, 0.0)
+        n = _add(elements, (link // 4, s2, t2), list_e, list_st, n)
+        for end in range(2):  # the two sides that start from the pole
+            side = (2 if pole < 2 else 0) + end
+            if elements.table[e]["kind"][side] <= CREASE:
+                s2, t2 = side_point(pole, end - 0.5)
+                e2, s3, t3, _ = cross(elements, e, side, s2, t2)
+                n = _add(elements, (e2, s3, t3), list_e, list_st, n)
+    return n
+
+
+@inner()
+def inward_slope(q, side):
+    """Slope of f per length on the way in from a side, from the expansion q there."""
+    g = q[1] if side < 2 else q[2]
+    metric = q[6] if side < 2 else q[7]
+    if metric <= 0.0:
+        return 0.0
+    return (-g if side & 1 else g) / math.sqrt(metric)
+
+
+@inner()
+def _slope_at(elements, e, side, x, point, h):
+    s, t = side_point(side, x)
+    return inward_slope(expand(elements, e, s, t, point, h), side)
+
+
+@inner()
+def _steepest_from_pole(elements, e, side, point, h):
+    """Smallest inward slope along a collapsed side, and where: samples, then golden section."""
+    best = math.inf
+    at = 0.0
+    for i in range(POLE_SAMPLES + 1):
+        x = i / POLE_SAMPLES - 0.5
+        slope = _slope_at(elements, e, side, x, point, h)
+        if slope < best:
+            best = slope
+            at = x
+    low = max(at - 1.0 / POLE_SAMPLES, -0.5)
+    high = min(at + 1.0 / POLE_SAMPLES, 0.5)
+    for _ in range(SECTIONS):
+        a = high - GOLDEN * (high - low)
+        b = low + GOLDEN * (high - low)
+        if _slope_at(elements, e, side, a, point, h) < _slope_at(elements, e, side, b, point, h):
+            high = b
+        else:
+            low = a
+    x = 0.5 * (low + high)
+    slope = _slope_at(elements, e, side, x, point, h)
+    if slope < best:
+        return slope, x
+    return best, at
+
+
+@inner()
+def vertex_exit(elements, foot, point, miss, h):
+    """The steepest way down from a corner or pole: (element, s, t), element −1 where all go up."""
+    list_e = stack_int64(MOST)
+    list_st = scratch(MOST, 2)
+    n = around(elements, foot, list_e, list_st)
+    best = -miss
+    found = (-1, 0.0, 0.0)
+    for k in range(n):
+        e = list_e[k]
+        s = list_st[k, 0]
+        t = list_st[k, 1]
+        pole = collapsed_side(elements, e, s, t)
+        if pole >= 0:
+            slope, x = _steepest_from_pole(elements, e, pole, point, h)
+            if slope < best:
+                best = slope
+                s, t = side_point(pole, x)
+                found = (e, s, t)
+            continue
+        q = expand(elements, e, s, t, point, h)
+        for side in range(4):
+            if stands(side, s, t):
+                slope = inward_slope(q, side)
+                if slope < best:
+                    best = slope
+                    found = (e, s, t)
+    return found

@@ -1,0 +1,347 @@
+"""The closest point of a body: branch and bound with rigorous lower bounds.
+
+A leaf is searched cell by cell. With the point's residual r and the derivative bounds of the
+leaf, a cell is dropped when
+
+* its tangent parallelogram, less the largest departure from it, is farther than the best foot, or
+  f by its Taylor series, less the largest rest of that;
+* the gradient of f = |S − P|²/2 cannot vanish in it (at a border or a kink it may press outward),
+  or f bends down all over it in some direction;
+
+and it is finished when f is convex on it (the Hessian at its middle outweighs the largest change
+over the cell), because Newton then finds its only minimum. What is neither is halved.
+
+A search may be kept to one patch, or to minima that do not face away from a guard and have the
+point behind them.
+"""
+
+from __future__ import annotations
+
+import math
+
+from contiga.arrays.kernels.vector_nb import cross, dot
+from contiga.elements.kernels.bounds_nb import look_closer
+from contiga.elements.kernels.element_nb import evaluate
+from contiga.jit import inner
+from contiga.jit.scratch import scratch, stack_int64
+from contiga.search.closest.kernels.global_among_nb import ALL, is_guarded, may_hold
+from contiga.search.closest.kernels.local_nb import expand
+from contiga.search.hierarchy.kernels.closest_cell_nb import (
+    bends_down,
+    convex,
+    hessian,
+    least_value,
+    middle,
+    plate_distance,
+    scaled,
+    without_minimum,
+)
+from contiga.search.hierarchy.kernels.curve_nb import ROUNDING, closest_on_stretch, curve_point
+from contiga.search.hierarchy.kernels.face_nb import has_pole, in_face
+from contiga.search.hierarchy.kernels.plates_nb import no_nearer_than
+from contiga.search.hierarchy.kernels.tree_nb import open_node
+
+MAX_CELLS = 20000
+"""Cells one query may open; then it is given up."""
+EASY = 32
+"""Cells of a leaf after which its bounds are taken for too loose, and each cell gets its own."""
+MANY = 100
+"""Cells of a query after which all get bounds of their own."""
+SMALLEST = 1e-6
+"""Half-size of a cell (local parameters) that is not halved further."""
+DEEP = 1.0 / 64.0
+"""Cells of an element with a pole, smaller than this share of their leaf, get bounds of their own:
+the leaf's do not shrink towards the pole."""
+MINIMUM_STEPS = 30
+LEVEL = 1e-15
+"""Share of f that a step must promise; less is rounding, and halving it thirty times is no use."""
+SEEN = 1.0 + 1e-9
+"""Rounding of a distance that a search starts from, with much to spare."""
+PATIENT, IN_LEAF = 400, 16
+"""After so many cells in all, and in a leaf, one that promises little is not halved any more. Feet
+of points on the axis of a body of revolution lie all along a circle, as near as each other."""
+EASED, MOST_EASED = 8, 1e5
+"""What is little grows with this power of the cells opened in all, to so many times the least gain
+asked for (1e-6 of the body's size)."""
+DROPPED, GIVEN_UP = 0.5, 1.0
+"""What a search has left out: a cell that was not halved, or all that was over its budget."""
+UNTOLD = 100.0
+"""A cell that is not halved, and may come closer than the best foot by this many times the least
+gain asked for (1e-9 of the body's size), is not told from a closer foot."""
+PRUNE = 10.0
+"""A cell must promise this many tolerances less distance to be opened."""
+NARROW = 2e-4
+"""Half sides of a cell, in its distance, within which a minimum shows in its middle: beside poles,
+and of points on axes, nothing else tells."""
+
+
+@inner()
+def _improve(elements, trims, place, distance, best, found, seen):
+    """The least distance, which `place` (element, s, t) may improve; then `found` is that place.
+
+    `seen` is (the point, what the search is among, work).
+    """
+    e, s, t = place
+    if distance < best and in_face(elements, trims, e, s, t):
+        if seen[1].least > ALL and not is_guarded(elements, place, *seen):
+            return best
+        found[0] = e
+        found[1] = s
+        found[2] = t
+        return distance
+    return best
+
+
+@inner()
+def _cell_minimum(elements, e, cell, point, h):
+    """Minimum of f on a cell where it is convex: s, t and the distance.
+
+    Newton's method with the sides of the cell as an active set; steps that do not lower f are
+    halved.
+    """
+    s = 0.5 * (cell[0] + cell[1])
+    t = 0.5 * (cell[2] + cell[3])
+    q = expand(elements, e, s, t, point, h)
+    for _ in range(MINIMUM_STEPS):
+        f, g_s, g_t, h_ss, h_st, h_tt, _, _ = q
+        fixed_s = (s <= cell[0] and g_s > 0.0) or (s >= cell[1] and g_s < 0.0)
+        fixed_t = (t <= cell[2] and g_t > 0.0) or (t >= cell[3] and g_t < 0.0)
+        d_s = 0.0 if fixed_s else -g_s / h_ss
+        d_t = 0.0 if fixed_t else -g_t / h_tt
+        if not fixed_s and not fixed_t:
+            det = h_ss * h_tt - h_st * h_st
+            n_s = (-g_s * h_tt + g_t * h_st) / det
+            n_t = (-g_t * h_ss + g_s * h_st) / det
+            # Where it would leave the cell at once, the steps of one variable each stand in.
+            if not (
+                (s <= cell[0] and n_s < 0.0)
+                or (s >= cell[1] and n_s > 0.0)
+                or (t <= cell[2] and n_t < 0.0)
+                or (t >= cell[3] and n_t > 0.0)
+            ):
+                d_s = n_s
+                d_t = n_t
+        if abs(g_s * d_s + g_t * d_t) <= LEVEL * f:
+            return s, t, math.sqrt(2.0 * f)
+        better = False
+        for _ in range(MINIMUM_STEPS):
+            new_s = min(max(s + d_s, cell[0]), cell[1])
+            new_t = min(max(t + d_t, cell[2]), cell[3])
+            if new_s == s and new_t == t:
+                break
+            q = expand(elements, e, new_s, new_t, point, h)
+            better = q[0] < f
+            if better:
+                break
+            d_s *= 0.5
+            d_t *= 0.5
+        if not better:
+            return s, t, math.sqrt(2.0 * f)
+        s = new_s
+        t = new_t
+        if f - q[0] <= LEVEL * f:
+            break
+    return s, t, math.sqrt(2.0 * q[0])
+
+
+@inner()
+def _faces_away(h, half, b, among):
+    """Whether all of a cell faces away from the guard, by how much its sides turn at most."""
+    x = (half[0] * h[0, 1], half[0] * h[1, 1], half[0] * h[2, 1])
+    y = (half[1] * h[0, 2], half[1] * h[1, 2], half[1] * h[2, 2])
+    n = cross(x, y)
+    area = math.sqrt(dot(n, n))
+    turn_x, turn_y = b.xx + b.xy, b.xy + b.yy
+    turn = math.sqrt(dot(x, x)) * turn_y + math.sqrt(dot(y, y)) * turn_x + turn_x * turn_y
+    if not turn < area:
+        return False
+    sine, along = turn / area, dot(n, among.guard) / area
+    level = math.sqrt(1.0 - sine * sine)
+    # Of normals at the angle of `sine` from that of the middle, the one nearest to the guard.
+    nearest = along * level + math.sqrt(max(1.0 - along * along, 0.0)) * sine
+    return along < level and nearest < among.least
+
+
+@inner()
+def _halve(stack, top, cell, m, wide):
+    """Put the halves of a cell on the stack, the one down the slope last."""
+    s0, s1, t0, t1 = cell
+    for c in range(2):
+        stack[top + c] = (s0, s1, t0, t1)
+    if wide:
+        sc = 0.5 * (s0 + s1)
+        low = top + 1 if m.rx > 0.0 else top
+        stack[low, 1] = sc
+        stack[2 * top + 1 - low, 0] = sc
+    else:
+        tc = 0.5 * (t0 + t1)
+        low = top + 1 if m.ry > 0.0 else top
+        stack[low, 3] = tc
+        stack[2 * top + 1 - low, 2] = tc
+
+
+@inner()
+def _cell_bounds(elements, leaf, cell, local, limit, own, k):
+    """Fill the bounds `k` of a cell, its leaf's or its `own`; whether it is beyond `limit`."""
+    if own:
+        return look_closer(elements, leaf["element"], cell, local, limit, k)
+    for c in range(9):
+        k[c] = leaf["bound"][c]
+    return False
+
+
+@inner()
+def _may_come_within(bounds, limit):
+    """Whether a cell of lower bounds = (distance, f) may have a place no farther than `limit`."""
+    return bounds[0] <= limit and not (limit > 0.0 and bounds[1] > 0.5 * limit * limit)
+
+
+@inner()
+def _promises_little(bounds, best, slack, before, opened):
+    """Whether a cell may be let be, after so many opened `before` and in its leaf."""
+    opened_in_all = before + opened
+    if opened_in_all <= PATIENT or opened <= IN_LEAF:
+        return False
+    little = min((opened_in_all / PATIENT) ** EASED, MOST_EASED) * slack
+    return not _may_come_within(bounds, best - little)
+
+
+@inner()
+def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
+    """Improve the best distance and `found` (element, s, t) by one surface leaf.
+
+    `limits` is (best, slack, cells opened before, what the search is among). Returns the best
+    distance and the number of cells opened here. `stack` (64, 4) and `h` are work.
+    """
+    best, slack, before, among = limits
+    seen, guarded = (point, among, scratch(4, 6)), among.least > ALL
+    easy = EASY if before < MANY else 0
+    e = leaf["element"]
+    k = scratch(9)
+    pole = has_pole(elements, e)
+    whole = DEEP * (leaf["box"][1] - leaf["box"][0]) * (leaf["box"][3] - leaf["box"][2])
+    origin = elements.table[e]["origin"]
+    local = (point[0] - origin[0], point[1] - origin[1], point[2] - origin[2])
+    for c in range(4):
+        stack[0, c] = leaf["box"][c]
+    top = 1
+    opened = 0
+    while top > 0:
+        top -= 1
+        opened += 1
+        cell = (stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3])
+        s, t = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3])
+        hs, ht = 0.5 * (cell[1] - cell[0]), 0.5 * (cell[3] - cell[2])
+        evaluate(elements, e, s, t, h)
+        m = middle(h, local, hs, ht)
+        best = _improve(elements, trims, (e, s, t), math.sqrt(m.rr), best, found, seen)
+        hard = opened > easy
+        own = hard or (pole and 4.0 * hs * ht < whole)
+        if _cell_bounds(elements, leaf, cell, local, best - slack, own, k):
+            continue
+        b = scaled(k, hs, ht)
+        if guarded and _faces_away(h, (hs, ht), b, among):
+            continue
+        least = plate_distance(m) - (0.5 * (b.xx + b.yy) + b.xy)
+        if least > best - slack:
+            continue
+        f = hessian(m, b, hs, ht)
+        bounds = least, least_value(m, f) - ROUNDING * m.rr
+        if not _may_come_within(bounds, best - slack):
+            continue
+        if without_minimum(elements, e, cell, m, f) or bends_down(elements, e, cell, f):
+            continue
+        if convex(f):
+            s, t, distance = _cell_minimum(elements, e, cell, point, h)
+            best = _improve(elements, trims, (e, s, t), distance, best, found, seen)
+        elif guarded and m.xx + m.yy < NARROW * NARROW * m.rr:
+            continue  # its middle has told
+        elif max(hs, ht) < SMALLEST or _promises_little(bounds, best, slack, before, opened):
+            if _may_come_within(bounds, best - UNTOLD * slack):
+                found[3] = max(found[3], DROPPED)
+        elif before + opened > MAX_CELLS or top > 61:
+            found[3] = GIVEN_UP
+        else:
+            # Halved where the surface is longer, or f varies more.
+            wide = abs(m.rx) + abs(f.xx) >= abs(m.ry) + abs(f.yy) if hard else m.xx >= m.yy
+            _halve(stack, top, cell, m, wide)
+            top += 2
+    return best, opened
+
+
+@inner()
+def _improve_by_leaf(tables, leaf, point, limits, found, stack, h):
+    """As `_search_leaf`, for a leaf of a surface or of a trimming curve."""
+    e = leaf["element"]
+    best, slack, opened, among = limits
+    if e >= 0:
+        if opened > MAX_CELLS:
+            found[3] = GIVEN_UP
+            return best, 0
+        return _search_leaf(tables.elements, tables.trims, leaf, point, limits, found, stack, h)
+    r, distance, left = closest_on_stretch(tables, leaf, point, best, slack, h)
+    if left:
+        found[3] = max(found[3], DROPPED)
+    if distance < best and among.least > ALL and not _edge_is_guarded(tables, e, r, point, among):
+        return best, 0
+    if distance < best:
+        found[0] = e
+        found[1] = r
+    return min(best, distance), 0
+
+
+@inner(linked=False)
+def _edge_is_guarded(tables, e, r, point, among):
+    """As `is_guarded`, of the face at the parameter r of its trimming piece −1 − e."""
+    h, d = scratch(4, 6), scratch(3, 3)
+    elements = tables.elements
+    e, s, t = curve_point(elements, tables.grid, tables.trims, -1 - e, r, h, d)
+    may, _, _ = may_hold(elements, (e, s, t), point, among, h)
+    return may
+
+
+@inner(linked=False)
+def closest(tables, point, among, reach, found, h):
+    """Closest point to `point` no farther than `reach`, of what it is looked for `among`.
+
+    Fills `found` with element, s, t, or with −1 − piece and the piece's parameter when a trimming
+    curve is closest, and found[3] with 0, DROPPED or GIVEN_UP. Returns the distance,
+    infinite where nothing was found.
+    """
+    tree = tables.tree
+    leaves = tables.leaves
+    best = reach
+    found[3] = 0.0
+    hit = False
+    opened = 0
+    nodes = stack_int64(128)
+    bounds = scratch(128)
+    stack = scratch(64, 4)
+    slack = PRUNE * tables.scale[1]
+    nodes[0] = 0
+    bounds[0] = 0.0
+    top = 1 if leaves.shape[0] > 0 else 0
+    while top > 0:
+        top -= 1
+        limit = best - slack
+        if limit <= 0.0 and hit:
+            break
+        if bounds[top] > limit * limit:
+            continue
+        n = tree[nodes[top]]["count"]
+        first = tree[nodes[top]]["first"]
+        if n == 0:
+            open_node(tree, first, point, nodes, bounds, top)
+            top += 2
+            continue
+        for k in range(first, first + n):
+            if among.patch >= 0 and leaves[k]["patch"] != among.patch:
+                continue
+            if no_nearer_than(tables.plates[k], point) > best - slack:
+                continue
+            limits = (best, slack, opened, among)
+            distance, cells = _improve_by_leaf(tables, leaves[k], point, limits, found, stack, h)
+            hit = hit or distance < best
+            best = distance
+            opened += cells
+    return best if hit else math.inf

@@ -1,0 +1,130 @@
+"""The foot of one point by Newton's method, in an element or the next one of its patch.
+
+The mathematics are those of the lanes, so the results are the same numbers; threads of a GPU and
+the search for closest points come by here.
+"""
+
+from __future__ import annotations
+
+import math
+
+from contiga.arrays.codes import FACE, GENERAL, OK, OUT, RATIONAL_CUBIC, SMOOTH
+from contiga.elements.kernels.element_nb import locate, quotient
+from contiga.jit import inlined, inner
+from contiga.search.closest.kernels.newton_nb import (
+    ACTIVE,
+    DONE,
+    GIVEN_BACK,
+    LEFT,
+    ROUNDS,
+    foot_record,
+    local_place,
+    newton_step,
+    polynomial_at,
+    weight_at,
+)
+
+FARTHEST = 1.0
+"""How far from its middle, in elements, a foot may have left its element to be gone on with."""
+
+
+@inner()
+def may_go_on(elements, e, s, t):
+    """Whether (s, t) beyond the element is not far, and across smooth sides within its patch."""
+    if not (abs(s) <= FARTHEST and abs(t) <= FARTHEST):
+        return False
+    own = elements.table[e]
+    for side, beyond in ((0, s < -0.5), (1, s > 0.5), (2, t < -0.5), (3, t > 0.5)):
+        if beyond:
+            if own["kind"][side] != SMOOTH:
+                return False
+            other = elements.table[own["neighbour"][side]]
+            # Across a seam the parameters do not go on.
+            if other["patch"] != own["patch"] or other["box"][side ^ 1] != own["box"][side]:
+                return False
+    return True
+
+
+@inner(linked=False)
+def _newton(own, place, best, p, tolerance):
+    """Newton's method in the element `own` from place = (s, t), `p` relative to its origin.
+
+    Returns (s, t), the square of the distance so far, the state, and (foot, normal, gap).
+    """
+    k = own["cubic"]
+    rational = own["form"] == RATIONAL_CUBIC
+    s, t = place
+    state = ACTIVE
+    left = ROUNDS
+    while True:  # the text of what is worked out here is long, and stands here once
+        x, y, z = polynomial_at(k, 0, 1, s, t)
+        if rational:
+            w = weight_at(k, 0, 1, s, t)
+            x, y, z = quotient(x, w), quotient(y, w), quotient(z, w)
+        if state != ACTIVE or left == 0:
+            break
+        left -= 1
+        s, t, best, state = newton_step((s, t), (best, state), p, x, y, z, tolerance)
+    n_x, n_y, n_z, gap, state = foot_record(p, state, x, y, z, tolerance)
+    return (s, t), best, state, ((x[0], y[0], z[0]), (n_x, n_y, n_z), gap)
+
+
+@inner()
+def _in_element(tables, e, foot, best, point):
+    """As `_newton`, in element e from the parameters foot = (u, v), for a point of the body."""
+    own = tables.elements.table[e]
+    box = own["box"]
+    origin = own["origin"]
+    s = local_place(foot[0], box[0], 1.0 / (box[1] - box[0]))
+    t = local_place(foot[1], box[2], 1.0 / (box[3] - box[2]))
+    p = (point[0] - origin[0], point[1] - origin[1], point[2] - origin[2])
+    if own["form"] == GENERAL or own["trim"] == OUT:
+        return (s, t), best, GIVEN_BACK, (p, p, best)
+    return _newton(own, (s, t), best, p, tables.scale[1] ** 2)
+
+
+@inlined()
+def parameters_of(box, place):
+    """(u, v) of place = (s, t) in an element over `box`."""
+    u = box[0] + (place[0] + 0.5) * (box[1] - box[0])
+    v = box[2] + (place[1] + 0.5) * (box[3] - box[2])
+    return u, v
+
+
+@inner()
+def foot_from(tables, e, start, point):
+    """The foot in element e, or in the one that Newton's method goes on to from start = (u, v).
+
+    Returns its element, −1 where there is none, its (s, t), its (u, v) and its record (point,
+    normal, gap). Whether trims leave it is not asked.
+    """
+    elements = tables.elements
+    place, best, state, record = _in_element(tables, e, start, math.inf, point)
+    u, v = parameters_of(elements.table[e]["box"], place)
+    if state == LEFT and may_go_on(elements, e, place[0], place[1]):
+        e = locate(tables.grid, elements.table[e]["patch"], u, v)[0]
+        place, best, state, record = _in_element(tables, e, (u, v), best, point)
+        u, v = parameters_of(elements.table[e]["box"], place)
+    origin = elements.table[e]["origin"]
+    (x, y, z), normal, gap = record
+    foot = (x + origin[0], y + origin[1], z + origin[2])
+    return e if state == DONE else -1, place, (u, v), (foot, normal, gap)
+
+
+@inner()
+def write_proved(out, k, patch, uv, record):
+    """Write row k of the projection `out`: a foot inside a face, proved to be what was asked for.
+
+    `record` is (point, normal, gap).
+    """
+    foot, normal, gap = record
+    out.patch[k] = patch
+    out.uv[k, 0] = uv[0]
+    out.uv[k, 1] = uv[1]
+    for c in range(3):
+        out.point[k, c] = foot[c]
+        out.normal[k, c] = normal[c]
+    out.gap[k] = gap
+    out.feature[k] = FACE
+    out.status[k] = OK
+    out.certified[k] = 1

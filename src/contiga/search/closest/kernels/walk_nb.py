@@ -1,0 +1,178 @@
+"""The local foot from a start: safeguarded Newton that walks over elements and patches.
+
+Stationary points of f = |S − P|²/2 on the element's square. A foot that presses against a side
+looks at the element across it (at a corner or pole: at all elements there) and goes on where f
+falls; where it does not, the side is held and the foot moves along it. The foot changes element
+only to one that leads down and then takes a step in it, so f falls from visit to visit and no
+cycle can occur.
+"""
+
+from __future__ import annotations
+
+import math
+
+from contiga.arrays.codes import (
+    AT_BORDER,
+    BORDER,
+    CREASE,
+    EDGE,
+    FACE,
+    MAX_ITERATIONS,
+    OK,
+    POLE,
+    SMOOTH,
+    VERTEX,
+)
+from contiga.jit import inner
+from contiga.search.closest.kernels.around_nb import cross, inward_slope, vertex_exit
+from contiga.search.closest.kernels.local_nb import POINT, direction, expand, line_search
+
+STEPS = 400
+"""Bound on the steps of one walk; each passes one element at most."""
+ROUNDING = 4e-16
+POSITION = 1e-3
+"""Rounding of a point, as a share of the tolerance (1e-12 of the body's size)."""
+QUIET = 10.0
+"""A step that promises to lower f by less than this many times its rounding may find nothing."""
+QUIET_STEPS = 4
+GIVE_IN = 1e3
+NEAR_POLE = 1e-6
+CLOSE_TO_POLE = 1e-8
+"""|S_s|² / |S_t|² below which the direction of S_s has lost half its digits."""
+
+
+@inner()
+def _pressed(q, s, t, miss):
+    """The sides (s's, t's, −1 none) through which f falls by more than `miss` per length.
+
+    On a collapsed side every way that does not lead down counts: others may.
+    """
+    _, g_s, g_t, _, _, _, a, b = q
+    limit_s = miss * math.sqrt(a)
+    limit_t = miss * math.sqrt(b)
+    if a <= POINT * b:
+        limit_t = -limit_t
+    elif b <= POINT * a:
+        limit_s = -limit_s
+    out_s = -1
+    if a > POINT * b:
+        if s <= -0.5 and g_s > limit_s:
+            out_s = 0
+        elif s >= 0.5 and -g_s > limit_s:
+            out_s = 1
+    out_t = -1
+    if b > POINT * a:
+        if t <= -0.5 and g_t > limit_t:
+            out_t = 2
+        elif t >= 0.5 and -g_t > limit_t:
+            out_t = 3
+    return out_s, out_t
+
+
+@inner()
+def _lost(g, own, other, distance):
+    """Whether, next to a pole, a slope is rounding of the short tangent (squares of both given)."""
+    return own < CLOSE_TO_POLE * other and abs(g) <= 4.0 * ROUNDING * distance * math.sqrt(other)
+
+
+@inner()
+def _at_pole(elements, e, s, t, q):
+    """(s, t) moved onto the collapsed side it has come within rounding of."""
+    kind = elements.table[e]["kind"]
+    if q[6] <= POINT * q[7] and abs(t) > 0.5 - NEAR_POLE and kind[3 if t > 0.0 else 2] == POLE:
+        return s, math.copysign(0.5, t)
+    if q[7] <= POINT * q[6] and abs(s) > 0.5 - NEAR_POLE and kind[1 if s > 0.0 else 0] == POLE:
+        return math.copysign(0.5, s), t
+    return s, t
+
+
+@inner()
+def _way_on(elements, foot, out, point, miss, h):
+    """Where the foot goes on from the sides it presses against; element −1 where nowhere."""
+    e, s, t = foot
+    corner = abs(s) >= 0.5 and abs(t) >= 0.5
+    for k in range(2):
+        side = out[k]
+        if side < 0:
+            continue
+        kind = elements.table[e]["kind"][side]
+        if kind == POLE:
+            corner = True
+        elif kind <= CREASE:
+            e2, s2, t2, other = cross(elements, e, side, s, t)
+            q = expand(elements, e2, s2, t2, point, h)
+            if inward_slope(q, other) < -miss:
+                return e2, s2, t2
+    if corner:
+        return vertex_exit(elements, foot, point, miss, h)
+    return -1, s, t
+
+
+@inner(linked=False)
+def walk(elements, start, point, tolerance, h):
+    """Local foot of `point` from `start` = (element, s, t).
+
+    Returns (status, element, s, t, feature). `tolerance` is a length: the tangential miss. `h`
+    is a work table (4, 6) and holds the derivatives at the foot afterwards.
+    """
+    e, s, t = start
+    q = expand(elements, e, s, t, point, h)
+    quiet = 0
+    for _ in range(STEPS):
+        distance = math.sqrt(2.0 * q[0])
+        miss = tolerance + 2.0 * ROUNDING * distance
+        if q[6] <= POINT * q[7] or q[7] <= POINT * q[6]:
+            s, t = _at_pole(elements, e, s, t, q)
+            q = expand(elements, e, s, t, point, h)
+        out = _pressed(q, s, t, miss)
+        if out[0] >= 0 or out[1] >= 0:
+            e2, s2, t2 = _way_on(elements, (e, s, t), out, point, miss, h)
+            if e2 >= 0:
+                e, s, t = e2, s2, t2
+            q = expand(elements, e, s, t, point, h)
+            if e2 >= 0:
+                out = _pressed(q, s, t, miss)
+        a = q[6]
+        b = q[7]
+        free_s = out[0] < 0 and a > POINT * b and not _lost(q[1], a, b, distance)
+        free_t = out[1] < 0 and b > POINT * a and not _lost(q[2], b, a, distance)
+        slip_s = abs(q[1]) if free_s else 0.0
+        slip_t = abs(q[2]) if free_t else 0.0
+        d_s, d_t = direction(q, s, t, free_s, free_t)
+        if (
+            slip_s <= miss * math.sqrt(a)
+            and slip_t <= miss * math.sqrt(b)
+            and d_s * d_s * a + d_t * d_t * b <= miss * miss
+        ):
+            return _settle(elements, e, s, t, out)
+        promise = -(q[1] * d_s + q[2] * d_t)
+        noise = ROUNDING * q[0] + POSITION * tolerance * (distance + POSITION * tolerance)
+        quiet += 1 if promise <= QUIET * noise else 0
+        if quiet > QUIET_STEPS:
+            return _settle(elements, e, s, t, out)
+        moved, s, t, q = line_search(elements, e, (s, t), (d_s, d_t), q, (point, noise), h)
+        if not moved:
+            if promise <= GIVE_IN * noise + miss * miss:
+                return _settle(elements, e, s, t, out)
+            return MAX_ITERATIONS, e, s, t, FACE
+    return MAX_ITERATIONS, e, s, t, FACE
+
+
+@inner()
+def _settle(elements, e, s, t, out):
+    """Status and feature of a converged foot, from the sides it presses against."""
+    status = OK
+    feature = FACE
+    for k in range(2):
+        if out[k] < 0:
+            continue
+        kind = elements.table[e]["kind"][out[k]]
+        if kind == BORDER:
+            status = AT_BORDER
+        if kind == POLE:
+            feature = VERTEX
+        elif kind != SMOOTH:
+            feature = max(feature, EDGE)
+    if feature == EDGE and out[0] >= 0 and out[1] >= 0:
+        feature = VERTEX
+    return status, e, s, t, feature

@@ -1,0 +1,129 @@
+"""How wide the edges are: within its width an edge belongs to both faces that meet there.
+
+The faces of a file meet within its tolerances, not exactly. A path that slips through between
+them must meet one of them, so a face reaches beyond an edge by twice the distance between the
+edge and the faces' own images of it, where a second face joins; where the surface ends, nowhere.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contiga.arrays.codes import CUT, POLE
+from contiga.elements.element_arrays import Elements
+from contiga.elements.kernels import sides_nb
+from contiga.geometry.faces import Faces
+from contiga.geometry.slits import gaping_edges
+from contiga.geometry.trim import TrimTables
+from contiga.records import FloatArray
+
+# A trimming curve this close to a side of its patch's rectangle, as a share of it, runs along it.
+NEAR = 1e-3
+# Widest edge, as a share of the body's size: what is farther apart is an opening.
+WIDEST = 1e-4
+
+
+def edge_widths(body: Faces, elements: Elements, trims: TrimTables) -> FloatArray:
+    """(pieces,) widths of the trimming pieces; fills `width` and `edge_tolerance` of the elements.
+
+    Twice the tolerance of the edge there and some rounding, at most `WIDEST`; lengths.
+    """
+    least = 4.0 * float(np.finfo(float).eps) * body.size
+    most = WIDEST * body.size
+    of_edge = np.array([min(2.0 * edge.tolerance + least, most) for edge in body.edges])
+    shared = np.array([len(edge.uses) > 1 for edge in body.edges], dtype=bool)
+    shared &= ~gaping_edges(body)
+    piece_edge = np.asarray(trims.piece_edge)
+    pieces = np.zeros(len(piece_edge))
+    known = np.flatnonzero(piece_edge >= 0)
+    joined = known[shared[piece_edge[known]]] if len(known) else known
+    pieces[joined] = of_edge[piece_edge[joined]]
+    _bridge(pieces, trims)
+    table = elements.table
+    table["width"] = 0.0
+    _sides_of_edges(body, elements, np.where(shared, of_edge, 0.0))
+    _sides_that_match(elements, least)
+    _sides_along_pieces(pieces, elements, trims)
+    largest = np.zeros(len(body.patches))
+    np.maximum.at(largest, trims.piece_patch, pieces)
+    inner = np.where(table["trim"] == CUT, largest[table["patch"]], 0.0)
+    table["edge_tolerance"] = np.maximum(table["width"].max(axis=1), inner)
+    return pieces
+
+
+def _bridge(pieces: FloatArray, trims: TrimTables) -> None:
+    """Straight pieces that close a gap in a loop are as wide as the narrower piece beside them."""
+    loop = np.column_stack([trims.piece_patch, trims.piece_loop[:, 0]])
+    for k in np.flatnonzero(trims.piece_loop[:, 1] < 0):
+        own = np.flatnonzero((loop == loop[k]).all(axis=1))
+        at = int(np.searchsorted(own, k))
+        beside = own[[at - 1, (at + 1) % len(own)]]
+        pieces[k] = pieces[beside].min()
+
+
+def _sides_of_edges(body: Faces, elements: Elements, of_edge: FloatArray) -> None:
+    """Natural sides that the topology names."""
+    table = elements.table
+    for edge, width in zip(body.edges, of_edge, strict=True):
+        if width == 0.0:
+            continue
+        for k, use in enumerate(edge.uses):
+            if use.loop >= 0:
+                continue
+            along = 1 - use.index // 2
+            box = table["box"][:, 2 * along : 2 * along + 2]
+            low, high = edge.spans[k] if edge.spans else (-np.inf, np.inf)
+            own = (table["patch"] == use.patch) & (box[:, 0] < high) & (box[:, 1] > low)
+            rows = np.flatnonzero(own & _at_rim(body, elements, use.patch, use.index))
+            table["width"][rows, use.index] = np.maximum(table["width"][rows, use.index], width)
+
+
+def _at_rim(body: Faces, elements: Elements, patch: int, side: int) -> np.ndarray:
+    end = body.patches[patch].domain[side // 2][side % 2]
+    return np.asarray(elements.table["box"][:, side] == end)
+
+
+def _sides_that_match(elements: Elements, least: float) -> None:
+    """Sides of two patches joined because they lie in one place: twice their distance."""
+    table = elements.table
+    across = table["neighbour"]
+    other = table["patch"][across] != table["patch"][:, None]
+    e, s = np.nonzero((across >= 0) & other & (table["width"] < least))
+    if len(e) == 0:
+        return
+    points, _ = sides_nb.sample(elements)
+    own, beyond = points[e, s], points[across[e, s], table["neighbour_side"][e, s]]
+    turned = table["flip"][e, s] == 1
+    beyond[turned] = beyond[turned, ::-1]
+    off = np.linalg.norm(own - beyond, axis=2).max(axis=1)
+    table["width"][e, s] = 2.0 * off + least
+
+
+def _sides_along_pieces(pieces: FloatArray, elements: Elements, trims: TrimTables) -> None:
+    """Sides of a trimmed patch's rectangle are as wide as the trimming pieces along them.
+
+    Where others of them end the surface, the kernel asks the pieces themselves.
+    """
+    table = elements.table
+    ends = trims.piece_ends.reshape(-1, 2, 2)
+    for k in np.unique(trims.piece_patch[pieces > 0.0]):
+        rows = np.flatnonzero(table["patch"] == k)
+        low, high = trims.domain[k].reshape(2, 2).T
+        own = np.flatnonzero((trims.piece_patch == k) & (pieces > 0.0))
+        places = (ends[own] - low) / (high - low)
+        box = (table["box"][rows].reshape(-1, 2, 2) - low[:, None]) / (high - low)[:, None]
+        for side in range(4):
+            off = np.abs(places[:, :, side // 2] - side % 2)
+            way = np.ptp(places, axis=1)
+            # A short piece that comes in to a corner is near the side, but not along it.
+            near = (off.max(axis=1) <= NEAR) & (way[:, 1 - side // 2] > way[:, side // 2])
+            rim = (table["box"][rows, side] == (low, high)[side % 2][side // 2]) & (
+                table["kind"][rows, side] != POLE
+            )
+            if near.any() and rim.any():
+                least, most = box[rim, 1 - side // 2].T
+                along = np.sort(places[near, :, 1 - side // 2], axis=1)
+                beside = (along[:, 0] < most[:, None]) & (along[:, 1] > least[:, None])
+                width = np.where(beside, pieces[own[near]], 0.0).max(axis=1)
+                column = table["width"][:, side]
+                column[rows[rim]] = np.maximum(column[rows[rim]], width)

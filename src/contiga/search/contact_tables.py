@@ -1,0 +1,19 @@
+"""What kernels of contact ask of a body themselves."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from contiga.pointer_records import pass_by_pointer
+from contiga.search.balls.ball_cells import Balls
+from contiga.search.hierarchy.table_types import Tables
+from contiga.search.sides.side_grid import SideGrid
+
+
+@pass_by_pointer
+class ContactTables(NamedTuple):
+    """The tables of a closed body of patches."""
+
+    body: Tables
+    grid: SideGrid
+    balls: Balls

@@ -1,0 +1,159 @@
+"""Leaves over the trimming pieces: stretches of one element each, with rigorous bounds."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from contiga.arrays.kernels.sort_nb import sort
+from contiga.elements.kernels.bounds_nb import cell_bounds, derivative_bounds, restrict
+from contiga.elements.kernels.element_nb import locate
+from contiga.geometry.kernels.trim_nb import parameter_at
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch
+from contiga.search.hierarchy.kernels.curve_nb import curve_point, piece_parameters
+
+THIN = 1e-7
+"""Width a rectangle is given around a p-curve that runs along a parameter line."""
+SHORTEST = 1e-12
+"""A stretch (share of a piece) shorter than this between two element sides is a point."""
+
+
+@inner()
+def _cuts(grid, trims, piece, cuts):
+    """Parameters at which a piece passes from element to element, 0 and 1 among them, sorted."""
+    row = grid.patches[trims.piece_patch[piece]]
+    coefs = trims.piece_coefs[piece]
+    degree = trims.piece_degree[piece]
+    ends = trims.piece_ends[piece]
+    cuts[0] = 0.0
+    cuts[1] = 1.0
+    n = 2
+    for axis in range(2):
+        low = min(ends[axis], ends[axis + 2])
+        high = max(ends[axis], ends[axis + 2])
+        first = row["u"][0] if axis == 0 else row["v"][0]
+        last = row["u"][1] if axis == 0 else row["v"][1]
+        for k in range(first, last):
+            if low < grid.breaks[k] < high:
+                cuts[n] = parameter_at(coefs, degree, axis, grid.breaks[k])
+                n += 1
+    sort(cuts[:n])
+    return n
+
+
+@inner()
+def _local_curve(elements, e, trims, piece, coefs):
+    """Homogeneous coefficients of a p-curve in the (s, t) of element e, four a point."""
+    box = elements.table[e]["box"]
+    for i in range(trims.piece_degree[piece] + 1):
+        x, y, w = trims.piece_coefs[piece, i]
+        coefs[4 * i] = (x - w * box[0]) / (box[1] - box[0]) - 0.5 * w
+        coefs[4 * i + 1] = (y - w * box[2]) / (box[3] - box[2]) - 0.5 * w
+        coefs[4 * i + 2] = 0.0
+        coefs[4 * i + 3] = w
+
+
+@inner()
+def _bounds(tables, piece, stretch, net, bound):
+    """Bounds of |C'|, |C''|, |C'''| over a stretch inside one element, into bound[:3].
+
+    By the chain rule, from bounds of the p-curve in (s, t) and of the element over the rectangle
+    around it.
+    """
+    elements, grid, trims = tables
+    t0, t1 = stretch
+    n = trims.piece_degree[piece]
+    c = scratch(3, 3)
+    piece_parameters(trims, piece, 0.5 * (t0 + t1), c)
+    e = locate(grid, trims.piece_patch[piece], c[0, 0], c[0, 1])[0]
+    coefs = np.empty(4 * (n + 1))
+    corner = scratch(2, 3)
+    _local_curve(elements, e, trims, piece, coefs)
+    restrict(coefs, (n, 0), (t0 - 0.5, t1 - 0.5, -0.5, 0.5), net)
+    derivative_bounds(net, (n, 0), (t1 - t0, 1.0), bound, corner[0], corner[1])
+    p1 = bound[0]
+    p2 = bound[2]
+    p3 = bound[5]
+    low = np.minimum(np.maximum(corner[0] - THIN, -0.5), 0.5 - THIN)
+    high = np.minimum(np.maximum(corner[1] + THIN, low + THIN), 0.5)
+    cell_bounds(elements, e, (low[0], high[0], low[1], high[1]), bound)
+    l1 = math.hypot(bound[0], bound[1])
+    l2 = max(bound[2], bound[4]) + bound[3]
+    l3 = bound[5] + 3.0 * bound[6] + 3.0 * bound[7] + bound[8]
+    bound[0] = l1 * p1
+    bound[1] = l2 * p1 * p1 + l1 * p2
+    bound[2] = l3 * p1**3 + 3.0 * l2 * p1 * p2 + l1 * p3
+
+
+@inner()
+def _fill_row(tables, piece, stretch, bound, row):
+    """One leaf: the box about the ends of a stretch, widened by its bulge over the chord."""
+    elements, grid, trims = tables
+    t0, t1 = stretch
+    row[0] = piece
+    row[1] = t0
+    row[2] = t1
+    row[3:6] = bound[:3]
+    row[6:9] = math.inf
+    row[9:12] = -math.inf
+    h = scratch(4, 6)
+    d = scratch(3, 3)
+    bulge = 0.125 * bound[1] * (t1 - t0) ** 2
+    for end in range(2):
+        e = curve_point(elements, grid, trims, piece, t1 if end == 1 else t0, h, d)[0]
+        for c in range(3):
+            x = d[0, c] + elements.table[e]["origin"][c]
+            row[6 + c] = min(row[6 + c], x - bulge)
+            row[9 + c] = max(row[9 + c], x + bulge)
+
+
+@inner()
+def _grown(rows):
+    bigger = np.zeros((2 * rows.shape[0], rows.shape[1]))
+    bigger[: rows.shape[0]] = rows
+    return bigger
+
+
+@kernel()
+def curve_leaves(elements, grid, trims, flatness, depth):
+    """Leaves of all trimming pieces: element −1 − piece, box (t0, t1, 0, 0), bounds, low, high.
+
+    The first three bounds are of |C'|, |C''| and |C'''|. Stretches end at the sides of elements
+    and are halved until they are flat, `depth` times at most.
+    """
+    tables = (elements, grid, trims)
+    rows = np.zeros((64, 12))  # piece, t0, t1, bounds, low, high
+    n = 0
+    cuts = np.empty(grid.breaks.shape[0] + 2)
+    stack = scratch(64, 3)
+    bound = scratch(9)
+    net = scratch(16, 4)
+    for piece in range(trims.piece_degree.shape[0]):
+        most = _cuts(grid, trims, piece, cuts)
+        for i in range(most - 1):
+            if cuts[i + 1] - cuts[i] < SHORTEST:
+                continue
+            stack[0] = (cuts[i], cuts[i + 1], 0.0)
+            top = 1
+            while top > 0:
+                top -= 1
+                t0, t1, level = stack[top]
+                _bounds(tables, piece, (t0, t1), net, bound)
+                if 0.25 * bound[1] * (t1 - t0) > flatness * bound[0] and level < depth:
+                    middle = 0.5 * (t0 + t1)
+                    stack[top] = (t0, middle, level + 1.0)
+                    stack[top + 1] = (middle, t1, level + 1.0)
+                    top += 2
+                    continue
+                if n == rows.shape[0]:
+                    rows = _grown(rows)
+                _fill_row(tables, piece, (t0, t1), bound, rows[n])
+                n += 1
+    element = (-1.0 - rows[:n, 0]).astype(np.int32)
+    box = np.zeros((n, 4))
+    box[:, :2] = rows[:n, 1:3]
+    bounds = np.zeros((n, 9))
+    bounds[:, :3] = rows[:n, 3:6]
+    return element, box, bounds, rows[:n, 6:9].copy(), rows[:n, 9:12].copy()

@@ -1,0 +1,152 @@
+"""Plates: every leaf laid flat, with how far it leaves that, for bounds before anything is opened.
+
+A plate is the tangent parallelogram of a piece of surface in the middle of its leaf, or the tangent
+of a stretch of a trimming curve. With the leaf's bounds of the second derivatives no point of it is
+farther from the point at the same parameters of the plate than its `departure`.
+"""
+
+from __future__ import annotations
+
+import math
+
+from contiga.arrays.kernels.vector_nb import cross, dot
+from contiga.elements.kernels.element_nb import evaluate
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch
+from contiga.search.hierarchy.kernels.closest_cell_nb import (
+    Middle,
+    nearest_on_plate,
+    plate_distance,
+)
+from contiga.search.hierarchy.kernels.curve_nb import curve_point
+from contiga.search.hierarchy.kernels.face_nb import in_face
+
+
+@inner()
+def _fill_stretch(elements, grid, trims, leaf, plate, h):
+    """The plate of a curve leaf; returns its element."""
+    d = scratch(3, 3)
+    t0 = leaf["box"][0]
+    t1 = leaf["box"][1]
+    w = 0.5 * (t1 - t0)
+    e, _, _ = curve_point(elements, grid, trims, -1 - leaf["element"], 0.5 * (t0 + t1), h, d)
+    for c in range(3):
+        plate["middle"][c] = d[0, c]
+        plate["x"][c] = w * d[1, c]
+        plate["y"][c] = 0.0
+    plate["departure"] = 0.5 * leaf["bound"][1] * w * w
+    return e
+
+
+@inner()
+def _fill_piece(elements, trims, leaf, plate, h):
+    """The plate of a surface leaf; returns its element."""
+    e = leaf["element"]
+    s0, s1, t0, t1 = leaf["box"]
+    s = 0.5 * (s0 + s1)
+    t = 0.5 * (t0 + t1)
+    hs = 0.5 * (s1 - s0)
+    ht = 0.5 * (t1 - t0)
+    evaluate(elements, e, s, t, h)
+    for c in range(3):
+        plate["middle"][c] = h[c, 0]
+        plate["x"][c] = hs * h[c, 1]
+        plate["y"][c] = ht * h[c, 2]
+    k = leaf["bound"]
+    plate["departure"] = 0.5 * (k[2] * hs * hs + k[4] * ht * ht) + k[3] * hs * ht
+    if not in_face(elements, trims, e, s, t):
+        plate["spare"] = math.inf
+    plate["departure"] += elements.table[e]["noise"]
+    plate["edge_tolerance"] = elements.table[e]["edge_tolerance"]
+    return e
+
+
+@inner()
+def _fill_normal(plate):
+    x, y = plate["x"], plate["y"]
+    n = cross((x[0], x[1], x[2]), (y[0], y[1], y[2]))
+    length = math.sqrt(dot(n, n))
+    for c in range(3):
+        plate["normal"][c] = n[c] / length if length > 0.0 else 0.0
+
+
+@kernel()
+def fill_plates(elements, grid, trims, leaves, rounding, plates):
+    """The plates of all leaves, body axes; `rounding` is that of their coordinates, a length."""
+    h = scratch(4, 6)
+    for k in range(leaves.shape[0]):
+        plate = plates[k]
+        plate["spare"] = 0.0
+        if leaves[k]["element"] < 0:
+            e = _fill_stretch(elements, grid, trims, leaves[k], plate, h)
+        else:
+            e = _fill_piece(elements, trims, leaves[k], plate, h)
+        xx = xy = yy = 0.0
+        for c in range(3):
+            plate["middle"][c] += elements.table[e]["origin"][c]
+            xx += plate["x"][c] * plate["x"][c]
+            xy += plate["x"][c] * plate["y"][c]
+            yy += plate["y"][c] * plate["y"][c]
+        plate["metric"][0] = xx
+        plate["metric"][1] = xy
+        plate["metric"][2] = yy
+        plate["departure"] += rounding
+        plate["spare"] += rounding
+        plate["radius"] = math.sqrt(xx) + math.sqrt(yy) + plate["departure"]
+        _fill_normal(plate)
+
+
+@inner()
+def _products(plate, point):
+    """Products of the residual from a point to a plate's middle, and of the plate's half sides."""
+    rr = rx = ry = 0.0
+    for c in range(3):
+        r = plate["middle"][c] - point[c]
+        rr += r * r
+        rx += r * plate["x"][c]
+        ry += r * plate["y"][c]
+    m = plate["metric"]
+    return Middle(rr, rx, ry, m[0], m[1], m[2], 0.0, 0.0, 0.0)
+
+
+@inner()
+def on_plate(plate, point):
+    """x, y (−1 … 1) of the plate's point nearest to `point`, and the square of its distance."""
+    return nearest_on_plate(_products(plate, point))
+
+
+@inner()
+def no_nearer_than(plate, point):
+    """Distance that a leaf has from `point` at least."""
+    return plate_distance(_products(plate, point)) - plate["departure"]
+
+
+@inner()
+def no_farther_than(plate, point):
+    """Distance that a leaf has from `point` at most; infinite where trims leave not its middle."""
+    square = 0.0
+    for c in range(3):
+        square += (plate["middle"][c] - point[c]) ** 2
+    return math.sqrt(square) + plate["spare"]
+
+
+@inner()
+def is_passed(plate, p, d, span, pad):
+    """Whether a path stays off what a leaf holds: on one side of it, or beside it.
+
+    `span` (near, far) is the part of p + x d that counts, `pad` how far from the leaf it counts.
+    """
+    m = plate["middle"]
+    n = (plate["normal"][0], plate["normal"][1], plate["normal"][2])
+    r = (p[0] - m[0], p[1] - m[1], p[2] - m[2])
+    height = dot(r, n)
+    slope = dot(d, n)
+    first = height + span[0] * slope
+    last = height + span[1] * slope
+    thick = plate["departure"] + pad
+    if min(first, last) > thick or max(first, last) < -thick:
+        return True
+    x = min(max(-dot(r, d), span[0]), span[1])
+    e = (r[0] + x * d[0], r[1] + x * d[1], r[2] + x * d[2])
+    radius = plate["radius"] + pad
+    return dot(e, e) > radius * radius

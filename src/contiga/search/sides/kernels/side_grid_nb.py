@@ -1,0 +1,338 @@
+"""Which cells of a grid hold surface, and which of the others are joined.
+
+The grid has two levels: cells, and in those that may hold surface 4 × 4 × 4 small ones, kept as
+the bits of a word (bit 16 i + 4 j + k), so that a flood in them is a handful of shifts.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from contiga.arrays.kernels.union_nb import root, unite
+from contiga.jit import inner, kernel
+from contiga.search.sides.kernels.side_pieces_nb import HIGH, LEAST, LOW, MOST, NORMAL
+
+SPLIT = 4
+"""Small cells along a cell."""
+ONE = np.uint64(1)
+NONE = np.uint64(0)
+ALL = np.uint64(0xFFFFFFFFFFFFFFFF)
+I_LAST = np.uint64(0xFFFF000000000000)
+J_LAST = np.uint64(0xF000F000F000F000)
+K_LAST = np.uint64(0x8888888888888888)
+I_FIRST = np.uint64(0x000000000000FFFF)
+J_FIRST = np.uint64(0x000F000F000F000F)
+K_FIRST = np.uint64(0x1111111111111111)
+HAIR = 1e-9
+"""Rounding of a place in the grid, in small cells, with much to spare."""
+
+
+@inner()
+def _first_and_last(piece, c, small, count):
+    """First and last small cell that the piece's box meets along axis c."""
+    first = max(math.floor(piece[LOW + c] / small - HAIR), 0)
+    last = min(math.floor(piece[HIGH + c] / small + HAIR), count - 1)
+    return first, last
+
+
+@inner()
+def _paint_piece(p, piece, small, shape, words, near, name):
+    """Mark what a piece meets: the cells in `words` while `near` is empty, else bits in `near`.
+
+    `name` takes the piece's number `p` then.
+
+    Columns of small cells run along the axis that the piece's normal is nearest to: the slab says
+    which of them it meets.
+    """
+    along = 0
+    for c in range(1, 3):
+        if abs(piece[NORMAL + c]) > abs(piece[NORMAL + along]):
+            along = c
+    a = (along + 1) % 3
+    b = (along + 2) % 3
+    strides = (shape[1] * shape[2], shape[2], 1)
+    bits = (16, 4, 1)
+    n_a, n_b, n_c = piece[NORMAL + a], piece[NORMAL + b], piece[NORMAL + along]
+    radius = 0.5 * small * (abs(n_a) + abs(n_b) + abs(n_c))
+    a0, a1 = _first_and_last(piece, a, small, SPLIT * shape[a])
+    b0, b1 = _first_and_last(piece, b, small, SPLIT * shape[b])
+    c0, c1 = _first_and_last(piece, along, small, SPLIT * shape[along])
+    for i in range(a0, a1 + 1):
+        for j in range(b0, b1 + 1):
+            first, last = c0, c1
+            if n_c != 0.0:
+                rest = n_a * (i + 0.5) * small + n_b * (j + 0.5) * small
+                x = (piece[LEAST] - radius - rest) / (n_c * small) - 0.5
+                y = (piece[MOST] + radius - rest) / (n_c * small) - 0.5
+                first = max(first, math.ceil(min(x, y) - HAIR))
+                last = min(last, math.floor(max(x, y) + HAIR))
+            base = (i >> 2) * strides[a] + (j >> 2) * strides[b]
+            if near.shape[0] == 0:
+                for k in range(first >> 2, (last >> 2) + 1 if last >= first else 0):
+                    words[base + k * strides[along]] = 1
+                continue
+            bit = (i & 3) * bits[a] + (j & 3) * bits[b]
+            for k in range(first, last + 1):
+                word = words[base + (k >> 2) * strides[along]]
+                near[word] |= ONE << np.uint64(bit + (k & 3) * bits[along])
+                name[word] = p
+
+
+@kernel()
+def paint(pieces, small, shape, words, near, name):
+    """Mark the cells that pieces meet in words (flat). With `near`, whose rows `words` then holds:
+    the small cells, and in `name` a piece for each cell."""
+    for p in range(pieces.shape[0]):
+        _paint_piece(p, pieces[p], small, shape, words, near, name)
+
+
+@kernel()
+def labelled(clear):
+    """Which joined region each clear cell is of: from 1, in the order of their first cells; 0 in
+    cells that are not clear. Cells are joined by faces."""
+    shape = clear.shape
+    parent = np.arange(shape[0] * shape[1] * shape[2]).astype(np.int32)
+    label = np.zeros(shape, np.int32)
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            for k in range(shape[2]):
+                if not clear[i, j, k]:
+                    continue
+                own = (i * shape[1] + j) * shape[2] + k
+                if i > 0 and clear[i - 1, j, k]:
+                    unite(parent, own, own - shape[1] * shape[2])
+                if j > 0 and clear[i, j - 1, k]:
+                    unite(parent, own, own - shape[2])
+                if k > 0 and clear[i, j, k - 1]:
+                    unite(parent, own, own - 1)
+    count = 0
+    number = np.zeros(len(parent), np.int32)
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            for k in range(shape[2]):
+                if not clear[i, j, k]:
+                    continue
+                first = root(parent, (i * shape[1] + j) * shape[2] + k)
+                if number[first] == 0:
+                    count += 1
+                    number[first] = count
+                label[i, j, k] = number[first]
+    return label
+
+
+@inner()
+def _after_the_least(depth, i, j, k, way, own):
+    """One more than the least depth of the cells around that come before (`way` −1) or after (1) a
+    cell, or `own` if that is less."""
+    for di in range(2):
+        for dj in range(-1, 2):
+            for dk in range(-1, 2):
+                if di == 0 and (dj < 0 or (dj == 0 and dk < 1)):
+                    continue
+                a, b, c = i + way * di, j + way * dj, k + way * dk
+                if 0 <= a < depth.shape[0] and 0 <= b < depth.shape[1] and 0 <= c < depth.shape[2]:
+                    own = min(own, depth[a, b, c] + 1)
+    return own
+
+
+@kernel()
+def depths(clear):
+    """How many cells each cell lies from the next one that is not clear, diagonal steps counted as
+    one; 0 there, and more than any way is long where there is none.
+
+    Forth, then back (Rosenfeld & Pfaltz 1968, doi 10.1016/0031-3203(68)90013-7).
+    """
+    n_i, n_j, n_k = clear.shape
+    depth = np.zeros(clear.shape, np.int32)
+    for back in range(2):
+        for at_i in range(n_i):
+            i = n_i - 1 - at_i if back else at_i
+            for at_j in range(n_j):
+                j = n_j - 1 - at_j if back else at_j
+                for at_k in range(n_k):
+                    k = n_k - 1 - at_k if back else at_k
+                    if clear[i, j, k]:
+                        own = depth[i, j, k] if back else n_i + n_j + n_k
+                        depth[i, j, k] = _after_the_least(depth, i, j, k, 1 if back else -1, own)
+    return depth
+
+
+@inner()
+def _flood(seed, clear):
+    """The bits of `clear` that are joined to the bit `seed`."""
+    x = seed
+    while True:
+        y = x | ((x & ~K_LAST) << ONE) | ((x & ~K_FIRST) >> ONE)
+        y |= ((x & ~J_LAST) << np.uint64(4)) | ((x & ~J_FIRST) >> np.uint64(4))
+        y |= (x << np.uint64(16)) | (x >> np.uint64(16))
+        y &= clear
+        if y == x:
+            return x
+        x = y
+
+
+@kernel()
+def parts_of(near):
+    """The joined sets of small cells without surface in each word: first (n + 1,), mask (m,)."""
+    first = np.zeros(near.shape[0] + 1, np.int64)
+    mask = np.empty(4 * near.shape[0] + 64, np.uint64)
+    count = 0
+    for w in range(near.shape[0]):
+        clear = ~near[w]
+        if count + 64 > mask.shape[0]:
+            more = np.empty(2 * mask.shape[0], np.uint64)
+            more[:count] = mask[:count]
+            mask = more
+        while clear != NONE:
+            own = _flood(clear & (~clear + ONE), clear)
+            clear &= ~own
+            mask[count] = own
+            count += 1
+        first[w + 1] = count
+    return first, mask[:count].copy()
+
+
+@inner()
+def _face(axis, last):
+    """The small cells at a cell's face."""
+    if axis == 0:
+        return I_LAST if last else I_FIRST
+    if axis == 1:
+        return J_LAST if last else J_FIRST
+    return K_LAST if last else K_FIRST
+
+
+@kernel()
+def join(labels, words, places, first, mask):
+    """Root of every joined region: of the labelled cells, label − 1, then of the parts.
+
+    `labels` (cells,) are 1 … of cells without surface, 0 in others; `words` (cells,) the words of
+    those, −1 elsewhere; `places` (words, 3) their cells.
+    """
+    shape = labels.shape
+    count = 0
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            for k in range(shape[2]):
+                count = max(count, labels[i, j, k])
+    parent = np.arange(count + mask.shape[0]).astype(np.int32)
+    for w in range(places.shape[0]):
+        for axis in range(3):
+            for step in (-1, 1):
+                i = places[w, 0] + (step if axis == 0 else 0)
+                j = places[w, 1] + (step if axis == 1 else 0)
+                k = places[w, 2] + (step if axis == 2 else 0)
+                own = _face(axis, step > 0)
+                other = words[i, j, k]
+                if other < 0:
+                    for p in range(first[w], first[w + 1]):
+                        if mask[p] & own != NONE:
+                            unite(parent, count + p, labels[i, j, k] - 1)
+                elif step > 0:
+                    shift = np.uint64((48, 12, 3)[axis])
+                    for p in range(first[w], first[w + 1]):
+                        facing = (mask[p] & own) >> shift
+                        if facing == NONE:
+                            continue
+                        for q in range(first[other], first[other + 1]):
+                            if mask[q] & facing != NONE:
+                                unite(parent, count + p, count + q)
+    for k in range(parent.shape[0]):
+        parent[k] = root(parent, k)
+    return parent
+
+
+@inner()
+def _ones(x):
+    n = 0
+    while x != NONE:
+        x &= x - ONE
+        n += 1
+    return n
+
+
+@inner()
+def _lowest(x):
+    """Number of the lowest bit that is set."""
+    n = 0
+    while x & ONE == NONE:
+        x >>= ONE
+        n += 1
+    return n
+
+
+@kernel()
+def sizes_and_samples(parent, labels, depth, places, first, mask):
+    """Of every root: how many small cells are joined to it, and three of their middles.
+
+    The middles (3 a root) are in cells: of three next to cells that may hold surface, spread over
+    the region; of small ones where it has no whole cell. `depth` (cells,) is the way in cells to
+    the next that may hold surface.
+    """
+    n = parent.shape[0]
+    size = np.zeros(n, np.int64)
+    beside = np.zeros(n, np.int64)
+    samples = np.empty((n, 3, 3))
+    shape = labels.shape
+    count = n - mask.shape[0]
+    for last in (False, True):
+        seen = np.zeros(n, np.int64)
+        for i in range(shape[0]):
+            for j in range(shape[1]):
+                for k in range(shape[2]):
+                    if labels[i, j, k] == 0:
+                        continue
+                    r = parent[labels[i, j, k] - 1]
+                    if not last:
+                        size[r] += SPLIT**3
+                        beside[r] += 1 if depth[i, j, k] == 1 else 0
+                    elif depth[i, j, k] == 1:
+                        for q in range(3):
+                            if seen[r] == (2 * q + 1) * beside[r] // 6:
+                                samples[r, q] = (i + 0.5, j + 0.5, k + 0.5)
+                        seen[r] += 1
+    for w in range(places.shape[0]):
+        for p in range(first[w], first[w + 1]):
+            r = parent[count + p]
+            if beside[r] == 0:
+                bit = _lowest(mask[p])
+                middle = (
+                    places[w, 0] + ((bit >> 4) + 0.5) / SPLIT,
+                    places[w, 1] + (((bit >> 2) & 3) + 0.5) / SPLIT,
+                    places[w, 2] + ((bit & 3) + 0.5) / SPLIT,
+                )
+                for q in range(0 if size[r] == 0 else 2, 3):
+                    samples[r, q] = middle
+            size[r] += _ones(mask[p])
+    return size, samples
+
+
+@kernel()
+def known_sides(parent, sign, labels, depth, words, first, mask):
+    """What a look-up needs: (cells,) side times way, or FIRST_WORD + word, and (words, 2) masks of
+    the small cells inside and outside. `sign` (roots,) is 1 outside, −1 inside, 0 not known."""
+    shape = labels.shape
+    cell = np.empty(shape, np.int32)
+    masks = np.zeros((first.shape[0] - 1, 2), np.uint64)
+    count = parent.shape[0] - mask.shape[0]
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            for k in range(shape[2]):
+                if labels[i, j, k] > 0:
+                    cell[i, j, k] = sign[parent[labels[i, j, k] - 1]] * depth[i, j, k]
+                else:
+                    cell[i, j, k] = FIRST_WORD + words[i, j, k]
+    for w in range(masks.shape[0]):
+        for p in range(first[w], first[w + 1]):
+            side = sign[parent[count + p]]
+            if side < 0:
+                masks[w, 0] |= mask[p]
+            elif side > 0:
+                masks[w, 1] |= mask[p]
+    return cell, masks
+
+
+FIRST_WORD = 1 << 20
+"""Entries of cells from this on name a word."""

@@ -1,0 +1,154 @@
+"""Looking up a grid of known sides: the side of a point, and whether a way is clear of surface.
+
+A cell without surface is convex and holds none within `skin` of it either: as far as a point in it
+is from the cell's sides, and `skin`, and as many cells as the next that may hold surface is away,
+so far it is from the surface. A way that is in such cells all along crosses nothing.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from contiga.jit import inner, kernel
+from contiga.search.sides.kernels.side_grid_nb import FIRST_WORD, NONE, ONE, SPLIT
+
+STEPS = 64
+"""Cells that a way may pass; then nothing is said of it."""
+
+
+@inner()
+def _beyond(grid, x):
+    """Distance (in cells) of a place outside the grid to it, zero within."""
+    total = 0.0
+    for c in range(3):
+        a = max(-x[c], x[c] - grid.cell.shape[c], 0.0)
+        total += a * a
+    return math.sqrt(total)
+
+
+@inner()
+def _place(grid, p):
+    """A point in cells of the grid."""
+    o = grid.origin
+    return (p[0] - o[0]) / grid.size, (p[1] - o[1]) / grid.size, (p[2] - o[2]) / grid.size
+
+
+@inner()
+def _to_side(x, parts):
+    """Way (in cells) from a place to the nearest side of its cell's part, `parts` a cell."""
+    least = 1.0
+    for c in range(3):
+        y = x[c] * parts
+        y -= math.floor(y)
+        least = min(least, y, 1.0 - y)
+    return least / parts
+
+
+@inner()
+def side_at(grid, x):
+    """Side of a place x in cells (1 outside, −1 inside, 0 not known), a way (in cells) that leads
+    to no surface (less `skin`), parts of the cell that the place was looked up in, and the word
+    there or −1."""
+    if not (
+        0.0 <= x[0] < grid.cell.shape[0]
+        and 0.0 <= x[1] < grid.cell.shape[1]
+        and 0.0 <= x[2] < grid.cell.shape[2]
+    ):
+        return grid.far, _beyond(grid, x), 0.0, -1
+    i, j, k = int(x[0]), int(x[1]), int(x[2])
+    value = grid.cell[i, j, k]
+    if value < FIRST_WORD:
+        if value == 0:
+            return 0, 0.0, 1.0, -1
+        side = 1 if value > 0 else -1
+        return side, abs(value) - 1.0 + _to_side(x, 1.0), 1.0, -1
+    word = value - FIRST_WORD
+    bit = 16 * int((x[0] - i) * SPLIT) + 4 * int((x[1] - j) * SPLIT) + int((x[2] - k) * SPLIT)
+    at = ONE << np.uint64(bit)
+    if grid.masks[word, 0] & at != NONE:
+        return -1, _to_side(x, float(SPLIT)), float(SPLIT), word
+    if grid.masks[word, 1] & at != NONE:
+        return 1, _to_side(x, float(SPLIT)), float(SPLIT), word
+    return 0, 0.0, float(SPLIT), word
+
+
+@kernel()
+def sides(grid, points, rows, side, reach, start, stop):
+    """Sides of points[rows[start:stop]], and lower bounds of their distance to the surface."""
+    for i in range(start, stop):
+        k = rows[i]
+        p = (points[k, 0], points[k, 1], points[k, 2])
+        side[i] = 0
+        reach[i] = 0.0
+        if math.isfinite(p[0] + p[1] + p[2]):
+            known, way, _, _ = side_at(grid, _place(grid, p))
+            side[i] = known
+            if known != 0:
+                reach[i] = way * grid.size + grid.skin
+
+
+@kernel()
+def places(grid, points, rows, known, near, start, stop):
+    """`sides` of points[rows[start:stop]] into known = (side, reach), and a piece of the surface
+    near them into near = (patch, uv), −1 where the grid names none."""
+    side, reach = known
+    patch, uv = near
+    sides(grid, points, rows, side, reach, start, stop)
+    for i in range(start, stop):
+        k = rows[i]
+        p = (points[k, 0], points[k, 1], points[k, 2])
+        piece = -1
+        if side[i] == 0 and math.isfinite(p[0] + p[1] + p[2]):
+            word = side_at(grid, _place(grid, p))[3]
+            if word >= 0:
+                piece = grid.piece[word]
+        patch[i] = -1
+        uv[i, 0] = uv[i, 1] = 0.0
+        if piece >= 0:
+            patch[i] = grid.patch[piece]
+            uv[i, 0], uv[i, 1] = grid.uv[piece, 0], grid.uv[piece, 1]
+
+
+@inner()
+def _leaves_part(x, d, parts):
+    """How far along d a place x stays in its cell's part."""
+    far = math.inf
+    for c in range(3):
+        low = math.floor(x[c] * parts) / parts
+        if d[c] > 0.0:
+            far = min(far, (low + 1.0 / parts - x[c]) / d[c])
+        elif d[c] < 0.0:
+            far = min(far, (low - x[c]) / d[c])
+    return max(far, 0.0)
+
+
+@kernel()
+def clear_ways(grid, before, now, rows, clear, start, stop):
+    """Whether the ways before[rows] → now[rows] are known to meet no surface."""
+    skin = grid.skin / grid.size
+    for i in range(start, stop):
+        k = rows[i]
+        clear[i] = False
+        a = _place(grid, (before[k, 0], before[k, 1], before[k, 2]))
+        b = _place(grid, (now[k, 0], now[k, 1], now[k, 2]))
+        d = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
+        length = math.sqrt(d[0] ** 2 + d[1] ** 2 + d[2] ** 2)
+        if not math.isfinite(length):
+            continue
+        if length > 0.0:
+            d = (d[0] / length, d[1] / length, d[2] / length)
+        t = 0.0
+        for _ in range(STEPS):
+            x = (a[0] + t * d[0], a[1] + t * d[1], a[2] + t * d[2])
+            side, way, parts, _ = side_at(grid, x)
+            if side == 0:
+                break
+            # To the part's end it is clear, and for `skin` more.
+            if parts > 0.0:
+                way = max(way, _leaves_part(x, d, parts))
+            t += way + 0.5 * skin
+            if t >= length:
+                clear[i] = True
+                break

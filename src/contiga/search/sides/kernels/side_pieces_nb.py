@@ -1,0 +1,181 @@
+"""Pieces of a surface, small and flat enough to tell which cells of a grid they meet.
+
+Each is known by a box and a slab that hold it: those of its Bernstein coefficients, widened by
+the width of its edges. Pieces that are trimmed away are left out.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from contiga.arrays.codes import CUT, OUT
+from contiga.elements.kernels.bounds_nb import restrict
+from contiga.geometry.kernels.trim_nb import box_state
+from contiga.jit import inner, kernel
+
+LOW, HIGH, NORMAL, LEAST, MOST = 0, 3, 6, 9, 10
+"""Columns of a piece: its box, and the slab LEAST ≤ normal · x ≤ MOST."""
+COLUMNS = 11
+STACK = 128
+SHORTEST = 2.0**-24
+"""Side of a piece (local parameters) that is not halved further."""
+
+
+@inner()
+def _lengths(net, degree):
+    """How long a piece is at most along s and along t, by its control net (3 coordinates)."""
+    p, q = degree
+    along_s = along_t = 0.0
+    for j in range(q + 1):
+        total = 0.0
+        for i in range(p):
+            a = i * (q + 1) + j
+            b = a + q + 1
+            total += math.sqrt(
+                (net[b, 0] - net[a, 0]) ** 2
+                + (net[b, 1] - net[a, 1]) ** 2
+                + (net[b, 2] - net[a, 2]) ** 2
+            )
+        along_s = max(along_s, total)
+    for i in range(p + 1):
+        total = 0.0
+        for j in range(q):
+            a = i * (q + 1) + j
+            b = a + 1
+            total += math.sqrt(
+                (net[b, 0] - net[a, 0]) ** 2
+                + (net[b, 1] - net[a, 1]) ** 2
+                + (net[b, 2] - net[a, 2]) ** 2
+            )
+        along_t = max(along_t, total)
+    return along_s, along_t
+
+
+@inner()
+def _normal(net, degree):
+    """Unit normal of the diagonals of a control net, zero where they are parallel."""
+    p, q = degree
+    last = (p + 1) * (q + 1) - 1
+    x = (net[last, 0] - net[0, 0], net[last, 1] - net[0, 1], net[last, 2] - net[0, 2])
+    a = q
+    b = p * (q + 1)
+    y = (net[a, 0] - net[b, 0], net[a, 1] - net[b, 1], net[a, 2] - net[b, 2])
+    n = (x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0])
+    length = math.sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2)
+    if length == 0.0:
+        return 0.0, 0.0, 0.0
+    return n[0] / length, n[1] / length, n[2] / length
+
+
+@inner()
+def hull(net, count, n, piece):
+    """Box and slab along `n` of the points net[:count], into `piece`; returns how thick it is."""
+    for c in range(3):
+        piece[LOW + c] = math.inf
+        piece[HIGH + c] = -math.inf
+        piece[NORMAL + c] = n[c]
+    piece[LEAST] = math.inf
+    piece[MOST] = -math.inf
+    for k in range(count):
+        height = 0.0
+        for c in range(3):
+            piece[LOW + c] = min(piece[LOW + c], net[k, c])
+            piece[HIGH + c] = max(piece[HIGH + c], net[k, c])
+            height += n[c] * net[k, c]
+        piece[LEAST] = min(piece[LEAST], height)
+        piece[MOST] = max(piece[MOST], height)
+    return piece[MOST] - piece[LEAST]
+
+
+@inner()
+def widen(piece, margin):
+    """Widen a piece's box and slab."""
+    for c in range(3):
+        piece[LOW + c] -= margin
+        piece[HIGH + c] += margin
+    piece[LEAST] -= margin
+    piece[MOST] += margin
+
+
+@kernel()
+def doubled(array):
+    """A copy with room for twice the rows."""
+    new = np.empty((2 * array.shape[0], array.shape[1]))
+    new[: array.shape[0]] = array
+    return new
+
+
+@inner()
+def _state(elements, trims, e, box):
+    """Whether a part of element e is trimmed away, kept or cut."""
+    row = elements.table[e]
+    u, v = row["box"][0], row["box"][2]
+    du = row["box"][1] - u
+    dv = row["box"][3] - v
+    return box_state(
+        trims,
+        row["patch"],
+        u + (box[0] + 0.5) * du,
+        u + (box[1] + 0.5) * du,
+        v + (box[2] + 0.5) * dv,
+        v + (box[3] + 0.5) * dv,
+    )
+
+
+@kernel()
+def surface_pieces(elements, trims, origin, margins, limits):
+    """Pieces (n, 11) about `origin`, and where their middles are: (n, 3) element, s, t.
+
+    `margins` (elements,) is what each is widened by. `limits` is how long a piece may be where
+    nothing is trimmed, where it is cut, how thick it may be, and the number of pieces above which
+    nothing is halved any more.
+    """
+    whole, cut, thin, most = limits
+    pieces = np.empty((4096, COLUMNS))
+    middles = np.empty((4096, 3))
+    stack = np.empty((STACK, 5))
+    found = 0
+    for e in range(elements.table.shape[0]):
+        row = elements.table[e]
+        if row["trim"] == OUT:
+            continue
+        degree = (row["degree"][0], row["degree"][1])
+        n = (degree[0] + 1) * (degree[1] + 1)
+        coefs = elements.coefs[row["bernstein"] : row["bernstein"] + 4 * n]
+        net = np.empty((n, 4))
+        stack[0] = (-0.5, 0.5, -0.5, 0.5, float(row["trim"]))
+        top = 1
+        while top > 0:
+            top -= 1
+            box = (stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3])
+            state = stack[top, 4]
+            if state == CUT:
+                state = _state(elements, trims, e, box)
+                if state == OUT:
+                    continue
+            restrict(coefs, degree, box, net)
+            for k in range(n):
+                for c in range(3):
+                    net[k, c] = net[k, c] / net[k, 3] + (row["origin"][c] - origin[c])
+            along_s, along_t = _lengths(net, degree)
+            longest = max(along_s, along_t)
+            if found == pieces.shape[0]:
+                pieces = doubled(pieces)
+                middles = doubled(middles)
+            thick = hull(net, n, _normal(net, degree), pieces[found])
+            fine = longest <= (cut if state == CUT else whole) and min(thick, longest) <= thin
+            side = 0 if along_s >= along_t else 2
+            width = box[side + 1] - box[side]
+            if fine or width <= SHORTEST or top + 2 > STACK or found > most:
+                widen(pieces[found], margins[e])
+                middles[found] = (float(e), 0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3]))
+                found += 1
+                continue
+            half = 0.5 * (box[side] + box[side + 1])
+            for k in range(2):
+                stack[top] = (box[0], box[1], box[2], box[3], state)
+                stack[top, side + 1 - k] = half
+                top += 1
+    return pieces[:found], middles[:found]

@@ -1,0 +1,188 @@
+"""A grid of known sides: on which side of a closed body all points of a cell are.
+
+A cell that no piece of the surface meets holds points of one side only, and so do all such cells
+that are joined. Pieces are told to meet a cell by boxes and slabs that hold them, widened by the
+width of the edges and by the slits that are bridged: what two cells are joined through is sound.
+One closest point tells the side of all of them; three are asked, and where they disagree (faces
+that do not fit) nothing is said. Points in other cells, within about one of the surface, are to be
+asked themselves.
+
+Built once a body, from at most 6e5 cells and as many words of small cells: 25 MB at the very most.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.arrays.threads import run_ranges
+from contiga.elements.element_arrays import Records
+from contiga.jit import straight
+from contiga.pointer_records import pass_by_pointer
+from contiga.records import ByteArray, FloatArray, IntArray, Projection, empty_projection
+from contiga.search.sides.kernels import side_grid_nb, side_nb
+from contiga.search.sides.kernels.side_grid_nb import SPLIT
+from contiga.statuses import Feature, Status
+
+# Cells of the whole grid: so many an element, within these bounds.
+CELLS = 1000.0
+FEWEST, MOST = 3e4, 6e5
+# Cells more than the box takes.
+AROUND = 3
+# How thick a piece may be, in small cells; how long, in cells, where it is cut and where not.
+THIN = 1.0
+CUT, WHOLE = 3.0, 4.0
+# Pieces above which none is halved any more.
+PIECES = 400_000
+# Cells hold no surface within so much of them: a share of a small one, and of the coordinates
+# and the size, which are rounded.
+SKIN = 1e-6
+ROUNDING = 256.0 * float(np.finfo(float).eps)
+# Regions whose side is asked for: the largest, of so many small cells at least.
+REGIONS = 256
+LEAST = 8
+# Points below which a second thread does not pay.
+POINTS = 4096
+
+Closest = Callable[[FloatArray, IntArray, Projection], None]
+
+
+@pass_by_pointer
+class SideGrid(NamedTuple):
+    """What is known of the sides of a closed body, about its low corner; see `side_nb`."""
+
+    origin: FloatArray
+    """(3,) low corner of the grid, body frame."""
+    size: float
+    """Of a cell, length."""
+    skin: float
+    """What a cell without surface is away from it at least, length."""
+    far: int
+    """Side of all points outside the grid; 0 if not known."""
+    cell: IntArray
+    """(i, j, k) side times the cells to the next that may hold surface, 0 if not known; in cells
+    that may hold surface themselves FIRST_WORD and a word."""
+    masks: Records
+    """(words, 2) small cells inside and outside, one a bit."""
+    piece: IntArray
+    """(words,) a piece of the surface that meets the cell."""
+    patch: IntArray
+    """(pieces,) its patch."""
+    uv: FloatArray
+    """(pieces, 2) the parameters of its middle."""
+
+
+class Layout(NamedTuple):
+    """Where the cells of a grid lie."""
+
+    origin: FloatArray
+    size: float
+    shape: tuple[int, int, int]
+    skin: float
+
+    @property
+    def small(self) -> float:
+        """Size of a small cell."""
+        return self.size / SPLIT
+
+
+def layout(bounds: FloatArray, elements: int) -> Layout:
+    """Cells over the (2, 3) box `bounds` of a body with so many elements, and more than one around:
+    all that is outside the grid, and its corners, are far from the surface."""
+    low, high = bounds
+    wide = high - low
+    size = float(np.linalg.norm(wide))
+    wide = np.maximum(wide, 1e-3 * size)
+    cells = min(max(CELLS * elements, FEWEST), MOST)
+    cell = float((wide.prod() / cells) ** (1.0 / 3.0))
+    # Thin boxes need more cells around them than they hold.
+    while (np.ceil(wide / cell) + AROUND).prod() > 1.3 * cells:
+        cell *= 1.02
+    shape = np.ceil((high - low) / cell).astype(int) + AROUND
+    origin = 0.5 * (low + high) - 0.5 * shape * cell
+    most = float(np.abs(bounds).max())
+    skin = max(SKIN * cell / SPLIT, ROUNDING * (most + size))
+    return Layout(origin, cell, (int(shape[0]), int(shape[1]), int(shape[2])), skin)
+
+
+def build(
+    place: Layout,
+    pieces: FloatArray,
+    feet: tuple[IntArray, FloatArray],
+    closest: Closest,
+) -> SideGrid:
+    """The grid over `pieces` (about its origin), with `feet` (patch, uv) of theirs.
+
+    `closest` finds the closest points of the body to all rows of points.
+    """
+    words, places, near, piece = _painted(place, pieces)
+    labels, depth = side_grid_nb.labelled(words < 0), side_grid_nb.depths(words < 0)
+    first, mask = side_grid_nb.parts_of(near)
+    parent = side_grid_nb.join(labels, words, places, first, mask)
+    regions = (parent, labels, depth, places, first, mask)
+    sign = _signs(place, side_grid_nb.sizes_and_samples(*regions), closest)
+    cell, masks = side_grid_nb.known_sides(parent, sign, labels, depth, words, first, mask)
+    far = int(sign[parent[labels[0, 0, 0] - 1]])
+    return SideGrid(place.origin, place.size, place.skin, far, cell, masks, piece, *feet)
+
+
+def _painted(place: Layout, pieces: FloatArray) -> tuple[IntArray, IntArray, Records, IntArray]:
+    """Words of the cells that may hold surface, −1 in others; their cells; their small cells that
+    may; and a piece of each."""
+    flat = np.zeros(np.prod(place.shape), np.int32)
+    nothing = np.zeros(0, np.uint64), np.zeros(0, np.int32)
+    side_grid_nb.paint(pieces, place.small, place.shape, flat, *nothing)
+    index = np.flatnonzero(flat)
+    flat[:] = -1
+    flat[index] = np.arange(len(index))
+    near, piece = np.zeros(len(index), np.uint64), np.full(len(index), -1, np.int32)
+    side_grid_nb.paint(pieces, place.small, place.shape, flat, near, piece)
+    places = np.stack(np.unravel_index(index, place.shape), axis=1).astype(np.int32)
+    return flat.reshape(place.shape), places, near, piece
+
+
+def _signs(place: Layout, regions: tuple[Records, FloatArray], closest: Closest) -> ByteArray:
+    """(roots,) side of each joined region: 1 outside, −1 inside, 0 not known."""
+    size, samples = regions
+    roots = np.flatnonzero(size >= LEAST)
+    roots = np.sort(roots[np.argsort(-size[roots], kind="stable")[:REGIONS]])
+    points = place.origin + place.size * samples[roots].reshape(-1, 3)
+    feet = empty_projection(len(points))
+    closest(points, np.arange(len(points), dtype=np.int32), feet)
+    side = np.where(feet.status == Status.OK, np.sign(feet.gap), 0.0).reshape(-1, 3)
+    # Feet inside faces do not hang on how faces fit: where there are some, they alone count.
+    plain = ((feet.status == Status.OK) & (feet.feature == Feature.FACE)).reshape(-1, 3)
+    counts = plain | ~plain.any(axis=1, keepdims=True)
+    least = np.where(counts, side, 1.0).min(axis=1)
+    most = np.where(counts, side, -1.0).max(axis=1)
+    sign = np.zeros(len(size), np.int8)
+    sign[roots] = np.where(least == most, least, 0.0)
+    return sign
+
+
+def side_of(grid: SideGrid, p_B: FloatArray, rows: IntArray) -> tuple[ByteArray, FloatArray]:
+    """Side of p_B[rows], 1 outside, −1 inside, 0 not known; and a way, length, greater than zero
+    where it is known, that leads to no surface."""
+    side, reach = np.empty(len(rows), np.int8), np.empty(len(rows))
+    run_ranges(straight(side_nb.sides), len(rows), POINTS, grid, p_B, rows, side, reach)
+    return side, reach
+
+
+def clear_ways(grid: SideGrid, before: FloatArray, now: FloatArray, rows: IntArray) -> Records:
+    """(len(rows),) True where before[rows] → now[rows] is proved to meet no surface."""
+    clear = np.empty(len(rows), bool)
+    run_ranges(side_nb.clear_ways, len(rows), POINTS, grid, before, now, rows, clear)
+    return clear
+
+
+def places(
+    grid: SideGrid, p_B: FloatArray, rows: IntArray
+) -> tuple[ByteArray, FloatArray, IntArray, FloatArray]:
+    """As of `side_of`; and places (patch, uv) of the surface not far from those whose side is not
+    known, patch −1 where the grid names none."""
+    n = len(rows)
+    known, near = (np.empty(n, np.int8), np.empty(n)), (np.empty(n, np.int32), np.empty((n, 2)))
+    run_ranges(straight(side_nb.places), n, POINTS, grid, p_B, rows, known, near)
+    return *known, *near

@@ -1,0 +1,350 @@
+"""Where a straight path crosses one leaf, cell by cell, with tolerances that are lengths.
+
+The line p + x d, d of length one, is solved for, not the segment: seen along d only (s, t) are
+unknown, and x follows from the point found. With a = S_s, b = S_t and c = (a × b)·d the rows
+(b × d)/c and (d × a)/c turn a displacement of the line into one of (s, t). Every crossing in a
+cell lies within |rows| · (departure from the tangent plane) of the linear one: a cell whose
+rectangle misses that is dropped. Where the derivatives change so little over the cell that
+|rows| · change < 1 there is at most one crossing, and Newton's method held in the cell finds it;
+other cells are halved (interval Newton, Moore, Kearfott & Cloud 2009, ch. 8). None of this knows
+how long the segment is; its ends only cut off what lies beyond them.
+"""
+
+from __future__ import annotations
+
+import math
+
+from contiga.arrays.codes import EITHER, ENTRIES
+from contiga.arrays.kernels.vector_nb import column, cross, dot, minus
+from contiga.elements.kernels.bounds_nb import cell_box
+from contiga.elements.kernels.element_nb import evaluate
+from contiga.jit import inner
+from contiga.search.sweep.kernels.flat_cell_nb import over_plane, touch
+
+DROP, SOLVE, POINT, HALVE = 0, 1, 2, 3
+ENDLESS, BESIDE, ON = -1, 0, 1
+CONTRACTS = 0.75
+"""|rows| · change below which Newton's method, held in the cell, converges to the only root: its
+steps shrink at least by λ²/(4 (1 − λ)) < 1, and squared from then on."""
+STEPS = 60
+"""Of Newton's method: held at a side with the root beyond it, it may only halve its steps."""
+EASY = 64
+"""Cells of a leaf after which its bounds are taken for too loose, and each cell gets its own."""
+DEEP = 1.0 / 64.0
+"""Cells of an element with a pole, smaller than this share of their leaf, get bounds of their own:
+the leaf's do not shrink towards the pole."""
+TINY = 1e-16
+"""Half-size of a cell (local parameters) that cannot be halved any more."""
+MAX_CELLS = 20000
+"""Cells one path may open; then it is given up."""
+DEPTH = 128
+"""Cells of a leaf that can wait at once."""
+NONE = (0.0, 0.0, 0.0, 0.0)
+"""No room beyond any side."""
+
+
+@inner(error_model="numpy")
+def _beside_box(corner, p, d, near, far, pad):
+    """Whether p + x d, near ≤ x ≤ far, misses a box (low, high) widened by `pad`."""
+    for c in range(3):
+        low = corner[0, c] - pad - p[c]
+        high = corner[1, c] + pad - p[c]
+        if d[c] == 0.0:
+            if low > 0.0 or high < 0.0:
+                return True
+        else:
+            a = low / d[c]
+            b = high / d[c]
+            near = max(near, min(a, b))
+            far = min(far, max(a, b))
+    return near > far
+
+
+@inner(error_model="numpy")
+def _past(r, d, near, far, radius):
+    """Whether the path stays farther than `radius` from a cell's middle, r away from its start."""
+    x = min(max(-dot(r, d), near), far)
+    e = (r[0] + x * d[0], r[1] + x * d[1], r[2] + x * d[2])
+    return dot(e, e) > radius * radius
+
+
+@inner(error_model="numpy")
+def _outside_slab(r, n, c, span, thick):
+    """Whether both ends of the path are on one side of the slab that holds a cell.
+
+    n is the normal, not of unit length, in the cell's middle, c = n·d.
+    """
+    height = dot(r, n)
+    first = height + span[0] * c
+    last = height + span[1] * c
+    pad = thick * math.sqrt(dot(n, n))
+    return min(first, last) > pad or max(first, last) < -pad
+
+
+@inner(error_model="numpy")
+def _judge(h, k, size, path, span, entries):
+    """What to do with a cell of half-size `size` about the place whose derivatives are `h`.
+
+    `path` is (p, d, slack, wide, room): `wide` is how far beside the cell, in space, a crossing
+    still counts. `span` is the (near, far) of it that is asked for. Returns what to do, and the
+    steps in (s, t) from the middle to where SOLVE is to start.
+    """
+    hs, ht = size
+    p, d, slack, wide, _ = path
+    r = minus(p, column(h, 0))
+    kx = k[0] * hs
+    ky = k[1] * ht
+    if _past(r, d, span[0], span[1], (kx + ky) * (1.0 + 1e-9) + slack + wide):
+        return DROP, 0.0, 0.0
+    a = column(h, 1)
+    b = column(h, 2)
+    n = cross(a, b)
+    c = dot(n, d)
+    kxx = k[2] * hs * hs
+    kxy = k[3] * hs * ht
+    kyy = k[4] * ht * ht
+    bend = 0.5 * (kxx + kyy) + kxy
+    if _outside_slab(r, n, c, span, bend + slack + wide):
+        return DROP, 0.0, 0.0
+    # Leaving wherever in the cell: n·d > 0 for all its normals.
+    turn = (kxx + kxy) * ky + kx * (kxy + kyy)
+    if entries and c * hs * ht > turn * (1.0 + 1e-6):
+        return DROP, 0.0, 0.0
+    q = cross(b, d)
+    o = cross(d, a)
+    g_s = math.sqrt(dot(q, q))
+    g_t = math.sqrt(dot(o, o))
+    s = dot(q, r)
+    t = dot(o, r)
+    away = abs(c)
+    off = bend + 2.0 * slack + wide
+    if abs(s) - g_s * off > away * hs or abs(t) - g_t * off > away * ht:
+        return DROP, 0.0, 0.0
+    change = kxx + 2.0 * kxy + kyy
+    if g_s * change < CONTRACTS * away * hs and g_t * change < CONTRACTS * away * ht:
+        return SOLVE, min(max(s / c, -hs), hs), min(max(t / c, -ht), ht)
+    if kx + ky < slack or bend < 0.25 * slack or (hs < TINY and ht < TINY):
+        return POINT, 0.0, 0.0
+    return HALVE, 0.0, 0.0
+
+
+@inner(error_model="numpy")
+def _solve(elements, e, box, start, path, h):
+    """Newton's method for the line, held in `box` (s0, s1, t0, t1), from `start`.
+
+    `path` begins with (p, d, slack). Returns ON where it converged, BESIDE where the box holds no
+    root, ENDLESS where the steps ran out; s, t, x, and (S_s × S_t)·d over |S_s × S_t|.
+    """
+    p, d, slack = path[0], path[1], path[2]
+    s, t = start
+    x = slope = 0.0
+    for _ in range(STEPS):
+        evaluate(elements, e, s, t, h)
+        r = minus(p, column(h, 0))
+        a = column(h, 1)
+        b = column(h, 2)
+        n = cross(a, b)
+        c = dot(n, d)
+        if c == 0.0:
+            return ENDLESS, s, t, x, slope
+        slope = c / math.sqrt(dot(n, n))
+        x = -dot(r, d)
+        # From the miss, not from the start: that far away the products cancel to noise.
+        miss = (r[0] + x * d[0], r[1] + x * d[1], r[2] + x * d[2])
+        q = cross(b, d)
+        o = cross(d, a)
+        ds = (miss[0] * q[0] + miss[1] * q[1]) / c + miss[2] * q[2] / c
+        dt = (miss[0] * o[0] + miss[1] * o[1]) / c + miss[2] * o[2] / c
+        ds = min(max(s + ds, box[0]), box[1]) - s
+        dt = min(max(t + dt, box[2]), box[3]) - t
+        s += ds
+        t += dt
+        m = (a[0] * ds + b[0] * dt, a[1] * ds + b[1] * dt, a[2] * ds + b[2] * dt)
+        x += dot(m, d)
+        if math.sqrt(dot(miss, miss)) <= slack:
+            return ON, s, t, x, slope
+        if math.sqrt(dot(m, m)) <= 0.0625 * slack:
+            return BESIDE, s, t, x, slope
+    return ENDLESS, s, t, x, slope
+
+
+@inner(error_model="numpy")
+def _shrunk(h, k, cell, path, span):
+    """The part of a cell in which the path itself, not the line, can cross it.
+
+    To first order (s, t) of a point of the path follow from the dual vectors of the tangent plane,
+    whatever the angle: what is shorter than the cell leaves little of it. Empty: low ≥ high.
+    """
+    p, d, slack, wide, _ = path
+    hs = 0.5 * (cell[1] - cell[0])
+    ht = 0.5 * (cell[3] - cell[2])
+    flat, line, per = over_plane(h, minus(p, column(h, 0)), d)
+    if not flat:
+        return cell
+    off = 0.5 * (k[2] * hs * hs + k[4] * ht * ht) + k[3] * hs * ht + 2.0 * slack + wide
+    s, t, ds, dt = line
+    pad_s = off * per[0] + 4.0 * TINY
+    pad_t = off * per[1] + 4.0 * TINY
+    sc = 0.5 * (cell[0] + cell[1])
+    tc = 0.5 * (cell[2] + cell[3])
+    return (
+        max(cell[0], sc + s + min(span[0] * ds, span[1] * ds) - pad_s),
+        min(cell[1], sc + s + max(span[0] * ds, span[1] * ds) + pad_s),
+        max(cell[2], tc + t + min(span[0] * dt, span[1] * dt) - pad_t),
+        min(cell[3], tc + t + max(span[0] * dt, span[1] * dt) + pad_t),
+    )
+
+
+@inner()
+def _halve(stack, top, cell, across):
+    """Put the halves of a cell on the stack, cut across s (True) or t."""
+    s0, s1, t0, t1 = cell
+    for c in range(2):
+        stack[top + c] = (s0, s1, t0, t1)
+    if across:
+        stack[top, 1] = stack[top + 1, 0] = 0.5 * (s0 + s1)
+    else:
+        stack[top, 3] = stack[top + 1, 2] = 0.5 * (t0 + t1)
+
+
+@inner()
+def _wider_across(h, k, size, own):
+    """Whether a cell is to be cut across s: where the surface is longer."""
+    hs, ht = size
+    if hs < TINY or ht < TINY:
+        return ht < TINY
+    if own:
+        return k[0] * hs >= k[1] * ht
+    extent_s = h[0, 1] ** 2 + h[1, 1] ** 2 + h[2, 1] ** 2
+    extent_t = h[0, 2] ** 2 + h[1, 2] ** 2 + h[2, 2] ** 2
+    return extent_s * hs * hs >= extent_t * ht * ht
+
+
+@inner(error_model="numpy")
+def _held(cell, size, path, room, h):
+    """The rectangle in which the crossing of a cell is looked for: the cell and its tolerance.
+
+    A displacement of the line by `slack`, and beyond the sides of the element by their `room`, is
+    turned into one of (s, t) by the derivatives `h` in the cell's middle.
+    """
+    d, slack = path[1], path[2]
+    a = column(h, 1)
+    q = cross(column(h, 2), d)
+    o = cross(d, a)
+    c = abs(dot(a, q))
+    per_s = math.sqrt(dot(q, q)) / c
+    per_t = math.sqrt(dot(o, o)) / c
+    s = min(2.0 * slack * per_s, size[0])
+    t = min(2.0 * slack * per_t, size[1])
+    return (
+        cell[0] - s - (min(room[0] * per_s, 0.5) if cell[0] <= -0.5 else 0.0),
+        cell[1] + s + (min(room[1] * per_s, 0.5) if cell[1] >= 0.5 else 0.0),
+        cell[2] - t - (min(room[2] * per_t, 0.5) if cell[2] <= -0.5 else 0.0),
+        cell[3] + t + (min(room[3] * per_t, 0.5) if cell[3] >= 0.5 else 0.0),
+    )
+
+
+@inner()
+def _over(cell, path):
+    """The path as one cell sees it: as wide as the widest room beyond sides that it touches."""
+    p, d, slack, _, room = path
+    wide = room[0] if cell[0] <= -0.5 else 0.0
+    wide = max(wide, room[1] if cell[1] >= 0.5 else 0.0)
+    wide = max(wide, room[2] if cell[2] <= -0.5 else 0.0)
+    wide = max(wide, room[3] if cell[3] >= 0.5 else 0.0)
+    return p, d, slack, wide, room
+
+
+@inner(error_model="numpy")
+def _root(elements, e, place, cell, size, path, h):
+    """The root of a cell that has one at most: state, s, t, x and slope, as `_solve` gives them.
+
+    `place` is where to start; what is not in the cell is looked for beside it.
+    """
+    room = path[4]
+    box = _held(cell, size, path, NONE, h)
+    around = _held(cell, size, path, room, h)
+    state, s, t, x, slope = _solve(elements, e, box, place, path, h)
+    if state == BESIDE and around != box:
+        state, s, t, x, slope = _solve(elements, e, around, place, path, h)
+        state = max(state, BESIDE)
+    return state, s, t, x, slope
+
+
+@inner(error_model="numpy")
+def _counts(x, slope, path, ends):
+    """Whether a root is a crossing that is asked for."""
+    length, spare, far, sense = ends
+    # Beside a wide edge the caller finds where along the path the crossing is.
+    over = spare if path[3] > 0.0 else min(path[2] / abs(slope), spare)
+    return -over <= x <= length + over and x < far and (sense == EITHER or slope < 0.0)
+
+
+@inner(error_model="numpy")
+def _push_parts(stack, top, cell, part, across):
+    """Put what `part` leaves of a cell on the stack, in halves unless it is small; the new top."""
+    if part[0] >= part[1] or part[2] >= part[3]:
+        return top
+    left = (part[1] - part[0]) * (part[3] - part[2])
+    if left < 0.5 * (cell[1] - cell[0]) * (cell[3] - cell[2]):
+        stack[top] = part
+        return top + 1
+    _halve(stack, top, cell, across)
+    return top + 2
+
+
+@inner()
+def next_crossing(elements, leaf, pole, path, ends, work, top):
+    """Next crossing of one leaf, trimmed or not, among the `top` cells on the stack.
+
+    `path` is (p, d, slack, wide, room) about the element's origin, `ends` (length, spare, far,
+    sense): the length of the segment, how far beyond its ends a crossing at a small angle may lie,
+    where it need not be looked for any more, and ENTRIES or EITHER. Returns x (infinite where
+    there is none), s, t, the slope n·d, and how many cells are left. `work` is (stack, h, k,
+    corner, count); count holds the cells opened and whether the path was given up.
+    """
+    stack, h, k, corner, count = work
+    length, spare, far, sense = ends
+    e = leaf["element"]
+    p, d, slack = path[0], path[1], path[2]
+    whole = DEEP * (leaf["box"][1] - leaf["box"][0]) * (leaf["box"][3] - leaf["box"][2])
+    span = (-spare, min(far, length + spare))
+    easy = count[0] + EASY
+    found, s, t, slope = math.inf, 0.0, 0.0, 0.0
+    while top > 0 and found == math.inf:
+        top -= 1
+        count[0] += 1
+        cell = (stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3])
+        place = (0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3]))
+        size = (0.5 * (cell[1] - cell[0]), 0.5 * (cell[3] - cell[2]))
+        seen = _over(cell, path)
+        own = count[0] > easy or (pole and 4.0 * size[0] * size[1] < whole)
+        if own:
+            cell_box(elements, e, cell, k, corner)
+            if _beside_box(corner, p, d, span[0], span[1], slack + seen[3]):
+                continue
+        else:
+            for c in range(9):
+                k[c] = leaf["bound"][c]
+        evaluate(elements, e, place[0], place[1], h)
+        verdict, ds, dt = _judge(h, k, size, seen, span, sense == ENTRIES)
+        if verdict == SOLVE:
+            start = (place[0] + ds, place[1] + dt)
+            state, s, t, x, slope = _root(elements, e, start, cell, size, path, h)
+            if state == ON and _counts(x, slope, path, ends):
+                found = x
+            if state == ENDLESS:
+                verdict = HALVE if max(size[0], size[1]) > TINY else POINT
+                evaluate(elements, e, place[0], place[1], h)
+        if verdict == POINT:
+            x, ds, dt, slope = touch(elements, e, cell, path, length, h)
+            s, t = place[0] + ds, place[1] + dt
+            if slope != 0.0 and x < far and (sense == EITHER or slope < 0.0):
+                found = x
+        if verdict == HALVE:
+            if count[0] > MAX_CELLS or top > DEPTH - 3:
+                count[1] = 1
+                continue
+            part = _shrunk(h, k, cell, seen, span)
+            top = _push_parts(stack, top, cell, part, _wider_across(h, k, size, own))
+    return found, s, t, slope, top

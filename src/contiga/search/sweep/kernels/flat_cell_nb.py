@@ -1,0 +1,96 @@
+"""Where a path crosses a cell that is a point, or flat along the path: its ends tell."""
+
+from __future__ import annotations
+
+import math
+
+from contiga.arrays.kernels.vector_nb import column, dot, minus
+from contiga.elements.kernels.sides_nb import normal_at
+from contiga.jit import inner
+
+
+@inner(error_model="numpy")
+def _passage(box, line, pad):
+    """The x, low to high, at which a line passes over a rectangle `box` widened by `pad`.
+
+    `line` holds (s, t) at x = 0 and how they grow with x. Empty: low > high.
+    """
+    low, high = -math.inf, math.inf
+    for c in range(2):
+        at, grows = line[c], line[2 + c]
+        least, most = box[2 * c] - pad[c], box[2 * c + 1] + pad[c]
+        if grows == 0.0:
+            if at < least or at > most:
+                return math.inf, -math.inf
+        else:
+            first = (least - at) / grows
+            last = (most - at) / grows
+            low = max(low, min(first, last))
+            high = min(high, max(first, last))
+    return low, high
+
+
+@inner(error_model="numpy")
+def over_plane(h, r, d):
+    """The line r + x d over the tangent plane, in (s, t) from where `h` was taken.
+
+    Whether there is a plane; (s, t) at x = 0 and how they grow with x; the most that a
+    displacement of length one changes s and t.
+    """
+    a = column(h, 1)
+    b = column(h, 2)
+    aa, ab, bb = dot(a, a), dot(a, b), dot(b, b)
+    ra, rb = dot(r, a), dot(r, b)
+    da, db = dot(d, a), dot(d, b)
+    det = aa * bb - ab * ab
+    if not det > 1e-12 * aa * bb:
+        return False, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0)
+    line = (
+        (bb * ra - ab * rb) / det,
+        (aa * rb - ab * ra) / det,
+        (bb * da - ab * db) / det,
+        (aa * db - ab * da) / det,
+    )
+    return True, line, (math.sqrt(bb / det), math.sqrt(aa / det))
+
+
+@inner(linked=False, error_model="numpy")
+def touch(elements, e, cell, path, length, h):
+    """A cell that is a point, or flat along the path: the ends tell on which sides of its tangent
+    plane they lie. Returns x and the steps in (s, t) from the middle to where the path is as near
+    as it comes over the cell to where it meets that plane, and the slope −1, 0 (no crossing) or 1.
+
+    Over the cell is also what lies beyond sides of the element by no more than their room.
+    """
+    s, t = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3])
+    p, d, slack, _, room = path
+    normal = normal_at(elements, e, s, t, h)
+    r = minus(p, column(h, 0))
+    first = dot(r, normal)
+    falls = dot(d, normal)
+    last = first + length * falls
+    if first >= -slack and last < 0.0 and last < first:
+        slope = -1.0
+    elif first <= slack and last > 0.0 and last > first:
+        slope = 1.0
+    else:
+        return 0.0, 0.0, 0.0, 0.0
+    flat, line, per = over_plane(h, r, d)
+    if not flat:
+        return min(max(-dot(r, d), 0.0), length), 0.0, 0.0, slope
+    box = (
+        cell[0] - s - (room[0] * per[0] if cell[0] <= -0.5 else 0.0),
+        cell[1] - s + (room[1] * per[0] if cell[1] >= 0.5 else 0.0),
+        cell[2] - t - (room[2] * per[1] if cell[2] <= -0.5 else 0.0),
+        cell[3] - t + (room[3] * per[1] if cell[3] >= 0.5 else 0.0),
+    )
+    low, high = _passage(box, line, (2.0 * slack * per[0], 2.0 * slack * per[1]))
+    low, high = max(low, 0.0), min(high, length)
+    meets = -first / falls
+    x = min(max(meets, low), high)
+    # Neighbouring cells tell where it meets their planes with a doubt of slack along the normal.
+    if low > high or abs(x - meets) * abs(falls) > 2.0 * slack:
+        return 0.0, 0.0, 0.0, 0.0
+    ds = min(max(line[0] + x * line[2], box[0]), box[1])
+    dt = min(max(line[1] + x * line[3], box[2]), box[3])
+    return x, ds, dt, slope

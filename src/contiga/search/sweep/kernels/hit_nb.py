@@ -1,0 +1,318 @@
+"""Crossings of swept points: the segments p0 → p1 against the exact surface.
+
+The hierarchy is walked along the path, nearest boxes first; a leaf is searched cell by cell
+(`crossing_nb`). Lengths below `slack`, a few times the rounding of the coordinates, are none.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from contiga.arrays.codes import AT_START, BUDGET, EITHER, ENTRIES, OK, OUT
+from contiga.arrays.kernels.query_nb import begin_path
+from contiga.elements.kernels.element_nb import evaluate, parameters
+from contiga.jit import inner, kernel
+from contiga.search.closest.kernels.edge_width_nb import BESIDE, edge_width
+from contiga.search.hierarchy.kernels.face_nb import has_pole
+from contiga.search.hierarchy.kernels.plates_nb import is_passed
+from contiga.search.sweep.kernels.crossing_nb import DEPTH, next_crossing
+from contiga.search.sweep.kernels.piece_lists_nb import is_clear
+
+GRAZING = 32.0
+"""Widths of an edge that a path may meet the carrier of a face beyond it."""
+X, ELEMENT, S, T, EDGE, OVER = 0, 1, 2, 3, 4, 5
+"""Columns of what was found: x, element, s, t, width of an edge beside it, doubt about x."""
+
+
+@inner()
+def _meets(node, p, inverse, span, slack):
+    """Whether p + x d, near ≤ x ≤ far, meets the node's box, widened by `slack`; the least such x.
+
+    `inverse` is one over d, component by component.
+    """
+    near, far = span
+    for c in range(3):
+        low = node["low"][c] - slack - p[c]
+        high = node["high"][c] + slack - p[c]
+        if math.isinf(inverse[c]):
+            if low > 0.0 or high < 0.0:
+                return False, 0.0
+        else:
+            a = low * inverse[c]
+            b = high * inverse[c]
+            near = max(near, min(a, b))
+            far = min(far, max(a, b))
+    return near <= far * (1.0 + 1e-12) + 1e-300, near
+
+
+@inner()
+def _reciprocal(x):
+    return 1.0 / x if abs(x) > 1e-290 else math.inf
+
+
+@inner()
+def _next_leaves(tree, p, inverse, span, slack, queue, top):
+    """Next node of leaves that the path meets within `span`, −1 for none, and nodes left."""
+    nodes, entry = queue
+    found = -1
+    while top > 0 and found < 0:
+        top -= 1
+        if entry[top] > span[1]:
+            continue
+        node = nodes[top]
+        if tree[node]["count"] > 0:
+            found = node
+            continue
+        first = tree[node]["first"]
+        a, near_a = _meets(tree[first], p, inverse, span, slack)
+        b, near_b = _meets(tree[first + 1], p, inverse, span, slack)
+        swap = 1 if a and b and near_a <= near_b else 0  # the nearer child goes on top
+        for i in range(2):
+            child = i ^ swap
+            if (a, b)[child]:
+                nodes[top] = first + child
+                entry[top] = (near_a, near_b)[child]
+                top += 1
+    return found, top
+
+
+@inner()
+def _room_beside(elements, e, side, slack):
+    """How far beyond a side of an element a crossing may still be its own.
+
+    Beyond a smooth joint it is the neighbour's, unless the neighbour is cut away as a whole.
+    """
+    row = elements.table[e]
+    across = row["neighbour"][side]
+    inner = across >= 0 and elements.table[across]["patch"] == row["patch"]
+    cut_off = inner and elements.table[across]["trim"] == OUT
+    room = row["edge_tolerance"] if cut_off else row["width"][side]
+    return room if room > slack else 0.0
+
+
+@inner()
+def _path_about(elements, e, p, d, slack):
+    """(p, d, slack, wide, room) of a path about the origin of one element: `room` for its sides,
+    `wide` the widest edge of the element."""
+    row = elements.table[e]
+    origin = row["origin"]
+    local = (p[0] - origin[0], p[1] - origin[1], p[2] - origin[2])
+    slack = slack + row["noise"]
+    if row["edge_tolerance"] <= slack:
+        return local, d, slack, 0.0, (0.0, 0.0, 0.0, 0.0)
+    room = (
+        _room_beside(elements, e, 0, slack),
+        _room_beside(elements, e, 1, slack),
+        _room_beside(elements, e, 2, slack),
+        _room_beside(elements, e, 3, slack),
+    )
+    return local, d, slack, row["edge_tolerance"], room
+
+
+@inner()
+def _offer(found, side, x, e, place, width, over):
+    """Keep a crossing if it is the first of its sense."""
+    if x < found[side, X]:
+        found[side, X] = x
+        found[side, ELEMENT] = e
+        found[side, S] = min(max(place[0], -0.5), 0.5)
+        found[side, T] = min(max(place[1], -0.5), 0.5)
+        found[side, EDGE] = width
+        found[side, OVER] = over
+
+
+@inner(error_model="numpy")
+def _on_element(elements, e, place, path, x, h):
+    """The place of an element that stands for a crossing at `place`, and x there.
+
+    What lies off the element, seen along the path within rounding, is far off if that is flat: it
+    is where the side is nearest to the path. `h` holds the derivatives at the crossing.
+    """
+    if abs(place[0]) <= 0.5 and abs(place[1]) <= 0.5:
+        return place, x
+    p, d = path[0], path[1]
+    aa = ab = bb = da = db = 0.0
+    for c in range(3):
+        da += d[c] * h[c, 1]
+        db += d[c] * h[c, 2]
+    for c in range(3):
+        s = h[c, 1] - da * d[c]
+        t = h[c, 2] - db * d[c]
+        aa += s * s
+        ab += s * t
+        bb += t * t
+    s = min(max(place[0], -0.5), 0.5)
+    t = min(max(place[1], -0.5), 0.5)
+    # Along the side to where, seen along the path, the step onto it is shortest.
+    if s != place[0] and t == place[1] and bb > 0.0:
+        t = min(max(t - (s - place[0]) * ab / bb, -0.5), 0.5)
+    elif t != place[1] and s == place[0] and aa > 0.0:
+        s = min(max(s - (t - place[1]) * ab / aa, -0.5), 0.5)
+    evaluate(elements, e, s, t, h)
+    x = (h[0, 0] - p[0]) * d[0] + (h[1, 0] - p[1]) * d[1] + (h[2, 0] - p[2]) * d[2]
+    return (s, t), x
+
+
+@inner()
+def _stays_off(plate, p, d, ends, slack):
+    """Whether a path cannot meet a leaf, nor the carrier of its face beside its edges.
+
+    `ends` is (length, spare, far): how far beyond its ends it counts, and where no more.
+    """
+    length, spare, far = ends
+    over = max(spare, GRAZING * plate["edge_tolerance"])
+    span = (-over, min(far + over, length + over))
+    return is_passed(plate, p, d, span, slack + plate["edge_tolerance"])
+
+
+@inner(linked=False)
+def _search(tables, segment, sense, found, queue, work):
+    """First crossings of a segment (p, d, length, slack, spare, loose): entries in found[0], where
+    it leaves in found[1] (`sense` EITHER only). `spare` is how far beyond the ends one may lie,
+    `loose` by how many widths of an edge beyond each of them one at that edge may."""
+    tree, leaves, elements = tables.tree, tables.leaves, tables.elements
+    trims, piece_width = tables.trims, tables.piece_width
+    stack, h, _, _, count = work
+    p, d, length, slack, spare, loose = segment
+    inverse = (_reciprocal(d[0]), _reciprocal(d[1]), _reciprocal(d[2]))
+    found[0, X] = math.inf
+    found[1, X] = math.inf
+    count[0] = 0
+    count[1] = 0
+    far = length + spare
+    beyond = spare if sense == EITHER else 0.0
+    queue[0][0] = 0
+    queue[1][0] = -spare
+    top = 1 if _meets(tree[0], p, inverse, (-spare, far), slack)[0] else 0
+    while top > 0:
+        node, top = _next_leaves(tree, p, inverse, (-spare, far), slack, queue, top)
+        if node < 0:
+            break
+        for i in range(tree[node]["first"], tree[node]["first"] + tree[node]["count"]):
+            leaf = leaves[i]
+            e = leaf["element"]
+            if e < 0 or _stays_off(tables.plates[i], p, d, (length, spare, far), slack):
+                continue
+            path = _path_about(elements, e, p, d, slack)
+            thin_s = leaf["bound"][0] * (leaf["box"][1] - leaf["box"][0]) <= slack
+            thin_t = leaf["bound"][1] * (leaf["box"][3] - leaf["box"][2]) <= slack
+            if thin_s or thin_t:
+                continue  # narrower than rounding: its neighbours reach over it
+            for c in range(4):
+                stack[0, c] = leaf["box"][c]
+            cells = 1
+            pole = has_pole(elements, e)
+            flat = GRAZING * path[3]
+            while cells > 0:
+                ends = (length, max(spare, flat), far + flat, sense)
+                x, s, t, slope, cells = next_crossing(elements, leaf, pole, path, ends, work, cells)
+                if x == math.inf:
+                    continue
+                least = 3.0 * path[2] if sense == EITHER else 0.0
+                width, place, on = edge_width(
+                    elements, trims, piece_width, e, (s, t), path, least, h
+                )
+                if width == BESIDE:
+                    continue
+                # Met beyond its edge, a face is crossed where the path passes the edge.
+                over = min(path[2] / abs(slope), spare)
+                if on != 0.0:
+                    x += on
+                    x = max(x, min(x + loose[0] * width, 0.0))
+                    x = min(x, max(x - loose[1] * width, length))
+                else:
+                    place, x = _on_element(elements, e, place, path, x, h)
+                if x < far and -over <= x <= length + over:
+                    _offer(found, 0 if slope < 0.0 else 1, x, e, place, width, over)
+                    far = min(far, x + beyond)
+
+
+@inner()
+def _write(elements, out, i, found, length, h):
+    """Row i of the hits, but its status, for one row of what was found."""
+    e = int(found[ELEMENT])
+    evaluate(elements, e, found[S], found[T], h)
+    out.fraction[i] = min(max(found[X] / length, 0.0), 1.0)
+    out.patch[i] = elements.table[e]["patch"]
+    out.uv[i, 0], out.uv[i, 1] = parameters(elements, e, found[S], found[T])
+    for c in range(3):
+        out.point[i, c] = h[c, 0] + elements.table[e]["origin"][c]
+
+
+@inner()
+def _room():
+    """Work arrays of a search: what is found, the queue of nodes, and what a leaf needs."""
+    queue = (np.empty(128, np.int64), np.empty(128))
+    count = np.zeros(2, np.int64)
+    work = (np.empty((DEPTH, 4)), np.empty((4, 6)), np.empty(9), np.empty((2, 3)), count)
+    return np.empty((2, 6)), queue, work
+
+
+@kernel(error_model="numpy")
+def first_hits(tables, lists, p0, p1, rows, out, start, stop):
+    """First entry of each segment p0[rows[i]] → p1[rows[i]] into row i of `out`.
+
+    `lists` are the pieces near voxels, or none: they spare searches, and change nothing.
+    """
+    elements = tables.elements
+    found, queue, work = _room()
+    size = tables.scale[0]
+    for i in range(start, stop):
+        j = rows[i]
+        p = (p0[j, 0], p0[j, 1], p0[j, 2])
+        q = (p1[j, 0], p1[j, 1], p1[j, 2])
+        length, d, slack = begin_path(out, i, p, q, size)
+        if length == 0.0 or tables.leaves.shape[0] == 0:
+            continue
+        spare = math.sqrt(slack * size)
+        if is_clear(lists, p, q, spare):
+            continue
+        segment = (p, d, length, slack, spare, (0.0, 0.0))
+        _search(tables, segment, ENTRIES, found, queue, work)
+        if found[0, X] < math.inf:
+            _write(elements, out, i, found[0], length, work[1])
+            out.status[i] = AT_START if found[0, X] <= 0.0 else OK
+        if work[4][1] != 0:
+            out.status[i] = BUDGET
+
+
+@kernel(error_model="numpy")
+def last_crossings(tables, lists, p0, p1, loose, out, verdict, start, stop):
+    """Crossing nearest the end of each segment p0[i] → p1[i] into row i of `out`.
+
+    `loose` is by how many widths of an edge beyond p0 and p1 one at that edge may lie, `lists` as
+    for `first_hits`.
+
+    `verdict` (n, 2) takes the sense, 1 where the path enters there, −1 where it leaves, 0 for
+    none; and zero, or the width of an edge that it meets, or of what is crossed both ways in one
+    place: there the answer hangs on rounding.
+    """
+    elements = tables.elements
+    found, queue, work = _room()
+    size = tables.scale[0]
+    for i in range(start, stop):
+        # Backwards: what is entered going back is left going on.
+        p = (p1[i, 0], p1[i, 1], p1[i, 2])
+        q = (p0[i, 0], p0[i, 1], p0[i, 2])
+        verdict[i] = 0.0
+        length, d, slack = begin_path(out, i, p, q, size)
+        if length == 0.0 or tables.leaves.shape[0] == 0:
+            continue
+        spare = math.sqrt(slack * size)
+        if is_clear(lists, p, q, spare):
+            continue
+        segment = (p, d, length, slack, spare, (loose[1], loose[0]))
+        _search(tables, segment, EITHER, found, queue, work)
+        side = 0 if found[0, X] <= found[1, X] else 1
+        if found[side, X] < math.inf:
+            _write(elements, out, i, found[side], length, work[1])
+            out.fraction[i] = 1.0 - out.fraction[i]
+            out.status[i] = AT_START if found[side, X] >= length else OK
+            verdict[i, 0] = 2.0 * side - 1.0
+            verdict[i, 1] = found[side, EDGE]
+            if found[1 - side, X] - found[1 - side, OVER] <= found[side, X] + found[side, OVER]:
+                verdict[i, 1] = max(verdict[i, 1], slack)
+        if work[4][1] != 0:
+            out.status[i] = BUDGET

@@ -1,0 +1,111 @@
+"""Pieces of a surface near every voxel of a grid: whether a short path is clear of all of them.
+
+Pieces are those of `side_pieces_nb`, boxes and slabs that hold the surface and all by which its
+edges are widened. A path that is clear of those near its voxels crosses nothing.
+"""
+
+from __future__ import annotations
+
+import math
+
+from contiga.jit import inner, kernel
+from contiga.search.sides.kernels.side_pieces_nb import HIGH, LEAST, LOW, MOST, NORMAL
+
+MOST_VOXELS = 8
+"""Voxels that a path is looked up in; what passes more is searched for."""
+MOST_PIECES = 64
+"""Pieces that are looked at; of a voxel with more nothing is said."""
+
+
+@inner()
+def _meets_voxel(piece, i, j, k, side):
+    """Whether the slab of a piece meets a voxel."""
+    half = 0.5 * side
+    height = spread = 0.0
+    for c in range(3):
+        n = piece[NORMAL + c]
+        height += n * ((i, j, k)[c] * side + half)
+        spread += abs(n) * half
+    return height - spread <= piece[MOST] and height + spread >= piece[LEAST]
+
+
+@inner()
+def _span(piece, side, voxels, c):
+    """First voxel along an axis that a piece's box meets, and one past the last."""
+    first = math.floor(piece[LOW + c] / side)
+    last = math.floor(piece[HIGH + c] / side)
+    return int(max(first, 0.0)), int(min(last, voxels[c] - 1.0)) + 1
+
+
+@kernel()
+def list_pieces(pieces, side, voxels, first, listed):
+    """Count the pieces that may meet each voxel into first[v + 1]; or list them in `listed`.
+
+    If that has rows, first[v] is where those of voxel v go, and is left where they end. Voxels are
+    counted from the origin of the pieces.
+    """
+    listing = listed.shape[0] > 0
+    for p in range(pieces.shape[0]):
+        i0, i1 = _span(pieces[p], side, voxels, 0)
+        j0, j1 = _span(pieces[p], side, voxels, 1)
+        k0, k1 = _span(pieces[p], side, voxels, 2)
+        for i in range(i0, i1):
+            for j in range(j0, j1):
+                for k in range(k0, k1):
+                    if not _meets_voxel(pieces[p], i, j, k, side):
+                        continue
+                    v = (i * voxels[1] + j) * voxels[2] + k
+                    if listing:
+                        listed[first[v]] = p
+                        first[v] += 1
+                    else:
+                        first[v + 1] += 1
+
+
+@inner()
+def _is_clear_of(piece, a, b, spare):
+    """Whether a segment from a to b, both with `spare` around them, stays off a piece."""
+    for c in range(3):
+        if min(a[c], b[c]) - spare > piece[HIGH + c] or max(a[c], b[c]) + spare < piece[LOW + c]:
+            return True
+    at_a = at_b = 0.0
+    for c in range(3):
+        at_a += piece[NORMAL + c] * a[c]
+        at_b += piece[NORMAL + c] * b[c]
+    return min(at_a, at_b) - spare > piece[MOST] or max(at_a, at_b) + spare < piece[LEAST]
+
+
+@inner()
+def is_clear(lists, p, q, spare):
+    """Whether the way p → q, which counts for `spare` beyond its ends, is known to meet nothing."""
+    if not spare <= lists.reach:
+        return False
+    o = lists.origin
+    a = (p[0] - o[0], p[1] - o[1], p[2] - o[2])
+    b = (q[0] - o[0], q[1] - o[1], q[2] - o[2])
+    n = lists.voxels
+    scale = lists.scale
+    x0 = (min(a[0], b[0]) - spare) * scale
+    y0 = (min(a[1], b[1]) - spare) * scale
+    z0 = (min(a[2], b[2]) - spare) * scale
+    x1 = (max(a[0], b[0]) + spare) * scale
+    y1 = (max(a[1], b[1]) + spare) * scale
+    z1 = (max(a[2], b[2]) + spare) * scale
+    # Nothing is known beyond the grid, nor of what is no number.
+    if not (x0 >= 0.0 and y0 >= 0.0 and z0 >= 0.0 and x1 < n[0] and y1 < n[1] and z1 < n[2]):
+        return False
+    i0, j0, k0 = int(x0), int(y0), int(z0)
+    i1, j1, k1 = int(x1) + 1, int(y1) + 1, int(z1) + 1
+    if (i1 - i0) * (j1 - j0) * (k1 - k0) > MOST_VOXELS:
+        return False
+    for i in range(i0, i1):
+        for j in range(j0, j1):
+            for k in range(k0, k1):
+                v = (i * n[1] + j) * n[2] + k
+                begin, end = lists.first[v], lists.first[v + 1]
+                if end - begin > MOST_PIECES:
+                    return False
+                for m in range(begin, end):
+                    if not _is_clear_of(lists.pieces[lists.listed[m]], a, b, spare):
+                        return False
+    return True

@@ -1,0 +1,275 @@
+"""Newton's method on many points of one element at once: the fast lane of tracking.
+
+Elements of degree up to three in each direction are kept as bicubics. Points are binned by
+element and taken sixteen at a time, in banks of as many as a vector holds: the coefficients are the
+same for all lanes, the lanes' data lie one after the other in a bank, and the body of the lane loop
+has no branches, so the compiler turns it into vector code without gathers: as long as these kernels
+are compiled by themselves, and not within their callers. Coefficients are read anew for each bank,
+where they are needed: read before the loop they were all written to the stack, whole vectors of
+each, a fifth of a round. Rows that want to leave the element go on from there in lanes with others
+that do (`mixed_lanes_nb`); those that meet an indefinite Hessian or do not descend are handed back,
+and the careful walk takes them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from contiga.arrays.codes import TO_WALK
+from contiga.arrays.vectors import numbers_in_vector
+from contiga.jit import inlined, inner
+from contiga.jit.block import SIZE, read_anew, turn
+from contiga.jit.prefetch import LINE
+from contiga.jit.scratch import scratch
+from contiga.search.closest.kernels.newton_nb import (
+    ACTIVE,
+    DONE,
+    foot_record,
+    local_place,
+    newton_step,
+    polynomial_at,
+    rational_at,
+)
+
+LANES = 16
+WIDE = numbers_in_vector()
+"""Lanes of a bank."""
+BANKS = LANES // WIDE
+# Rows of a bank, each WIDE long, the rest in the order in which they come to be. What lanes are
+# handed: the point now and before, and the start (u, v). Newton's method: the point from the
+# element's origin, where it is, the square of the distance so far, the state.
+ROW_NOW, ROW_BEFORE, ROW_START = 0, 3, 6
+PASSED_BY_POINTER = 8
+ROW_X, ROW_S, ROW_T, ROW_F, ROW_STATE = 8, 11, 12, 13, 14
+# What is found, in the order of the columns it is handed on in; the place is (u, v).
+ROW_FOUND = 15
+FLAG, PROVED, PLACE, FOOT, NORMAL, GAP, PATCH = 0, 1, 2, 4, 7, 10, 11
+FOUND = 12
+RECORD = 16
+"""Numbers of a row's record, two lines of the memory: what is handed is in the first, and what is
+found takes its place."""
+# The proof: what is kept around the foot (see `lane_proof_nb`), and the radius of the ball.
+ROW_KEPT, ROW_RADIUS = 27, 39
+ROWS = 40
+# What is told of an element: coefficients of x, y, z and the weight, sixteen each, its origin, the
+# square of the tolerance, u0, v0, the lengths in u and v, u1, v1, their reciprocals, the patch.
+ORIGIN, TOLERANCE, BOX, SCALE, HOME = 64, 67, 68, 74, 76
+TOLD = 77
+
+
+@inlined()
+def _point(bank, l):
+    return bank[ROW_X * WIDE + l], bank[(ROW_X + 1) * WIDE + l], bank[(ROW_X + 2) * WIDE + l]
+
+
+@inlined()
+def start(bank, l, place, told, o, k):
+    """Where lane l starts from place = (u, v), in the element whose every k-th number from told[o]
+    is told."""
+    n = WIDE
+    bank[ROW_S * n + l] = local_place(place[0], told[o + BOX * k], told[o + SCALE * k])
+    bank[ROW_T * n + l] = local_place(place[1], told[o + (BOX + 1) * k], told[o + (SCALE + 1) * k])
+    for c in range(3):
+        bank[(ROW_X + c) * n + l] = bank[(ROW_NOW + c) * n + l] - told[o + (ORIGIN + c) * k]
+
+
+@inlined()
+def one_round(bank, l, x, y, z, tolerance):
+    """One Newton round of lane l, from the derivatives x, y, z of the surface's coordinates."""
+    n = WIDE
+    place = (bank[ROW_S * n + l], bank[ROW_T * n + l])
+    so_far = (bank[ROW_F * n + l], bank[ROW_STATE * n + l])
+    s, t, best, state = newton_step(place, so_far, _point(bank, l), x, y, z, tolerance)
+    bank[ROW_S * n + l] = s
+    bank[ROW_T * n + l] = t
+    bank[ROW_F * n + l] = best
+    bank[ROW_STATE * n + l] = state
+
+
+@inlined()
+def finish(bank, l, x, y, z, told, o, k):
+    """What is found of lane l; it is given back if it misses by more than tolerated.
+
+    What is told of its element is each k-th number from told[o].
+    """
+    n, first = WIDE, ROW_FOUND * WIDE + l
+    s, t, state = bank[ROW_S * n + l], bank[ROW_T * n + l], bank[ROW_STATE * n + l]
+    n_x, n_y, n_z, gap, now = foot_record(_point(bank, l), state, x, y, z, told[o + TOLERANCE * k])
+    bank[ROW_STATE * n + l] = now
+    bank[first + FLAG * n] = 0.0 if now == DONE else float(TO_WALK)
+    bank[first + PROVED * n] = 0.0
+    bank[first + PLACE * n] = told[o + BOX * k] + (s + 0.5) * told[o + (BOX + 2) * k]
+    bank[first + (PLACE + 1) * n] = told[o + (BOX + 1) * k] + (t + 0.5) * told[o + (BOX + 3) * k]
+    bank[first + FOOT * n] = x[0] + told[o + ORIGIN * k]
+    bank[first + (FOOT + 1) * n] = y[0] + told[o + (ORIGIN + 1) * k]
+    bank[first + (FOOT + 2) * n] = z[0] + told[o + (ORIGIN + 2) * k]
+    bank[first + NORMAL * n] = n_x
+    bank[first + (NORMAL + 1) * n] = n_y
+    bank[first + (NORMAL + 2) * n] = n_z
+    bank[first + GAP * n] = gap
+    bank[first + PATCH * n] = told[o + HOME * k]
+
+
+@inner()
+def tell_place(elements, e, tolerance, told, o, k):
+    """What lanes are told of an element beside its coefficients, into each k-th number from
+    told[o]."""
+    own = elements.table[e]
+    for c in range(3):
+        told[o + (ORIGIN + c) * k] = own["origin"][c]
+    told[o + TOLERANCE * k] = tolerance
+    told[o + HOME * k] = own["patch"]
+    for axis in range(2):
+        first, last = own["box"][2 * axis], own["box"][2 * axis + 1]
+        told[o + (BOX + axis) * k] = first
+        told[o + (BOX + 2 + axis) * k] = last - first
+        told[o + (BOX + 4 + axis) * k] = last
+        told[o + (SCALE + axis) * k] = 1.0 / (last - first)
+
+
+@inner()
+def tell(elements, e, tolerance, told):
+    """What lanes are told of element e."""
+    own = elements.table[e]["cubic"]
+    for i in range(ORIGIN):
+        told[i] = own[i]
+    tell_place(elements, e, tolerance, told, 0, 1)
+
+
+@inner()
+def new_lanes(rows):
+    """Lanes of a block, (BANKS, rows * WIDE): from a line of the memory on, as vectors across two
+    take 4 % of a tracked point."""
+    n = rows * WIDE
+    memory = np.empty(BANKS * n + LINE // SIZE)
+    start = -memory.ctypes.data % LINE // SIZE
+    return memory[start : start + BANKS * n].reshape(BANKS, n)
+
+
+@inner()
+def load(records, order, first, last, lanes):
+    """What is handed of the rows order[first:last] into the lanes; those beyond repeat the last.
+
+    Returns how many banks hold rows.
+    """
+    banks = (last - first + WIDE - 1) // WIDE
+    for b in range(banks):
+        bank = lanes[b]
+        for l in range(0, WIDE, 4):
+            rows = _records_of(order, first + b * WIDE + l, last)
+            for c in range(0, PASSED_BY_POINTER, 4):
+                turn(records, below(rows, c), bank, columns_from(c, l))
+    return banks
+
+
+@inner()
+def unload(lanes, records, order, first, last):
+    """What lanes have found of the rows order[first:last] into their records."""
+    for b in range((last - first + WIDE - 1) // WIDE):
+        bank = lanes[b]
+        for l in range(0, WIDE, 4):
+            at = first + b * WIDE + l
+            if at < last:
+                rows = _records_of(order, at, last)
+                for c in range(0, FOUND, 4):
+                    turn(bank, columns_from(ROW_FOUND + c, l), records, below(rows, c))
+
+
+@inner()
+def lanes_in(state, lanes, banks):
+    """How many lanes of so many banks are in a state."""
+    n = 0
+    for b in range(banks):
+        bank = lanes[b]
+        for l in range(WIDE):
+            n += bank[ROW_STATE * WIDE + l] == state
+    return n
+
+
+@inlined()
+def _records_of(order, at, last):
+    """Where the records of four rows begin, of those from `at` on and before `last`."""
+    end = last - 1
+    return (
+        RECORD * order[min(at, end)],
+        RECORD * order[min(at + 1, end)],
+        RECORD * order[min(at + 2, end)],
+        RECORD * order[min(at + 3, end)],
+    )
+
+
+@inlined()
+def below(places, c):
+    """Places so many columns on."""
+    return places[0] + c, places[1] + c, places[2] + c, places[3] + c
+
+
+@inlined()
+def columns_from(row, l):
+    """Places in a bank of four rows from `row` on, of lane l."""
+    n = WIDE
+    return row * n + l, (row + 1) * n + l, (row + 2) * n + l, (row + 3) * n + l
+
+
+@inner(linked=False)
+def start_lanes(lanes, n, told):
+    """Where the first n lanes start, from what they are handed; lanes beyond are done."""
+    own = scratch(TOLD)
+    for b in range((n + WIDE - 1) // WIDE):
+        bank = lanes[b]
+        read_anew(told, own, TOLD)
+        for l in range(WIDE):
+            u, v = bank[ROW_START * WIDE + l], bank[(ROW_START + 1) * WIDE + l]
+            start(bank, l, (u, v), own, 0, 1)
+            bank[ROW_F * WIDE + l] = math.inf
+            bank[ROW_STATE * WIDE + l] = ACTIVE if b * WIDE + l < n else DONE
+
+
+@inner(linked=False)
+def newton_rational(lanes, banks, told):
+    """One round in so many banks of lanes."""
+    own = scratch(TOLD)
+    for b in range(banks):
+        bank = lanes[b]
+        read_anew(told, own, TOLD)
+        for l in range(WIDE):
+            x, y, z = rational_at(own, 0, 1, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
+            one_round(bank, l, x, y, z, own[TOLERANCE])
+
+
+@inner(linked=False)
+def newton_polynomial(lanes, banks, told):
+    """As `newton_rational`, for elements whose weight is one."""
+    own = scratch(TOLD)
+    for b in range(banks):
+        bank = lanes[b]
+        read_anew(told, own, TOLD)
+        for l in range(WIDE):
+            x, y, z = polynomial_at(own, 0, 1, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
+            one_round(bank, l, x, y, z, own[TOLERANCE])
+
+
+@inner(linked=False)
+def finish_rational(lanes, banks, told):
+    """The records of these lanes where they have come to."""
+    own = scratch(TOLD)
+    for b in range(banks):
+        bank = lanes[b]
+        read_anew(told, own, TOLD)
+        for l in range(WIDE):
+            x, y, z = rational_at(own, 0, 1, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
+            finish(bank, l, x, y, z, own, 0, 1)
+
+
+@inner(linked=False)
+def finish_polynomial(lanes, banks, told):
+    """As `finish_rational`, for elements whose weight is one."""
+    own = scratch(TOLD)
+    for b in range(banks):
+        bank = lanes[b]
+        read_anew(told, own, TOLD)
+        for l in range(WIDE):
+            x, y, z = polynomial_at(own, 0, 1, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
+            finish(bank, l, x, y, z, own, 0, 1)

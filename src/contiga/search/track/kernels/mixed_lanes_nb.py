@@ -1,0 +1,348 @@
+"""Lanes of an element each: feet that have left their element, and those of elements that have few.
+
+Each lane has the coefficients of its own element beside its data, so feet of any elements share a
+vector. They wait until a block of lanes is full: by itself a foot that goes over an edge takes as
+long as eight that do not.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from contiga.arrays.codes import CUT, GENERAL, OUT, RATIONAL_CUBIC, TO_WALK
+from contiga.elements.kernels.element_nb import place_in, quotient
+from contiga.jit import inlined, inner
+from contiga.jit.block import SIZE, turn
+from contiga.jit.prefetch import LINE, prefetch
+from contiga.jit.scratch import stack_int64
+from contiga.search.certify.kernels.branch_nb import is_whole, way_beyond
+from contiga.search.certify.kernels.part_nb import part_of
+from contiga.search.closest.kernels.newton_nb import (
+    ACTIVE,
+    DONE,
+    GIVEN_BACK,
+    LEFT,
+    ROUNDS,
+    polynomial_at,
+    weight_at,
+)
+from contiga.search.hierarchy.kernels.face_nb import in_face
+from contiga.search.track.kernels.lane_proof_nb import NUMBERS, WIDTH, prove, surround, way_around
+from contiga.search.track.kernels.lanes_nb import (
+    FLAG,
+    LANES,
+    ORIGIN,
+    PASSED_BY_POINTER,
+    PLACE,
+    PROVED,
+    ROW_F,
+    ROW_FOUND,
+    ROW_KEPT,
+    ROW_RADIUS,
+    ROW_S,
+    ROW_START,
+    ROW_STATE,
+    ROW_T,
+    ROWS,
+    TOLD,
+    WIDE,
+    below,
+    columns_from,
+    finish,
+    lanes_in,
+    new_lanes,
+    one_round,
+    start,
+    tell_place,
+    unload,
+)
+from contiga.search.track.kernels.onward_nb import across, onward, side_beyond
+
+# Rows of a bank behind those of all lanes: what is told of the element of each, 1 where that is
+# rational, and the length of the way from the foot to the start.
+ROW_TOLD = ROWS
+ROW_RATIONAL = ROW_TOLD + TOLD
+ROW_WAY = ROW_RATIONAL + 1
+MIXED_ROWS = ROW_WAY + 1
+ROW, BEFORE, NOW = 0, 1, 2
+"""Of a lane: the row, the element of its start, the one it is in or −1 where it has left."""
+ELEMENT_NUMBERS = 91
+CUBIC = ELEMENT_NUMBERS - ORIGIN
+"""Numbers of an element's record, and where its coefficients begin."""
+HEAD, ALL = 4, 12
+"""Lines of an element's record before its coefficients, and of all of it."""
+FEW = 2
+"""Rows of an element below which they wait for those of others to fill a vector."""
+
+
+@inner()
+def new_queue():
+    """(lanes, (3, LANES) rows and elements) of feet that wait, none yet."""
+    return new_lanes(MIXED_ROWS), np.empty((3, LANES), np.int32)
+
+
+@inner()
+def _ask_for_head(table, e):
+    for line in range(HEAD):
+        prefetch(table, e, line * LINE)
+
+
+@inner()
+def _ask_for_coefficients(table, e):
+    for line in range(HEAD, ALL):
+        prefetch(table, e, line * LINE)
+
+
+@inner(linked=False)
+def wait(tables, e, records, row, queue, n):
+    """Have a row of element e wait, behind n others."""
+    lanes, who = queue
+    bank, l = lanes[n // WIDE], n % WIDE
+    for c in range(PASSED_BY_POINTER):
+        bank[c * WIDE + l] = records[row, c]
+    for c in range(2):
+        bank[(ROW_S + c) * WIDE + l] = records[row, ROW_START + c]
+    bank[ROW_F * WIDE + l] = math.inf
+    who[ROW, n], who[BEFORE, n], who[NOW, n] = row, e, e
+    _ask_for_head(tables.elements.table, e)
+
+
+@inner()
+def wait_beyond(tables, e, lane, row, queue, n):
+    """Have a row wait that has left element e, behind n others; lane = (bank, number) is where it
+    was."""
+    bank, l = lane
+    lanes, who = queue
+    own, k = lanes[n // WIDE], n % WIDE
+    for c in range(PASSED_BY_POINTER):
+        own[c * WIDE + k] = bank[c * WIDE + l]
+    s, t = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
+    own[ROW_S * WIDE + k], own[ROW_T * WIDE + k] = s, t
+    own[ROW_F * WIDE + k] = bank[ROW_F * WIDE + l]
+    who[ROW, n], who[BEFORE, n], who[NOW, n] = row, e, -1
+    # Most leave over one side, and what is beyond has not been read for long.
+    here = tables.elements.table[e]
+    side, _, along = side_beyond(s, t)
+    beyond = here["neighbour"][side]
+    if beyond >= 0:
+        _ask_for_head(tables.elements.table, beyond)
+        s, t = across(here, side, along)
+        for line in range(2):
+            prefetch(tables.rings, beyond, part_of(s, t) * NUMBERS * SIZE + line * LINE)
+
+
+@inner(linked=False)
+def _enter(tables, queue, i):
+    """Where row i of those that wait starts, (u, v), and whether it does: its element is known
+    then."""
+    lanes, who = queue
+    bank, l = lanes[i // WIDE], i % WIDE
+    place = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
+    if who[NOW, i] >= 0:
+        return place, True
+    who[NOW, i] = who[BEFORE, i]
+    e, place = onward(tables, who[BEFORE, i], place[0], place[1])
+    if e < 0:
+        return place, False
+    own = tables.elements.table[e]
+    if own["form"] == GENERAL or own["trim"] == OUT:
+        return place, False
+    who[NOW, i] = e
+    return place, True
+
+
+@inner(linked=False)
+def _start(tables, queue, n):
+    """The first n lanes start; answers how many banks hold them.
+
+    Lanes beyond are done, and those that have nowhere to start from are given back.
+    """
+    lanes, who = queue
+    banks = (n + WIDE - 1) // WIDE
+    for i in range(banks * WIDE):
+        bank, l, o = lanes[i // WIDE], i % WIDE, ROW_TOLD * WIDE + i % WIDE
+        place, starts = (0.0, 0.0), False
+        if i < n:
+            place, starts = _enter(tables, queue, i)
+        else:
+            who[NOW, i] = who[NOW, 0]
+        e = who[NOW, i]
+        _ask_for_coefficients(tables.elements.table, e)
+        tell_place(tables.elements, e, tables.scale[1] ** 2, bank, o, WIDE)
+        rational = tables.elements.table[e]["form"] == RATIONAL_CUBIC
+        bank[ROW_RATIONAL * WIDE + l] = 1.0 if rational else 0.0
+        start(bank, l, place, bank, o, WIDE)
+        bank[ROW_STATE * WIDE + l] = ACTIVE if starts else (GIVEN_BACK if i < n else DONE)
+    for i in range(0, banks * WIDE, 4):
+        _tell_four(tables.elements.table, who[NOW], i, lanes[i // WIDE], i % WIDE)
+    return banks
+
+
+@inner()
+def _tell_four(table, elements, i, bank, l):
+    """Lanes from l on, four of them, the coefficients of elements[i:]."""
+    rows = (
+        ELEMENT_NUMBERS * elements[i] + CUBIC,
+        ELEMENT_NUMBERS * elements[i + 1] + CUBIC,
+        ELEMENT_NUMBERS * elements[i + 2] + CUBIC,
+        ELEMENT_NUMBERS * elements[i + 3] + CUBIC,
+    )
+    for c in range(0, ORIGIN, 4):
+        turn(table, below(rows, c), bank, columns_from(ROW_TOLD + c, l))
+
+
+@inlined()
+def _chosen(first, a, b):
+    """The six numbers of a or of b."""
+    return (
+        a[0] if first else b[0],
+        a[1] if first else b[1],
+        a[2] if first else b[2],
+        a[3] if first else b[3],
+        a[4] if first else b[4],
+        a[5] if first else b[5],
+    )
+
+
+@inlined()
+def _derivatives(bank, l):
+    """Of the coordinates x, y, z where lane l is, in its element."""
+    o = ROW_TOLD * WIDE + l
+    s, t = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
+    x, y, z = polynomial_at(bank, o, WIDE, s, t)
+    w = weight_at(bank, o, WIDE, s, t)
+    rational = bank[ROW_RATIONAL * WIDE + l] != 0.0
+    return (
+        _chosen(rational, quotient(x, w), x),
+        _chosen(rational, quotient(y, w), y),
+        _chosen(rational, quotient(z, w), z),
+    )
+
+
+@inner(linked=False)
+def newton_mixed(lanes, banks, tolerance):
+    """One round in so many banks of lanes."""
+    for b in range(banks):
+        bank = lanes[b]
+        for l in range(WIDE):
+            x, y, z = _derivatives(bank, l)
+            one_round(bank, l, x, y, z, tolerance)
+
+
+@inner(linked=False)
+def finish_mixed(lanes, banks):
+    """The records of these lanes where they have come to."""
+    for b in range(banks):
+        bank = lanes[b]
+        for l in range(WIDE):
+            x, y, z = _derivatives(bank, l)
+            finish(bank, l, x, y, z, bank, ROW_TOLD * WIDE + l, WIDE)
+
+
+@inner(linked=False)
+def prove_mixed(lanes, banks, tolerance):
+    """Radii of balls that prove the feet of these lanes, or 0. Trims are left to be looked at."""
+    for b in range(banks):
+        bank = lanes[b]
+        for l in range(WIDE):
+            way = bank[ROW_WAY * WIDE + l]
+            prove(bank, l, way, tolerance, bank, ROW_TOLD * WIDE + l, WIDE)
+
+
+@inner(linked=False)
+def _keep_to_faces(tables, queue, n):
+    """Give back those of the first n feet that are trimmed away."""
+    lanes, who = queue
+    elements = tables.elements
+    for i in range(n):
+        bank, l, e = lanes[i // WIDE], i % WIDE, who[NOW, i]
+        if bank[ROW_STATE * WIDE + l] != DONE or elements.table[e]["trim"] != CUT:
+            continue
+        s, t = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
+        if not in_face(elements, tables.trims, e, s, t):
+            bank[ROW_STATE * WIDE + l] = GIVEN_BACK
+            bank[(ROW_FOUND + FLAG) * WIDE + l] = TO_WALK
+
+
+@inner(linked=False)
+def _prove(tables, queue, n, banks):
+    """The quick certificates of the first n feet, in so many banks."""
+    lanes, who = queue
+    table, rings, trimmed = tables.elements.table, tables.rings, tables.trims.trimmed
+    for b in range(banks):
+        for l in range(0, WIDE, 4):
+            i = b * WIDE + l
+            four = (who[NOW, i], who[NOW, i + 1], who[NOW, i + 2], who[NOW, i + 3])
+            surround(rings, four, lanes[b], l)
+    for i in range(n):
+        bank, l, last, now = lanes[i // WIDE], i % WIDE, who[BEFORE, i], who[NOW, i]
+        own, other, way = table[now]["patch"], table[last]["patch"], math.inf
+        if own == other:
+            way = way_around(bank, l)
+        if way == math.inf and trimmed[own] == 0 and trimmed[other] == 0:
+            foot = (now, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
+            u, v, box = (
+                bank[ROW_START * WIDE + l],
+                bank[(ROW_START + 1) * WIDE + l],
+                table[last]["box"],
+            )
+            begun = (last, place_in(u, box[0], box[1]), place_in(v, box[2], box[3]))
+            way = way_beyond(table, rings, foot, begun)
+        bank[ROW_WAY * WIDE + l] = way
+    prove_mixed(lanes, banks, tables.scale[1])
+    for i in range(n):
+        bank, l, patch = lanes[i // WIDE], i % WIDE, table[who[NOW, i]]["patch"]
+        if trimmed[patch] != 0 and bank[(ROW_FOUND + PROVED) * WIDE + l] != 0.0:
+            whole = is_whole_about(tables, patch, bank, l)
+            bank[(ROW_FOUND + PROVED) * WIDE + l] = 1.0 if whole else 0.0
+
+
+@inner(linked=False)
+def is_whole_about(tables, patch, bank, l):
+    """Whether nothing is trimmed away from the ball about the foot of a lane."""
+    r = bank[ROW_RADIUS * WIDE + l]
+    uv = (bank[(ROW_FOUND + PLACE) * WIDE + l], bank[(ROW_FOUND + PLACE + 1) * WIDE + l])
+    far_u = r / bank[(ROW_KEPT + WIDTH) * WIDE + l]
+    return is_whole(tables, patch, uv, far_u, r / bank[(ROW_KEPT + WIDTH + 1) * WIDE + l])
+
+
+@inner(linked=False)
+def _wait_again(tables, queue, n, first):
+    """Those of n rows that have left the element of their start wait again; answers how many.
+
+    `first` (n,) tells which rows were there.
+    """
+    lanes, who = queue
+    m = 0
+    for i in range(n):
+        bank, l = lanes[i // WIDE], i % WIDE
+        if first[i] != 0 and bank[ROW_STATE * WIDE + l] == LEFT:
+            wait_beyond(tables, who[BEFORE, i], (bank, l), who[ROW, i], queue, m)
+            m += 1
+    return m
+
+
+@inner(linked=False)
+def go_on(tables, proves, queue, n, records):
+    """Feet of the n rows that wait, with their quick certificates, into their records; answers how
+    many of them wait then, because they have left the element of their start.
+
+    A row is flagged, to be done one by one, when it leaves another or is given back.
+    """
+    lanes, who = queue
+    first = stack_int64(LANES)
+    for i in range(n):
+        first[i] = who[NOW, i] >= 0
+    banks = _start(tables, queue, n)
+    for _ in range(ROUNDS):
+        newton_mixed(lanes, banks, tables.scale[1] ** 2)
+        if lanes_in(ACTIVE, lanes, banks) == 0:
+            break
+    finish_mixed(lanes, banks)
+    _keep_to_faces(tables, queue, n)
+    if proves:
+        _prove(tables, queue, n, banks)
+    unload(lanes, records, who[ROW], 0, n)
+    return _wait_again(tables, queue, n, first)

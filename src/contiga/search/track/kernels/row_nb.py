@@ -1,0 +1,78 @@
+"""Tracking one point by itself: what a thread of a GPU does.
+
+The mathematics are those of the lanes and of the quick certificate, so the results are the same
+numbers. A row that ends otherwise than in a proved foot within its patch is flagged and left as it
+was: the careful walk, creases, edges and the search for closest points are the CPU's. `tables` is
+whatever has `elements`, `grid`, `trims`, `rings` and `scale` as `Tables` does.
+"""
+
+from __future__ import annotations
+
+import math
+
+from contiga.elements.kernels.element_nb import locate
+from contiga.jit import kernel
+from contiga.search.certify.kernels.branch_nb import kept_ball, seen_from
+from contiga.search.closest.kernels.one_foot_nb import foot_from, write_proved
+
+HANDED_BACK = 1
+"""Flag of rows that are left to the CPU."""
+
+
+@kernel()
+def track_row(tables, path, results, k):
+    """Track row k from its foot in `results` = (projection, flags), which the new one replaces.
+
+    `path` is (points before, points now). The row is flagged HANDED_BACK and not written where no
+    foot is found here, or its certificate takes more than the bounds kept around it.
+    """
+    before, points = path
+    out, back = results
+    back[k] = HANDED_BACK
+    patch = out.patch[k]
+    a = (before[k, 0], before[k, 1], before[k, 2])
+    b = (points[k, 0], points[k, 1], points[k, 2])
+    if patch < 0 or not math.isfinite(a[0] + a[1] + a[2] + b[0] + b[1] + b[2]):
+        return
+    start = (out.uv[k, 0], out.uv[k, 1])
+    e = locate(tables.grid, patch, start[0], start[1])[0]
+    # Trims are left to the certificate: it clears all of a neighbourhood.
+    e, _, uv, record = foot_from(tables, e, start, b)
+    if e < 0:
+        return
+    seen = seen_from(record[0], record[1], a, b, tables.scale[1])
+    taken = (tables.grid, tables.elements.table, tables.rings)
+    if not kept_ball(tables, taken, (patch, patch), uv, start, seen) > 0.0:
+        return
+    back[k] = 0
+    write_proved(out, k, patch, uv, record)
+
+
+@kernel()
+def gather_row(tracked, rows, to, i):
+    """Copy row rows[i] of `tracked` = (feet, points before) to row i of `to` = (patch, uv,
+    points)."""
+    feet, before = tracked
+    patch, uv, points = to
+    k = rows[i]
+    patch[i] = feet.patch[k]
+    for c in range(2):
+        uv[i, c] = feet.uv[k, c]
+    for c in range(3):
+        points[i, c] = before[k, c]
+
+
+@kernel()
+def scatter_row(feet, rows, out, i):
+    """Copy row i of the projection `feet` to row rows[i] of `out`."""
+    k = rows[i]
+    out.patch[k] = feet.patch[i]
+    for c in range(2):
+        out.uv[k, c] = feet.uv[i, c]
+    for c in range(3):
+        out.point[k, c] = feet.point[i, c]
+        out.normal[k, c] = feet.normal[i, c]
+    out.gap[k] = feet.gap[i]
+    out.feature[k] = feet.feature[i]
+    out.status[k] = feet.status[i]
+    out.certified[k] = feet.certified[i]

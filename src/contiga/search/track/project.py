@@ -1,0 +1,150 @@
+"""Feet of points on a body: the closest points, or those continued from the last step."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import ceil
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.arrays.codes import DONE
+from contiga.arrays.layout import as_points
+from contiga.arrays.query_checks import NO_FEET, checked_feet, checked_mode, checked_out
+from contiga.arrays.threads import run_ranges, thread_count
+from contiga.arrays.workspace import Workspace
+from contiga.geometry.faces import Faces
+from contiga.jit import straight
+from contiga.records import FloatArray, Projection
+from contiga.search.certify.kernels import branch_nb, follow_nb
+from contiga.search.closest.closest import closest_of_rows
+from contiga.search.hierarchy.table_types import Tables
+from contiga.search.tables import tables_of
+from contiga.search.track.kernels import track_nb
+from contiga.search.track.kernels.lanes_nb import RECORD
+from contiga.search.track.track_records import Left, Path, Room, Starts
+
+SMALLEST, LARGEST = 2048, 16384
+"""Rows of a chunk: below a thread does not pay, above what they use does not stay near."""
+CHUNKS = 4
+"""Chunks a thread, so that none waits long for another."""
+ROWS_AN_ELEMENT = 64
+"""With fewer many lanes are empty."""
+NOWHERE = np.zeros((0, 3))
+"""Where points were, where that is not told."""
+_workspace = Workspace()
+_room = Room()
+
+
+def project(
+    body: Faces,
+    points: ArrayLike,
+    start: Projection | None = None,
+    mode: str = "global",
+    out: Projection | None = None,
+) -> Projection:
+    """Feet of `points` on `body`.
+
+    Parameters
+    ----------
+    points : (n, 3) float64, length, body frame
+    start : the `Projection` of the same points one step ago; needed by mode "track". Rows without
+        a foot (patch −1) are projected globally.
+    mode : "global" for the closest point of the body (branch and bound over its hierarchy),
+        "track" for the local minimum continued from `start` (safeguarded Newton that walks over
+        elements, seams and edges)
+    out : a `Projection` of n rows that is filled and returned, not to ask for new memory at every
+        step; it may be `start`
+
+    Returns
+    -------
+    Projection
+        Feet exact to 1e-12 of the body's size in the tangential direction. A row that fails is
+        marked in `status`, never dropped.
+
+    Raises
+    ------
+    InputError
+        Points not of shape (n, 3), an unknown mode, "track" without a fitting `start`, an `out`
+        that does not fit.
+
+    Notes
+    -----
+    Newton's method for point inversion: Piegl & Tiller, The NURBS Book, ch. 6. On kinks the sign
+    of the gap follows the angle-weighted sum of the adjoining normals. Past a border the global
+    mode gives the distance, with the normal along it; a tracked foot there keeps the surface's own
+    normal, so that a point held at a border is not pushed sideways.
+    """
+    p_B = as_points(points)
+    is_global = checked_mode(mode)
+    tables = tables_of(body)
+    if is_global:
+        feet = checked_out(out, p_B, None)
+        feet.certified[:] = 0
+        closest_of_rows(tables, p_B, np.arange(len(p_B), dtype=np.int32), feet)
+        return feet
+    last, feet = checked_feet(start, out, p_B, len(body.patches), "patch")
+    track(tables, p_B, Starts(last.patch, last.uv), feet, last)
+    return feet
+
+
+def track(
+    tables: Tables,
+    p_B: FloatArray,
+    starts: Starts,
+    out: Projection,
+    before: FloatArray | Projection | None = None,
+) -> None:
+    """Continue the feet `starts` to `p_B`, into `out`; rows of patch −1 globally.
+
+    With `before` (n, 3), where the points were, or the feet they had, the feet are certified: shown
+    to be on the branch of stationary points that leads from their start. Where the branch ends on
+    the way, the row is a BRANCH_EVENT with the closest point for a foot, or, at the inner side of a
+    fold, with the one that goes on in the other face.
+    """
+    n = len(p_B)
+    size = rows_of_a_chunk(n, len(tables.elements.table))
+    feet = before if isinstance(before, Projection) else NO_FEET
+    there = before if isinstance(before, np.ndarray) else NOWHERE
+    path = Path(there, p_B, feet)
+    rows = min(size, n)
+    track_chunks = straight(track_nb.track_chunks)
+
+    def chunks(first: int, last: int) -> None:
+        records = _workspace.rows(rows, RECORD)
+        left = _room.of(min((last - first) * size, n))
+        m = track_chunks(tables, path, starts, size, records, left, out, (first, last))
+        if m:
+            _finish(tables, p_B, left, m, out, before is not None)
+
+    run_ranges(chunks, ceil(n / size), 1)
+
+
+def _finish(
+    tables: Tables, p_B: FloatArray, left: Left, m: int, out: Projection, certify: bool
+) -> None:
+    """The stages after the lanes, each for the rows that the one before has left to it."""
+    certify_rows = straight(branch_nb.certify_rows)
+    if (left.flags[:m] != DONE).any():
+        straight(track_nb.continue_left)(tables, p_B, left, m, out)
+    if not certify or not certify_rows(tables, p_B, left, m, out):
+        return
+    if straight(follow_nb.follow_rows)(tables, p_B, left, m, out):
+        track_nb.end_branches(tables, p_B, left, m, out)
+
+
+def rows_of_a_chunk(n: int, elements: int) -> int:
+    """Rows of n that are tracked together on a surface of so many elements."""
+    return _chunk(n, elements, thread_count())
+
+
+@lru_cache
+def _chunk(n: int, elements: int, threads: int) -> int:
+    """Rows that are tracked together: enough of them to an element, and some chunks a thread.
+
+    As many chunks for each thread, and they all end at once.
+    """
+    own = n / threads
+    wanted = max(min(own / CHUNKS, LARGEST), min(ROWS_AN_ELEMENT * elements, own), SMALLEST)
+    chunks = max(round(own / wanted), 1)
+    return max(ceil(own / chunks), SMALLEST)

@@ -1,0 +1,77 @@
+"""What the stages of tracking hand each other: records of arrays, one row a point."""
+
+from __future__ import annotations
+
+import threading
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.pointer_records import pass_by_pointer
+from contiga.records import FloatArray, IntArray, Projection
+
+KEPT = 2**16
+"""Rows that memory is kept for: to ask for it anew takes as long as to track a third of them."""
+
+
+class Path(NamedTuple):
+    """Where points were and are; where it is not told where they were no foot is certified."""
+
+    before: FloatArray
+    """(n, 3) length, body frame; no rows where that is not told, or by the feet they had."""
+    now: FloatArray
+    """(n, 3) length, body frame."""
+    feet: Projection
+    """The feet that the points had, for where they were; no rows where that is not told so."""
+
+
+class Starts(NamedTuple):
+    """Where feet are continued from."""
+
+    patch: IntArray
+    """(n,) int32; −1 where there is no foot: the closest point is looked for."""
+    uv: FloatArray
+    """(n, 2)."""
+
+
+@pass_by_pointer
+class Left(NamedTuple):
+    """Rows that a stage leaves to those after it, with what their start was: the feet that rows
+    are continued from may be overwritten by those found."""
+
+    rows: IntArray
+    """(m,) int32."""
+    flags: IntArray
+    """(m,) uint8: what is to be done (`contiga.arrays.codes.TO_…`), 0 where it is done."""
+    before: FloatArray
+    """(m, 3) where the points were; read where that is told."""
+    patch: IntArray
+    """(m,) int32 of the start."""
+    uv: FloatArray
+    """(m, 2) of the start."""
+
+
+class Room(threading.local):
+    """Memory for rows that are left, kept by the thread from one call to the next."""
+
+    def __init__(self) -> None:
+        self._left = room_for(0)
+
+    def of(self, n: int) -> Left:
+        """Memory for n rows at least, the thread's until it asks for the next."""
+        if n > KEPT:
+            return room_for(n)
+        if n > len(self._left.rows):
+            self._left = room_for(n)
+        return self._left
+
+
+def room_for(n: int) -> Left:
+    """Memory for n rows, nothing in it."""
+    return Left(
+        np.empty(n, np.int32),
+        np.empty(n, np.uint8),
+        np.empty((n, 3)),
+        np.empty(n, np.int32),
+        np.empty((n, 2)),
+    )
