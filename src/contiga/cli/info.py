@@ -52,10 +52,18 @@ def _mesh(file: Path) -> Iterator[Row]:
         yield from master_of(mesh, where=str(file)).condition_rows()
 
 
-def _cad(file: Path, faces: bool) -> Iterator[Row]:
+def _cad(file: Path, faces: bool) -> list[Row]:
+    """Of a CAD file; of one that was looked at before what was said then."""
     from contiga.io.cad.formats import expect_cad
 
     expect_cad(file)
+    from contiga.io.cad.kept import answer_kept
+
+    asked = "info and faces" if faces else "info"
+    return answer_kept(file, asked, __file__, lambda: list(_of_cad(file, faces)))
+
+
+def _of_cad(file: Path, faces: bool) -> Iterator[Row]:
     from contiga.io.cad.cad_parts import read_cad_file
 
     cad = read_cad_file(file)

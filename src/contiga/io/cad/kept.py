@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from contiga.errors import ContigaWarning
 from contiga.io.apart import read_apart
@@ -17,17 +17,17 @@ from contiga.io.cad.formats import PACKAGES, READERS, kept_as
 if TYPE_CHECKING:
     from contiga.arrays.disk_cache import DiskCache
 
+T = TypeVar("T")
 _CHECKS = Path(__file__).with_name("read_cad.py")
 
 
-def _files(file: Path) -> DiskCache:
-    """Where a file of so many bytes is looked for; what reads and checks it is not imported."""
-    from contiga.arrays.disk_cache import (
-        DiskCache,  # numba comes with it, which a reader loads beside
-    )
+def _files(file: Path, *sources: Path) -> DiskCache:
+    """Where what came of a file's bytes is looked for, made by its reader, checks and `sources`."""
+    # What reads is not imported for that; numba comes with the cache, while a reader is loaded.
+    from contiga.arrays.disk_cache import DiskCache
 
     module = Path(__file__).with_name(f"{READERS[file.suffix.lower()]}.py")
-    return DiskCache(kept_as(file), module, _CHECKS)
+    return DiskCache(kept_as(file), module, _CHECKS, *sources)
 
 
 def read_kept(
@@ -70,6 +70,38 @@ def read_kept(
     return content
 
 
+def answer_kept(file: Path, asked: str, source: str, make: Callable[[], T]) -> T:
+    """What `make` tells of a file, or told of the same bytes before; anew where it has warned.
+
+    Parameters
+    ----------
+    asked : what is to be told
+    source : file of the module that tells it
+
+    Raises
+    ------
+    ContigaError
+        As `make`.
+    """
+    try:
+        files = _files(file, Path(source))
+    except OSError:  # it is told when the file is read
+        return make()
+    key, said = _key(asked, file, ()), list[str]()
+    answer: T | None = files.get(key)
+    if answer is not None:
+        return answer
+    try:
+        with _heard(said):
+            answer = make()
+    finally:
+        for text in said:
+            warnings.warn(text, ContigaWarning, stacklevel=3)
+    if not said:
+        files.put(key, answer)
+    return answer
+
+
 @contextmanager
 def _heard(said: list[str]) -> Iterator[None]:
     """Add what is warned of inside to `said`, in place of saying it."""
@@ -83,9 +115,9 @@ def _heard(said: list[str]) -> Iterator[None]:
             )
 
 
-def _key(target: str, file: Path, args: tuple[object, ...]) -> str:
+def _key(asked: str, file: Path, args: tuple[object, ...]) -> str:
     """Of all that an answer follows from beside the bytes; it may name the file as given."""
-    return repr((target, str(file), args, _package_of(file.suffix.lower())))
+    return repr((asked, str(file), args, _package_of(file.suffix.lower())))
 
 
 @lru_cache(maxsize=8)

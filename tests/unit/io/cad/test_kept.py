@@ -13,6 +13,7 @@ import pytest
 
 import contiga as cg
 from contiga.arrays.cache_folder import FOLDER
+from contiga.cli.info import rows_of
 from contiga.errors import ContigaWarning, FileError
 from contiga.io.cad import formats, kept, read_cad
 from contiga_validation.rivals.headform import write_step
@@ -102,3 +103,28 @@ def test_a_reader_is_not_loaded_ahead_of_what_was_read(
     assert len(ahead) == 1
     formats.expect_cad(box, box.with_name("unknown.step"))
     assert len(ahead) == 2
+
+
+def test_what_is_told_of_a_file_is_told_again(asked: list[Path], box: Path) -> None:
+    told = [list(rows_of(box, faces=faces)) for faces in (False, True, False, True)]
+    assert asked == [box]  # of which faces are listed, too
+    assert told[:2] == told[2:]
+    assert told[0] != told[1]
+    assert ("patches", "6") in told[0]
+    for k in range(2):
+        assert kept.answer_kept(box, "a number", __file__, lambda k=k: k + 1) == 1
+
+
+def test_what_has_warned_is_told_anew(asked: list[Path], box: Path) -> None:
+    def warning() -> int:
+        warnings.warn("a slit", ContigaWarning, stacklevel=2)
+        return 1
+
+    for _ in range(2):
+        with pytest.warns(ContigaWarning, match="a slit"):
+            assert kept.answer_kept(box, "a number", __file__, warning) == 1
+
+
+def test_a_file_that_is_not_there_is_told_by_who_reads_it(asked: list[Path], box: Path) -> None:
+    box.unlink()
+    assert kept.answer_kept(box, "a number", __file__, lambda: 2) == 2
