@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -125,7 +125,8 @@ def _package_of(suffix: str) -> str:
     """What tells one version of the package that reads a format from others."""
     said = []
     for name in PACKAGES[suffix]:
-        spec = find_spec(name)
-        if spec is not None and spec.origin is not None:
-            said.append(f"{spec.origin} {Path(spec.origin).stat().st_mtime_ns}")
+        with suppress(ImportError):  # what needs it says so
+            spec = find_spec(name)
+            if spec is not None and spec.origin is not None:
+                said.append(f"{spec.origin} {Path(spec.origin).stat().st_mtime_ns}")
     return " ".join(said)
