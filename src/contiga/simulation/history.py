@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from contiga.arrays.ordered import length
+from contiga.arrays.ordered import length, product
 from contiga.contact.state import State
+from contiga.contact.state_rows import kept_of
 from contiga.dynamics.stepping import AutoSteps
-from contiga.records import IN_CONTACT, ContactStatus
+from contiga.records import IN_CONTACT, ContactStatus, FloatArray
 from contiga.rigid import rigid_lanes as lanes
+from contiga.rigid.frames import to_world, turn_to_world
 from contiga.simulation.model import Model
 from contiga.simulation.relative_sensors import relative_columns
 from contiga.simulation.sensors import sensor_columns
@@ -31,6 +35,7 @@ COUNTED = {
     "n_through": ContactStatus.THROUGH,
 }
 
+Turned = Callable[[FloatArray], FloatArray]
 _MEASURED = ("area", "n_clusters", "mean_pressure")
 OF_BODIES = (
     *("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"),
@@ -140,8 +145,8 @@ def contact_columns(state: State, wall: float, *, measured: bool) -> dict[str, f
 
     `wall` are the seconds its step took; contact areas are NaN where not `measured`.
     """
-    force, moment_about = state.total_force, state.wrench[3:]
-    centre = state.centre_of_pressure
+    force, moment_about = _total(state, "force"), state.wrench[3:]
+    centre = _centre_of_pressure(state)
     measured = measured or state.contact.weights == "area"
     counts = np.bincount(state.status, minlength=len(ContactStatus)).tolist()
     touching = sum(counts[status] for status in IN_CONTACT)
@@ -177,10 +182,37 @@ def _measured(state: State) -> dict[str, float]:
 
 def _friction_columns(state: State) -> dict[str, float]:
     """Force of friction on the slave, where there is friction."""
-    if len(state.traction_B) == 0:
+    if kept_of(state).shape("traction_B")[0] == 0:
         return {}
-    total = state.friction.sum(axis=0)
+    total = _total(state, "traction_B", lambda own: turn_to_world(state.pose, own))
     return {f"friction_{axis}": float(value) for axis, value in zip("xyz", total, strict=True)}
+
+
+def _total(state: State, name: str, turned: Turned = lambda own: own) -> FloatArray:
+    """(3,) sum of the rows of an array of a state, of which few may be kept: others are zero.
+
+    The same bits as of the whole array: rows are added one after the other.
+    """
+    column = kept_of(state).column(name)
+    if column is None or len(column.rows) == column.n:
+        total: FloatArray = turned(getattr(state, name)).sum(axis=0)
+        return total
+    return np.asarray(turned(column.values).sum(axis=0) + 0.0)  # of no rows that are −0.0, too
+
+
+def _centre_of_pressure(state: State) -> FloatArray:
+    """`State.centre_of_pressure` by the rows that are kept."""
+    kept = kept_of(state)
+    rows, size = kept.nonzero("normal_force")
+    total = size.sum()
+    if not total > 0.0:
+        return np.full(3, np.nan)
+    column = kept.column("foot_B")
+    if column is None:
+        feet = state.foot_B[rows]
+    else:
+        feet = column.values[np.searchsorted(column.rows, rows)]
+    return to_world(state.pose, (product(size, feet) / total)[None, :])[0]
 
 
 def _energy_columns(state: State) -> dict[str, float]:
