@@ -7,6 +7,8 @@ from typing import NamedTuple
 from contiga.elements.element_arrays import Elements
 from contiga.records import FloatArray, IndexArray, IntArray
 
+Vector = tuple[float, float, float]
+
 
 class Near(NamedTuple):
     """What proofs on one side of an edge read of the tables: to hand on all of these costs as much
@@ -64,3 +66,85 @@ class EdgeWork(NamedTuple):
     strand: Strand
     place: FloatArray
     """(4,) what `closest` finds."""
+
+
+class Principal(NamedTuple):
+    """How a surface bends at a place; see `bend_nb.principal`."""
+
+    inner: float
+    outer: float
+    metric: tuple[float, float, float, float]
+
+
+class SideFrame(NamedTuple):
+    """A place of a crease as one of its faces has it."""
+
+    point: Vector
+    tangent: Vector
+    across: Vector
+    """Unit vector across the crease, into the face."""
+    normal: Vector
+    bent: Vector
+    """Curvature of the crease."""
+    principal: Principal
+    """Where a tangent vanishes the metric is zero, and the rest means nothing."""
+
+
+class EdgeFrame(NamedTuple):
+    """A place of an edge as one of its faces has it; fields as of `SideFrame`."""
+
+    point: Vector
+    tangent: Vector
+    across: Vector
+    normal: Vector
+
+
+class Curve(NamedTuple):
+    """A stretch of a curve C in a cell, by a parameter that runs over [-1, 1] there."""
+
+    second: Vector
+    """C″ in about its middle."""
+    change: float
+    """How far C″ departs from that at most."""
+    slowest: float
+    """|C′| at least."""
+    bent: float
+    """Its largest curvature as a curve in space."""
+
+
+class Reach(NamedTuple):
+    """How far points w of a motion are from a stretch of a crease or an edge."""
+
+    arc: float
+    """Its length either way from where it is looked at."""
+    far: float
+    """|w| on it at most."""
+    along: float
+    """|w·e| on it at most, e its tangent."""
+
+
+class EdgeJoint(NamedTuple):
+    """How well two faces meet at an edge."""
+
+    width: float
+    """Length."""
+    slip: float
+    """With the next, by how much tangents and normals are uncertain, radians."""
+    turn: float
+
+
+class EdgeFold(NamedTuple):
+    """The fold at an edge next to a foot."""
+
+    is_known: bool
+    first: EdgeFrame
+    second: EdgeFrame
+    way: float
+    """From the foot to it, length."""
+    arc: float
+    """Way along it, length, and its curvature."""
+    bent: float
+    stretches: int
+    there: tuple[int, float, float]
+    """The place (e, s, t) in the second face."""
+    joint: EdgeJoint

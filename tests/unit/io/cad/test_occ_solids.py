@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from tests import occ_solids as made
-from tests.unit.search.test_meetings import MOVED, UNIT, ball, box, cavity, rod
+from tests.unit.search.borders.test_meetings import MOVED, UNIT, ball, box, cavity, rod
 
 import contiga as cg
 from contiga.io.cad.occ_solids import Solid, hollowed, solid_of, volume_of

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.stress import fields, unions
-from tests.unit.search.test_meetings import APART, MOVED, UNIT, ball, box, cavity, rod
+from tests.unit.search.borders.test_meetings import APART, MOVED, UNIT, ball, box, cavity, rod
 
 import contiga as cg
 from contiga.errors import ContigaWarning, FileError, GeometryError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.unit.search.test_meetings import MOVED, UNIT, ball, box, rod
+from tests.unit.search.borders.test_meetings import MOVED, UNIT, ball, box, rod
 
 import contiga as cg
 from contiga.search.borders.coincident import coincident_at

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.interpolate import make_interp_spline
-from tests.unit.search.test_meetings import APART, MEET, MOVED
+from tests.unit.search.borders.test_meetings import APART, MEET, MOVED
 
 import contiga as cg
 from contiga.errors import FileError, GeometryError

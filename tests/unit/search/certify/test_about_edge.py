@@ -114,7 +114,7 @@ def test_no_fold_is_known_beside_the_end_of_a_crease(y):
 
 @njit
 def slip_of(tables, foot, r):
-    return about_edge_nb.fold_about(tables, foot, r, about_edge_nb.edge_work())[6][1]
+    return about_edge_nb.fold_about(tables, foot, r, about_edge_nb.edge_work()).joint.slip
 
 
 def test_tangents_that_leave_the_second_face_at_the_foot_itself_slip():

@@ -10,6 +10,7 @@ import pytest
 from numba import njit
 from tests.unit.search.strips import creases, geodesics
 
+from contiga.search.certify.certify_records import Curve, Reach
 from contiga.search.certify.kernels import crease_nb
 
 pytestmark = pytest.mark.interpreted
@@ -84,8 +85,9 @@ def test_f_is_as_convex_along_a_crease_as_told():
         at = motions(rng, 1) * 3.0 - (a * y + 0.5 * y**2 * c + y**3 / 6.0 * d)
         w0, w1 = (tuple(p[20]) for p in at)
         far, along = np.linalg.norm(at, axis=-1).max(), np.abs((at * e).sum(-1)).max()
-        curve = (tuple(c), np.linalg.norm(d), speed.min(), 0.0)
-        told = least_along(curve, (w0, w1), (0.5 * np.ptp(y) * speed.max(), far, along))
+        curve = Curve(tuple(c), np.linalg.norm(d), speed.min(), 0.0)
+        reach = Reach(0.5 * np.ptp(y) * speed.max(), far, along)
+        told = least_along(curve, (w0, w1), reach)
         k = (bend - (bend * e).sum(-1, keepdims=True) * e) / speed[:, None] ** 2
         assert told <= 1.0 - max((at * k).sum(-1).max(), 0.0) + 1e-12
 
@@ -105,7 +107,7 @@ def test_slopes_fall_over_a_crease_no_more_than_told():
     for k in range(n):
         bends = tuple(np.array([t, t, 0.0, 0.0, 0.0, 0.0]) for t in torsion[:, k])
         faces = (tuple(b[0, k, 0]), tuple(b[1, k, 0]))
-        reach = (arc[k], far[k], along[k])
+        reach = Reach(arc[k], far[k], along[k])
         told = most_jump(bends, faces, (tuple(w[0, k]), tuple(w[1, k])), reach, bent[k])
         assert told >= truth[k] - 1e-9
 

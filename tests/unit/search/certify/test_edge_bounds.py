@@ -9,6 +9,7 @@ import pytest
 from numba import njit
 from tests.unit.search.strips import creases, geodesics, turned
 
+from contiga.search.certify.certify_records import EdgeFold, EdgeFrame, EdgeJoint, Reach
 from contiga.search.certify.kernels import about_edge_nb, crease_nb, edge_nb
 
 pytestmark = pytest.mark.interpreted
@@ -17,8 +18,10 @@ pytestmark = pytest.mark.interpreted
 @njit
 def reach_of(tangent, strand, joint, ends):
     nothing = (0.0, 0.0, 0.0)
-    frame = (nothing, tangent, nothing, nothing)
-    return edge_nb._reach_of((True, frame, frame, 0.0, strand, (0, 0.0, 0.0), joint), ends)
+    frame = EdgeFrame(nothing, tangent, nothing, nothing)
+    there, own = (0, 0.0, 0.0), EdgeJoint(joint[0], joint[1], joint[2])
+    fold = EdgeFold(True, frame, frame, 0.0, strand[0], strand[1], strand[2], there, own)
+    return edge_nb._reach_of(fold, ends)
 
 
 @njit
@@ -29,8 +32,9 @@ def seen_along(bend, b, ends, reach, bent):
 @njit
 def least_of(bend, way, arc, ends, r):
     nothing = (0.0, 0.0, 0.0)
-    frame = (nothing, (0.0, 1.0, 0.0), nothing, (0.0, 0.0, 1.0))
-    fold = (True, frame, frame, way, (arc, 0.0, 1), (0, 0.0, 0.0), nothing)
+    frame = EdgeFrame(nothing, (0.0, 1.0, 0.0), nothing, (0.0, 0.0, 1.0))
+    joint = EdgeJoint(0.0, 0.0, 0.0)
+    fold = EdgeFold(True, frame, frame, way, arc, 0.0, 1, (0, 0.0, 0.0), joint)
     return edge_nb._least_of(fold, bend, frame, ends, r)
 
 
@@ -51,9 +55,10 @@ def least_and_drop(curvature, strand_bend, half, joint, ends, r):
     n = about_edge_nb.side_strand(2, strand)
     c, s = math.cos(half), math.sin(half)
     nothing, e = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)
-    first = (nothing, e, (0.0, -c, -s), (0.0, -s, c))
-    second = (nothing, e, (0.0, c, -s), (0.0, s, c))
-    fold = (True, first, second, 0.0, (0.01, strand_bend, n), (0, 0.0, 0.0), joint)
+    first = EdgeFrame(nothing, e, (0.0, -c, -s), (0.0, -s, c))
+    second = EdgeFrame(nothing, e, (0.0, c, -s), (0.0, s, c))
+    there, own = (0, 0.0, 0.0), EdgeJoint(joint[0], joint[1], joint[2])
+    fold = EdgeFold(True, first, second, 0.0, 0.01, strand_bend, n, there, own)
     return edge_nb._least_and_drop(fold, ends, r, work)
 
 
@@ -151,7 +156,7 @@ def test_a_face_is_seen_along_an_edge_within_what_is_told():
     for k in range(n):
         bend = np.array([2.0, 0.0, 0.0, 0.0, 0.0, 0.0]) * torsion[0, k]
         ends = (tuple(w[0, k]), tuple(w[1, k]))
-        told = seen_along(bend, tuple(b[0, k, 0]), ends, (arc[k], far[k], along[k]), bent[k])
+        told = seen_along(bend, tuple(b[0, k, 0]), ends, Reach(arc[k], far[k], along[k]), bent[k])
         for (low, high), truth in zip(told, seen[:, k], strict=True):
             assert low <= truth.min() + 1e-9
             assert high >= truth.max() - 1e-9

@@ -7,6 +7,7 @@ import pytest
 from numba import njit
 
 import contiga as cg
+from contiga.search.closest.closest_records import Expansion
 from contiga.search.closest.kernels import local_nb
 from contiga.search.tables import tables_of
 
@@ -49,12 +50,12 @@ def test_slopes_and_curvatures_are_differences_of_f(elements):
 
 def test_steps_lead_down_even_where_f_is_not_convex():
     for g_s, g_t, ss, st, tt in np.random.default_rng(1).normal(size=(200, 5)):
-        d = newton((0.0, g_s, g_t, ss, st, tt, 1.0, 1.0))
+        d = newton(Expansion(0.0, g_s, g_t, ss, st, tt, 1.0, 1.0))
         assert d[0] * g_s + d[1] * g_t < 0.0
 
 
 def test_a_step_is_newtons_where_f_is_convex():
-    d = newton((0.0, 0.3, -0.2, 2.0, 0.5, 1.5, 1.0, 1.0))
+    d = newton(Expansion(0.0, 0.3, -0.2, 2.0, 0.5, 1.5, 1.0, 1.0))
     np.testing.assert_allclose(
         d, -np.linalg.solve([[2.0, 0.5], [0.5, 1.5]], [0.3, -0.2]), rtol=1e-14
     )

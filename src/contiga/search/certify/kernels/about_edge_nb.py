@@ -19,7 +19,7 @@ from contiga.arrays.kernels.vector_nb import cross, dot
 from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.jit import inner
-from contiga.search.certify.certify_records import EdgeWork
+from contiga.search.certify.certify_records import EdgeFold, EdgeFrame, EdgeJoint, EdgeWork
 from contiga.search.certify.kernels.bend_nb import (
     SPEED_S,
     SPEED_T,
@@ -50,8 +50,9 @@ NONE, LINKED = -1, -2
 BENT = 1.2
 """Ways along a strand are so many times as long as their chords at most: 1/cos(1/2) = 1.14."""
 NOWHERE = (0.0, 0.0, 0.0)
-NO_FRAME = (NOWHERE, NOWHERE, NOWHERE, NOWHERE)
-NOTHING = (False, NO_FRAME, NO_FRAME, math.inf, (0.0, 0.0, 0), (-1, 0.0, 0.0), NOWHERE)
+NO_FRAME = EdgeFrame(NOWHERE, NOWHERE, NOWHERE, NOWHERE)
+UNKNOWN = EdgeJoint(0.0, 0.0, 0.0)
+NOTHING = EdgeFold(False, NO_FRAME, NO_FRAME, math.inf, 0.0, 0.0, 0, (-1, 0.0, 0.0), UNKNOWN)
 ASIDE = 0.25
 """How far from the edge, in radii of the ball, its faces are told from what is beyond."""
 
@@ -105,7 +106,7 @@ def is_in(tables, e, s, t):
 
 @inner(error_model="numpy")
 def _frame(tables, foot, tangent, aside, h):
-    """At a place of an edge in a face: (point, tangent, b, normal), and whether b is told.
+    """The `EdgeFrame` at a place of an edge in a face, and whether b is told.
 
     b leads `aside` far to places inside the face, −b to none.
     """
@@ -126,7 +127,7 @@ def _frame(tables, foot, tangent, aside, h):
     behind = is_in(tables, e, s - d_s, t - d_t)
     if behind:
         b = (-b[0], -b[1], -b[2])
-    return (point, tangent, b, normal), det > 0.0 and ahead != behind
+    return EdgeFrame(point, tangent, b, normal), det > 0.0 and ahead != behind
 
 
 @inner(error_model="numpy")
@@ -135,7 +136,7 @@ def cell_of(tables, foot, reach, bend, bending):
     `bend`. (0, 0, 0, 0) where there is none."""
     e, s, t = foot
     normal_at(tables.elements, e, s, t, bending.derivatives)
-    metric = principal(bending.derivatives)[2]
+    metric = principal(bending.derivatives).metric
     nothing = (0.0, 0.0, 0.0, 0.0)
     if not metric[2] > 0.0:
         return nothing
@@ -253,24 +254,22 @@ def _fold_of(tables, foot, r, seen, work):
     first, good = _frame(tables, (e, at[0], at[1]), forward, ASIDE * r, h)
     if not good:
         return NOTHING
-    there, (width, slip, turn) = _across(tables, foot, at, edge, side, first[0], work)
+    there, (width, slip, turn) = _across(tables, foot, at, edge, side, first.point, work)
     if there[0] < 0:
         return NOTHING
     second, good = _frame(tables, there, forward, ASIDE * r, h)
     if not (good and _goes_on(tables, there, BENT * (way + r) + 2.0 * width, edge, work)):
         return NOTHING
-    slip = max(slip, abs(dot(forward, second[3])))
-    return True, first, second, way, (arc, bent, n), there, (width, slip, turn)
+    slip = max(slip, abs(dot(forward, second.normal)))
+    joint = EdgeJoint(width, slip, turn)
+    return EdgeFold(True, first, second, way, arc, bent, n, there, joint)
 
 
 @inner(linked=False, error_model="numpy")
 def fold_about(tables, foot, r, work):
-    """The fold next to a foot, no farther than r, with the cells of both faces.
+    """The `EdgeFold` next to a foot, no farther than r, with the cells of both faces.
 
-    Returns (whether it is known; its first and second frame (point, tangent, b, normal); the way
-    from the foot to it; (way along it, its curvature, number of stretches); the place in the second
-    face; (its width, slip, turn)). The bounds of the cells are left in the work tables, and the
-    strand as the first face has it.
+    The bounds of the cells are left in the work tables, and the strand as the first face has it.
     """
     cells, strand = work.cells, work.strand
     cell = cell_of(tables, foot, BENT * r, cells.here, cells.bending)

@@ -20,7 +20,7 @@ import numpy as np
 
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, zero_scratch
-from contiga.search.certify.certify_records import Bending
+from contiga.search.certify.certify_records import Bending, Principal
 from contiga.search.certify.kernels.rest_nb import D01, D02, D10, D11, D20, rest_of, unit_normal
 
 INNER, OUTER, SPEED_S, SPEED_T, WIDTH_S, WIDTH_T = 0, 1, 2, 3, 4, 5
@@ -91,8 +91,8 @@ def second_form(h, alpha, beta, gamma):
 
 @inner(error_model="numpy")
 def principal(h):
-    """Largest normal curvature towards the normal and away from it, and |S_s|, |S_t| and their
-    parts across each other, where `h` holds the derivatives."""
+    """`Principal`: largest normal curvature towards the normal and away from it, and |S_s|, |S_t|
+    and their parts across each other, where `h` holds the derivatives."""
     xx = xy = yy = 0.0
     for c in range(3):
         xx += h[c, 1] * h[c, 1]
@@ -100,13 +100,13 @@ def principal(h):
         yy += h[c, 2] * h[c, 2]
     det = xx * yy - xy * xy
     if not det > 1e-20 * xx * yy:
-        return math.inf, math.inf, (0.0, 0.0, 0.0, 0.0)
+        return Principal(math.inf, math.inf, (0.0, 0.0, 0.0, 0.0))
     x = math.sqrt(xx)
     y = math.sqrt(yy)
     area = math.sqrt(det)
     pp, pq, qq, _ = second_form(h, 1.0 / x, -xy / (x * area), x / area)
     middle, spread = largest_and_spread(pp, pq, qq)
-    return middle + spread, spread - middle, (x, y, area / y, area / x)
+    return Principal(middle + spread, spread - middle, (x, y, area / y, area / x))
 
 
 @inner(error_model="numpy")

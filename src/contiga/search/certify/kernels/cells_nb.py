@@ -78,7 +78,7 @@ def _over_side(elements, foot, last, where, bend, work):
         normal_at(elements, n, edge, middle, h)
     else:
         normal_at(elements, n, middle, edge, h)
-    width = principal(h)[2][2 if there < 2 else 3]
+    width = principal(h).metric[2 if there < 2 else 3]
     if not width > 0.0:
         return False, -1.0
     deep = CELL * r / width

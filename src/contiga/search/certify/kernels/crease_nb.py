@@ -32,6 +32,7 @@ from contiga.arrays.codes import CREASE
 from contiga.arrays.kernels.vector_nb import dot, minus
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.jit import inner
+from contiga.search.certify.certify_records import Reach
 from contiga.search.certify.kernels.bend_nb import INNER, OUTER
 from contiga.search.certify.kernels.branch_nb import WIDER, seen_from
 from contiga.search.certify.kernels.cells_nb import CELL, cell_about, cells_about, touched
@@ -86,10 +87,11 @@ def _slip(near, foot, side, fold, path, h):
     elements, tolerance = near.elements, near.tolerance
     first, second = fold
     if stands(side, s, t):
-        end = fall_from(minus(path[1], first[0]), first[1], first[2], second[2])
+        faces = first.across, second.across
+        end = fall_from(minus(path[1], first.point), first.tangent, *faces)
         if end > SAME * tolerance:
             return math.inf
-        before = fall_from(minus(path[0], first[0]), first[1], first[2], second[2])
+        before = fall_from(minus(path[0], first.point), first.tangent, *faces)
         return max(before, end) + 4.0 * tolerance
     normal = normal_at(elements, e, s, t, h)
     origin = elements.table[e]["origin"]
@@ -100,12 +102,13 @@ def _slip(near, foot, side, fold, path, h):
 @inner(error_model="numpy")
 def _least_guess(fold, w0, w1):
     """Least curvature of f at the crease."""
-    most = max(dot(w0, fold[0][4]), dot(w1, fold[0][4]), 0.0)
+    bent = fold[0].bent
+    most = max(dot(w0, bent), dot(w1, bent), 0.0)
     for frame in fold:
-        inner, outer, _ = frame[5]
-        m0 = dot(w0, frame[3])
-        m1 = dot(w1, frame[3])
-        most = max(most, inner * max(m0, m1), -outer * min(m0, m1))
+        bends = frame.principal
+        m0 = dot(w0, frame.normal)
+        m1 = dot(w1, frame.normal)
+        most = max(most, bends.inner * max(m0, m1), -bends.outer * min(m0, m1))
     return 1.0 - most
 
 
@@ -123,26 +126,23 @@ def least_in_face(bend, normal, w0, w1, wide):
 
 @inner(error_model="numpy")
 def least_along(curve, ends, reach):
-    """Least curvature of f along the crease; `curve` is of `side_bend`.
+    """Least curvature of f along a `Curve`.
 
-    `ends` is (w for P(0), w for P(1)) at the middle of it, `reach` (its length either way, |w| and
-    |w·e| at most).
+    `ends` is (w for P(0), w for P(1)) at the middle of it, `reach` its `Reach`.
     """
-    c, change, least, _ = curve
-    arc, far, along = reach
+    c = curve.second
     size = math.sqrt(dot(c, c))
-    most = max(dot(ends[0], c), dot(ends[1], c)) + far * change + arc * size
-    most += along * (size + change)
-    return 1.0 - max(most, 0.0) / least**2
+    most = max(dot(ends[0], c), dot(ends[1], c)) + reach.far * curve.change + reach.arc * size
+    most += reach.along * (size + curve.change)
+    return 1.0 - max(most, 0.0) / curve.slowest**2
 
 
 @inner(error_model="numpy")
 def most_jump(bends, b, ends, reach, bent):
     """Largest w·(b_1 + b_2) along the crease, `b` holds both; `ends` and `reach` as above, `bent`
     its curvature at most."""
-    arc, far, along = reach
     torsion = 0.5 * (bends[0][INNER] + bends[0][OUTER] + bends[1][INNER] + bends[1][OUTER])
-    change = arc * (2.0 * bent * along + torsion * far)
+    change = reach.arc * (2.0 * bent * reach.along + torsion * reach.far)
     jump0 = dot(ends[0], b[0]) + dot(ends[0], b[1])
     jump1 = dot(ends[1], b[0]) + dot(ends[1], b[1])
     return max(jump0, jump1) + change
@@ -150,7 +150,7 @@ def most_jump(bends, b, ends, reach, bent):
 
 @inner(error_model="numpy")
 def reach_along(tangent, ends, arc, bent, given):
-    """(Way along a crease or an edge, |w| and |w·e| on it at most).
+    """The `Reach` of a crease or an edge.
 
     `arc` is its length either way from where `tangent` and `ends` are taken, `bent` its largest
     curvature; places and tangents are given to within `given`, a length and radians.
@@ -158,15 +158,15 @@ def reach_along(tangent, ends, arc, bent, given):
     w0, w1 = ends
     far = math.sqrt(max(dot(w0, w0), dot(w1, w1))) + given[0]
     along = max(abs(dot(w0, tangent)), abs(dot(w1, tangent))) + far * given[1]
-    return arc, far + arc, along + (1.0 + (far + arc) * bent) * arc
+    return Reach(arc, far + arc, along + (1.0 + (far + arc) * bent) * arc)
 
 
 @inner(error_model="numpy")
 def seen_along(bend, b, ends, reach, bent):
     """Least and largest w·b of a face along a strand, at both ends of the motion: ((least, largest)
     at the first, at the second)."""
-    arc, far, along = reach
-    change = arc * (bent * along + 0.5 * (bend[INNER] + bend[OUTER]) * far)
+    torsion = 0.5 * (bend[INNER] + bend[OUTER])
+    change = reach.arc * (bent * reach.along + torsion * reach.far)
     first = dot(ends[0], b)
     second = dot(ends[1], b)
     return (first - change, first + change), (second - change, second + change)
@@ -185,16 +185,17 @@ def _is_convex(foot, sides, fold, ends, size, slip, work):
     )
     off = (0.5 - abs(s if side < 2 else t)) * speed_across(bends[0], side)
     curve = side_bend(bends[0], work.bending, cell_about(s, t, far_s, far_t), side)
-    reach = reach_along(fold[0][1], ends, arc, curve[3], (0.0, 0.0))
-    wide = (reach[1] + off + r, arc + off + r)
+    first, second = fold
+    reach = reach_along(first.tangent, ends, arc, curve.bent, (0.0, 0.0))
+    wide = (reach.far + off + r, arc + off + r)
     least = min(
-        least_in_face(bends[0], fold[0][3], w0, w1, wide),
-        least_in_face(bends[1], fold[1][3], w0, w1, wide),
+        least_in_face(bends[0], first.normal, w0, w1, wide),
+        least_in_face(bends[1], second.normal, w0, w1, wide),
         least_along(curve, ends, reach),
     )
     if not (least > 0.0 and 2.0 * slip <= least * r):
         return False
-    return most_jump(bends, (fold[0][2], fold[1][2]), ends, reach, curve[3]) <= 0.0
+    return most_jump(bends, (first.across, second.across), ends, reach, curve.bent) <= 0.0
 
 
 @inner(linked=False, error_model="numpy")
@@ -212,11 +213,10 @@ def over_crease(near, foot, last, side, path, work):
     there = elements.table[e]["neighbour_side"][side]
     first = side_frame(elements, e, side, x, h)
     second = side_frame(elements, n, there, -x if elements.table[e]["flip"][side] == 1 else x, h)
-    metric = first[5][2]
-    other = second[5][2]
+    metric, other = first.principal.metric, second.principal.metric
     if not (metric[2] > 0.0 and other[2] > 0.0):
         return False
-    ends = (minus(path[0], first[0]), minus(path[1], first[0]))
+    ends = (minus(path[0], first.point), minus(path[1], first.point))
     least = _least_guess((first, second), ends[0], ends[1])
     slip = _slip(near, foot, side, (first, second), path, h)
     if not (least > 0.0 and slip < math.inf):

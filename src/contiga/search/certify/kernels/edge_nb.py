@@ -43,6 +43,7 @@ import math
 from contiga.arrays.kernels.vector_nb import dot, minus
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.jit import inner
+from contiga.search.certify.certify_records import Curve
 from contiga.search.certify.kernels.about_edge_nb import BENT, fold_about, way_to
 from contiga.search.certify.kernels.bend_nb import principal
 from contiga.search.certify.kernels.branch_nb import WIDER, seen_from
@@ -74,16 +75,16 @@ meant to be smooth."""
 
 @inner(error_model="numpy")
 def _give(joint):
-    """By how much tangents and normals of an edge (width, slip, turn) are uncertain, radians."""
-    return min(joint[1], joint[2])
+    """By how much tangents and normals of an `EdgeJoint` are uncertain, radians."""
+    return min(joint.slip, joint.turn)
 
 
 @inner(linked=False, error_model="numpy")
 def _slip_at(tables, foot, fold, ends, path, h):
-    """t of the theorem; infinite where the foot is none. `fold` is of `fold_about`."""
-    _, first, second, way, _, _, joint = fold
+    """t of the theorem; infinite where the foot is none. `fold` is an `EdgeFold`."""
+    first, across, joint = fold.first, fold.second.across, fold.joint
     tolerance = tables.scale[1]
-    if way > SAME * tolerance:
+    if fold.way > SAME * tolerance:
         e, s, t = foot
         normal = normal_at(tables.elements, e, s, t, h)
         origin = tables.elements.table[e]["origin"]
@@ -95,25 +96,25 @@ def _slip_at(tables, foot, fold, ends, path, h):
             return math.inf
         return seen_from(at, normal, path[0], path[1], tolerance)[2]
     far = math.sqrt(dot(ends[1], ends[1]))
-    end = fall_from(ends[1], first[1], first[2], second[2])
-    if end > SAME * tolerance + joint[0] + far * _give(joint):
+    end = fall_from(ends[1], first.tangent, first.across, across)
+    if end > SAME * tolerance + joint.width + far * _give(joint):
         return math.inf
-    return max(fall_from(ends[0], first[1], first[2], second[2]), end) + 4.0 * tolerance
+    return max(fall_from(ends[0], first.tangent, first.across, across), end) + 4.0 * tolerance
 
 
 @inner(error_model="numpy")
 def _reach_of(fold, ends):
     """As `reach_along`, of the strand of a fold."""
-    _, first, _, _, (arc, bent, _), _, joint = fold
-    return reach_along(first[1], ends, arc, bent, (joint[0], _give(joint)))
+    given = (fold.joint.width, _give(fold.joint))
+    return reach_along(fold.first.tangent, ends, fold.arc, fold.bent, given)
 
 
 @inner(error_model="numpy")
 def _least_of(fold, bend, frame, ends, r):
     """Least curvature of f in a face of a fold, ball of radius r."""
-    arc, far, _ = _reach_of(fold, ends)
-    way = fold[3] + r
-    return least_in_face(bend, frame[3], ends[0], ends[1], (far - arc + way, way))
+    reach, way = _reach_of(fold, ends), fold.way + r
+    wide = (reach.far - reach.arc + way, way)
+    return least_in_face(bend, frame.normal, ends[0], ends[1], wide)
 
 
 @inner(error_model="numpy")
@@ -121,9 +122,10 @@ def _least_on_strand(fold, ends, work):
     """Least curvature of f along the strand of a fold."""
     cells, strand = work.cells, work.strand
     least = 1.0
-    for k in range(fold[4][2]):
+    for k in range(fold.stretches):
         c, rest, slowest, _, own = stretch_bend(strand, k, cells.bending)
-        least = min(least, least_along((c, rest, slowest, own), ends, _reach_of(fold, ends)))
+        curve = Curve(c, rest, slowest, own)
+        least = min(least, least_along(curve, ends, _reach_of(fold, ends)))
     return least
 
 
@@ -131,19 +133,20 @@ def _least_on_strand(fold, ends, work):
 def _least_and_drop(fold, ends, r, work):
     """μ and D of the theorem."""
     cells = work.cells
-    _, first, second, _, (_, bent, _), _, joint = fold
+    first, second, bent, joint = fold.first, fold.second, fold.bent, fold.joint
     reach = _reach_of(fold, ends)
     least = min(
         _least_of(fold, cells.here, first, ends, r),
         _least_of(fold, cells.beyond, second, ends, r),
         _least_on_strand(fold, ends, work),
     )
-    jump = most_jump((cells.here, cells.beyond), (first[2], second[2]), ends, reach, bent)
-    if jump + 2.0 * reach[1] * joint[1] <= 0.0:
-        return least, joint[0]
-    if joint[2] > FOLD:
+    faces = (first.across, second.across)
+    jump = most_jump((cells.here, cells.beyond), faces, ends, reach, bent)
+    if jump + 2.0 * reach.far * joint.slip <= 0.0:
+        return least, joint.width
+    if joint.turn > FOLD:
         return least, math.inf
-    return least, joint[0] + (1.0 + 2.0 * bent * r) * reach[1] * joint[2]
+    return least, joint.width + (1.0 + 2.0 * bent * r) * reach.far * joint.turn
 
 
 @inner(linked=False, error_model="numpy")
@@ -169,17 +172,17 @@ def over_edge(tables, foot, last, path, work):
     for _ in range(TRIES):
         r = WIDER * need
         fold = fold_about(tables, foot, r, work)
-        if not fold[0]:
+        if not fold.is_known:
             return False
-        width = fold[6][0]
-        ends = (minus(path[0], fold[1][0]), minus(path[1], fold[1][0]))
+        width, origin_of_w = fold.joint.width, fold.first.point
+        ends = (minus(path[0], origin_of_w), minus(path[1], origin_of_w))
         slip = _slip_at(tables, foot, fold, ends, path, h)
         least, drop = _least_and_drop(fold, ends, r, work)
         if not (least > 0.0 and slip < math.inf):
             return False
         if not drop <= least * max(SHARP * tables.scale[0], FEW * width):
             return False
-        way = BENT * way_to(foot, last, fold[5], fold[3], cells) + width + tables.scale[1]
+        way = BENT * way_to(foot, last, fold.there, fold.way, cells) + width + tables.scale[1]
         need = max(way, 2.0 * (slip + drop) / least)
         if need <= r:
             return True
@@ -195,9 +198,9 @@ def rests_on_edge(tables, foot, point, r, work):
     `r` is how much of the edge about it is looked at.
     """
     fold = fold_about(tables, foot, r, work)
-    if not (fold[0] and fold[3] <= SAME * tables.scale[1]):
+    if not (fold.is_known and fold.way <= SAME * tables.scale[1]):
         return False
-    w = minus(point, fold[1][0])
+    w = minus(point, fold.first.point)
     return _slip_at(tables, foot, fold, (w, w), (point, point), work.cells.derivatives) < math.inf
 
 
@@ -219,20 +222,20 @@ def runs_into_fold(tables, last, path, work):
     for _ in range(TRIES):
         r = WIDER * need
         fold = fold_about(tables, last, r, work)
-        if not fold[0]:
+        if not fold.is_known:
             return False
-        _, first, second, way, (_, bent, _), _, joint = fold
-        ends = (minus(path[0], first[0]), minus(path[1], first[0]))
+        first, second, bent, joint = fold.first, fold.second, fold.bent, fold.joint
+        ends = (minus(path[0], first.point), minus(path[1], first.point))
         reach = _reach_of(fold, ends)
         least = _least_of(fold, work.cells.here, first, ends, r)
         least = min(least, _least_on_strand(fold, ends, work))
-        slack = joint[0] + reach[1] * joint[1]
-        before, after = seen_along(work.cells.beyond, second[2], ends, reach, bent)
+        slack = joint.width + reach.far * joint.slip
+        before, after = seen_along(work.cells.beyond, second.across, ends, reach, bent)
         falls = min(before[0], after[0]) - slack
-        past = seen_along(work.cells.here, first[2], ends, reach, bent)[1][1] + slack
-        if not (least > 0.0 and falls > FOLD * reach[1]):
+        past = seen_along(work.cells.here, first.across, ends, reach, bent)[1][1] + slack
+        if not (least > 0.0 and falls > FOLD * reach.far):
             return False
-        need = 2.0 * slip / least + BENT * way
+        need = 2.0 * slip / least + BENT * fold.way
         if need <= r:
             return past < 0.0
     return False

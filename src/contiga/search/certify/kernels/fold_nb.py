@@ -16,6 +16,7 @@ import math
 from contiga.arrays.kernels.vector_nb import cross, dot
 from contiga.elements.kernels.sides_nb import normal_at, side_point
 from contiga.jit import inner
+from contiga.search.certify.certify_records import Curve, SideFrame
 from contiga.search.certify.kernels.bend_nb import (
     INNER,
     OUTER,
@@ -30,11 +31,7 @@ from contiga.search.certify.kernels.rest_nb import D01, D02, D10, D20
 
 @inner(error_model="numpy")
 def side_frame(elements, e, side, x, h):
-    """At the point x of a side: (point, tangent, b, normal, curvature vector, of `principal`).
-
-    All but the last are three numbers each. Where a tangent vanishes the metric in the last is
-    zero, and the rest means nothing.
-    """
+    """The `SideFrame` at the point x of a side."""
     s, t = side_point(side, x)
     normal = normal_at(elements, e, s, t, h)
     origin = elements.table[e]["origin"]
@@ -55,12 +52,12 @@ def side_frame(elements, e, side, x, h):
         (c[1] - part * tangent[1]) * length * length,
         (c[2] - part * tangent[2]) * length * length,
     )
-    return point, tangent, b, normal, bent, principal(h)
+    return SideFrame(point, tangent, b, normal, bent, principal(h))
 
 
 @inner(error_model="numpy")
 def side_bend(bend, work, cell, side):
-    """Of a side of a cell: C'' in the middle, how far it changes, |C'| at least, |k| at most.
+    """The `Curve` that a side of a cell is.
 
     `bend` and `work` are what `bend_bounds` has left of the cell. In parameters that run over
     [-1, 1] from the middle, C' = a + y c + R1 and C'' = c + R2 along the side, with rests no
@@ -77,7 +74,7 @@ def side_bend(bend, work, cell, side):
     size_c = math.sqrt(dot(c, c))
     rest1, rest2 = rest[0, r1], rest[0, r2]
     most = math.sqrt(dot(x, x)) + (math.sqrt(dot(a, a)) + size_c + rest1) * rest2 + rest1 * size_c
-    return c, rest2, least, most / least**3
+    return Curve(c, rest2, least, most / least**3)
 
 
 @inner(error_model="numpy")

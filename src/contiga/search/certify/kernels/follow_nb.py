@@ -115,7 +115,7 @@ def _is_stationary(elements, foot, point, miss, h):
     """Whether a start is the foot of its point at all: f falls nowhere from there by `miss`."""
     e, s, t = foot
     q = expand(elements, e, s, t, point, h)
-    _, g_s, g_t, _, _, _, a, b = q
+    g_s, g_t, a, b = q.f_s, q.f_t, q.square_s, q.square_t
     # At a pole one tangent vanishes, and its slope is rounding.
     if abs(s) < 0.5 and not abs(g_s) <= miss * math.sqrt(max(a, SHORT * b)):
         return False

@@ -85,7 +85,7 @@ def _rises(near, foot, path, free, h):
                         return False
         sign = -1.0 if (s > 0.0) != (t > 0.0) else 1.0
         cosine = sign * (h[0, 1] * h[0, 2] + h[1, 1] * h[1, 2] + h[2, 1] * h[2, 2])
-        if not cosine > (OPPOSED - 1.0) * math.sqrt(q[6] * q[7]):
+        if not cosine > (OPPOSED - 1.0) * math.sqrt(q.square_s * q.square_t):
             return False
     # The motion has two points, the crease two faces.
     return left_out == (0 if free[0][0] < 0 else 4)
@@ -132,32 +132,33 @@ def along_crease(near, foot, last, side, path, work):
     sign = -1.0 if row["flip"][side] == 1 else 1.0
     first = side_frame(elements, e, side, x, h)
     second = side_frame(elements, n, there, sign * x, h)
-    if not (first[5][2][2] > 0.0 and second[5][2][2] > 0.0):
+    metric = first.principal.metric
+    if not (metric[2] > 0.0 and second.principal.metric[2] > 0.0):
         return False
-    ends = (minus(path[0], first[0]), minus(path[1], first[0]))
-    fall = dot(ends[1], first[1])
+    ends = (minus(path[0], first.point), minus(path[1], first.point))
+    fall = dot(ends[1], first.tangent)
     if max(0.0 if x >= 0.5 else fall, 0.0 if x <= -0.5 else -fall) > SAME * tolerance:
         return False
-    least = 1.0 - max(dot(ends[0], first[4]), dot(ends[1], first[4]), 0.0)
+    least = 1.0 - max(dot(ends[0], first.bent), dot(ends[1], first.bent), 0.0)
     if not least > 0.0:
         return False
     # Minima are given to within rounding, and so is where C ends.
-    more = max(2.0 * SAME * tolerance / (least * first[5][2][3 if side < 2 else 2]), SNAP)
+    more = max(2.0 * SAME * tolerance / (least * metric[3 if side < 2 else 2]), SNAP)
     low, high = max(min(x, start) - more, -0.5), min(max(x, start) + more, 0.5)
     if not bend_bounds(elements, e, _strip(side, low, high), work.here, work.bending):
         return False
     curve = side_bend(work.here, work.bending, _strip(side, low, high), side)
     arc = (high - low) * speed_along(work.here, side)
-    reach = reach_along(first[1], ends, arc, curve[3], (0.0, 0.0))
+    reach = reach_along(first.tangent, ends, arc, curve.bent, (0.0, 0.0))
     least = least_along(curve, ends, reach)
-    if not least * more * 2.0 * curve[2] > SAME * tolerance * (high - low):
+    if not least * more * 2.0 * curve.slowest > SAME * tolerance * (high - low):
         return False
-    if not _rises_into(work.here, first[2], ends, reach, curve[3], SAME * tolerance):
+    if not _rises_into(work.here, first.across, ends, reach, curve.bent, SAME * tolerance):
         return False
     low, high = (low, high) if sign > 0.0 else (-high, -low)
     if not bend_bounds(elements, n, _strip(there, low, high), work.beyond, work.bending):
         return False
-    if not _rises_into(work.beyond, second[2], ends, reach, curve[3], SAME * tolerance):
+    if not _rises_into(work.beyond, second.across, ends, reach, curve.bent, SAME * tolerance):
         return False
     for end in (-0.5, 0.5):
         if min(abs(x - end), abs(start - end)) <= more:

@@ -103,8 +103,8 @@ def around(elements, foot, list_e, list_st):
 @inner()
 def inward_slope(q, side):
     """Slope of f per length on the way in from a side, from the expansion q there."""
-    g = q[1] if side < 2 else q[2]
-    metric = q[6] if side < 2 else q[7]
+    g = q.f_s if side < 2 else q.f_t
+    metric = q.square_s if side < 2 else q.square_t
     if metric <= 0.0:
         return 0.0
     return (-g if side & 1 else g) / math.sqrt(metric)

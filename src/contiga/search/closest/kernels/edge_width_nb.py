@@ -111,7 +111,7 @@ def _past_piece(trims, piece, t, place, carrier, c, h):
     `carrier` is (elements, e, (s, t) of `place`, path). Into c[0] go (u, v); `h` is work.
     """
     elements, e, at, path = carrier
-    p, d = path[0], path[1]
+    p, d = path.p, path.d
     box = elements.table[e]["box"]
     piece_parameters(trims, piece, t, c)
     su = 1.0 / (box[1] - box[0])
@@ -264,7 +264,7 @@ def _rim(elements, e, place, path, least, h):
 
     Sides that are no smooth joint are at least `least` wide; where the surface ends, none is.
     """
-    d, slack = path[1], path[2]
+    d, slack = path.d, path.slack
     row = elements.table[e]
     width = 0.0
     off = False
@@ -289,12 +289,12 @@ def _rim(elements, e, place, path, least, h):
 def edge_width(elements, trims, piece_width, e, place, path, least, h):
     """Whether a crossing at `place` (s, t) of element e belongs to its face, and where.
 
-    `path` is (p, d, slack, wide, room), `h` holds the derivatives there. Returns BESIDE if it does
+    `path` is a `LeafPath`, `h` holds the derivatives there. Returns BESIDE if it does
     not, else the width of the edge within whose width it lies, zero in the midst of the face; the
     place, which is on the edge if the crossing lies beyond that; and how much farther along the
     path that is. Edges that are no smooth joint are at least `least` wide.
     """
-    wide = max(path[3], least)
+    wide = max(path.wide, least)
     s = min(max(place[0], -0.5), 0.5)
     t = min(max(place[1], -0.5), 0.5)
     if wide == 0.0:
@@ -304,9 +304,9 @@ def edge_width(elements, trims, piece_width, e, place, path, least, h):
     if width == BESIDE or state != CUT:
         return (width if state == IN else BESIDE), place, 0.0
     box = elements.table[e]["box"]
-    form = _across_path(h, path[1], box)
+    form = _across_path(h, path.d, box)
     at = parameters(elements, e, s, t)
-    x = dot(minus(column(h, 0), path[0]), path[1])
+    x = dot(minus(column(h, 0), path.p), path.d)
     carrier = (elements, e, (s, t), path)
     widths = (wide, least)
     beside, outer, edge, way = _piece_beside(trims, piece_width, at, x, form, widths, carrier)

@@ -103,7 +103,7 @@ def _cell_minimum(elements, e, cell, point, h):
     t = 0.5 * (cell[2] + cell[3])
     q = expand(elements, e, s, t, point, h)
     for _ in range(MINIMUM_STEPS):
-        f, g_s, g_t, h_ss, h_st, h_tt, _, _ = q
+        f, g_s, g_t, h_ss, h_st, h_tt = q.f, q.f_s, q.f_t, q.f_ss, q.f_st, q.f_tt
         fixed_s = (s <= cell[0] and g_s > 0.0) or (s >= cell[1] and g_s < 0.0)
         fixed_t = (t <= cell[2] and g_t > 0.0) or (t >= cell[3] and g_t < 0.0)
         d_s = 0.0 if fixed_s else -g_s / h_ss
@@ -130,7 +130,7 @@ def _cell_minimum(elements, e, cell, point, h):
             if new_s == s and new_t == t:
                 break
             q = expand(elements, e, new_s, new_t, point, h)
-            better = q[0] < f
+            better = q.f < f
             if better:
                 break
             d_s *= 0.5
@@ -139,9 +139,9 @@ def _cell_minimum(elements, e, cell, point, h):
             return s, t, math.sqrt(2.0 * f)
         s = new_s
         t = new_t
-        if f - q[0] <= LEVEL * f:
+        if f - q.f <= LEVEL * f:
             break
-    return s, t, math.sqrt(2.0 * q[0])
+    return s, t, math.sqrt(2.0 * q.f)
 
 
 @inner()

@@ -10,6 +10,7 @@ import math
 
 from contiga.elements.kernels.element_nb import evaluate
 from contiga.jit import inner
+from contiga.search.closest.closest_records import Expansion
 
 POINT = 1e-24
 """|S_s|² below this share of |S_t|² (or the other way round): the side through here is a point."""
@@ -21,7 +22,7 @@ HALVINGS = 40
 
 @inner()
 def expand(elements, e, s, t, point, h):
-    """(f, f_s, f_t, f_ss, f_st, f_tt, |S_s|², |S_t|²) at (s, t) of element e.
+    """The `Expansion` at (s, t) of element e.
 
     `h` is left with the derivatives of S. All lengths are measured from the element's origin: no
     digits are lost far from the world's.
@@ -39,13 +40,14 @@ def expand(elements, e, s, t, point, h):
         h_ss += r * h[c, 3]
         h_st += r * h[c, 4] + h[c, 1] * h[c, 2]
         h_tt += r * h[c, 5]
-    return 0.5 * f, g_s, g_t, h_ss + a, h_st, h_tt + b, a, b
+    return Expansion(0.5 * f, g_s, g_t, h_ss + a, h_st, h_tt + b, a, b)
 
 
 @inner()
 def newton(q):
     """Newton's step for the expansion q, shifted to be positive definite in the metric."""
-    _, g_s, g_t, h_ss, h_st, h_tt, a, b = q
+    g_s, g_t, h_ss, h_st, h_tt = q.f_s, q.f_t, q.f_ss, q.f_st, q.f_tt
+    a, b = q.square_s, q.square_t
     x = h_ss / a
     z = h_tt / b
     spread = math.sqrt(0.25 * (x - z) ** 2 + h_st * h_st / (a * b))
@@ -75,9 +77,9 @@ def leaves(x, d):
 @inner()
 def direction(q, s, t, free_s, free_t):
     """A step (d_s, d_t) down, along the free variables and not out of the square at once."""
-    _, g_s, g_t, h_ss, _, h_tt, a, b = q
-    d_s = newton_along(g_s, h_ss, a) if free_s else 0.0
-    d_t = newton_along(g_t, h_tt, b) if free_t else 0.0
+    g_s, g_t = q.f_s, q.f_t
+    d_s = newton_along(g_s, q.f_ss, q.square_s) if free_s else 0.0
+    d_t = newton_along(g_t, q.f_tt, q.square_t) if free_t else 0.0
     if free_s and free_t:
         n_s, n_t = newton(q)
         out_s = leaves(s, n_s)
@@ -127,8 +129,8 @@ def line_search(elements, e, foot, step, q, target, h):
     point, noise = target
     s, t = foot
     d_s, d_t = step
-    f = q[0]
-    descent = q[1] * d_s + q[2] * d_t
+    f = q.f
+    descent = q.f_s * d_s + q.f_t * d_t
     reach_s = _to_side(s, d_s)
     reach_t = _to_side(t, d_t)
     reach = min(reach_s, reach_t)
@@ -137,7 +139,7 @@ def line_search(elements, e, foot, step, q, target, h):
         new_s = _moved(s, d_s, reach, first and reach_s <= reach and reach_s < 1.0)
         new_t = _moved(t, d_t, reach, first and reach_t <= reach and reach_t < 1.0)
         new = expand(elements, e, new_s, new_t, point, h)
-        if new[0] <= f + ARMIJO * reach * descent + noise:
+        if new.f <= f + ARMIJO * reach * descent + noise:
             return new_s != s or new_t != t, new_s, new_t, new
         reach *= 0.5
     return False, s, t, expand(elements, e, s, t, point, h)

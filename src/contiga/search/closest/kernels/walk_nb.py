@@ -47,7 +47,7 @@ def _pressed(q, s, t, miss):
 
     On a collapsed side every way that does not lead down counts: others may.
     """
-    _, g_s, g_t, _, _, _, a, b = q
+    g_s, g_t, a, b = q.f_s, q.f_t, q.square_s, q.square_t
     limit_s = miss * math.sqrt(a)
     limit_t = miss * math.sqrt(b)
     if a <= POINT * b:
@@ -79,9 +79,17 @@ def _lost(g, own, other, distance):
 def _at_pole(elements, e, s, t, q):
     """(s, t) moved onto the collapsed side it has come within rounding of."""
     kind = elements.table[e]["kind"]
-    if q[6] <= POINT * q[7] and abs(t) > 0.5 - NEAR_POLE and kind[3 if t > 0.0 else 2] == POLE:
+    if (
+        q.square_s <= POINT * q.square_t
+        and abs(t) > 0.5 - NEAR_POLE
+        and kind[3 if t > 0.0 else 2] == POLE
+    ):
         return s, math.copysign(0.5, t)
-    if q[7] <= POINT * q[6] and abs(s) > 0.5 - NEAR_POLE and kind[1 if s > 0.0 else 0] == POLE:
+    if (
+        q.square_t <= POINT * q.square_s
+        and abs(s) > 0.5 - NEAR_POLE
+        and kind[1 if s > 0.0 else 0] == POLE
+    ):
         return math.copysign(0.5, s), t
     return s, t
 
@@ -119,9 +127,9 @@ def walk(elements, start, point, tolerance, h):
     q = expand(elements, e, s, t, point, h)
     quiet = 0
     for _ in range(STEPS):
-        distance = math.sqrt(2.0 * q[0])
+        distance = math.sqrt(2.0 * q.f)
         miss = tolerance + 2.0 * ROUNDING * distance
-        if q[6] <= POINT * q[7] or q[7] <= POINT * q[6]:
+        if q.square_s <= POINT * q.square_t or q.square_t <= POINT * q.square_s:
             s, t = _at_pole(elements, e, s, t, q)
             q = expand(elements, e, s, t, point, h)
         out = _pressed(q, s, t, miss)
@@ -132,12 +140,12 @@ def walk(elements, start, point, tolerance, h):
             q = expand(elements, e, s, t, point, h)
             if e2 >= 0:
                 out = _pressed(q, s, t, miss)
-        a = q[6]
-        b = q[7]
-        free_s = out[0] < 0 and a > POINT * b and not _lost(q[1], a, b, distance)
-        free_t = out[1] < 0 and b > POINT * a and not _lost(q[2], b, a, distance)
-        slip_s = abs(q[1]) if free_s else 0.0
-        slip_t = abs(q[2]) if free_t else 0.0
+        a = q.square_s
+        b = q.square_t
+        free_s = out[0] < 0 and a > POINT * b and not _lost(q.f_s, a, b, distance)
+        free_t = out[1] < 0 and b > POINT * a and not _lost(q.f_t, b, a, distance)
+        slip_s = abs(q.f_s) if free_s else 0.0
+        slip_t = abs(q.f_t) if free_t else 0.0
         d_s, d_t = direction(q, s, t, free_s, free_t)
         if (
             slip_s <= miss * math.sqrt(a)
@@ -145,8 +153,8 @@ def walk(elements, start, point, tolerance, h):
             and d_s * d_s * a + d_t * d_t * b <= miss * miss
         ):
             return _settle(elements, e, s, t, out)
-        promise = -(q[1] * d_s + q[2] * d_t)
-        noise = ROUNDING * q[0] + POSITION * tolerance * (distance + POSITION * tolerance)
+        promise = -(q.f_s * d_s + q.f_t * d_t)
+        noise = ROUNDING * q.f + POSITION * tolerance * (distance + POSITION * tolerance)
         quiet += 1 if promise <= QUIET * noise else 0
         if quiet > QUIET_STEPS:
             return _settle(elements, e, s, t, out)

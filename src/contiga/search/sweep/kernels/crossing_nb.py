@@ -20,6 +20,7 @@ from contiga.elements.kernels.bounds_nb import cell_box
 from contiga.elements.kernels.element_nb import evaluate
 from contiga.jit import inner
 from contiga.search.sweep.kernels.flat_cell_nb import over_plane, touch
+from contiga.search.sweep.sweep_records import LeafPath
 
 DROP, SOLVE, POINT, HALVE = 0, 1, 2, 3
 ENDLESS, BESIDE, ON = -1, 0, 1
@@ -85,12 +86,11 @@ def _outside_slab(r, n, c, span, thick):
 def _judge(h, k, size, path, span, entries):
     """What to do with a cell of half-size `size` about the place whose derivatives are `h`.
 
-    `path` is (p, d, slack, wide, room): `wide` is how far beside the cell, in space, a crossing
-    still counts. `span` is the (near, far) of it that is asked for. Returns what to do, and the
-    steps in (s, t) from the middle to where SOLVE is to start.
+    `path` is a `LeafPath`, `span` the (near, far) of it that is asked for. Returns what to do, and
+    the steps in (s, t) from the middle to where SOLVE is to start.
     """
     hs, ht = size
-    p, d, slack, wide, _ = path
+    p, d, slack, wide = path.p, path.d, path.slack, path.wide
     r = minus(p, column(h, 0))
     kx = k[0] * hs
     ky = k[1] * ht
@@ -132,10 +132,10 @@ def _judge(h, k, size, path, span, entries):
 def _solve(elements, e, box, start, path, h):
     """Newton's method for the line, held in `box` (s0, s1, t0, t1), from `start`.
 
-    `path` begins with (p, d, slack). Returns ON where it converged, BESIDE where the box holds no
-    root, ENDLESS where the steps ran out; s, t, x, and (S_s × S_t)·d over |S_s × S_t|.
+    Returns ON where it converged, BESIDE where the box holds no root, ENDLESS where the steps ran
+    out; s, t, x, and (S_s × S_t)·d over |S_s × S_t|.
     """
-    p, d, slack = path[0], path[1], path[2]
+    p, d, slack = path.p, path.d, path.slack
     s, t = start
     x = slope = 0.0
     for _ in range(STEPS):
@@ -175,7 +175,7 @@ def _shrunk(h, k, cell, path, span):
     To first order (s, t) of a point of the path follow from the dual vectors of the tangent plane,
     whatever the angle: what is shorter than the cell leaves little of it. Empty: low ≥ high.
     """
-    p, d, slack, wide, _ = path
+    p, d, slack, wide = path.p, path.d, path.slack, path.wide
     hs = 0.5 * (cell[1] - cell[0])
     ht = 0.5 * (cell[3] - cell[2])
     flat, line, per = over_plane(h, minus(p, column(h, 0)), d)
@@ -227,7 +227,7 @@ def _held(cell, size, path, room, h):
     A displacement of the line by `slack`, and beyond the sides of the element by their `room`, is
     turned into one of (s, t) by the derivatives `h` in the cell's middle.
     """
-    d, slack = path[1], path[2]
+    d, slack = path.d, path.slack
     a = column(h, 1)
     q = cross(column(h, 2), d)
     o = cross(d, a)
@@ -247,12 +247,12 @@ def _held(cell, size, path, room, h):
 @inner()
 def _over(cell, path):
     """The path as one cell sees it: as wide as the widest room beyond sides that it touches."""
-    p, d, slack, _, room = path
+    room = path.room
     wide = room[0] if cell[0] <= -0.5 else 0.0
     wide = max(wide, room[1] if cell[1] >= 0.5 else 0.0)
     wide = max(wide, room[2] if cell[2] <= -0.5 else 0.0)
     wide = max(wide, room[3] if cell[3] >= 0.5 else 0.0)
-    return p, d, slack, wide, room
+    return LeafPath(path.p, path.d, path.slack, wide, room)
 
 
 @inner(error_model="numpy")
@@ -261,9 +261,8 @@ def _root(elements, e, place, cell, size, path, h):
 
     `place` is where to start; what is not in the cell is looked for beside it.
     """
-    room = path[4]
     box = _held(cell, size, path, NONE, h)
-    around = _held(cell, size, path, room, h)
+    around = _held(cell, size, path, path.room, h)
     state, s, t, x, slope = _solve(elements, e, box, place, path, h)
     if state == BESIDE and around != box:
         state, s, t, x, slope = _solve(elements, e, around, place, path, h)
@@ -274,9 +273,9 @@ def _root(elements, e, place, cell, size, path, h):
 @inner(error_model="numpy")
 def _counts(x, slope, path, ends):
     """Whether a root is a crossing that is asked for."""
-    length, spare, far, sense = ends
+    length, spare, far, sense = ends.length, ends.spare, ends.far, ends.sense
     # Beside a wide edge the caller finds where along the path the crossing is.
-    over = spare if path[3] > 0.0 else min(path[2] / abs(slope), spare)
+    over = spare if path.wide > 0.0 else min(path.slack / abs(slope), spare)
     return -over <= x <= length + over and x < far and (sense == EITHER or slope < 0.0)
 
 
@@ -297,16 +296,13 @@ def _push_parts(stack, top, cell, part, across):
 def next_crossing(elements, leaf, pole, path, ends, work, top):
     """Next crossing of one leaf, trimmed or not, among the `top` cells on the stack.
 
-    `path` is (p, d, slack, wide, room) about the element's origin, `ends` (length, spare, far,
-    sense): the length of the segment, how far beyond its ends a crossing at a small angle may lie,
-    where it need not be looked for any more, and ENTRIES or EITHER. Returns x (infinite where
-    there is none), s, t, the slope n·d, and how many cells are left. `work` is (stack, h, k,
-    corner, count); count holds the cells opened and whether the path was given up.
+    `path` is a `LeafPath`, `ends` are `Ends`, `work` is `CellWork`. Returns x (infinite where there
+    is none), s, t, the slope n·d, and how many cells are left.
     """
-    stack, h, k, corner, count = work
-    length, spare, far, sense = ends
+    stack, h, k, corner, count = work.stack, work.h, work.k, work.corner, work.counts
+    length, spare, far, sense = ends.length, ends.spare, ends.far, ends.sense
     e = leaf["element"]
-    p, d, slack = path[0], path[1], path[2]
+    p, d, slack = path.p, path.d, path.slack
     whole = DEEP * (leaf["box"][1] - leaf["box"][0]) * (leaf["box"][3] - leaf["box"][2])
     span = (-spare, min(far, length + spare))
     easy = count[0] + EASY
@@ -321,7 +317,7 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
         own = count[0] > easy or (pole and 4.0 * size[0] * size[1] < whole)
         if own:
             cell_box(elements, e, cell, k, corner)
-            if _beside_box(corner, p, d, span[0], span[1], slack + seen[3]):
+            if _beside_box(corner, p, d, span[0], span[1], slack + seen.wide):
                 continue
         else:
             for c in range(9):

@@ -63,7 +63,7 @@ def touch(elements, e, cell, path, length, h):
     Over the cell is also what lies beyond sides of the element by no more than their room.
     """
     s, t = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3])
-    p, d, slack, _, room = path
+    p, d, slack, room = path.p, path.d, path.slack, path.room
     normal = normal_at(elements, e, s, t, h)
     r = minus(p, column(h, 0))
     first = dot(r, normal)

@@ -19,6 +19,7 @@ from contiga.search.hierarchy.kernels.face_nb import has_pole
 from contiga.search.hierarchy.kernels.plates_nb import is_passed
 from contiga.search.sweep.kernels.crossing_nb import DEPTH, next_crossing
 from contiga.search.sweep.kernels.piece_lists_nb import is_clear
+from contiga.search.sweep.sweep_records import CellWork, Ends, LeafPath, Queue, Segment
 
 GRAZING = 32.0
 """Widths of an edge that a path may meet the carrier of a face beyond it."""
@@ -55,7 +56,7 @@ def _reciprocal(x):
 @inner()
 def _next_leaves(tree, p, inverse, span, slack, queue, top):
     """Next node of leaves that the path meets within `span`, −1 for none, and nodes left."""
-    nodes, entry = queue
+    nodes, entry = queue.nodes, queue.entry
     found = -1
     while top > 0 and found < 0:
         top -= 1
@@ -94,21 +95,20 @@ def _room_beside(elements, e, side, slack):
 
 @inner()
 def _path_about(elements, e, p, d, slack):
-    """(p, d, slack, wide, room) of a path about the origin of one element: `room` for its sides,
-    `wide` the widest edge of the element."""
+    """The `LeafPath` of one element."""
     row = elements.table[e]
     origin = row["origin"]
     local = (p[0] - origin[0], p[1] - origin[1], p[2] - origin[2])
     slack = slack + row["noise"]
     if row["edge_tolerance"] <= slack:
-        return local, d, slack, 0.0, (0.0, 0.0, 0.0, 0.0)
+        return LeafPath(local, d, slack, 0.0, (0.0, 0.0, 0.0, 0.0))
     room = (
         _room_beside(elements, e, 0, slack),
         _room_beside(elements, e, 1, slack),
         _room_beside(elements, e, 2, slack),
         _room_beside(elements, e, 3, slack),
     )
-    return local, d, slack, row["edge_tolerance"], room
+    return LeafPath(local, d, slack, row["edge_tolerance"], room)
 
 
 @inner()
@@ -132,7 +132,7 @@ def _on_element(elements, e, place, path, x, h):
     """
     if abs(place[0]) <= 0.5 and abs(place[1]) <= 0.5:
         return place, x
-    p, d = path[0], path[1]
+    p, d = path.p, path.d
     aa = ab = bb = da = db = 0.0
     for c in range(3):
         da += d[c] * h[c, 1]
@@ -159,23 +159,23 @@ def _on_element(elements, e, place, path, x, h):
 def _stays_off(plate, p, d, ends, slack):
     """Whether a path cannot meet a leaf, nor the carrier of its face beside its edges.
 
-    `ends` is (length, spare, far): how far beyond its ends it counts, and where no more.
+    `ends` are its `Ends`.
     """
-    length, spare, far = ends
-    over = max(spare, GRAZING * plate["edge_tolerance"])
+    length, far = ends.length, ends.far
+    over = max(ends.spare, GRAZING * plate["edge_tolerance"])
     span = (-over, min(far + over, length + over))
     return is_passed(plate, p, d, span, slack + plate["edge_tolerance"])
 
 
 @inner(linked=False)
 def _search(tables, segment, sense, found, queue, work):
-    """First crossings of a segment (p, d, length, slack, spare, loose): entries in found[0], where
-    it leaves in found[1] (`sense` EITHER only). `spare` is how far beyond the ends one may lie,
-    `loose` by how many widths of an edge beyond each of them one at that edge may."""
+    """First crossings of a `Segment`: entries in found[0], where it leaves in found[1] (`sense`
+    EITHER only). `queue` is a `Queue`, `work` is `CellWork`."""
     tree, leaves, elements = tables.tree, tables.leaves, tables.elements
     trims, piece_width = tables.trims, tables.piece_width
-    stack, h, _, _, count = work
-    p, d, length, slack, spare, loose = segment
+    stack, h, count = work.stack, work.h, work.counts
+    p, d, length, slack = segment.p, segment.d, segment.length, segment.slack
+    spare, loose = segment.spare, segment.loose
     inverse = (_reciprocal(d[0]), _reciprocal(d[1]), _reciprocal(d[2]))
     found[0, X] = math.inf
     found[1, X] = math.inf
@@ -183,8 +183,8 @@ def _search(tables, segment, sense, found, queue, work):
     count[1] = 0
     far = length + spare
     beyond = spare if sense == EITHER else 0.0
-    queue[0][0] = 0
-    queue[1][0] = -spare
+    queue.nodes[0] = 0
+    queue.entry[0] = -spare
     top = 1 if _meets(tree[0], p, inverse, (-spare, far), slack)[0] else 0
     while top > 0:
         node, top = _next_leaves(tree, p, inverse, (-spare, far), slack, queue, top)
@@ -193,7 +193,7 @@ def _search(tables, segment, sense, found, queue, work):
         for i in range(tree[node]["first"], tree[node]["first"] + tree[node]["count"]):
             leaf = leaves[i]
             e = leaf["element"]
-            if e < 0 or _stays_off(tables.plates[i], p, d, (length, spare, far), slack):
+            if e < 0 or _stays_off(tables.plates[i], p, d, Ends(length, spare, far, sense), slack):
                 continue
             path = _path_about(elements, e, p, d, slack)
             thin_s = leaf["bound"][0] * (leaf["box"][1] - leaf["box"][0]) <= slack
@@ -204,20 +204,20 @@ def _search(tables, segment, sense, found, queue, work):
                 stack[0, c] = leaf["box"][c]
             cells = 1
             pole = has_pole(elements, e)
-            flat = GRAZING * path[3]
+            flat = GRAZING * path.wide
             while cells > 0:
-                ends = (length, max(spare, flat), far + flat, sense)
+                ends = Ends(length, max(spare, flat), far + flat, sense)
                 x, s, t, slope, cells = next_crossing(elements, leaf, pole, path, ends, work, cells)
                 if x == math.inf:
                     continue
-                least = 3.0 * path[2] if sense == EITHER else 0.0
+                least = 3.0 * path.slack if sense == EITHER else 0.0
                 width, place, on = edge_width(
                     elements, trims, piece_width, e, (s, t), path, least, h
                 )
                 if width == BESIDE:
                     continue
                 # Met beyond its edge, a face is crossed where the path passes the edge.
-                over = min(path[2] / abs(slope), spare)
+                over = min(path.slack / abs(slope), spare)
                 if on != 0.0:
                     x += on
                     x = max(x, min(x + loose[0] * width, 0.0))
@@ -244,9 +244,9 @@ def _write(elements, out, i, found, length, h):
 @inner()
 def _room():
     """Work arrays of a search: what is found, the queue of nodes, and what a leaf needs."""
-    queue = (np.empty(128, np.int64), np.empty(128))
-    count = np.zeros(2, np.int64)
-    work = (np.empty((DEPTH, 4)), np.empty((4, 6)), np.empty(9), np.empty((2, 3)), count)
+    queue = Queue(np.empty(128, np.int64), np.empty(128))
+    stack, k, corner = np.empty((DEPTH, 4)), np.empty(9), np.empty((2, 3))
+    work = CellWork(stack, np.empty((4, 6)), k, corner, np.zeros(2, np.int64))
     return np.empty((2, 6)), queue, work
 
 
@@ -269,12 +269,12 @@ def first_hits(tables, lists, p0, p1, rows, out, start, stop):
         spare = math.sqrt(slack * size)
         if is_clear(lists, p, q, spare):
             continue
-        segment = (p, d, length, slack, spare, (0.0, 0.0))
+        segment = Segment(p, d, length, slack, spare, (0.0, 0.0))
         _search(tables, segment, ENTRIES, found, queue, work)
         if found[0, X] < math.inf:
-            _write(elements, out, i, found[0], length, work[1])
+            _write(elements, out, i, found[0], length, work.h)
             out.status[i] = AT_START if found[0, X] <= 0.0 else OK
-        if work[4][1] != 0:
+        if work.counts[1] != 0:
             out.status[i] = BUDGET
 
 
@@ -303,16 +303,16 @@ def last_crossings(tables, lists, p0, p1, loose, out, verdict, start, stop):
         spare = math.sqrt(slack * size)
         if is_clear(lists, p, q, spare):
             continue
-        segment = (p, d, length, slack, spare, (loose[1], loose[0]))
+        segment = Segment(p, d, length, slack, spare, (loose[1], loose[0]))
         _search(tables, segment, EITHER, found, queue, work)
         side = 0 if found[0, X] <= found[1, X] else 1
         if found[side, X] < math.inf:
-            _write(elements, out, i, found[side], length, work[1])
+            _write(elements, out, i, found[side], length, work.h)
             out.fraction[i] = 1.0 - out.fraction[i]
             out.status[i] = AT_START if found[side, X] >= length else OK
             verdict[i, 0] = 2.0 * side - 1.0
             verdict[i, 1] = found[side, EDGE]
             if found[1 - side, X] - found[1 - side, OVER] <= found[side, X] + found[side, OVER]:
                 verdict[i, 1] = max(verdict[i, 1], slack)
-        if work[4][1] != 0:
+        if work.counts[1] != 0:
             out.status[i] = BUDGET
