@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING, Self
 
+import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.digest import Digest
 from contiga.arrays.layout import as_points, read_only
 from contiga.arrays.ordered import length
 from contiga.display import Displayed, Facts
@@ -284,3 +287,14 @@ class Faces(Displayed):
     def scaled(self, s: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> Self:
         """The body scaled by `s` > 0 about `origin`."""
         return self._moved(transform.scaling(s, origin))
+
+    def digest(self, digest: Digest) -> None:
+        """Add geometry, trims and shared edges to a digest."""
+        digest.arrays("about", np.asarray(self.reference_point))
+        for patch, loops in zip(self.patches, self.trims, strict=True):
+            digest.arrays("patch", *patch.knots, patch.control_points, patch.weights)
+            digest.text("whole" if loops is None else f"{[len(loop) for loop in loops]}")
+            for curve in chain.from_iterable(loops or ()):
+                digest.arrays("trim", curve.knots, curve.control_points, curve.weights)
+        for edge in self.edges:
+            digest.text(repr((edge.uses, edge.spans, edge.tolerance, edge.stated, edge.corner)))

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from itertools import chain
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from contiga.arrays.digest import Digest
 from contiga.arrays.layout import as_points, positive
 from contiga.arrays.queries import Queries
 from contiga.errors import GeometryError
@@ -243,17 +241,6 @@ class Body(Faces, Queries):
         from contiga.search.tables import check_size
 
         check_size(self)
-
-    def digest(self, digest: Digest) -> None:
-        """Add geometry, trims and shared edges to a digest."""
-        digest.arrays("about", np.asarray(self.reference_point))
-        for patch, loops in zip(self.patches, self.trims, strict=True):
-            digest.arrays("patch", *patch.knots, patch.control_points, patch.weights)
-            digest.text("whole" if loops is None else f"{[len(loop) for loop in loops]}")
-            for curve in chain.from_iterable(loops or ()):
-                digest.arrays("trim", curve.knots, curve.control_points, curve.weights)
-        for edge in self.edges:
-            digest.text(repr((edge.uses, edge.spans, edge.tolerance, edge.stated, edge.corner)))
 
     def facts(self) -> dict[str, Any]:
         """Facts on the body for a run's summary."""

@@ -13,9 +13,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from contiga.arrays.disk_cache import DiskCache
 from contiga.arrays.threads import run_ranges
 from contiga.jit import straight
 from contiga.records import ByteArray, FloatArray, IntArray
+from contiga.search.balls import ball_cells
 from contiga.search.balls.ball_cells import Balls, build_balls
 from contiga.search.balls.kernels import ball_nb
 from contiga.search.hierarchy.kept import Kept
@@ -27,7 +29,7 @@ POINTS = 4096
 # Closest points asked of a body after which its balls are worked out for them: these take as long.
 WORTH = 200_000
 
-_BALLS = Kept(build_balls)
+_BALLS = Kept(build_balls, DiskCache("balls", ball_cells.__file__))
 
 
 def balls_of(tables: Tables) -> Balls:

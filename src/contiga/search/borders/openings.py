@@ -10,6 +10,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from contiga.arrays.codes import BORDER, CREASE
+from contiga.arrays.digest import Digest
+from contiga.arrays.disk_cache import DiskCache
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edge_gaps import image_of
 from contiga.geometry.edges import UNTRIMMED
@@ -35,6 +37,8 @@ SAMPLES = 33
 """Points of each knot span of a free edge its length is measured with."""
 TOUCH = 1e-9
 """Pieces that come nearer than this share of the size touch."""
+MANY = 8
+"""Faces from which on what was worked out is kept on the disk."""
 SENSE = np.array([-1, 1, 1, -1])
 """Of the growing parameter along u0, u1, v0, v1, to a walk round with the patch on the left."""
 
@@ -144,6 +148,7 @@ def _several(count: int, what: str) -> str:
     return f"{count} {what}" + ("" if count == 1 else "s")
 
 
+_DISK = DiskCache("openings", __file__)
 _KEPT: WeakKeyDictionary[Faces, Openings] = WeakKeyDictionary()
 
 
@@ -156,7 +161,21 @@ def openings_of(body: Faces) -> Openings:
     """
     openings = _KEPT.get(body)
     if openings is None:
-        openings = _KEPT[body] = _found(body)
+        openings = _KEPT[body] = _kept(body)
+    return openings
+
+
+def _kept(body: Faces) -> Openings:
+    """As they were worked out before of the same geometry, by another process perhaps."""
+    if len(body.patches) < MANY:
+        return _found(body)
+    digest = Digest()
+    body.digest(digest)
+    digest.text(repr((body.unit, body.pieces_apart, [edge.gap for edge in body.edges])))
+    openings: Openings | None = _DISK.get(digest.hexdigest())
+    if openings is None:
+        openings = _found(body)
+        _DISK.put(digest.hexdigest(), openings)
     return openings
 
 

@@ -1,21 +1,32 @@
-"""What is worked out once of a body's tables, and kept as long as they live."""
+"""What is worked out once of a body's tables, and kept as long as they live.
+
+What takes long is kept on the disk, too, by all that it is made of: the tables' arrays.
+"""
 
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from time import thread_time
 from typing import Any, Generic, TypeVar
 
+import numpy as np
+
+from contiga.arrays.digest import Digest
+from contiga.arrays.disk_cache import DiskCache
 from contiga.search.hierarchy.table_types import Tables
 
 T = TypeVar("T")
 
+LONG = 0.1
+"""Seconds to work something out from which on it is kept on the disk: to find it takes a tenth."""
+
 
 class Kept(Generic[T]):
-    """Answers of `build`, one for each body."""
+    """Answers of `build`, one for each body; in `disk` for other processes, where there is one."""
 
-    def __init__(self, build: Callable[..., T]) -> None:
-        self._build = build
+    def __init__(self, build: Callable[..., T], disk: DiskCache | None = None) -> None:
+        self._build, self._disk = build, disk
         self._kept: dict[int, T] = {}
         self._asked: dict[int, int] = {}
 
@@ -23,8 +34,21 @@ class Kept(Generic[T]):
         """That of the body which `tables` are of, worked out at the first call, with `how`."""
         key = self._key(tables)
         if key not in self._kept:
-            self._kept[key] = self._build(tables, *how)
+            self._kept[key] = self._found(tables, *how)
         return self._kept[key]
+
+    def _found(self, tables: Tables, *how: Any) -> T:
+        """Read from the disk, or worked out."""
+        if self._disk is None or how:
+            return self._build(tables, *how)
+        name = _digest_of(tables)
+        found: T | None = self._disk.get(name)
+        if found is None:
+            begun = thread_time()
+            found = self._build(tables)
+            if thread_time() - begun > LONG:
+                self._disk.put(name, found)
+        return found
 
     def there(self, tables: Tables) -> T | None:
         """The same if it is there."""
@@ -51,3 +75,20 @@ class Kept(Generic[T]):
     def _forget(self, key: int) -> None:
         self._kept.pop(key, None)
         self._asked.pop(key, None)
+
+
+def _digest_of(tables: Tables) -> str:
+    """Of all arrays and numbers of tables."""
+    digest = Digest()
+    for k, leaf in enumerate(_leaves(tables)):
+        digest.arrays(str(k), np.asarray(leaf))
+    return digest.hexdigest()
+
+
+def _leaves(tables: Any) -> Iterator[Any]:
+    """What named tuples in named tuples hold."""
+    for part in tables:
+        if isinstance(part, tuple):
+            yield from _leaves(part)
+        else:
+            yield part
