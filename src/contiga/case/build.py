@@ -67,6 +67,7 @@ def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
     return Simulation(
         gravity=case.world.gravity,
         allow_unstable=case.time.allow_unstable,
+        settling=None if case.settle is None else case.settle.settle,
         loads=[spec.load for spec in case.load],
         springs=made.springs,
         sensors=[spec.sensor for spec in case.sensor],
@@ -129,6 +130,8 @@ def run(
     on_finish: Callable[[Path], Any] | None = None,
     on_pace: Callable[[str], Any] | None = None,
     on_slow: Callable[[str], Any] | None = None,
+    on_settle: Callable[[int, float], Any] | None = None,
+    settle_only: bool = False,
     parts: PartCache | None = None,
 ) -> Result:
     """Build a case and run it.
@@ -144,6 +147,8 @@ def run(
     on_finish : called with `out` after a run that is to have a report
     on_pace : called with what set each step that chose itself
     on_slow : called once, with why, where the end is out of reach
+    on_settle : called with the number of each step to rest, and the residual after it
+    settle_only : end where the run would begin, once all is at rest
     parts : as `build`
 
     Raises
@@ -159,6 +164,7 @@ def run(
     wanted = on_finish if case.output.report else None
     how = RunOptions(resume=resume, strict=strict, keep=keep, progress=progress, clock=clock)
     how = how._replace(on_check=on_check, on_finish=wanted, on_pace=on_pace, on_slow=on_slow)
+    how = how._replace(on_settle=on_settle, settle_only=settle_only)
     return carry_out(simulation, out, how)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -115,6 +116,12 @@ class Deforming(Dependent):
         put(self, "rest", None if rest is None else read_only(as_points(rest, "rest")))
         if not (np.isfinite(self.damping) and self.damping >= 0.0):
             raise InputError("must be 0 or more", where="damping", found=damping)
+
+    def resting(self, time: float) -> Deforming:
+        """The same with nothing in motion."""
+        still = copy(self)
+        object.__setattr__(still, "velocity", read_only(np.zeros(3)))
+        return still
 
     def nodes(self, where: str, slave: Slave, number: Number) -> NodeMover:
         """Nodes of elements, those that no element has held where they are."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from contiga.dynamics.nodes import (
     ElementState,
     Forces,
+    Imbalance,
     Instant,
     SlaveState,
     Stored,
@@ -78,8 +79,17 @@ class DeformingNodes(_Unmoved):
 
     def start(self, now: Instant) -> SlaveState:
         """As they stand, with the forces of elements that are strained already."""
-        points, velocities = self.rest.copy(), self.velocity.copy()
-        answer = self._asked(self.matter.start(), points, velocities, now)
+        return self._begun(self.matter.start(), self.rest.copy(), now)
+
+    def taken_up(self, rest: SlaveState, now: Instant) -> SlaveState:
+        """Where they rest, with the velocities and nothing of the losses that they start with."""
+        state = MatterState(rest.points[self.rows], rest.matter["memory"])
+        return self._begun(state, rest.points.copy(), now)
+
+    def _begun(self, state: MatterState, points: FloatArray, now: Instant) -> SlaveState:
+        """At the start of a run."""
+        velocities = self.velocity.copy()
+        answer = self._asked(state, points, velocities, now)
         drag = (-self.damping * self.mass)[:, None] * velocities
         kinetic = kinetic_energy(self.mass, velocities)
         inside = {
@@ -167,6 +177,22 @@ class DeformingNodes(_Unmoved):
     def rates(self, state: SlaveState) -> tuple[float, float]:
         """ω² and decay of what is fastest in them."""
         return float(state.matter["limit"][0]), self.damping
+
+    def stopped(self, state: SlaveState) -> SlaveState:
+        """The same without velocities."""
+        inside = dict(state.matter)
+        inside["energy"] = np.concatenate([[0.0], inside["energy"][1:]])
+        inside["drag"] = np.zeros_like(inside["drag"])
+        return ElementState.of(state.points, np.zeros_like(state.velocities), inside)
+
+    def imbalance(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> Imbalance:
+        """Of elements, contacts, loads and weight at the nodes that are not held."""
+        loads = self.mass[:, None] * gravity
+        sums = (
+            np.where(self.held, 0.0, each)
+            for each in (forces() + state.matter["force"] + loads, loads)
+        )
+        return Imbalance(*(float(np.sqrt((each * each).sum(axis=1)).sum()) for each in sums))
 
     def energy(self, state: SlaveState) -> Stored:
         """Kinetic, and what the elements have."""

@@ -85,6 +85,15 @@ class Stored(NamedTuple):
     damping: float = 0.0
 
 
+class Imbalance(NamedTuple):
+    """How far nodes are from rest."""
+
+    force: float = 0.0
+    """Σ|f| of what acts on each node that may move."""
+    load: float = 0.0
+    """Σ|p| of the loads among it."""
+
+
 class NodeMover(Protocol):
     """What moves the nodes of a slave."""
 
@@ -127,6 +136,15 @@ class NodeMover(Protocol):
     def by_motion(self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces) -> float:
         """Work of what drives them in a step, against the forces before and after it."""
 
+    def stopped(self, state: SlaveState) -> SlaveState:
+        """The same without velocities, where forces move them."""
+
+    def taken_up(self, rest: SlaveState, now: Instant) -> SlaveState:
+        """The nodes at the start of a run that begins from where they rest."""
+
+    def imbalance(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> Imbalance:
+        """How far they are from rest."""
+
     def digest(self, digest: Any, times: FloatArray) -> None:
         """Adds all that decides their way."""
 
@@ -135,6 +153,22 @@ class _Unmoved:
     """What most movers have nothing of."""
 
     joined: ClassVar[bool] = False
+
+    def stopped(self, state: SlaveState) -> SlaveState:
+        """As they are."""
+        return state
+
+    def taken_up(self, rest: SlaveState, now: Instant) -> SlaveState:
+        """As they start."""
+        return self.start(now)
+
+    def start(self, now: Instant) -> SlaveState:
+        """See `NodeMover`."""
+        raise NotImplementedError
+
+    def imbalance(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> Imbalance:
+        """None: something else moves them."""
+        return Imbalance()
 
     def rates(self, state: SlaveState) -> tuple[float, float]:
         """None."""

@@ -78,6 +78,7 @@ def _moved(
         rigid=standing.free.rows,
         wrenches=acting,
         springs=springs,
+        rest=None if last is None else last.rest,
         peak_energy=max(0.0 if last is None else last.peak_energy, energy.total + energy.lost),
     )
 
