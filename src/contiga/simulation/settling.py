@@ -42,7 +42,7 @@ from contiga.simulation.way_limits import crossed, too_far
 SAFETY = 0.9
 """Part of the critical step that steps take."""
 GRAINS = 200
-"""Parts of the time of the run that a step takes at most, where nothing else bounds it."""
+"""Parts of the time of the run that a step takes where nothing bounds it."""
 
 OnSettle = Callable[[int, float], Any]
 """Called with the number of each step and the residual after it."""
@@ -144,7 +144,8 @@ def _resting(model: Model, settle: Settle) -> Model:
 
 def _step(model: Model, last: SystemState, most: float, clock: Clock) -> SystemState:
     """A step near the critical one, shorter where points go too far."""
-    step = min(SAFETY * limit_of(model, last).critical, most)
+    critical = limit_of(model, last).critical
+    step = SAFETY * critical if math.isfinite(critical) else most
     while True:
         state = advance(model, last, last.time + step, clock).state
         shorter = too_far(model, last, state) or crossed(model, last, state)
