@@ -11,21 +11,19 @@ import numpy as np
 from contiga.case.contact_made import area_of, contact_of
 from contiga.case.deform_spec import DeformSpec
 from contiga.case.geometry_spec import FileGeometry
-from contiga.case.motion_spec import AttachedSpec, FreeSpec, RigidMotionSpec, SeriesSpec
+from contiga.case.motion_spec import AttachedSpec, FreeSpec, SeriesSpec
 from contiga.case.output_spec import OutputSpec
 from contiga.case.part_cache import PartCache
 from contiga.case.points_spec import BodyPoints
 from contiga.case.problems import Fault, Together
-from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
 from contiga.case.reading import told_of
 from contiga.case.schema import BodySpec, Case, SlaveSpec
-from contiga.case.slave_motion import slave_motion
+from contiga.case.slave_motion import prescribed, slave_motion
 from contiga.case.standing import order_of, references
 from contiga.case.toml import resolved_toml
 from contiga.contact.preloaded import preload_search
 from contiga.dynamics.free import Attached, Dependent
 from contiga.dynamics.prescribed import BodyMotion, Fixed
-from contiga.dynamics.pulses import check_covers
 from contiga.dynamics.springs import Spring
 from contiga.errors import CaseError
 from contiga.masters.body import Body
@@ -197,7 +195,7 @@ def _told_motions(case: Case, wrong: Together) -> dict[str, BodyMotion]:
     for key, motion in entries:
         if not isinstance(motion, FreeSpec | AttachedSpec | SeriesSpec | DeformSpec):
             with wrong.at(key):
-                motions[key] = _prescribed(motion, case)
+                motions[key] = prescribed(motion, case)
     return motions
 
 
@@ -289,15 +287,6 @@ def _body(spec: BodySpec, unit: str, cache: PartCache) -> Body | TriMesh:
         return body
 
     return cache.part(spec.geometry, spec.name, unit, make)
-
-
-def _prescribed(spec: RigidMotionSpec | VelocitySpec | AccelerationSpec, case: Case) -> BodyMotion:
-    """A motion that is told beforehand, in the units of the case."""
-    if isinstance(spec, VelocitySpec | AccelerationSpec):
-        motion = spec.motion_in((case.units.length, case.units.mass, case.units.time))
-        check_covers(motion.span, case.time.start, case.time.end, "table")
-        return motion
-    return spec.motion
 
 
 def _springs(case: Case, wrong: Together) -> dict[str, Spring]:

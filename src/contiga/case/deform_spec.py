@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from contiga.case.curve_spec import StressCurve
-from contiga.case.spec import NotNegative, Positive, Spec, Vector, by_key, by_kind
+from contiga.case.nodal_spec import DrivenSpec, HeldSpec, NodalLoadSpec, NodesOf
+from contiga.case.rigid_spec import ToldMotionSpec
+from contiga.case.spec import NotNegative, Positive, Spec, Vector, by_kind
 from contiga.dynamics.deforming import Deforming
+from contiga.dynamics.prescribed import BodyMotion
 from contiga.matter.coefficients import Material
 from contiga.matter.foam import Foam
 from contiga.matter.materials import Elastic, NeoHooke
@@ -19,10 +22,6 @@ from contiga.matter.woven import Fabric
 
 QUADRATURE = 3
 """Points a facet of a contact of what deforms, where nothing else is said."""
-Way = Literal["x", "y", "z"]
-_ALL: tuple[Way, ...] = ("x", "y", "z")
-NodesOf = Callable[[str | int], Any]
-"""(n,) whether nodes of a slave are in the set of a name or number."""
 
 
 class _MaterialSpec(Spec):
@@ -143,57 +142,16 @@ class FabricSpec(_MaterialSpec):
         return f"fabric: warp {self.warp.describe()}"
 
 
-class _HeldSpec(Spec):
-    hold: list[Way] = Field(default_factory=lambda: [*_ALL])
-    """World directions that these nodes do not move along."""
-
-    def table(self, nodes_of: NodesOf) -> Mapping[str, Any]:
-        """As `Deforming` takes it."""
-        raise NotImplementedError
-
-
-class HeldBox(_HeldSpec):
-    """`{ box = [low, high], hold }`: nodes in a box."""
-
-    box: Annotated[list[Vector], Field(min_length=2, max_length=2)]
-
-    def table(self, nodes_of: NodesOf) -> Mapping[str, Any]:
-        """As `Deforming` takes it."""
-        return {"box": self.box, "hold": self.hold}
-
-
-class HeldPlane(_HeldSpec):
-    """`{ plane = [point, normal], hold }`: nodes on a plane."""
-
-    plane: Annotated[list[Vector], Field(min_length=2, max_length=2)]
-
-    def table(self, nodes_of: NodesOf) -> Mapping[str, Any]:
-        """As `Deforming` takes it."""
-        return {"plane": self.plane, "hold": self.hold}
-
-
-class HeldSet(_HeldSpec):
-    """`{ set = "name", hold }`: nodes of a set, part or group of the mesh file."""
-
-    set: str | int
-
-    def table(self, nodes_of: NodesOf) -> Mapping[str, Any]:
-        """As `Deforming` takes it."""
-        return {"nodes": nodes_of(self.set), "hold": self.hold}
-
-
 if TYPE_CHECKING:
     MaterialSpec = ElasticSpec | NeoHookeSpec | FoamSpec | FabricSpec
-    HeldSpec = HeldBox | HeldPlane | HeldSet
 else:
     MaterialSpec = by_kind(ElasticSpec, NeoHookeSpec, FoamSpec, FabricSpec)
-    HeldSpec = by_key(box=HeldBox, plane=HeldPlane, set=HeldSet)
 
 
 class DeformSpec(Spec):
-    """`{ kind = "deform", material, density, thickness, fixed, velocity, damping }`: elements.
+    """`{ kind = "deform", material, density, thickness, fixed, driven, loads, … }`: elements.
 
-    `fixed` is a table, or a list of them.
+    `fixed`, `driven` and `loads` are tables, or lists of them.
     """
 
     kind: Literal["deform"] = "deform"
@@ -207,16 +165,19 @@ class DeformSpec(Spec):
     """Of all nodes at the start that are not held."""
     damping: NotNegative = 0.0
     """α of a force −α m v on each node."""
+    driven: list[DrivenSpec] = Field(default_factory=list)
+    loads: list[NodalLoadSpec] = Field(default_factory=list)
 
     @model_validator(mode="before")
     @classmethod
     def _one_table_is_a_list(cls, data: Any) -> Any:
-        if isinstance(data, dict) and isinstance(data.get("fixed"), dict):
-            return data | {"fixed": [data["fixed"]]}
-        return data
+        if not isinstance(data, dict):
+            return data
+        keys = ("fixed", "driven", "loads")
+        return data | {key: [data[key]] for key in keys if isinstance(data.get(key), dict)}
 
-    def moved(self, nodes_of: NodesOf) -> Deforming:
-        """The motion."""
+    def moved(self, nodes_of: NodesOf, told: Callable[[ToldMotionSpec], BodyMotion]) -> Deforming:
+        """The motion; `told` answers motions in the units of the case."""
         return Deforming(
             material=self.material.material,
             density=self.density,
@@ -224,11 +185,15 @@ class DeformSpec(Spec):
             fixed=[one.table(nodes_of) for one in self.fixed] or None,
             velocity=self.velocity,
             damping=self.damping,
+            driven=[one.table(nodes_of) | {"motion": told(one.motion)} for one in self.driven],
+            loads=[one.load(nodes_of) for one in self.loads],
         )
 
     def describe(self) -> str:
         """In words."""
         held = f", nodes held at {len(self.fixed)} places" if self.fixed else ""
+        held += "".join(f", {one.describe()}" for one in self.driven)
+        held += "".join(f", {one.describe()}" for one in self.loads)
         way = f", velocity {self.velocity} at the start" if any(self.velocity) else ""
         return f"deforms, {self.material.describe()}, density {self.density:g}{held}{way}"
 

@@ -22,7 +22,6 @@ from contiga.case.mass_spec import MassSpec
 from contiga.case.motion_spec import (
     AttachedSpec,
     BodyMotionSpec,
-    FixedSpec,
     FreeSpec,
     SeriesSpec,
     SlaveMotionSpec,
@@ -31,6 +30,7 @@ from contiga.case.names import check_apart, check_defined, check_unique
 from contiga.case.output_spec import OutputSpec
 from contiga.case.points_spec import BodyPoints, PointsSpec
 from contiga.case.problems import case_error, relocated
+from contiga.case.rigid_spec import FixedSpec
 from contiga.case.sensor_spec import RelativeSensorSpec, SensorSpec
 from contiga.case.settings import with_settings
 from contiga.case.settle_spec import SettleSpec

@@ -11,9 +11,12 @@ from numpy.typing import NDArray
 from contiga.case.deform_spec import DeformSpec
 from contiga.case.motion_spec import AttachedSpec, FreeSpec, SeriesSpec
 from contiga.case.points_spec import FilePoints
+from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
+from contiga.case.rigid_spec import ToldMotionSpec
 from contiga.case.schema import Case, SlaveSpec
 from contiga.dynamics.free import Attached, Dependent
 from contiga.dynamics.prescribed import BodyMotion, Fixed, Moved, SlaveMotion
+from contiga.dynamics.pulses import check_covers
 from contiga.errors import CaseError
 from contiga.io.mesh.raw import nodes_of
 from contiga.io.mesh.read_mesh import read_raw
@@ -32,7 +35,7 @@ def slave_motion(
     if isinstance(motion, AttachedSpec):
         return Attached(motion.body)
     if isinstance(motion, DeformSpec):
-        deforming = motion.moved(partial(_nodes_of_set, spec))
+        deforming = motion.moved(partial(_nodes_of_set, spec), partial(prescribed, case=case))
         deforming.nodes(spec.name, slave, lambda name: 0)  # what does not fit is told here
         return deforming
     if not isinstance(motion, SeriesSpec):
@@ -49,14 +52,23 @@ def slave_motion(
     return series if motion.then is None else Moved(series, motion.then.motion)
 
 
+def prescribed(spec: ToldMotionSpec, case: Case) -> BodyMotion:
+    """A motion that is told beforehand, in the units of the case."""
+    if isinstance(spec, VelocitySpec | AccelerationSpec):
+        motion = spec.motion_in((case.units.length, case.units.mass, case.units.time))
+        check_covers(motion.span, case.time.start, case.time.end, "table")
+        return motion
+    return spec.motion
+
+
 def _nodes_of_set(spec: SlaveSpec, key: str | int) -> NDArray[np.bool_]:
     """(n,) nodes of a set, part or group of the slave's file."""
     if not isinstance(spec.points, FilePoints):
         raise CaseError(
             "only a mesh from a file has sets",
-            where="fixed.set",
+            where="set",
             found=key,
-            allowed="fixed = { box = [low, high] } or { plane = [point, normal] }",
+            allowed="box = [low, high], plane = [point, normal], side or layer",
         )
     path = Path(spec.points.file)
     return nodes_of(read_raw(path), key, str(path))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from typing import Any
@@ -11,8 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from contiga.dynamics.deforming_nodes import DeformingNodes
 from contiga.dynamics.free import Dependent, Number, _velocity
-from contiga.dynamics.holding import held_ways
+from contiga.dynamics.holding import drives_of, held_ways
+from contiga.dynamics.nodal_loads import NodalForce, Pressure
 from contiga.dynamics.nodes import NodeMover
+from contiga.dynamics.prescribed import Stopped, kinks_in
 from contiga.errors import InputError
 from contiga.matter.assemble import assemble
 from contiga.matter.coefficients import Material
@@ -25,6 +28,7 @@ from contiga.slaves.slave import Slave
 
 KINDS = {"tetra": "tet4", "hexahedron": "hex8", "triangle": "tri3", "quad": "tri3"}
 """Elements of a material, by the kind of a cell; quadrilaterals are split."""
+NodalLoad = Pressure | NodalForce
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -41,10 +45,14 @@ class Deforming(Dependent):
     density : mass / volume; matter of one's own has its mass
     thickness : of membranes, length; the slave's own if omitted
     fixed : what is held of its nodes: (n,) or (n, 3) bool, numbers of nodes, a table
-        ``{"box": [low, high]}``, ``{"plane": [point, normal]}`` or ``{"nodes": …}`` with
-        ``"hold": ["x", "y", "z"]``, or a list of such tables
+        ``{"box": [low, high]}``, ``{"plane": [point, normal]}``, ``{"side": [direction, degrees]}``
+        (of the normals of facets), ``{"layer": [direction, depth]}`` (below the outermost node) or
+        ``{"nodes": …}`` with ``"hold": ["x", "y", "z"]``, or a list of such tables
     velocity : (3,) or (n, 3) at the start, world axes; of what is held it is zero
     damping : α of a force −α m v on each node, 1/time
+    loads : `contiga.motion.Pressure` and `NodalForce`, one or several
+    driven : what a motion drives of its nodes: a table as of `fixed` with a ``"motion"`` of a body
+        beside its place, which carries the nodes from where the slave stands; or a list of them
     rest : (n, 3) nodes where no element is strained; where the slave stands if omitted
 
     Raises
@@ -86,6 +94,8 @@ class Deforming(Dependent):
     fixed: Any
     velocity: FloatArray
     damping: float
+    loads: tuple[NodalLoad, ...]
+    driven: Any
     rest: FloatArray | None
 
     def __init__(
@@ -97,6 +107,8 @@ class Deforming(Dependent):
         fixed: Any = None,
         velocity: ArrayLike = (0.0, 0.0, 0.0),
         damping: float = 0.0,
+        loads: NodalLoad | Sequence[NodalLoad] = (),
+        driven: Any = None,
         rest: ArrayLike | None = None,
     ) -> None:
         if not (hasattr(material, "coefficients") or hasattr(material, "forces")):
@@ -113,14 +125,34 @@ class Deforming(Dependent):
         put(self, "fixed", fixed)
         put(self, "velocity", _velocity(velocity))
         put(self, "damping", float(damping))
+        put(self, "loads", (loads,) if isinstance(loads, NodalLoad) else tuple(loads))
+        put(self, "driven", _as_tables(driven))
         put(self, "rest", None if rest is None else read_only(as_points(rest, "rest")))
         if not (np.isfinite(self.damping) and self.damping >= 0.0):
             raise InputError("must be 0 or more", where="damping", found=damping)
+        for k, load in enumerate(self.loads):
+            if not isinstance(load, NodalLoad):
+                raise InputError(
+                    "must be a load on nodes",
+                    where=f"loads[{k}]",
+                    found=type(load).__name__,
+                    allowed="contiga.motion.Pressure, NodalForce",
+                )
+
+    @property
+    def kinks(self) -> FloatArray:
+        """Times at which steps must end so that nothing of its loads and motions is lost."""
+        parts = [*self.loads, *(table.get("motion") for table in self.driven)]
+        return np.concatenate([np.zeros(0), *map(kinks_in, parts)])
 
     def resting(self, time: float) -> Deforming:
         """The same with nothing in motion."""
         still = copy(self)
-        object.__setattr__(still, "velocity", read_only(np.zeros(3)))
+        put = object.__setattr__
+        put(still, "velocity", read_only(np.zeros(3)))
+        put(still, "loads", tuple(load.at_time(time) for load in self.loads))
+        stopped = [table | {"motion": Stopped(table["motion"], time)} for table in self.driven]
+        put(still, "driven", stopped)
         return still
 
     def nodes(self, where: str, slave: Slave, number: Number) -> NodeMover:
@@ -130,16 +162,30 @@ class Deforming(Dependent):
         _check_rows(where, "rest", rest, shape)
         if self.velocity.ndim == 2:
             _check_rows(where, "velocity", self.velocity, shape)
-        held = held_ways(self.fixed, slave.points, f"{where}: fixed")
+        held = held_ways(self.fixed, slave, f"{where}: fixed")
+        drives = drives_of(self.driven, held, slave, f"{where}: driven")
+        loads = [load.nodes(slave, f"{where}: loads[{k}]") for k, load in enumerate(self.loads)]
         matter, rows = self._matter(where, slave, rest)
         bare = np.ones(len(slave), np.bool_)
         bare[rows] = False
+        for one in drives:
+            held |= one.ways
         held[bare] = True
         mass = np.full(len(slave), float(np.mean(matter.mass)))
         mass[rows] = matter.mass
         velocity = np.where(held, 0.0, self.velocity)
         return DeformingNodes(
-            where, matter, rows, mass, slave.points, velocity, held, self.damping, self
+            where,
+            matter,
+            rows,
+            mass,
+            slave.points,
+            velocity,
+            held,
+            self.damping,
+            self,
+            tuple(loads),
+            drives,
         )
 
     def _matter(
@@ -224,6 +270,20 @@ class Deforming(Dependent):
                 allowed="one thickness for all, as Deforming(thickness=…)",
             )
         return float(known[0])
+
+
+def _as_tables(driven: Any) -> list[dict[str, Any]]:
+    """One table, or several, as a list."""
+    tables = [driven] if isinstance(driven, Mapping) else list(driven or ())
+    for k, table in enumerate(tables):
+        if not isinstance(table, Mapping):
+            raise InputError(
+                "must be tables",
+                where=f"driven[{k}]",
+                found=type(table).__name__,
+                allowed='{"plane": …, "motion": a motion of a body}, or a list of such tables',
+            )
+    return [dict(table) for table in tables]
 
 
 def _check_rows(where: str, what: str, rows: FloatArray, shape: tuple[int, ...]) -> None:

@@ -92,6 +92,8 @@ class Imbalance(NamedTuple):
     """Σ|f| of what acts on each node that may move."""
     load: float = 0.0
     """Σ|p| of the loads among it."""
+    rounding: float = 0.0
+    """What of the force may be rounding."""
 
 
 class NodeMover(Protocol):
@@ -145,6 +147,9 @@ class NodeMover(Protocol):
     def imbalance(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> Imbalance:
         """How far they are from rest."""
 
+    def shaken(self, state: SlaveState) -> float:
+        """Kinetic energy of what forces move, by the velocities of a state."""
+
     def digest(self, digest: Any, times: FloatArray) -> None:
         """Adds all that decides their way."""
 
@@ -169,6 +174,10 @@ class _Unmoved:
     def imbalance(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> Imbalance:
         """None: something else moves them."""
         return Imbalance()
+
+    def shaken(self, state: SlaveState) -> float:
+        """As the ledger has it."""
+        return self.energy(state).kinetic
 
     def rates(self, state: SlaveState) -> tuple[float, float]:
         """None."""

@@ -306,6 +306,9 @@ def check_movers(model: Model) -> None:
         for name, part in model.slaves.items()
     ]
     loads = [(f"loads[{i}]", load) for i, load in enumerate(model.loads)]
+    for name, slave in model.slaves.items():
+        own = getattr(slave.motion, "loads", ())
+        loads += [(f"slaves[{name!r}]: loads[{i}]", load) for i, load in enumerate(own)]
     for where, mover in (*movers, *loads):
         own = getattr(mover, "span", None)
         if own is not None:

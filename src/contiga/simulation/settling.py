@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,13 +20,12 @@ from contiga.contact.state import State
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Attached, Dependent, Free
 from contiga.dynamics.nodes import Imbalance
-from contiga.dynamics.prescribed import BodyMotion, Fixed, Moved
+from contiga.dynamics.prescribed import Fixed, Moved, Stopped
 from contiga.dynamics.rigid_bodies import Placed, kicked
 from contiga.dynamics.stepping import GivenTimes
 from contiga.errors import InputError, RunError
 from contiga.num.rigid_lanes import FORCE, MASS, MOMENTUM, SPINS, TORQUE, VELOCITY, WAYS
-from contiga.num.twist import Twist, still
-from contiga.records import FloatArray
+from contiga.num.twist import still
 from contiga.simulation.clock import Clock
 from contiga.simulation.critical import limit_of
 from contiga.simulation.forces import wrenches
@@ -46,23 +45,6 @@ GRAINS = 200
 
 OnSettle = Callable[[int, float], Any]
 """Called with the number of each step and the residual after it."""
-
-
-@dataclass(frozen=True)
-class _Stopped:
-    """A body that stays where a motion has it at one time."""
-
-    told = True
-    motion: BodyMotion
-    time: float
-
-    def pose(self, t: float) -> FloatArray:
-        """The same always."""
-        return self.motion.pose(self.time)
-
-    def twist(self, t: float) -> Twist:
-        """Zero."""
-        return still()
 
 
 def settled(
@@ -119,7 +101,7 @@ def _resting(model: Model, settle: Settle) -> Model:
             own = motion.resting(start) if name in settle.bodies else Fixed()
         elif not isinstance(motion, Attached):
             assert not isinstance(motion, Dependent)
-            own = _Stopped(motion, start)
+            own = Stopped(motion, start)
         bodies[name] = BodyPart(body, own)
     for name, (slave, way) in model.slaves.items():
         own = way
@@ -170,11 +152,12 @@ def _stopped(model: Model, state: SystemState) -> SystemState:
 def _balance(model: Model, state: SystemState) -> Imbalance:
     """How far all is from rest."""
     system = model.mechanism
-    force = load = 0.0
+    force = load = rounding = 0.0
     for name, nodes in system.nodes.items():
         acting = forces_on(model, name, state.contacts)
         one = nodes.imbalance(state.slaves[name], acting, model.gravity)
         force, load = force + one.force, load + one.load
+        rounding += one.rounding
     weight = math.sqrt(float((model.gravity**2).sum()))
     names = list(model.bodies)
     for row, fixed, i in zip(state.rigid, system.fixed, system.free, strict=True):
@@ -183,13 +166,13 @@ def _balance(model: Model, state: SystemState) -> Imbalance:
         size = model.bodies[names[i]].body.size
         force += float(np.linalg.norm(pull)) + float(np.linalg.norm(turn)) / size
         load += float(fixed[MASS]) * weight
-    return Imbalance(force, load)
+    return Imbalance(force, load, rounding)
 
 
 def _residual(now: Imbalance, first: Imbalance) -> float:
     """Unbalanced forces over the loads; over those of the start where there are no loads."""
     scale = max(now.load, first.force)
-    return now.force / scale if scale > 0.0 else 0.0
+    return now.force / scale if now.force > now.rounding else 0.0
 
 
 def _taken_up(

@@ -63,7 +63,7 @@ def _moved(
     if last is not None:
         slaves = kicked_nodes(model, last, standing, contacts)
         external = last.energy.external + external_work(
-            model, last, standing, contacts, acting, time
+            model, last, standing._replace(slaves=slaves), contacts, acting, time
         )
         initial = last.energy.initial
     inside = [nodes.energy(slaves[name]) for name, nodes in system.nodes.items()]

@@ -15,7 +15,7 @@ from contiga.errors import InputError
 
 CASE = """
 units = {{ length = "mm", mass = "g", time = "ms" }}
-time = {{ end = 0.05, step = "auto" }}
+time = {{ end = 0.05, step = "auto", largest = 0.0025 }}
 [[body]]
 name = "ball"
 geometry = {{ shape = "sphere", radius = 20.0, centre = [0.5, 0.5, 20.99] }}
@@ -104,6 +104,34 @@ def test_held_ways_leave_the_others_free(tmp_path: Path) -> None:
     assert not state.slaves["block"].points[0, :2].any()
 
 
+NODAL = """
+[[slave.motion.driven]]
+layer = { direction = [0, 0, 1] }
+hold = ["z"]
+motion = { kind = "velocity", table = [[0, 0], [0.05, -0.2]], direction = "z" }
+[[slave.motion.loads]]
+pressure = [[0, 0], [0.05, 0.01]]
+side = { direction = [1, 0, 0], angle = 10 }
+[[slave.motion.loads]]
+force = [0, 0.001, 0]
+set = "low"
+"""
+
+
+def test_nodes_are_driven_and_loaded(tmp_path: Path) -> None:
+    path = _write(tmp_path)
+    text = path.read_text().replace("velocity = [0.0, 0.0, 0.5]\n", "")
+    path.write_text(text.replace("[[contact]]", f"{NODAL}[[contact]]"))
+    simulation = cg.build(load_case(path))
+    result = simulation.run()
+    rest = simulation.slaves["block"].slave.points
+    way = result.state.slaves["block"].points - rest
+    np.testing.assert_allclose(way[rest[:, 2] == 1.0, 2], -0.005, atol=1e-12)
+    side = (rest[:, 0] == 1.0) & (rest[:, 2] > 0.0)
+    assert (way[side, 0] < 0.0).all()
+    assert result.state.slaves["block"].matter["load"][:, 1].sum() == pytest.approx(1e-3, rel=0.05)
+
+
 def test_a_stiffness_a_point_stays_with_the_nodes(tmp_path: Path) -> None:
     law = '{ kind = "penalty", stiffness = 1.0 }'
     simulation = cg.build(load_case(_write(tmp_path, law=law)))
@@ -121,6 +149,15 @@ def test_a_stiffness_a_point_stays_with_the_nodes(tmp_path: Path) -> None:
         ({"fixed": '{ set = "up" }'}, "no part, set or group.*'up'"),
         ({"fixed": '{ set = "low", hold = ["rx"] }'}, "hold"),
         ({"fixed": "{ box = [[5, 5, 5], [6, 6, 6]] }"}, "no node of the slave is there"),
+        ({"fixed": "{ }"}, "one of the keys box, plane, set, side or layer"),
+        ({"fixed": '{ set = "low", plane = [[0, 0, 0], [0, 0, 1]] }'}, "says twice which nodes"),
+        ({"fixed": f"{PLANE}\nloads = {{ }}"}, "loads.*one of the keys pressure or force"),
+        ({"fixed": f"{PLANE}\nloads = {{ pressure = [1, 2] }}"}, "a number, or rows over time"),
+        ({"fixed": f"{PLANE}\nloads = {{ pressure = [[0, 1]] }}"}, "one row says nothing"),
+        (
+            {"fixed": f"{PLANE}\ndriven = {{ set = 'low', motion = {{ kind = 'fixed' }} }}"},
+            "driven: node 0 is held along x already",
+        ),
     ],
 )
 def test_wrong_keys_and_values_are_told(tmp_path: Path, changed: dict, text: str) -> None:
