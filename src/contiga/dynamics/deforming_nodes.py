@@ -33,7 +33,8 @@ from contiga.num.ordered import length
 from contiga.records import FloatArray
 
 REFRESH = 50
-"""Steps after which row sums of the stiffness are taken anew, after fewer where they change."""
+"""Steps after which row sums of the stiffness are taken anew, after fewer where they change, and at
+the start."""
 GROWN = 0.02
 """Part by which ω² may change until then: beyond it they are taken twice as often."""
 OFTEN = 4
@@ -114,7 +115,7 @@ class DeformingNodes(_Unmoved):
             "drag": self._drag(velocities),
             **self._loads(points, now.time),
             "energy": np.array([kinetic, *answer.energy[:2], 0.0, 0.0, 0.0]),
-            "limit": np.array([self._square(answer.state), REFRESH, REFRESH]),
+            "limit": np.array([self._square(answer.state), OFTEN, OFTEN]),
             "memory": answer.state.memory,
         }
         return ElementState.of(points, velocities, inside)
@@ -234,16 +235,30 @@ class DeformingNodes(_Unmoved):
         """By their velocities now."""
         return self._kinetic(state.velocities, state.velocities)
 
+    def steered(
+        self, state: SlaveState, forces: Forces, gravity: FloatArray, share: float
+    ) -> SlaveState:
+        """The same with a share of the velocities turned to where the forces pull."""
+        way = self._acceleration(_all_forces(state.matter), forces, gravity)
+        kinetic, pull = (self._kinetic(v, v) for v in (state.velocities, way))
+        if kinetic == 0.0 or pull == 0.0:
+            return state
+        turned = np.sqrt(kinetic / pull) * way
+        velocities = np.where(self.held, 0.0, (1.0 - share) * state.velocities + share * turned)
+        return ElementState.of(state.points, velocities, state.matter)
+
     def imbalance(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> Imbalance:
         """Of elements, contacts, loads and weight at the nodes that are not held."""
         loads = self.mass[:, None] * gravity + state.matter.get("load", 0.0)
-        sums = (
-            np.where(self.held, 0.0, each)
-            for each in (forces() + state.matter["force"] + loads, loads)
+        inside = state.matter["force"]
+        free = np.where(self.held, 0.0, forces() + inside + loads)
+        force, load, reaction = (
+            float(np.sqrt((each * each).sum(axis=1)).sum())
+            for each in (free, np.where(self.held, 0.0, loads), np.where(self.held, inside, 0.0))
         )
-        force, load = (float(np.sqrt((each * each).sum(axis=1)).sum()) for each in sums)
         stiff = float(state.matter["limit"][0] * self.mass.sum())
-        return Imbalance(force, load, EPS * stiff * length(np.ptp(state.points, axis=0)))
+        rounding = EPS * stiff * length(np.ptp(state.points, axis=0))
+        return Imbalance(force, load, reaction, rounding)
 
     def energy(self, state: SlaveState) -> Stored:
         """Kinetic, and what the elements have."""

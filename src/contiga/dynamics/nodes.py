@@ -92,6 +92,8 @@ class Imbalance(NamedTuple):
     """Σ|f| of what acts on each node that may move."""
     load: float = 0.0
     """Σ|p| of the loads among it."""
+    reaction: float = 0.0
+    """Of what elements do on nodes that are held."""
     rounding: float = 0.0
     """What of the force may be rounding."""
 
@@ -147,6 +149,11 @@ class NodeMover(Protocol):
     def imbalance(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> Imbalance:
         """How far they are from rest."""
 
+    def steered(
+        self, state: SlaveState, forces: Forces, gravity: FloatArray, share: float
+    ) -> SlaveState:
+        """The same with a share of the velocities turned to where the forces pull."""
+
     def shaken(self, state: SlaveState) -> float:
         """Kinetic energy of what forces move, by the velocities of a state."""
 
@@ -174,6 +181,12 @@ class _Unmoved:
     def imbalance(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> Imbalance:
         """None: something else moves them."""
         return Imbalance()
+
+    def steered(
+        self, state: SlaveState, forces: Forces, gravity: FloatArray, share: float
+    ) -> SlaveState:
+        """As they are."""
+        return state
 
     def shaken(self, state: SlaveState) -> float:
         """As the ledger has it."""

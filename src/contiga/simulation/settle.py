@@ -17,7 +17,7 @@ class Settle:
     Parameters
     ----------
     tolerance : residual at which it rests: the sum of the lengths of unbalanced forces of nodes,
-        over that of the loads on them
+        over that of the loads, or of the reactions where there are none
     steps : most steps that may take
     bodies : names of free bodies that come to rest as well; others stay where they start
 

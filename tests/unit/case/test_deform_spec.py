@@ -157,7 +157,7 @@ def test_parts_have_a_material_of_their_own(tmp_path: Path, named: str) -> None:
     motion = simulation.slaves["block"].motion
     assert isinstance(motion, cg.motion.Deforming)
     assert motion.parts[0].bulk_viscosity == (0.06, 1.5)
-    path.write_text(text.replace('density = 1.0e-3\n', "").replace(RUBBER, ""))
+    path.write_text(text.replace("density = 1.0e-3\n", "").replace(RUBBER, ""))
     with pytest.raises(InputError, match="material"):
         cg.build(load_case(path))
 

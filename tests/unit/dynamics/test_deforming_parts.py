@@ -114,7 +114,5 @@ def test_bulk_viscosity_takes_energy_and_membranes_have_none() -> None:
     assert lost[1] > 0.01
     sheet = cg.Slave([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     soft = cg.materials.Elastic(young=1.0)
-    thin = cg.motion.Deforming(
-        material=soft, density=1.0, thickness=0.1, bulk_viscosity=(0.1, 1.5)
-    )
+    thin = cg.motion.Deforming(material=soft, density=1.0, thickness=0.1, bulk_viscosity=(0.1, 1.5))
     assert _simulation(sheet, thin).start().time == 0.0
