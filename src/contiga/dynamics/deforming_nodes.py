@@ -85,6 +85,13 @@ class DeformingNodes(_Unmoved):
     loads: tuple[NodalForces, ...] = ()
     drives: tuple[Drive, ...] = ()
 
+    @cached_property
+    def bare(self) -> NDArray[np.bool_]:  # type: ignore[override]  # of others it is of the class
+        """(n,) nodes that are in no element."""
+        bare = np.ones(len(self.rest), np.bool_)
+        bare[self.rows] = False
+        return bare
+
     @property
     def flight(self) -> FloatArray | None:
         """As they set off, where nothing holds them."""

@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.dynamics.prescribed import Moved, SlaveMotion
 from contiga.errors import InputError
@@ -131,6 +132,10 @@ class NodeMover(Protocol):
     def joined(self) -> bool:
         """Whether they are parts of a whole, whose vibrations steps do not follow one by one."""
 
+    @property
+    def bare(self) -> NDArray[np.bool_]:
+        """(n,) nodes of what is joined that are in no element, and stay."""
+
     def rates(self, state: SlaveState) -> tuple[float, float]:
         """ω² and decay rate γ of what is fastest in them, beside their contacts."""
 
@@ -165,6 +170,7 @@ class _Unmoved:
     """What most movers have nothing of."""
 
     joined: ClassVar[bool] = False
+    bare: ClassVar[NDArray[np.bool_]] = np.zeros(0, np.bool_)
 
     def stopped(self, state: SlaveState) -> SlaveState:
         """As they are."""

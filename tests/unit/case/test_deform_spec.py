@@ -235,3 +235,14 @@ def test_wrong_keys_and_values_are_told(tmp_path: Path, changed: dict, text: str
     path = _write(tmp_path, **changed)
     with pytest.raises(InputError, match=rf"slave\[0\]\.motion.*{text}"):
         cg.build(load_case(path))
+
+
+@pytest.mark.parametrize(("flat", "text"), [(False, "is inside out"), (True, "has no volume")])
+def test_elements_inside_out_or_flat_are_told(tmp_path: Path, flat: bool, text: str) -> None:
+    path, mesh = _write(tmp_path), tmp_path / "block.inp"
+    cell = next(line for line in mesh.read_text().splitlines() if line.count(",") == 8)
+    number, *nodes = cell.split(", ")
+    other = nodes[:4] + nodes[:4] if flat else nodes[4:] + nodes[:4]
+    mesh.write_text(mesh.read_text().replace(cell, ", ".join([number, *other])))
+    with pytest.raises(InputError, match=rf"slave\[0\]\.motion.*element 0 .*{text}"):
+        cg.build(load_case(path))
