@@ -231,6 +231,15 @@ class DeformingNodes(_Unmoved):
         """ω² and decay of what is fastest in them."""
         return float(state.matter["limit"][0]), self.damping
 
+    def stress(self, state: SlaveState) -> FloatArray | None:
+        """Of matter that tells them."""
+        asked = getattr(self.matter, "stress", None)
+        if asked is None:
+            return None
+        every = np.full((len(self.rest), 6), np.nan)
+        every[self.rows] = asked(MatterState(state.points[self.rows], state.matter["memory"]))
+        return every
+
     def stopped(self, state: SlaveState) -> SlaveState:
         """The same without velocities."""
         inside = dict(state.matter)

@@ -136,6 +136,9 @@ class NodeMover(Protocol):
     def bare(self) -> NDArray[np.bool_]:
         """(n,) nodes of what is joined that are in no element, and stay."""
 
+    def stress(self, state: SlaveState) -> FloatArray | None:
+        """(n, 6) at the nodes of elements, NaN at others; None of what has none."""
+
     def rates(self, state: SlaveState) -> tuple[float, float]:
         """ω² and decay rate γ of what is fastest in them, beside their contacts."""
 
@@ -193,6 +196,10 @@ class _Unmoved:
     ) -> SlaveState:
         """As they are."""
         return state
+
+    def stress(self, state: SlaveState) -> FloatArray | None:
+        """None."""
+        return None
 
     def shaken(self, state: SlaveState) -> float:
         """As the ledger has it."""
