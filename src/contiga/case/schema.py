@@ -164,7 +164,8 @@ class Case(Spec):
     title: str = "contiga"
     units: UnitsSpec
     time: TimeSpec
-    body: Annotated[list[BodySpec], Field(min_length=1)]
+    body: list[BodySpec] = Field(default_factory=list)
+    """None is needed where a slave deforms."""
     slave: list[SlaveSpec] = Field(default_factory=list)
     contact: list[ContactSpec] = Field(default_factory=list)
     world: WorldSpec = Field(default_factory=WorldSpec)
@@ -195,7 +196,10 @@ class Case(Spec):
     @model_validator(mode="after")
     def _parts_fit_together(self) -> Self:
         moved = any(isinstance(body.motion, FreeSpec) for body in self.body)
-        moved = moved or any(isinstance(slave.motion, DeformSpec) for slave in self.slave)
+        deforms = any(isinstance(slave.motion, DeformSpec) for slave in self.slave)
+        moved = moved or deforms
+        if not (self.body or deforms):
+            raise CaseError("is missing", where="body", allowed="at least one [[body]]")
         if not (self.contact or moved):
             raise CaseError(
                 "nothing can happen: there is no contact, and nothing that forces move",

@@ -151,7 +151,8 @@ class DeformingNodes(_Unmoved):
         # Damping acts by the velocity that it leaves, so that it is of second order and stable.
         kick = 0.5 * now.dt * self._acceleration(_all_forces(inside), forces, now.gravity)
         velocities = (half + kick) / (1.0 + 0.5 * now.dt * self.damping)
-        velocities = np.where(self._driven, drifted.velocities, velocities)
+        if self.drives:
+            velocities = np.where(self._driven, drifted.velocities, velocities)
         drag = self._drag(velocities)
         taken = 0.5 * float(((before["drag"] + drag) * (drifted.points - last.points)).sum())
         # Of the middles of the steps before and after: what a leapfrog keeps of linear elements.

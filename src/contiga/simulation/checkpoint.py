@@ -134,7 +134,8 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
         return [np.asarray(group[name]) for name in names]
 
     bodies = [arrays(group, "pose", "twist") for group in file["bodies"].values()]
-    poses, twists = (np.array(rows) for rows in zip(*bodies, strict=True))
+    poses = np.array([pose for pose, _ in bodies]).reshape(-1, 4, 4)
+    twists = np.array([twist for _, twist in bodies]).reshape(-1, 6)
     return SystemState(
         time=float(file.attrs["time"]),
         bodies=BodyStates({name: i for i, name in enumerate(file["bodies"])}, poses, twists),

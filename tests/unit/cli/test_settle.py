@@ -67,3 +67,18 @@ def test_what_is_wrong_with_it_is_one_message(
     code, _, err = command("check", path)
     assert code == 2
     assert re.search(text, one_message(err))
+
+
+def test_what_deforms_needs_neither_body_nor_contact(command: Command, tmp_path: Path) -> None:
+    pytest.importorskip("h5py")
+    body, rest = CLOTH.split("[[body]]")[1].split("[[slave]]")
+    path = tmp_path / "cloth.toml"
+    path.write_text(CLOTH.replace(f"[[body]]{body}", "") + NO_REPORT)
+    assert rest in path.read_text()
+    code, out, _ = command("check", path)
+    assert code == 0
+    assert "warning" not in out
+    assert command("run", path, "-o", tmp_path / "out", "--settle-only", "--quiet")[0] == 0
+    assert command("run", path, "-o", tmp_path / "out", "--resume", "--quiet")[0] == 0
+    path.write_text(CLOTH.split("[[body]]")[0].replace("settle = { tolerance = 0.01 }", ""))
+    assert "body: is missing" in one_message(command("check", path)[2])
