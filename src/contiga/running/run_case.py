@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from contiga.errors import InputError
 from contiga.running.interrupts import stoppable
@@ -39,7 +39,7 @@ def run(
     out : folder for the results; None keeps them in memory only
     resume : go on from the checkpoint in `out`
     strict : refuse a model that looks wrong; stop at the first point that is not certified
-    settle_only : end where the run would begin, once all is at rest
+    settle_only : end where the run would begin, at rest
     keep : keep the states of every so many steps (of a resumed run those since); None none
     quiet : no progress bar
 
@@ -78,12 +78,8 @@ def run(
             strict=strict,
             settle_only=settle_only,
             keep=keep,
-            progress=progress.step,
-            on_check=None if quiet else _warn_of,
-            on_pace=progress.keep_reason,
-            on_slow=None if quiet else _warn,
             on_finish=write_report,
-            on_settle=progress.settle,
+            **progress.calls(quiet),
         )
 
 
@@ -112,6 +108,16 @@ class Progress:
     def __init__(self, show: Show, stopped: Callable[[], bool]) -> None:
         self._show, self._stopped = show, stopped
         self._reason = ""
+
+    def calls(self, quiet: bool) -> dict[str, Any]:
+        """What a run is to call."""
+        return {
+            "progress": self.step,
+            "on_check": None if quiet else _warn_of,
+            "on_pace": self.keep_reason,
+            "on_slow": None if quiet else _warn,
+            "on_settle": self.settle,
+        }
 
     def keep_reason(self, reason: str) -> None:
         """What set the length of the step, to be shown with it."""

@@ -192,7 +192,7 @@ class Simulation(Model):
         ... )
         >>> state = simulation.settle()
         >>> state.rest.residual < 1e-3, state.slaves["block"].points[3].round(3).tolist()
-        (True, [0.0, 0.0, -1.0])
+        (True, [0.0, 0.0, -1.006])
         """
         return settled(self, Clock()).state
 
@@ -252,9 +252,8 @@ class Simulation(Model):
         ----------
         out : folder for history, fields, checkpoint and summary; None keeps all in memory
         resume : go on from the checkpoint in `out`; the results are the same bits as of one run
-        strict : refuse a model that looks wrong (see `check`); stop at the first point whose foot
-            or side is not proved
-        settle_only : end where the run would begin, once all is at rest
+        strict : refuse a model that looks wrong (see `check`); stop at a point that is not proved
+        settle_only : end where the run would begin, at rest
         keep : keep the states of every so many steps in the result, the start counted; None none
         progress : called with steps done, steps in all, points in contact
         on_check : called before the first step with what looks wrong about the model
