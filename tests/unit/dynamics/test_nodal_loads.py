@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from tests.blocks import block
@@ -137,6 +139,24 @@ def test_driven_nodes_wait_where_they_start_while_all_settles() -> None:
     np.testing.assert_allclose(way, 0.3 * slave.points[:, 2] / HEIGHT, atol=1e-3)
     speed = state.slaves["block"].velocities[slave.points[:, 2] == HEIGHT]
     np.testing.assert_allclose(speed, np.tile([0.0, 0.0, 2.35], (len(speed), 1)))
+
+
+def test_stopped_and_resumed_it_is_the_same_run(tmp_path: Path) -> None:
+    pytest.importorskip("h5py")
+    push = cg.motion.Pressure([[0, 0], [2, 0.05]], on={"side": ([1, 0, 0], 20.0)})
+    turn = cg.motion.Rotate([[0, 0], [2, 20]], "z", [2, 2, 0])
+    simulation = _simulation(_slave(), 0.025, loads=push, driven=TOP | {"motion": turn})
+
+    def stop(done: int, *_: object) -> None:
+        if done == 30:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        simulation.run(tmp_path, progress=stop)
+    parts, whole = simulation.run(tmp_path, resume=True), simulation.run()
+    for name, column in whole.history.items():
+        if "wall" not in name:
+            np.testing.assert_array_equal(parts.history[name], column)
 
 
 DOWN = cg.motion.Translate([[0, 0, 0, 0], [2, 0, 0, -1]])
