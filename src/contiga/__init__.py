@@ -52,6 +52,7 @@ _HOME = {
     "Finding": "contiga.simulation.checks.finding",
     "SystemState": "contiga.simulation.system_state",
     "OutputOptions": "contiga.simulation.model",
+    "Settle": "contiga.simulation.settle",
     "Result": "contiga.simulation.result",
     "StoredResult": "contiga.simulation.stored_result",
     "open_result": "contiga.simulation.stored_result",
@@ -166,6 +167,7 @@ if TYPE_CHECKING:
     from contiga.simulation.result import Result as Result
     from contiga.simulation.sensor import RelativeSensor as RelativeSensor
     from contiga.simulation.sensor import Sensor as Sensor
+    from contiga.simulation.settle import Settle as Settle
     from contiga.simulation.simulation import Simulation as Simulation
     from contiga.simulation.stored_result import StoredResult as StoredResult
     from contiga.simulation.stored_result import open_result as open_result

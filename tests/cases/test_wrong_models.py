@@ -41,7 +41,10 @@ def refused(name: str, base: str, old: str, new: str, *words: str):
     return pytest.param(base, old, new, words, id=name)
 
 
+SHEET = 'motion = { kind = "deform", density = 1e-3, material = { kind = "elastic", young = 1.0 } }'
 BEFORE = [
+    wrong("a step too long for elements", PRESSED, "critical", "slave pad: the step of 0.25",
+          "Take a step below", fixed=SHEET),
     wrong("a larger ball", PRESSED, "inside", "of 625 points of pad start inside ball",
           "8 mm deep", 'search = "penetration"', ball=sphere(60.0, 52)),
     wrong("a start inside", PRESSED, "inside", "28 mm deep", ball=sphere(50.0, 22)),
@@ -504,7 +507,7 @@ def test_every_rule_of_the_page_has_a_wrong_model_here() -> None:
         for when in whens.split(", ")
     }
     tried = {(case.values[2], "before") for case in BEFORE}
-    tried |= {("inactive", "before"), ("side", "before"), ("file", "before")}
+    tried |= {("inactive", "before"), ("side", "before"), ("file", "before"), ("lone", "before")}
     tried |= {(case.values[2], "after") for case in AFTER} | {("jump", "after")}
     assert told == tried
 

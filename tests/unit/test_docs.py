@@ -225,7 +225,7 @@ def test_the_command_line_has_the_commands_of_its_page_and_no_others() -> None:
 
 @pytest.mark.parametrize("name", sorted(COMMAND.commands))
 def test_a_command_has_the_options_of_its_page_and_no_others(name: str) -> None:
-    shown = set(re.findall(r"(?<![\w-])(--?[a-z]+)", synopsis()[name]))
+    shown = set(re.findall(r"(?<![\w-])(--?[a-z][a-z-]*)", synopsis()[name]))
     options = [p for p in COMMAND.commands[name].params if p.param_type_name == "option"]
     for option in options:
         spelt = set(option.opts) & shown

@@ -11,21 +11,19 @@ import numpy as np
 from contiga.case.contact_made import area_of, contact_of
 from contiga.case.deform_spec import DeformSpec
 from contiga.case.geometry_spec import FileGeometry
-from contiga.case.motion_spec import AttachedSpec, FreeSpec, RigidMotionSpec, SeriesSpec
+from contiga.case.motion_spec import AttachedSpec, FreeSpec, SeriesSpec
 from contiga.case.output_spec import OutputSpec
 from contiga.case.part_cache import PartCache
 from contiga.case.points_spec import BodyPoints
 from contiga.case.problems import Fault, Together
-from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
 from contiga.case.reading import told_of
 from contiga.case.schema import BodySpec, Case, SlaveSpec
-from contiga.case.slave_motion import slave_motion
+from contiga.case.slave_motion import prescribed, slave_motion
 from contiga.case.standing import order_of, references
 from contiga.case.toml import resolved_toml
 from contiga.contact.preloaded import preload_search
 from contiga.dynamics.free import Attached, Dependent
 from contiga.dynamics.prescribed import BodyMotion, Fixed
-from contiga.dynamics.pulses import check_covers
 from contiga.dynamics.springs import Spring
 from contiga.errors import CaseError
 from contiga.masters.body import Body
@@ -67,6 +65,7 @@ def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
     return Simulation(
         gravity=case.world.gravity,
         allow_unstable=case.time.allow_unstable,
+        settling=None if case.settle is None else case.settle.settle,
         loads=[spec.load for spec in case.load],
         springs=made.springs,
         sensors=[spec.sensor for spec in case.sensor],
@@ -129,6 +128,8 @@ def run(
     on_finish: Callable[[Path], Any] | None = None,
     on_pace: Callable[[str], Any] | None = None,
     on_slow: Callable[[str], Any] | None = None,
+    on_settle: Callable[[int, float], Any] | None = None,
+    settle_only: bool = False,
     parts: PartCache | None = None,
 ) -> Result:
     """Build a case and run it.
@@ -144,6 +145,8 @@ def run(
     on_finish : called with `out` after a run that is to have a report
     on_pace : called with what set each step that chose itself
     on_slow : called once, with why, where the end is out of reach
+    on_settle : called with the number of each step to rest, and the residual after it
+    settle_only : end where the run would begin, once all is at rest
     parts : as `build`
 
     Raises
@@ -159,6 +162,7 @@ def run(
     wanted = on_finish if case.output.report else None
     how = RunOptions(resume=resume, strict=strict, keep=keep, progress=progress, clock=clock)
     how = how._replace(on_check=on_check, on_finish=wanted, on_pace=on_pace, on_slow=on_slow)
+    how = how._replace(on_settle=on_settle, settle_only=settle_only)
     return carry_out(simulation, out, how)
 
 
@@ -191,7 +195,7 @@ def _told_motions(case: Case, wrong: Together) -> dict[str, BodyMotion]:
     for key, motion in entries:
         if not isinstance(motion, FreeSpec | AttachedSpec | SeriesSpec | DeformSpec):
             with wrong.at(key):
-                motions[key] = _prescribed(motion, case)
+                motions[key] = prescribed(motion, case)
     return motions
 
 
@@ -283,15 +287,6 @@ def _body(spec: BodySpec, unit: str, cache: PartCache) -> Body | TriMesh:
         return body
 
     return cache.part(spec.geometry, spec.name, unit, make)
-
-
-def _prescribed(spec: RigidMotionSpec | VelocitySpec | AccelerationSpec, case: Case) -> BodyMotion:
-    """A motion that is told beforehand, in the units of the case."""
-    if isinstance(spec, VelocitySpec | AccelerationSpec):
-        motion = spec.motion_in((case.units.length, case.units.mass, case.units.time))
-        check_covers(motion.span, case.time.start, case.time.end, "table")
-        return motion
-    return spec.motion
 
 
 def _springs(case: Case, wrong: Together) -> dict[str, Spring]:

@@ -109,11 +109,13 @@ if TYPE_CHECKING:
     StressCurve = CurveTable
     DampingCurve = CurveTable
     Amplification = CurveTable
+    BeltCurve = CurveTable
 else:
     ForceCurve = _curve_of("length", "force")
     StressCurve = _curve_of("ratio", "stress")
     DampingCurve = _curve_of("rate", "stress")
     Amplification = _curve_of("rate", "ratio")
+    BeltCurve = _curve_of("ratio", "force")
 
 
 def characteristic_of(curve: CurveTable, name: str) -> Characteristic:

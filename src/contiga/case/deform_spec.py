@@ -1,236 +1,152 @@
-"""`motion = { kind = "deform" }` of a slave: its material, and what is held of its nodes."""
+"""`motion = { kind = "deform" }` of a slave: its materials, and what its nodes are subject to."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-import numpy as np
 from pydantic import Field, model_validator
 
-from contiga.case.curve_spec import StressCurve
-from contiga.case.spec import NotNegative, Positive, Spec, Vector, by_key, by_kind
+from contiga.case.material_spec import MaterialSpec
+from contiga.case.nodal_spec import DrivenSpec, HeldSpec, NodalLoadSpec, NodesOf
+from contiga.case.rigid_spec import ToldMotionSpec
+from contiga.case.spec import NotNegative, Positive, Spec, Vector
 from contiga.dynamics.deforming import Deforming
-from contiga.matter.coefficients import Material
-from contiga.matter.foam import Foam
-from contiga.matter.materials import Elastic, NeoHooke
-from contiga.matter.woven import Fabric
+from contiga.dynamics.prescribed import BodyMotion
+from contiga.errors import CaseError
+from contiga.matter.parts import DIMENSION, Part
+from contiga.records import IntArray
 
 QUADRATURE = 3
 """Points a facet of a contact of what deforms, where nothing else is said."""
-Way = Literal["x", "y", "z"]
-_ALL: tuple[Way, ...] = ("x", "y", "z")
-NodesOf = Callable[[str | int], Any]
-"""(n,) whether nodes of a slave are in the set of a name or number."""
+ElementsOf = Callable[[str | int], Mapping[str, IntArray]]
+"""Elements by kind, of the set of a name or number."""
 
 
-class _MaterialSpec(Spec):
-    @cached_property
-    def material(self) -> Material:
-        """The material."""
-        raise NotImplementedError
+class _MadeOf(Spec):
+    """What elements are made of."""
 
-    @model_validator(mode="after")
-    def _material_is_possible(self) -> Self:
-        assert self.material is not None
-        return self
-
-
-class ElasticSpec(_MaterialSpec):
-    """`{ kind = "elastic", young, poisson, compression }`: `contiga.materials.Elastic`."""
-
-    kind: Literal["elastic"] = "elastic"
-    young: Positive
-    poisson: float = 0.0
-    compression: bool = True
-
-    @cached_property
-    def material(self) -> Material:
-        """The material."""
-        return Elastic(young=self.young, poisson=self.poisson, compression=self.compression)
-
-    def describe(self) -> str:
-        """In words."""
-        return f"elastic: young {self.young:g}, poisson {self.poisson:g}"
-
-
-class NeoHookeSpec(_MaterialSpec):
-    """`{ kind = "neo-hooke", young, poisson, volume }`: `contiga.materials.NeoHooke`."""
-
-    kind: Literal["neo-hooke"] = "neo-hooke"
-    young: Positive
-    poisson: float
-    volume: str = "element"
-
-    @cached_property
-    def material(self) -> Material:
-        """The material."""
-        return NeoHooke(young=self.young, poisson=self.poisson, volume=self.volume)
-
-    def describe(self) -> str:
-        """In words."""
-        return f"neo-Hooke: young {self.young:g}, poisson {self.poisson:g}"
-
-
-class RateSpec(Spec):
-    """`{ rate, loading }`: the loading curve of a foam at a rate of strain."""
-
-    rate: Positive
-    loading: StressCurve
-
-
-class FoamSpec(_MaterialSpec):
-    """`{ kind = "foam", loading, hysteresis, shape, tension, rates, filter }`: `Foam`."""
-
-    kind: Literal["foam"] = "foam"
-    loading: StressCurve
-    """Stress over strain in compression, both nominal."""
-    hysteresis: float = 1.0
-    shape: Positive = 9.0
-    tension: Positive | None = None
-    rates: list[RateSpec] = Field(default_factory=list)
-    filter: Positive | None = None
-
-    @cached_property
-    def material(self) -> Material:
-        """The material."""
-        return Foam(
-            loading=np.array(self.loading.points),
-            hysteresis=self.hysteresis,
-            shape=self.shape,
-            tension=self.tension,
-            rates=tuple((one.rate, np.array(one.loading.points)) for one in self.rates),
-            filter=self.filter,
-        )
-
-    def describe(self) -> str:
-        """In words."""
-        rates = f", at {len(self.rates)} rates" if self.rates else ""
-        return f"foam: {self.loading.describe()}{rates}"
-
-
-class FabricSpec(_MaterialSpec):
-    """`{ kind = "fabric", warp, weft, shear, direction, compression, … }`: `Fabric`."""
-
-    kind: Literal["fabric"] = "fabric"
-    warp: StressCurve
-    weft: StressCurve | None = None
-    shear: StressCurve
-    direction: Vector
-    """Of the warp at rest, world axes."""
-    compression: float = 0.0
-    warp_unloading: StressCurve | None = None
-    weft_unloading: StressCurve | None = None
-    hysteresis_slope: Positive | None = None
-
-    @cached_property
-    def material(self) -> Material:
-        """The material."""
-        names = ("weft", "warp_unloading", "weft_unloading")
-        curves = {name: getattr(self, name) for name in names}
-        return Fabric(
-            warp=np.array(self.warp.points),
-            shear=np.array(self.shear.points),
-            direction=np.array(self.direction),
-            compression=self.compression,
-            hysteresis_slope=self.hysteresis_slope,
-            **{k: None if one is None else np.array(one.points) for k, one in curves.items()},
-        )
-
-    def describe(self) -> str:
-        """In words."""
-        return f"fabric: warp {self.warp.describe()}"
-
-
-class _HeldSpec(Spec):
-    hold: list[Way] = Field(default_factory=lambda: [*_ALL])
-    """World directions that these nodes do not move along."""
-
-    def table(self, nodes_of: NodesOf) -> Mapping[str, Any]:
-        """As `Deforming` takes it."""
-        raise NotImplementedError
-
-
-class HeldBox(_HeldSpec):
-    """`{ box = [low, high], hold }`: nodes in a box."""
-
-    box: Annotated[list[Vector], Field(min_length=2, max_length=2)]
-
-    def table(self, nodes_of: NodesOf) -> Mapping[str, Any]:
-        """As `Deforming` takes it."""
-        return {"box": self.box, "hold": self.hold}
-
-
-class HeldPlane(_HeldSpec):
-    """`{ plane = [point, normal], hold }`: nodes on a plane."""
-
-    plane: Annotated[list[Vector], Field(min_length=2, max_length=2)]
-
-    def table(self, nodes_of: NodesOf) -> Mapping[str, Any]:
-        """As `Deforming` takes it."""
-        return {"plane": self.plane, "hold": self.hold}
-
-
-class HeldSet(_HeldSpec):
-    """`{ set = "name", hold }`: nodes of a set, part or group of the mesh file."""
-
-    set: str | int
-
-    def table(self, nodes_of: NodesOf) -> Mapping[str, Any]:
-        """As `Deforming` takes it."""
-        return {"nodes": nodes_of(self.set), "hold": self.hold}
-
-
-if TYPE_CHECKING:
-    MaterialSpec = ElasticSpec | NeoHookeSpec | FoamSpec | FabricSpec
-    HeldSpec = HeldBox | HeldPlane | HeldSet
-else:
-    MaterialSpec = by_kind(ElasticSpec, NeoHookeSpec, FoamSpec, FabricSpec)
-    HeldSpec = by_key(box=HeldBox, plane=HeldPlane, set=HeldSet)
-
-
-class DeformSpec(Spec):
-    """`{ kind = "deform", material, density, thickness, fixed, velocity, damping }`: elements.
-
-    `fixed` is a table, or a list of them.
-    """
-
-    kind: Literal["deform"] = "deform"
-    material: MaterialSpec
-    density: Positive
+    material: MaterialSpec | None = None
+    density: Positive | None = None
     """Mass over volume."""
     thickness: Positive | None = None
     """Of membranes; that of the slave if omitted."""
+    section: Positive | None = None
+    """Of bars, area."""
+    hourglass: Positive = 1.0
+    """How stiff the modes of hexahedra are that their mean strain does not see."""
+    bulk_viscosity: Annotated[list[NotNegative], Field(min_length=2, max_length=2)] = Field(
+        default_factory=lambda: [0.0, 0.0]
+    )
+    """Linear and quadratic coefficient, of solids."""
+
+    @property
+    def _viscosity(self) -> tuple[float, float]:
+        linear, quadratic = self.bulk_viscosity
+        return linear, quadratic
+
+
+class MadeOfSpec(_MadeOf):
+    """A table of `parts`: `set`, `material`, `density` and what else its elements are made of."""
+
+    set: str | int
+    """Part, set or group of the mesh file; of a set of nodes the cells with all nodes in it."""
+    material: MaterialSpec
+    density: Positive
+
+    def made(self, elements_of: ElementsOf, thickness: float | None) -> list[Part]:
+        """A part for each kind of elements."""
+        return [self._part(kind, rows, thickness) for kind, rows in elements_of(self.set).items()]
+
+    def _part(self, kind: str, elements: IntArray, thickness: float | None) -> Part:
+        dimension = DIMENSION[kind]
+        return Part(
+            kind=kind,
+            elements=elements,
+            material=self.material.material,
+            density=self.density,
+            thickness=(self.thickness or thickness) if dimension == 2 else None,
+            section=self.section if dimension == 1 else None,
+            hourglass=self.hourglass,
+            bulk_viscosity=self._viscosity if dimension == 3 else (0.0, 0.0),
+            name=f"parts {self.set!r}: {kind}",
+        )
+
+    def describe(self) -> str:
+        """In words."""
+        return f"{self.set}: {self.material.describe()}, density {self.density:g}"
+
+
+class DeformSpec(_MadeOf):
+    """`{ kind = "deform", material, density, parts, fixed, driven, loads, … }`: elements.
+
+    `parts`, `fixed`, `driven` and `loads` are tables, or lists of them.
+    """
+
+    kind: Literal["deform"] = "deform"
+    parts: list[MadeOfSpec] = Field(default_factory=list)
+    """Elements that are made of something else."""
     fixed: list[HeldSpec] = Field(default_factory=list)
     velocity: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
     """Of all nodes at the start that are not held."""
     damping: NotNegative = 0.0
     """α of a force −α m v on each node."""
+    driven: list[DrivenSpec] = Field(default_factory=list)
+    loads: list[NodalLoadSpec] = Field(default_factory=list)
 
     @model_validator(mode="before")
     @classmethod
     def _one_table_is_a_list(cls, data: Any) -> Any:
-        if isinstance(data, dict) and isinstance(data.get("fixed"), dict):
-            return data | {"fixed": [data["fixed"]]}
-        return data
+        if not isinstance(data, dict):
+            return data
+        keys = ("parts", "fixed", "driven", "loads")
+        return data | {key: [data[key]] for key in keys if isinstance(data.get(key), dict)}
 
-    def moved(self, nodes_of: NodesOf) -> Deforming:
-        """The motion."""
+    @model_validator(mode="after")
+    def _made_of_something(self) -> Self:
+        if self.parts and self.material is None:
+            return self
+        for key in ("material", "density"):
+            if getattr(self, key) is None:
+                raise CaseError(
+                    "is missing: elements need it",
+                    where=key,
+                    allowed="that of all elements, or of those that are in none of the `parts`",
+                )
+        return self
+
+    def moved(
+        self,
+        nodes_of: NodesOf,
+        told: Callable[[ToldMotionSpec], BodyMotion],
+        elements_of: ElementsOf,
+    ) -> Deforming:
+        """The motion; `told` answers motions in the units of the case."""
         return Deforming(
-            material=self.material.material,
+            material=None if self.material is None else self.material.material,
             density=self.density,
             thickness=self.thickness,
+            section=self.section,
+            hourglass=self.hourglass,
+            bulk_viscosity=self._viscosity,
+            parts=[part for one in self.parts for part in one.made(elements_of, self.thickness)],
             fixed=[one.table(nodes_of) for one in self.fixed] or None,
             velocity=self.velocity,
             damping=self.damping,
+            driven=[one.table(nodes_of) | {"motion": told(one.motion)} for one in self.driven],
+            loads=[one.load(nodes_of) for one in self.loads],
         )
 
     def describe(self) -> str:
         """In words."""
+        made = [one.describe() for one in self.parts]
+        if self.material is not None:
+            made.insert(0, f"{self.material.describe()}, density {self.density:g}")
         held = f", nodes held at {len(self.fixed)} places" if self.fixed else ""
+        held += "".join(f", {one.describe()}" for one in self.driven)
+        held += "".join(f", {one.describe()}" for one in self.loads)
         way = f", velocity {self.velocity} at the start" if any(self.velocity) else ""
-        return f"deforms, {self.material.describe()}, density {self.density:g}{held}{way}"
+        return f"deforms, {'; '.join(made)}{held}{way}"
 
 
 def with_quadrature(data: Any) -> Any:

@@ -35,6 +35,8 @@ def describe(case: Case) -> list[tuple[str, str]]:
     ]
     if any(case.world.gravity):
         rows.append(("gravity", f"{case.world.gravity} {units.length}/{units.time}²"))
+    if case.settle is not None:
+        rows.append(("settles", case.settle.describe()))
     for body in case.body:
         rows.append((f"body {body.name}", _placed(body.geometry.describe(), body.geometry)))
         if body.mass is not None:

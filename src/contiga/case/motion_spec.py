@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Literal, Self
 
 from pydantic import Field, model_validator
 
 from contiga.case.deform_spec import DeformSpec
 from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
+from contiga.case.rigid_spec import RIGID, RigidMotionSpec
 from contiga.case.spec import (
-    Axis,
-    ExistingFile,
     FilePattern,
     LengthUnit,
     Name,
@@ -21,115 +19,8 @@ from contiga.case.spec import (
     by_kind,
 )
 from contiga.dynamics.free import Free
-from contiga.dynamics.prescribed import BodyMotion, Combine, Fixed, Poses, Rotate, Translate
 from contiga.errors import CaseError
 from contiga.records import MassProperties
-
-Table = list[list[float]]
-
-
-class _RigidSpec(Spec):
-    @cached_property
-    def motion(self) -> BodyMotion:
-        """The motion."""
-        raise NotImplementedError
-
-    @model_validator(mode="after")
-    def _motion_is_possible(self) -> Self:
-        assert self.motion is not None
-        return self
-
-
-class FixedSpec(_RigidSpec):
-    """`{ kind = "fixed" }`."""
-
-    kind: Literal["fixed"] = "fixed"
-
-    @cached_property
-    def motion(self) -> BodyMotion:
-        """The motion."""
-        return Fixed()
-
-    def describe(self) -> str:
-        """In words."""
-        return "fixed"
-
-
-class TranslateSpec(_RigidSpec):
-    """`{ kind = "translate", table = [[t, dx, dy, dz], …] }`."""
-
-    kind: Literal["translate"] = "translate"
-    table: Table
-
-    @cached_property
-    def motion(self) -> BodyMotion:
-        """The motion."""
-        return Translate(self.table)
-
-    def describe(self) -> str:
-        """In words."""
-        return f"moved along a table of {len(self.table)} rows, {_span(self.table)}"
-
-
-class RotateSpec(_RigidSpec):
-    """`{ kind = "rotate", axis, centre, table = [[t, degrees], …] }`."""
-
-    kind: Literal["rotate"] = "rotate"
-    table: Table
-    axis: Axis = "z"
-    centre: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
-
-    @cached_property
-    def motion(self) -> BodyMotion:
-        """The motion."""
-        return Rotate(self.table, self.axis, self.centre)
-
-    def describe(self) -> str:
-        """In words."""
-        return f"turned about {self.axis} through {self.centre}, {_span(self.table)}"
-
-
-class PosesSpec(_RigidSpec):
-    """`{ kind = "poses", file = "poses.csv" }`, or its rows t, x, y, z, qw, qx, qy, qz as `table`.
-
-    Lengths are in the case's unit.
-    """
-
-    kind: Literal["poses"] = "poses"
-    file: ExistingFile | None = None
-    table: Table | None = None
-
-    @cached_property
-    def motion(self) -> BodyMotion:
-        """The motion."""
-        if (self.file is None) == (self.table is None):
-            raise CaseError("must have exactly one of the keys file or table")
-        if self.file is not None:
-            return Poses.from_csv(self.file)
-        return Poses.from_table(self.table or [])
-
-    def describe(self) -> str:
-        """In words."""
-        motion = self.motion
-        assert isinstance(motion, Poses)
-        span = f"t = {motion.times[0]:g} to {motion.times[-1]:g}"
-        return f"{len(motion.times)} poses from {self.file or 'a table'}, {span}"
-
-
-class CombineSpec(_RigidSpec):
-    """`{ kind = "combine", motions = [ … ] }`: applied in their order, about world axes."""
-
-    kind: Literal["combine"] = "combine"
-    motions: Annotated[list[RigidMotionSpec], Field(min_length=1)]
-
-    @cached_property
-    def motion(self) -> BodyMotion:
-        """The motion."""
-        return Combine([spec.motion for spec in self.motions])
-
-    def describe(self) -> str:
-        """In words."""
-        return ", then ".join(spec.describe() for spec in self.motions)
 
 
 class SeriesSpec(Spec):
@@ -206,19 +97,11 @@ class AttachedSpec(Spec):
 
 
 if TYPE_CHECKING:
-    RigidMotionSpec = FixedSpec | TranslateSpec | RotateSpec | PosesSpec | CombineSpec
     BodyMotionSpec = RigidMotionSpec | VelocitySpec | AccelerationSpec | FreeSpec | AttachedSpec
     SlaveMotionSpec = BodyMotionSpec | SeriesSpec | DeformSpec
 else:
-    _RIGID = (FixedSpec, TranslateSpec, RotateSpec, PosesSpec, CombineSpec)
-    _BODY = (*_RIGID, VelocitySpec, AccelerationSpec, FreeSpec, AttachedSpec)
-    RigidMotionSpec = by_kind(*_RIGID)
+    _BODY = (*RIGID, VelocitySpec, AccelerationSpec, FreeSpec, AttachedSpec)
     BodyMotionSpec = by_kind(*_BODY)
     SlaveMotionSpec = by_kind(*_BODY, SeriesSpec, DeformSpec)
 
-CombineSpec.model_rebuild()
 SeriesSpec.model_rebuild()
-
-
-def _span(table: Table) -> str:
-    return f"t = {table[0][0]:g} to {table[-1][0]:g}"

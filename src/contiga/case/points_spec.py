@@ -218,17 +218,37 @@ class RandomPoints(_Points):
 
 
 class GivenPoints(_Points):
-    """`{ coordinates = [[x, y, z], …] }`."""
+    """`{ coordinates = [[x, y, z], …], segments }`: a cloud, or the way of a belt."""
 
     coordinates: Annotated[list[Vector], Field(min_length=1)]
+    segments: Count | None = None
+    """Bars that join them one after the other, in all; each leg has one at least."""
+
+    @model_validator(mode="after")
+    def _legs_have_a_length(self) -> Self:
+        if self.segments is not None:
+            legs = np.diff(np.array(self.coordinates), axis=0)
+            if len(legs) == 0 or not legs.any(axis=1).all():
+                raise CaseError(
+                    "bars need two points or more, none twice in a row",
+                    where="coordinates",
+                    found=self.coordinates,
+                )
+        return self
 
     def raw(self, name: str, unit: str) -> Slave:
-        """A cloud without facets."""
-        return Slave(self.coordinates, name=name, unit=unit)
+        """A cloud without facets, joined by bars where there are segments."""
+        if self.segments is None:
+            return Slave(self.coordinates, name=name, unit=unit)
+        points = _along(np.array(self.coordinates), self.segments)
+        rows = np.arange(len(points), dtype=np.int32)
+        lines = np.stack([rows[:-1], rows[1:]], axis=1)
+        return Slave(points, name=name, unit=unit, elements={"line": lines})
 
     def describe(self) -> str:
         """In words."""
-        return f"{len(self.coordinates)} given points"
+        joined = "" if self.segments is None else f", joined by {self.segments} bars"
+        return f"{len(self.coordinates)} given points{joined}"
 
 
 class BodyPoints(_Points):
@@ -294,6 +314,19 @@ else:
         coordinates=GivenPoints,
         body=BodyPoints,
     )
+
+
+def _along(corners: FloatArray, segments: int) -> FloatArray:
+    """Points of a polyline: its corners, and as many between as make its legs so many in all."""
+    ways = np.diff(corners, axis=0)
+    lengths = np.sqrt((ways * ways).sum(axis=1))
+    ends = np.round(segments * np.cumsum(lengths) / lengths.sum()).astype(int)
+    counts = np.maximum(np.diff(ends, prepend=0), 1)
+    legs = [
+        start + np.linspace(0.0, 1.0, n, endpoint=False)[:, None] * way
+        for start, way, n in zip(corners, ways, counts, strict=False)
+    ]
+    return np.concatenate([*legs, corners[-1:]])
 
 
 def _check_number(key: str, given: float, triangles: float, power: int) -> None:

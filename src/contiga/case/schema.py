@@ -15,14 +15,13 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
 
 from contiga.case.contact_spec import ContactSpec
-from contiga.case.deform_spec import with_quadrature
+from contiga.case.deform_spec import DeformSpec, with_quadrature
 from contiga.case.geometry_spec import GeometrySpec
 from contiga.case.load_spec import LoadSpec
 from contiga.case.mass_spec import MassSpec
 from contiga.case.motion_spec import (
     AttachedSpec,
     BodyMotionSpec,
-    FixedSpec,
     FreeSpec,
     SeriesSpec,
     SlaveMotionSpec,
@@ -31,8 +30,10 @@ from contiga.case.names import check_apart, check_defined, check_unique
 from contiga.case.output_spec import OutputSpec
 from contiga.case.points_spec import BodyPoints, PointsSpec
 from contiga.case.problems import case_error, relocated
+from contiga.case.rigid_spec import FixedSpec
 from contiga.case.sensor_spec import RelativeSensorSpec, SensorSpec
 from contiga.case.settings import with_settings
+from contiga.case.settle_spec import SettleSpec
 from contiga.case.sides import LayeredSpec, Sides, sides_of
 from contiga.case.spec import (
     LengthUnit,
@@ -163,10 +164,12 @@ class Case(Spec):
     title: str = "contiga"
     units: UnitsSpec
     time: TimeSpec
-    body: Annotated[list[BodySpec], Field(min_length=1)]
+    body: list[BodySpec] = Field(default_factory=list)
+    """None is needed where a slave deforms."""
     slave: list[SlaveSpec] = Field(default_factory=list)
     contact: list[ContactSpec] = Field(default_factory=list)
     world: WorldSpec = Field(default_factory=WorldSpec)
+    settle: SettleSpec | None = None
     load: list[LoadSpec] = Field(default_factory=list)
     spring: list[SpringSpec] = Field(default_factory=list)
     sensor: list[SensorSpec] = Field(default_factory=list)
@@ -192,9 +195,14 @@ class Case(Spec):
 
     @model_validator(mode="after")
     def _parts_fit_together(self) -> Self:
-        if not (self.contact or any(isinstance(body.motion, FreeSpec) for body in self.body)):
+        moved = any(isinstance(body.motion, FreeSpec) for body in self.body)
+        deforms = any(isinstance(slave.motion, DeformSpec) for slave in self.slave)
+        moved = moved or deforms
+        if not (self.body or deforms):
+            raise CaseError("is missing", where="body", allowed="at least one [[body]]")
+        if not (self.contact or moved):
             raise CaseError(
-                "nothing can happen: there is no contact, and no body that forces move",
+                "nothing can happen: there is no contact, and nothing that forces move",
                 where="contact",
                 allowed="a [[contact]] of a body and a slave; or, for springs and loads alone, a "
                 '[[body]] with a mass and motion = { kind = "free" }',
@@ -260,6 +268,8 @@ class Case(Spec):
                 keys.setdefault((where, motion.body), "motion.body")
         yield from ((f"{where}.{key}", name) for (where, name), key in keys.items())
         yield from ((f"load[{i}].body", load.body) for i, load in enumerate(self.load))
+        settling = self.settle.bodies if self.settle is not None else []
+        yield from ((f"settle.bodies[{k}]", name) for k, name in enumerate(settling))
         for i, one in enumerate(self.sensor):
             if isinstance(one, RelativeSensorSpec):
                 yield from ((f"sensor[{i}].between[{k}]", end) for k, end in enumerate(one.between))

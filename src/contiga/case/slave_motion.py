@@ -11,14 +11,19 @@ from numpy.typing import NDArray
 from contiga.case.deform_spec import DeformSpec
 from contiga.case.motion_spec import AttachedSpec, FreeSpec, SeriesSpec
 from contiga.case.points_spec import FilePoints
+from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
+from contiga.case.rigid_spec import ToldMotionSpec
 from contiga.case.schema import Case, SlaveSpec
+from contiga.dynamics.deforming_parts import KINDS, same_elements, split
 from contiga.dynamics.free import Attached, Dependent
 from contiga.dynamics.prescribed import BodyMotion, Fixed, Moved, SlaveMotion
+from contiga.dynamics.pulses import check_covers
 from contiga.errors import CaseError
-from contiga.io.mesh.raw import nodes_of
+from contiga.io.mesh.raw import cells_of, nodes_of
 from contiga.io.mesh.read_mesh import read_raw
 from contiga.io.mesh.series import MeshSeries, find_files
 from contiga.io.units import length_factor
+from contiga.records import IntArray
 from contiga.slaves.slave import Slave
 
 
@@ -32,7 +37,11 @@ def slave_motion(
     if isinstance(motion, AttachedSpec):
         return Attached(motion.body)
     if isinstance(motion, DeformSpec):
-        deforming = motion.moved(partial(_nodes_of_set, spec))
+        deforming = motion.moved(
+            partial(_nodes_of_set, spec),
+            partial(prescribed, case=case),
+            partial(_elements_of_set, spec, slave),
+        )
         deforming.nodes(spec.name, slave, lambda name: 0)  # what does not fit is told here
         return deforming
     if not isinstance(motion, SeriesSpec):
@@ -49,17 +58,48 @@ def slave_motion(
     return series if motion.then is None else Moved(series, motion.then.motion)
 
 
+def prescribed(spec: ToldMotionSpec, case: Case) -> BodyMotion:
+    """A motion that is told beforehand, in the units of the case."""
+    if isinstance(spec, VelocitySpec | AccelerationSpec):
+        motion = spec.motion_in((case.units.length, case.units.mass, case.units.time))
+        check_covers(motion.span, case.time.start, case.time.end, "table")
+        return motion
+    return spec.motion
+
+
 def _nodes_of_set(spec: SlaveSpec, key: str | int) -> NDArray[np.bool_]:
     """(n,) nodes of a set, part or group of the slave's file."""
     if not isinstance(spec.points, FilePoints):
         raise CaseError(
             "only a mesh from a file has sets",
-            where="fixed.set",
+            where="set",
             found=key,
-            allowed="fixed = { box = [low, high] } or { plane = [point, normal] }",
+            allowed="box = [low, high], plane = [point, normal], side or layer",
         )
     path = Path(spec.points.file)
     return nodes_of(read_raw(path), key, str(path))
+
+
+def _elements_of_set(spec: SlaveSpec, slave: Slave, key: str | int) -> dict[str, IntArray]:
+    """Elements of the slave by kind that are cells of a part, set or group of its file."""
+    if not isinstance(spec.points, FilePoints):
+        raise CaseError("only a mesh from a file has parts", where="set", found=key, allowed="none")
+    path = Path(spec.points.file)
+    cells = cells_of(read_raw(path), key, str(path))
+    elements: dict[str, list[IntArray]] = {}
+    for kind, rows in slave.elements.items():
+        if kind in cells and len(cells[kind]):
+            own = rows[same_elements(rows, cells[kind])]
+            if len(own):
+                elements.setdefault(KINDS.get(kind, kind), []).append(split(slave, kind, own))
+    if not elements:
+        raise CaseError(
+            "no element of the slave is in this part, set or group",
+            where="set",
+            found=key,
+            allowed="one with cells among those that the slave is made of",
+        )
+    return {kind: np.concatenate(rows) for kind, rows in elements.items()}
 
 
 def _series(spec: SeriesSpec, case: Case) -> MeshSeries:

@@ -100,6 +100,10 @@ def run(
             "--strict", help="Warnings of the model are errors; stop at a point not certified."
         ),
     ] = False,
+    settle_only: Annotated[
+        bool,
+        typer.Option("--settle-only", help="Come to rest, write that state, and do not run."),
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
     """Run a case: forces, fields and a report into the output folder."""
@@ -108,7 +112,14 @@ def run(
     loaded = load(case, settings, context)
     folder = out if out is not None else case.parent / f"{case.stem}_out"
     try:
-        result = run_case.run(loaded, out=folder, resume=resume, strict=strict, quiet=quiet)
+        result = run_case.run(
+            loaded,
+            out=folder,
+            resume=resume,
+            strict=strict,
+            settle_only=settle_only,
+            quiet=quiet,
+        )
     except KeyboardInterrupt:
         from contiga.simulation.output_folder import newest_checkpoint
 
@@ -132,6 +143,9 @@ def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path
     lost = float(timings.get("compile", 0.0))
     total = float(timings.get("total", 0.0))
     apart = f", {number(lost, 2)} s of it compiling kernels" if lost >= 0.05 else ""
+    if settled := summary.get("settled"):
+        residual = f"unbalanced forces are {settled['residual']:.2g} of the loads"
+        print(f"settled in {settled['steps']} steps: {residual}")
     print(f"{summary.get('steps', len(history['time']) - 1)} steps in {number(total, 3)} s{apart}")
     columns = summary.get("columns") or {}
     for name, force in history.items():

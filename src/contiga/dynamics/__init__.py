@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Attached, Free
+from contiga.dynamics.nodal_loads import NodalForce, Pressure
 from contiga.dynamics.prescribed import (
     BodyMotion,
     Combine,
@@ -33,7 +34,9 @@ __all__ = [
     "Fixed",
     "Free",
     "Moved",
+    "NodalForce",
     "Poses",
+    "Pressure",
     "Rotate",
     "SlaveMotion",
     "Translate",

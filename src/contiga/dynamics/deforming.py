@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,20 +12,21 @@ from numpy.typing import ArrayLike, NDArray
 
 from contiga.arrays.layout import as_points, positive, read_only
 from contiga.dynamics.deforming_nodes import DeformingNodes
+from contiga.dynamics.deforming_parts import Filling, parts_of
 from contiga.dynamics.free import Dependent, Number, _velocity
-from contiga.dynamics.holding import held_ways
+from contiga.dynamics.holding import drives_of, held_ways
+from contiga.dynamics.nodal_loads import NodalForce, Pressure
 from contiga.dynamics.nodes import NodeMover
+from contiga.dynamics.prescribed import Stopped, kinks_in
 from contiga.errors import InputError
 from contiga.matter.assemble import assemble
 from contiga.matter.coefficients import Material
-from contiga.matter.parts import DIMENSION, Part
+from contiga.matter.parts import Part
 from contiga.matter.protocol import Matter
-from contiga.records import FloatArray, IntArray
-from contiga.slaves.cells import split_shells
+from contiga.records import FloatArray
 from contiga.slaves.slave import Slave
 
-KINDS = {"tetra": "tet4", "hexahedron": "hex8", "triangle": "tri3", "quad": "tri3"}
-"""Elements of a material, by the kind of a cell; quadrilaterals are split."""
+NodalLoad = Pressure | NodalForce
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -39,11 +42,20 @@ class Deforming(Dependent):
         `contiga.matter.Matter`, its degrees of freedom the points of the slave
     density : mass / volume; matter of one's own has its mass
     thickness : of membranes, length; the slave's own if omitted
+    section : of bars, area
+    hourglass, bulk_viscosity : of solids, as `contiga.matter.Part` has them
+    parts : `contiga.matter.Part` of elements that are rows of the slave's points, each with a
+        material of its own; elements of the slave that are in none have that of the motion. Bars
+        need not be elements of the slave
     fixed : what is held of its nodes: (n,) or (n, 3) bool, numbers of nodes, a table
-        ``{"box": [low, high]}``, ``{"plane": [point, normal]}`` or ``{"nodes": …}`` with
-        ``"hold": ["x", "y", "z"]``, or a list of such tables
+        ``{"box": [low, high]}``, ``{"plane": [point, normal]}``, ``{"side": [direction, degrees]}``
+        (of the normals of facets), ``{"layer": [direction, depth]}`` (below the outermost node) or
+        ``{"nodes": …}`` with ``"hold": ["x", "y", "z"]``, or a list of such tables
     velocity : (3,) or (n, 3) at the start, world axes; of what is held it is zero
     damping : α of a force −α m v on each node, 1/time
+    loads : `contiga.motion.Pressure` and `NodalForce`, one or several
+    driven : what a motion drives of its nodes: a table as of `fixed` with a ``"motion"`` of a body
+        beside its place, which carries the nodes from where the slave stands; or a list of them
     rest : (n, 3) nodes where no element is strained; where the slave stands if omitted
 
     Raises
@@ -79,42 +91,85 @@ class Deforming(Dependent):
     [False, False, False, True]
     """
 
-    material: Material | Matter
+    material: Material | Matter | None
     density: float | None
     thickness: float | None
+    section: float | None
+    hourglass: float
+    bulk_viscosity: tuple[float, float]
+    parts: tuple[Part, ...]
     fixed: Any
     velocity: FloatArray
     damping: float
+    loads: tuple[NodalLoad, ...]
+    driven: Any
     rest: FloatArray | None
 
     def __init__(
         self,
         *,
-        material: Material | Matter,
+        material: Material | Matter | None = None,
         density: float | None = None,
         thickness: float | None = None,
+        section: float | None = None,
+        hourglass: float = 1.0,
+        bulk_viscosity: tuple[float, float] = (0.0, 0.0),
+        parts: Sequence[Part] = (),
         fixed: Any = None,
         velocity: ArrayLike = (0.0, 0.0, 0.0),
         damping: float = 0.0,
+        loads: NodalLoad | Sequence[NodalLoad] = (),
+        driven: Any = None,
         rest: ArrayLike | None = None,
     ) -> None:
-        if not (hasattr(material, "coefficients") or hasattr(material, "forces")):
+        own = hasattr(material, "forces")
+        if not (own or hasattr(material, "coefficients") or (material is None and parts)):
             raise InputError(
                 "must be a material",
                 where="Deforming(material)",
                 found=type(material).__name__,
-                allowed="one of contiga.materials, or matter of one's own",
+                allowed="one of contiga.materials, matter of one's own, or parts that have theirs",
             )
         put = object.__setattr__
         put(self, "material", material)
         put(self, "density", None if density is None else positive(density, "density"))
         put(self, "thickness", None if thickness is None else positive(thickness, "thickness"))
+        put(self, "section", None if section is None else positive(section, "section"))
+        put(self, "hourglass", positive(hourglass, "hourglass"))
+        put(self, "bulk_viscosity", _viscosity(bulk_viscosity))
+        put(self, "parts", _as_parts(parts, own))
         put(self, "fixed", fixed)
         put(self, "velocity", _velocity(velocity))
         put(self, "damping", float(damping))
+        put(self, "loads", (loads,) if isinstance(loads, NodalLoad) else tuple(loads))
+        put(self, "driven", _as_tables(driven))
         put(self, "rest", None if rest is None else read_only(as_points(rest, "rest")))
         if not (np.isfinite(self.damping) and self.damping >= 0.0):
             raise InputError("must be 0 or more", where="damping", found=damping)
+        for k, load in enumerate(self.loads):
+            if not isinstance(load, NodalLoad):
+                raise InputError(
+                    "must be a load on nodes",
+                    where=f"loads[{k}]",
+                    found=type(load).__name__,
+                    allowed="contiga.motion.Pressure, NodalForce",
+                )
+
+    @property
+    def kinks(self) -> FloatArray:
+        """Times at which steps must end so that nothing of its loads and motions is lost."""
+        parts = [*self.loads, *(table.get("motion") for table in self.driven)]
+        return np.concatenate([np.zeros(0), *map(kinks_in, parts)])
+
+    def resting(self, time: float) -> Deforming:
+        """The same with nothing in motion."""
+        still = copy(self)
+        put = object.__setattr__
+        put(still, "velocity", read_only(np.zeros(3)))
+        put(still, "loads", tuple(load.at_time(time) for load in self.loads))
+        stopped = [table | {"motion": Stopped(table["motion"], time)} for table in self.driven]
+        put(still, "driven", stopped)
+        return still
 
     def nodes(self, where: str, slave: Slave, number: Number) -> NodeMover:
         """Nodes of elements, those that no element has held where they are."""
@@ -123,16 +178,30 @@ class Deforming(Dependent):
         _check_rows(where, "rest", rest, shape)
         if self.velocity.ndim == 2:
             _check_rows(where, "velocity", self.velocity, shape)
-        held = held_ways(self.fixed, slave.points, f"{where}: fixed")
+        held = held_ways(self.fixed, slave, f"{where}: fixed")
+        drives = drives_of(self.driven, held, slave, f"{where}: driven")
+        loads = [load.nodes(slave, f"{where}: loads[{k}]") for k, load in enumerate(self.loads)]
         matter, rows = self._matter(where, slave, rest)
         bare = np.ones(len(slave), np.bool_)
         bare[rows] = False
+        for one in drives:
+            held |= one.ways
         held[bare] = True
         mass = np.full(len(slave), float(np.mean(matter.mass)))
         mass[rows] = matter.mass
         velocity = np.where(held, 0.0, self.velocity)
         return DeformingNodes(
-            where, matter, rows, mass, slave.points, velocity, held, self.damping, self
+            where,
+            matter,
+            rows,
+            mass,
+            slave.points,
+            velocity,
+            held,
+            self.damping,
+            self,
+            tuple(loads),
+            drives,
         )
 
     def _matter(
@@ -140,83 +209,77 @@ class Deforming(Dependent):
     ) -> tuple[Matter, NDArray[np.intp]]:
         """The matter, and the point of the slave for each of its degrees of freedom."""
         every = np.arange(len(slave), dtype=np.intp)
-        if not hasattr(self.material, "coefficients"):
-            if np.shape(self.material.mass) != (len(slave),):
+        if hasattr(self.material, "forces"):
+            matter: Any = self.material
+            if np.shape(matter.mass) != (len(slave),):
                 raise InputError(
                     "its degrees of freedom must be the points of the slave",
                     where=f"{where}: material",
-                    found=f"{np.shape(self.material.mass)} masses",
+                    found=f"{np.shape(matter.mass)} masses",
                     allowed=f"({len(slave)},)",
                 )
-            return self.material, every
-        parts = list(self._parts(where, slave))
+            return matter, every
+        parts = parts_of(slave, self.parts, self._filling(), where)
         rows = np.unique(np.concatenate([part.elements.ravel() for part in parts]))
         lower = np.zeros(len(slave), np.int32)
         lower[rows] = np.arange(len(rows), dtype=np.int32)
-        inner = [self._part(part.kind, lower[part.elements], slave, where) for part in parts]
+        inner = [replace(part, elements=lower[part.elements]) for part in parts]
         facets = slave.facets
         if facets is not None:
             facets = lower[facets[np.isin(facets, rows).all(axis=1)]]
         return assemble(rest[rows], inner, facets=facets), rows.astype(np.intp)
 
-    def _parts(self, where: str, slave: Slave) -> list[Part]:
-        """Elements by kind, as rows of the slave's points."""
-        cells = dict(slave.elements)
-        if not cells and slave.facets is not None:
-            cells = {"triangle": slave.facets}
-        if not cells:
-            raise InputError(
-                "a slave that deforms needs elements",
-                where=where,
-                found="a cloud",
-                allowed="a mesh from read_mesh, Slave(elements=…), or facets as membranes",
-            )
-        unknown = [kind for kind in cells if kind not in KINDS]
-        if unknown:
-            raise InputError(
-                "no element is known for these cells",
-                where=where,
-                found=", ".join(f"{len(cells[kind])} {kind}" for kind in unknown),
-                allowed=", ".join(KINDS),
-                remedy="Mesh it by linear tetrahedra or hexahedra, shells by triangles",
-            )
-        by_kind: dict[str, list[IntArray]] = {}
-        for kind, rows in cells.items():
-            split = split_shells(slave.points, kind, rows)[0] if kind == "quad" else rows
-            by_kind.setdefault(KINDS[kind], []).append(split)
-        return [
-            self._part(kind, np.concatenate(rows), slave, where) for kind, rows in by_kind.items()
-        ]
-
-    def _part(self, kind: str, elements: IntArray, slave: Slave, where: str) -> Part:
-        if self.density is None:
-            raise InputError(
-                "is missing: elements need it", where=f"{where}: density", allowed="mass / volume"
-            )
-        flat = DIMENSION.get(kind) == 2
-        return Part(
-            kind=kind,
-            elements=elements,
-            material=self.material,  # type: ignore[arg-type]  # matter is taken as it is
-            density=self.density,
-            thickness=self._thickness(where, slave) if flat else None,
-            name=f"{where}: {kind}",
-        )
-
-    def _thickness(self, where: str, slave: Slave) -> float | None:
-        if self.thickness is not None or slave.thickness is None:
-            return self.thickness
-        known = slave.thickness[slave.thickness > 0.0]
-        if len(known) == 0:
+    def _filling(self) -> Filling | None:
+        """What elements of no part are made of."""
+        material: Any = self.material
+        if material is None:
             return None
-        if np.ptp(known) > 1e-9 * known.max():
+        across = self.thickness, self.section
+        return Filling(material, self.density, *across, self.hourglass, self.bulk_viscosity)
+
+
+def _viscosity(given: Sequence[float]) -> tuple[float, float]:
+    try:
+        linear, quadratic = (float(number) for number in given)
+    except (TypeError, ValueError):
+        linear = quadratic = -1.0
+    if not (0.0 <= linear < np.inf and 0.0 <= quadratic < np.inf):
+        raise InputError(
+            "must be two numbers that are not negative",
+            where="bulk_viscosity",
+            found=given,
+            allowed="(0.06, 1.5) as a rule, (0, 0) for none",
+        )
+    return linear, quadratic
+
+
+def _as_parts(given: Sequence[Part], own: bool) -> tuple[Part, ...]:
+    parts = tuple(given)
+    for k, part in enumerate(parts):
+        if not isinstance(part, Part):
             raise InputError(
-                "the slave's thickness is not the same everywhere",
-                where=f"{where}: thickness",
-                found=f"{known.min():g} to {known.max():g}",
-                allowed="one thickness for all, as Deforming(thickness=…)",
+                "must be a part",
+                where=f"parts[{k}]",
+                found=type(part).__name__,
+                allowed="contiga.matter.Part",
             )
-        return float(known[0])
+    if parts and own:
+        raise InputError("matter of one's own has no parts here", where="parts")
+    return parts
+
+
+def _as_tables(driven: Any) -> list[dict[str, Any]]:
+    """One table, or several, as a list."""
+    tables = [driven] if isinstance(driven, Mapping) else list(driven or ())
+    for k, table in enumerate(tables):
+        if not isinstance(table, Mapping):
+            raise InputError(
+                "must be tables",
+                where=f"driven[{k}]",
+                found=type(table).__name__,
+                allowed='{"plane": …, "motion": a motion of a body}, or a list of such tables',
+            )
+    return [dict(table) for table in tables]
 
 
 def _check_rows(where: str, what: str, rows: FloatArray, shape: tuple[int, ...]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,6 +37,10 @@ class Dependent:
             It cannot.
         """
         raise NotImplementedError
+
+    def resting(self, time: float) -> Dependent:
+        """The same with nothing in motion, and what changes over time as it is at `time`."""
+        return self
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -110,6 +115,13 @@ class Free(Dependent):
                     found=float(rate),
                     allowed="velocity and spin of zero along what is held",
                 )
+
+    def resting(self, time: float) -> Free:
+        """The same with nothing in motion."""
+        still = copy(self)
+        object.__setattr__(still, "velocity", read_only(np.zeros(3)))
+        object.__setattr__(still, "spin", read_only(np.zeros(3)))
+        return still
 
     def nodes(self, where: str, slave: Slave, number: Number) -> NodeMover:
         """Each a mass: of this motion, else the slave's own."""

@@ -1,31 +1,53 @@
-"""Which degrees of freedom of nodes are held: of single nodes, in a box, on a plane."""
+"""Which degrees of freedom of nodes are held, and which a motion drives."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.arrays.ordered import length
+from contiga.dynamics.places import nodes_at, nodes_given, place_of
+from contiga.dynamics.prescribed import BodyMotion
 from contiga.errors import InputError
 from contiga.records import FloatArray
+from contiga.rigid.frames import to_world
+from contiga.slaves.slave import Slave
 
 WAYS = ("x", "y", "z")
-PLACES = ("nodes", "box", "plane")
-ON_PLANE = 1e-6
-"""Part of the size of a slave that its nodes may be off a plane and still lie on it."""
+Ways = NDArray[np.bool_]
+"""(n, 3)."""
 
 
-def held_ways(fixed: Any, points: FloatArray, where: str) -> NDArray[np.bool_]:
-    """(n, 3) which ways of points (n, 3) are held.
+class Drive(NamedTuple):
+    """Nodes that go as a body would by a motion, whatever the forces on them."""
+
+    ways: Ways
+    """(n, 3) directions in which they do."""
+    rows: NDArray[np.intp]
+    """(k,) nodes."""
+    base: FloatArray
+    """(k, 3) points that the poses of the motion carry."""
+    motion: BodyMotion
+
+    def place(self, time: float, points: FloatArray, velocities: FloatArray) -> None:
+        """Have points and velocities (n, 3) of the nodes as the motion says at a time."""
+        X, twist = self.motion.pose(time), self.motion.twist(time)
+        now, ways = to_world(X, self.base), self.ways[self.rows]
+        points[self.rows] = np.where(ways, now, points[self.rows])
+        speed = twist.at(X[:3, 3], now)
+        velocities[self.rows] = np.where(ways, speed, velocities[self.rows])
+
+
+def held_ways(fixed: Any, slave: Slave, where: str) -> Ways:
+    """(n, 3) which ways of the points of a slave are held.
 
     Parameters
     ----------
-    fixed : (n,) bool, (n, 3) bool, or numbers of nodes; a table ``{"nodes": …}``,
-        ``{"box": (2, 3)}`` or ``{"plane": (2, 3) a point and the normal}``, with the ways as
-        ``"hold": ["x", …]``, all if omitted; several of them in a list; None holds nothing
+    fixed : (n,) bool, (n, 3) bool, or numbers of nodes; a table with a place as
+        `contiga.dynamics.places` has them, and the ways as ``"hold": ["x", …]``, all if omitted;
+        several of them in a list; None holds nothing
     where : for messages
 
     Raises
@@ -33,93 +55,74 @@ def held_ways(fixed: Any, points: FloatArray, where: str) -> NDArray[np.bool_]:
     InputError
         It is none of these, or no node is there.
     """
-    held = np.zeros(points.shape, np.bool_)
+    held = np.zeros(slave.points.shape, np.bool_)
     if fixed is None:
         return held
     tables = isinstance(fixed, Sequence) and len(fixed) > 0
     if tables and all(isinstance(one, Mapping) for one in fixed):
         for k, one in enumerate(fixed):
-            held |= _of_table(one, points, f"{where}[{k}]")
+            held |= _of_table(one, (), slave, f"{where}[{k}]")
         return held
     if isinstance(fixed, Mapping):
-        return _of_table(fixed, points, where)
+        return _of_table(fixed, (), slave, where)
     given = np.asarray(fixed)
-    if given.dtype == np.bool_ and given.shape == points.shape:
+    if given.dtype == np.bool_ and given.shape == held.shape:
         return given.copy()
-    held[_of_nodes(given, len(points), where)] = True
+    held[nodes_given(given, len(slave), where)] = True
     return held
 
 
-def _of_table(table: Mapping[str, Any], points: FloatArray, where: str) -> NDArray[np.bool_]:
-    """(n, 3) of one table."""
-    places = [key for key in table if key in PLACES]
-    if len(places) != 1 or set(table) - {*PLACES, "hold"}:
-        raise InputError(
-            "says which nodes by one key, and beside it their ways by `hold`",
-            where=where,
-            found=", ".join(map(str, table)),
-            allowed=", ".join(PLACES),
-        )
-    key = places[0]
-    if key == "nodes":
-        rows = _of_nodes(np.asarray(table[key]), len(points), f"{where}: nodes")
-    else:
-        corners = np.asarray(table[key], dtype=np.float64)
-        if corners.shape != (2, 3) or not np.isfinite(corners).all():
+def drives_of(driven: Any, held: Ways, slave: Slave, where: str) -> tuple[Drive, ...]:
+    """What drives nodes of a slave of which `held` ways are held.
+
+    Parameters
+    ----------
+    driven : a table as of `held_ways` with a ``"motion"``, of `contiga.motion`; or a list of them
+
+    Raises
+    ------
+    InputError
+        It is neither, a way is held and driven at once, or driven twice.
+    """
+    if driven is None:
+        return ()
+    tables = [driven] if isinstance(driven, Mapping) else list(driven)
+    drives: list[Drive] = []
+    taken = held.copy()
+    for k, table in enumerate(tables):
+        here = f"{where}[{k}]" if len(tables) > 1 else where
+        motion: Any = table.get("motion")
+        if not (callable(getattr(motion, "pose", None)) and callable(getattr(motion, "twist", 0))):
             raise InputError(
-                "must be two rows of three numbers",
-                where=f"{where}: {key}",
-                found=table[key],
-                allowed="lowest and highest corner of a box; a point and the normal of a plane",
+                "must have the motion of a body",
+                where=f"{here}: motion",
+                found=motion,
+                allowed="one of contiga.motion with pose(t) and twist(t)",
             )
-        rows = (_in_box if key == "box" else _on_plane)(points, corners)
-    if not rows.any():
-        raise InputError(
-            "no node of the slave is there",
-            where=f"{where}: {key}",
-            found=table[key],
-            allowed=f"nodes from {np.round(points.min(axis=0), 6).tolist()} to "
-            f"{np.round(points.max(axis=0), 6).tolist()}",
-        )
-    return rows[:, None] & _ways(table.get("hold", WAYS), f"{where}: hold")
+        ways = _of_table(table, ("motion",), slave, here)
+        twice = np.flatnonzero((ways & taken).any(axis=1))
+        if twice.size:
+            node, way = int(twice[0]), int(np.argmax((ways & taken)[twice[0]]))
+            raise InputError(
+                f"node {node} is {'held' if held[node, way] else 'driven'} along {WAYS[way]} "
+                "already",
+                where=here,
+                found=slave.points[node].tolist(),
+                remedy='Leave the way out of one of the two, as hold = ["x", "y"]',
+            )
+        taken |= ways
+        rows = np.flatnonzero(ways.any(axis=1))
+        drives.append(Drive(ways, rows, slave.points[rows], motion))
+    return tuple(drives)
 
 
-def _of_nodes(given: NDArray[Any], count: int, where: str) -> NDArray[np.bool_]:
-    """(n,) of a mask or numbers of nodes."""
-    rows = np.zeros(count, np.bool_)
-    if given.dtype == np.bool_ and given.shape == (count,):
-        return given.copy()
-    if given.dtype.kind not in "iu" or given.ndim != 1 or not given.size:
-        raise InputError(
-            "must say which nodes are held",
-            where=where,
-            found=f"shape {given.shape} of {given.dtype}",
-            allowed=f"({count},) or ({count}, 3) of bool, numbers of nodes, or a table",
-        )
-    if not ((given >= 0) & (given < count)).all():
-        raise InputError(
-            "names a node that is not there",
-            where=where,
-            found=int(given[np.argmax((given < 0) | (given >= count))]),
-            allowed=f"0 to {count - 1}",
-        )
-    rows[given] = True
-    return rows
-
-
-def _in_box(points: FloatArray, box: FloatArray) -> NDArray[np.bool_]:
-    near = ON_PLANE * length(np.ptp(points, axis=0))
-    inside: NDArray[np.bool_] = ((points >= box[0] - near) & (points <= box[1] + near)).all(axis=1)
-    return inside
-
-
-def _on_plane(points: FloatArray, plane: FloatArray) -> NDArray[np.bool_]:
-    size = length(plane[1])
-    if size == 0.0:
-        return np.zeros(len(points), np.bool_)
-    off = ((points - plane[0]) * (plane[1] / size)).sum(axis=1)
-    near: NDArray[np.bool_] = np.abs(off) <= ON_PLANE * length(np.ptp(points, axis=0))
-    return near
+def _of_table(table: Mapping[str, Any], others: tuple[str, ...], slave: Slave, where: str) -> Ways:
+    """(n, 3) of one table."""
+    key = place_of(table, ("hold", *others), where)
+    ways = _ways(table.get("hold", WAYS), f"{where}: hold")
+    if key is None:
+        return np.broadcast_to(ways, slave.points.shape).copy()
+    return nodes_at(key, table[key], slave, where)[:, None] & ways
 
 
 def _ways(hold: Any, where: str) -> NDArray[np.bool_]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,6 +81,13 @@ class Load:
                 found=smooth,
                 remedy="Remove it, or give the force or the moment as rows over time",
             )
+
+    def at_time(self, t: float) -> Load:
+        """A constant load, as this one is at time `t`."""
+        constant = copy(self)
+        object.__setattr__(constant, "force", read_only(self.force_at(t).copy()))
+        object.__setattr__(constant, "moment", read_only(self.moment_at(t).copy()))
+        return constant
 
     @property
     def span(self) -> tuple[float, float] | None:

@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.dynamics.prescribed import Moved, SlaveMotion
 from contiga.errors import InputError
@@ -85,6 +86,19 @@ class Stored(NamedTuple):
     damping: float = 0.0
 
 
+class Imbalance(NamedTuple):
+    """How far nodes are from rest."""
+
+    force: float = 0.0
+    """Σ|f| of what acts on each node that may move."""
+    load: float = 0.0
+    """Σ|p| of the loads among it."""
+    reaction: float = 0.0
+    """Of what elements do on nodes that are held."""
+    rounding: float = 0.0
+    """What of the force may be rounding."""
+
+
 class NodeMover(Protocol):
     """What moves the nodes of a slave."""
 
@@ -118,6 +132,13 @@ class NodeMover(Protocol):
     def joined(self) -> bool:
         """Whether they are parts of a whole, whose vibrations steps do not follow one by one."""
 
+    @property
+    def bare(self) -> NDArray[np.bool_]:
+        """(n,) nodes of what is joined that are in no element, and stay."""
+
+    def stress(self, state: SlaveState) -> FloatArray | None:
+        """(n, 6) at the nodes of elements, NaN at others; None of what has none."""
+
     def rates(self, state: SlaveState) -> tuple[float, float]:
         """ω² and decay rate γ of what is fastest in them, beside their contacts."""
 
@@ -127,6 +148,23 @@ class NodeMover(Protocol):
     def by_motion(self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces) -> float:
         """Work of what drives them in a step, against the forces before and after it."""
 
+    def stopped(self, state: SlaveState) -> SlaveState:
+        """The same without velocities, where forces move them."""
+
+    def taken_up(self, rest: SlaveState, now: Instant) -> SlaveState:
+        """The nodes at the start of a run that begins from where they rest."""
+
+    def imbalance(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> Imbalance:
+        """How far they are from rest."""
+
+    def steered(
+        self, state: SlaveState, forces: Forces, gravity: FloatArray, share: float
+    ) -> SlaveState:
+        """The same with a share of the velocities turned to where the forces pull."""
+
+    def shaken(self, state: SlaveState) -> float:
+        """Kinetic energy of what forces move, by the velocities of a state."""
+
     def digest(self, digest: Any, times: FloatArray) -> None:
         """Adds all that decides their way."""
 
@@ -135,6 +173,37 @@ class _Unmoved:
     """What most movers have nothing of."""
 
     joined: ClassVar[bool] = False
+    bare: ClassVar[NDArray[np.bool_]] = np.zeros(0, np.bool_)
+
+    def stopped(self, state: SlaveState) -> SlaveState:
+        """As they are."""
+        return state
+
+    def taken_up(self, rest: SlaveState, now: Instant) -> SlaveState:
+        """As they start."""
+        return self.start(now)
+
+    def start(self, now: Instant) -> SlaveState:
+        """See `NodeMover`."""
+        raise NotImplementedError
+
+    def imbalance(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> Imbalance:
+        """None: something else moves them."""
+        return Imbalance()
+
+    def steered(
+        self, state: SlaveState, forces: Forces, gravity: FloatArray, share: float
+    ) -> SlaveState:
+        """As they are."""
+        return state
+
+    def stress(self, state: SlaveState) -> FloatArray | None:
+        """None."""
+        return None
+
+    def shaken(self, state: SlaveState) -> float:
+        """As the ledger has it."""
+        return self.energy(state).kinetic
 
     def rates(self, state: SlaveState) -> tuple[float, float]:
         """None."""

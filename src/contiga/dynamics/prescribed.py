@@ -100,6 +100,23 @@ class Fixed:
         return twist.still()
 
 
+@dataclass(frozen=True)
+class Stopped:
+    """A body that stays where a motion has it at one time."""
+
+    told = True
+    motion: BodyMotion
+    time: float
+
+    def pose(self, t: float) -> FloatArray:
+        """The same always."""
+        return self.motion.pose(self.time)
+
+    def twist(self, t: float) -> Twist:
+        """Zero."""
+        return twist.still()
+
+
 @dataclass(frozen=True, init=False, eq=False)
 class Translate:
     """Movement along a table, linear between its rows.

@@ -15,6 +15,7 @@ from contiga.matter.blocks import NodeSums
 from contiga.matter.kernels import elements_nb, lanes_nb, row_sums_nb
 from contiga.matter.kernels.lanes_nb import KINDS, LANES
 from contiga.matter.protocol import MatterEnergy, MatterForces, MatterState
+from contiga.matter.stress import Apart, apart, cauchy
 from contiga.matter.tables import ElementOutput, ElementTables, Memory, Motion
 from contiga.records import FloatArray, IntArray
 
@@ -57,6 +58,8 @@ class Group(NamedTuple):
     """Of the table that all groups write sums of blocks to."""
     memory: slice
     """Of what all groups remember."""
+    across: float
+    """What makes a volume of an element's measure: thickness, section, or 1 of a solid."""
 
 
 class Assembled:
@@ -74,6 +77,7 @@ class Assembled:
         self.nodes, self.mass, self.facets = nodes, mass, facets
         self.groups, self.damping = groups, damping
         self._sums = sums
+        self._apart: list[Apart] = []
         self._remembered = max((group.memory.stop for group in groups), default=0)
 
     def points(self, q: FloatArray) -> FloatArray:
@@ -131,6 +135,45 @@ class Assembled:
         starts, rows = self._sums
         run_ranges(lanes_nb.sum_at_nodes, len(out), NODES, partial, starts, rows, out)
         return out
+
+    def stress(self, state: MatterState) -> FloatArray:
+        """(m, 6) Cauchy stresses xx, yy, zz, xy, yz, xz at a state, without rates: the mean of the
+        elements at each node by their volumes at rest.
+
+        Those of membranes and bars by the thickness or section that they have at rest.
+        """
+        if not self._apart:
+            self._apart = [apart(one.kind, one.elements, one.tables) for one in self.groups]
+        total, weight = np.zeros((len(self.mass), 6)), np.zeros(len(self.mass))
+        for group, pieces in zip(self.groups, self._apart, strict=True):
+            corners = state.points[pieces.corners].reshape(*group.elements.shape, 3)
+            forces = self._pieces_forces(group, pieces, state).reshape(corners.shape)
+            stress = cauchy(group.kind, corners, forces, group.across)
+            n, k = group.elements.shape
+            volumes = np.repeat(group.tables.measures.ravel()[:n] * group.across, k)
+            weight += np.bincount(pieces.corners, volumes, minlength=len(weight))
+            shares = np.repeat(stress, k, axis=0) * volumes[:, None]
+            for c in range(6):
+                total[:, c] += np.bincount(pieces.corners, shares[:, c], minlength=len(weight))
+        return total / weight[:, None]
+
+    def _pieces_forces(self, group: Group, pieces: Apart, state: MatterState) -> FloatArray:
+        """(e · k, 3) on the corners of the elements of a group, taken apart."""
+        blocks, q = len(group.tables.nodes), locked(state.points)
+        rows = max(len(pieces.rows), group.rows.stop - group.rows.start)
+        partial = np.empty((rows, 3))
+        out = ElementOutput(partial, np.empty((blocks, KINDS)), np.empty(blocks, np.int32))
+        pressures = np.zeros(0)
+        if group.average is not None:
+            motion = Motion(q, q, 0.0, pressures)
+            pressures = _pressures(group, group.average, motion, out)[0][pieces.corners]
+        points = locked(state.points[pieces.corners])
+        motion = Motion(points, locked(np.zeros_like(points)), 0.0, pressures)
+        memory = _memory(group, state, np.empty(self._remembered))
+        run_ranges(KERNELS[group.kind][0], blocks, BLOCKS, motion, pieces.tables, memory, out)
+        forces = np.empty((len(pieces.corners), 3))
+        forces[pieces.rows] = partial[: len(pieces.rows)]
+        return forces
 
     def stiffness(self, state: MatterState) -> FloatArray:
         """See `Matter`: at the state's points, without damping."""

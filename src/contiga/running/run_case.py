@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from contiga.errors import InputError
 from contiga.running.interrupts import stoppable
@@ -17,12 +17,17 @@ if TYPE_CHECKING:
     from contiga.simulation.result import Result
 
 
+SHOWN = 20
+"""Steps to rest from one that is shown to the next."""
+
+
 def run(
     case: Case | str | Path,
     out: str | Path | None = None,
     *,
     resume: bool = False,
     strict: bool = False,
+    settle_only: bool = False,
     keep: int | None = None,
     quiet: bool = True,
 ) -> Result:
@@ -34,6 +39,7 @@ def run(
     out : folder for the results; None keeps them in memory only
     resume : go on from the checkpoint in `out`
     strict : refuse a model that looks wrong; stop at the first point that is not certified
+    settle_only : end where the run would begin, at rest
     keep : keep the states of every so many steps (of a resumed run those since); None none
     quiet : no progress bar
 
@@ -70,12 +76,10 @@ def run(
             out,
             resume=resume,
             strict=strict,
+            settle_only=settle_only,
             keep=keep,
-            progress=progress.step,
-            on_check=None if quiet else _warn_of,
-            on_pace=progress.keep_reason,
-            on_slow=None if quiet else _warn,
             on_finish=write_report,
+            **progress.calls(quiet),
         )
 
 
@@ -105,9 +109,32 @@ class Progress:
         self._show, self._stopped = show, stopped
         self._reason = ""
 
+    def calls(self, quiet: bool) -> dict[str, Any]:
+        """What a run is to call."""
+        return {
+            "progress": self.step,
+            "on_check": None if quiet else _warn_of,
+            "on_pace": self.keep_reason,
+            "on_slow": None if quiet else _warn,
+            "on_settle": self.settle,
+        }
+
     def keep_reason(self, reason: str) -> None:
         """What set the length of the step, to be shown with it."""
         self._reason = f", {reason}"
+
+    def settle(self, step: int, residual: float) -> None:
+        """Show how far all is from rest before the first step.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            Ctrl-C came since the last step.
+        """
+        if self._stopped():
+            raise KeyboardInterrupt
+        if step % SHOWN == 0:
+            self._show(0, 1, f"settling: step {step}, residual {residual:.2g}")
 
     def step(self, done: int, steps: int, contacts: int) -> None:
         """Show that `done` of `steps` states are there, the last with so many points in contact.

@@ -20,9 +20,10 @@ from contiga.simulation.checks.finding import Finding
 from contiga.simulation.fingerprint import fingerprint_of
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.peak import Peak
+from contiga.simulation.settle import Rest
 from contiga.simulation.system_state import BodyStates, Energy, SystemState
 
-FORMAT = 13
+FORMAT = 14
 _NUMBERS = ("step", "peak_energy", "shaking", "leak")
 """Of a state."""
 
@@ -121,6 +122,8 @@ def _write_state(file: Any, state: SystemState) -> None:
         for key, value in spring._asdict().items():
             group[key] = value
     file["energy"] = np.array(state.energy)
+    if state.rest is not None:
+        file["rest"] = np.array(state.rest, np.float64)
     for name in _NUMBERS:
         file[name] = getattr(state, name)
     file["rigid"], file["wrenches"] = state.rigid, state.wrenches
@@ -131,7 +134,8 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
         return [np.asarray(group[name]) for name in names]
 
     bodies = [arrays(group, "pose", "twist") for group in file["bodies"].values()]
-    poses, twists = (np.array(rows) for rows in zip(*bodies, strict=True))
+    poses = np.array([pose for pose, _ in bodies]).reshape(-1, 4, 4)
+    twists = np.array([twist for _, twist in bodies]).reshape(-1, 6)
     return SystemState(
         time=float(file.attrs["time"]),
         bodies=BodyStates({name: i for i, name in enumerate(file["bodies"])}, poses, twists),
@@ -147,8 +151,16 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
         rigid=np.asarray(file["rigid"]),
         wrenches=np.asarray(file["wrenches"]),
         springs={name: _spring(group) for name, group in file["springs"].items()},
+        rest=_rest(file),
         **{name: float(file[name][()]) for name in _NUMBERS},
     )
+
+
+def _rest(file: Any) -> Rest | None:
+    if "rest" not in file:
+        return None
+    steps, residual = np.asarray(file["rest"]).tolist()
+    return Rest(int(steps), residual)
 
 
 def _slave(group: Any) -> SlaveState:

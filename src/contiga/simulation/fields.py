@@ -16,6 +16,7 @@ from contiga.io.out.vtkhdf import FieldsWriter, Part
 from contiga.io.units import derived_units
 from contiga.masters.protocol import Master
 from contiga.masters.sampling import least_size, refined
+from contiga.matter.stress import von_mises
 from contiga.rigid.frames import to_world
 from contiga.simulation.model import Model
 from contiga.simulation.outlines_file import OutlinesFile
@@ -79,6 +80,10 @@ class Fields:
         for name, slave in self._model.slaves.items():
             n = len(state.slaves[name].points)
             data["contact_status"][first : first + n][~slave.slave.active] = -1
+            stress = self._model.mechanism.nodes[name].stress(state.slaves[name])
+            if stress is not None:
+                data["stress"][first : first + n] = stress
+                data["von_mises"][first : first + n] = von_mises(stress)
             for part in self._model.contacts:
                 if part.slave == name:
                     _add(data, slice(first, first + n), state.contacts[part.name])
@@ -94,6 +99,9 @@ class Fields:
     def _blank(self, n: int, first_slave: int) -> dict[str, NDArray[np.generic]]:
         status = np.zeros(n, np.int32)
         status[:first_slave] = -1
+        inside: dict[str, NDArray[np.generic]] = {}
+        if self._model.mechanism.deforms:
+            inside = {"stress": np.full((n, 6), np.nan), "von_mises": np.full(n, np.nan)}
         return {
             "part": self._part,
             "contact_status": status,
@@ -104,6 +112,7 @@ class Fields:
             "area": np.zeros(n),
             "pressure": np.zeros(n),
             "cluster": np.full(n, -1, np.int32),
+            **inside,
         }
 
     def flush(self) -> None:
@@ -143,7 +152,7 @@ def _units(units: tuple[str, str, str]) -> dict[str, str]:
     return lengths | {
         "force": derived["force"],
         "area": derived["area"],
-        "pressure": derived["stress"],
+        **dict.fromkeys(("pressure", "stress", "von_mises"), derived["stress"]),
     }
 
 

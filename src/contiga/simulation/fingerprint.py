@@ -48,6 +48,8 @@ def identity_of(model: Model, end: float | None = None) -> Identity:
     digest.text(repr((model.output.every, tuple(model.output.formats), model.output.size)))
     digest.arrays("gravity", model.gravity)
     digest.text(repr((type(model.stepping).__name__, model.allow_unstable)))
+    if model.settling is not None:
+        digest.text(repr(model.settling))
     if isinstance(model.stepping, AutoSteps):
         digest.text(repr((model.stepping.safety, model.stepping.shortest)))
     digest.thing([dict(model.springs), model.loads, model.sensors])

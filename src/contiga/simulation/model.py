@@ -12,7 +12,7 @@ import numpy as np
 
 from contiga.contact.contact import Contact
 from contiga.display import Displayed, Facts
-from contiga.dynamics.free import Dependent
+from contiga.dynamics.free import Dependent, Free
 from contiga.dynamics.kinks import united
 from contiga.dynamics.loads import Load
 from contiga.dynamics.prescribed import BodyMotion, SlaveMotion, kinks_in
@@ -25,6 +25,7 @@ from contiga.records import FloatArray
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.mechanism import Mechanism, mechanism_of
 from contiga.simulation.sensor import CUT, RELATIVE_MEASURES, RelativeSensor, Sensor
+from contiga.simulation.settle import Settle
 from contiga.slaves.slave import Slave
 
 
@@ -102,10 +103,13 @@ class Model(Displayed):
     """Of the case file."""
     findings: tuple[Finding, ...] = ()
     """What was found out about its files as they were read: `check` tells it."""
+    settling: Settle | None = None
+    """How it comes to rest before it runs; None where it does not."""
 
     def __post_init__(self) -> None:
         names = [part.name for part in self.contacts]
-        if not (names or len(self.mechanism.free)) or len(set(names)) < len(names):
+        moved = len(self.mechanism.free) or self.mechanism.deforms
+        if not (names or moved) or len(set(names)) < len(names):
             raise InputError(
                 "there must be contacts, each with a name of its own", where="contacts", found=names
             )
@@ -113,6 +117,7 @@ class Model(Displayed):
             _check_name("master", part.master, self.bodies)
             _check_name("slave", part.slave, self.slaves)
         check_movers(self)
+        check_settle(self)
         check_sensors(self)
         check_springs(self)
 
@@ -166,6 +171,30 @@ def _check_name(role: str, name: str, known: Iterable[str], where: str = "") -> 
             found=name,
             allowed=", ".join(map(repr, known)),
         )
+
+
+def check_settle(model: Model) -> None:
+    """Refuse bodies that are to come to rest and are not free, or not there, or set off.
+
+    Raises
+    ------
+    InputError
+        As said.
+    """
+    for name in model.settling.bodies if model.settling is not None else ():
+        _check_name("body", name, model.bodies, "settle: bodies")
+        motion = model.bodies[name].motion
+        if not isinstance(motion, Free):
+            raise InputError(
+                "is not free: what moves it is told", where="settle: bodies", found=name
+            )
+        if motion.velocity.any() or motion.spin.any():
+            raise InputError(
+                "comes to rest, and has a velocity at the start",
+                where="settle: bodies",
+                found=name,
+                remedy="Leave it out: then it stays where it starts until the run begins",
+            )
 
 
 def check_springs(model: Model) -> None:
@@ -277,6 +306,9 @@ def check_movers(model: Model) -> None:
         for name, part in model.slaves.items()
     ]
     loads = [(f"loads[{i}]", load) for i, load in enumerate(model.loads)]
+    for name, slave in model.slaves.items():
+        own = getattr(slave.motion, "loads", ())
+        loads += [(f"slaves[{name!r}]: loads[{i}]", load) for i, load in enumerate(own)]
     for where, mover in (*movers, *loads):
         own = getattr(mover, "span", None)
         if own is not None:

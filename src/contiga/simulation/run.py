@@ -18,6 +18,7 @@ from contiga.simulation.outlook import Outlook
 from contiga.simulation.output_folder import newest_checkpoint
 from contiga.simulation.recorder import Progress, Recorder
 from contiga.simulation.result import Result
+from contiga.simulation.settling import OnSettle, settled
 from contiga.simulation.signals import filtered_columns
 from contiga.simulation.step import Stepped, advance
 from contiga.simulation.step_size import following
@@ -42,6 +43,10 @@ class RunOptions(NamedTuple):
     """Called with what set each step that chose itself."""
     on_slow: Callable[[str], Any] | None = None
     """Called once, where the end is out of reach."""
+    on_settle: OnSettle | None = None
+    """Called with the number of each step to rest, and the residual after it."""
+    settle_only: bool = False
+    """End where the run would begin, once all is at rest."""
     now: Callable[[], float] = perf_counter
     """Seconds of the clock that the end is reckoned by."""
 
@@ -87,9 +92,9 @@ def _stepped(
         if out is not None:
             recorder.open(Path(out), resume=options.resume)
         state = recorder.state
-        while state is None or state.time < model.stepping.end:
+        while state is None or (state.time < model.stepping.end and not options.settle_only):
             if state is None:
-                stepped = advance(model, None, model.stepping.start, clock)
+                stepped = _begun(model, options, clock)
             else:
                 stepped = following(model, state, clock)
             state = stepped.state
@@ -110,6 +115,14 @@ def _stepped(
         raise
     recorder.save()
     return state, kept
+
+
+def _begun(model: Model, options: RunOptions, clock: Clock) -> Stepped:
+    """The start, at rest where that is asked for."""
+    if model.settling is None and not options.settle_only:
+        return advance(model, None, model.stepping.start, clock)
+    with clock("settle"):
+        return settled(model, clock, options.on_settle)
 
 
 def _tell(options: RunOptions, stepped: Stepped, outlook: Outlook) -> None:
@@ -142,7 +155,7 @@ def _finished(
     history = recorder.columns()
     history |= filtered_columns(model, history)
     shown = (*check_run(model, history, state), *recorder.crest())
-    summary = summarise(model, history, clock, together(told, shown), recorder.ends)
+    summary = summarise(model, history, clock, together(told, shown), recorder.ends, state.rest)
     recorder.finish(summary, history)
     if options.on_finish is not None and recorder.folder is not None:
         options.on_finish(recorder.folder)

@@ -32,6 +32,8 @@ from contiga.simulation.recorder import Progress
 from contiga.simulation.result import Result
 from contiga.simulation.run import RunOptions, carry_out
 from contiga.simulation.sensor import RelativeSensor, Sensor
+from contiga.simulation.settle import Settle
+from contiga.simulation.settling import settled
 from contiga.simulation.step import advance
 from contiga.simulation.step_size import following
 from contiga.simulation.system_state import SystemState
@@ -58,6 +60,7 @@ class Simulation(Model):
     loads : a list of `contiga.Load`
     sensors : a list of `contiga.Sensor` and `contiga.RelativeSensor`
     allow_unstable : go on with steps longer than the critical one
+    settling : come to rest first: True, or how, as `contiga.Settle`
     title, units : for reports; units are the names of length, mass and time
     output : what a run writes
     case_text, base_folder : the case it comes from, and the folder of that
@@ -107,6 +110,7 @@ class Simulation(Model):
         loads: Sequence[Load] = (),
         sensors: Sequence[Sensor | RelativeSensor] = (),
         allow_unstable: bool = False,
+        settling: Settle | bool | None = None,
         title: str = "",
         units: tuple[str, str, str] = ("", "", ""),
         output: OutputOptions | None = None,
@@ -130,6 +134,7 @@ class Simulation(Model):
             loads=parts_of_kind("loads", loads, Load),
             sensors=parts_of_kind("sensors", sensors, Sensor, RelativeSensor),
             allow_unstable=allow_unstable,
+            settling=_settling(settling),
             title=title,
             units=units,
             output=OutputOptions() if output is None else output,
@@ -155,6 +160,41 @@ class Simulation(Model):
     def start(self) -> SystemState:
         """The state at the start."""
         return advance(self, None, self.stepping.start, Clock()).state
+
+    def settle(self) -> SystemState:
+        """The state at the start once all has come to rest: see `contiga.Settle`.
+
+        `run` begins with it where the simulation was made with `settling`.
+
+        Raises
+        ------
+        InputError
+            No slave deforms, and no body is to settle.
+        RunError
+            It has not come to rest in as many steps as are allowed.
+
+        Examples
+        --------
+        A spring of rubber under its own weight
+
+        >>> import contiga as cg
+        >>> rubber = cg.materials.NeoHooke(young=3.0, poisson=0.3)
+        >>> tetra = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, -1]]
+        >>> block = cg.Slave(tetra, [[0, 1, 2]], elements={"tetra": [[0, 2, 1, 3]]})
+        >>> hung = cg.motion.Deforming(material=rubber, density=0.01, fixed=[0, 1, 2])
+        >>> simulation = cg.Simulation(
+        ...     bodies={"ball": cg.Body([cg.shapes.sphere(radius=1.0, centre=(0, 0, -9))])},
+        ...     slaves={"block": (block, hung)},
+        ...     contacts=[],
+        ...     gravity=[0, 0, -10.0],
+        ...     end=1.0,
+        ...     step="auto",
+        ... )
+        >>> state = simulation.settle()
+        >>> state.rest.residual < 1e-3, state.slaves["block"].points[3].round(3).tolist()
+        (True, [0.0, 0.0, -1.006])
+        """
+        return settled(self, Clock()).state
 
     def step(self, state: SystemState, *, dt: float | None = None) -> SystemState:
         """The state one step after `state`, which stays as it is.
@@ -198,6 +238,7 @@ class Simulation(Model):
         *,
         resume: bool = False,
         strict: bool = False,
+        settle_only: bool = False,
         keep: int | None = None,
         progress: Progress | None = None,
         on_check: Callable[[tuple[Finding, ...]], Any] | None = None,
@@ -211,8 +252,8 @@ class Simulation(Model):
         ----------
         out : folder for history, fields, checkpoint and summary; None keeps all in memory
         resume : go on from the checkpoint in `out`; the results are the same bits as of one run
-        strict : refuse a model that looks wrong (see `check`); stop at the first point whose foot
-            or side is not proved
+        strict : refuse a model that looks wrong (see `check`); stop at a point that is not proved
+        settle_only : end where the run would begin, at rest
         keep : keep the states of every so many steps in the result, the start counted; None none
         progress : called with steps done, steps in all, points in contact
         on_check : called before the first step with what looks wrong about the model
@@ -242,6 +283,7 @@ class Simulation(Model):
         options = RunOptions(
             resume=resume,
             strict=strict,
+            settle_only=settle_only,
             keep=keep,
             progress=progress,
             on_check=on_check,
@@ -250,6 +292,17 @@ class Simulation(Model):
             on_slow=on_slow,
         )
         return carry_out(self, out, options)
+
+
+def _settling(given: object) -> Settle | None:
+    """How to come to rest; None where it is not asked for."""
+    if given is None or isinstance(given, bool):
+        return Settle() if given else None
+    if not isinstance(given, Settle):
+        raise InputError(
+            "must be True, or a Settle", where="settling", found=given, allowed="contiga.Settle(…)"
+        )
+    return given
 
 
 def _stepping(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.arrays.ordered import length
-from contiga.dynamics.nodes import kinetic_energy
 from contiga.errors import RunError
 from contiga.simulation.critical import limit_of
 from contiga.simulation.model import Model
@@ -28,12 +27,11 @@ def check_stable(model: Model, state: SystemState) -> None:
     """
     energy = state.energy
     gained, came = -energy.error, max(energy.initial + energy.external, 0.0)
-    masses = model.mechanism.masses
     joined = {name: one for name, one in model.mechanism.nodes.items() if one.joined}
     for name, nodes in joined.items():
         # What counts as their kinetic energy is kept by unstable steps, too.
         slave = state.slaves[name]
-        gained += kinetic_energy(masses[name], slave.velocities) - nodes.energy(slave).kinetic
+        gained += nodes.shaken(slave) - nodes.energy(slave).kinetic
     if gained <= GAINED * came:
         return
     for name in joined:

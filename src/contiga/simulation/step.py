@@ -63,7 +63,7 @@ def _moved(
     if last is not None:
         slaves = kicked_nodes(model, last, standing, contacts)
         external = last.energy.external + external_work(
-            model, last, standing, contacts, acting, time
+            model, last, standing._replace(slaves=slaves), contacts, acting, time
         )
         initial = last.energy.initial
     inside = [nodes.energy(slaves[name]) for name, nodes in system.nodes.items()]
@@ -78,6 +78,7 @@ def _moved(
         rigid=standing.free.rows,
         wrenches=acting,
         springs=springs,
+        rest=None if last is None else last.rest,
         peak_energy=max(0.0 if last is None else last.peak_energy, energy.total + energy.lost),
     )
 

@@ -16,6 +16,7 @@ from contiga.simulation.energy_balance import energy_summary, energy_warnings
 from contiga.simulation.history import COUNTED
 from contiga.simulation.model import Model
 from contiga.simulation.sensor_criteria import sensor_summary, sensors_told
+from contiga.simulation.settle import Rest
 from contiga.simulation.signals import filtered_columns, signal_warnings
 from contiga.simulation.springs import spring_summary
 from contiga.simulation.step_columns import single_warnings, steps_summary
@@ -39,10 +40,12 @@ def summarise(
     clock: Clock,
     findings: tuple[Finding, ...] = (),
     ends: tuple[float, ...] = (),
+    rest: Rest | None = None,
 ) -> dict[str, Any]:
     """The summary of a finished run, of whose model there are `findings`.
 
-    `ends` are times at which it had ended before, by steps that are not those of one run.
+    `ends` are times at which it had ended before, by steps that are not those of one run; `rest`
+    how it had come to rest before it.
     """
     several = len(model.contacts) > 1
     statuses = {
@@ -67,6 +70,7 @@ def summarise(
         "advice": _advice(statuses),
         "proved": proved,
         "energy": energy_summary(model, history),
+        "settled": {} if rest is None else rest._asdict(),
         "sensors": sensor_summary(model, history),
         "springs": spring_summary(model),
         "inputs": _inputs(model),

@@ -16,6 +16,7 @@ from contiga.old_names import OldName
 from contiga.records import FloatArray
 from contiga.rigid.rigid_lanes import STATE
 from contiga.rigid.twist import Twist
+from contiga.simulation.settle import Rest
 
 
 class BodyState(NamedTuple):
@@ -126,6 +127,8 @@ class SystemState(Displayed):
     themselves, with the next."""
     leak: float = 0.0
     """Energy balance error a time that shorter steps would not reduce."""
+    rest: Rest | None = None
+    """How it came to rest before the run; None where it did not."""
 
     most = OldName("peak_energy")
 

@@ -109,6 +109,7 @@ SHELLS: dict[str, int] = {
 """Surface cells and their numbers of corners."""
 
 N_NODES: dict[str, int] = {
+    "line": 2,
     "triangle": 3,
     "triangle6": 6,
     "triangle7": 7,

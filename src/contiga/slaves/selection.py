@@ -67,7 +67,7 @@ def select(
         return _checked(Selected(None, chosen), where)
     kept = chosen[facets].all(axis=1)
     if criteria.side is not None:
-        kept &= _faces_to(points, facets, criteria.side, where)
+        kept &= faces_to(points, facets, criteria.side, where)
     on_facets = np.zeros(len(points), dtype=bool)
     on_facets[facets] = True
     result = chosen & ~on_facets if criteria.side is None else np.zeros(len(points), dtype=bool)
@@ -129,7 +129,7 @@ def _rounded(corner: FloatArray) -> list[float]:
     return [float(f"{x:.6g}") for x in corner]
 
 
-def _faces_to(
+def faces_to(
     points: FloatArray, facets: IntArray, side: tuple[ArrayLike, float], where: str
 ) -> BoolArray:
     """Facets whose normal is within an angle of a direction."""

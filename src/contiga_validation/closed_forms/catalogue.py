@@ -17,6 +17,8 @@ MODULES = (
     "collisions",
     "friction",
     "matter",
+    "at_rest",
+    "foam",
     "injury",
 )
 

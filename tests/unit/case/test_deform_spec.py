@@ -15,7 +15,7 @@ from contiga.errors import InputError
 
 CASE = """
 units = {{ length = "mm", mass = "g", time = "ms" }}
-time = {{ end = 0.05, step = "auto" }}
+time = {{ end = 0.05, step = "auto", largest = 0.0025 }}
 [[body]]
 name = "ball"
 geometry = {{ shape = "sphere", radius = 20.0, centre = [0.5, 0.5, 20.99] }}
@@ -50,6 +50,7 @@ def _write(folder: Path, **changed: str) -> Path:
     cells = np.asarray(slave.elements["hexahedron"]) + 1
     lines += [", ".join(map(str, [k + 1, *cell])) for k, cell in enumerate(cells.tolist())]
     low = 1 + np.flatnonzero(slave.points[:, 2] == 0.0)
+    lines += ["*ELSET, ELSET=upper", "2"]
     lines += ["*NSET, NSET=low", ", ".join(map(str, low.tolist()))]
     (folder / "block.inp").write_text("\n".join(lines) + "\n")
     path = folder / "case.toml"
@@ -104,6 +105,104 @@ def test_held_ways_leave_the_others_free(tmp_path: Path) -> None:
     assert not state.slaves["block"].points[0, :2].any()
 
 
+NODAL = """
+[[slave.motion.driven]]
+layer = { direction = [0, 0, 1] }
+hold = ["z"]
+motion = { kind = "velocity", table = [[0, 0], [0.05, -0.2]], direction = "z" }
+[[slave.motion.loads]]
+pressure = [[0, 0], [0.05, 0.01]]
+side = { direction = [1, 0, 0], angle = 10 }
+[[slave.motion.loads]]
+force = [0, 0.001, 0]
+set = "low"
+"""
+
+
+def test_nodes_are_driven_and_loaded(tmp_path: Path) -> None:
+    path = _write(tmp_path)
+    text = path.read_text().replace("velocity = [0.0, 0.0, 0.5]\n", "")
+    path.write_text(text.replace("[[contact]]", f"{NODAL}[[contact]]"))
+    simulation = cg.build(load_case(path))
+    result = simulation.run()
+    rest = simulation.slaves["block"].slave.points
+    way = result.state.slaves["block"].points - rest
+    np.testing.assert_allclose(way[rest[:, 2] == 1.0, 2], -0.005, atol=1e-12)
+    side = (rest[:, 0] == 1.0) & (rest[:, 2] > 0.0)
+    assert (way[side, 0] < 0.0).all()
+    assert result.state.slaves["block"].matter["load"][:, 1].sum() == pytest.approx(1e-3, rel=0.05)
+
+
+PARTS = """
+[[slave.motion.parts]]
+set = "{set}"
+density = 5.0e-3
+material = {{ kind = "neo-hooke", young = 3.0, poisson = 0.2 }}
+bulk_viscosity = [0.06, 1.5]
+"""
+
+
+@pytest.mark.parametrize("named", ["upper", "low"])
+def test_parts_have_a_material_of_their_own(tmp_path: Path, named: str) -> None:
+    path = _write(tmp_path)
+    text = path.read_text().replace("[[contact]]", PARTS.format(set=named) + "[[contact]]")
+    path.write_text(text)
+    if named == "low":  # no cell has all its nodes in it
+        with pytest.raises(InputError, match=r"motion.set: no element of the slave is in this"):
+            cg.build(load_case(path))
+        return
+    simulation = cg.build(load_case(path))
+    mass = simulation.mechanism.masses["block"]
+    assert mass.sum() == pytest.approx(0.5 * 1e-3 + 0.5 * 5e-3)
+    motion = simulation.slaves["block"].motion
+    assert isinstance(motion, cg.motion.Deforming)
+    assert motion.parts[0].bulk_viscosity == (0.06, 1.5)
+    path.write_text(text.replace("density = 1.0e-3\n", "").replace(RUBBER, ""))
+    with pytest.raises(InputError, match="material"):
+        cg.build(load_case(path))
+
+
+BELT = """
+units = { length = "mm", mass = "g", time = "ms" }
+time = { end = 0.2, step = "auto" }
+world = { gravity = [0, 0, -0.01] }
+[[body]]
+name = "ball"
+geometry = { shape = "sphere", radius = 20.0 }
+[[slave]]
+name = "belt"
+points = { coordinates = [[-40, 0, 0], [-10, 0, 25], [10, 0, 25], [40, 0, 0]], segments = 12 }
+area = 20.0
+[slave.motion]
+kind = "deform"
+density = 1.0e-3
+section = 50.0
+material = { kind = "belt", loading = [[0, 0], [0.05, 1000], [0.1, 4000]] }
+fixed = [{ layer = { direction = [1, 0, 0] } }, { layer = { direction = [-1, 0, 0] } }]
+[[contact]]
+master = "ball"
+slave = "belt"
+law = { kind = "penalty", stiffness = 50.0 }
+"""
+
+
+def test_a_belt_is_a_row_of_bars(tmp_path: Path) -> None:
+    (tmp_path / "belt.toml").write_text(BELT)
+    simulation = cg.build(load_case(tmp_path / "belt.toml"))
+    slave = simulation.slaves["belt"].slave
+    assert slave.elements["line"].shape == (12, 2)
+    corners = [[-40, 0, 0], [-10, 0, 25], [10, 0, 25], [40, 0, 0]]
+    assert all((slave.points == corner).all(axis=1).sum() == 1 for corner in corners)
+    length = 20.0 + 2.0 * np.hypot(30.0, 25.0)
+    mass = simulation.mechanism.masses["belt"]
+    assert mass.sum() == pytest.approx(1e-3 * 50.0 * length)
+    state = simulation.step(simulation.step(simulation.start()))
+    assert (state.slaves["belt"].velocities[1:-1, 2] < 0.0).all()
+    (tmp_path / "belt.toml").write_text(BELT.replace("[10, 0, 25]", "[-10, 0, 25]"))
+    with pytest.raises(InputError, match=r"points.coordinates: bars need two points"):
+        load_case(tmp_path / "belt.toml")
+
+
 def test_a_stiffness_a_point_stays_with_the_nodes(tmp_path: Path) -> None:
     law = '{ kind = "penalty", stiffness = 1.0 }'
     simulation = cg.build(load_case(_write(tmp_path, law=law)))
@@ -121,9 +220,29 @@ def test_a_stiffness_a_point_stays_with_the_nodes(tmp_path: Path) -> None:
         ({"fixed": '{ set = "up" }'}, "no part, set or group.*'up'"),
         ({"fixed": '{ set = "low", hold = ["rx"] }'}, "hold"),
         ({"fixed": "{ box = [[5, 5, 5], [6, 6, 6]] }"}, "no node of the slave is there"),
+        ({"fixed": "{ }"}, "one of the keys box, plane, set, side or layer"),
+        ({"fixed": '{ set = "low", plane = [[0, 0, 0], [0, 0, 1]] }'}, "says twice which nodes"),
+        ({"fixed": f"{PLANE}\nloads = {{ }}"}, "loads.*one of the keys pressure or force"),
+        ({"fixed": f"{PLANE}\nloads = {{ pressure = [1, 2] }}"}, "a number, or rows over time"),
+        ({"fixed": f"{PLANE}\nloads = {{ pressure = [[0, 1]] }}"}, "one row says nothing"),
+        (
+            {"fixed": f"{PLANE}\ndriven = {{ set = 'low', motion = {{ kind = 'fixed' }} }}"},
+            "driven: node 0 is held along x already",
+        ),
     ],
 )
 def test_wrong_keys_and_values_are_told(tmp_path: Path, changed: dict, text: str) -> None:
     path = _write(tmp_path, **changed)
     with pytest.raises(InputError, match=rf"slave\[0\]\.motion.*{text}"):
+        cg.build(load_case(path))
+
+
+@pytest.mark.parametrize(("flat", "text"), [(False, "is inside out"), (True, "has no volume")])
+def test_elements_inside_out_or_flat_are_told(tmp_path: Path, flat: bool, text: str) -> None:
+    path, mesh = _write(tmp_path), tmp_path / "block.inp"
+    cell = next(line for line in mesh.read_text().splitlines() if line.count(",") == 8)
+    number, *nodes = cell.split(", ")
+    other = nodes[:4] + nodes[:4] if flat else nodes[4:] + nodes[:4]
+    mesh.write_text(mesh.read_text().replace(cell, ", ".join([number, *other])))
+    with pytest.raises(InputError, match=rf"slave\[0\]\.motion.*element 0 .*{text}"):
         cg.build(load_case(path))

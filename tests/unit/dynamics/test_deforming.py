@@ -132,7 +132,12 @@ def test_nodes_of_no_element_stay_where_they_are() -> None:
         points, whole.facets + 1, elements={"tetra": np.asarray(whole.elements["tetra"]) + 1}
     )
     motion = cg.motion.Deforming(material=RUBBER, density=1.0, velocity=[0.0, 0.0, 1.0])
-    state = _simulation(slave, motion, end=1.0, step=0.05, gravity=[0.0, 0.0, 2.0]).run().state
+    simulation = _simulation(slave, motion, end=1.0, step=0.05, gravity=[0.0, 0.0, 2.0])
+    assert "lone" not in {finding.rule for finding in simulation.check()}
+    active = cg.Slave(points, slave.facets, active=np.ones(9, bool), elements=slave.elements)
+    told = _simulation(active, motion, end=1.0, step=0.05).check()
+    assert any("1 of its points" in finding.text for finding in told if finding.rule == "lone")
+    state = simulation.run().state
     way = state.slaves["soft"].points - points
     assert not way[0].any()
     np.testing.assert_allclose(way[1:], np.tile([0.0, 0.0, 2.0], (8, 1)), atol=1e-12)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.blocks import block
 
 import contiga as cg
 from contiga.io.out.vtkhdf import read_fields
@@ -73,3 +74,32 @@ def test_triangles_are_drawn_as_they_are(tmp_path: Path) -> None:
     mesh = cg.Body([cg.shapes.sphere()]).tessellate(0.05)
     actual = drawn(tmp_path, mesh, 0.1)
     np.testing.assert_array_equal(actual, mesh.vertices[mesh.triangles])
+
+
+def test_stresses_of_what_deforms_are_fields_and_of_others_not_there(tmp_path: Path) -> None:
+    slave = block((1, 1, 2), (1.0, 1.0, 2.0), kind="hexahedron")
+    pulled = cg.motion.Translate([[0, 0, 0, 0.2], [1, 0, 0, 0.2]])
+    motion = cg.motion.Deforming(
+        material=cg.materials.Elastic(young=10.0),
+        density=1.0,
+        fixed={"layer": ([0, 0, -1], 0.0)},
+        driven={"layer": ([0, 0, 1], 0.0), "motion": pulled},
+    )
+    simulation = cg.Simulation(
+        bodies={"body": cg.Body([cg.shapes.sphere(radius=1.0, centre=(0, 0, -9))])},
+        slaves={"block": (slave, motion)},
+        contacts=[],
+        end=1.0,
+        step="auto",
+        settling=cg.Settle(tolerance=1e-6),
+        units=("mm", "g", "ms"),
+    )
+    simulation.run(tmp_path, settle_only=True)
+    fields = read_fields(tmp_path / "fields.vtkhdf")
+    rows = fields.rows("block")
+    stress = fields.data(0, "stress")[rows]
+    strain = 0.1  # (1 + e) S of Saint-Venant and Kirchhoff, over the section, which stays
+    np.testing.assert_allclose(stress[:, 2], 10.0 * (1.0 + strain) * (strain + 0.005), rtol=1e-5)
+    np.testing.assert_allclose(fields.data(0, "von_mises")[rows], stress[:, 2], rtol=1e-5)
+    assert np.isnan(fields.data(0, "von_mises")[fields.rows("body")]).all()
+    assert fields.units["stress"] == "MPa"

@@ -108,6 +108,27 @@ def nodes_of(mesh: RawMesh, key: str | int, where: str) -> NDArray[np.bool_]:
     return nodes
 
 
+def cells_of(mesh: RawMesh, key: str | int, where: str) -> dict[str, NDArray[Any]]:
+    """Cells of a part, set or group by kind, (m, k) rows of the points; of a set of nodes those
+    with all their nodes in it.
+
+    Raises
+    ------
+    MeshError
+        As `select`.
+    """
+    cells: dict[str, list[NDArray[Any]]] = {}
+    for group in _find(mesh.groups, key, where):
+        for i, block in enumerate(mesh.blocks):
+            if group.cells is not None:
+                rows = block.nodes[group.cells[i]]
+            else:
+                assert group.nodes is not None
+                rows = block.nodes[np.isin(block.nodes, group.nodes).all(axis=1)]
+            cells.setdefault(block.kind, []).append(rows)
+    return {kind: np.concatenate(rows) for kind, rows in cells.items()}
+
+
 def _find(groups: Sequence[Group], key: str | int, where: str) -> list[Group]:
     text = str(key).strip()
     matching = [group for group in groups if group.name == text]

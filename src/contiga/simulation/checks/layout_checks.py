@@ -23,14 +23,14 @@ def check_layout(scene: Scene) -> Iterator[Finding]:
     model = scene.model
     used = {part.slave for part in model.contacts}
     for name, slave in model.slaves.items():
-        if name not in used:
+        if name not in used and not model.mechanism.nodes[name].joined:
             yield Finding(
                 "unused",
                 f"slave {name}",
                 "no contact has it",
                 f'Give it a [[contact]] with slave = "{name}", or take it out',
             )
-        elif not slave.slave.active.any():
+        elif name in used and not slave.slave.active.any():
             yield Finding(
                 "inactive",
                 f"slave {name}",

@@ -10,6 +10,7 @@ from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.law_checks import check_laws
 from contiga.simulation.checks.layout_checks import check_layout
 from contiga.simulation.checks.mass_checks import check_masses
+from contiga.simulation.checks.matter_checks import check_matter
 from contiga.simulation.checks.motion_checks import check_motion
 from contiga.simulation.checks.scene import Scene
 from contiga.simulation.checks.size_checks import check_places, check_sizes
@@ -25,6 +26,7 @@ _CHECKS: tuple[Callable[[Scene], Iterator[Finding]], ...] = (
     check_depth,
     check_laws,
     check_masses,
+    check_matter,
 )
 
 

@@ -1,0 +1,145 @@
+"""What is said of single nodes of what deforms: held, driven, loaded, and where they are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from contiga.case.load_spec import OverTime
+from contiga.case.points_spec import SideSpec
+from contiga.case.rigid_spec import ToldMotionSpec
+from contiga.case.spec import NotNegative, Spec, Vector
+from contiga.dynamics.nodal_loads import NodalForce, Pressure
+from contiga.errors import CaseError
+
+Way = Literal["x", "y", "z"]
+_ALL: tuple[Way, ...] = ("x", "y", "z")
+NodesOf = Callable[[str | int], Any]
+"""(n,) whether nodes of a slave are in the set of a name or number."""
+Corners = Annotated[list[Vector], Field(min_length=2, max_length=2)]
+
+
+def _number_or_rows(value: Any) -> Any:
+    # One message where a union of types would give one for each.
+    rows = value if isinstance(value, list) else []
+    if not (_is_number(value) or (rows and all(isinstance(row, list) for row in rows))):
+        raise CaseError(
+            "must be a number, or rows over time", found=value, allowed="p or [[t, p], …]"
+        )
+    return value
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+class LayerSpec(Spec):
+    """`layer = { direction, depth }`: nodes furthest along a direction, and those below them."""
+
+    direction: Vector
+    depth: NotNegative = 0.0
+
+
+class PlaceSpec(Spec):
+    """One of `box`, `plane`, `set`, `side`, `layer`: which nodes are meant."""
+
+    box: Corners | None = None
+    """Lowest and highest corner."""
+    plane: Corners | None = None
+    """A point and the normal."""
+    set: str | int | None = None
+    """A set, part or group of the mesh file."""
+    side: SideSpec | None = None
+    """Corners of facets whose normals are near a direction."""
+    layer: LayerSpec | None = None
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        if len(self._places) > 1:
+            raise CaseError(
+                "says twice which nodes",
+                found=", ".join(self._places),
+                allowed="one of box, plane, set, side, layer",
+            )
+        return self
+
+    @cached_property
+    def _places(self) -> list[str]:
+        keys = ("box", "plane", "set", "side", "layer")
+        return [key for key in keys if getattr(self, key) is not None]
+
+    def place(self, nodes_of: NodesOf) -> dict[str, Any]:
+        """As `contiga.motion.Deforming` takes it; nothing where all are meant."""
+        if self.set is not None:
+            return {"nodes": nodes_of(self.set)}
+        if self.side is not None:
+            return {"side": (self.side.direction, self.side.angle)}
+        if self.layer is not None:
+            return {"layer": (self.layer.direction, self.layer.depth)}
+        return {key: getattr(self, key) for key in self._places}
+
+
+class HeldSpec(PlaceSpec):
+    """A table of `fixed`: a place, and `hold`."""
+
+    hold: list[Way] = Field(default_factory=lambda: [*_ALL])
+    """World directions that these nodes do not move along."""
+
+    @model_validator(mode="after")
+    def _somewhere(self) -> Self:
+        if not self._places:
+            raise CaseError("must have exactly one of the keys box, plane, set, side or layer")
+        return self
+
+    def table(self, nodes_of: NodesOf) -> dict[str, Any]:
+        """As `Deforming` takes it."""
+        return self.place(nodes_of) | {"hold": self.hold}
+
+
+class DrivenSpec(PlaceSpec):
+    """A table of `driven`: a place (all nodes if omitted), `motion`, and `hold`."""
+
+    motion: ToldMotionSpec
+    hold: list[Way] = Field(default_factory=lambda: [*_ALL])
+    """World directions in which these nodes go as the motion says."""
+
+    def table(self, nodes_of: NodesOf) -> dict[str, Any]:
+        """As `Deforming` takes it, without the motion."""
+        return self.place(nodes_of) | {"hold": self.hold}
+
+    def describe(self) -> str:
+        """In words."""
+        return f"nodes {self.motion.describe()}"
+
+
+class NodalLoadSpec(PlaceSpec):
+    """A table of `loads`: a place (all nodes if omitted), and `pressure` or `force`."""
+
+    pressure: Annotated[float | list[list[float]], BeforeValidator(_number_or_rows)] | None = None
+    force: OverTime | None = None
+    smooth: bool = False
+
+    @model_validator(mode="after")
+    def _load_is_possible(self) -> Self:
+        if (self.pressure is None) == (self.force is None):
+            raise CaseError("must have exactly one of the keys pressure or force")
+        self.load(lambda key: [True])
+        return self
+
+    def load(self, nodes_of: NodesOf) -> Pressure | NodalForce:
+        """The load."""
+        on = self.place(nodes_of)
+        if self.pressure is not None:
+            return Pressure(self.pressure, on=on, smooth=self.smooth)
+        assert self.force is not None
+        return NodalForce(self.force, on=on, smooth=self.smooth)
+
+    def describe(self) -> str:
+        """In words."""
+        name = "force" if self.pressure is None else "pressure"
+        value: Any = getattr(self, name)
+        rows = isinstance(value, list) and isinstance(value[0], list)
+        return f"{name} {f'of {len(value)} rows over time' if rows else value}"

@@ -1,0 +1,167 @@
+"""Which nodes of a slave are meant: single ones, in a box, on a plane, on a side, in a layer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.arrays.ordered import length
+from contiga.errors import InputError
+from contiga.records import FloatArray, IntArray
+from contiga.slaves.selection import faces_to
+from contiga.slaves.slave import Slave
+
+PLACES = ("nodes", "box", "plane", "side", "layer")
+ON_PLANE = 1e-6
+"""Part of the size of a slave that its nodes may be off a plane and still lie on it."""
+Rows = NDArray[np.bool_]
+
+
+def place_of(table: Mapping[str, Any], others: tuple[str, ...], where: str) -> str | None:
+    """The key by which a table says where nodes are; None where it says it of all.
+
+    Raises
+    ------
+    InputError
+        Several, or keys that are none of a place nor of `others`.
+    """
+    places = [key for key in table if key in PLACES]
+    if len(places) > 1 or set(table) - {*PLACES, *others}:
+        raise InputError(
+            f"says which nodes by one key, and beside it has {', '.join(others)}",
+            where=where,
+            found=", ".join(map(str, table)),
+            allowed=", ".join(PLACES),
+        )
+    return places[0] if places else None
+
+
+def nodes_at(key: str, value: Any, slave: Slave, where: str) -> Rows:
+    """(n,) nodes of a slave at a place.
+
+    Parameters
+    ----------
+    key, value : "nodes" (n,) bool or numbers; "box" (2, 3) lowest and highest corner; "plane"
+        (2, 3) a point and the normal; "side" a direction and an angle in degrees, of the normals of
+        facets; "layer" a direction, with the depth below the outermost node along it
+    where : for messages
+
+    Raises
+    ------
+    InputError
+        It is no such place, or no node is there.
+    """
+    points, where = slave.points, f"{where}: {key}"
+    if key == "nodes":
+        rows = nodes_given(np.asarray(value), len(points), where)
+    elif key == "side":
+        rows = np.zeros(len(points), np.bool_)
+        rows[_facets_facing(value, slave, where)] = True
+    elif key == "layer":
+        rows = _in_layer(points, *_direction(value, where))
+    else:
+        rows = (_in_box if key == "box" else _on_plane)(points, _two_rows(value, where))
+    if not rows.any():
+        raise InputError(
+            "no node of the slave is there",
+            where=where,
+            found=value,
+            allowed=f"nodes from {np.round(points.min(axis=0), 6).tolist()} to "
+            f"{np.round(points.max(axis=0), 6).tolist()}",
+        )
+    return rows
+
+
+def facets_at(key: str | None, value: Any, slave: Slave, where: str) -> IntArray:
+    """(f, 3) facets all of whose corners are at a place; all facets where `key` is None."""
+    if slave.facets is None:
+        raise InputError("a slave without facets has no surface", where=where, found="a cloud")
+    if key is None:
+        return slave.facets
+    if key == "side":
+        return _facets_facing(value, slave, f"{where}: side")
+    rows = nodes_at(key, value, slave, where)
+    return np.asarray(slave.facets[rows[slave.facets].all(axis=1)])
+
+
+def nodes_given(given: NDArray[Any], count: int, where: str) -> Rows:
+    """(n,) of a mask or numbers of nodes."""
+    rows = np.zeros(count, np.bool_)
+    if given.dtype == np.bool_ and given.shape == (count,):
+        return given.copy()
+    if given.dtype.kind not in "iu" or given.ndim != 1 or not given.size:
+        raise InputError(
+            "must say which nodes",
+            where=where,
+            found=f"shape {given.shape} of {given.dtype}",
+            allowed=f"({count},) or ({count}, 3) of bool, numbers of nodes, or a table",
+        )
+    if not ((given >= 0) & (given < count)).all():
+        raise InputError(
+            "names a node that is not there",
+            where=where,
+            found=int(given[np.argmax((given < 0) | (given >= count))]),
+            allowed=f"0 to {count - 1}",
+        )
+    rows[given] = True
+    return rows
+
+
+def _facets_facing(value: Any, slave: Slave, where: str) -> IntArray:
+    way, angle = _direction(value, where)
+    if slave.facets is None:
+        raise InputError("a slave without facets has no side", where=where, found="a cloud")
+    return np.asarray(slave.facets[faces_to(slave.points, slave.facets, (way, angle), where)])
+
+
+def _direction(value: Any, where: str) -> tuple[FloatArray, float]:
+    """A direction and a number."""
+    try:
+        way, number = np.asarray(value[0], dtype=np.float64), float(value[1])
+        fits = way.shape == (3,) and bool(np.isfinite(way).all()) and length(way) > 0.0
+    except (TypeError, ValueError, IndexError, KeyError):
+        fits = False
+    if not (fits and 0.0 <= number < np.inf):
+        raise InputError(
+            "must be a direction and a number",
+            where=where,
+            found=value,
+            allowed="([x, y, z], degrees) of a side, ([x, y, z], depth) of a layer",
+        )
+    return way, number
+
+
+def _two_rows(value: Any, where: str) -> FloatArray:
+    corners = np.asarray(value, dtype=np.float64)
+    if corners.shape != (2, 3) or not np.isfinite(corners).all():
+        raise InputError(
+            "must be two rows of three numbers",
+            where=where,
+            found=value,
+            allowed="lowest and highest corner of a box; a point and the normal of a plane",
+        )
+    return corners
+
+
+def _in_layer(points: FloatArray, way: FloatArray, depth: float) -> Rows:
+    along = (points * (way / length(way))).sum(axis=1)
+    near = ON_PLANE * length(np.ptp(points, axis=0))
+    return np.asarray(along >= along.max() - depth - near)
+
+
+def _in_box(points: FloatArray, box: FloatArray) -> Rows:
+    near = ON_PLANE * length(np.ptp(points, axis=0))
+    inside: Rows = ((points >= box[0] - near) & (points <= box[1] + near)).all(axis=1)
+    return inside
+
+
+def _on_plane(points: FloatArray, plane: FloatArray) -> Rows:
+    size = length(plane[1])
+    if size == 0.0:
+        return np.zeros(len(points), np.bool_)
+    off = ((points - plane[0]) * (plane[1] / size)).sum(axis=1)
+    near: Rows = np.abs(off) <= ON_PLANE * length(np.ptp(points, axis=0))
+    return near

@@ -1,0 +1,44 @@
+"""Checks of what deforms: steps that are too long for its elements, nodes that are in none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from contiga.dynamics.stepping import EqualSteps
+from contiga.simulation.checks.finding import Finding
+from contiga.simulation.checks.scene import Scene
+from contiga.simulation.critical import Rates
+from contiga.simulation.place import place
+
+
+def check_matter(scene: Scene) -> Iterator[Finding]:
+    """What a run would refuse at its first step, and what nothing moves."""
+    model, stepping = scene.model, scene.model.stepping
+    joined = {name: one for name, one in model.mechanism.nodes.items() if one.joined}
+    if not joined:
+        return
+    standing = place(model, None, stepping.start)
+    for name, nodes in joined.items():
+        critical = Rates(*nodes.rates(standing.slaves[name])).critical
+        step = stepping.step if isinstance(stepping, EqualSteps) else 0.0
+        if step > critical and not model.allow_unstable:
+            yield Finding(
+                "critical",
+                f"slave {name}",
+                f"the step of {step:.4g} is longer than the critical one of its elements, "
+                f"{critical:.4g}",
+                f'Take a step below {0.9 * critical:.3g}, or "auto"',
+            )
+        slave = model.slaves[name].slave
+        lone = np.flatnonzero(nodes.bare & slave.active)
+        if len(lone):
+            where = ", ".join(f"{x:.6g}" for x in slave.points[lone[0]])
+            yield Finding(
+                "lone",
+                f"slave {name}",
+                f"{len(lone)} of its points that take part in contact are in no element, the first "
+                f"at {where}: they stay where they are",
+                "Choose parts of the mesh that have elements, or leave these points out",
+            )

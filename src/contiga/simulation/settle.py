@@ -1,0 +1,57 @@
+"""How a simulation comes to rest before it runs: what is asked for, and what came of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from contiga.arrays.layout import positive
+from contiga.errors import InputError
+
+
+@dataclass(frozen=True, init=False)
+class Settle:
+    """That what deforms comes to rest under gravity, loads and contacts before the run begins.
+
+    Parameters
+    ----------
+    tolerance : residual at which it rests: the sum of the lengths of unbalanced forces of nodes,
+        over that of the loads, or of the reactions where there are none
+    steps : most steps that may take
+    bodies : names of free bodies that come to rest as well; others stay where they start
+
+    Raises
+    ------
+    InputError
+        A tolerance or a number of steps that is not positive.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> cg.Settle(tolerance=1e-4)
+    Settle(tolerance=0.0001, steps=20000, bodies=())
+    """
+
+    tolerance: float
+    steps: int
+    bodies: tuple[str, ...]
+
+    def __init__(
+        self, *, tolerance: float = 1e-3, steps: int = 20_000, bodies: Iterable[str] = ()
+    ) -> None:
+        if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
+            raise InputError("must be a whole number", where="steps", found=steps, allowed=">= 1")
+        put = object.__setattr__
+        put(self, "tolerance", positive(tolerance, "tolerance"))
+        put(self, "steps", steps)
+        put(self, "bodies", (bodies,) if isinstance(bodies, str) else tuple(bodies))
+
+
+class Rest(NamedTuple):
+    """What came of it."""
+
+    steps: int
+    """It took."""
+    residual: float
+    """At its end."""

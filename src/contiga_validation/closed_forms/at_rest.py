@@ -1,0 +1,296 @@
+"""What deforms, at rest under its weight or a pressure: a bar, rubber, a balloon, a drumhead."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+
+import numpy as np
+
+import contiga as cg
+from contiga_validation.closed_forms.case import Answer, Case, absolute, order_of, relative
+from contiga_validation.closed_forms.matter import GROUP, column
+from contiga_validation.closed_forms.pictures import compared
+from contiga_validation.engine.arrays import FloatArray, IntArray
+
+MU, NU, THIN = 1.0, 0.4999, 0.01
+"""Of rubber: shear modulus, Poisson's ratio, thickness."""
+RUBBER = cg.materials.NeoHooke(young=2.0 * MU * (1.0 + NU), poisson=NU)
+STRETCH = 1.2
+HENCKY = 0.653443
+"""w₀/a over (q a/E h)^⅓ of a clamped membrane with ν = 0.3, by his series."""
+
+
+def _at_rest(
+    slave: cg.Slave, motion: cg.motion.Deforming, tolerance: float, down: float = 0.0
+) -> cg.SystemState:
+    return cg.Simulation(
+        bodies={},
+        slaves={"it": (slave, motion)},
+        contacts=[],
+        gravity=[0.0, 0.0, -down],
+        end=1.0,
+        step="auto",
+        settling=cg.Settle(tolerance=tolerance, steps=60_000),
+    ).settle()
+
+
+def _hung() -> Answer:
+    young, density, down, length = 1.0, 1e-3, 1e-3, 20.0
+    bar = column(10, length)
+    motion = cg.motion.Deforming(
+        material=cg.materials.Elastic(young=young),
+        density=density,
+        fixed={"layer": ([0, 0, 1], 0.0)},
+    )
+    state = _at_rest(bar, motion, 1e-6, down)
+    heights = bar.points[:, 2]
+    ways = state.slaves["it"].points[:, 2] - heights
+    exact = -density * down * (length**2 - heights**2) / (2.0 * young)
+    assert state.rest is not None
+    checks = (
+        relative("way of the lower end", ways[0], exact[0], 1e-4),
+        absolute("largest error of all nodes, by that", np.abs(ways - exact).max() / -exact[0],
+                 0.0, 1e-4),
+        absolute("residual", state.rest.residual, 0.0, 1e-6),
+    )  # fmt: skip
+    z = np.linspace(0.0, length, 100)
+    curve = -density * down * (length**2 - z**2) / (2.0 * young)
+    draw = compared(("z", "way"), [("formula", z, curve)], [("nodes", heights[::4], ways[::4])])
+    return Answer(checks, draw)
+
+
+def _sheet(cells: int) -> tuple[FloatArray, IntArray]:
+    """A square of side 1 of triangles."""
+    line = np.linspace(0.0, 1.0, cells + 1)
+    x, y = (one.ravel() for one in np.meshgrid(line, line, indexing="ij"))
+    rows = np.arange(len(x)).reshape(cells + 1, cells + 1)
+    a, b, c, d = (
+        one.ravel() for one in (rows[:-1, :-1], rows[1:, :-1], rows[1:, 1:], rows[:-1, 1:])
+    )
+    facets = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    return np.stack([x, y, np.zeros_like(x)], axis=1), facets
+
+
+def _pulled(stretch: float, *, both: bool) -> float:
+    """Cauchy stress along x of a sheet stretched in x, or in x and y."""
+    rest, facets = _sheet(4)
+    sheet = cg.Slave(rest * [stretch, stretch if both else 1.0, 1.0], facets)
+    fixed = np.zeros(rest.shape, np.bool_)
+    fixed[:, 2] = True
+    fixed[(rest[:, 0] == 0.0) | (rest[:, 0] == 1.0), 0] = True
+    fixed[(rest[:, 1] == 0.0) | (both & (rest[:, 1] == 1.0)), 1] = True
+    motion = cg.motion.Deforming(
+        material=RUBBER, density=1.0, thickness=THIN, fixed=fixed, rest=rest
+    )
+    inside = _at_rest(sheet, motion, 1e-5).slaves["it"].matter
+    nominal = -float(inside["force"][rest[:, 0] == 1.0, 0].sum()) / THIN
+    return stretch * nominal
+
+
+def _in_one_direction(stretch: FloatArray) -> FloatArray:
+    """σ/μ."""
+    return np.asarray(stretch**2 - 1.0 / stretch)
+
+
+def _in_two(stretch: FloatArray) -> FloatArray:
+    """σ/μ."""
+    return np.asarray(stretch**2 - stretch**-4.0)
+
+
+def _rubber() -> Answer:
+    along = {False: _in_one_direction, True: _in_two}
+    names = {False: "in one direction", True: "in two"}
+    checks = tuple(
+        relative(
+            f"stress at λ = 2, {names[both]}",
+            _pulled(2.0, both=both),
+            MU * float(law(np.array(2.0))),
+            1e-3,
+        )
+        for both, law in along.items()
+    )
+    stretches, some = np.linspace(1.0, 2.2, 100), np.array([1.1, 1.3, 1.6, 2.0])
+    draw = compared(
+        ("λ", "σ/μ"),
+        [(f"formula, {names[both]}", stretches, law(stretches)) for both, law in along.items()],
+        [
+            (names[both], some, np.array([_pulled(float(x), both=both) for x in some]) / MU)
+            for both in along
+        ],
+    )
+    return Answer(checks, draw)
+
+
+def sphere(halved: int) -> tuple[FloatArray, IntArray]:
+    """Points and facets of a sphere of radius 1: an icosahedron whose edges are halved so often."""
+    golden = 0.5 * (1.0 + math.sqrt(5.0))
+    top = [(0.0, s, t * golden) for s in (1.0, -1.0) for t in (1.0, -1.0)]
+    points = np.array([np.roll(p, k) for k in range(3) for p in top]) / math.hypot(1.0, golden)
+    near = np.linalg.norm(points[:, None] - points, axis=2) < 1.2
+    facets = np.array(
+        [
+            (a, b, c) if np.linalg.det(points[[a, b, c]]) > 0.0 else (a, c, b)
+            for a in range(12)
+            for b in range(a + 1, 12)
+            for c in range(b + 1, 12)
+            if near[a, b] and near[b, c] and near[c, a]
+        ]
+    )
+    for _ in range(halved):
+        edges = np.concatenate([facets[:, [0, 1]], facets[:, [1, 2]], facets[:, [2, 0]]])
+        ends, which = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
+        middles = points[ends].sum(axis=1)
+        middles /= np.linalg.norm(middles, axis=1)[:, None]
+        ab, bc, ca = len(points) + which.reshape(3, -1)
+        a, b, c = facets.T
+        corners = ((a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca))
+        facets = np.concatenate([np.stack(three, axis=1) for three in corners])
+        points = np.concatenate([points, middles])
+    return points, facets
+
+
+def _volume(points: FloatArray, facets: IntArray) -> float:
+    a, b, c = (points[facets[:, k]] for k in range(3))
+    return float((a * np.cross(b, c)).sum() / 6.0)
+
+
+def _pressure(stretch: FloatArray | float) -> FloatArray:
+    """p R/(μ t) of an incompressible balloon."""
+    x = np.asarray(stretch)
+    return np.asarray(2.0 * (1.0 / x - x**-7.0))
+
+
+def _blown(pressure: float, halved: int) -> float:
+    """Stretch of a balloon, by its volume."""
+    points, facets = sphere(halved)
+    motion = cg.motion.Deforming(
+        material=RUBBER,
+        density=1.0,
+        thickness=THIN,
+        loads=cg.motion.Pressure(-pressure * MU * THIN),
+    )
+    state = _at_rest(cg.Slave(points, facets), motion, 1e-5)
+    now = _volume(state.slaves["it"].points, facets)
+    return float(np.cbrt(now / _volume(points, facets)))
+
+
+def _balloon() -> Answer:
+    given = float(_pressure(STRETCH))
+    stretch = _blown(given, 3)
+    checks = (
+        relative("p R/(μ t) at the stretch it has", float(_pressure(stretch)), given, 5e-3),
+        relative("stretch", stretch, STRETCH, 2e-3),
+    )
+    order = order_of(
+        "stretch, by the length of edges", 0.25, lambda h: abs(
+            _blown(given, round(-math.log2(h))) - STRETCH), 3,
+    )  # fmt: skip
+    curve, some = np.linspace(1.0, 1.35, 100), np.array([1.05, 1.1, 1.15, 1.2, 1.25])
+    asked = _pressure(some)
+    measured = np.array([_blown(float(p), 3) for p in asked])
+    draw = compared(
+        ("λ", "p R/(μ t)"),
+        [("formula", curve, _pressure(curve))],
+        [("1280 triangles", measured, asked)],
+    )
+    return Answer(checks, draw, order)
+
+
+def disc(rings: int) -> tuple[FloatArray, IntArray]:
+    """Points and facets of a disc of radius 1, in rings of six triangles more each."""
+    counts = 6 * np.arange(rings + 1)
+    first = np.concatenate([[0, 1], 1 + np.cumsum(counts[1:])])
+    points = [np.zeros(3)]
+    facets: list[tuple[int, int, int]] = []
+    for r in range(1, rings + 1):
+        turns = 2.0 * math.pi * np.arange(6 * r) / (6 * r)
+        points += [np.array([math.cos(t), math.sin(t), 0.0]) * (r / rings) for t in turns]
+        inner = partial(lambda r, k: int(first[r - 1]) + k % max(6 * (r - 1), 1), r)
+        for k in range(6 * r):
+            sector, place = divmod(k, r)
+            a, b = int(first[r]) + k, int(first[r]) + (k + 1) % (6 * r)
+            facets.append((a, b, inner(sector * (r - 1) + place)))
+            if place < r - 1:
+                below = sector * (r - 1) + place
+                facets.append((b, inner(below + 1), inner(below)))
+    return np.array(points), np.array(facets)
+
+
+def _drumhead(rings: int) -> tuple[FloatArray, FloatArray]:
+    """Radii, and rises over (q a/E h)^⅓, of a membrane whose border is held."""
+    young, pressure = 1.0, 1e-8
+    points, facets = disc(rings)
+    radii = np.sqrt((points**2).sum(axis=1))
+    motion = cg.motion.Deforming(
+        material=cg.materials.Elastic(young=young, poisson=0.3),
+        density=1.0,
+        thickness=1e-3,
+        fixed=radii > 1.0 - 1e-9,
+        loads=cg.motion.Pressure(-pressure),
+    )
+    state = _at_rest(cg.Slave(points, facets), motion, 1e-3)
+    return radii, state.slaves["it"].points[:, 2] / math.cbrt(pressure / (young * 1e-3))
+
+
+def _hencky() -> Answer:
+    coarse, (radii, rises) = _drumhead(4), _drumhead(8)
+    checks = (
+        relative("w₀/a over (q a/E h)^⅓", rises[0], HENCKY, 6e-3),
+        relative("from meshes of 4 and 8 rings", (4.0 * rises[0] - coarse[1][0]) / 3.0,
+                 HENCKY, 2e-3),
+    )  # fmt: skip
+    series = _hencky_series()
+    r = np.linspace(0.0, 1.0, 100)
+    draw = compared(
+        ("r/a", "w/a (E h/q a)^⅓"), [("series", r, series(r))], [("8 rings", radii, rises)]
+    )
+    return Answer(checks, draw)
+
+
+def _hencky_series() -> np.polynomial.Polynomial:
+    """The shape, scaled to his middle: a parabola with the first terms of his series."""
+    b0 = 1.7244
+    terms = np.array([1.0, 1.0 / (2.0 * b0**3), 5.0 / (9.0 * b0**6), 55.0 / (72.0 * b0**9)])
+    powers = terms / b0
+    polynomial = np.polynomial.Polynomial([powers.sum()])
+    for k, term in enumerate(powers):
+        polynomial = polynomial - np.polynomial.Polynomial([0.0] * (2 * k + 2) + [term])
+    return polynomial
+
+
+CASES = (
+    Case(
+        "matter-hung",
+        GROUP,
+        "A bar hangs under its own weight",
+        "u(z) = −ρ g (L² − z²)/(2 E)",
+        "Ten hexahedra with ν = 0, held at the upper end; they come to rest by kinetic damping.",
+        _hung,
+    ),
+    Case(
+        "matter-rubber",
+        GROUP,
+        "Rubber, stretched in one direction and in two",
+        "σ = μ (λ² − 1/λ),  σ = μ (λ² − λ⁻⁴)",
+        "A square sheet of 32 triangles with ν = 0.4999, whose borders are held where the stretch "
+        "has them; force over the section as it is.",
+        _rubber,
+    ),
+    Case(
+        "matter-balloon",
+        GROUP,
+        "A balloon of rubber under pressure",
+        "p R/(μ t) = 2 (λ⁻¹ − λ⁻⁷)",
+        "A sphere of 1280 triangles, held by nothing, comes to rest under pressure on its facets.",
+        _balloon,
+    ),
+    Case(
+        "matter-drumhead",
+        GROUP,
+        "A clamped membrane under pressure",
+        "w₀/a = 0.653443 (q a/E h)^⅓ at ν = 0.3",
+        "Hencky's problem: a flat disc of rings of triangles carries nothing until it bulges.",
+        _hencky,
+    ),
+)
