@@ -22,8 +22,8 @@ from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.peak import Peak
 from contiga.simulation.system_state import BodyStates, Energy, SystemState
 
-FORMAT = 13
-_NUMBERS = ("step", "peak_energy", "shaking", "leak")
+FORMAT = 14
+_NUMBERS = ("step", "peak_energy", "shaking", "leak", "place_error", "speed_error")
 """Of a state."""
 
 

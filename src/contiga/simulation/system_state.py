@@ -126,6 +126,10 @@ class SystemState(Displayed):
     themselves, with the next."""
     leak: float = 0.0
     """Energy balance error a time that shorter steps would not reduce."""
+    place_error: float = 0.0
+    """What depths of free nodes that share a force are off by: `contiga.simulation.hand_over`."""
+    speed_error: float = 0.0
+    """And how fast these change."""
 
     most = OldName("peak_energy")
 
