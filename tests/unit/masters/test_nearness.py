@@ -69,3 +69,24 @@ def test_only_the_rows_asked_for_count() -> None:
     points = np.array([[0.0, 0.0, 0.1], [0.0, 0.0, 3.0], [0.0, 0.0, 2.0]])
     feet = nearest(PLATE.surface, points, np.array([1, 2], np.int32))
     assert (feet.row, feet.gap) == (2, pytest.approx(2.0))
+
+
+def test_far_points_that_are_about_as_near_are_not_all_looked_at() -> None:
+    points = RNG.uniform([-9, -9, 5e4], [9, 9, 5e4 + 9], (3_000, 3))
+    seen: list[int] = []
+    surface = BALL.surface
+
+    class Counted:
+        closed = surface.closed
+        safe_distance = staticmethod(surface.safe_distance)
+
+        @staticmethod
+        def closest(p_B: np.ndarray, rows: np.ndarray, feet: object) -> None:
+            seen.append(len(rows))
+            surface.closest(p_B, rows, feet)
+
+    feet = nearest(Counted(), points, rows(points), share=1e-3)  # type: ignore[arg-type]
+    assert sum(seen) < 100
+    least = ball_gaps(points).min()
+    assert least <= feet.gap < 1.001 * least
+    assert (feet.bounds <= ball_gaps(points)).all()
