@@ -72,7 +72,7 @@ def test_only_the_rows_asked_for_count() -> None:
 
 
 def test_far_points_that_are_about_as_near_are_not_all_looked_at() -> None:
-    points = RNG.uniform([-9, -9, 5e4], [9, 9, 5e4 + 9], (3_000, 3))
+    points = RNG.uniform([-9, -9, 5e4], [9, 9, 5e4], (3_000, 3))
     seen: list[int] = []
     surface = BALL.surface
 
