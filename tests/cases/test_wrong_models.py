@@ -315,6 +315,34 @@ def test_the_closest_approach_is_found_between_two_steps() -> None:
     assert actual.time == pytest.approx(0.5, abs=0.02)
 
 
+def test_of_points_that_are_far_by_then_few_distances_are_worked_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A ball that is a thousand sizes away when it ends; all of the pad are about as near then."""
+    from contiga.masters import nearness
+
+    counts, own = [], nearness.gaps_of
+
+    def counted(surface, p_B, depth):
+        counts.append((float(p_B[0, 2]), len(p_B)))
+        return own(surface, p_B, depth)
+
+    monkeypatch.setattr(nearness, "gaps_of", counted)
+    simulation = case_of(DROPPED, {"velocity": "velocity = [0, 0, 5000.0]"})
+    (finding,) = (one for one in simulation.check() if one.rule == "apart")
+    assert "never comes closer" in finding.text
+    assert "at t = 0 ms" in finding.text
+    far = [count for height, count in counts if abs(height) > 1e3]
+    assert sum(far) < 100
+    assert counts
+
+
+def test_a_velocity_that_nothing_has_is_refused() -> None:
+    simulation = case_of(DROPPED, {"velocity": "velocity = [0, 0, -3.0e6]"})
+    with pytest.raises(InputError, match=r"body ball: it would start at 3e\+06 m/s; found '3e"):
+        simulation.check()
+
+
 def met_by(motion: object, point: list[float], end: float, step: float) -> list[str]:
     """What is said of a node that a blade on an arm of 3, or a ball about the origin, may meet."""
     turns = isinstance(motion, cg.motion.Rotate)

@@ -302,6 +302,7 @@ def mesh(
     ] = None,
 ) -> None:
     """Write triangles of a CAD file, without cracks where its faces share edges."""
+    from contiga.cli.meshing import foretell
     from contiga.geometry.tessellate import check_request
     from contiga.io.cad.read_cad import read_cad
     from contiga.io.out.write_mesh import check_suffix, write_mesh
@@ -317,6 +318,8 @@ def mesh(
     body = read_cad(cad, unit=unit, parts=parts)
     if size is None and method == "chord":
         size = OF_ITSELF * body.size
+    if method == "chord":
+        foretell(body, tol)
     triangles = body.tessellate(tol, method=method, size=size or None)
     write_mesh(out, triangles)
     open_edges = len(triangles.open_edges())

@@ -31,7 +31,12 @@ class Nearest(NamedTuple):
 
 
 def nearest(
-    surface: Surface, p_B: FloatArray, rows: IntArray, *, depth: float | None = None
+    surface: Surface,
+    p_B: FloatArray,
+    rows: IntArray,
+    *,
+    depth: float | None = None,
+    share: float = 0.0,
 ) -> Nearest:
     """The one of p_B[rows] whose gap is least.
 
@@ -41,31 +46,37 @@ def nearest(
     rows : (k,), at least one
     depth : how deep behind an open surface points count as inside, length; None: nothing counts as
         inside, and gaps are distances
+    share : part of the gap by which another may be less; far from a surface many nearly are
     """
     bounds = lower_bounds(surface, p_B, rows, depth)
 
     def gaps(asked: IndexArray) -> FloatArray:
         return gaps_of(surface, p_B[asked], depth)[0]
 
-    gap, at = least(bounds[rows], lambda k: gaps(rows[k]))
+    gap, at = least(bounds[rows], lambda k: gaps(rows[k]), share)
     return Nearest(gap, int(rows[at]), bounds)
 
 
-def least(bounds: FloatArray, gaps: Callable[[IndexArray], FloatArray]) -> tuple[float, int]:
+def least(
+    bounds: FloatArray, gaps: Callable[[IndexArray], FloatArray], share: float = 0.0
+) -> tuple[float, int]:
     """The least of many gaps and its row, by their lower bounds (n,): few are worked out.
 
-    `gaps` gives those of the rows it is asked for, infinite where there is none.
+    `gaps` gives those of the rows it is asked for, infinite where there is none. Others may be less
+    by a `share` of it.
     """
     order = np.argsort(bounds, kind="stable")
     best, row, begin = np.inf, int(order[0]), 0
     # Those of which nothing is known are all looked at, whatever the others are.
     count = max(int(np.count_nonzero(bounds == -np.inf)), _BLOCK)
-    while begin < len(order) and bounds[order[begin]] < best:
+    enough = np.inf
+    while begin < len(order) and bounds[order[begin]] < enough:
         block = order[begin : begin + count]
         gap = gaps(block)
         k = int(gap.argmin())
         if gap[k] < best:
             best, row = float(gap[k]), int(block[k])
+            enough = best - share * abs(best)
         begin, count = begin + count, _BLOCK
     return best, row
 

@@ -24,7 +24,7 @@ from contiga.simulation.settle import Rest
 from contiga.simulation.system_state import BodyStates, Energy, SystemState
 
 FORMAT = 14
-_NUMBERS = ("step", "peak_energy", "shaking", "leak")
+_NUMBERS = ("step", "peak_energy", "shaking", "leak", "place_error", "speed_error")
 """Of a state."""
 
 

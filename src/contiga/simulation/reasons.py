@@ -90,3 +90,7 @@ class Choice(NamedTuple):
     """Energy balance error that was let pass: shorter steps have not reduced it."""
     single: float = 0.0
     """ω h of single points that swing in it, and that it does not follow."""
+    lag: float = 0.0
+    """Radians of phase by which single points that swing are off in it."""
+    late: float = 0.0
+    """Time by which free nodes hand on a force that they share early or late."""

@@ -11,15 +11,22 @@ from contiga.simulation.model import Model
 from contiga.simulation.reasons import Choice, Cut, Reason
 
 REASON, OF, TRIES, ENERGY_ERROR = "step.reason", "step.of", "step.tries", "step.energy_error"
-SINGLE = "step.single"
-COLUMNS = (REASON, OF, TRIES, ENERGY_ERROR, SINGLE)
+SINGLE, LAG, LATE = "step.single", "step.lag", "step.late"
+COLUMNS = (REASON, OF, TRIES, ENERGY_ERROR, SINGLE, LAG, LATE)
 """Of steps that choose themselves: number of the `Reason`, of what in `names_of` (−1 of nothing),
-steps worked out, energy balance error that no shorter one would have reduced, and ω h of single
-points that swing and are not followed."""
+steps worked out, energy balance error that no shorter one would have reduced, ω h of single
+points that swing and are not followed, radians of phase that they are off by, and the time by which
+free nodes hand on a force that they share early or late."""
 
+LAGGED = 0.02
+"""Radians of phase, all in all, from on which it is told: 2 % of the largest force in mid-swing."""
+SHIFTED = 1e-3
+"""Of the run: by so much or by a step, the longer, what is handed on may be early or late."""
 
 FOLLOWED = 0.3
 """ω h up to which a swing is right to about 1 % over half of it."""
+RIGHT = 0.01
+"""Radians of phase that a swing is right to 1 % with."""
 
 
 def names_of(model: Model) -> list[str]:
@@ -35,27 +42,58 @@ def names_of(model: Model) -> list[str]:
 def step_columns(model: Model, choice: Choice | None) -> dict[str, float]:
     """The columns of one step; of the start those of none."""
     if choice is None:
-        return dict(zip(COLUMNS, (float(Reason.LARGEST), -1.0, 0.0, 0.0, 0.0), strict=True))
+        return dict(zip(COLUMNS, (float(Reason.LARGEST), -1.0, *5 * (0.0,)), strict=True))
     names = names_of(model)
     of = names.index(choice.cut.of) if choice.cut.of in names else -1
     why, tries = float(choice.cut.reason), float(choice.tries)
-    told = why, float(of), tries, choice.energy_error, choice.single
+    told = why, float(of), tries, *choice[2:]
     return dict(zip(COLUMNS, told, strict=True))
 
 
 def single_warnings(history: dict[str, FloatArray]) -> list[str]:
-    """Says that single points swing faster than steps follow, if any do."""
-    single = history.get(SINGLE, np.zeros(1))
-    if not single.any():
+    """Says what single points do that is not right: swings faster than steps follow, or for so long
+    that their phase is off, and forces handed on early or late."""
+    if SINGLE not in history:
         return []
-    at = int(np.argmax(single))
-    time, step = history["time"][at], history["time"][at] - history["time"][at - 1]
-    return [
-        f"step: single nodes, or points that share one force, swing faster than steps follow, most "
-        f"at t = {time:g} (ω h = {single[at]:.2g}): what one of them does, and how what stands on "
-        "them rocks, is stable there and not right to phase; sums and ways of whole bodies are. "
-        f"A time.largest of {step * FOLLOWED / single[at]:.2g} follows them"
-    ]
+    text = _swings(history) or _handed(history)
+    return [text] if text else []
+
+
+def _swings(history: dict[str, FloatArray]) -> str:
+    """Of swings of single points, if they are not right to phase."""
+    time, single, lag = (history[name] for name in ("time", SINGLE, LAG))
+    late = float(lag.sum())
+    at = int(np.argmax(single if single.any() else lag))
+    step = time[at] - time[at - 1]
+    if single.any():
+        how = f"swing faster than steps follow, most at t = {time[at]:g} (ω h = {single[at]:.2g})"
+        largest = step * FOLLOWED / single[at]
+    elif late > LAGGED:
+        how = f"swing for so long that they are {late:.2g} rad off, most of it at t = {time[at]:g}"
+        largest = step * np.sqrt(RIGHT / late)
+    else:
+        return ""
+    return (
+        f"step: single nodes, or points that share one force, {how}: what one of them does, and "
+        "how what stands on them rocks, is stable there and not right to phase; sums and ways of "
+        f"whole bodies are. A time.largest of {largest:.2g} follows them"
+    )
+
+
+def _handed(history: dict[str, FloatArray]) -> str:
+    """Of nodes that hand on a force early or late by more than a step."""
+    time, late = history["time"], history[LATE]
+    steps = np.diff(time, prepend=time[0])
+    excess = late / np.maximum(steps, SHIFTED * (time[-1] - time[0])) if late.any() else late
+    at = int(np.argmax(excess))
+    if excess[at] <= 1.0:
+        return ""
+    largest = float(steps[: at + 1].max()) / np.sqrt(excess[at])
+    return (
+        f"step: free nodes that share one force hand it on up to {late[at]:.2g} early or late, "
+        f"as at t = {time[at]:g}: by about so much which of them carries it, and its moment, is "
+        f"uncertain; sums are not. A time.largest of {largest:.2g} makes them certain"
+    )
 
 
 def steps_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, Any]:

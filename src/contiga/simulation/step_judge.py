@@ -13,6 +13,7 @@ from contiga.dynamics.stepping import AutoSteps
 from contiga.records import ContactStatus
 from contiga.rigid.rigid_lanes import FORCE, MASS
 from contiga.simulation.critical import has_energy, limit_of
+from contiga.simulation.hand_over import HandOver, hand_over
 from contiga.simulation.ledger import load_work_beyond_way
 from contiga.simulation.model import Model
 from contiga.simulation.reasons import Cut, Reason
@@ -55,6 +56,14 @@ FORGOTTEN = 0.05
 UNFOLLOWED = (0.5, 1e-4), (0.3, 1e-3)
 """ω h from which on single points that swing are not followed, and the part of the velocity of all
 the energy that the kick of a step must change by for that to show: a rebound is off by (ω h)²/8."""
+PHASED = 0.05
+"""ω h up to which single points are right to phase for a while: fifteen swings take 0.01 rad."""
+SWUNG = 1e-3
+"""Part of the velocity of all the energy that single points swing with where their phase counts."""
+PARTED = 1e-4
+"""And with which depths of points that share a force part; less where they turn round."""
+HANDED = 1e-4
+"""Part of that velocity that a step changes by where what is handed on counts."""
 
 
 class Try(NamedTuple):
@@ -70,6 +79,12 @@ class Try(NamedTuple):
     """The shortest step that it may be cut to, but for stability."""
     single: float = 0.0
     """ω h of single points that swing in it, and that it does not follow."""
+    lag: float = 0.0
+    """Radians of phase by which those are off in it that swing and show."""
+    handed: HandOver = HandOver()
+    """How points that share a force hand it on."""
+    late: float = 0.0
+    """Time by which they hand it on early or late, where that shows."""
 
     @property
     def rate(self) -> float:
@@ -84,24 +99,34 @@ def tried(model: Model, stepping: AutoSteps, last: SystemState, stepped: Stepped
         return Try(stepped, cut, 0.0, 0.0, 0.0)
     limit = limit_of(model, state, "lasting")
     before = limit_of(model, last, "lasting")
-    now = shaking_of(model, last, state, DAMPED * DAMPED * limit.bodies.decay)
-    shaking = math.hypot(now, _turning(model, last, state, fastest_of(limit.bodies)))
+    rate = shaking_of(model, last, state, DAMPED * DAMPED * limit.bodies.decay)
+    shaking = math.hypot(rate, _turning(model, last, state, fastest_of(limit.bodies)))
     nodes = shaking_of_nodes(model, last, state, DAMPED * DAMPED * limit.nodes.decay)
     decay = max(limit.bodies.decay, limit.nodes.decay)
     dragged = decay * dragging_of(model, last, state) * math.sqrt(2.0 * state.peak_energy)
     shaking = max(shaking, OF_NODES * nodes, OF_DRAG * dragged)
     least = shortest_step(stepping, min(limit.critical, before.critical))
-    single = _single(model, last, state, math.sqrt(limit.points) * state.step)
-    return Try(stepped, cut, shaking, missing_of(model, last, state), least, single)
+    missing = missing_of(model, last, state)
+    now = Try(stepped, cut, shaking, missing, least, handed=hand_over(model, last, state))
+    return _single(model, last, now, math.sqrt(limit.points) * state.step)
 
 
-def _single(model: Model, last: SystemState, state: SystemState, swings: float) -> float:
-    """ω h of single points, `swings` at most, where a step does not follow them; else zero."""
-    shown = [share for least, share in UNFOLLOWED if swings > least]
-    if not shown:
-        return 0.0
+def _single(model: Model, last: SystemState, now: Try, swings: float) -> Try:
+    """With what single points are off by, whose ω h is `swings` at most, as far as that shows."""
+    if swings <= PHASED and not now.handed.late:
+        return now
+    state = now.stepped.state
     kick = changes_of_points(model, last, state) * state.step
-    return swings if kick > min(shown) * math.sqrt(2.0 * state.peak_energy) else 0.0
+    shown = kick / math.sqrt(2.0 * state.peak_energy) if kick > 0.0 else 0.0
+    followed = all(swings <= least or shown <= share for least, share in UNFOLLOWED)
+    lags = swings > PHASED and shown > SWUNG * swings * swings  # a kick is v (ω h)² at most
+    # What shares a force swings by itself only where its depths part.
+    lags = lags and now.handed.parting > PARTED * math.sqrt(2.0 * state.peak_energy)
+    return now._replace(
+        single=0.0 if followed else swings,
+        lag=swings**3 / 24.0 if lags else 0.0,
+        late=now.handed.late if shown > HANDED else 0.0,
+    )
 
 
 def _turning(model: Model, last: SystemState, state: SystemState, fastest: float) -> float:

@@ -91,8 +91,13 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
             now = tried(model, stepping, last, stepped, cut)
             shorter = objection(model, stepping, last, now)
         if shorter is None:
-            state = replace(stepped.state, shaking=now.shaking, leak=leak_of(last, now, longer))
-            choice = Choice(cut, tries, let_pass(model, last, now), now.single)
+            leak, handed = leak_of(last, now, longer), now.handed
+            state = replace(
+                stepped.state, shaking=now.shaking, leak=leak,
+                place_error=handed.place, speed_error=handed.speed,
+            )  # fmt: skip
+            missed = let_pass(model, last, now)
+            choice = Choice(cut, tries, missed, now.single, now.lag, now.late)
             return stepped._replace(state=state, choice=choice)
         if shorter.reason in (Reason.ENERGY, Reason.SHORTEST) and loses(model, last, now):
             longer = now

@@ -129,6 +129,10 @@ class SystemState(Displayed):
     """Energy balance error a time that shorter steps would not reduce."""
     rest: Rest | None = None
     """How it came to rest before the run; None where it did not."""
+    place_error: float = 0.0
+    """What depths of free nodes that share a force are off by: `contiga.simulation.hand_over`."""
+    speed_error: float = 0.0
+    """And how fast these change."""
 
     most = OldName("peak_energy")
 

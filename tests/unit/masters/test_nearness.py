@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.masters.nearness import gaps_of, nearest
+from contiga.masters.nearness import gaps_of, least, nearest
 
 PLATE = cg.Body(cg.shapes.plane(width=10.0, length=10.0))
 BALL = cg.Body(cg.shapes.sphere(radius=2.0))
@@ -69,3 +69,19 @@ def test_only_the_rows_asked_for_count() -> None:
     points = np.array([[0.0, 0.0, 0.1], [0.0, 0.0, 3.0], [0.0, 0.0, 2.0]])
     feet = nearest(PLATE.surface, points, np.array([1, 2], np.int32))
     assert (feet.row, feet.gap) == (2, pytest.approx(2.0))
+
+
+def test_of_many_that_are_about_as_near_few_are_worked_out() -> None:
+    asked: list[int] = []
+
+    def gaps(rows: np.ndarray) -> np.ndarray:
+        asked.extend(rows.tolist())
+        return 1.0005 + 1e-4 * np.sin(rows)
+
+    gap, _ = least(np.ones(1000), gaps, 1e-3)
+    assert len(asked) < 100
+    assert gap <= 1.001 * (1.0005 - 1e-4)
+    asked.clear()
+    gap, row = least(np.ones(1000), gaps)
+    assert len(asked) == 1000
+    assert row == np.sin(np.arange(1000)).argmin()

@@ -11,7 +11,7 @@ import contiga as cg
 from contiga.arrays.cache_folder import FOLDER
 from contiga.search.balls import radii as ball
 from contiga.search.borders import openings
-from contiga.search.hierarchy.build import kept
+from contiga.search.hierarchy import kept
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.masters.nearness import nearest
+from contiga.masters.nearness import lower_bounds, nearest
 from contiga.records import FloatArray
 from contiga.rigid import pose
 from contiga.rigid.frames import to_body
@@ -25,6 +25,10 @@ _FINER = 8
 _MOST = 60
 _CLOSE = 1e-3
 _SURE = 0.5
+# Share by which a distance may be off that is looked for, and times the least that was seen from
+# which on a bound is as good: far from a body all points are about as near, and each takes long.
+_SEEN = 0.25 * _CLOSE
+_PLAIN = 2.0
 # What the turns in a span add to a way at most.
 _TURNING = 1.001
 
@@ -74,23 +78,29 @@ class _Ways:
         poses = [self._pair.relative_at(time) for time in times.tolist()]
         return np.array([pose.apply(X, self._box) for X in poses if X is not None])
 
-    def nearest(self, time: float, gone: float, guess: int) -> Approach:
-        """The nearest point at `time`; `gone` is how far points have gone since the first time
-        that was asked for, `guess` one that is near."""
+    def nearest(self, time: float, gone: float, guess: int, least: float = np.inf) -> Approach:
+        """The nearest point at `time`, with a bound for that time; `gone` is how far points have
+        gone since the first time that was asked for, `guess` one that is near. Where all are
+        clearly farther than `least` the bound stands for the distance."""
         points, X_WB = self._pair.standing(time)
         p_B, surface = to_body(X_WB, points), self._pair.body.surface
         rows = self._rows
+        if least < np.inf:
+            bounds = lower_bounds(surface, p_B, rows, None)[rows]
+            at = int(bounds.argmin())
+            if bounds[at] > _PLAIN * least:
+                return Approach(float(bounds[at]), int(rows[at]), time, float(bounds[at]))
         if len(self._bounds):
             near = nearest(surface, p_B, np.array([guess], np.int32)).gap
             rows = rows[self._bounds[rows] - gone <= near]
-        found = nearest(surface, p_B, rows)
+        found = nearest(surface, p_B, rows, share=_SEEN)
         if len(self._bounds) == 0:
             self._bounds = found.bounds
-        return Approach(found.gap, found.row, time)
+        return Approach(found.gap, found.row, time, (1.0 - _SEEN) * found.gap)
 
 
 class _Span(NamedTuple):
-    """A part of the time, with the distances at its ends."""
+    """A part of the time, with bounds of the distances at its ends."""
 
     times: FloatArray
     """(k,) between which the way is taken for even."""
@@ -123,14 +133,15 @@ def closest_approach(pair: Pair) -> Approach | None:
     ways, times = _Ways(pair), pair.times
     if pair.relative_at(float(times[0])) is None:
         # Where they are read: nobody knows how they go in between.
-        return min(ways.nearest(time, np.inf, 0) for time in pair.shown_times.tolist())
+        seen = (ways.nearest(time, np.inf, 0) for time in pair.shown_times.tolist())
+        return min(seen)._replace(bound=0.0)
     if not pair.followed:
         return None
     gone = ways.along(times)
     start = ways.nearest(float(times[0]), 0.0, 0)
-    end = ways.nearest(float(times[-1]), float(gone[-1]), start.point)
+    end = ways.nearest(float(times[-1]), float(gone[-1]), start.point, start.distance)
     best = min(start, end)
-    spans = [_Span(times, gone, start.distance, end.distance)]
+    spans = [_Span(times, gone, start.bound, end.bound)]
     for _ in range(_MOST):
         if best.distance <= 0.0:
             return None
@@ -139,10 +150,10 @@ def closest_approach(pair: Pair) -> Approach | None:
             break
         span = spans.pop(widest)
         times, gone, m = span.parted(ways)
-        now = ways.nearest(float(times[m]), float(gone[m]), best.point)
+        now = ways.nearest(float(times[m]), float(gone[m]), best.point, best.distance)
         best = min(best, now)
-        spans.append(_Span(times[: m + 1], gone[: m + 1], span.first, now.distance))
-        spans.append(_Span(times[m:], gone[m:], now.distance, span.last))
+        spans.append(_Span(times[: m + 1], gone[: m + 1], span.first, now.bound))
+        spans.append(_Span(times[m:], gone[m:], now.bound, span.last))
     bound = min(one.least for one in spans)
     if bound > (1.0 - _CLOSE) * best.distance:
         return best._replace(bound=best.distance)

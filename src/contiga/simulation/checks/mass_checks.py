@@ -9,6 +9,7 @@ import numpy as np
 from contiga.arrays.ordered import length
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Free
+from contiga.errors import InputError
 from contiga.masters.protocol import Master
 from contiga.records import MassProperties
 from contiga.rigid.rigid_lanes import MASS
@@ -22,6 +23,8 @@ _DENSITIES = (5.0, 2.5e4)
 _GYRATION = (0.02, 1.5)
 # m/s and m/s²: beyond what occupant safety, impact and blast have, and beyond any planet.
 _FASTEST = 2e4
+# m/s: ten times as fast as any meteor. No body is rigid there, and such runs take minutes or hours.
+_NOTHING = 1e6
 # Sizes of the largest part that a free one goes from its start to the end of the run, alone.
 _WAY = 200.0
 _HEAVIEST = 300.0
@@ -29,7 +32,13 @@ _LIGHTEST = 0.01
 
 
 def check_masses(scene: Scene) -> Iterator[Finding]:
-    """Masses, inertias and velocities that are most likely in another unit."""
+    """Masses, inertias and velocities that are most likely in another unit.
+
+    Raises
+    ------
+    InputError
+        A velocity that nothing has.
+    """
     model, said = scene.model, scene.said
     if said.known:
         yield from _gravity(scene)
@@ -120,6 +129,14 @@ def _speed(where: str, motion: Free | Deforming, scene: Scene) -> Iterator[Findi
     speed = float(np.sqrt(np.square(np.atleast_2d(motion.velocity)).sum(axis=1)).max())
     starts = f"it starts at {said(speed, 'velocity')}"
     give = f"Give velocities in {said.unit('velocity')}" if said.known else "Look at its unit"
+    if said.known and speed * said.si(1, 0, -1) > _NOTHING:
+        raise InputError(
+            f"it would start at {speed * said.si(1, 0, -1):.3g} m/s",
+            where=where,
+            found=said(speed, "velocity"),
+            allowed=f"up to {_NOTHING:g} m/s, from {_FASTEST:g} m/s with a warning",
+            remedy=give,
+        )
     if said.known and speed * said.si(1, 0, -1) > _FASTEST:
         told = f"{starts}, which is {speed * said.si(1, 0, -1):.3g} m/s"
         yield Finding("velocity", where, told, give)

@@ -31,6 +31,8 @@ _DAMPED = 0.75
 _DEEP = 0.4
 # And of the longest step in.
 _STEPS = 4.0
+# Of a distance that is told: by how much another point may be nearer.
+_SEEN = 1e-3
 # Of the force of an impact: what is left of it where it is over.
 _PRESSED = 0.2
 # Of the time since the first contact: its end, and of the penetration what may change in it.
@@ -93,7 +95,7 @@ def _no_contact(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> It
     finite = np.isfinite(points[rows]).all(axis=1)
     if not finite.any():
         return
-    apart = nearest(pair.body.surface, points, rows[finite]).gap
+    apart = nearest(pair.body.surface, points, rows[finite], share=_SEEN).gap
     yield Finding(
         "apart",
         pair.where,

@@ -1,0 +1,36 @@
+"""How many triangles a mesh will have is told before minutes go by."""
+
+from __future__ import annotations
+
+import pytest
+from tests.scenes import box
+
+import contiga as cg
+from contiga.cli.meshing import MANY, MOST, foretell
+from contiga.errors import InputError
+
+BALL = cg.Body([cg.shapes.sphere(radius=1.0)])
+
+
+def triangles(body: cg.Body, tol: float) -> int:
+    return len(body.tessellate(tol).triangles)
+
+
+def test_a_tolerance_that_is_far_too_fine_is_told_and_one_beyond_all_is_refused(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    each = triangles(BALL, 1e-4) * 1e-4
+    foretell(BALL, 2.0 * each / MANY)
+    assert capsys.readouterr().err == ""
+    foretell(BALL, 0.5 * each / MANY)
+    said = capsys.readouterr().err
+    count, tol = (float(said.split(word)[1].split()[0]) for word in ("about ", "--tol "))
+    assert count == pytest.approx(2.0 * MANY, rel=0.2)
+    assert tol == pytest.approx(each / MANY, rel=0.3)
+    with pytest.raises(InputError, match=r"--tol: about .* triangles .*allowed: up to 4e\+07"):
+        foretell(BALL, 0.3 * each / MOST)
+
+
+def test_flat_faces_have_as_few_at_any_tolerance(capsys: pytest.CaptureFixture[str]) -> None:
+    foretell(box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0)), 1e-12)
+    assert capsys.readouterr().err == ""
