@@ -88,8 +88,8 @@ class Choice(NamedTuple):
 ALL = Choice()
 
 
-def checked_solids(solids: str | None) -> None:
-    """Refuse what is neither None nor one of `Solids`.
+def checked_solids(solids: Solids | None) -> Solids | None:
+    """`solids`, if it is None or one of `Solids`.
 
     Raises
     ------
@@ -99,6 +99,7 @@ def checked_solids(solids: str | None) -> None:
     if solids is not None and solids not in get_args(Solids):
         allowed = ", ".join(f'"{word}"' for word in get_args(Solids))
         raise GeometryError("no such choice", where="solids", found=solids, allowed=allowed)
+    return solids
 
 
 def choice_of(parts: PartKeys | None, faces: int | Iterable[int] | None) -> Choice:

@@ -84,10 +84,8 @@ def read_cad(
     (6, 12, True, [2.0, 3.0, 4.0])
     """
     file = Path(path)
-    choice = choice_of(parts, faces)
-    checked_solids(solids)
+    given = file_unit, unit, choice_of(parts, faces), checked_solids(solids)
     target = reader_of(file, "read", file_unit, unit)
-    given = file_unit, unit, choice, solids
     body: Body = read_kept(target, file, *given, needs=_BODY, check=partial(check_body, file=file))
     check_joints(body, file, solids)
     return body
