@@ -1,4 +1,4 @@
-"""How points that share a force hand it on, and by how much free nodes may be early or late in it.
+"""How points that share a force hand it on, and by how much they may be early or late in it.
 
 The deepest point carries the force of a law that acts as one; those nearly as deep share it. Two
 nodes change over while the difference of their depths goes through a small part of the depth: so
@@ -21,9 +21,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.arrays.ordered import length
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
-from contiga.rigid.rigid_lanes import MASS
+from contiga.rigid.frames import to_world
+from contiga.rigid.rigid_lanes import CENTRE, FORCE, MASS, MOMENTS, TORQUE
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.place import nodal_force
 from contiga.simulation.system_state import SystemState
@@ -33,7 +35,7 @@ OWN = 1.0 / 24.0
 
 
 class HandOver(NamedTuple):
-    """What points that share a force do in a step, and what free nodes may be off by after it."""
+    """What points that share a force do in a step, and what they may be off by after it."""
 
     place: float = 0.0
     """Error of the depths of nodes, length."""
@@ -49,16 +51,16 @@ class HandOver(NamedTuple):
 def hand_over(model: Model, last: SystemState, state: SystemState) -> HandOver:
     """The errors after a step from `last`, which holds those before it."""
     place = last.place_error + state.step * last.speed_error
-    speed, late, parts, loose = last.speed_error, 0.0, [], model.mechanism.loose
+    speed, late, parts = last.speed_error, 0.0, []
     for part in model.contacts if state.step > 0.0 else ():
         if not getattr(part.contact.law, "acts_as_one", False):
             continue
         parting = _parting(last.contacts[part.name], state.contacts[part.name], state.step)
         if parting is not None:
             parts.append(parting * math.sqrt(_mass(model, part)))
-        if part.slave not in loose:
-            continue
         change = _change(model, part, last, state)
+        if change == 0.0:
+            continue
         place += OWN * state.step * state.step * change
         if parting:
             late = max(late, place / parting)
@@ -68,23 +70,44 @@ def hand_over(model: Model, last: SystemState, state: SystemState) -> HandOver:
 
 def _mass(model: Model, part: ContactPart) -> float:
     """The least mass that a contact moves at either side; 0 where it moves none."""
-    system, name = model.mechanism, part.slave
-    sides = int(system.root[system.index[part.master]]), system.carried.get(name)
-    rows = [system.row[side] for side in sides if side is not None and side in system.row]
-    masses = [float(system.fixed[row, MASS]) for row in rows]
-    if name in system.masses:
-        masses.append(float(system.masses[name].sum()))
+    system = model.mechanism
+    masses = [float(system.fixed[row, MASS]) for row in _bodies(model, part)]
+    if part.slave in system.masses:
+        masses.append(float(system.masses[part.slave].sum()))
     return min(masses, default=0.0)
 
 
+def _bodies(model: Model, part: ContactPart) -> list[int]:
+    """Rows of the free bodies at either side of a contact."""
+    system = model.mechanism
+    sides = int(system.root[system.index[part.master]]), system.carried.get(part.slave)
+    return [system.row[side] for side in sides if side is not None and side in system.row]
+
+
 def _change(model: Model, part: ContactPart, last: SystemState, state: SystemState) -> float:
-    """The largest change of the acceleration of a node in the step."""
-    if not (last.contacts[part.name].n_contact or state.contacts[part.name].n_contact):
+    """The largest change in the step of the acceleration of a point of the contact, by what is free
+    at either side of it."""
+    now = state.contacts[part.name]
+    if not (last.contacts[part.name].n_contact or now.n_contact):
         return 0.0
-    mass = model.mechanism.loose[part.slave]
-    both = (nodal_force(model, part.slave, at.contacts) for at in (last, state))
-    change = np.subtract(*both)
-    return float((np.sqrt(np.square(change).sum(axis=1)) / mass).max())
+    changes = [_change_of_body(model, row, now, last, state) for row in _bodies(model, part)]
+    if part.slave in model.mechanism.loose:
+        mass = model.mechanism.loose[part.slave]
+        both = (nodal_force(model, part.slave, at.contacts) for at in (last, state))
+        changes.append(float((np.sqrt(np.square(np.subtract(*both)).sum(axis=1)) / mass).max()))
+    return sum(changes)
+
+
+def _change_of_body(
+    model: Model, row: int, now: State, last: SystemState, state: SystemState
+) -> float:
+    """Of the points in contact as points of a free body: by its force, and by its torque."""
+    fixed, lanes = model.mechanism.fixed[row], state.rigid[row]
+    change = lanes - last.rigid[row]
+    places = to_world(now.pose, now.points_B[now.in_contact])
+    arm = length(np.abs(places - lanes[CENTRE : CENTRE + 3]).max(axis=0, initial=0.0))
+    turns = length(change[TORQUE : TORQUE + 3]) * arm / fixed[MOMENTS]
+    return float(length(change[FORCE : FORCE + 3]) / fixed[MASS] + turns)
 
 
 def _parting(before: State, now: State, step: float) -> float | None:

@@ -81,7 +81,7 @@ def _swings(history: dict[str, FloatArray]) -> str:
 
 
 def _handed(history: dict[str, FloatArray]) -> str:
-    """Of nodes that hand on a force early or late by more than a step."""
+    """Of points that hand on a force early or late by more than a step."""
     time, late = history["time"], history[LATE]
     steps = np.diff(time, prepend=time[0])
     excess = late / np.maximum(steps, SHIFTED * (time[-1] - time[0])) if late.any() else late
@@ -90,7 +90,7 @@ def _handed(history: dict[str, FloatArray]) -> str:
         return ""
     largest = float(steps[: at + 1].max()) / np.sqrt(excess[at])
     return (
-        f"step: free nodes that share one force hand it on up to {late[at]:.2g} early or late, "
+        f"step: points that share one force hand it on up to {late[at]:.2g} early or late, "
         f"as at t = {time[at]:g}: by about so much which of them carries it, and its moment, is "
         f"uncertain; sums are not. A time.largest of {largest:.2g} makes them certain"
     )

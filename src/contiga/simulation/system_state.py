@@ -130,7 +130,7 @@ class SystemState(Displayed):
     rest: Rest | None = None
     """How it came to rest before the run; None where it did not."""
     place_error: float = 0.0
-    """What depths of free nodes that share a force are off by: `contiga.simulation.hand_over`."""
+    """What depths of points that share a force are off by: `contiga.simulation.hand_over`."""
     speed_error: float = 0.0
     """And how fast these change."""
 

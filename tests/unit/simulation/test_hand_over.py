@@ -1,4 +1,4 @@
-"""Free nodes that share one force: by how much they hand it on early or late."""
+"""Points that share one force: by how much they hand it on early or late."""
 
 from __future__ import annotations
 
@@ -22,6 +22,21 @@ def pair(apart: float, **time: object) -> cg.Simulation:
     return cg.Simulation(
         bodies={"block": block},
         slaves={"pair": (slave, cg.motion.Free(velocity=[0.0, 0.0, -1.0]))},
+        contacts=[cg.Contact(block, slave, law=cg.ForceLaw(1e3))],
+        **time,
+    )
+
+
+def rod(apart: float, **time: object) -> cg.Simulation:
+    """The same two points at the ends of a rod that falls."""
+    points = np.array([[-0.5, 0.0, 0.01], [0.5, 0.0, 0.01 + apart]])
+    slave = cg.Slave(points, area=np.ones(2))
+    block = box((-1.0, -1.0, -1.0), (1.0, 1.0, 0.0))
+    body = box((-0.5, -0.1, 0.02), (0.5, 0.1, 0.1))
+    motion = cg.motion.Free(body.mass_properties(2.0 / 0.016), velocity=[0.0, 0.0, -1.0])
+    return cg.Simulation(
+        bodies={"block": block, "rod": (body, motion)},
+        slaves={"ends": (slave, cg.motion.Attached("rod"))},
         contacts=[cg.Contact(block, slave, law=cg.ForceLaw(1e3))],
         **time,
     )
@@ -51,6 +66,18 @@ def test_each_hand_over_is_off_by_no_more_than_is_said() -> None:
     assert (np.abs(own - handed_on(fine.history)[0]) < late + read).all()
     assert (np.diff(late) > 0.0).all()  # each multiplies what was wrong before it
     assert late[-1] < 1e-3
+
+
+def test_a_rigid_body_hands_a_force_from_end_to_end_within_what_is_said() -> None:
+    result = rod(0.001, end=0.06, step="auto").run()
+    times = result.history["time"]
+    parts = [np.linspace(a, b, 4)[1:] for a, b in itertools.pairwise(times)]
+    fine = rod(0.001, stepping=GivenTimes(np.concatenate([times[:1], *parts]))).run()
+    own, steps = handed_on(result.history)
+    off = np.abs(own - handed_on(fine.history)[0])
+    late = result.history["step.late"][steps]
+    assert len(own) > 2
+    assert (off < late + 0.01 * np.diff(times)[steps - 1]).all()
 
 
 def test_hand_overs_that_are_off_by_more_than_a_step_are_told() -> None:
