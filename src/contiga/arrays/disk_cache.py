@@ -11,10 +11,12 @@ import os
 import pickle
 import secrets
 import sys
+from collections.abc import Iterator
 from contextlib import suppress
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
+from time import time
 from typing import Any
 
 import numpy as np
@@ -23,8 +25,11 @@ from contiga.arrays.cache_folder import cache_folder
 from contiga.jit.stamps import stamp_of
 from contiga.version import __version__
 
-MOST = 512 * 1024**2
-"""Bytes that all entries may take; those not asked for the longest go first."""
+MOST, MANY = 512 * 1024**2, 2_000
+"""Bytes that all entries may take, and how many there may be; those not asked for the longest go
+first."""
+LEFT_OVER = 86_400.0
+"""Seconds after which what a process has left that was killed as it wrote is removed."""
 _SEAL = 32
 """Bytes of the checksum in front of an entry."""
 
@@ -53,13 +58,13 @@ class DiskCache:
             return None
         path = self._path(folder, key)
         with suppress(OSError):
-            if not _is_ours(path):
+            if not (_is_ours(folder) and _is_ours(path)):
                 return None
             content = path.read_bytes()
             if content[:_SEAL] == sha256(content[_SEAL:]).digest():
                 with suppress(Exception):  # of another make of the same version
                     value = pickle.loads(memoryview(content)[_SEAL:])
-                    path.touch()
+                    _asked_for(path)
                     return value
             path.unlink()
         return None
@@ -74,10 +79,13 @@ class DiskCache:
             if len(content) > MOST // 4:
                 return
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            if not _is_ours(folder):
+                return  # what is written there would not be opened
             path = self._path(folder, key)
-            temporary = path.with_suffix(f".{secrets.token_hex(4)}")
+            temporary = folder / f"{secrets.token_hex(8)}.new"
             try:
-                temporary.write_bytes(sha256(content).digest() + content)
+                with open(temporary, "xb", opener=_private) as stream:
+                    stream.write(sha256(content).digest() + content)
                 temporary.replace(path)
             finally:
                 temporary.unlink(missing_ok=True)
@@ -88,21 +96,42 @@ class DiskCache:
         return folder / f"{self._kind}-{name}.kept"
 
 
+def _private(path: str, flags: int) -> int:
+    """Open a file that nobody else may write to, whatever the process allows others."""
+    return os.open(path, flags, 0o600)
+
+
+def _asked_for(path: Path) -> None:
+    """Have an entry stay. Where that cannot be written down it may go earlier."""
+    with suppress(OSError):
+        os.utime(path)
+
+
 def _is_ours(path: Path) -> bool:
-    """Whether nobody else can have written a file, as far as the system says."""
+    """Whether nobody else can have written a file or a folder, as far as the system says."""
     if not hasattr(os, "geteuid"):
         return True
-    found, folder = path.stat(), path.parent.stat()
-    mine = found.st_uid == folder.st_uid == os.geteuid()
-    return mine and not (found.st_mode | folder.st_mode) & 0o022
+    found = path.stat()
+    return found.st_uid == os.geteuid() and not found.st_mode & 0o022
 
 
 def _trim(folder: Path) -> None:
-    """Remove what was not asked for the longest, until the rest is no more than `MOST`."""
-    entries = [(path, path.stat()) for path in folder.glob("*-*.kept")]
-    total = sum(found.st_size for _, found in entries)
+    """Remove what was not asked for the longest, until the rest is no more than it may be, and
+    what was never written to its end."""
+    entries = list(_entries(folder, "*.kept"))
+    total, count = sum(found.st_size for _, found in entries), len(entries)
     for path, found in sorted(entries, key=lambda entry: entry[1].st_mtime_ns):
-        if total <= MOST:
-            return
+        if total <= MOST and count <= MANY:
+            break
         path.unlink(missing_ok=True)
-        total -= found.st_size
+        total, count = total - found.st_size, count - 1
+    for path, found in _entries(folder, "*.new"):
+        if found.st_mtime < time() - LEFT_OVER:
+            path.unlink(missing_ok=True)
+
+
+def _entries(folder: Path, pattern: str) -> Iterator[tuple[Path, os.stat_result]]:
+    """Files, but those that another process has just removed."""
+    for path in folder.glob(pattern):
+        with suppress(OSError):
+            yield path, path.stat()

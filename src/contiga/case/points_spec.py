@@ -247,8 +247,11 @@ class GivenPoints(_Points):
 
     def describe(self) -> str:
         """In words."""
-        joined = "" if self.segments is None else f", joined by {self.segments} bars"
-        return f"{len(self.coordinates)} given points{joined}"
+        given = f"{len(self.coordinates)} given points"
+        if self.segments is None:
+            return given
+        bars = len(_along(np.array(self.coordinates), self.segments)) - 1
+        return f"{given}, joined by {bars} bars"
 
 
 class BodyPoints(_Points):

@@ -34,7 +34,7 @@ def foretell(body: Body, tol: float) -> None:
     many, few = (len(body.tessellate(factor * coarse).triangles) for factor in (1.0, 4.0))
     power = min(max(math.log(many / few) / math.log(4.0), 0.0), 1.0)
     count = many * (coarse / tol) ** power
-    if count <= MANY:
+    if count <= MANY or power < 0.05:  # flat: of no tolerance many
         return
 
     def takes(most: float) -> float:
@@ -47,7 +47,7 @@ def foretell(body: Body, tol: float) -> None:
             f"{body.size:.3g} large",
             where="--tol",
             found=tol,
-            allowed=f"up to {MOST:.2g} triangles, as about {takes(MOST):.1g} takes",
+            allowed=f"about {takes(MOST):.1g} or more, which makes {MOST:.2g} triangles",
             remedy="Look at its unit: that of the mesh",
         )
     print(

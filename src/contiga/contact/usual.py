@@ -28,7 +28,7 @@ Settle = Callable[[IntArray, Work, IntArray], int]
 """Settles rows, working in memory, and lists those left; how many."""
 
 
-class Room(threading.local):
+class ThreadMemory(threading.local):
     """Memory for rows whose feet are certified or not, kept by the thread."""
 
     def __init__(self) -> None:
@@ -42,7 +42,7 @@ class Room(threading.local):
         return work
 
 
-_room = Room()
+_memory = ThreadMemory()
 
 
 def left(
@@ -82,13 +82,13 @@ def _left(settle: Settle, rows: IntArray, n_elements: int, certify: bool) -> Int
     n = len(rows)
     size, left = rows_of_a_chunk(n, n_elements), np.empty(n, np.int32)
     if n <= size:
-        return left[: settle(rows, _room.of(n, certify), left)]
+        return left[: settle(rows, _memory.of(n, certify), left)]
     parts: list[Any] = [None] * ceil(n / size)
 
     def chunks(first: int, last: int) -> None:
         for c in range(first, last):
             own = slice(c * size, (c + 1) * size)
-            count = settle(rows[own], _room.of(size, certify), left[own])
+            count = settle(rows[own], _memory.of(size, certify), left[own])
             parts[c] = left[own][:count]
 
     run_ranges(chunks, len(parts), 1)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.dynamics.places import nodes_at, nodes_given, place_of
+from contiga.dynamics.places import PLACES, nodes_at, nodes_given, place_of
 from contiga.dynamics.prescribed import BodyMotion
 from contiga.errors import InputError
 from contiga.records import FloatArray
@@ -61,10 +61,10 @@ def held_ways(fixed: Any, slave: Slave, where: str) -> Ways:
     tables = isinstance(fixed, Sequence) and len(fixed) > 0
     if tables and all(isinstance(one, Mapping) for one in fixed):
         for k, one in enumerate(fixed):
-            held |= _of_table(one, (), slave, f"{where}[{k}]")
+            held |= _held_by(one, slave, f"{where}[{k}]")
         return held
     if isinstance(fixed, Mapping):
-        return _of_table(fixed, (), slave, where)
+        return _held_by(fixed, slave, where)
     given = np.asarray(fixed)
     if given.dtype == np.bool_ and given.shape == held.shape:
         return given.copy()
@@ -114,6 +114,18 @@ def drives_of(driven: Any, held: Ways, slave: Slave, where: str) -> tuple[Drive,
         rows = np.flatnonzero(ways.any(axis=1))
         drives.append(Drive(ways, rows, slave.points[rows], motion))
     return tuple(drives)
+
+
+def _held_by(table: Mapping[str, Any], slave: Slave, where: str) -> Ways:
+    """(n, 3) of one table, which names a place."""
+    if place_of(table, ("hold",), where) is None:
+        raise InputError(
+            "says which nodes by one key",
+            where=where,
+            found=", ".join(map(str, table)) or "none",
+            allowed=", ".join(PLACES),
+        )
+    return _of_table(table, (), slave, where)
 
 
 def _of_table(table: Mapping[str, Any], others: tuple[str, ...], slave: Slave, where: str) -> Ways:

@@ -29,12 +29,20 @@ def place_of(table: Mapping[str, Any], others: tuple[str, ...], where: str) -> s
         Several, or keys that are none of a place nor of `others`.
     """
     places = [key for key in table if key in PLACES]
-    if len(places) > 1 or set(table) - {*PLACES, *others}:
+    unknown = [str(key) for key in table if key not in (*PLACES, *others)]
+    if unknown:
         raise InputError(
-            f"says which nodes by one key, and beside it has {', '.join(others)}",
+            "a key is not known",
             where=where,
-            found=", ".join(map(str, table)),
-            allowed=", ".join(PLACES),
+            found=", ".join(unknown),
+            allowed=", ".join((*PLACES, *others)),
+        )
+    if len(places) > 1:
+        raise InputError(
+            "says more than once which nodes",
+            where=where,
+            found=", ".join(places),
+            allowed="one of " + ", ".join(PLACES),
         )
     return places[0] if places else None
 
@@ -135,8 +143,12 @@ def _direction(value: Any, where: str) -> tuple[FloatArray, float]:
 
 
 def _two_rows(value: Any, where: str) -> FloatArray:
-    corners = np.asarray(value, dtype=np.float64)
-    if corners.shape != (2, 3) or not np.isfinite(corners).all():
+    try:
+        corners = np.asarray(value, dtype=np.float64)
+        fits = corners.shape == (2, 3) and bool(np.isfinite(corners).all())
+    except (TypeError, ValueError):
+        fits = False
+    if not fits:
         raise InputError(
             "must be two rows of three numbers",
             where=where,

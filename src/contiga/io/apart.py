@@ -27,6 +27,7 @@ from contiga.errors import ContigaWarning, FileError
 from contiga.io import child_process
 from contiga.io.child_process import Outcome, Request
 from contiga.io.limits import Limits, limits_for, too_large, too_slow
+from contiga.io.outcome import content_of
 
 _BOOT = (
     "import json, sys; sys.path[:] = json.loads(sys.stdin.buffer.readline()); "
@@ -39,8 +40,6 @@ _KEPT = 2
 """Children kept for the next file: more were at work at a time only for callers with threads."""
 _CLOCK_FACTOR = 4.0
 """On a busy machine a second of processor time takes several by the clock."""
-_SAID = 300
-"""Characters of what a reader says that are passed on."""
 _NEAR = 0.7
 """A crash with this share of the memory in use is put down to the bound on memory."""
 
@@ -119,12 +118,14 @@ class _Child:
                     self._frame()
         except _GoneError as gone:
             if self.expired:
-                return _lost(too_slow(str(request.path), clock))
-            return _lost(_ended(request, limits, gone.code, 0))
+                return Outcome("error", too_slow(str(request.path), clock), [])
+            return Outcome("error", _ended(request, limits, gone.code, 0), [])
         if kind == child_process.RESULT:
             return _outcome(content)
         status, peak = pickle.loads(content)
-        return _lost(_ended(request, limits, os.waitstatus_to_exitcode(status), peak))
+        return Outcome(
+            "error", _ended(request, limits, os.waitstatus_to_exitcode(status), peak), []
+        )
 
     def load(self, target: str) -> None:
         """Have the child load a reader, without waiting for it."""
@@ -301,32 +302,26 @@ def read_apart(target: str, path: Path, *args: object, needs: str = "numpy") -> 
     ContigaWarning
         What the reader warns of, as if the caller's caller had been warned.
     """
-    limits = limits_for(path)
-    request = Request(target, path, args, *limits, _folder(), _modules())
-    outcome = _asked(request, limits, needs)
+    outcome = ask_apart(target, path, *args, needs=needs)
     for said in outcome.warnings:
         warnings.warn(said, ContigaWarning, stacklevel=3)
-    if outcome.kind == "value":
-        return outcome.content
-    if outcome.kind == "error":
-        raise outcome.content
-    if outcome.kind == "memory":
-        raise too_large(str(path), limits.memory)
-    said, trace = outcome.content
-    raise _failed(path, said) from RuntimeError(trace)
+    return content_of(outcome, path)
 
 
-def _asked(request: Request, limits: Limits, needs: str) -> Outcome:
+def ask_apart(target: str, path: Path, *args: object, needs: str = "numpy") -> Outcome:
+    """What becomes of a call of `read_apart`, with what the reader warns of; nothing is raised."""
+    limits = limits_for(path)
+    request = Request(target, path, args, *limits, _folder(), _modules())
     while True:
         child = _idle.take()
         if child is None:
-            return child_process.attempt(request.target, request.path, request.args)
+            return child_process.attempt(target, path, args)
         try:
             outcome = child.ask(request, limits, needs)
         except _GoneError as gone:
             child.end()
             if gone.code != child_process.IDLE_CODE:
-                message = f"the libraries that read {request.path.suffix} files cannot be loaded"
+                message = f"the libraries that read {path.suffix} files cannot be loaded"
                 raise ImportError(f"{message} ({_how(gone.code)})") from gone
         except BaseException:
             child.end()
@@ -339,10 +334,6 @@ def _asked(request: Request, limits: Limits, needs: str) -> Outcome:
 def _outcome(content: bytes) -> Outcome:
     outcome: Outcome = pickle.loads(content)
     return outcome
-
-
-def _lost(error: FileError) -> Outcome:
-    return Outcome("error", error, [])
 
 
 def _ended(request: Request, limits: Limits, code: int, peak: int) -> FileError:
@@ -360,14 +351,6 @@ def _ended(request: Request, limits: Limits, code: int, peak: int) -> FileError:
             "It is damaged, or uses something that the library which reads it cannot; "
             "export it anew"
         ),
-    )
-
-
-def _failed(path: Path, said: str) -> FileError:
-    return FileError(
-        f"cannot be read: {' '.join(said.split())[:_SAID]}",
-        where=str(path),
-        allowed=f"an undamaged {path.suffix} file",
     )
 
 

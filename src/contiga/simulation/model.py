@@ -309,6 +309,11 @@ def check_movers(model: Model) -> None:
     for name, slave in model.slaves.items():
         own = getattr(slave.motion, "loads", ())
         loads += [(f"slaves[{name!r}]: loads[{i}]", load) for i, load in enumerate(own)]
+        driven = getattr(slave.motion, "driven", None) or ()
+        driven = [driven] if isinstance(driven, Mapping) else driven
+        loads += [
+            (f"slaves[{name!r}]: driven[{i}]", one.get("motion")) for i, one in enumerate(driven)
+        ]
     for where, mover in (*movers, *loads):
         own = getattr(mover, "span", None)
         if own is not None:

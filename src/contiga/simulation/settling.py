@@ -203,9 +203,9 @@ def _balance(model: Model, state: SystemState) -> Imbalance:
 
 
 def _residual(now: Imbalance, first: Imbalance) -> float:
-    """Unbalanced forces over the loads, over reactions where there are none; not over less than
-    those of the start."""
-    scale = max(now.load or now.reaction, first.force)
+    """Unbalanced forces over the loads, over reactions where there are none; over those of the
+    start where there are neither."""
+    scale = now.load or now.reaction or first.force
     return now.force / scale if now.force > now.rounding else 0.0
 
 

@@ -55,8 +55,7 @@ def single_warnings(history: dict[str, FloatArray]) -> list[str]:
     that their phase is off, and forces handed on early or late."""
     if SINGLE not in history:
         return []
-    text = _swings(history) or _handed(history)
-    return [text] if text else []
+    return [text for text in (_swings(history), _handed(history)) if text]
 
 
 def _swings(history: dict[str, FloatArray]) -> str:

@@ -66,6 +66,50 @@ def test_what_others_may_have_written_is_not_opened(folder: Path, of: str) -> No
     assert cache.get("a") is None
 
 
+@pytest.mark.skipif(os.name != "posix", reason="modes are POSIX's")
+def test_what_is_written_is_found_whatever_the_process_allows_others(folder: Path) -> None:
+    before = os.umask(0o002)
+    try:
+        cache = DiskCache("some", __file__)
+        cache.put("a", 1)
+        assert cache.get("a") == 1
+        folder.chmod(0o775)
+        cache.put("b", 2)
+    finally:
+        os.umask(before)
+    entry(folder)  # and no other: it would not be opened
+
+
+def test_an_entry_that_cannot_be_marked_as_asked_for_is_found(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(path: Path) -> None:
+        raise PermissionError(path)
+
+    cache = DiskCache("some", __file__)
+    cache.put("a", 1)
+    monkeypatch.setattr(os, "utime", refused)
+    assert cache.get("a") == cache.get("a") == 1
+
+
+def test_what_a_killed_process_has_left_goes_after_a_day(folder: Path) -> None:
+    folder.mkdir(mode=0o700)
+    for name in ("old.new", "young.new"):
+        (folder / name).touch()
+    os.utime(folder / "old.new", (1.0, 1.0))
+    DiskCache("some", __file__).put("a", 1)
+    assert sorted(path.suffix for path in folder.iterdir()) == [".kept", ".new"]
+
+
+def test_no_more_entries_are_kept_than_may_be(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(disk_cache, "MANY", 3)
+    for k in range(6):
+        DiskCache("some", __file__).put(str(k), k)
+    assert len(list(folder.iterdir())) == 3
+
+
 def test_what_cannot_be_opened_is_none(folder: Path) -> None:
     cache = DiskCache("some", __file__)
     cache.put("a", 1)

@@ -170,10 +170,11 @@ def test_what_decides_the_way_is_in_the_fingerprint() -> None:
     ("options", "text"),
     [
         ({"material": 3.0}, "must be a material"),
+        ({"fixed": {"hold": ["x"]}}, "by one key"),
         ({"damping": -1.0}, "must be 0 or more"),
         ({"density": 0.0}, "density"),
         ({"density": None}, "density: is missing"),
-        ({"fixed": {"bax": [[0, 0, 0], [1, 1, 1]]}}, "by one key"),
+        ({"fixed": {"bax": [[0, 0, 0], [1, 1, 1]]}}, "a key is not known"),
         ({"fixed": {"box": [[5, 5, 5], [6, 6, 6]]}}, "no node of the slave is there"),
         ({"fixed": {"plane": [[0, 0, 0], [0, 0, 1]], "hold": ["rx"]}}, "can be held"),
         ({"fixed": [9]}, "not there"),

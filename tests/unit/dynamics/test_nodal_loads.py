@@ -172,7 +172,7 @@ DOWN = cg.motion.Translate([[0, 0, 0, 0], [2, 0, 0, -1]])
         ({"loads": [3.0]}, "load on nodes"),
         ({"loads": cg.motion.Pressure(1.0, on={"plane": [[0, 0, 1], [0, 0, 1]]})}, "no node"),
         ({"loads": cg.motion.Pressure(1.0, on={"nodes": [0, 1]})}, "no facet has all its corners"),
-        ({"loads": cg.motion.Pressure(1.0, on={"place": 1})}, "says which nodes by one key"),
+        ({"loads": cg.motion.Pressure(1.0, on={"place": 1})}, "a key is not known"),
         ({"fixed": {"layer": ([0, 0, 0], 0.0)}}, "a direction and a number"),
         ({"fixed": {"side": ([0, 0, 1], 200.0)}}, "in degrees"),
     ],

@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from contiga.errors import ContigaWarning
-from contiga.io.apart import read_apart
+from contiga.io.apart import ask_apart
 from contiga.io.cad.formats import PACKAGES, READERS, kept_as
+from contiga.io.outcome import content_of
 
 if TYPE_CHECKING:
     from contiga.arrays.disk_cache import DiskCache
@@ -54,20 +55,26 @@ def read_kept(
     ContigaWarning
         What the reader warns of, each time.
     """
-    files, key = _files(file), _key(target, file, args)
-    kept, said = files.get(key), list[str]()
-    try:
-        if kept is not None:
-            content, said = kept
-            return content
-        with _heard(said):
-            content = read_apart(target, file, *args, needs=needs)
-    finally:
-        for text in said:
-            warnings.warn(text, ContigaWarning, stacklevel=3)
+    files, key, read = _files(file), _key(target, file, args), kept_as(file)
+    kept = files.get(key)
+    if kept is not None:
+        content, said = kept
+        _warn(said)
+        return content
+    outcome = ask_apart(target, file, *args, needs=needs)
+    said = list(outcome.warnings)
+    _warn(said)
+    content = content_of(outcome, file)
     check(content)
-    files.put(key, (content, said))
+    if kept_as(file) == read:  # nobody has written it anew meanwhile
+        files.put(key, (content, said))
     return content
+
+
+def _warn(said: list[str]) -> None:
+    """Warn whoever has called the caller's caller."""
+    for text in said:
+        warnings.warn(text, ContigaWarning, stacklevel=4)
 
 
 def answer_kept(file: Path, asked: str, source: str, make: Callable[[], T]) -> T:
@@ -84,7 +91,7 @@ def answer_kept(file: Path, asked: str, source: str, make: Callable[[], T]) -> T
         As `make`.
     """
     try:
-        files = _files(file, Path(source))
+        files, read = _files(file, Path(source)), kept_as(file)
     except OSError:  # it is told when the file is read
         return make()
     key, said = _key(asked, file, ()), list[str]()
@@ -97,22 +104,24 @@ def answer_kept(file: Path, asked: str, source: str, make: Callable[[], T]) -> T
     finally:
         for text in said:
             warnings.warn(text, ContigaWarning, stacklevel=3)
-    if not said:
+    if not said and kept_as(file) == read:
         files.put(key, answer)
     return answer
 
 
 @contextmanager
 def _heard(said: list[str]) -> Iterator[None]:
-    """Add what is warned of inside to `said`, in place of saying it."""
-    with warnings.catch_warnings(record=True) as heard:
-        warnings.simplefilter("always", ContigaWarning)
-        try:
+    """Add what contiga warns of inside to `said`, in place of saying it; others are said after."""
+    try:
+        with warnings.catch_warnings(record=True) as heard:
+            warnings.simplefilter("always", ContigaWarning)
             yield
-        finally:
-            said += (
-                str(item.message) for item in heard if issubclass(item.category, ContigaWarning)
-            )
+    finally:
+        for item in heard:
+            if issubclass(item.category, ContigaWarning):
+                said.append(str(item.message))
+            else:
+                warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)
 
 
 def _key(asked: str, file: Path, args: tuple[object, ...]) -> str:
