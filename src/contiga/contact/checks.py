@@ -195,14 +195,23 @@ def checked_state(
     state: State, owner: Owner, n_points: int, memories: tuple[int, int], master: Master
 ) -> State:
     """The state, with arrays as kernels take them. One of another contact than `owner`, of
-    `n_points` with `memories` of law and friction, is refused; its own are as they should be."""
-    if isinstance(state, State) and is_made_by(state, owner):
-        return state
-    _check_state(state, n_points, memories, master)
-    return own_arrays(state)
+    `n_points` with `memories` of law and friction, is refused."""
+    is_own = isinstance(state, State) and is_made_by(state, owner)
+    if not is_own:
+        _check_shape(state, n_points, memories)
+    for name in ("patch", "last_patch"):
+        highest = int(getattr(state, name).max(initial=-1))
+        if highest >= master.n_pieces:
+            raise InputError(
+                "the state belongs to another master",
+                where=f"state.{name}",
+                found=highest,
+                allowed=f"-1 … {master.n_pieces - 1}",
+            )
+    return state if is_own else own_arrays(state)
 
 
-def _check_state(state: State, n_points: int, memories: tuple[int, int], master: Master) -> None:
+def _check_shape(state: State, n_points: int, memories: tuple[int, int]) -> None:
     kind("state", state, State)
     if len(state.status) != n_points:
         raise InputError(
@@ -213,14 +222,6 @@ def _check_state(state: State, n_points: int, memories: tuple[int, int], master:
         )
     if kept_of(state).widths != memories:
         _refuse_memories(state, n_points, memories)
-    patch = int(state.patch.max(initial=-1))
-    if patch >= master.n_pieces:
-        raise InputError(
-            "the state belongs to another master",
-            where="state.patch",
-            found=patch,
-            allowed=f"-1 … {master.n_pieces - 1}",
-        )
 
 
 def _refuse_memories(state: State, n_points: int, memories: tuple[int, int]) -> None:

@@ -164,6 +164,15 @@ def test_a_state_of_another_master_is_refused() -> None:
     assert (error.value.found, error.value.allowed) == (1, "-1 … 0")
 
 
+@pytest.mark.parametrize("name", ["patch", "last_patch"])
+def test_a_state_that_was_written_to_names_no_piece_that_is_not_there(name: str) -> None:
+    state = CONTACT.start(POINTS)
+    getattr(state, name)[1] = 7
+    with pytest.raises(InputError, match="the state belongs to another master") as error:
+        CONTACT.step(state, POINTS)
+    assert (error.value.where, error.value.found) == (f"state.{name}", 7)
+
+
 def test_a_law_cannot_change_what_it_is_given() -> None:
     with pytest.raises(ValueError, match="read-only"):
         _answer(lambda inp: inp.penetration.__imul__(2.0))()
