@@ -10,8 +10,17 @@ from contiga_validation.closed_forms.page import SIZE
 from contiga_validation.engine.drawing import png
 from contiga_validation.engine.experiment import Picture
 
+SLOW = "roll-down", "block-slips", "winkler-deep"
+"""Of those with others of their kind."""
 
-@pytest.mark.parametrize("case", cases(), ids=lambda case: case.key)
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(case, marks=[pytest.mark.slow] if case.key in SLOW else [], id=case.key)
+        for case in cases()
+    ],
+)
 def test_case_holds(case: Case) -> None:
     answer = case.run()
     assert answer.checks

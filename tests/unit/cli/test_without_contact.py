@@ -53,4 +53,4 @@ def test_a_case_of_nothing_is_one_message(command: Command, tmp_path: Path) -> N
     path.write_text(SWING.replace('kind = "free", velocity = [0, 0, 2.0]', 'kind = "fixed"'))
     code, out, err = command("run", path)
     assert (code, out, err.count("\n")) == (2, "", 1)
-    assert "contact: nothing can happen: there is no contact, and no body that forces move" in err
+    assert "contact: nothing can happen: there is no contact, and nothing that forces move" in err

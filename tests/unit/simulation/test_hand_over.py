@@ -54,6 +54,7 @@ def told(result: cg.Result) -> list[str]:
     return [text for text in result.summary["warnings"] if text.startswith("step: ")]
 
 
+@pytest.mark.slow
 def test_each_hand_over_is_off_by_no_more_than_is_said() -> None:
     result = pair(0.001, end=0.09, step="auto").run()
     times = result.history["time"]
@@ -114,4 +115,4 @@ def test_a_swing_of_points_that_share_a_force_is_told_once_it_is_out_of_phase(st
     result = rocking(stepping=AutoSteps(0.0, steps * step, largest=step)).run()
     lag = result.history["step.lag"].sum()
     assert lag == pytest.approx(0.2**3 / 24.0 * steps, rel=0.3)
-    assert [f"{lag:.2g} rad off" in text for text in told(result)] == [True] * (steps > 100)
+    assert any(f"{lag:.2g} rad off" in text for text in told(result)) == (steps > 100)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from matplotlib import image
 from tests.browser import WIDTHS, browser, opened, too_wide
+from tests.sample import slow
 
 from contiga.studies.maps import map_figure, map_of
 from contiga.studies.page import page_data, page_of
@@ -77,7 +78,7 @@ def page_with_a_map(folder: Path, shape: str) -> Path:
     ("width", "shape"),
     [
         (500, 'shape = "ellipsoid", axes = [12.0, 40.0, 8.0]'),
-        (1400, 'shape = "sphere", radius = 10.0'),
+        *slow((1400, 'shape = "sphere", radius = 10.0')),
     ],
 )
 def test_all_of_the_map_is_seen_and_its_title_is_under_no_button(

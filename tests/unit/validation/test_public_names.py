@@ -59,6 +59,6 @@ def test_what_is_taken_from_inside_is_seen_anywhere(tmp_path: Path) -> None:
         "    return import_module('contiga.rigid.frames'), 'contiga_validation.engine'\n"
     )
     assert sorted(internals_in(path)) == [
-        *("contiga.area.hull: hull_of", "contiga.rigid.frames", "contiga.records"),
+        *("contiga.area.hull: hull_of", "contiga.records", "contiga.rigid.frames"),
         *("contiga.search.sweep.hits", "look._secret"),
     ]
