@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from contiga.case.material_spec import MaterialSpec
-from contiga.case.nodal_spec import DrivenSpec, HeldSpec, NodalLoadSpec, NodesOf
+from contiga.case.nodal_spec import AttachedSpec, DrivenSpec, HeldSpec, NodalLoadSpec, NodesOf
 from contiga.case.rigid_spec import ToldMotionSpec
 from contiga.case.spec import NotNegative, Positive, Spec, Vector
 from contiga.dynamics.deforming import Deforming
@@ -78,9 +78,9 @@ class MadeOfSpec(_MadeOf):
 
 
 class DeformSpec(_MadeOf):
-    """`{ kind = "deform", material, density, parts, fixed, driven, loads, … }`: elements.
+    """`{ kind = "deform", material, density, parts, fixed, driven, attached, … }`: elements.
 
-    `parts`, `fixed`, `driven` and `loads` are tables, or lists of them.
+    `parts`, `fixed`, `driven`, `attached` and `loads` are tables, or lists of them.
     """
 
     kind: Literal["deform"] = "deform"
@@ -92,6 +92,7 @@ class DeformSpec(_MadeOf):
     damping: NotNegative = 0.0
     """α of a force −α m v on each node."""
     driven: list[DrivenSpec] = Field(default_factory=list)
+    attached: list[AttachedSpec] = Field(default_factory=list)
     loads: list[NodalLoadSpec] = Field(default_factory=list)
 
     @model_validator(mode="before")
@@ -99,7 +100,7 @@ class DeformSpec(_MadeOf):
     def _one_table_is_a_list(cls, data: Any) -> Any:
         if not isinstance(data, dict):
             return data
-        keys = ("parts", "fixed", "driven", "loads")
+        keys = ("parts", "fixed", "driven", "attached", "loads")
         return data | {key: [data[key]] for key in keys if isinstance(data.get(key), dict)}
 
     @model_validator(mode="after")
@@ -134,6 +135,7 @@ class DeformSpec(_MadeOf):
             velocity=self.velocity,
             damping=self.damping,
             driven=[one.table(nodes_of) | {"motion": told(one.motion)} for one in self.driven],
+            attached=[one.table(nodes_of) for one in self.attached],
             loads=[one.load(nodes_of) for one in self.loads],
         )
 
@@ -144,6 +146,7 @@ class DeformSpec(_MadeOf):
             made.insert(0, f"{self.material.describe()}, density {self.density:g}")
         held = f", nodes held at {len(self.fixed)} places" if self.fixed else ""
         held += "".join(f", {one.describe()}" for one in self.driven)
+        held += "".join(f", nodes attached to {one.body}" for one in self.attached)
         held += "".join(f", {one.describe()}" for one in self.loads)
         way = f", velocity {self.velocity} at the start" if any(self.velocity) else ""
         return f"deforms, {'; '.join(made)}{held}{way}"

@@ -115,6 +115,17 @@ class DrivenSpec(PlaceSpec):
         return f"nodes {self.motion.describe()}"
 
 
+class AttachedSpec(PlaceSpec):
+    """A table of `attached`: a place (all nodes if omitted), and `body`."""
+
+    body: str
+    """Name of the body that carries these nodes, their mass and the forces on them."""
+
+    def table(self, nodes_of: NodesOf) -> dict[str, Any]:
+        """As `Deforming` takes it."""
+        return self.place(nodes_of) | {"body": self.body}
+
+
 class NodalLoadSpec(PlaceSpec):
     """A table of `loads`: a place (all nodes if omitted), and `pressure` or `force`."""
 

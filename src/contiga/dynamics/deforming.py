@@ -14,9 +14,9 @@ from contiga.arrays.layout import as_points, positive, read_only
 from contiga.dynamics.deforming_nodes import DeformingNodes
 from contiga.dynamics.deforming_parts import Filling, parts_of
 from contiga.dynamics.free import Dependent, Number, _velocity
-from contiga.dynamics.holding import drives_of, held_ways
+from contiga.dynamics.holding import attached_to, drives_of, held_ways
 from contiga.dynamics.nodal_loads import NodalForce, Pressure
-from contiga.dynamics.nodes import NodeMover
+from contiga.dynamics.nodes import Joint, NodeMover
 from contiga.dynamics.prescribed import Stopped, kinks_in
 from contiga.errors import InputError
 from contiga.matter.assemble import assemble
@@ -56,6 +56,9 @@ class Deforming(Dependent):
     loads : `contiga.motion.Pressure` and `NodalForce`, one or several
     driven : what a motion drives of its nodes: a table as of `fixed` with a ``"motion"`` of a body
         beside its place, which carries the nodes from where the slave stands; or a list of them
+    attached : which nodes are fixed to a body: a table of a place as of `fixed` (all nodes without
+        one) with the name of the ``"body"``, in whose axes they stand; or a list of them. A free
+        body carries their masses beside its own, and feels all forces on them
     rest : (n, 3) nodes where no element is strained; where the slave stands if omitted
 
     Raises
@@ -103,6 +106,7 @@ class Deforming(Dependent):
     damping: float
     loads: tuple[NodalLoad, ...]
     driven: Any
+    attached: Any
     rest: FloatArray | None
 
     def __init__(
@@ -120,6 +124,7 @@ class Deforming(Dependent):
         damping: float = 0.0,
         loads: NodalLoad | Sequence[NodalLoad] = (),
         driven: Any = None,
+        attached: Any = None,
         rest: ArrayLike | None = None,
     ) -> None:
         own = hasattr(material, "forces")
@@ -142,7 +147,8 @@ class Deforming(Dependent):
         put(self, "velocity", _velocity(velocity))
         put(self, "damping", float(damping))
         put(self, "loads", (loads,) if isinstance(loads, NodalLoad) else tuple(loads))
-        put(self, "driven", _as_tables(driven))
+        put(self, "driven", _as_tables(driven, "driven", "motion", "a motion of a body"))
+        put(self, "attached", _as_tables(attached, "attached", "body", "its name"))
         put(self, "rest", None if rest is None else read_only(as_points(rest, "rest")))
         if not (np.isfinite(self.damping) and self.damping >= 0.0):
             raise InputError("must be 0 or more", where="damping", found=damping)
@@ -180,12 +186,14 @@ class Deforming(Dependent):
             _check_rows(where, "velocity", self.velocity, shape)
         held = held_ways(self.fixed, slave, f"{where}: fixed")
         drives = drives_of(self.driven, held, slave, f"{where}: driven")
+        for drive in drives:
+            held |= drive.ways
+        hosts = attached_to(self.attached, held, number, slave, f"{where}: attached")
+        held[hosts >= 0] = True
         loads = [load.nodes(slave, f"{where}: loads[{k}]") for k, load in enumerate(self.loads)]
         matter, rows = self._matter(where, slave, rest)
         bare = np.ones(len(slave), np.bool_)
         bare[rows] = False
-        for one in drives:
-            held |= one.ways
         held[bare] = True
         mass = np.full(len(slave), float(np.mean(matter.mass)))
         mass[rows] = matter.mass
@@ -202,6 +210,7 @@ class Deforming(Dependent):
             self,
             tuple(loads),
             drives,
+            _joints(hosts, slave.points, np.where(bare, 0.0, mass)),
         )
 
     def _matter(
@@ -238,6 +247,15 @@ class Deforming(Dependent):
         return Filling(material, self.density, *across, self.hourglass, self.bulk_viscosity)
 
 
+def _joints(hosts: NDArray[np.int32], points: FloatArray, mass: FloatArray) -> tuple[Joint, ...]:
+    """One a body, of nodes that are attached to the bodies `hosts` (n,), -1 of those to none."""
+    joints = []
+    for host in np.unique(hosts[hosts >= 0]):
+        rows = np.flatnonzero(hosts == host)
+        joints.append(Joint(int(host), rows, points[rows], mass[rows]))
+    return tuple(joints)
+
+
 def _viscosity(given: Sequence[float]) -> tuple[float, float]:
     try:
         linear, quadratic = (float(number) for number in given)
@@ -268,16 +286,16 @@ def _as_parts(given: Sequence[Part], own: bool) -> tuple[Part, ...]:
     return parts
 
 
-def _as_tables(driven: Any) -> list[dict[str, Any]]:
+def _as_tables(given: Any, name: str, key: str, what: str) -> list[dict[str, Any]]:
     """One table, or several, as a list."""
-    tables = [driven] if isinstance(driven, Mapping) else list(driven or ())
+    tables = [given] if isinstance(given, Mapping) else list(given or ())
     for k, table in enumerate(tables):
         if not isinstance(table, Mapping):
             raise InputError(
                 "must be tables",
-                where=f"driven[{k}]",
+                where=f"{name}[{k}]",
                 found=type(table).__name__,
-                allowed='{"plane": …, "motion": a motion of a body}, or a list of such tables',
+                allowed=f'{{"plane": …, "{key}": {what}}}, or a list of such tables',
             )
     return [dict(table) for table in tables]
 

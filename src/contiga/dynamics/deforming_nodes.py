@@ -23,6 +23,7 @@ from contiga.dynamics.nodes import (
     Forces,
     Imbalance,
     Instant,
+    Joint,
     SlaveState,
     Stored,
     _Unmoved,
@@ -77,13 +78,14 @@ class DeformingNodes(_Unmoved):
     velocity: FloatArray
     """(n, 3) at the start, zero of what is held."""
     held: NDArray[np.bool_]
-    """(n, 3) ways that no force moves: they are held or driven."""
+    """(n, 3) ways that no force moves: they are held, driven or attached to bodies."""
     damping: float
     """α of a force −α m v, 1/time."""
     motion: object
     """What was given, for the digest."""
     loads: tuple[NodalForces, ...] = ()
     drives: tuple[Drive, ...] = ()
+    joints: tuple[Joint, ...] = ()
 
     @cached_property
     def bare(self) -> NDArray[np.bool_]:  # type: ignore[override]  # of others it is of the class
@@ -99,8 +101,20 @@ class DeformingNodes(_Unmoved):
 
     @cached_property
     def _driven(self) -> NDArray[np.bool_]:
-        """(n, 3) ways that motions drive: what moves them has their kinetic energy."""
+        """(n, 3) ways that motions drive."""
         return np.any([np.zeros_like(self.held), *(one.ways for one in self.drives)], axis=0)
+
+    @cached_property
+    def _led(self) -> NDArray[np.bool_]:
+        """(n, 3) ways that motions drive or bodies carry: these have their kinetic energy."""
+        led = self._driven.copy()
+        for joint in self.joints:
+            led[joint.rows] = True
+        return led
+
+    @property
+    def _leaders(self) -> tuple[Drive | Joint, ...]:
+        return (*self.drives, *self.joints)
 
     def start(self, now: Instant) -> SlaveState:
         """As they stand, with the forces of elements that are strained already."""
@@ -114,7 +128,7 @@ class DeformingNodes(_Unmoved):
     def _begun(self, state: MatterState, points: FloatArray, now: Instant) -> SlaveState:
         """At the start of a run."""
         velocities = self.velocity.copy()
-        self._drive(now.time, points, velocities)
+        self._lead(now, points, velocities)
         answer = self._asked(state, points, velocities, now)
         kinetic = self._kinetic(velocities, velocities)
         inside = {
@@ -122,7 +136,7 @@ class DeformingNodes(_Unmoved):
             "drag": self._drag(velocities),
             **self._loads(points, now.time),
             "energy": np.array([kinetic, *answer.energy[:2], 0.0, 0.0, 0.0]),
-            "limit": np.array([self._square(answer.state), OFTEN, OFTEN]),
+            **self._bounds(answer.state, OFTEN),
             "memory": answer.state.memory,
         }
         return ElementState.of(points, velocities, inside)
@@ -133,7 +147,7 @@ class DeformingNodes(_Unmoved):
         kick = 0.5 * now.dt * self._acceleration(force, forces, now.gravity)
         half = last.velocities + kick
         points, velocities = last.points + now.dt * half, half + kick
-        self._drive(now.time, points, velocities)
+        self._lead(now, points, velocities)
         return ElementState.of(points, velocities, last.matter)
 
     def kick(
@@ -151,8 +165,8 @@ class DeformingNodes(_Unmoved):
         # Damping acts by the velocity that it leaves, so that it is of second order and stable.
         kick = 0.5 * now.dt * self._acceleration(_all_forces(inside), forces, now.gravity)
         velocities = (half + kick) / (1.0 + 0.5 * now.dt * self.damping)
-        if self.drives:
-            velocities = np.where(self._driven, drifted.velocities, velocities)
+        if self._leaders:
+            velocities = np.where(self._led, drifted.velocities, velocities)
         drag = self._drag(velocities)
         taken = 0.5 * float(((before["drag"] + drag) * (drifted.points - last.points)).sum())
         # Of the middles of the steps before and after: what a leapfrog keeps of linear elements.
@@ -162,7 +176,7 @@ class DeformingNodes(_Unmoved):
         inside |= {
             "drag": drag,
             "energy": energy,
-            "limit": np.array(self._next_limit(_Limit(*before["limit"].tolist()), answer.state)),
+            **self._next_bounds(before, answer.state),
             "memory": answer.state.memory,
         }
         return ElementState.of(drifted.points, velocities, inside)
@@ -177,10 +191,10 @@ class DeformingNodes(_Unmoved):
         except ElementError as error:
             raise error.at(now.time) from error
 
-    def _drive(self, time: float, points: FloatArray, velocities: FloatArray) -> None:
-        """Have driven nodes where they go at a time."""
-        for one in self.drives:
-            one.place(time, points, velocities)
+    def _lead(self, now: Instant, points: FloatArray, velocities: FloatArray) -> None:
+        """Have nodes that motions drive and bodies carry where they are."""
+        for one in self._leaders:
+            one.place(now, points, velocities)
 
     def _loads(self, points: FloatArray, time: float) -> dict[str, FloatArray]:
         """Forces of the loads, where there are any."""
@@ -192,12 +206,12 @@ class DeformingNodes(_Unmoved):
     def _drag(self, velocities: FloatArray) -> FloatArray:
         """Of nodes that forces move."""
         drag = (-self.damping * self.mass)[:, None] * velocities
-        return np.where(self.held, 0.0, drag) if self.drives else drag
+        return np.where(self.held, 0.0, drag) if self._leaders else drag
 
     def _kinetic(self, one: FloatArray, other: FloatArray) -> float:
         """½ m v·w of nodes that forces move."""
-        if self.drives:
-            one = np.where(self._driven, 0.0, one)
+        if self._leaders:
+            one = np.where(self._led, 0.0, one)
         return 0.5 * float((self.mass * (one * other).sum(axis=1)).sum())
 
     def _at_nodes(self, force: FloatArray) -> FloatArray:
@@ -212,25 +226,39 @@ class DeformingNodes(_Unmoved):
         acceleration[self.held] = 0.0
         return acceleration
 
-    def _square(self, state: MatterState) -> float:
-        """ω² that no vibration of the elements is above, by Gershgorin's theorem."""
-        free = ~self.held[self.rows].all(axis=1)
-        sums = self.matter.stiffness(state)[free] / self.mass[self.rows][free]
-        return MARGIN * float(sums.max(initial=0.0))
+    def _bounds(self, state: MatterState, interval: float) -> dict[str, FloatArray]:
+        """ω² that no vibration of the elements is above, by Gershgorin's theorem, and the row sums
+        of the stiffness at all nodes."""
+        sums, free = self.matter.stiffness(state), ~self.held[self.rows].all(axis=1)
+        square = MARGIN * float((sums[free] / self.mass[self.rows][free]).max(initial=0.0))
+        every = np.zeros(len(self.rest))
+        every[self.rows] = MARGIN * sums
+        return {"limit": np.array(_Limit(square, interval, interval)), "stiffness": every}
 
-    def _next_limit(self, limit: _Limit, state: MatterState) -> _Limit:
+    def _next_bounds(self, before: Arrays, state: MatterState) -> dict[str, FloatArray]:
+        limit = _Limit(*before["limit"].tolist())
         if limit.left > 1.0:
-            return limit._replace(left=limit.left - 1.0)
-        square, interval = self._square(state), limit.interval
-        if abs(square - limit.square) > GROWN * limit.square:
-            interval = max(0.5 * interval, OFTEN)
+            left = limit._replace(left=limit.left - 1.0)
+            return {"limit": np.array(left), "stiffness": before["stiffness"]}
+        bounds = self._bounds(state, limit.interval)
+        if abs(bounds["limit"][0] - limit.square) > GROWN * limit.square:
+            interval = max(0.5 * limit.interval, OFTEN)
         else:
-            interval = min(2.0 * interval, REFRESH)
-        return _Limit(square, interval, interval)
+            interval = min(2.0 * limit.interval, REFRESH)
+        bounds["limit"][1:] = interval
+        return bounds
 
     def rates(self, state: SlaveState) -> tuple[float, float]:
         """ω² and decay of what is fastest in them."""
         return float(state.matter["limit"][0]), self.damping
+
+    def acting(self, state: SlaveState, forces: Forces) -> FloatArray:
+        """Of contacts, elements and loads."""
+        return forces() + _all_forces(state.matter)
+
+    def stiffness(self, state: SlaveState) -> FloatArray:
+        """As it was taken last, with a margin."""
+        return state.matter["stiffness"]
 
     def stress(self, state: SlaveState) -> FloatArray | None:
         """Of matter that tells them."""
@@ -290,7 +318,8 @@ class DeformingNodes(_Unmoved):
         work = 0.0
         if self.loads:
             both = last.matter["load"] + now.matter["load"]
-            work += 0.5 * float((both * self._moved(last, now)).sum())
+            way = np.where(self._driven, 0.0, now.points - last.points)
+            work += 0.5 * float((both * way).sum())
         if self.drives:
             both = last.matter["force"] + now.matter["force"] + before() + forces()
             way = np.where(self._driven, now.points - last.points, 0.0)
@@ -298,9 +327,9 @@ class DeformingNodes(_Unmoved):
         return work
 
     def _moved(self, last: SlaveState, now: SlaveState) -> FloatArray:
-        """(n, 3) ways of a step, zero of what is driven."""
+        """(n, 3) ways of a step, zero of what motions or bodies lead."""
         way = now.points - last.points
-        return np.where(self._driven, 0.0, way) if self.drives else way
+        return np.where(self._led, 0.0, way) if self._leaders else way
 
     def digest(self, digest: Any, times: FloatArray) -> None:
         """What was given: of elements the slave tells its own."""

@@ -1,13 +1,14 @@
-"""Which degrees of freedom of nodes are held, and which a motion drives."""
+"""Which degrees of freedom of nodes are held, which a motion drives, which a body carries."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.dynamics.nodes import Instant
 from contiga.dynamics.places import PLACES, nodes_at, nodes_given, place_of
 from contiga.dynamics.prescribed import BodyMotion
 from contiga.errors import InputError
@@ -31,12 +32,12 @@ class Drive(NamedTuple):
     """(k, 3) points that the poses of the motion carry."""
     motion: BodyMotion
 
-    def place(self, time: float, points: FloatArray, velocities: FloatArray) -> None:
+    def place(self, now: Instant, points: FloatArray, velocities: FloatArray) -> None:
         """Have points and velocities (n, 3) of the nodes as the motion says at a time."""
-        X, twist = self.motion.pose(time), self.motion.twist(time)
-        now, ways = to_world(X, self.base), self.ways[self.rows]
-        points[self.rows] = np.where(ways, now, points[self.rows])
-        speed = twist.at(X[:3, 3], now)
+        X, twist = self.motion.pose(now.time), self.motion.twist(now.time)
+        there, ways = to_world(X, self.base), self.ways[self.rows]
+        points[self.rows] = np.where(ways, there, points[self.rows])
+        speed = twist.at(X[:3, 3], there)
         velocities[self.rows] = np.where(ways, speed, velocities[self.rows])
 
 
@@ -114,6 +115,49 @@ def drives_of(driven: Any, held: Ways, slave: Slave, where: str) -> tuple[Drive,
         rows = np.flatnonzero(ways.any(axis=1))
         drives.append(Drive(ways, rows, slave.points[rows], motion))
     return tuple(drives)
+
+
+def attached_to(
+    attached: Sequence[Mapping[str, Any]],
+    taken: Ways,
+    number: Callable[[str], int],
+    slave: Slave,
+    where: str,
+) -> NDArray[np.int32]:
+    """(n,) number of the body that each node is attached to, -1 of those that are to none.
+
+    Parameters
+    ----------
+    attached : tables with a place as of `held_ways` (all nodes without one) and a ``"body"``
+    taken : (n, 3) ways that are held or driven
+    number : of the body of a name
+
+    Raises
+    ------
+    InputError
+        No such body; a node is held, driven or attached already.
+    """
+    hosts = np.full(len(slave), -1, np.int32)
+    others = taken.any(axis=1)
+    for k, table in enumerate(attached):
+        here = f"{where}[{k}]" if len(attached) > 1 else where
+        body = table.get("body")
+        if not isinstance(body, str):
+            raise InputError("must be the name of a body", where=f"{here}: body", found=body)
+        key = place_of(table, ("body",), here)
+        there = np.ones(len(slave), np.bool_)
+        if key is not None:
+            there = nodes_at(key, table[key], slave, here)
+        twice = np.flatnonzero(there & (others | (hosts >= 0)))
+        if twice.size:
+            raise InputError(
+                f"node {int(twice[0])} is held, driven or attached already",
+                where=here,
+                found=slave.points[int(twice[0])].tolist(),
+                remedy="Leave it out of one of the two places",
+            )
+        hosts[there] = number(body)
+    return hosts
 
 
 def _held_by(table: Mapping[str, Any], slave: Slave, where: str) -> Ways:

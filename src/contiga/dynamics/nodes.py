@@ -6,7 +6,7 @@ there, the contacts answer with forces, `kick` ends it with those.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Protocol
@@ -99,6 +99,23 @@ class Imbalance(NamedTuple):
     """What of the force may be rounding."""
 
 
+class Joint(NamedTuple):
+    """Nodes that are fixed to a body, which carries their mass and feels the forces on them."""
+
+    host: int
+    """Number of the body."""
+    rows: NDArray[np.intp]
+    """(k,) nodes."""
+    points_B: FloatArray
+    """(k, 3) in the axes of the body."""
+    mass: FloatArray
+    """(k,)."""
+
+    def place(self, now: Instant, points: FloatArray, velocities: FloatArray) -> None:
+        """Have points and velocities (n, 3) of the nodes as the body carries them."""
+        points[self.rows], velocities[self.rows] = _on_body(now, self.host, self.points_B)
+
+
 class NodeMover(Protocol):
     """What moves the nodes of a slave."""
 
@@ -135,6 +152,16 @@ class NodeMover(Protocol):
     @property
     def bare(self) -> NDArray[np.bool_]:
         """(n,) nodes of what is joined that are in no element, and stay."""
+
+    @property
+    def joints(self) -> Sequence[Joint]:
+        """Which of the nodes of what deforms are attached to bodies."""
+
+    def acting(self, state: SlaveState, forces: Forces) -> FloatArray:
+        """(n, 3) on the nodes: `forces` of contacts, and those of elements and loads."""
+
+    def stiffness(self, state: SlaveState) -> FloatArray:
+        """(n,) that elements hold each node with at most: see `Matter.stiffness`."""
 
     def stress(self, state: SlaveState) -> FloatArray | None:
         """(n, 6) at the nodes of elements, NaN at others; None of what has none."""
@@ -174,6 +201,7 @@ class _Unmoved:
 
     joined: ClassVar[bool] = False
     bare: ClassVar[NDArray[np.bool_]] = np.zeros(0, np.bool_)
+    joints: ClassVar[Sequence[Joint]] = ()
 
     def stopped(self, state: SlaveState) -> SlaveState:
         """As they are."""
@@ -196,6 +224,14 @@ class _Unmoved:
     ) -> SlaveState:
         """As they are."""
         return state
+
+    def acting(self, state: SlaveState, forces: Forces) -> FloatArray:
+        """Of contacts alone."""
+        return forces()
+
+    def stiffness(self, state: SlaveState) -> FloatArray:
+        """None."""
+        return np.zeros(len(state.points))
 
     def stress(self, state: SlaveState) -> FloatArray | None:
         """None."""
@@ -287,6 +323,13 @@ def _digest_motion(digest: Any, motion: SlaveMotion, times: FloatArray) -> None:
         digest.arrays("points", motion.points(float(times[k])))
 
 
+def _on_body(now: Instant, host: int, points_B: FloatArray) -> SlaveState:
+    """Points (k, 3) that are fixed to a body, and how it moves them."""
+    pose, twist = now.poses[host], now.twists[host]
+    points = to_world(pose, points_B)
+    return SlaveState(points, Twist(twist[:3], twist[3:]).at(pose[:3, 3], points))
+
+
 @dataclass(frozen=True, eq=False)
 class CarriedNodes(_Unmoved):
     """Nodes that are fixed to a body, which feels their forces."""
@@ -300,9 +343,7 @@ class CarriedNodes(_Unmoved):
 
     def start(self, now: Instant) -> SlaveState:
         """Where the body has them."""
-        pose, twist = now.poses[self.host], now.twists[self.host]
-        points = to_world(pose, self.points_B)
-        return SlaveState(points, Twist(twist[:3], twist[3:]).at(pose[:3, 3], points))
+        return _on_body(now, self.host, self.points_B)
 
     def drift(self, last: SlaveState, forces: Forces, now: Instant) -> SlaveState:
         """Where the body has them."""

@@ -32,20 +32,27 @@ def with_attached(name: str, motion: Free, attached: list[MassProperties]) -> Fr
     Raises
     ------
     InputError
-        It has no inertia, though what is attached has.
+        It has no inertia, though it may turn and what is attached has.
     """
     if not attached:
         return motion
-    if motion.inertia is None or motion.mass is None or np.ndim(motion.mass) != 0:
+    turns = not {"rx", "ry", "rz"} <= set(motion.hold)
+    if motion.mass is None or np.ndim(motion.mass) != 0 or (motion.inertia is None and turns):
         raise InputError(
             "a free body that carries other masses needs mass and inertia",
             where=f"bodies[{name!r}]: motion",
             allowed="Free(mass=…, inertia=…, centre=…), or Free(body.mass_properties(density))",
         )
     centre = np.zeros(3) if motion.centre is None else motion.centre
-    own = MassProperties(float(motion.mass), centre, motion.inertia)
+    inertia = np.zeros((3, 3)) if motion.inertia is None else motion.inertia
+    whole = combined([MassProperties(float(motion.mass), centre, inertia), *attached])
     return Free(
-        combined([own, *attached]), velocity=motion.velocity, spin=motion.spin, hold=motion.hold
+        mass=whole.mass,
+        centre=whole.centre,
+        inertia=None if motion.inertia is None else whole.inertia,
+        velocity=motion.velocity,
+        spin=motion.spin,
+        hold=motion.hold,
     )
 
 

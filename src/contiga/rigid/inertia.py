@@ -81,6 +81,20 @@ def combined(parts: Sequence[MassProperties]) -> MassProperties:
     return MassProperties(mass, centre, inertia)
 
 
+def of_points(points: FloatArray, mass: FloatArray) -> MassProperties:
+    """Masses (n,) at points (n, 3) as one rigid body.
+
+    >>> pair = of_points(np.array([[1.0, 0, 0], [3.0, 0, 0]]), np.array([1.0, 1.0]))
+    >>> pair.mass, pair.centre.tolist(), pair.inertia.diagonal().tolist()
+    (2.0, [2.0, 0.0, 0.0], [0.0, 2.0, 2.0])
+    """
+    total = float(mass.sum())
+    centre = (mass[:, None] * points).sum(axis=0) / total
+    arms = points - centre
+    second = np.einsum("n,ni,nj->ij", mass, arms, arms)
+    return MassProperties(total, centre, np.trace(second) * np.eye(3) - second)
+
+
 def _symmetric(inertia: ArrayLike, where: str) -> FloatArray:
     try:
         tensor = np.array(inertia, dtype=np.float64)

@@ -159,6 +159,15 @@ def _couplings(model: Model, state: SystemState, of: Of) -> Iterator[tuple[str, 
         rates = Rates(*nodes.rates(state.slaves[name]))
         if rates.square > 0.0:
             yield f"the elements of slave {name!r}", [(name, rates, rates)]
+        # Row sums bound the elements' energy node by node: what their nodes do to a body adds
+        # nothing to what they do to one another.
+        for joint in nodes.joints:
+            if joint.host in system.row:
+                points = state.slaves[name].points[joint.rows]
+                stiffness = nodes.stiffness(state.slaves[name])[joint.rows]
+                row = system.row[joint.host]
+                square = fastest(points, points, stiffness, stiffness, *_row(system, state, row))
+                yield f"the elements of slave {name!r}", [(row, Rates(square), Rates())]
     for name in state.springs if of != "following" else ():
         if ends := _spring_ends(system, name, state):
             yield f"spring {name!r}", ends

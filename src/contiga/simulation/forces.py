@@ -13,7 +13,7 @@ from contiga.dynamics.vectors import cross
 from contiga.records import FloatArray
 from contiga.simulation.load_forces import load_point, loaded, point_of
 from contiga.simulation.model import Model
-from contiga.simulation.place import Placement
+from contiga.simulation.place import Placement, forces_on
 from contiga.simulation.system_state import SystemState
 
 
@@ -47,7 +47,8 @@ def wrenches(
 ) -> FloatArray:
     """(n, 6) force and moment on each body about the origin of its frame, world axes.
 
-    Of a body that others are attached to, with those on these; zero of what is attached.
+    Of a body that others are attached to, with those on these; zero of what is attached. Slaves
+    are to be at the end of the step, elements with their forces there.
     """
     system, poses = model.mechanism, standing.bodies.poses
     total = np.zeros((len(system.index), 6))
@@ -62,6 +63,13 @@ def wrenches(
             arms = standing.slaves[part.slave].points - poses[host, :3, 3]
             total[host, :3] += state.force.sum(axis=0)
             total[host, 3:] += cross(arms, state.force).sum(axis=0)
+    for name, nodes in system.nodes.items():
+        for joint in nodes.joints:
+            state = standing.slaves[name]
+            force = nodes.acting(state, forces_on(model, name, contacts))[joint.rows]
+            arms = state.points[joint.rows] - poses[joint.host, :3, 3]
+            total[joint.host, :3] += force.sum(axis=0)
+            total[joint.host, 3:] += cross(arms, force).sum(axis=0)
     for name, spring in springs.items():
         pull = spring.pull
         for k, body in enumerate(system.springs[name].between):

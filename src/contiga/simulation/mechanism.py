@@ -18,6 +18,7 @@ from contiga.dynamics.rigid_bodies import fixed_of, row_of, with_attached
 from contiga.dynamics.springs import Spring
 from contiga.errors import InputError
 from contiga.records import FloatArray, MassProperties
+from contiga.rigid.inertia import of_points
 from contiga.rigid.rigid_lanes import FIXED, STATE
 from contiga.slaves.slave import Slave
 
@@ -99,18 +100,22 @@ def mechanism_of(
     """
     index = {name: i for i, name in enumerate(bodies)}
     root = np.array([index[_root(name, bodies)] for name in bodies], dtype=np.intp)
+    nodes = {
+        name: _mover(f"slaves[{name!r}]: motion", part.slave, part.motion, (root, index))
+        for name, part in slaves.items()
+    }
     names = [name for name, part in bodies.items() if isinstance(part.motion, Free)]
     motions = [
-        with_attached(name, bodies[name].motion, _attached(index[name], root, bodies))
+        with_attached(
+            name,
+            bodies[name].motion,
+            [*_attached(index[name], root, bodies), *_glued(index[name], nodes)],
+        )
         for name in names
     ]
     fixed = [fixed_of(name, motion) for name, motion in zip(names, motions, strict=True)]
     rows = [row_of(motion, one) for motion, one in zip(motions, fixed, strict=True)]
     free = np.array([index[name] for name in names], dtype=np.intp)
-    nodes = {
-        name: _mover(f"slaves[{name!r}]: motion", part.slave, part.motion, (root, index))
-        for name, part in slaves.items()
-    }
     _check_ends(springs, loads, index)
     return Mechanism(
         index,
@@ -147,6 +152,12 @@ def _attached(host: int, root: NDArray[np.intp], bodies: Mapping[str, Any]) -> l
     """Masses that a body carries."""
     motions = [part.motion for i, part in enumerate(bodies.values()) if root[i] == host != i]
     return [motion.mass for motion in motions if motion.mass is not None]
+
+
+def _glued(host: int, nodes: Mapping[str, NodeMover]) -> list[MassProperties]:
+    """Masses of nodes of slaves that are attached to a body."""
+    joints = [joint for mover in nodes.values() for joint in mover.joints if joint.host == host]
+    return [of_points(joint.points_B, joint.mass) for joint in joints]
 
 
 def _check_ends(

@@ -22,7 +22,7 @@ from contiga.contact.energy import ContactEnergy
 from contiga.contact.state import State
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Attached, Dependent, Free
-from contiga.dynamics.nodes import Imbalance
+from contiga.dynamics.nodes import Imbalance, SlaveState
 from contiga.dynamics.prescribed import Fixed, Moved, Stopped
 from contiga.dynamics.rigid_bodies import Placed, kicked
 from contiga.dynamics.stepping import GivenTimes
@@ -151,10 +151,10 @@ def _kinetic(model: Model, last: SystemState, state: SystemState) -> float:
     """Kinetic energy in the middle of a step: at its ends that of the fastest vibrations, which go
     to and fro within two steps, is not what they have."""
     kinetic = state.energy.kinetic
-    for name, mass in model.mechanism.masses.items():
-        way = (state.slaves[name].points - last.slaves[name].points) / state.step
-        kinetic += 0.5 * float((mass * (way * way).sum(axis=1)).sum())
-        kinetic -= model.mechanism.nodes[name].energy(state.slaves[name]).kinetic
+    for name in model.mechanism.masses:
+        nodes, now = model.mechanism.nodes[name], state.slaves[name]
+        way = (now.points - last.slaves[name].points) / state.step
+        kinetic += nodes.shaken(SlaveState(now.points, way)) - nodes.energy(now).kinetic
     return kinetic
 
 

@@ -57,21 +57,20 @@ def _moved(
     """The end of a step in which forces move bodies: the other half of their kick, and energies."""
     system, dt = model.mechanism, standing.now.dt
     springs = spring_states(model, last, standing)
+    if last is not None:
+        standing = standing._replace(slaves=kicked_nodes(model, last, standing, contacts))
     acting = wrenches(model, contacts, springs, standing, time)
     kinetic = kicked(standing.free, system.fixed, acting[system.free], dt)
-    slaves, external, initial = standing.slaves, 0.0, None
+    external, initial = 0.0, None
     if last is not None:
-        slaves = kicked_nodes(model, last, standing, contacts)
-        external = last.energy.external + external_work(
-            model, last, standing._replace(slaves=slaves), contacts, acting, time
-        )
-        initial = last.energy.initial
-    inside = [nodes.energy(slaves[name]) for name, nodes in system.nodes.items()]
+        work = external_work(model, last, standing, contacts, acting, time)
+        external, initial = last.energy.external + work, last.energy.initial
+    inside = [nodes.energy(standing.slaves[name]) for name, nodes in system.nodes.items()]
     energy = energy_of(contacts, springs, inside, kinetic, (external, initial))
     return SystemState(
         time,
         frames(system, standing),
-        slaves,
+        standing.slaves,
         contacts,
         energy,
         step=dt,

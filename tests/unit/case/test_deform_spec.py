@@ -246,3 +246,19 @@ def test_elements_inside_out_or_flat_are_told(tmp_path: Path, flat: bool, text: 
     mesh.write_text(mesh.read_text().replace(cell, ", ".join([number, *other])))
     with pytest.raises(InputError, match=rf"slave\[0\]\.motion.*element 0 .*{text}"):
         cg.build(load_case(path))
+
+
+def test_nodes_are_attached_to_a_body_of_the_case(tmp_path: Path) -> None:
+    path = _write(
+        tmp_path,
+        fixed=f'{PLANE}\nattached = {{ layer = {{ direction = [0, 0, 1] }}, body = "ball" }}',
+    )
+    simulation = cg.build(load_case(path))
+    (joint,) = simulation.mechanism.nodes["block"].joints
+    slave = simulation.slaves["block"].slave
+    assert joint.rows.tolist() == np.flatnonzero(slave.points[:, 2] == 1.0).tolist()
+    text = path.read_text()
+    for wrong, message in (('"bowl"', "no body of this name"), ("3", "must be text")):
+        path.write_text(text.replace('body = "ball" }', f"body = {wrong} }}"))
+        with pytest.raises(InputError, match=message):
+            cg.build(load_case(path))
