@@ -85,7 +85,7 @@ class DeformingNodes(_Unmoved):
     """What was given, for the digest."""
     loads: tuple[NodalForces, ...] = ()
     drives: tuple[Drive, ...] = ()
-    joints: tuple[Joint, ...] = ()
+    joints: tuple[Joint, ...] = ()  # type: ignore[misc]  # of others it is of the class
 
     @cached_property
     def bare(self) -> NDArray[np.bool_]:  # type: ignore[override]  # of others it is of the class

@@ -65,9 +65,9 @@ def wrenches(
             total[host, 3:] += cross(arms, state.force).sum(axis=0)
     for name, nodes in system.nodes.items():
         for joint in nodes.joints:
-            state = standing.slaves[name]
-            force = nodes.acting(state, forces_on(model, name, contacts))[joint.rows]
-            arms = state.points[joint.rows] - poses[joint.host, :3, 3]
+            slave = standing.slaves[name]
+            force = nodes.acting(slave, forces_on(model, name, contacts))[joint.rows]
+            arms = slave.points[joint.rows] - poses[joint.host, :3, 3]
             total[joint.host, :3] += force.sum(axis=0)
             total[joint.host, 3:] += cross(arms, force).sum(axis=0)
     for name, spring in springs.items():
