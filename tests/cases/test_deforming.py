@@ -56,6 +56,29 @@ def test_steps_that_choose_themselves_keep_a_thousandth_of_the_energy() -> None:
     assert np.abs(history["energy.error"]).max() < 1e-3 * history["energy.total"][0]
 
 
+@pytest.mark.parametrize("stiffness", [2.0, 20.0])
+def test_light_foam_that_rebounds_keeps_its_energy(stiffness: float) -> None:
+    """All of a face of light nodes hits at once; steps that went to and fro gave it 121 %."""
+    foam = cg.materials.Foam(
+        loading=[[0.0, 0.0], [0.05, 0.3], [0.4, 0.45], [0.6, 0.8], [0.8, 3.0], [0.95, 20.0]],
+        hysteresis=1.0,
+    )
+    slave = block((3, 3, 6), (30.0, 30.0, 60.0), (-15.0, -15.0, 0.01), kind="hexahedron")
+    motion = cg.motion.Deforming(material=foam, density=6e-5, velocity=[0.0, 0.0, -6.7])
+    floor = cg.Body([cg.shapes.plane(width=1e3, length=1e3)])
+    law = cg.PenaltyLaw(stiffness, per_area=True)
+    simulation = cg.Simulation(
+        bodies={"floor": floor},
+        slaves={"foam": (slave, motion)},
+        contacts=[cg.Contact(floor, slave, law=law, quadrature=3)],
+        end=2.0,
+        step="auto",
+    )
+    history = simulation.run().history
+    assert history["force"].max() > 50.0
+    assert np.abs(history["energy.error"]).max() < 5e-3 * history["energy.total"][0]
+
+
 def test_the_impulse_of_the_contact_is_the_change_of_momentum() -> None:
     simulation = _scene(0.01, friction=cg.Coulomb(0.3))
     result = simulation.run()

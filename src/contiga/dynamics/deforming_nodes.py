@@ -260,6 +260,12 @@ class DeformingNodes(_Unmoved):
         """As it was taken last, with a margin."""
         return state.matter["stiffness"]
 
+    def kick_energy(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
+        """Of all forces on nodes that are not held."""
+        force = _all_forces(state.matter) + state.matter["drag"]
+        acceleration = self._acceleration(force, forces, gravity)
+        return 0.125 * float((self.mass * (acceleration * acceleration).sum(axis=1)).sum())
+
     def stress(self, state: SlaveState) -> FloatArray | None:
         """Of matter that tells them."""
         asked = getattr(self.matter, "stress", None)

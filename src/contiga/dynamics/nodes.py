@@ -163,6 +163,10 @@ class NodeMover(Protocol):
     def stiffness(self, state: SlaveState) -> FloatArray:
         """(n,) that elements hold each node with at most: see `Matter.stiffness`."""
 
+    def kick_energy(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
+        """Σ F²/(8 m) of nodes whose kinetic energy is that between steps: what it stands below
+        that of their velocities, over the square of the step before."""
+
     def stress(self, state: SlaveState) -> FloatArray | None:
         """(n, 6) at the nodes of elements, NaN at others; None of what has none."""
 
@@ -232,6 +236,10 @@ class _Unmoved:
     def stiffness(self, state: SlaveState) -> FloatArray:
         """None."""
         return np.zeros(len(state.points))
+
+    def kick_energy(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
+        """None: their kinetic energy is that of their velocities."""
+        return 0.0
 
     def stress(self, state: SlaveState) -> FloatArray | None:
         """None."""

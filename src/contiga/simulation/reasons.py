@@ -36,7 +36,7 @@ class Reason(IntEnum):
 
 _TOLD = {
     Reason.LARGEST: "no step is longer",
-    Reason.GROWTH: "half as much again as the step before",
+    Reason.GROWTH: "growth from the step before",
     Reason.SAMPLE: "samples for the filter of a sensor",
     Reason.CRITICAL: "share of the critical step",
     Reason.SWING: "a body or node swings on what touches and pulls, or viscous friction changes",

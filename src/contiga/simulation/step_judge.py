@@ -30,6 +30,7 @@ from contiga.simulation.step_proposals import (
     OF_DRAG,
     OF_NODES,
     fastest_of,
+    kicks_of_elements,
     met,
     shortest_step,
 )
@@ -39,6 +40,8 @@ from contiga.simulation.way_limits import crossed, too_far
 LOST = 4e-6
 """Part of the largest energy so far that a step may miss in the balance: a thousandth in all where
 each of 250 steps leaves so much, and hardly any does."""
+LOST_OF_ELEMENTS = 4e-5
+"""The same where elements ring: what many steps miss has both signs, and is a thousandth in all."""
 LEAKED = 2.0
 """So many times the energy a time that shorter steps have not kept is let pass."""
 LEARNT = 0.25
@@ -105,7 +108,7 @@ def tried(model: Model, stepping: AutoSteps, last: SystemState, stepped: Stepped
     decay = max(limit.bodies.decay, limit.nodes.decay)
     dragged = decay * dragging_of(model, last, state) * math.sqrt(2.0 * state.peak_energy)
     shaking = max(shaking, OF_NODES * nodes, OF_DRAG * dragged)
-    least = shortest_step(stepping, min(limit.critical, before.critical))
+    least = shortest_step(model, stepping, min(limit.critical, before.critical))
     missing = missing_of(model, last, state)
     now = Try(stepped, cut, shaking, missing, least, handed=hand_over(model, last, state))
     return _single(model, last, now, math.sqrt(limit.points) * state.step)
@@ -158,26 +161,30 @@ def objection(model: Model, stepping: AutoSteps, last: SystemState, now: Try) ->
         return _above(now.least, shorter, step)
     if not loses(model, last, now):
         return None
-    part = min(0.5, max(0.05, 0.7 * math.sqrt(_bearable(last, now) / now.missing)))
+    part = min(0.5, max(0.05, 0.7 * math.sqrt(_bearable(model, last, now) / now.missing)))
     return _above(now.least, Cut(part * step, Reason.ENERGY, _loser(last, state)), step)
 
 
-def _bearable(last: SystemState, now: Try) -> float:
+def _bearable(model: Model, last: SystemState, now: Try) -> float:
     """The energy balance error a step may have: as much as those before it, however short."""
     state = now.stepped.state
-    return LOST * state.peak_energy + LEAKED * last.leak * state.step
+    return _lost(model) * state.peak_energy + LEAKED * last.leak * state.step
+
+
+def _lost(model: Model) -> float:
+    return LOST_OF_ELEMENTS if model.mechanism.deforms else LOST
 
 
 def loses(model: Model, last: SystemState, now: Try) -> bool:
     """Whether a step has a larger energy balance error than it may."""
-    return _by_energy(model) and now.missing > _bearable(last, now)
+    return _by_energy(model) and now.missing > _bearable(model, last, now)
 
 
 def let_pass(model: Model, last: SystemState, now: Try) -> float:
     """The error of a step that is let pass, since shorter ones have not reduced it; else zero."""
     if not _by_energy(model) or loses(model, last, now):
         return 0.0
-    return now.missing if now.missing > LOST * now.stepped.state.peak_energy else 0.0
+    return now.missing if now.missing > _lost(model) * now.stepped.state.peak_energy else 0.0
 
 
 def leak_of(last: SystemState, now: Try, longer: Try | None) -> float:
@@ -202,11 +209,8 @@ def _above(least: float, cut: Cut, step: float) -> Cut | None:
 
 
 def _by_energy(model: Model) -> bool:
-    """Whether energy judges steps: forces that are the gradient of none leave some at any step.
-
-    Nor where elements ring: to change the step to and fro near the critical one feeds that.
-    """
-    return not model.mechanism.deforms and all(
+    """Whether energy judges steps: forces that are the gradient of none leave some at any step."""
+    return all(
         part.contact.weights != "area" and has_energy(part.contact.law) for part in model.contacts
     )
 
@@ -224,13 +228,16 @@ def _loser(last: SystemState, state: SystemState) -> str:
 def missing_of(model: Model, last: SystemState, state: SystemState) -> float:
     """Energy balance error of a step, but for what a leapfrog owes until the next one.
 
-    Its kinetic energy stands h² F²/(8 m) above what the work of its forces has made it, but for the
-    loads', which is told as it is.
+    The kinetic energy of bodies stands h² F²/(8 m) above what the work of its forces has made it,
+    but for the loads', which is told as it is; that of elements does as far as h has changed.
     """
     owed = -load_work_beyond_way(model, last, state.rigid, state.bodies.poses, state.time)
     for k, one in enumerate(model.mechanism.fixed):
         a, b = (rows[k, FORCE : FORCE + 3] for rows in (last.rigid, state.rigid))
         owed += float((b * b - a * a).sum()) * state.step * state.step / (8.0 * one[MASS])
+    if state.step != last.step:
+        shorter = last.step * last.step - state.step * state.step
+        owed += shorter * kicks_of_elements(model, last)
     return abs(state.energy.error - last.energy.error + owed) + JUMPS * _jumped(last, state)
 
 

@@ -25,8 +25,6 @@ from contiga.simulation.step_judge import Try, leak_of, let_pass, loses, objecti
 from contiga.simulation.step_proposals import proposals
 from contiga.simulation.system_state import SystemState
 
-GROWTH = 1.5
-
 
 def following(model: Model, last: SystemState, clock: Clock) -> Stepped:
     """The step after `last`.
@@ -79,10 +77,7 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
     with clock("motion"):
         if model.mechanism.moved and not model.allow_unstable:
             _check_following(limit_of(model, last, "following"), last)
-        proposed = [*proposals(model, stepping, last)]
-        if last.step > 0.0:
-            proposed.append(Cut(GROWTH * last.step, Reason.GROWTH))
-        cut = min(proposed)
+        cut = min(proposals(model, stepping, last))
     longer: Try | None = None
     for tries in count(1):
         time, cut = _until(model, last.time, cut)
