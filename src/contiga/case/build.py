@@ -177,9 +177,9 @@ def _contacts(
     made = []
     for i, spec in enumerate(case.contact):
         if spec.master in bodies and spec.slave in slaves:
-            body, slave = bodies[spec.master].body, slaves[spec.slave].slave
+            body, slave = bodies[spec.master].body, slaves[spec.slave]
             with wrong.at(f"contact[{i}]"):
-                area = area_of(spec, slave, spec.slave in measured)
+                area = area_of(spec, slave.slave, spec.slave in measured)
                 contact = contact_of(spec, case.sides(spec), body, slave, area)
                 made.append(ContactPart(spec.title, spec.master, spec.slave, contact))
     return tuple(made)

@@ -12,10 +12,14 @@ from contiga.case.contact_spec import (
     FacetAreaSpec,
     HullAreaSpec,
 )
+from contiga.case.law_spec import LawSpec, PenaltySpec
 from contiga.case.sides import Sides
 from contiga.contact.contact import Contact
+from contiga.dynamics.deforming import Deforming
 from contiga.errors import CaseError
+from contiga.laws.law import Law
 from contiga.masters.protocol import Master
+from contiga.simulation.model import SlavePart
 from contiga.slaves.slave import Slave
 
 
@@ -38,14 +42,28 @@ def area_of(spec: ContactSpec, slave: Slave, given: bool) -> AreaMethod:
     return NodalArea()
 
 
+def _scaled(spec: LawSpec | None, slave: SlavePart) -> Law | None:
+    """The law whose stiffness is a multiple of that of the slave's elements; None of others."""
+    if not isinstance(spec, PenaltySpec) or spec.scale is None:
+        return None
+    if not isinstance(slave.motion, Deforming):
+        raise CaseError(
+            "is of the stiffness of elements, and the slave has none",
+            where="law.scale",
+            found=spec.scale,
+            allowed='stiffness, or a slave with motion = { kind = "deform" }',
+        )
+    return spec.scaled(slave.motion.contact_stiffness(slave.slave))
+
+
 def contact_of(
-    spec: ContactSpec, sides: Sides, body: Master, slave: Slave, area: AreaMethod
+    spec: ContactSpec, sides: Sides, body: Master, slave: SlavePart, area: AreaMethod
 ) -> Contact:
     """The contact a table asks for, of parts that stand already."""
     return Contact(
         body,
-        slave,
-        law=sides.law,
+        slave.slave,
+        law=_scaled(spec.law, slave) or sides.law,
         area=area,
         search=spec.search,
         contact_type=sides.type,

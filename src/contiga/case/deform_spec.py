@@ -174,7 +174,9 @@ def _on_facets(contact: Any, deforming: set[Any]) -> Any:
         return contact
     law, area = contact.get("law"), contact.get("area")
     of_points = isinstance(law, dict) and law.get("kind") in ("penalty", "adaptive")
-    of_points = of_points and not (isinstance(law, dict) and law.get("per_area", False))
+    of_points = of_points and not (
+        isinstance(law, dict) and (law.get("per_area") or "scale" in law)
+    )
     constant = isinstance(area, dict) and area.get("kind") == "constant"
     if "quadrature" in contact or contact.get("weights") == "area" or of_points or constant:
         return contact

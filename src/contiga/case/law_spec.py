@@ -17,6 +17,7 @@ from contiga.case.curve_spec import (
     if_given,
 )
 from contiga.case.spec import NotNegative, Positive, Spec, by_kind
+from contiga.errors import CaseError
 from contiga.laws.force import ForceLaw
 from contiga.laws.friction import Coulomb, Friction, ViscousFriction
 from contiga.laws.law import Law
@@ -101,10 +102,15 @@ class StressSpec(_LawSpec):
 
 
 class PenaltySpec(_LawSpec):
-    """`{ kind = "penalty", stiffness, per_area, damping, damping_ratio }`: `PenaltyLaw`."""
+    """`{ kind = "penalty", stiffness, per_area, damping, damping_ratio }`: `PenaltyLaw`.
+
+    With `scale` in place of `stiffness`: so many times what the elements of the slave hold a unit
+    of its area with.
+    """
 
     kind: Literal["penalty"] = "penalty"
-    stiffness: Positive
+    stiffness: Positive | None = None
+    scale: Positive | None = None
     per_area: bool = False
     damping: NotNegative = 0.0
     damping_ratio: NotNegative = 0.0
@@ -112,12 +118,26 @@ class PenaltySpec(_LawSpec):
     @cached_property
     def law(self) -> Law:
         """The law."""
+        return self.scaled(1.0)
+
+    def scaled(self, of_slave: float) -> Law:
+        """The law; `of_slave` is what `scale` is of, a force over a volume."""
+        stiffness = self.stiffness or (self.scale or 1.0) * of_slave
         return PenaltyLaw(
-            self.stiffness,
-            per_area=self.per_area,
+            stiffness,
+            per_area=self.per_area or self.scale is not None,
             damping=self.damping,
             damping_ratio=self.damping_ratio,
         )
+
+    @model_validator(mode="after")
+    def _one_stiffness(self) -> Self:
+        if (self.stiffness is None) == (self.scale is None):
+            raise CaseError(
+                "must have exactly one of the keys stiffness or scale",
+                allowed="stiffness, or scale: so many times that of the elements of the slave",
+            )
+        return self
 
 
 class AdaptiveSpec(_LawSpec):

@@ -12,7 +12,7 @@ from typing import Annotated, NamedTuple, Self
 from pydantic import Field, model_validator
 
 from contiga.case.contact_spec import ContactSpec
-from contiga.case.law_spec import LawSpec
+from contiga.case.law_spec import LawSpec, PenaltySpec
 from contiga.case.spec import Count, Spec
 from contiga.contact.checks import law_of
 from contiga.errors import CaseError
@@ -60,6 +60,14 @@ class LayeredSpec(Spec):
                 where="layer",
                 remedy="Give the layer of the rest of the body",
             )
+        for one in (self.layer, *(face.law for face in self.face_layer or [])):
+            if isinstance(one, PenaltySpec) and one.scale is not None:
+                raise CaseError(
+                    "is of the stiffness of a slave's elements: a layer has none",
+                    where="layer.scale",
+                    found=one.scale,
+                    allowed="stiffness",
+                )
         if self.gives_way is not None and self.gives_way.needs_thickness:
             raise CaseError("is missing", where="layer.thickness")
         return self

@@ -262,3 +262,54 @@ def test_nodes_are_attached_to_a_body_of_the_case(tmp_path: Path) -> None:
         path.write_text(text.replace('body = "ball" }', f"body = {wrong} }}"))
         with pytest.raises(InputError, match=message):
             cg.build(load_case(path))
+
+
+def test_a_penalty_takes_its_stiffness_from_the_elements(tmp_path: Path) -> None:
+    simulation = cg.build(load_case(_write(tmp_path, law='{ kind = "penalty", scale = 0.5 }')))
+    contact, (slave, motion) = simulation.contacts[0].contact, simulation.slaves["block"]
+    assert contact.quadrature == 3
+    assert contact.law.per_area
+    assert contact.law.stiffness == pytest.approx(0.5 * motion.contact_stiffness(slave))
+    modulus = 1.0 * 0.7 / (1.3 * 0.4)  # (1 − ν) E / ((1 + ν)(1 − 2 ν)), over cells of 0.5
+    assert 2.0 < motion.contact_stiffness(slave) / (modulus / 0.5) < 6.0
+
+
+def test_the_stiffness_of_a_skin_goes_with_the_modulus_and_against_the_mesh() -> None:
+    def stiffness(cells: int, young: float) -> float:
+        slave = block((cells,) * 3, (6.0,) * 3, kind="hexahedron")
+        rubber = cg.materials.NeoHooke(young=young, poisson=0.3)
+        return cg.motion.Deforming(material=rubber, density=1e-3).contact_stiffness(slave)
+
+    assert stiffness(4, 3.0) == pytest.approx(3.0 * stiffness(4, 1.0))
+    assert stiffness(8, 1.0) == pytest.approx(2.0 * stiffness(4, 1.0), rel=0.2)
+    cloud = cg.Slave([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    motion = cg.motion.Deforming(
+        material=cg.materials.NeoHooke(young=1.0, poisson=0.3), density=1e-3
+    )
+    with pytest.raises(InputError, match="has no facets"):
+        motion.contact_stiffness(cloud)
+
+
+@pytest.mark.parametrize(
+    ("changed", "text"),
+    [
+        ({"law": '{ kind = "penalty" }'}, "exactly one of the keys stiffness or scale"),
+        ({"law": '{ kind = "penalty", scale = 1, stiffness = 1 }'}, "exactly one of the keys"),
+        ({"law": '{ kind = "penalty", scale = 0 }'}, "law.*scale"),
+    ],
+)
+def test_a_scale_that_is_none_is_told(tmp_path: Path, changed: dict, text: str) -> None:
+    with pytest.raises(InputError, match=text):
+        cg.build(load_case(_write(tmp_path, **changed)))
+
+
+def test_a_scale_needs_a_slave_of_elements(tmp_path: Path) -> None:
+    text = _write(tmp_path, law='{ kind = "penalty", scale = 1.0 }').read_text()
+    start, end = text.index("[slave.motion]"), text.index("[[contact]]")
+    (tmp_path / "still.toml").write_text(text[:start] + text[end:])
+    with pytest.raises(InputError, match=r"contact\[0\].*law.scale: .*the slave has none"):
+        cg.build(load_case(tmp_path / "still.toml"))
+    layered = text.replace("[[slave]]", 'layer = { kind = "penalty", scale = 1.0 }\n[[slave]]')
+    (tmp_path / "layer.toml").write_text(layered)
+    with pytest.raises(InputError, match=r"layer.scale: .*a layer has none"):
+        cg.build(load_case(tmp_path / "layer.toml"))
