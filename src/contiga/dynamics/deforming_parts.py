@@ -56,8 +56,8 @@ def parts_of(
                 allowed=f"0 to {len(slave) - 1}",
             )
     _check_once(parts, where)
-    own = elements_by_kind(slave, where, needed=not parts)
-    left = {kind: _without(rows, kind, parts) for kind, rows in own.items()}
+    by_kind = elements_by_kind(slave, where, needed=not parts)
+    left = {kind: _without(rows, kind, parts) for kind, rows in by_kind.items()}
     left = {kind: rows for kind, rows in left.items() if len(rows)}
     if left and filling is None:
         raise InputError(

@@ -218,17 +218,17 @@ def _mass(mass: float | ArrayLike | None) -> float | FloatArray | None:
 
 def _velocity(velocity: ArrayLike) -> FloatArray:
     try:
-        own = np.array(velocity, dtype=np.float64)
+        vectors = np.array(velocity, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise InputError("must be numbers", where="velocity", found=velocity) from error
-    if own.ndim not in (1, 2) or own.shape[-1] != 3 or not np.isfinite(own).all():
+    if vectors.ndim not in (1, 2) or vectors.shape[-1] != 3 or not np.isfinite(vectors).all():
         raise InputError(
             "must be finite numbers",
             where="velocity",
-            found=own.shape,
+            found=vectors.shape,
             allowed="(3,), or (n, 3) of the nodes of a slave",
         )
-    return read_only(own)
+    return read_only(vectors)
 
 
 def _hold(hold: Iterable[str]) -> tuple[str, ...]:

@@ -80,8 +80,8 @@ def _kept(times: FloatArray, held: FloatArray, apart: Callable[[int, int], float
     def near(first: int, last: int) -> bool:
         if last >= len(times):
             return False
-        own = max(total[last] - total[first], even * (times[last] - times[first]))
-        return bool(apart(first, last) <= PASSED * own)
+        change = max(total[last] - total[first], even * (times[last] - times[first]))
+        return bool(apart(first, last) <= PASSED * change)
 
     kept = [0]
     while kept[-1] < len(times) - 1:

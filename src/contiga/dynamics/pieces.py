@@ -89,14 +89,14 @@ class Pieces:
 
 def pieces_between(times: FloatArray, rows: FloatArray, *, smooth: bool) -> Pieces:
     """What goes through `rows` (n, 3) at `times` (n,), linear or a monotone cubic between."""
-    own = tuple(times.tolist())
+    instants = tuple(times.tolist())
     if smooth:
         from scipy.interpolate import PchipInterpolator
 
         falling = PchipInterpolator(times, rows, axis=0).c
-        return Pieces(own, read_only(falling[::-1].swapaxes(0, 1)))
+        return Pieces(instants, read_only(falling[::-1].swapaxes(0, 1)))
     slopes = np.diff(rows, axis=0) / np.diff(times)[:, None]
-    return Pieces(own, read_only(np.stack([rows[:-1], slopes], axis=1)))
+    return Pieces(instants, read_only(np.stack([rows[:-1], slopes], axis=1)))
 
 
 def as_rows(table: ArrayLike, columns: tuple[str, ...], where: str) -> FloatArray:

@@ -60,15 +60,15 @@ def read_pulse(
     length, time = units
     factors = [1.0] * len(order)
     for i, k in enumerate(order):
-        found = unit_of(sheet.head(k)[1], time_unit if i == 0 else unit, where)
-        if found is None:
+        said = unit_of(sheet.head(k)[1], time_unit if i == 0 else unit, where)
+        if said is None:
             continue
         if i == 0:
-            factors[0] = time_factor(found, time, where)
+            factors[0] = time_factor(said, time, where)
         elif quantity == "velocity":
-            factors[i] = velocity_factor(found, length, time, where)
+            factors[i] = velocity_factor(said, length, time, where)
         else:
-            factors[i] = acceleration_factor(found, length, time, where)
+            factors[i] = acceleration_factor(said, length, time, where)
     table = sheet.numbers(order, "a number in each of " + ", ".join(sheet.names[k] for k in order))
     _check_rows(table, sheet)
     return np.asarray(table * factors)

@@ -100,8 +100,8 @@ def row_of(motion: Free, one: FloatArray) -> FloatArray:
     row[lanes.TURN] = 1.0
     row[lanes.VELOCITY : lanes.VELOCITY + 3] = motion.velocity
     axes = one[lanes.AXES : lanes.AXES + 9].reshape(3, 3)
-    own = one[lanes.MOMENTS : lanes.MOMENTS + 3] * product(axes.T, motion.spin)
-    row[lanes.MOMENTUM : lanes.MOMENTUM + 3] = product(axes, own)
+    momenta = one[lanes.MOMENTS : lanes.MOMENTS + 3] * product(axes.T, motion.spin)
+    row[lanes.MOMENTUM : lanes.MOMENTUM + 3] = product(axes, momenta)
     return row
 
 

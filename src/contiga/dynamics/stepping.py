@@ -191,16 +191,16 @@ class GivenTimes:
 
     def __init__(self, times: ArrayLike) -> None:
         try:
-            own = np.array(times, dtype=np.float64)
+            instants = np.array(times, dtype=np.float64)
         except (TypeError, ValueError) as error:
             raise InputError("the times must be numbers", where="times", found=times) from error
-        if own.ndim != 1 or len(own) == 0 or not np.isfinite(own).all():
+        if instants.ndim != 1 or len(instants) == 0 or not np.isfinite(instants).all():
             raise InputError(
-                "the times must be finite numbers, one or more", where="times", found=own.shape
+                "the times must be finite numbers, one or more", where="times", found=instants.shape
             )
-        if (np.diff(own) <= 0.0).any():
+        if (np.diff(instants) <= 0.0).any():
             raise InputError("the times must increase", where="times")
-        object.__setattr__(self, "times", read_only(own))
+        object.__setattr__(self, "times", read_only(instants))
 
     @property
     def start(self) -> float:

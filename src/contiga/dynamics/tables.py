@@ -40,24 +40,24 @@ def as_table(table: ArrayLike, columns: tuple[str, ...]) -> FloatArray:
 
 
 def as_times(times: ArrayLike, count: int) -> FloatArray:
-    own = np.asarray(times, dtype=np.float64)
-    if own.shape != (count,) or count == 0 or not np.isfinite(own).all():
+    instants = np.asarray(times, dtype=np.float64)
+    if instants.shape != (count,) or count == 0 or not np.isfinite(instants).all():
         raise InputError(
             "expected one finite time for each pose, and at least one pose",
             where="times",
-            found=own.shape,
+            found=instants.shape,
             allowed=f"({max(count, 1)},)",
         )
-    back = np.flatnonzero(np.diff(own) <= 0.0)
+    back = np.flatnonzero(np.diff(instants) <= 0.0)
     if back.size:
         row = int(back[0])
         raise InputError(
             f"the times go back or repeat at row {row + 1}",
             where="table",
-            found=own[row : row + 2].tolist(),
+            found=instants[row : row + 2].tolist(),
             allowed="strictly increasing times",
         )
-    return own
+    return instants
 
 
 def read_columns(path: Path, columns: tuple[str, ...]) -> FloatArray:

@@ -108,8 +108,8 @@ class Assembled:
             drag = (self.damping * self.mass)[:, None] * v
             force -= drag
             energy[2] += dt * float(np.sum(drag * v))
-        told = MatterEnergy(*(float(kind) for kind in energy))
-        return MatterForces(force, told, MatterState(q.copy(), memory))
+        energies = MatterEnergy(*(float(kind) for kind in energy))
+        return MatterForces(force, energies, MatterState(q.copy(), memory))
 
     def _group_forces(
         self, group: Group, motion: Motion, memory: Memory, partial: FloatArray

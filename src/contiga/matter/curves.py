@@ -40,8 +40,8 @@ def as_table(curve: CurveLike, name: str) -> FloatArray:
     ):
         if wrong.any():
             row = int(np.argmax(wrong))
-            found = table[row : row + 2, column].tolist()
-            raise InputError(f"{what} at row {row + 1}", where=name, found=found, allowed=ROWS)
+            pair = table[row : row + 2, column].tolist()
+            raise InputError(f"{what} at row {row + 1}", where=name, found=pair, allowed=ROWS)
     if table[-1, 1] <= 0.0:
         raise InputError("carries nothing", where=name, found=table.tolist(), allowed=ROWS)
     return table

@@ -111,9 +111,9 @@ def _worked_out(model: Model, state: SystemState, of: Of) -> Limit:
         for end, _, _ in ends:
             felt.setdefault(end, []).append((text, both, whole))
     critical, who, bodies, points, nodes = math.inf, "", Rates(), 0.0, Rates()
-    for end, own in felt.items():
-        rates = sum((both for _, both, _ in own), Rates())
-        whole = sum((w for _, _, w in own), Rates())
+    for end, couplings in felt.items():
+        rates = sum((both for _, both, _ in couplings), Rates())
+        whole = sum((w for _, _, w in couplings), Rates())
         if end in model.mechanism.masses:
             nodes = nodes.most(rates)
         else:
@@ -122,7 +122,7 @@ def _worked_out(model: Model, state: SystemState, of: Of) -> Limit:
             points = max(points, rates.square)
         if rates.critical < critical:
             critical = rates.critical
-            who = max(own, key=lambda entry: entry[1])[0]
+            who = max(couplings, key=lambda entry: entry[1])[0]
     return Limit(critical, who, bodies, points, nodes)
 
 
@@ -185,10 +185,10 @@ def _spring_ends(system: Mechanism, name: str, state: SystemState) -> list[_End]
         row = None if number is None else system.row.get(number)
         if row is None:
             continue
-        place, own = now.ends[k : k + 1], _row(system, state, row)
+        place, body_row = now.ends[k : k + 1], _row(system, state, row)
         rates = Rates(
-            fastest(place, axis, np.array([along]), np.array([across]), *own),
-            fastest(place, axis, np.array([spring.damping]), np.zeros(1), *own),
+            fastest(place, axis, np.array([along]), np.array([across]), *body_row),
+            fastest(place, axis, np.array([spring.damping]), np.zeros(1), *body_row),
         )
         ends.append((row, rates, rates))
     return ends
@@ -219,15 +219,17 @@ def _contact_ends(
         points = to_world(contact.pose, contact.points_B[rows])
         normals = turn_to_world(contact.pose, kept_of(contact).part("normal_B", rows))
     for row in bodies:
-        own = _row(system, state, row)
+        body_row = _row(system, state, row)
         rates = Rates(
-            fastest(points, normals, along, across, *own),
-            fastest(points, normals, damping, dragging, *own)
+            fastest(points, normals, along, across, *body_row),
+            fastest(points, normals, damping, dragging, *body_row)
             if damping.any() or dragging.any()
             else 0.0,
         )
         # Steps follow the swing on the curve; what shares its force is kept stable alone.
-        swung = fastest(points, normals, single, across, *own) if len(contact.tangent) else None
+        swung = (
+            fastest(points, normals, single, across, *body_row) if len(contact.tangent) else None
+        )
         whole = rates if swung is None else rates._replace(square=swung)
         ends.append((row, rates, whole))
     if part.slave in system.masses:
@@ -249,9 +251,9 @@ def _dragging(part: ContactPart, rows: np.ndarray, state: SystemState) -> FloatA
     speed = np.zeros(len(rows))  # of points between nodes the least, at which it is stiffest
     nodes = rows < len(contact.force)
     points, velocities = state.slaves[part.slave]
-    own = rows[nodes]
-    v_W = velocities[own] - body.twist.at(body.pose[:3, 3], points[own])
-    n_W = turn_to_world(contact.pose, kept_of(contact).part("normal_B", own))
+    node_rows = rows[nodes]
+    v_W = velocities[node_rows] - body.twist.at(body.pose[:3, 3], points[node_rows])
+    n_W = turn_to_world(contact.pose, kept_of(contact).part("normal_B", node_rows))
     across = v_W - (v_W * n_W).sum(axis=1)[:, None] * n_W
     speed[nodes] = np.sqrt((across * across).sum(axis=1))
     return np.asarray(viscosity(contact.normal_force[rows], speed))

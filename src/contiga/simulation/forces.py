@@ -86,9 +86,9 @@ def wrenches(
             load_point(model, load, i, poses[i], standing.free.rows) - poses[i, :3, 3],
             moment,
         )
-    own = total[system.free]
-    add_gravity(standing.free, system.fixed, model.gravity, own)
-    total[system.free] = own
+    of_free = total[system.free]
+    add_gravity(standing.free, system.fixed, model.gravity, of_free)
+    total[system.free] = of_free
     return total
 
 

@@ -79,25 +79,25 @@ def channels_of(history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -
     times, codes = history["time"], _codes(owners)
     shortest = float(np.diff(times).min(initial=np.inf))
     grid = even_times(times, max(1.0 / (FINE * _FASTEST * base[2]), shortest))
-    found = []
+    channels = []
     left_out = []
-    for name, told in owners.items():
+    for name, owner in owners.items():
         for column, kind, direction in _columns(history, name):
             if not np.isfinite(history[f"{name}.{column}"]).all():
                 left_out.append(f"{name}.{column}")
                 continue
             factor = float(np.prod([b**p for b, p in zip(base, kind.powers, strict=True)]))
             values = _resampled(grid, times, history[f"{name}.{column}"], kind) * factor
-            cls = str(told.get("filter")) if column.startswith("filtered_") else ""
+            cls = str(owner.get("filter")) if column.startswith("filtered_") else ""
             code = codes[name] + kind.dimension + direction + _CLASSES.get(cls, _UNFILTERED)
             interval = float(grid[-1] - grid[0]) / max(len(grid) - 1, 1) * base[2]
             start, filter = float(grid[0]) * base[2], cls.removeprefix("CFC") or "NOVALUE"
             label = f"{name} {column}"
-            found.append(MmeChannel(code, label, kind.unit, start, interval, values, filter))
+            channels.append(MmeChannel(code, label, kind.unit, start, interval, values, filter))
     if left_out:
         text = ", ".join(left_out)
         warnings.warn(f"left out, as they are not finite: {text}", ContigaWarning, 2)
-    return found
+    return channels
 
 
 def _resampled(grid: FloatArray, times: FloatArray, values: FloatArray, kind: _Kind) -> FloatArray:
@@ -127,7 +127,7 @@ def _codes(owners: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
     Names that begin alike are counted in the fine locations, the first of them first.
     """
     codes: dict[str, str] = {
-        name: told["code"] for name, told in owners.items() if told.get("code")
+        name: owner["code"] for name, owner in owners.items() if owner.get("code")
     }
     taken = set(codes.values())
     numbers: defaultdict[str, Iterator[int]] = defaultdict(count)

@@ -45,18 +45,18 @@ def energy_of(
 ) -> Energy:
     """Of a system: `kinetic` of its bodies; `since` are the external work since the start and the
     energy then, which is None at the start."""
-    own = contact_energy(contacts)
-    strain, hysteresis, damping = 0.0, own.hysteresis, own.damping
+    of_contacts = contact_energy(contacts)
+    strain, hysteresis, damping = 0.0, of_contacts.hysteresis, of_contacts.damping
     for spring in springs.values():
         strain += spring.stored
         hysteresis += spring.hysteresis
         damping += spring.damping
     nodes = Stored(*(sum(parts) for parts in zip(*slaves, strict=True)))
     energy = Energy(
-        own.contact,
+        of_contacts.contact,
         hysteresis + nodes.hysteresis,
         damping + nodes.damping,
-        own.friction,
+        of_contacts.friction,
         kinetic + nodes.kinetic,
         strain + nodes.strain,
         since[0],

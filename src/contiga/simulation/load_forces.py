@@ -21,8 +21,8 @@ from contiga.simulation.system_state import SystemState
 def point_of(pose: FloatArray, origin: FloatArray, at: FloatArray) -> FloatArray:
     """Where a point of a body is that was `at` (3,) when its frame stood at `origin` (4, 4)."""
     d = at - origin[:3, 3]
-    own = origin[0, :3] * d[0] + origin[1, :3] * d[1] + origin[2, :3] * d[2]
-    return pose[:3, 0] * own[0] + pose[:3, 1] * own[1] + pose[:3, 2] * own[2] + pose[:3, 3]
+    turned = origin[0, :3] * d[0] + origin[1, :3] * d[1] + origin[2, :3] * d[2]
+    return pose[:3, 0] * turned[0] + pose[:3, 1] * turned[1] + pose[:3, 2] * turned[2] + pose[:3, 3]
 
 
 def loaded(

@@ -105,9 +105,9 @@ def contact_parts(
 
 
 def _name_of(role: str, contact: Any, known: Iterable[tuple[str, object]]) -> str:
-    own = getattr(contact, role, None)
+    part = getattr(contact, role, None)
     for name, one in known:
-        if own is not None and one is own:
+        if part is not None and one is part:
             return name
     raise InputError(
         f"its {role} is none of the simulation's",

@@ -82,10 +82,10 @@ def forces_on(model: Model, name: str, contacts: Mapping[str, State]) -> Forces:
 
 def nodal_force(model: Model, name: str, contacts: Mapping[str, State]) -> FloatArray:
     """(n, 3) that the contacts do on the nodes of a slave."""
-    own = [contacts[part.name].force for part in model.contacts if part.slave == name]
-    if not own:
+    forces = [contacts[part.name].force for part in model.contacts if part.slave == name]
+    if not forces:
         return np.zeros(model.slaves[name].slave.points.shape)
-    return np.asarray(sum(own[1:], own[0]))
+    return np.asarray(sum(forces[1:], forces[0]))
 
 
 def kicked_nodes(

@@ -64,9 +64,9 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
     recorder = Recorder(model, clock, options.progress)
     try:
         with clock.watching(), clock("total"):
-            told = _checked(model, options, clock)
+            findings = _checked(model, options, clock)
             state, kept = _stepped(model, out, options, recorder, clock)
-        return _finished(model, options, recorder, clock, (told, state, kept))
+        return _finished(model, options, recorder, clock, (findings, state, kept))
     finally:
         recorder.release()
 
@@ -74,12 +74,12 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
 def _checked(model: Model, options: RunOptions, clock: Clock) -> tuple[Finding, ...]:
     """What looks wrong about the model."""
     with clock("checks"):
-        told = check_model(model)
-    if options.strict and told:
-        raise_findings(told)
+        findings = check_model(model)
+    if options.strict and findings:
+        raise_findings(findings)
     if options.on_check is not None:
-        options.on_check(told)
-    return told
+        options.on_check(findings)
+    return findings
 
 
 def _stepped(
@@ -139,8 +139,10 @@ def _with_way_on(error: OutputError, folder: Path | None) -> OutputError:
     if folder is None or not newest_checkpoint(folder).is_file():
         return error
     remedy = f"{error.remedy or 'See to it'}; then the run goes on with --resume"
-    found = {"found": error.found} if error.has_found else {}
-    return OutputError(error.what, where=error.where, allowed=error.allowed, remedy=remedy, **found)
+    value_found = {"found": error.found} if error.has_found else {}
+    return OutputError(
+        error.what, where=error.where, allowed=error.allowed, remedy=remedy, **value_found
+    )
 
 
 def _finished(

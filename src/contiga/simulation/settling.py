@@ -254,9 +254,9 @@ def _placed(model: Model, resting: Model, at_rest: SystemState, free: Placed) ->
     """Free bodies as they start, those that have come to rest where they did."""
     rows, poses, twists = free.rows.copy(), free.poses.copy(), free.twists.copy()
     for k, i in enumerate(model.mechanism.free):
-        own = resting.mechanism.row.get(int(i))
-        if own is not None:
-            rows[k], poses[k], twists[k] = at_rest.rigid[own], at_rest.bodies.poses[i], 0.0
+        at = resting.mechanism.row.get(int(i))
+        if at is not None:
+            rows[k], poses[k], twists[k] = at_rest.rigid[at], at_rest.bodies.poses[i], 0.0
     return Placed(rows, poses, twists)
 
 

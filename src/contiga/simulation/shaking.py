@@ -121,14 +121,14 @@ def unbalanced(model: Model, state: SystemState) -> float:
     """The largest force on a free body that nothing balances, over √mass, as `shaking_of`."""
     system = model.mechanism
     forces = state.rigid[:, FORCE : FORCE + 6]
-    return max((_over_mass(system, k, own, state) for k, own in enumerate(forces)), default=0.0)
+    return max((_over_mass(system, k, force, state) for k, force in enumerate(forces)), default=0.0)
 
 
 def _over_mass(system: Mechanism, k: int, rate: FloatArray, state: SystemState) -> float:
     """√(ṗᵀ M⁻¹ ṗ) of the rate (6,) of force and moment about the centre of a body."""
     one, turn = system.fixed[k], state.bodies.poses[int(system.free[k]), :3, :3]
-    own = product(turn.T, rate[3:] * one[SPINS : SPINS + 3])
-    moment = product(one[AXES : AXES + 9].reshape(3, 3).T, own)
+    torque = product(turn.T, rate[3:] * one[SPINS : SPINS + 3])
+    moment = product(one[AXES : AXES + 9].reshape(3, 3).T, torque)
     square = np.square(rate[:3] * one[WAYS : WAYS + 3]).sum() / one[MASS]
     return math.sqrt(float(square + (moment * moment / one[MOMENTS : MOMENTS + 3]).sum()))
 

@@ -223,13 +223,13 @@ class Simulation(Model):
 
     def _check_own(self, state: object) -> None:
         """Refuse what is no state of this simulation."""
-        own = {part.name for part in self.contacts}
-        if not isinstance(state, SystemState) or own != set(state.contacts):
+        taken = {part.name for part in self.contacts}
+        if not isinstance(state, SystemState) or taken != set(state.contacts):
             raise InputError(
                 "is not a state of this simulation",
                 where="state",
                 found=state,
-                allowed=f"a SystemState with the contacts {', '.join(sorted(own))}",
+                allowed=f"a SystemState with the contacts {', '.join(sorted(taken))}",
             )
 
     def run(

@@ -46,8 +46,8 @@ def step_columns(model: Model, choice: Choice | None) -> dict[str, float]:
     names = names_of(model)
     of = names.index(choice.cut.of) if choice.cut.of in names else -1
     why, tries = float(choice.cut.reason), float(choice.tries)
-    told = why, float(of), tries, *choice[2:]
-    return dict(zip(COLUMNS, told, strict=True))
+    columns = why, float(of), tries, *choice[2:]
+    return dict(zip(COLUMNS, columns, strict=True))
 
 
 def single_warnings(history: dict[str, FloatArray]) -> list[str]:
@@ -107,18 +107,18 @@ def steps_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, Any
         return {}
     lengths, names = np.diff(history["time"]), names_of(model)
     reasons, of, tries, error = (history[name][1:] for name in (REASON, OF, TRIES, ENERGY_ERROR))
-    found = []
+    entries = []
     for reason, who in sorted({*zip(reasons.tolist(), of.tolist(), strict=True)}):
-        own = (reasons == reason) & (of == who)
+        rows = (reasons == reason) & (of == who)
         cut = Cut(0.0, Reason(int(reason)), names[int(who)] if who >= 0 else "")
-        found.append(
+        entries.append(
             {
                 "number": [int(reason), int(who)],
                 "reason": cut.reason.name.lower(),
                 "of": cut.of,
                 "told": cut.said(),
-                "steps": int(own.sum()),
-                "time": float(lengths[own].sum()),
+                "steps": int(rows.sum()),
+                "time": float(lengths[rows].sum()),
             }
         )
     least = int(np.argmin(lengths))
@@ -128,5 +128,5 @@ def steps_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, Any
         "tries": int(tries.sum()),
         "let_pass": int(np.count_nonzero(error)),
         "energy_error": float(error.sum()),
-        "reasons": sorted(found, key=lambda one: -one["steps"]),
+        "reasons": sorted(entries, key=lambda one: -one["steps"]),
     }

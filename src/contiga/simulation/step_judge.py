@@ -153,10 +153,10 @@ def objection(model: Model, stepping: AutoSteps, last: SystemState, now: Try) ->
     if not model.mechanism.moved:
         return None
     foreseen = met(model, stepping, replace(state, shaking=now.shaking))
-    ahead = min(foreseen, default=Cut(math.inf, Reason.END))
-    if step > COARSER * ahead.step:
-        shorter = Cut(min(0.5 * step, COARSER * ahead.step), Reason.STIFFER, ahead.of)
-        if ahead.reason == Reason.CRITICAL:
+    next_cut = min(foreseen, default=Cut(math.inf, Reason.END))
+    if step > COARSER * next_cut.step:
+        shorter = Cut(min(0.5 * step, COARSER * next_cut.step), Reason.STIFFER, next_cut.of)
+        if next_cut.reason == Reason.CRITICAL:
             return shorter
         return _above(now.least, shorter, step)
     if not loses(model, last, now):

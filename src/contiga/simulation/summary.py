@@ -203,9 +203,9 @@ def _reacquired(
     few: list[str] = []
     many: list[str] = []
     for name, counts in statuses.items():
-        told = _told({name: counts}, (ContactStatus.REACQUIRED,))
+        text = _told({name: counts}, (ContactStatus.REACQUIRED,))
         rare = counts[ContactStatus.REACQUIRED.name] <= FEW * proved[name]["feet"]
-        (few if rare else many).extend(told)
+        (few if rare else many).extend(text)
     return few, many
 
 

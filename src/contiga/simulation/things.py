@@ -111,9 +111,9 @@ class Things(Digest):
             self._object(value, depth)
 
     def _things(self, values: Iterable[Any], depth: int) -> None:
-        own = list(values)
-        self.text(f"{len(own)} things")
-        for value in own:
+        things = list(values)
+        self.text(f"{len(things)} things")
+        for value in things:
             self._thing(value, depth + 1)
 
     def _function(self, value: Any, function: FunctionType, depth: int) -> None:
@@ -184,14 +184,14 @@ class Things(Digest):
     def _compiled(self, value: Any, depth: int) -> None:
         """What is not seen in Python: as it would be kept in a file (PEP 307)."""
         try:
-            told = value.__reduce_ex__(2)
+            reduced = value.__reduce_ex__(2)
         except Exception:
-            told = None
+            reduced = None
         code = isinstance(value, BuiltinFunctionType) and value.__module__ is not None
-        if told is None or (code and _top(value.__module__) not in _KNOWN):
+        if reduced is None or (code and _top(value.__module__) not in _KNOWN):
             self.unknown.add(_name_of(value))
         with self._as(_Manner.UNCALLED):
-            self._thing(told, depth + 1)
+            self._thing(reduced, depth + 1)
 
     def _installed(self, module: str) -> None:
         """A package by its name, and by its version where that is not one that all need."""
@@ -237,13 +237,13 @@ def _kept(value: Any) -> dict[str, Any]:
     What follows from the rest, and is there only once it was asked for, tells nothing.
     """
     kind = type(value)
-    own = {
+    values = {
         name: inner
         for name, inner in getattr(value, "__dict__", {}).items()
         if not isinstance(getattr(kind, name, None), cached_property)
     }
     slots = (name for one in kind.__mro__ for name, m in vars(one).items() if _is_slot(m))
-    return own | {name: getattr(value, name) for name in slots if hasattr(value, name)}
+    return values | {name: getattr(value, name) for name in slots if hasattr(value, name)}
 
 
 def _is_slot(member: Any) -> bool:

@@ -31,8 +31,8 @@ def check_facing(scene: Scene) -> Iterator[Finding]:
             if not rows.any() or pair.slave.facets is None:
                 continue
             points, X_WB = pair.standing(time)
-            own = _normals(pair.slave, to_body(X_WB, points), seen.rows[rows])
-            away = (own * seen.normal_B[rows]).sum(axis=1) > 0.0
+            outward = _normals(pair.slave, to_body(X_WB, points), seen.rows[rows])
+            away = (outward * seen.normal_B[rows]).sum(axis=1) > 0.0
             if away.mean() > _SAME_SIDE:
                 yield Finding(
                     "side",
@@ -51,12 +51,12 @@ def two_layers(pair: Pair, state: State) -> Iterator[Finding]:
     slave, rows = pair.slave, np.flatnonzero(state.in_contact[: len(pair.slave)])
     if slave.facets is None or len(rows) == 0 or pair.contact.quadrature != "nodes":
         return
-    own = _normals(slave, state.points_B, rows)
-    faced = (own * kept_of(state).part("normal_B", rows)).sum(axis=1) > 0.0
+    outward = _normals(slave, state.points_B, rows)
+    faced = (outward * kept_of(state).part("normal_B", rows)).sum(axis=1) > 0.0
     carried = state.normal_force[rows]
     away = float(carried[faced].sum()) / max(float(carried.sum()), np.finfo(np.float64).tiny)
     # Both ways along the slave itself: points of one layer may lie on two sides of a body.
-    turned = own[faced].sum(axis=0) @ own[~faced].sum(axis=0)
+    turned = outward[faced].sum(axis=0) @ outward[~faced].sum(axis=0)
     if turned < 0.0 and _OTHER_SIDE < away < _SAME_SIDE:
         less = min(away, 1.0 - away)
         yield Finding(

@@ -79,5 +79,5 @@ class Said:
 
     def unit(self, kind: str) -> str:
         """The name of a unit, or "units of" it."""
-        own = dict(zip(("length", "mass", "time"), self._units, strict=True))
-        return own.get(kind) or self._names.get(kind, "") or f"units of {kind}"
+        units = dict(zip(("length", "mass", "time"), self._units, strict=True))
+        return units.get(kind) or self._names.get(kind, "") or f"units of {kind}"

@@ -54,11 +54,11 @@ def _curve(pair: Pair, said: Said) -> Iterator[Finding]:
         kind = "force" if layer.thickness is None else "stress"
         most = float(y.max())
         if not y[-1] > _FALLEN * most:
-            told = "never pushes" if most <= 0.0 else f"falls from {said(most, kind)} at most"
+            how = "never pushes" if most <= 0.0 else f"falls from {said(most, kind)} at most"
             yield Finding(
                 "curve",
                 pair.where,
-                f"its curve {told}: at its end it gives {said(float(y[-1]), kind)}, and contact "
+                f"its curve {how}: at its end it gives {said(float(y[-1]), kind)}, and contact "
                 "only pushes",
                 "Give pressures as positive numbers, over penetrations or strains that are, too",
             )
@@ -168,8 +168,8 @@ def _given_area(pair: Pair) -> float | None:
         return None
     if method.value is not None:
         return float(method.value)
-    own = pair.slave.area
-    return None if own is None else float(np.median(own[pair.slave.active]))
+    areas = pair.slave.area
+    return None if areas is None else float(np.median(areas[pair.slave.active]))
 
 
 def _apart(points: FloatArray) -> float:

@@ -49,8 +49,8 @@ def _layers(law: object, contact: Contact) -> list[Layer]:
             return []
         both = slave.thickness + master.thickness
         return [Layer(both, None, "", slave.curve)]
-    own = _layer(law, contact)
-    return [] if own is None else [own]
+    layer = _layer(law, contact)
+    return [] if layer is None else [layer]
 
 
 def _layer(law: object, contact: Contact) -> Layer | None:

@@ -138,8 +138,8 @@ def _speed(where: str, motion: Free | Deforming, scene: Scene) -> Iterator[Findi
             remedy=give,
         )
     if said.known and speed * said.si(1, 0, -1) > _FASTEST:
-        told = f"{starts}, which is {speed * said.si(1, 0, -1):.3g} m/s"
-        yield Finding("velocity", where, told, give)
+        speeds = f"{starts}, which is {speed * said.si(1, 0, -1):.3g} m/s"
+        yield Finding("velocity", where, speeds, give)
         return
     largest = max((max(pair.body.size, pair.slave_size) for pair in scene.pairs), default=np.inf)
     way = speed * (stepping.end - stepping.start)

@@ -39,5 +39,5 @@ def check_model(model: Model) -> tuple[Finding, ...]:
     # What answers wrongly is refused here as it would be by the first step.
     place(model, None, model.stepping.start)
     scene = Scene(model)
-    found = (finding for check in _CHECKS for finding in check(scene))
-    return tuple(dict.fromkeys([*model.findings, *found]))
+    findings = (finding for check in _CHECKS for finding in check(scene))
+    return tuple(dict.fromkeys([*model.findings, *findings]))

@@ -88,23 +88,23 @@ def _never(pair: Pair, said: Said) -> Iterator[Finding]:
     """Sides that never meet, and how near they come."""
     if len(pair.dry_runs[0].inside) or not pair.slave.active.any():
         return
-    found = closest_approach(pair)
-    if found is None:
+    closest = closest_approach(pair)
+    if closest is None:
         return
     slave, body = pair.part.slave, pair.part.master
-    when = f"at t = {said(found.time, 'time')}"
-    if found.distance > _TOUCHING * pair.body.size:
+    when = f"at t = {said(closest.time, 'time')}"
+    if closest.distance > _TOUCHING * pair.body.size:
         flight = " in free flight" if pair.free else ""
-        near, distance = f"{slave} never comes closer to {body} than", found.bound
+        near, distance = f"{slave} never comes closer to {body} than", closest.bound
         if distance == 0.0:
             near = f"{slave}, looked at {len(pair.shown_times)} times, is no closer to {body} than"
-            distance = found.distance
+            distance = closest.distance
         yield Finding(
             "apart",
             pair.where,
             f"{near} {said(distance)}{flight}, {when}" + _wide_apart(pair, distance, said),
             "Look at where they are placed, at their units and at the direction of their motion"
-            + _between_nodes(pair, found.distance),
+            + _between_nodes(pair, closest.distance),
         )
 
 

@@ -44,23 +44,23 @@ _APART = 0.02
 def check_run(model: Model, history: Columns, last: SystemState) -> tuple[Finding, ...]:
     """What the run shows, by its history and its last state."""
     scene = Scene(model)
-    found: list[Finding] = []
+    findings: list[Finding] = []
     for pair in scene.pairs:
-        own = _columns(model, pair, history)
+        columns = _columns(model, pair, history)
         for check in _CHECKS:
-            found += check(scene, pair, own, last)
-    return (*found, *check_springs_ran(scene, history))
+            findings += check(scene, pair, columns, last)
+    return (*findings, *check_springs_ran(scene, history))
 
 
 def check_crest(model: Model, state: SystemState) -> tuple[Finding, ...]:
     """What the state at the greatest force shows."""
     scene = Scene(model)
-    found: list[Finding] = []
+    findings: list[Finding] = []
     for pair in scene.pairs:
         contact = state.contacts[pair.part.name]
-        found += _coarse(scene, pair, contact)
-        found += two_layers(pair, contact)
-    return tuple(found)
+        findings += _coarse(scene, pair, contact)
+        findings += two_layers(pair, contact)
+    return tuple(findings)
 
 
 def notes_on(model: Model, history: Columns) -> list[str]:
@@ -231,9 +231,9 @@ def _resultant(scene: Scene, pair: Pair, own: Columns) -> Iterator[str]:
     law, at = pair.contact.law, int(np.argmax(own["force"]))
     if not isinstance(law, ForceLaw) or law.hysteresis is not None:
         return
-    told = float(law.curve(own["max_penetration"][at]))
+    resultant = float(law.curve(own["max_penetration"][at]))
     printed = float(own["force"][at])
-    if printed > 0.0 and told > (1.0 + _APART) * printed and pair.contact.friction is None:
+    if printed > 0.0 and resultant > (1.0 + _APART) * printed and pair.contact.friction is None:
         remedy = (
             "elements of a tenth of the radius that presses bring it nearer"
             if law.share == "deepest"
@@ -241,6 +241,6 @@ def _resultant(scene: Scene, pair: Pair, own: Columns) -> Iterator[str]:
         )
         yield (
             f"{pair.part.name}: its curve sets the sum of the nodal forces, "
-            f"{scene.said(told, 'force')} at the peak; printed is their resultant, "
+            f"{scene.said(resultant, 'force')} at the peak; printed is their resultant, "
             f"{scene.said(printed, 'force')}, as they do not all point one way; {remedy}"
         )

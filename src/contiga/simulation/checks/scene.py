@@ -181,9 +181,11 @@ class Pair:
         """(4, 4) of the slave's points as the master sees them; None where they move apart from
         each other."""
         if time not in self._relative:
-            own = self._slave_pose(time)
+            carried = self._slave_pose(time)
             self._relative[time] = (
-                None if own is None else pose.relative(self._body_pose(self._host, time), own)
+                None
+                if carried is None
+                else pose.relative(self._body_pose(self._host, time), carried)
             )
         return self._relative[time]
 
