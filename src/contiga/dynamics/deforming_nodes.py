@@ -41,6 +41,8 @@ OFTEN = 4
 """Steps from one time to the next at least."""
 MARGIN = 1.02
 """On ω², for what stiffens in between."""
+LITTLE = 1e-5
+"""Strain of next to nothing."""
 EPS = float(np.finfo(np.float64).eps)
 
 
@@ -213,7 +215,21 @@ class DeformingNodes(_Unmoved):
         return acceleration
 
     def _square(self, state: MatterState) -> float:
-        """ω² that no vibration of the elements is above, by Gershgorin's theorem."""
+        """ω² that no vibration of the elements is above, by Gershgorin's theorem.
+
+        It is never below that at rest: what has softened there, as foam on its plateau, is as
+        stiff again within few steps of an unloading.
+        """
+        return max(self._bound(state), self._at_rest)
+
+    @cached_property
+    def _at_rest(self) -> float:
+        """ω² of elements that are pressed together or pulled by next to nothing."""
+        start = self.matter.start()
+        near = [(1.0 - LITTLE) * start.points, (1.0 + LITTLE) * start.points]
+        return max(self._bound(MatterState(points, start.memory)) for points in near)
+
+    def _bound(self, state: MatterState) -> float:
         free = ~self.held[self.rows].all(axis=1)
         sums = self.matter.stiffness(state)[free] / self.mass[self.rows][free]
         return MARGIN * float(sums.max(initial=0.0))

@@ -44,7 +44,8 @@ def met(model: Model, stepping: AutoSteps, state: SystemState) -> Iterator[Cut]:
     if not model.mechanism.moved:
         return
     limit = limit_of(model, state, "lasting")
-    yield Cut(stepping.safety * limit.critical, Reason.CRITICAL, limit.of)
+    critical = min(limit.critical, limit.struck)
+    yield Cut(stepping.safety * critical, Reason.CRITICAL, limit.of)
     energetic = math.sqrt(2.0 * state.peak_energy)
     # Of the start nothing is known: as if all there is swung.
     shaking = state.shaking if state.step else _at_start(limit) * energetic
