@@ -12,6 +12,7 @@ from tests.blocks import block
 from tests.unit.simulation.sameness import same_history, same_states
 
 import contiga as cg
+from contiga.simulation.critical import limit_of
 
 RUBBER = cg.materials.NeoHooke(young=1.0, poisson=0.3)
 SIDE, DENSITY = 10.0, 1e-3
@@ -77,6 +78,41 @@ def test_light_foam_that_rebounds_keeps_its_energy(stiffness: float) -> None:
     history = simulation.run().history
     assert history["force"].max() > 50.0
     assert np.abs(history["energy.error"]).max() < 5e-3 * history["energy.total"][0]
+
+
+def test_nodes_that_strike_a_plate_gain_nothing_by_that() -> None:
+    """Foam that is as good as massless on a stiff contact: its nodes come and go all the time."""
+    foam = block((1, 1, 1), (50.0,) * 3, (0.0, 0.0, 1e-6), "hexahedron")
+    plate = cg.Body([cg.shapes.plane(width=200.0, length=200.0)])
+    pad = cg.materials.Foam(loading=[[0.0, 0.0], [0.05, 0.3], [0.635, 0.82]])
+    top = {"layer": ([0, 0, 1], 0.0)}
+    thrown = cg.motion.Free(
+        1000.0, inertia=1e6 * np.eye(3), velocity=[0, 0, 6.7], hold=("x", "y", "rx", "ry", "rz")
+    )
+    simulation = cg.Simulation(
+        bodies={"plate": (plate, thrown)},
+        slaves={"foam": (foam, cg.motion.Deforming(material=pad, density=4e-6, fixed=top))},
+        contacts=[cg.Contact(plate, foam, law=cg.PenaltyLaw(10.0, per_area=True))],
+        end=1.5,
+        step="auto",
+    )
+    history = simulation.run().history
+    assert history["force"].max() > 750.0
+    assert np.abs(history["energy.error"]).max() < 5e-3 * history["energy.total"][0]
+
+
+def test_foam_that_is_soft_in_tension_has_the_critical_step_of_its_compression() -> None:
+    brick = block((1, 1, 1), (1.0,) * 3, kind="hexahedron")
+
+    def critical(tension: float) -> float:
+        pad = cg.materials.Foam(loading=[[0.0, 0.0], [0.9, 0.9]], tension=tension)
+        falls = cg.motion.Deforming(material=pad, density=1e-3, velocity=[0, 0, -1.0])
+        simulation = cg.Simulation(
+            bodies={}, slaves={"brick": (brick, falls)}, contacts=[], end=1.0, step="auto"
+        )
+        return limit_of(simulation, simulation.start()).critical
+
+    assert critical(0.01) == pytest.approx(critical(1.0), rel=1e-3)
 
 
 def test_the_impulse_of_the_contact_is_the_change_of_momentum() -> None:

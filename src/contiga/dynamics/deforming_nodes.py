@@ -42,6 +42,8 @@ OFTEN = 4
 """Steps from one time to the next at least."""
 MARGIN = 1.02
 """On ω², for what stiffens in between."""
+LITTLE = 1e-5
+"""Strain of next to nothing."""
 EPS = float(np.finfo(np.float64).eps)
 
 
@@ -227,13 +229,30 @@ class DeformingNodes(_Unmoved):
         return acceleration
 
     def _bounds(self, state: MatterState, interval: float) -> dict[str, FloatArray]:
-        """ω² that no vibration of the elements is above, by Gershgorin's theorem, and the row sums
-        of the stiffness at all nodes."""
-        sums, free = self.matter.stiffness(state), ~self.held[self.rows].all(axis=1)
-        square = MARGIN * float((sums[free] / self.mass[self.rows][free]).max(initial=0.0))
+        """ω² that no vibration of the elements is above, and the row sums of their stiffness at all
+        nodes.
+
+        ω² is never below that at rest: what has softened, as foam on its plateau, is as stiff again
+        within few steps of an unloading.
+        """
+        sums = self.matter.stiffness(state)
+        square = max(self._square(sums), self._at_rest)
         every = np.zeros(len(self.rest))
         every[self.rows] = MARGIN * sums
         return {"limit": np.array(_Limit(square, interval, interval)), "stiffness": every}
+
+    @cached_property
+    def _at_rest(self) -> float:
+        """ω² of elements that are pressed together or pulled by next to nothing."""
+        start = self.matter.start()
+        near = [(1.0 - LITTLE) * start.points, (1.0 + LITTLE) * start.points]
+        states = [MatterState(points, start.memory) for points in near]
+        return max(self._square(self.matter.stiffness(state)) for state in states)
+
+    def _square(self, sums: FloatArray) -> float:
+        """ω² by Gershgorin's theorem."""
+        free = ~self.held[self.rows].all(axis=1)
+        return MARGIN * float((sums[free] / self.mass[self.rows][free]).max(initial=0.0))
 
     def _next_bounds(self, before: Arrays, state: MatterState) -> dict[str, FloatArray]:
         limit = _Limit(*before["limit"].tolist())
