@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from contiga.dynamics.prescribed import Moved, SlaveMotion
 from contiga.errors import InputError
+from contiga.matter.element_fields import ElementFields
 from contiga.records import FloatArray
 from contiga.rigid.frames import to_world
 from contiga.rigid.twist import Twist
@@ -136,8 +137,8 @@ class NodeMover(Protocol):
     def bare(self) -> NDArray[np.bool_]:
         """(n,) nodes of what is joined that are in no element, and stay."""
 
-    def stress(self, state: SlaveState) -> FloatArray | None:
-        """(n, 6) at the nodes of elements, NaN at others; None of what has none."""
+    def element_fields(self, state: SlaveState) -> ElementFields | None:
+        """At the nodes of elements, NaN at others; None of what has none."""
 
     def rates(self, state: SlaveState) -> tuple[float, float]:
         """ω² and decay rate γ of what is fastest in them, beside their contacts."""
@@ -197,7 +198,7 @@ class _Unmoved:
         """As they are."""
         return state
 
-    def stress(self, state: SlaveState) -> FloatArray | None:
+    def element_fields(self, state: SlaveState) -> ElementFields | None:
         """None."""
         return None
 

@@ -21,6 +21,7 @@ from contiga.dynamics.springs import Spring
 from contiga.dynamics.stepping import Stepping
 from contiga.errors import InputError
 from contiga.masters.protocol import Master
+from contiga.matter.element_fields import FIELDS
 from contiga.records import FloatArray
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.mechanism import Mechanism, mechanism_of
@@ -70,6 +71,8 @@ class OutputOptions(NamedTuple):
     size: float | None = None
     """Longest side of the triangles that bodies are drawn by in fields, length; as few triangles as
     keep to the surface if omitted."""
+    fields: tuple[str, ...] = tuple(FIELDS)
+    """What fields have of the inside of slaves that deform."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -120,6 +123,8 @@ class Model(Displayed):
         check_settle(self)
         check_sensors(self)
         check_springs(self)
+        for name in self.output.fields:
+            _check_name("field", name, FIELDS, "output: fields")
 
     @cached_property
     def point_sensors(self) -> tuple[Sensor, ...]:
