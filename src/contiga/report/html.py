@@ -163,7 +163,7 @@ def _field_buttons(view: View) -> str:
         return ""
     buttons = "".join(
         f'<button data-field="{name}" aria-pressed="{str(name == view.data["field"]).lower()}">'
-        f"{name.capitalize()}</button>"
+        f"{view.data['names'][name]}</button>"
         for name in view.data["looks"]
     )
     group = 'class="choice" role="group" aria-label="What the colours show" data-what="field"'
