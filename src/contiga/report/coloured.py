@@ -48,7 +48,9 @@ class ColouredField(NamedTuple):
 def fields_of(peak: Peak | Touched, units: Units) -> dict[str, ColouredField]:
     """Fields of the slave by name: penetration always, pressure where there is some, and what is
     inside of facets."""
-    fields = {"penetration": _coloured("Penetration", units.length, peak.penetration, peak.in_contact)}
+    fields = {
+        "penetration": _coloured("Penetration", units.length, peak.penetration, peak.in_contact)
+    }
     if peak.pressure is not None and np.any(peak.pressure > 0.0):
         own = peak.pressure
         fields["pressure"] = _coloured("Pressure", units.stress, own, peak.in_contact)
@@ -65,9 +67,7 @@ def first_field(peak: Peak, units: Units) -> ColouredField:
     return fields.get("pressure", fields["penetration"])
 
 
-def _coloured(
-    label: str, unit: str, values: FloatArray, where: NDArray[np.bool_]
-) -> ColouredField:
+def _coloured(label: str, unit: str, values: FloatArray, where: NDArray[np.bool_]) -> ColouredField:
     """The field by its values `where` (n_s,) there are some."""
     greatest = float(values.max(initial=0.0))
     top = greatest
