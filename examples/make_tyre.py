@@ -36,7 +36,11 @@ def tyre_mesh() -> tuple[np.ndarray, np.ndarray]:
     radius, along = section().T
     angle = 2.0 * np.pi * np.arange(AROUND)[:, None] / AROUND
     points = np.stack(
-        [radius * np.cos(angle), np.broadcast_to(along, (AROUND, len(along))), radius * np.sin(angle)],
+        [
+            radius * np.cos(angle),
+            np.broadcast_to(along, (AROUND, len(along))),
+            radius * np.sin(angle),
+        ],
         axis=-1,
     )
     number = np.arange(points.size // 3).reshape(AROUND, len(radius))

@@ -154,7 +154,7 @@ def _view(view: View) -> str:
 def _still_note(view: View) -> str:
     """What the still picture shows of the contact."""
     marks = "lines go around the regions of contact" if view.outlined else "dots mark the points"
-    first = "the von Mises stress of what deforms, on the right "
+    first = "the von Mises stress of what deforms, in the second picture "
     first = first if "von_mises" in view.data["looks"] else ""
     return f"Colour is {first}{escape(view.note[:1].lower() + view.note[1:])}; {marks}."
 
