@@ -17,7 +17,7 @@ ONE_THREAD := tests/unit/triangles tests/cases/test_faceted_search.py \
 PYTEST := $(BIN)/python -m pytest -q -p no:cacheprovider
 TWO := -n 2 --dist loadfile --no-loadscope-reorder
 
-.PHONY: demo test lint bench stress docs clean
+.PHONY: demo run test lint bench stress docs clean
 .DEFAULT_GOAL := demo
 
 demo: $(BIN)/.run-stamp $(GENERATED)/headform.step $(GENERATED)/pad.vtu $(GENERATED)/foam_block.vtu
@@ -52,14 +52,15 @@ docs: $(BIN)/.docs-stamp
 clean:
 	rm -rf out $(GENERATED) $(VENV)
 
-$(GENERATED)/headform.step: examples/make_headform.py $(BIN)/.run-stamp
-	$(BIN)/python examples/make_headform.py $@
+# CASE=07_tyre: an example with what it reads.
+run: $(addprefix $(GENERATED)/,$(shell sed -n 's|.*"generated/\([a-z_]*\.[a-z]*\)".*|\1|p' examples/$(CASE).toml))
+	$(BIN)/contiga run examples/$(CASE).toml -o out/$(CASE)
 
-$(GENERATED)/pad.vtu: examples/make_pad.py $(BIN)/.run-stamp
-	$(BIN)/python examples/make_pad.py $@
+$(GENERATED)/%.step: examples/make_%.py $(BIN)/.run-stamp
+	$(BIN)/python $< $@
 
-$(GENERATED)/foam_block.vtu: examples/make_foam_block.py $(BIN)/.run-stamp
-	$(BIN)/python examples/make_foam_block.py $@
+$(GENERATED)/%.vtu: examples/make_%.py $(BIN)/.run-stamp
+	$(BIN)/python $< $@
 
 # A stamp is newer than pyproject.toml once its packages are installed: a second call does nothing.
 $(BIN)/.venv-stamp:

@@ -44,6 +44,20 @@ ENTRIES = (
     Entry("collision", "03_two_parts.toml", ("ring.vz", "ball.vz"), ("force", "ring.wx")),
     Entry("sled", "04_sled.toml", ("chest.vx", "belt.force", "force"), ("belt.force", "force")),
     Entry("pad", "pad.toml", ("force", "head_cg.filtered_a"), ("force", "max_penetration")),
+    Entry(
+        "foam",
+        "06_headform_foam.toml",
+        ("force", "head_cg.filtered_a"),
+        ("force", "max_penetration", "area"),
+    ),
+    Entry("tyre", "07_tyre.toml", ("force_z", "force_x"), ("force", "max_penetration")),
+    Entry("cloth", "08_cloth.toml", ("front hem.z", "force"), ("front hem.z",)),
+    Entry(
+        "rubber_ring",
+        "09_rubber_ring.toml",
+        ("lower eye.vz", "side.fz"),
+        ("above.force", "side.fz"),
+    ),
     Entry("bonnet", "bonnet.toml", ("bonnet.force", "hard parts.force"), ("bonnet.force",)),
     Entry("spin", "gallery/spin.toml", ("ball.vx", "ball.wy"), ("force", "ball.wy")),
     Entry("hail", "gallery/hail.toml", ("ring.vz", "n_contact"), ("force", "ring.vz")),
@@ -60,7 +74,7 @@ ENTRIES = (
 HEAD = """# Gallery
 
 *Made by `docs/draw_gallery.py`, which runs the cases. All are in
-the folder `examples`: `contiga run FILE -o out`.*
+the folder `examples`: `contiga run FILE -o out`, or `make run CASE=01_headform`, which makes what it reads first.*
 
 """
 

@@ -49,6 +49,8 @@ _HOME = {
     "Simulation": "contiga.simulation.simulation",
     "Sensor": "contiga.simulation.sensor",
     "RelativeSensor": "contiga.simulation.sensor",
+    "NodeSensor": "contiga.simulation.slave_sensor",
+    "SectionSensor": "contiga.simulation.slave_sensor",
     "Finding": "contiga.simulation.checks.finding",
     "SystemState": "contiga.simulation.system_state",
     "OutputOptions": "contiga.simulation.model",
@@ -169,6 +171,8 @@ if TYPE_CHECKING:
     from contiga.simulation.sensor import Sensor as Sensor
     from contiga.simulation.settle import Settle as Settle
     from contiga.simulation.simulation import Simulation as Simulation
+    from contiga.simulation.slave_sensor import NodeSensor as NodeSensor
+    from contiga.simulation.slave_sensor import SectionSensor as SectionSensor
     from contiga.simulation.stored_result import StoredResult as StoredResult
     from contiga.simulation.stored_result import open_result as open_result
     from contiga.simulation.system_state import SystemState as SystemState

@@ -94,7 +94,8 @@ class _Pieces(NamedTuple):
 
 
 def _output(spec: OutputSpec) -> OutputOptions:
-    return OutputOptions(spec.every, tuple(spec.formats), spec.report, spec.size)
+    formats, fields = tuple(spec.formats), tuple(spec.fields)
+    return OutputOptions(spec.every, formats, spec.report, spec.size, fields)
 
 
 def _pieces(case: Case, cache: PartCache, wrong: Together) -> _Pieces:

@@ -8,7 +8,7 @@ from contiga.case.contact_spec import ContactSpec
 from contiga.case.deform_spec import DeformSpec
 from contiga.case.motion_spec import FreeSpec
 from contiga.case.schema import Case
-from contiga.case.sensor_spec import PointSensorSpec, RelativeSensorSpec
+from contiga.case.sensor_spec import PointSensorSpec, RelativeSensorSpec, SensorSpec
 from contiga.simulation.history import COUNTED, OF_BODIES
 from contiga.simulation.sensor import CUT, RATES
 from contiga.simulation.springs import OF_SPRINGS
@@ -88,12 +88,9 @@ def _of_contact(contact: ContactSpec) -> Iterator[str]:
         yield from _OF_FRICTION
 
 
-def _of_sensor(sensor: PointSensorSpec | RelativeSensorSpec) -> Iterator[str]:
-    if isinstance(sensor, RelativeSensorSpec):
-        for measure in sensor.sensor.measures:
-            yield from _OF_RELATIVE[measure]
-        return
+def _of_sensor(sensor: SensorSpec) -> Iterator[str]:
+    names = _OF_RELATIVE if isinstance(sensor, RelativeSensorSpec) else _OF_SENSORS
     for measure in sensor.sensor.measures:
-        yield from _OF_SENSORS[measure]
-    if sensor.filter is not None:
+        yield from names[measure]
+    if isinstance(sensor, PointSensorSpec) and sensor.filter is not None:
         yield from ("filtered_ax", "filtered_ay", "filtered_az", "filtered_a")

@@ -21,6 +21,11 @@ class OutputSpec(Spec):
     size: Positive | None = None
     """Longest side of the triangles that bodies are drawn by in fields, length."""
 
+    fields: list[Literal["stress", "von_mises", "strain", "principal_strain", "energy_density"]] = (
+        Field(default=["stress", "von_mises", "strain", "principal_strain", "energy_density"])
+    )
+    """What is written of the inside of slaves that deform."""
+
     @model_validator(mode="after")
     def _report_has_its_history(self) -> Self:
         if self.report and "csv" not in self.formats:

@@ -31,7 +31,7 @@ from contiga.case.output_spec import OutputSpec
 from contiga.case.points_spec import BodyPoints, PointsSpec
 from contiga.case.problems import case_error, relocated
 from contiga.case.rigid_spec import FixedSpec
-from contiga.case.sensor_spec import RelativeSensorSpec, SensorSpec
+from contiga.case.sensor_spec import PointSensorSpec, RelativeSensorSpec, SensorSpec
 from contiga.case.settings import with_settings
 from contiga.case.settle_spec import SettleSpec
 from contiga.case.sides import LayeredSpec, Sides, sides_of
@@ -234,6 +234,11 @@ class Case(Spec):
         slaves = [slave.name for slave in self.slave]
         for where, name in self._named_bodies():
             yield partial(check_defined, where, name, "body", bodies, slaves)
+        for i, one in enumerate(self.sensor):
+            for key in ("node", "section"):
+                if (slave := getattr(one, key, None)) is not None:
+                    where = f"sensor[{i}].{key}"
+                    yield partial(check_defined, where, slave, "slave", slaves, bodies)
         yield from (partial(self._check_body, i) for i in range(len(self.body)))
 
     def _check_body(self, i: int) -> None:
@@ -273,7 +278,7 @@ class Case(Spec):
         for i, one in enumerate(self.sensor):
             if isinstance(one, RelativeSensorSpec):
                 yield from ((f"sensor[{i}].between[{k}]", end) for k, end in enumerate(one.between))
-            else:
+            elif isinstance(one, PointSensorSpec):
                 yield f"sensor[{i}].body", one.body
         for i, spring in enumerate(self.spring):
             for k, end in enumerate(spring.between):

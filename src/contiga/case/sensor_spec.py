@@ -1,4 +1,4 @@
-"""The `sensor` tables of a case: points of bodies whose motion is told."""
+"""The `sensor` tables of a case: points of bodies and nodes whose motion is told, and sections."""
 
 from __future__ import annotations
 
@@ -10,6 +10,12 @@ from pydantic import Field, model_validator
 from contiga.case.spec import Name, Spec, Vector, by_key
 from contiga.criteria.bands import Bands
 from contiga.simulation.sensor import RELATIVE_MEASURES, RelativeSensor, Sensor
+from contiga.simulation.slave_sensor import (
+    NODE_MEASURES,
+    SECTION_MEASURES,
+    NodeSensor,
+    SectionSensor,
+)
 
 
 class BandsSpec(Spec):
@@ -114,7 +120,68 @@ class RelativeSensorSpec(Spec):
         return f"between {' and '.join(self.between)}{at}: {outputs}"
 
 
+class NodeSensorSpec(Spec):
+    """A `[[sensor]]` with `node`: `NodeSensor`, with all its options."""
+
+    name: Name
+    node: Name
+    """A slave."""
+    at: Vector
+    """Near to the node, where the slave stands."""
+    measures: list[str] = Field(default_factory=lambda: list(NODE_MEASURES))
+    code: str | None = None
+
+    @cached_property
+    def sensor(self) -> NodeSensor:
+        """The sensor."""
+        return NodeSensor(self.name, self.node, at=self.at, measures=self.measures, code=self.code)
+
+    @model_validator(mode="after")
+    def _sensor_is_possible(self) -> Self:
+        assert self.sensor is not None
+        return self
+
+    def describe(self) -> str:
+        """In words."""
+        return f"of the node of {self.node} at {self.at}: {', '.join(self.measures)}"
+
+
+class SectionSensorSpec(Spec):
+    """A `[[sensor]]` with `section`: `SectionSensor`, with all its options."""
+
+    name: Name
+    section: Name
+    """A slave that deforms."""
+    plane: Annotated[list[Vector], Field(min_length=2, max_length=2)]
+    """A point and the normal."""
+    measures: list[str] = Field(default_factory=lambda: list(SECTION_MEASURES))
+    code: str | None = None
+
+    @cached_property
+    def sensor(self) -> SectionSensor:
+        """The sensor."""
+        return SectionSensor(
+            self.name, self.section, plane=self.plane, measures=self.measures, code=self.code
+        )
+
+    @model_validator(mode="after")
+    def _sensor_is_possible(self) -> Self:
+        assert self.sensor is not None
+        return self
+
+    def describe(self) -> str:
+        """In words."""
+        point, normal = self.plane
+        where = f"the plane through {point} across {normal}"
+        return f"of {self.section} cut by {where}: {', '.join(self.measures)}"
+
+
 if TYPE_CHECKING:
-    SensorSpec = PointSensorSpec | RelativeSensorSpec
+    SensorSpec = PointSensorSpec | RelativeSensorSpec | NodeSensorSpec | SectionSensorSpec
 else:
-    SensorSpec = by_key(body=PointSensorSpec, between=RelativeSensorSpec)
+    SensorSpec = by_key(
+        body=PointSensorSpec,
+        between=RelativeSensorSpec,
+        node=NodeSensorSpec,
+        section=SectionSensorSpec,
+    )

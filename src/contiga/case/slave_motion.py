@@ -87,6 +87,9 @@ def _elements_of_set(spec: SlaveSpec, slave: Slave, key: str | int) -> dict[str,
     path = Path(spec.points.file)
     cells = cells_of(read_raw(path), key, str(path))
     elements: dict[str, list[IntArray]] = {}
+    if len(lines := cells.pop("line", ())):
+        # along edges of other cells, too: there they are bars only where they are named
+        elements[KINDS["line"]] = [np.asarray(lines, np.int32)]
     for kind, rows in slave.elements.items():
         if kind in cells and len(cells[kind]):
             own = rows[same_elements(rows, cells[kind])]

@@ -100,6 +100,13 @@ class Scene:
         self, one: Sensor | RelativeSensor, physics: tuple[Any, Any]
     ) -> Sensor | RelativeSensor:
         """A sensor between two bodies with its points: centres of mass where it names none."""
+        if not isinstance(one, Sensor | RelativeSensor):
+            raise InputError(
+                "is no sensor of masters",
+                where="sensors",
+                found=type(one).__name__,
+                allowed="Sensor and RelativeSensor: slaves are moved by MuJoCo here",
+            )
         if not isinstance(one, RelativeSensor) or one.at is not None:
             return one
         known = one.between

@@ -30,6 +30,7 @@ from contiga.dynamics.nodes import (
     work_of_weight,
 )
 from contiga.errors import ElementError
+from contiga.matter.element_fields import ElementFields
 from contiga.matter.protocol import Matter, MatterForces, MatterState
 from contiga.records import FloatArray
 
@@ -285,14 +286,16 @@ class DeformingNodes(_Unmoved):
         acceleration = self._acceleration(force, forces, gravity)
         return 0.125 * float((self.mass * (acceleration * acceleration).sum(axis=1)).sum())
 
-    def stress(self, state: SlaveState) -> FloatArray | None:
+    def element_fields(self, state: SlaveState) -> ElementFields | None:
         """Of matter that tells them."""
-        asked = getattr(self.matter, "stress", None)
+        asked = getattr(self.matter, "nodal_fields", None)
         if asked is None:
             return None
-        every = np.full((len(self.rest), 6), np.nan)
-        every[self.rows] = asked(MatterState(state.points[self.rows], state.matter["memory"]))
-        return every
+        inside = asked(MatterState(state.points[self.rows], state.matter["memory"]))
+        every = [np.full((len(self.rest), *own.shape[1:]), np.nan) for own in inside]
+        for whole, own in zip(every, inside, strict=True):
+            whole[self.rows] = own
+        return ElementFields(*every)
 
     def stopped(self, state: SlaveState) -> SlaveState:
         """The same without velocities."""

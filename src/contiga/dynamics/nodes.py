@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from contiga.dynamics.prescribed import Moved, SlaveMotion
 from contiga.errors import InputError
+from contiga.matter.element_fields import ElementFields
 from contiga.records import FloatArray
 from contiga.rigid.frames import to_world
 from contiga.rigid.twist import Twist
@@ -167,8 +168,8 @@ class NodeMover(Protocol):
         """Σ F²/(8 m) of nodes whose kinetic energy is that between steps: what it stands below
         that of their velocities, over the square of the step before."""
 
-    def stress(self, state: SlaveState) -> FloatArray | None:
-        """(n, 6) at the nodes of elements, NaN at others; None of what has none."""
+    def element_fields(self, state: SlaveState) -> ElementFields | None:
+        """At the nodes of elements, NaN at others; None of what has none."""
 
     def rates(self, state: SlaveState) -> tuple[float, float]:
         """ω² and decay rate γ of what is fastest in them, beside their contacts."""
@@ -241,7 +242,7 @@ class _Unmoved:
         """None: their kinetic energy is that of their velocities."""
         return 0.0
 
-    def stress(self, state: SlaveState) -> FloatArray | None:
+    def element_fields(self, state: SlaveState) -> ElementFields | None:
         """None."""
         return None
 

@@ -12,9 +12,12 @@ from contiga.arrays.threads import run_ranges
 from contiga.arrays.workspace import Workspace
 from contiga.errors import ElementError
 from contiga.matter.blocks import NodeSums
+from contiga.matter.element_fields import ElementFields, Inside, at_nodes
 from contiga.matter.kernels import elements_nb, lanes_nb, row_sums_nb
 from contiga.matter.kernels.lanes_nb import KINDS, LANES
+from contiga.matter.parts import DIMENSION
 from contiga.matter.protocol import MatterEnergy, MatterForces, MatterState
+from contiga.matter.strain import bar_gradients, green, membrane_gradients
 from contiga.matter.stress import Apart, apart, cauchy
 from contiga.matter.tables import ElementOutput, ElementTables, Memory, Motion
 from contiga.records import FloatArray, IntArray
@@ -137,43 +140,75 @@ class Assembled:
         return out
 
     def stress(self, state: MatterState) -> FloatArray:
-        """(m, 6) Cauchy stresses xx, yy, zz, xy, yz, xz at a state, without rates: the mean of the
-        elements at each node by their volumes at rest.
+        """(m, 6) Cauchy stresses xx, yy, zz, xy, yz, xz at a state: those of `nodal_fields`."""
+        return self.nodal_fields(state).stress
 
-        Those of membranes and bars by the thickness or section that they have at rest.
+    def nodal_fields(self, state: MatterState) -> ElementFields:
+        """Stress, strain and stored energy at the nodes of a state: the means of the elements at
+        each by their volumes at rest."""
+        return at_nodes(self.element_fields(state), len(self.mass))
+
+    def element_fields(self, state: MatterState) -> list[Inside]:
+        """Stress, strain and stored energy of all elements at a state, one entry a part.
+
+        Stresses of membranes and bars are by the thickness or section that they have at rest, and
+        their strains are those in their plane or along them.
         """
         if not self._apart:
-            self._apart = [apart(one.kind, one.elements, one.tables) for one in self.groups]
-        total, weight = np.zeros((len(self.mass), 6)), np.zeros(len(self.mass))
-        for group, pieces in zip(self.groups, self._apart, strict=True):
-            corners = state.points[pieces.corners].reshape(*group.elements.shape, 3)
-            forces = self._pieces_forces(group, pieces, state).reshape(corners.shape)
-            stress = cauchy(group.kind, corners, forces, group.across)
-            n, k = group.elements.shape
-            volumes = np.repeat(group.tables.measures.ravel()[:n] * group.across, k)
-            weight += np.bincount(pieces.corners, volumes, minlength=len(weight))
-            shares = np.repeat(stress, k, axis=0) * volumes[:, None]
-            for c in range(6):
-                total[:, c] += np.bincount(pieces.corners, shares[:, c], minlength=len(weight))
-        return total / weight[:, None]
+            self._apart = [
+                apart(one.kind, one.elements, one.tables, self._gradients(one))
+                for one in self.groups
+            ]
+        return [
+            self._inside(group, pieces, state)
+            for group, pieces in zip(self.groups, self._apart, strict=True)
+        ]
 
-    def _pieces_forces(self, group: Group, pieces: Apart, state: MatterState) -> FloatArray:
-        """(e · k, 3) on the corners of the elements of a group, taken apart."""
+    def _gradients(self, group: Group) -> FloatArray:
+        """(e, k, 3) of all corners' shape functions at rest, in space."""
+        if DIMENSION[group.kind] == 3:
+            return full_gradients(group)
+        rest = self.nodes[group.elements]
+        return membrane_gradients(rest) if group.kind == "tri3" else bar_gradients(rest)
+
+    def _inside(self, group: Group, pieces: Apart, state: MatterState) -> Inside:
+        corners = state.points[group.elements]
+        n, k = group.elements.shape
+        volumes = group.tables.measures.ravel()[:n] * group.across
+        forces, energies = self._asked_apart(group, pieces, state)
+        fields = ElementFields(
+            cauchy(group.kind, corners, forces.reshape(n, k, 3), group.across),
+            green(self.nodes[group.elements], corners, pieces.gradients),
+            energies[:n] / volumes,
+        )
+        return Inside(group.elements, volumes, fields)
+
+    def _asked_apart(
+        self, group: Group, pieces: Apart, state: MatterState
+    ) -> tuple[FloatArray, FloatArray]:
+        """(e · k, 3) forces on the corners of the elements of a group, taken apart, and (≥ e,) what
+        each element stores."""
         blocks, q = len(group.tables.nodes), locked(state.points)
         rows = max(len(pieces.rows), group.rows.stop - group.rows.start)
         partial = np.empty((rows, 3))
-        out = ElementOutput(partial, np.empty((blocks, KINDS)), np.empty(blocks, np.int32))
-        pressures = np.zeros(0)
+        energy, inverted = np.zeros((blocks, KINDS + LANES)), np.empty(blocks, np.int32)
+        out = ElementOutput(partial, energy, inverted)
+        pressures, of_volume = np.zeros(0), np.zeros(0)
         if group.average is not None:
             motion = Motion(q, q, 0.0, pressures)
-            pressures = _pressures(group, group.average, motion, out)[0][pieces.corners]
+            every = _pressures(group, group.average, motion, out)[0]
+            pressures = every[pieces.corners]
+            density = 0.5 * (every * every / group.average.modulus)[group.elements].mean(axis=1)
+            of_volume = density * group.tables.measures.ravel()[: len(density)]
         points = locked(state.points[pieces.corners])
         motion = Motion(points, locked(np.zeros_like(points)), 0.0, pressures)
         memory = _memory(group, state, np.empty(self._remembered))
         run_ranges(KERNELS[group.kind][0], blocks, BLOCKS, motion, pieces.tables, memory, out)
         forces = np.empty((len(pieces.corners), 3))
         forces[pieces.rows] = partial[: len(pieces.rows)]
-        return forces
+        stored = energy[:, KINDS:].ravel()
+        stored[: len(of_volume)] += of_volume
+        return forces, stored
 
     def stiffness(self, state: MatterState) -> FloatArray:
         """See `Matter`: at the state's points, without damping."""

@@ -28,14 +28,18 @@ class Apart(NamedTuple):
     tables: ElementTables
     rows: IntArray
     """(r,) corner of each row of sums."""
+    gradients: FloatArray
+    """(e, k, 3) of the corners' shape functions at rest."""
 
 
-def apart(kind: str, elements: IntArray, tables: ElementTables) -> Apart:
+def apart(kind: str, elements: IntArray, tables: ElementTables, gradients: FloatArray) -> Apart:
     """The elements of a group, taken apart."""
     own = np.arange(elements.size, dtype=np.int32).reshape(elements.shape)
     sums, rows = block_sums(own, elements.size)
     assert elements.shape[1] == CORNERS[kind]
-    return Apart(elements.ravel(), tables._replace(nodes=nodes_in_lanes(own), sums=sums), rows)
+    return Apart(
+        elements.ravel(), tables._replace(nodes=nodes_in_lanes(own), sums=sums), rows, gradients
+    )
 
 
 def cauchy(kind: str, corners: FloatArray, forces: FloatArray, across: float) -> FloatArray:

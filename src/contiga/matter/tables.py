@@ -78,6 +78,7 @@ class ElementOutput(NamedTuple):
     partial: FloatArray
     """(r, 3) forces on nodes of blocks."""
     energy: FloatArray
-    """(b, 4) strain, hourglass, viscosity, hysteresis of blocks."""
+    """(b, 4) strain, hourglass, viscosity, hysteresis of blocks; (b, 4 + LANES) where what each
+    element stores is asked for, too."""
     inverted: IntArray
     """(b,) how many elements of a block have turned inside out."""

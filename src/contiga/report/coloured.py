@@ -1,10 +1,13 @@
-"""What the pictures can show in colour: penetration, pressure, and the regions of contact."""
+"""What the pictures can show in colour: penetration, pressure, and the regions of contact; of
+slaves that deform their inside."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.records import FloatArray
 from contiga.report.peak import Outline, Peak, Touched
@@ -16,6 +19,15 @@ from contiga.report.style import REGIONS
 # times it.
 MANY = 20
 _SHARE, _FAR = 0.98, 2.0
+_INSIDE: dict[str, tuple[str, Callable[[Units], str]]] = {
+    "von_mises": ("Von Mises stress", lambda units: units.stress),
+    "principal_strain": ("Largest strain", lambda units: ""),
+    "energy_density": (
+        "Energy density",
+        lambda units: f"{units.energy}/{units.length}³" if units.energy else "",
+    ),
+}
+"""What fields of the inside are called, and their units."""
 
 
 class ColouredField(NamedTuple):
@@ -24,32 +36,43 @@ class ColouredField(NamedTuple):
     label: str
     unit: str
     values: FloatArray
-    """(n_s,) of the slave points, zero outside the contact."""
+    """(n_s,) of the slave points; of a contact zero outside it."""
     top: float
     """Where the colours end."""
     cut: bool
     """Whether some values are greater."""
+    everywhere: bool = False
+    """Whether points that touch nothing have it, too."""
 
 
 def fields_of(peak: Peak | Touched, units: Units) -> dict[str, ColouredField]:
-    """Fields of the slave by name: penetration always, pressure where there is some."""
-    fields = {"penetration": _coloured("Penetration", units.length, peak.penetration, peak)}
+    """Fields of the slave by name: penetration always, pressure where there is some, and what is
+    inside of facets."""
+    fields = {
+        "penetration": _coloured("Penetration", units.length, peak.penetration, peak.in_contact)
+    }
     if peak.pressure is not None and np.any(peak.pressure > 0.0):
-        fields["pressure"] = _coloured("Pressure", units.stress, peak.pressure, peak)
+        own = peak.pressure
+        fields["pressure"] = _coloured("Pressure", units.stress, own, peak.in_contact)
+    for name, values in peak.inside.items():
+        label, unit = _INSIDE[name]
+        some = _coloured(label, unit(units), values, values > 0.0)
+        fields[name] = some._replace(everywhere=True)
     return fields
 
 
 def first_field(peak: Peak, units: Units) -> ColouredField:
-    """What is shown first: the pressure where there is some."""
+    """What is shown first of a contact: the pressure where there is some."""
     fields = fields_of(peak, units)
     return fields.get("pressure", fields["penetration"])
 
 
-def _coloured(label: str, unit: str, values: FloatArray, peak: Peak | Touched) -> ColouredField:
+def _coloured(label: str, unit: str, values: FloatArray, where: NDArray[np.bool_]) -> ColouredField:
+    """The field by its values `where` (n_s,) there are some."""
     greatest = float(values.max(initial=0.0))
     top = greatest
-    if peak.in_contact.sum() >= MANY:
-        most = float(np.quantile(values[peak.in_contact], _SHARE, method="lower"))
+    if where.sum() >= MANY:
+        most = float(np.quantile(values[where], _SHARE, method="lower"))
         top = most if 0.0 < _FAR * most < greatest else greatest
     return ColouredField(label, unit, values, max(top, 1e-300), top < greatest)
 

@@ -36,7 +36,7 @@ class Frame(NamedTuple):
     rows: NDArray[np.int32]
     """(k,) slave points in contact, all slaves stacked."""
     values: dict[str, NDArray[np.float32]]
-    """(k,) of those points, by field."""
+    """(k,) of those points, by field; (n_s,) of all slave points where all have it."""
     outlines: tuple[Outline, ...]
     ties: FloatArray
     """(k, 2, 3) ends of springs."""
@@ -121,8 +121,8 @@ def frames_of(
         ends += _ends(np.concatenate([*seen, frames[-1].ties.reshape(-1, 3)]))
         near += _ends(_in_focus(seen, peak))
         # a few nodes at a rim say nothing of the rest, as in a picture of one step
-        if len(rows) >= MANY:
-            for name, field in fields_of(touched, units).items():
+        for name, field in fields_of(touched, units).items():
+            if field.everywhere or len(rows) >= MANY:
                 tops[name] = max(tops.get(name, 0.0), field.top)
     sizes = np.array([frame.size for frame in frames])
     kept = within(series.times[chosen], sizes, int(np.searchsorted(chosen, shown)))
@@ -162,13 +162,14 @@ def spans(points: FloatArray) -> list[list[float]]:
 def _values(
     touched: Touched, rows: NDArray[np.int32], wanted: Iterable[str]
 ) -> dict[str, NDArray[np.float32]]:
-    """(k,) of those rows, by field."""
+    """(k,) of those rows, by field; (n_s,) of all where all have it."""
     fields = touched._asdict()
-    return {
+    values = {
         name: np.asarray(fields[name][rows], np.float32)
         for name in wanted
-        if fields[name] is not None
+        if fields.get(name) is not None
     }
+    return values | {name: own.astype(np.float32) for name, own in touched.inside.items()}
 
 
 def chosen_steps(times: FloatArray, shown: int, most: int) -> IndexArray:

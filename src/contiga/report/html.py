@@ -154,7 +154,9 @@ def _view(view: View) -> str:
 def _still_note(view: View) -> str:
     """What the still picture shows of the contact."""
     marks = "lines go around the regions of contact" if view.outlined else "dots mark the points"
-    return f"Colour is {escape(view.note[:1].lower() + view.note[1:])}; {marks}."
+    first = "the von Mises stress of what deforms, in the second picture "
+    first = first if "von_mises" in view.data["looks"] else ""
+    return f"Colour is {first}{escape(view.note[:1].lower() + view.note[1:])}; {marks}."
 
 
 def _field_buttons(view: View) -> str:
@@ -163,7 +165,7 @@ def _field_buttons(view: View) -> str:
         return ""
     buttons = "".join(
         f'<button data-field="{name}" aria-pressed="{str(name == view.data["field"]).lower()}">'
-        f"{name.capitalize()}</button>"
+        f"{view.data['names'][name]}</button>"
         for name in view.data["looks"]
     )
     group = 'class="choice" role="group" aria-label="What the colours show" data-what="field"'

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
     from contiga.report.fields import RecordedFields
 
 
+INSIDE = ("von_mises", "principal_strain", "energy_density")
+"""Fields of the inside of slaves that deform, one number a node."""
 _NO_TIES = np.zeros((0, 2, 3))
 
 
@@ -52,6 +56,8 @@ class Peak(NamedTuple):
     """(n_s,) zero outside the contact; None where the run recorded none."""
     cluster: IntArray | None = None
     """(n_s,) number of the region of contact, −1 outside; None where the run recorded none."""
+    inside: Mapping[str, FloatArray] = MappingProxyType({})
+    """(n_s,) fields of slaves that deform, by name, zero of others; see `INSIDE`."""
     outlines: tuple[Outline, ...] = ()
     """Lines around the regions of contact."""
     active: NDArray[np.bool_] | None = None
@@ -81,6 +87,8 @@ class Touched(NamedTuple):
     penetration: FloatArray
     pressure: FloatArray | None
     cluster: IntArray | None
+    inside: Mapping[str, FloatArray]
+    """(n_s,) fields of slaves that deform, by name, zero of others; see `INSIDE`."""
 
 
 def stacked(series: RecordedFields, frame: int, kind: str) -> tuple[FloatArray, IntArray, IntArray]:
@@ -131,7 +139,12 @@ def touched_at(series: RecordedFields, frame: int) -> Touched:
         pressure = np.where(in_contact, np.asarray(series.data(frame, "pressure"))[rows], 0.0)
     if "cluster" in series.names:
         cluster = np.where(in_contact, np.asarray(series.data(frame, "cluster"))[rows], -1)
-    return Touched(status, in_contact, penetration, pressure, cluster)
+    inside = {
+        name: np.nan_to_num(np.asarray(series.data(frame, name), np.float64)[rows])
+        for name in INSIDE
+        if name in series.names
+    }
+    return Touched(status, in_contact, penetration, pressure, cluster, inside)
 
 
 def at_frame(
@@ -140,8 +153,9 @@ def at_frame(
     """The scene of one recorded frame; `outlines` has the same frames as `series`."""
     body_points, body_triangles, _ = stacked(series, frame, "body")
     slave_points, slave_triangles, rows = stacked(series, frame, "slave")
-    status, in_contact, penetration, pressure, cluster = touched_at(series, frame)
-    active = status >= 0  # bodies, and nodes that take no part, have none
+    touched = touched_at(series, frame)
+    in_contact, penetration = touched.in_contact, touched.penetration
+    active = touched.status >= 0  # bodies, and nodes that take no part, have none
     normal = np.asarray(series.data(frame, "normal"), dtype=np.float64)[rows]
     normal = np.where(in_contact[:, None], np.nan_to_num(normal), 0.0)
     mean = normal.sum(axis=0)
@@ -158,8 +172,9 @@ def at_frame(
         in_contact=in_contact,
         penetration=penetration,
         direction=mean / length if length > 0.0 else mean,
-        pressure=pressure,
-        cluster=cluster,
+        pressure=touched.pressure,
+        cluster=touched.cluster,
+        inside=touched.inside,
         outlines=lines_at(outlines, frame),
         active=None if active.all() else active,
         focus=focus,

@@ -11,7 +11,7 @@ import numpy as np
 from contiga.records import FloatArray
 from contiga.report import shading
 from contiga.report.camera import Camera, look, project, unit
-from contiga.report.coloured import ColouredField, first_field, region_colours
+from contiga.report.coloured import ColouredField, fields_of, first_field, region_colours
 from contiga.report.colours import channels, scale_colours
 from contiga.report.labels import spread
 from contiga.report.peak import Peak
@@ -26,6 +26,8 @@ _SAMPLES = 2
 """Pixels drawn per pixel shown, in each direction."""
 _CHARACTER = np.array([9.0, 18.0])
 """Width and height of a character of the labels, pixels shown."""
+_BAR = 0.04
+"""Of the width, for a colour bar."""
 SPLIT = 0.4697
 """Where a picture of two views comes apart, of its width: between them."""
 _LABELS = 12
@@ -81,8 +83,9 @@ def _slave_layer(camera: Camera, peak: Peak) -> shading.Layer:
 
 
 def slave_colours(layer: shading.Layer, peak: Peak, field: ColouredField) -> FloatArray:
-    """(k, 3) colours of the slave's pixels: by `field` in contact, plain elsewhere."""
-    touching = layer.at_pixels(peak.in_contact.astype(np.float64)) > 0.5
+    """(k, 3) colours of the slave's pixels: by `field` where it is, plain elsewhere."""
+    where = field.values > 0.0 if field.everywhere else peak.in_contact
+    touching = layer.at_pixels(where.astype(np.float64)) > 0.5
     share = layer.at_pixels(field.values)[touching] / field.top
     colours = np.broadcast_to(SLAVE, (len(touching), 3)).copy()
     colours[touching] = scale_colours(share)
@@ -220,20 +223,26 @@ def draw_still(peak: Peak, path: Path, units: Units) -> None:
     views = [(outside_view(peak, size), False, when if touches else f"{when}, nothing touches")]
     if touches:
         views.append((through_view(peak, size), True, "The contact, seen through the body"))
-    field = first_field(peak, units)
+    field, stress = first_field(peak, units), fields_of(peak, units).get("von_mises")
+    inside = stress if len(peak.slave_triangles) else None
     figure = Figure(figsize=(16.4 if touches else 7.7, 8.4), dpi=100, facecolor="white")
     FigureCanvasAgg(figure)
     for k, (camera, through, title) in enumerate(views):
-        frame = (0.005 + 0.466 * k, 0.03, 0.4634, 0.857) if touches else (0.005, 0.03, 0.99, 0.857)
-        axes = figure.add_axes(frame)
-        picture = render(camera, peak, field, through=through)
+        left, width = 0.005 + 0.466 * k, 0.4634 if touches else 0.99
+        figure.text(left + 0.03 * width, 0.913, title, fontsize=15, color=INK, va="bottom")
+        if inside is not None and not through:  # beside its bar
+            left, width = left + _BAR, width - _BAR
+        axes = figure.add_axes((left, 0.03, width, 0.857))
+        shown = field if through or inside is None else inside
+        picture = render(camera, peak, shown, through=through)
         axes.imshow(shading.shrunk(picture, _SAMPLES))
         axes.set_axis_off()
-        axes.text(0.03, 1.03, title, transform=axes.transAxes, fontsize=15, color=INK, va="bottom")
         if through:
             _label_outlines(axes, camera, peak)
     if touches:
-        _colour_bar(figure, field)
+        _colour_bar(figure, field, 0.948)
+    if inside is not None:
+        _colour_bar(figure, inside, 0.012)
     figure.savefig(path, format="png")
 
 
@@ -250,11 +259,11 @@ def halves(picture: bytes) -> list[bytes]:
     return parts
 
 
-def _colour_bar(figure: Any, field: ColouredField) -> None:
+def _colour_bar(figure: Any, field: ColouredField, left: float) -> None:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
-    bar = figure.add_axes((0.948, 0.2, 0.011, 0.52))
+    bar = figure.add_axes((left, 0.2, 0.011, 0.52))
     mappable = ScalarMappable(Normalize(0.0, field.top), colour_map())
     figure.colorbar(mappable, cax=bar, extend="max" if field.cut else "neither")
     bar.set_title(f"{field.label}\n{field.unit}", fontsize=11, color=INK, loc="left", pad=10)

@@ -57,7 +57,11 @@ def view_of(peak: Peak, frames: Frames, units: Units, ties: Sequence[str] = ()) 
         name: field._replace(top=frames.tops[name])
         for name, field in fields_of(peak, units).items()
     }
-    first = "pressure" if "pressure" in fields else "penetration"
+    # what is inside of facets: a cloud shows none of it
+    if not len(peak.slave_triangles):
+        fields = {name: field for name, field in fields.items() if not field.everywhere}
+    inside = "von_mises" if not peak.in_contact.any() and "von_mises" in fields else "penetration"
+    first = "pressure" if "pressure" in fields else inside
     looks = {name: _look(peak, field) for name, field in fields.items()}
     if frames.n_clusters > 1:
         looks["cluster"] = _cluster_look(peak, frames.n_clusters)
@@ -75,6 +79,7 @@ def view_of(peak: Peak, frames: Frames, units: Units, ties: Sequence[str] = ()) 
         "ties": bool(ties),
         "field": first,
         "looks": {name: _restyle(*look) for name, look in looks.items()},
+        "names": {name: fields[name].label if name in fields else "Cluster" for name in looks},
     }
     if peak.focus is not None and frames.near != frames.spans:
         data["spans"] = {"all": frames.spans, "near": frames.near}

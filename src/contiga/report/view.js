@@ -41,6 +41,7 @@
   }
   // Values of all slave points, or of all facets where the field is the number of a region.
   function spread(rows, values, count) {
+    if (values.length === count && field !== "cluster") return values;
     var cluster = field === "cluster", all = new Float32Array(count).fill(cluster ? -1 : 0);
     rows.forEach(function (row, i) { all[row] = values[i]; });
     if (!cluster) return all;
@@ -49,6 +50,11 @@
       cells[i] = Math.min(all[facets[3 * i]], all[facets[3 * i + 1]], all[facets[3 * i + 2]]);
     }
     return cells;
+  }
+  function pick(values, rows) {
+    var out = new Float32Array(rows.length);
+    for (var i = 0; i < rows.length; i++) out[i] = values[rows[i]];
+    return out;
   }
   function others(rows, count) {
     var inside = new Uint8Array(count), out = [];
@@ -63,12 +69,13 @@
     var bodies = placed(body, data.sizes.body, frame.places, 0);
     var points = placed(slave, data.sizes.slave, frame.places, data.sizes.body.length);
     var rows = bytes(frame.rows, Int32Array), values = floats(frame.values[field]);
+    var touching = values.length === count ? pick(values, rows) : values;  // all have it
     var last = view.data.length - (data.ties ? 1 : 0);  // springs come behind all outlines
     var lines = view.data.slice(3, last).map(function (_, k) {
       return frame.lines[k] ? floats(frame.lines[k]) : new Float32Array(0);
     });
     if (data.ties) lines.push(floats(frame.ties));
-    var free = meshed ? null : others(rows, count), change = { "marker.color": [undefined, undefined, values] };
+    var free = meshed ? null : others(rows, count), change = { "marker.color": [undefined, undefined, touching] };
     ["x", "y", "z"].forEach(function (name, axis) {
       change[name] = [column(bodies, axis), column(points, axis, free), column(points, axis, rows)]
         .concat(lines.map(function (line) { return column(line, axis); }));

@@ -16,7 +16,7 @@ from contiga.io.out.vtkhdf import FieldsWriter, Part
 from contiga.io.units import derived_units
 from contiga.masters.protocol import Master
 from contiga.masters.sampling import least_size, refined
-from contiga.matter.stress import von_mises
+from contiga.matter.element_fields import FIELDS, TENSORS
 from contiga.rigid.frames import to_world
 from contiga.simulation.model import Model
 from contiga.simulation.outlines_file import OutlinesFile
@@ -45,6 +45,7 @@ class Fields:
         self, model: Model, path: Path, outlines: Path, written: int | None = None
     ) -> None:
         self._model = model
+        self._of_elements = model.output.fields if model.mechanism.deforms else ()
         self._meshes: dict[str, TriMesh] = {
             name: _drawn(name, part.body, model.output.size) for name, part in model.bodies.items()
         }
@@ -66,7 +67,8 @@ class Fields:
     @property
     def n_bytes(self) -> int:
         """Of a step at most, before it is packed."""
-        return _BYTES_A_POINT * len(self._part)
+        columns = sum(6 if field in TENSORS else 1 for field in self._of_elements)
+        return (_BYTES_A_POINT + 8 * columns) * len(self._part)
 
     def append(self, state: SystemState) -> None:
         """Write one step."""
@@ -80,10 +82,10 @@ class Fields:
         for name, slave in self._model.slaves.items():
             n = len(state.slaves[name].points)
             data["contact_status"][first : first + n][~slave.slave.active] = -1
-            stress = self._model.mechanism.nodes[name].stress(state.slaves[name])
-            if stress is not None:
-                data["stress"][first : first + n] = stress
-                data["von_mises"][first : first + n] = von_mises(stress)
+            inside = self._model.mechanism.nodes[name].element_fields(state.slaves[name])
+            if inside is not None:
+                for field in self._of_elements:
+                    data[field][first : first + n] = FIELDS[field](inside)
             for part in self._model.contacts:
                 if part.slave == name:
                     _add(data, slice(first, first + n), state.contacts[part.name])
@@ -99,9 +101,9 @@ class Fields:
     def _blank(self, n: int, first_slave: int) -> dict[str, NDArray[np.generic]]:
         status = np.zeros(n, np.int32)
         status[:first_slave] = -1
-        inside: dict[str, NDArray[np.generic]] = {}
-        if self._model.mechanism.deforms:
-            inside = {"stress": np.full((n, 6), np.nan), "von_mises": np.full(n, np.nan)}
+        inside = {
+            field: np.full((n, 6) if field in TENSORS else n, np.nan) for field in self._of_elements
+        }
         return {
             "part": self._part,
             "contact_status": status,
@@ -153,6 +155,7 @@ def _units(units: tuple[str, str, str]) -> dict[str, str]:
         "force": derived["force"],
         "area": derived["area"],
         **dict.fromkeys(("pressure", "stress", "von_mises"), derived["stress"]),
+        "energy_density": f"{derived['energy']}/{units[0]}³",
     }
 
 

@@ -45,7 +45,8 @@ def identity_of(model: Model, end: float | None = None) -> Identity:
     times = (model.stepping if end is None else ended(model.stepping, end)).planned()
     digest.text(_TOLD.sub("", _END.sub(r"\1", _without_folder(model))))
     digest.arrays("times", times)
-    digest.text(repr((model.output.every, tuple(model.output.formats), model.output.size)))
+    output = model.output
+    digest.text(repr((output.every, tuple(output.formats), output.size, tuple(output.fields))))
     digest.arrays("gravity", model.gravity)
     digest.text(repr((type(model.stepping).__name__, model.allow_unstable)))
     if model.settling is not None:

@@ -16,6 +16,7 @@ from contiga.rigid.frames import to_world, turn_to_world
 from contiga.simulation.model import Model
 from contiga.simulation.relative_sensors import relative_columns
 from contiga.simulation.sensors import sensor_columns
+from contiga.simulation.slave_sensors import slave_columns
 from contiga.simulation.springs import spring_columns
 from contiga.simulation.step import Stepped
 from contiga.simulation.step_columns import step_columns
@@ -60,6 +61,7 @@ def history_row(
         row |= {prefix + name: value for name, value in columns.items()}
     row |= sensor_columns(model, stepped.state, last)
     row |= relative_columns(model, stepped.state, last)
+    row |= slave_columns(model, stepped.state)
     row |= spring_columns(model, stepped.state)
     if isinstance(model.stepping, AutoSteps):
         row |= step_columns(model, stepped.choice)

@@ -21,12 +21,16 @@ from contiga.dynamics.springs import Spring
 from contiga.dynamics.stepping import Stepping
 from contiga.errors import InputError
 from contiga.masters.protocol import Master
-from contiga.records import FloatArray
+from contiga.matter.element_fields import FIELDS
+from contiga.records import FloatArray, IndexArray
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.mechanism import Mechanism, mechanism_of
 from contiga.simulation.sensor import CUT, RELATIVE_MEASURES, RelativeSensor, Sensor
 from contiga.simulation.settle import Settle
+from contiga.simulation.slave_sensor import NodeSensor, SlaveSensor, nodes_of, slave_of
 from contiga.slaves.slave import Slave
+
+AnySensor = Sensor | RelativeSensor | SlaveSensor
 
 
 class BodyPart(NamedTuple):
@@ -70,6 +74,8 @@ class OutputOptions(NamedTuple):
     size: float | None = None
     """Longest side of the triangles that bodies are drawn by in fields, length; as few triangles as
     keep to the surface if omitted."""
+    fields: tuple[str, ...] = tuple(FIELDS)
+    """What fields have of the inside of slaves that deform."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -90,7 +96,7 @@ class Model(Displayed):
     """(3,) acceleration of what is free, world axes."""
     springs: Mapping[str, Spring] = field(default_factory=dict)
     loads: tuple[Load, ...] = ()
-    sensors: tuple[Sensor | RelativeSensor, ...] = ()
+    sensors: tuple[AnySensor, ...] = ()
     allow_unstable: bool = False
     """Go on with a step that is longer than the critical one."""
     title: str = ""
@@ -120,6 +126,8 @@ class Model(Displayed):
         check_settle(self)
         check_sensors(self)
         check_springs(self)
+        for name in self.output.fields:
+            _check_name("field", name, FIELDS, "output: fields")
 
     @cached_property
     def point_sensors(self) -> tuple[Sensor, ...]:
@@ -130,6 +138,19 @@ class Model(Displayed):
     def relative(self) -> tuple[RelativeSensor, ...]:
         """Sensors between two bodies."""
         return tuple(one for one in self.sensors if isinstance(one, RelativeSensor))
+
+    @cached_property
+    def slave_sensors(self) -> tuple[SlaveSensor, ...]:
+        """Sensors of slaves."""
+        return tuple(one for one in self.sensors if isinstance(one, SlaveSensor))
+
+    @cached_property
+    def sensor_nodes(self) -> Mapping[str, IndexArray]:
+        """(k,) nodes that each sensor of a slave is of, by its name."""
+        return {
+            one.name: nodes_of(one, self.slaves[slave_of(one)].slave.points)
+            for one in self.slave_sensors
+        }
 
     @cached_property
     def mechanism(self) -> Mechanism:
@@ -225,7 +246,7 @@ def check_springs(model: Model) -> None:
 
 
 def check_sensors(model: Model) -> None:
-    """Refuse sensors of bodies that are not there, of one name, or criteria without units.
+    """Refuse sensors of what is not there, of one name, or criteria without units.
 
     Raises
     ------
@@ -239,11 +260,28 @@ def check_sensors(model: Model) -> None:
             for body in sensor.between:
                 _check_name("body", body, model.bodies, f"{where}: between")
             _check_cut(sensor, model, where)
+        elif isinstance(sensor, SlaveSensor):
+            _check_slave(sensor, model, where)
         else:
             _check_name("body", sensor.body, model.bodies, f"{where}: body")
         _check_units(sensor, model, where)
         _check_own_name(sensor.name, taken, where)
         taken.append(sensor.name)
+
+
+def _check_slave(sensor: SlaveSensor, model: Model, where: str) -> None:
+    """Sections are of elements, and have nodes on both sides."""
+    key = "node" if isinstance(sensor, NodeSensor) else "section"
+    name = slave_of(sensor)
+    _check_name("slave", name, model.slaves, f"{where}: {key}")
+    if key == "section" and not model.mechanism.nodes[name].joined:
+        raise InputError(
+            "the slave has no elements that carry a force",
+            where=f"{where}: section",
+            found=name,
+            allowed="a slave that deforms",
+        )
+    nodes_of(sensor, model.slaves[name].slave.points)
 
 
 def _check_cut(sensor: RelativeSensor, model: Model, where: str) -> None:
@@ -258,7 +296,7 @@ def _check_cut(sensor: RelativeSensor, model: Model, where: str) -> None:
         )
 
 
-def _check_units(sensor: Sensor | RelativeSensor, model: Model, where: str) -> None:
+def _check_units(sensor: AnySensor, model: Model, where: str) -> None:
     """Criteria and filters are of g, SI units and seconds."""
     filtered = getattr(sensor, "filter", None)
     if (sensor.criteria or filtered) and not all(model.units):

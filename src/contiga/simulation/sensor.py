@@ -236,11 +236,11 @@ def _checked_code(code: str | None) -> str | None:
     return code
 
 
-def _two_points(at: ArrayLike) -> FloatArray:
+def _two_points(at: ArrayLike, where: str = "at") -> FloatArray:
     points = list(at) if isinstance(at, Sequence | np.ndarray) else []
     if len(points) != 2:
-        raise InputError("must be two points", where="at", found=at, allowed="(2, 3)")
-    return read_only(np.array([vector(point, "at") for point in points]))
+        raise InputError("must be two points", where=where, found=at, allowed="(2, 3)")
+    return read_only(np.array([vector(point, where) for point in points]))
 
 
 def _one_of(where: str, value: object, allowed: tuple[str, ...]) -> str:

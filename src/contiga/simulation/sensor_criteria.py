@@ -20,6 +20,7 @@ from contiga.records import FloatArray
 from contiga.simulation.model import Model
 from contiga.simulation.sensor import CRITERION_UNITS, OWN_FILTERS, RelativeSensor, Sensor
 from contiga.simulation.signals import smooth, too_coarse
+from contiga.simulation.slave_sensor import slave_of
 
 History = dict[str, FloatArray]
 Found = dict[str, Any]
@@ -34,7 +35,8 @@ _COLUMNS = {"BrIC": ("wx", "wy", "wz"), "VC": ("distance",), "Nij": ("fz", "my")
 def sensor_summary(model: Model, history: History) -> dict[str, dict[str, Any]]:
     """What the sensors say of the whole run, by name: criteria, with values, times and bands."""
     told = sensors_told(model)
-    for sensor in model.sensors:
+    judged: list[Sensor | RelativeSensor] = [*model.point_sensors, *model.relative]
+    for sensor in judged:
         told[sensor.name]["criteria"] = _criteria(model, sensor, history)
     return told
 
@@ -46,6 +48,8 @@ def sensors_told(model: Model) -> dict[str, dict[str, Any]]:
     }
     for pair in model.relative:
         told[pair.name] = {"body": " – ".join(pair.between), "filter": None}
+    for on_slave in model.slave_sensors:
+        told[on_slave.name] = {"body": slave_of(on_slave), "filter": None}
     for sensor in model.sensors:
         told[sensor.name]["criteria"] = {}
         if sensor.code is not None:

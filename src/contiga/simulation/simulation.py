@@ -19,7 +19,7 @@ from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.model_checks import check_model
 from contiga.simulation.clock import Clock
 from contiga.simulation.fingerprint import fingerprint_of
-from contiga.simulation.model import ContactPart, Model, OutputOptions
+from contiga.simulation.model import AnySensor, ContactPart, Model, OutputOptions
 from contiga.simulation.parts import (
     body_part,
     by_name,
@@ -34,6 +34,7 @@ from contiga.simulation.run import RunOptions, carry_out
 from contiga.simulation.sensor import RelativeSensor, Sensor
 from contiga.simulation.settle import Settle
 from contiga.simulation.settling import settled
+from contiga.simulation.slave_sensor import NodeSensor, SectionSensor
 from contiga.simulation.step import advance
 from contiga.simulation.step_size import following
 from contiga.simulation.system_state import SystemState
@@ -58,7 +59,7 @@ class Simulation(Model):
     gravity : (3,) acceleration of free bodies and nodes
     springs : `contiga.Spring`, a list or by name
     loads : a list of `contiga.Load`
-    sensors : a list of `contiga.Sensor` and `contiga.RelativeSensor`
+    sensors : a list of `contiga.Sensor`, `RelativeSensor`, `NodeSensor` and `SectionSensor`
     allow_unstable : go on with steps longer than the critical one
     settling : come to rest first: True, or how, as `contiga.Settle`
     title, units : for reports; units are the names of length, mass and time
@@ -108,7 +109,7 @@ class Simulation(Model):
         gravity: ArrayLike = (0.0, 0.0, 0.0),
         springs: Mapping[str, Spring] | Sequence[Spring] = (),
         loads: Sequence[Load] = (),
-        sensors: Sequence[Sensor | RelativeSensor] = (),
+        sensors: Sequence[AnySensor] = (),
         allow_unstable: bool = False,
         settling: Settle | bool | None = None,
         title: str = "",
@@ -132,7 +133,9 @@ class Simulation(Model):
             gravity=vector(gravity, "gravity"),
             springs=spring_parts(springs),
             loads=parts_of_kind("loads", loads, Load),
-            sensors=parts_of_kind("sensors", sensors, Sensor, RelativeSensor),
+            sensors=parts_of_kind(
+                "sensors", sensors, Sensor, RelativeSensor, NodeSensor, SectionSensor
+            ),
             allow_unstable=allow_unstable,
             settling=_settling(settling),
             title=title,

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.errors import MeshError
 from contiga.records import IntArray
@@ -63,7 +64,8 @@ def mirrored(elements: Mapping[str, IntArray]) -> dict[str, IntArray]:
 
 
 def elements_of(blocks: Sequence[CellBlock]) -> dict[str, IntArray]:
-    """Cells by kind: all solids; shells but those that lie on solids, as the border of a volume."""
+    """Cells by kind: all solids; shells but those that lie on solids, and lines but those that are
+    edges of shells or solids, as mesh generators write the borders of what they mesh."""
     cells: dict[str, list[Any]] = {}
     solid = [block.nodes for block in blocks if block.kind in SOLIDS and len(block.nodes)]
     corners = np.unique(np.concatenate([np.zeros(0, int), *(nodes.ravel() for nodes in solid)]))
@@ -71,6 +73,28 @@ def elements_of(blocks: Sequence[CellBlock]) -> dict[str, IntArray]:
         nodes = block.nodes
         if block.kind in SHELLS and solid:
             nodes = nodes[~np.isin(nodes, corners).all(axis=1)]
+        if block.kind == "line":
+            nodes = nodes[~_are_edges(nodes, blocks)]
         if block.kind in N_NODES and len(nodes):
             cells.setdefault(block.kind, []).append(nodes)
     return {kind: np.concatenate(rows).astype(np.int32) for kind, rows in cells.items()}
+
+
+def _are_edges(lines: IntArray, blocks: Sequence[CellBlock]) -> NDArray[np.bool_]:
+    """(n,) which lines (n, 2) are edges of shells or solids, between their corners."""
+    known = [np.zeros((0, 2), np.int64)]
+    for block in blocks:
+        if block.kind in SHELLS:
+            faces: Sequence[Sequence[int]] = [range(SHELLS[block.kind])]
+        elif block.kind in SOLIDS:
+            faces = SOLIDS[block.kind].corner_faces
+        else:
+            continue
+        for face in faces:
+            turn = np.array(face)
+            pairs = np.stack([block.nodes[:, turn], block.nodes[:, np.roll(turn, -1)]], axis=-1)
+            known.append(pairs.reshape(-1, 2))
+    edges, ends = np.concatenate(known), np.asarray(lines, np.int64)
+    count = 1 + max(int(edges.max(initial=0)), int(ends.max(initial=0)))
+    keys = [np.sort(pairs, axis=1) @ np.array([count, 1]) for pairs in (ends, edges)]
+    return np.isin(*keys)

@@ -104,6 +104,7 @@ TABLE = [
         'allowed: "intersection", "penetration"',
         "Did you mean 'intersection'?",
     ),
+    swap("unknown field", "every = 1", 'fields = ["mises"]', "output.fields[0]: unknown value"),
     swap("unknown format", "every = 1", 'formats = ["vtk"]', "output.formats[0]: unknown value"),
     # ---- units
     swap("no unit at all", '"mm"', '"bananas"', "units.length: not a known unit", kind=UnitError),

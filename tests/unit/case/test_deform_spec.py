@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import meshio
 import numpy as np
 import pytest
 from tests.blocks import block
@@ -160,6 +161,68 @@ def test_parts_have_a_material_of_their_own(tmp_path: Path, named: str) -> None:
     path.write_text(text.replace("density = 1.0e-3\n", "").replace(RUBBER, ""))
     with pytest.raises(InputError, match="material"):
         cg.build(load_case(path))
+
+
+NET = """
+units = {{ length = "mm", mass = "g", time = "ms" }}
+time = {{ end = 0.1, step = "auto" }}
+output = {{ formats = [], report = false }}
+[[slave]]
+name = "net"
+points = {{ file = "net.msh", unit = "mm" }}
+area = 1.0
+[slave.motion]
+kind = "deform"
+fixed = {{ layer = {{ direction = [-1, 0, 0] }} }}
+velocity = [0.1, 0, 0]
+{made}
+"""
+ROPE = """
+[[slave.motion.parts]]
+set = "rope"
+material = { kind = "belt", loading = [[0, 0], [0.05, 100]] }
+density = 2.0e-3
+section = 4.0
+"""
+SHEET = 'material = { kind = "elastic", young = 5.0 }\ndensity = 1.0e-3\nthickness = 0.5'
+
+
+def _net(folder: Path, *, sheet: bool, made: str) -> cg.Simulation:
+    """A square of two triangles with a rope along its edge and a line further, as Gmsh's."""
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [3, 0, 0]])
+    cells = [("line", np.array([[0, 1], [1, 4]]))]
+    numbers = [np.array([1, 1])]
+    if sheet:
+        cells.append(("triangle", np.array([[0, 1, 2], [0, 2, 3]])))
+        numbers.append(np.array([2, 2]))
+    data = {"gmsh:physical": numbers, "gmsh:geometrical": numbers}
+    named = {"rope": np.array([1, 1]), "sheet": np.array([2, 2])}
+    mesh = meshio.Mesh(points, cells, cell_data=data, field_data=named)
+    mesh.write(folder / "net.msh", file_format="gmsh22")
+    (folder / "net.toml").write_text(NET.format(made=made))
+    return cg.build(load_case(folder / "net.toml"))
+
+
+def test_lines_of_a_mesh_file_are_bars(tmp_path: Path) -> None:
+    made = 'material = { kind = "elastic", young = 5.0 }\ndensity = 2.0e-3\nsection = 4.0'
+    simulation = _net(tmp_path, sheet=False, made=made)
+    assert simulation.mechanism.masses["net"].sum() == pytest.approx(3 * 4.0 * 2e-3 + 2 * 8e-3)
+    state = simulation.run().state
+    assert state.energy.strain > 0.0
+
+
+def test_a_named_rope_is_sewn_to_the_edge_of_a_sheet(tmp_path: Path) -> None:
+    simulation = _net(tmp_path, sheet=True, made=SHEET + ROPE)
+    motion = simulation.slaves["net"].motion
+    assert isinstance(motion, cg.motion.Deforming)
+    assert motion.parts[0].elements.tolist() == [[0, 1], [1, 4]]
+    mass = 0.5 * 1e-3 + 3 * 4.0 * 2e-3
+    assert simulation.mechanism.masses["net"].sum() == pytest.approx(mass)
+
+
+def test_lines_that_are_made_of_nothing_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="bar2 needs a section"):
+        _net(tmp_path, sheet=True, made=SHEET)
 
 
 BELT = """

@@ -51,8 +51,13 @@ def penetration_of(points: np.ndarray, depth: float) -> tuple[np.ndarray, np.nda
     return np.maximum(RADIUS - distance, 0.0), away / distance[:, None]
 
 
-def write_fields(path: Path, *, cloud: bool = False) -> None:
-    """Fields of the ball at `DEPTHS`, the sheet with facets or as a bare `cloud`."""
+def mises_of(points: np.ndarray, step: int) -> np.ndarray:
+    """A made-up stress (n,) of the points of the sheet, that of most of which touches nothing."""
+    return 0.25 * step + 0.5 * np.abs(points[:, 0])
+
+
+def write_fields(path: Path, *, cloud: bool = False, deforms: bool = False) -> None:
+    """Fields of the ball at `DEPTHS`, the sheet with facets or as a bare `cloud`, or stressed."""
     body, faces = ball()
     slave, facets = sheet()
     parts = [
@@ -72,6 +77,11 @@ def write_fields(path: Path, *, cloud: bool = False) -> None:
                     "contact_status": np.r_[np.full(len(body), -1), status].astype(np.int32),
                     "penetration": np.r_[np.zeros(len(body)), inside],
                     "normal": np.vstack([np.zeros((len(body), 3)), normal]),
+                    **(
+                        {"von_mises": np.r_[np.full(len(body), np.nan), mises_of(slave, step)]}
+                        if deforms
+                        else {}
+                    ),
                 },
             )
 

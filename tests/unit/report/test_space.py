@@ -79,6 +79,22 @@ def test_view_starts_with_pressure_and_offers_the_other_fields(tmp_path: Path) -
     assert not any("marker.color" in look["marker"] for look in looks.values())
 
 
+def test_what_is_inside_is_offered_of_facets_alone(tmp_path: Path) -> None:
+    for cloud, offered in ((False, ["Penetration", "Von Mises stress"]), (True, ["Penetration"])):
+        write_fields(tmp_path / "fields.vtkhdf", cloud=cloud, deforms=True)
+        peak = at_frame(read_fields(tmp_path / "fields.vtkhdf"), 2)
+        frames = frames_of(read_fields(tmp_path / "fields.vtkhdf"), None, 2, peak, UNITS)
+        assert list(view_of(peak, frames, UNITS).data["names"].values()) == offered
+
+
+def test_without_a_contact_the_stress_is_shown_first(tmp_path: Path) -> None:
+    write_fields(tmp_path / "fields.vtkhdf", deforms=True)
+    series = read_fields(tmp_path / "fields.vtkhdf")
+    peak = at_frame(series, 0)
+    view = view_of(peak, frames_of(series, None, 0, peak, UNITS), UNITS)
+    assert (view.data["field"], view.note) == ("von_mises", "Von Mises stress [MPa]")
+
+
 def test_regions_have_closed_lines_of_their_own_colour(tmp_path: Path) -> None:
     peak = with_regions(tmp_path)
     lines = viewed(tmp_path, peak).figure.data[3:]

@@ -20,7 +20,7 @@ from contiga.report.places import Tie
 from contiga.report.run_folder import Units
 from contiga.report.space import view_of
 
-from .conftest import ball, sheet, write_fields
+from .conftest import ball, mises_of, sheet, write_fields
 
 NODE = shutil.which("node")
 UNITS = Units("mm", "g", "ms", "mm²", "N", "N·mm", "MPa")
@@ -123,6 +123,17 @@ def points_of(change: dict, trace: int) -> np.ndarray:
 
 
 pytestmark = pytest.mark.skipif(NODE is None, reason="node is not installed")
+
+
+def test_what_is_inside_is_shown_of_all_points(tmp_path: Path) -> None:
+    write_fields(tmp_path / "fields.vtkhdf", deforms=True)
+    series = read_fields(tmp_path / "fields.vtkhdf")
+    _, change, *_ = played(series, [3], "von_mises")["calls"]
+    stress = mises_of(sheet()[0], 3)
+    np.testing.assert_allclose(change["intensity"][1], stress, rtol=1e-6)
+    touching = at_frame(series, 3).in_contact
+    np.testing.assert_allclose(change["marker.color"][2], stress[touching], rtol=1e-6)
+    assert change["cmax"][1] == pytest.approx(mises_of(sheet()[0], 4).max())
 
 
 @pytest.mark.parametrize("cloud", [False, True])

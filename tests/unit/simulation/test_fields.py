@@ -76,7 +76,8 @@ def test_triangles_are_drawn_as_they_are(tmp_path: Path) -> None:
     np.testing.assert_array_equal(actual, mesh.vertices[mesh.triangles])
 
 
-def test_stresses_of_what_deforms_are_fields_and_of_others_not_there(tmp_path: Path) -> None:
+def _pulled(output: cg.OutputOptions | None = None) -> cg.Simulation:
+    """A block of one by one by two that is a tenth longer, and a ball far from it."""
     slave = block((1, 1, 2), (1.0, 1.0, 2.0), kind="hexahedron")
     pulled = cg.motion.Translate([[0, 0, 0, 0.2], [1, 0, 0, 0.2]])
     motion = cg.motion.Deforming(
@@ -85,7 +86,7 @@ def test_stresses_of_what_deforms_are_fields_and_of_others_not_there(tmp_path: P
         fixed={"layer": ([0, 0, -1], 0.0)},
         driven={"layer": ([0, 0, 1], 0.0), "motion": pulled},
     )
-    simulation = cg.Simulation(
+    return cg.Simulation(
         bodies={"body": cg.Body([cg.shapes.sphere(radius=1.0, centre=(0, 0, -9))])},
         slaves={"block": (slave, motion)},
         contacts=[],
@@ -93,8 +94,12 @@ def test_stresses_of_what_deforms_are_fields_and_of_others_not_there(tmp_path: P
         step="auto",
         settling=cg.Settle(tolerance=1e-6),
         units=("mm", "g", "ms"),
+        output=output,
     )
-    simulation.run(tmp_path, settle_only=True)
+
+
+def test_what_deforms_has_its_inside_in_the_fields_and_others_have_not(tmp_path: Path) -> None:
+    _pulled().run(tmp_path, settle_only=True)
     fields = read_fields(tmp_path / "fields.vtkhdf")
     rows = fields.rows("block")
     stress = fields.data(0, "stress")[rows]
@@ -102,4 +107,22 @@ def test_stresses_of_what_deforms_are_fields_and_of_others_not_there(tmp_path: P
     np.testing.assert_allclose(stress[:, 2], 10.0 * (1.0 + strain) * (strain + 0.005), rtol=1e-5)
     np.testing.assert_allclose(fields.data(0, "von_mises")[rows], stress[:, 2], rtol=1e-5)
     assert np.isnan(fields.data(0, "von_mises")[fields.rows("body")]).all()
+    green = strain + 0.005
+    np.testing.assert_allclose(fields.data(0, "strain")[rows, 2], green, rtol=1e-5)
+    np.testing.assert_allclose(fields.data(0, "principal_strain")[rows], green, rtol=1e-5)
+    density = fields.data(0, "energy_density")[rows]
+    np.testing.assert_allclose(density, 5.0 * green**2, rtol=1e-5)
     assert fields.units["stress"] == "MPa"
+    assert fields.units["energy_density"] == "mJ/mm³"
+
+
+def test_of_the_inside_only_what_is_asked_for_is_written(tmp_path: Path) -> None:
+    _pulled(cg.OutputOptions(fields=("von_mises",))).run(tmp_path, settle_only=True)
+    names = read_fields(tmp_path / "fields.vtkhdf").names
+    assert "von_mises" in names
+    assert not {"stress", "strain", "principal_strain", "energy_density"} & set(names)
+
+
+def test_an_unknown_field_is_refused() -> None:
+    with pytest.raises(cg.errors.InputError, match=r"output: fields.*'mises'.*'von_mises'"):
+        _pulled(cg.OutputOptions(fields=("mises",)))

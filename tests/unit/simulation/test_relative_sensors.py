@@ -200,7 +200,11 @@ def test_a_case_has_them(tmp_path: Path) -> None:
         ('["sled", "head"]', '["sled"]', r"sensor\[0\].between: has the wrong length"),
         ('["sled", "head"]', '["sled", "sled"]', "must be two bodies"),
         ('["distance", "displacement", "angle"', '["a"', "measures: is not known"),
-        ('["sled", "head"]', '["sled", "head"]\nbody = "sled"', "exactly one of the keys body or"),
+        (
+            '["sled", "head"]',
+            '["sled", "head"]\nbody = "sled"',
+            "keys body, between",
+        ),
         ('"excursion"', '"head"', "must have a name of its own"),
     ],
 )

@@ -87,4 +87,4 @@ def _faces(kind: str) -> list[tuple[tuple[int, ...], int]]:
         solid = SOLIDS[kind]
         corners = [len(face) for face in solid.corner_faces]
         return list(zip(solid.faces, corners, strict=True))
-    return [(tuple(range(N_NODES[kind])), SHELLS[kind])]
+    return [(tuple(range(N_NODES[kind])), SHELLS[kind])] if kind in SHELLS else []

@@ -37,7 +37,9 @@ _PART_NUMBERS = (
     "part_id",
     "PartId",
 )
-_PASSED_OVER = ("vertex", "line")
+_BAR = "line"
+_PASSED_OVER = ("vertex", _BAR)
+"""Beginnings of kinds; straight lines are kept as bars."""
 _MESSAGE_LENGTH = 300
 # meshio's readers of these never end on damaged files: wkt is lost in a regular expression and
 # tetgen opens its two files itself.
@@ -193,9 +195,10 @@ class _Place(NamedTuple):
 
 
 def _blocks(block: Any, points: FloatArray, path: Path) -> Blocks:
-    """What is made of a block of meshio's: one of ours; of polygons one or two; of lines none."""
+    """What is made of a block of meshio's: one of ours; of polygons one or two; of bent lines
+    none."""
     kind = str(block.type)
-    if kind.startswith(_PASSED_OVER):
+    if kind.startswith(_PASSED_OVER) and kind != _BAR:
         return Blocks((), ())
     if kind == "polygon":
         rows = [np.asarray(row, dtype=np.int64) for row in block.data]
@@ -207,7 +210,7 @@ def _blocks(block: Any, points: FloatArray, path: Path) -> Blocks:
 
 
 def _block(kind: str, block: Any, n_points: int, path: Path) -> CellBlock:
-    if kind not in SHELLS and kind not in SOLIDS:
+    if kind not in N_NODES:
         raise MeshError(
             "cells of a kind that has no facets here",
             where=str(path),

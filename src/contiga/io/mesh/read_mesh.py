@@ -41,6 +41,8 @@ def read_mesh(
     Meshes: OFF, OBJ, decks of LS-DYNA, Abaqus and Nastran, and what meshio reads (VTU, VTK, Gmsh,
     STL, PLY …). Facets of second-order cells are split through mid-side nodes; polygons of more
     than four corners are split, with a warning. Clouds: three columns in .csv, .xyz, .txt or .npy.
+    Lines that are no edges of other cells are bars (`Slave.elements`); of lines alone their nodes
+    are points that are active, without facets.
 
     Parameters
     ----------
@@ -191,6 +193,9 @@ def _surface(
         return (facets if len(facets) else None), nodes
     if len(facets):
         return facets, None
+    bars = [block for block in blocks if block.kind == "line" and len(block.nodes)]
+    if bars:
+        return None, _all_nodes(bars, None, len(mesh.points))
     if restricted or any(len(block.nodes) for block in mesh.blocks):
         raise MeshError("the cells chosen have no surface", where=where, allowed="shells or solids")
     return None, None

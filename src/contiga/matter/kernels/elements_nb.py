@@ -8,6 +8,7 @@ from contiga.matter.kernels.bar_nb import bar_forces
 from contiga.matter.kernels.elements_stress_nb import membrane_stress, solid_stress
 from contiga.matter.kernels.lanes_nb import (
     ENERGY,
+    HOURGLASS,
     KINDS,
     LANES,
     SIZE,
@@ -32,11 +33,15 @@ from contiga.matter.kernels.solid_viscosity_nb import bulk_viscosity
 
 @inner()
 def _account(bank, measures, energy):
-    """Energies of a block (4,)."""
+    """Energies of a block (4,), and behind them what each lane stores where there is room."""
     for kind in range(KINDS):
         row = (ENERGY + kind) * LANES
         for lane in range(LANES):
             bank[row + lane] *= measures[lane]
+    if len(energy) > KINDS:
+        for lane in range(LANES):
+            energy[KINDS + lane] = bank[ENERGY * LANES + lane] + bank[HOURGLASS * LANES + lane]
+    for kind in range(KINDS):
         energy[kind] = total(bank, ENERGY + kind)
 
 

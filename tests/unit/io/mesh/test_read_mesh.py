@@ -76,13 +76,38 @@ def test_nodes_on_no_shell_are_kept_but_not_active(tmp_path):
     cells = [("quad", np.array([[0, 1, 2, 3]])), ("line", np.array([[0, 4]]))]
     slave = read_mesh(write(tmp_path / "plate.vtu", points, cells))
     assert slave.active.tolist() == [True] * 4 + [False]
-    assert dict(slave.cells) == {"quad": 1}
+    assert dict(slave.cells) == {"quad": 1, "line": 1}
 
 
-def test_a_mesh_of_lines_is_a_cloud(tmp_path):
-    slave = read_mesh(write(tmp_path / "net.vtu", SQUARE, [("line", np.array([[0, 1], [2, 3]]))]))
+@pytest.mark.parametrize("kind", ["vtu", "gmsh"])
+def test_lines_are_bars_and_points_where_they_are_alone(tmp_path, kind):
+    points = np.vstack([SQUARE, [[9.0, 9.0, 9.0]]])
+    lines = np.array([[0, 1], [2, 3]])
+    path = tmp_path / {"vtu": "net.vtu", "gmsh": "net.msh"}[kind]
+    meshio.Mesh(points, [("line", lines)]).write(path, file_format=kind)
+    slave = read_mesh(path)
     assert slave.facets is None
-    assert slave.active.all()
+    assert slave.elements["line"].tolist() == lines.tolist()
+    assert slave.active.tolist() == [True] * 4 + [False]
+
+
+def test_lines_along_the_edges_of_other_cells_are_no_elements(tmp_path):
+    points = np.vstack([SQUARE, SQUARE + np.array([2.0, 0.0, 0.0]), [[0.5, 0.5, 1.0]]])
+    cells = [
+        ("line", np.array([[1, 0], [0, 2], [2, 5], [8, 0]])),
+        ("quad", np.array([[0, 1, 2, 3]])),
+        ("tetra", np.array([[4, 5, 6, 8]])),
+    ]
+    slave = read_mesh(write(tmp_path / "some.vtu", points, cells))
+    # one edge of the quadrilateral; its diagonal and two ways from cell to cell are none
+    assert slave.elements["line"].tolist() == [[0, 2], [2, 5], [8, 0]]
+    assert dict(slave.cells) == {"line": 4, "quad": 1, "tetra": 1}
+
+
+def test_bent_lines_are_passed_over(tmp_path):
+    cells = [("line3", np.array([[0, 1, 2]])), ("triangle", np.array([[0, 1, 2]]))]
+    slave = read_mesh(write(tmp_path / "bent.vtu", SQUARE, cells))
+    assert dict(slave.cells) == {"triangle": 1}
 
 
 def test_a_plane_mesh_gets_z_zero(tmp_path):

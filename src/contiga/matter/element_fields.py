@@ -1,0 +1,65 @@
+"""What elements tell of their inside: stress, strain and stored energy, and their means at nodes.
+
+Materials have no kernels of their own for it: elements are taken apart and asked for the forces on
+their corners and for their energies by the kernels that a step asks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.matter.strain import largest_principal
+from contiga.matter.stress import von_mises
+from contiga.records import FloatArray, IntArray
+
+
+class ElementFields(NamedTuple):
+    """Of n elements of one kind, or of n nodes."""
+
+    stress: FloatArray
+    """(n, 6) Cauchy's xx, yy, zz, xy, yz, xz, without what resists rates."""
+    strain: FloatArray
+    """(n, 6) Green's in the same order, in the axes in which the matter stands unstrained."""
+    energy_density: FloatArray
+    """(n,) stored by volume at rest, that against hourglass modes too."""
+
+
+FIELDS: dict[str, Callable[[ElementFields], FloatArray]] = {
+    "stress": lambda fields: fields.stress,
+    "von_mises": lambda fields: von_mises(fields.stress),
+    "strain": lambda fields: fields.strain,
+    "principal_strain": lambda fields: largest_principal(fields.strain),
+    "energy_density": lambda fields: fields.energy_density,
+}
+"""What files may have of them, by name."""
+TENSORS = ("stress", "strain")
+
+
+class Inside(NamedTuple):
+    """Elements of one kind, and what they tell."""
+
+    elements: IntArray
+    """(e, k) rows of the nodes."""
+    volumes: FloatArray
+    """(e,) at rest; of membranes area × thickness, of bars length × section."""
+    fields: ElementFields
+
+
+def at_nodes(groups: Sequence[Inside], count: int) -> ElementFields:
+    """The means of the elements at each of `count` nodes by their volumes at rest; NaN of none."""
+    weight = np.zeros(count)
+    sums = np.zeros((count, 13))
+    for group in groups:
+        corners, k = group.elements.ravel(), group.elements.shape[1]
+        volumes = np.repeat(group.volumes, k)
+        weight += np.bincount(corners, volumes, minlength=count)
+        own = np.column_stack(group.fields)
+        for c in range(sums.shape[1]):
+            share = np.repeat(own[:, c], k) * volumes
+            sums[:, c] += np.bincount(corners, share, minlength=count)
+    with np.errstate(invalid="ignore"):
+        means = sums / weight[:, None]
+    return ElementFields(means[:, :6], means[:, 6:12], means[:, 12])

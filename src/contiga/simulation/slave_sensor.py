@@ -1,0 +1,174 @@
+"""Sensors of slaves: how a node moves, and what a section through elements carries."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.arrays.layout import read_only
+from contiga.criteria.bands import Bands
+from contiga.errors import InputError
+from contiga.records import FloatArray, IndexArray
+from contiga.rigid.transform import vector
+from contiga.simulation.sensor import CUT, _checked_code, _several, _two_points
+
+NODE_MEASURES = ("displacement", "velocity")
+SECTION_MEASURES = CUT
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class NodeSensor:
+    """A sensor of the motion of a node of a slave, driven, free or of elements.
+
+    Parameters
+    ----------
+    name : what its columns are called
+    node : name of the slave
+    at : (3,) where the slave stands before the run: its node nearest to this is measured
+    measures : of "displacement" (from where the slave stands before the run) and "velocity", along
+        the axes of the world
+    code : as of a `Sensor`
+
+    Raises
+    ------
+    InputError
+        Unknown measures, a place that is none, a code of other than 12 capital letters and digits.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> cg.NodeSensor("tip", "beam", at=[100, 0, 0]).measures
+    ('displacement', 'velocity')
+    """
+
+    criteria: ClassVar[tuple[str, ...]] = ()
+    bands: ClassVar[Mapping[str, Bands]] = {}
+
+    name: str
+    node: str
+    at: FloatArray
+    measures: tuple[str, ...]
+    code: str | None
+
+    def __init__(
+        self,
+        name: str,
+        node: str,
+        *,
+        at: ArrayLike,
+        measures: Iterable[str] = NODE_MEASURES,
+        code: str | None = None,
+    ) -> None:
+        put = object.__setattr__
+        put(self, "name", name)
+        put(self, "node", node)
+        put(self, "at", read_only(vector(at, "at")))
+        put(self, "measures", _several("measures", measures, NODE_MEASURES))
+        put(self, "code", _checked_code(code))
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class SectionSensor:
+    """A sensor of the force that elements carry through a plane section of a slave.
+
+    The nodes beyond the plane, on the side that its normal points to, stay those of the section as
+    they move. The force is that of all elements on these nodes together, and so what the rest does
+    on what is beyond: of a slave that is pulled it points against the normal. Contacts, loads,
+    weight and damping of the nodes are no part of it.
+
+    Parameters
+    ----------
+    name : what its columns are called
+    section : name of a slave that deforms
+    plane : (2, 3) a point and the normal of the plane, where the slave stands before the run
+    measures : of "force" and "moment", that about the point of the plane, which stays; along the
+        axes of the world
+    code : as of a `Sensor`
+
+    Raises
+    ------
+    InputError
+        Unknown measures, a plane without a normal, a code of other than 12 capital letters and
+        digits.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> cg.SectionSensor("root", "beam", plane=[[5, 0, 0], [1, 0, 0]]).measures
+    ('force', 'moment')
+    """
+
+    criteria: ClassVar[tuple[str, ...]] = ()
+    bands: ClassVar[Mapping[str, Bands]] = {}
+
+    name: str
+    section: str
+    plane: FloatArray
+    measures: tuple[str, ...]
+    code: str | None
+
+    def __init__(
+        self,
+        name: str,
+        section: str,
+        *,
+        plane: ArrayLike,
+        measures: Iterable[str] = SECTION_MEASURES,
+        code: str | None = None,
+    ) -> None:
+        put = object.__setattr__
+        put(self, "name", name)
+        put(self, "section", section)
+        put(self, "plane", _plane(plane))
+        put(self, "measures", _several("measures", measures, SECTION_MEASURES))
+        put(self, "code", _checked_code(code))
+
+
+SlaveSensor = NodeSensor | SectionSensor
+
+
+def slave_of(sensor: SlaveSensor) -> str:
+    """The name of the slave that a sensor is on."""
+    return sensor.node if isinstance(sensor, NodeSensor) else sensor.section
+
+
+def nodes_of(sensor: SlaveSensor, points: FloatArray) -> IndexArray:
+    """(k,) numbers of the nodes of a slave with points (n, 3) that a sensor is of.
+
+    Raises
+    ------
+    InputError
+        All nodes of a slave are on one side of a section.
+    """
+    if isinstance(sensor, NodeSensor):
+        away = points - sensor.at
+        return np.argmin((away * away).sum(axis=1), keepdims=True)
+    point, normal = sensor.plane
+    height = ((points - point) * normal).sum(axis=1)
+    beyond = np.flatnonzero(height > 0.0)
+    if len(beyond) in (0, len(points)):
+        raise InputError(
+            "all nodes of the slave are on one side of it",
+            where=f"sensor {sensor.name!r}: plane",
+            found=sensor.plane.tolist(),
+            allowed="a plane through the slave: nodes from "
+            f"{np.round(points.min(axis=0), 6).tolist()} to "
+            f"{np.round(points.max(axis=0), 6).tolist()}",
+        )
+    return beyond
+
+
+def _plane(plane: ArrayLike) -> FloatArray:
+    both = _two_points(plane, "plane")
+    if not both[1].any():
+        raise InputError(
+            "has no normal",
+            where="plane",
+            found=both.tolist(),
+            allowed="a point and a direction that is not zero",
+        )
+    return both
