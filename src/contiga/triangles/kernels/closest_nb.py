@@ -13,6 +13,7 @@ from contiga.arrays.codes import MAX_ITERATIONS, NOT_FINITE, OK
 from contiga.arrays.kernels.query_nb import blank_foot
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
+from contiga.triangles.facet_records import Queue
 from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH, box_distances, put
 from contiga.triangles.kernels.facet_nb import (
     TRIANGLE,
@@ -47,11 +48,12 @@ def _limit(best, near):
 
 
 @inner()
-def closest(tree, point, seed, work):
+def closest(facets, point, seed, queue):
     """Slot, place and its two numbers of the closest point; `seed` is a slot to start from."""
-    shape, link, box, child, near = tree
+    shape, link, box, child = facets.shape, facets.link, facets.box, facets.child
+    near = NEAR * facets.scale[1]
+    nodes, bounds, lane = queue.nodes, queue.bounds, queue.lane
     x, y, z = point
-    nodes, bounds, lane = work
     best, place, a, b = closest_on(shape, seed, x, y, z)
     slot = seed
     limit = _limit(best, near)
@@ -90,10 +92,9 @@ def closest(tree, point, seed, work):
 @kernel()
 def project_global(facets, points, rows, smooth, out, start, stop):
     """Closest points of points[rows[start:stop]] into the same rows of `out`."""
-    work = (stack_int64(DEPTH), scratch(DEPTH), scratch(WIDTH))
+    queue = Queue(stack_int64(DEPTH), scratch(DEPTH), scratch(WIDTH))
     shape = facets.shape
     link = facets.link
-    tree = (shape, link, facets.box, facets.child, NEAR * facets.scale[1])
     patch = out.patch
     seed = 0
     for i in range(start, stop):
@@ -105,7 +106,7 @@ def project_global(facets, points, rows, smooth, out, start, stop):
             blank_foot(out, k, NOT_FINITE)
             continue
         point = (x, y, z)
-        seed, place, a, b = closest(tree, point, seed, work)
+        seed, place, a, b = closest(facets, point, seed, queue)
         patch[k] = link[seed, TRIANGLE]
         if place == 0:
             write_face(shape, k, seed, a, b, point, out)
@@ -128,12 +129,12 @@ def _may_face(shape, s, point, guard, least):
 
 
 @inner()
-def _closest_facing(facets, point, guard, limits, work):
+def _closest_facing(facets, point, guard, limits, queue):
     """As `closest`, of the triangles that may face a point with its guard; slot −1 where none."""
     shape, link, box, child = facets.shape, facets.link, facets.box, facets.child
     near = NEAR * facets.scale[1]
     least, floor = limits[0], max(limits[1], 0.0) ** 2
-    nodes, bounds, lane = work
+    nodes, bounds, lane = queue.nodes, queue.bounds, queue.lane
     x, y, z = point
     best = limit = math.inf
     slot = place = -1
@@ -224,7 +225,7 @@ def project_facing(facets, points, guards, limits, smooth, out, start, stop):
     `limits` is (cosine of their normals and the `guards` (n, 3) at least, (n,) how near they may
     be), and the point is behind them. Rows without any are MAX_ITERATIONS.
     """
-    work = (stack_int64(DEPTH), scratch(DEPTH), scratch(WIDTH))
+    queue = Queue(stack_int64(DEPTH), scratch(DEPTH), scratch(WIDTH))
     shape, link = facets.shape, facets.link
     for k in range(start, stop):
         point = (points[k, 0], points[k, 1], points[k, 2])
@@ -232,7 +233,8 @@ def project_facing(facets, points, guards, limits, smooth, out, start, stop):
             blank_foot(out, k, NOT_FINITE)
             continue
         guard = (guards[k, 0], guards[k, 1], guards[k, 2])
-        s, place, a, b = _closest_facing(facets, point, guard, (limits[0], limits[1][k]), work)
+        limit = (limits[0], limits[1][k])
+        s, place, a, b = _closest_facing(facets, point, guard, limit, queue)
         if s < 0:
             blank_foot(out, k, MAX_ITERATIONS)
             continue
