@@ -197,9 +197,7 @@ def image_gap(s, image, curve, domain, near, out):
     `image` is the p-curve, `domain` (4,) u0, u1, v0, v1 of the surface; distances up to `near`
     are believed at once. Fills out[4]: the distance, and the point of the image where it is found.
     """
-    of_image = ImageWork(
-        scratch(1), scratch(1, 1, 3), make_scratch(s.p, s.q, 0), scratch(1, 1, 3)
-    )
+    of_image = ImageWork(scratch(1), scratch(1, 1, 3), make_scratch(s.p, s.q, 0), scratch(1, 1, 3))
     of_curve = CurveWork(scratch(1), scratch(1, 3, 3), np.zeros(1, np.int64))
     coarse = _samples(curve, PER_SPAN)
     at = _farthest(s, image, curve, domain, coarse, of_image, of_curve, out)

@@ -16,8 +16,9 @@ import numpy as np
 
 from contiga.arrays.codes import AT_START, EITHER, ENTRIES, OK
 from contiga.arrays.kernels.query_nb import begin_path
+from contiga.arrays.path_records import Segment
 from contiga.jit import inner, kernel
-from contiga.triangles.facet_records import Queue, Segment
+from contiga.triangles.facet_records import Queue
 from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH, put
 from contiga.triangles.kernels.facet_nb import TRIANGLE
 
