@@ -112,6 +112,37 @@ class Projection(NamedTuple):
         return table_of("Projection", self._facts())
 
 
+class SurfacePlaces(NamedTuple):
+    """Places on a surface, one row each."""
+
+    patch: IntArray
+    """(n,) int32; −1 where there is none."""
+    uv: FloatArray
+    """(n, 2)."""
+
+
+class KnownSides(NamedTuple):
+    """On which side of a closed surface points lie, as far as it is known."""
+
+    side: ByteArray
+    """(n,) 1 outside, −1 inside, 0 not known."""
+    reach: FloatArray
+    """(n,) length greater than rounding that leads to no surface, where the side is known."""
+
+    def at(self, rows: IndexArray) -> KnownSides:
+        """Of some of the points."""
+        return KnownSides(self.side[rows], self.reach[rows])
+
+
+class FacingLimits(NamedTuple):
+    """Which feet do not face away from a guard."""
+
+    cosine: float
+    """Of their normals and the guard, at least."""
+    near: FloatArray
+    """(n,) how near they may be, length."""
+
+
 @pass_by_pointer
 class Hit(NamedTuple):
     """First entry of n swept points into a body.

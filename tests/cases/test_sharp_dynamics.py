@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 from tests.scenes import box, grid_quads
-from tests.stress.rule import plane_body
+from tests.stress.subjects import plane_body
 
 import contiga as cg
 from contiga.rigid import rigid_lanes as lanes

@@ -19,12 +19,13 @@ from tests.stress import (
     auto,
     checkpoints,
     motions,
-    rule,
     segments,
     shaking,
     solids,
+    subjects,
     tracking,
     unions,
+    wandering,
 )
 from tests.stress.tally import Clock, Tally, write
 
@@ -83,8 +84,8 @@ def pushed(full: bool, seed: int) -> Iterator[Tally]:
     """Points that wander through solids, pushed by the wall that the rule says: 1e6 in full."""
     scales = np.geomspace(1e-6, 0.3, 24 if full else 6)
     n, steps = (110, 16) if full else (60, 8)
-    for name in rule.names():
-        yield rule.wandered(rule.subject(name), scales, n, steps, seed)
+    for name in subjects.names():
+        yield wandering.wandered(subjects.subject(name), scales, n, steps, seed)
 
 
 def kept(full: bool, seed: int) -> Iterator[Tally]:

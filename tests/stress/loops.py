@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 from tests.scenes import square_sheet
-from tests.stress import rule, solids
+from tests.stress import solids, subjects
 
 import contiga as cg
 
@@ -49,7 +49,7 @@ class Loop:
     """A body that is pressed into a sheet, moved about with a turn, and drawn out again."""
 
     def __init__(self, scene: Scene, wave: float, **options: object) -> None:
-        body = rule.subject(scene.name).solid.body
+        body = subjects.subject(scene.name).solid.body
         corners = POSE.apply(scene.up, body.tessellate(1e-3 * body.size).vertices)
         low, high = corners.min(axis=0), corners.max(axis=0)
         middle = 0.5 * (low + high)

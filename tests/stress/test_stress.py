@@ -10,12 +10,13 @@ from tests.stress import (
     checkpoints,
     loops,
     motions,
-    rule,
     segments,
     shaking,
     solids,
+    subjects,
     tracking,
     unions,
+    wandering,
 )
 from tests.stress.tally import Tally
 
@@ -89,12 +90,12 @@ def test_ways_through_a_t_end_by_the_same_wall_in_steps_of_any_length(steps):
     b = np.array([[0.8, 25.7, 3.7], [-1.6, 5.0, -13.5], [-11.5, 39.6, 9.9], [-2.2, 28.8, 3.4]])
     slave = cg.Slave(a, area=np.ones(len(a)))
     contact = cg.Contact(
-        rule.plane_body("T-section"), slave, law=cg.PenaltyLaw(1.0), search="penetration"
+        subjects.plane_body("T-section"), slave, law=cg.PenaltyLaw(1.0), search="penetration"
     )
     state = contact.start(a)
     for share in np.linspace(0.0, 1.0, steps + 1)[1:]:
         state = contact.step(state, a + share * (b - a))
-    depth = rule.Planes(rule.PLANE["T-section"]).nearest(b)[0]
+    depth = subjects.Planes(subjects.PLANE["T-section"]).nearest(b)[0]
     np.testing.assert_allclose(state.penetration, depth, rtol=0, atol=1e-9)
 
 
@@ -117,7 +118,7 @@ WANDERED = ("wedge", "plate", "lens", "block, fillets 3")
 )
 def test_points_that_wander_are_pushed_by_the_wall_that_the_rule_says(name):
     scales = np.geomspace(1e-6, 0.3, 6)
-    clean(rule.wandered(rule.subject(name), scales, n=20, steps=3, seed=16))
+    clean(wandering.wandered(subjects.subject(name), scales, n=20, steps=3, seed=16))
 
 
 @pytest.mark.parametrize(("name", "wave"), LOOPS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from tests.stress import fields, rule, truth
+from tests.stress import fields, rule, subjects, truth
 
 
 def test_paths_that_come_out_for_the_smallest_part_of_their_way_do_not_stay_inside():
@@ -32,7 +32,7 @@ def test_paths_well_inside_stay_inside():
 
 def test_the_nearest_place_of_plane_faces_is_that_of_the_closed_form():
     low, high = (-20.0, -20.0, 0.0), (20.0, 20.0, 20.0)
-    block = rule.Planes(rule.PLANE["sharp block"])
+    block = subjects.Planes(subjects.PLANE["sharp block"])
     p = np.random.default_rng(4).uniform(-25.0, 25.0, (2000, 3))
     height = fields.box(low, high)(p)
     np.testing.assert_array_equal(block.inside(p), height < 0.0)
@@ -41,7 +41,7 @@ def test_the_nearest_place_of_plane_faces_is_that_of_the_closed_form():
 
 def test_in_a_plate_the_far_side_takes_over_only_round_the_end():
     """By hand: 0.3 deep from above, down to 0.8, to the end 0.1 off, back in, and up again."""
-    plate = rule.Planes(rule.PLANE["plate"])
+    plate = subjects.Planes(subjects.PLANE["plate"])
     way = np.array([[0.0, 0, 1.2], [0, 0, 0.7], [0, 0, 0.2], [19.9, 0, 0.2], [15, 0, 0.2]])
     at, found = rule.Held(np.zeros(1), np.zeros((1, 3))), []
     for a, b in pairwise(way):

@@ -18,10 +18,9 @@ from tests.stress.solids import DATA
 from tests.stress.tally import Clock, Tally
 
 import contiga as cg
-from contiga.records import Projection, empty_projection
+from contiga.records import Projection, SurfacePlaces, empty_projection
 from contiga.search.tables import tables_of
 from contiga.search.track.project import track
-from contiga.search.track.track_records import Starts
 from contiga.statuses import Feature, Status
 
 Foot = Callable[[np.ndarray], np.ndarray]
@@ -164,7 +163,7 @@ def certified(feet: Projection) -> np.ndarray:
 def uncertified(body: cg.Body, points: np.ndarray, start: Projection) -> Projection:
     """Tracked feet by Newton's method alone: certificates, which are judged, do not help."""
     out = empty_projection(len(points))
-    track(tables_of(body), np.ascontiguousarray(points), Starts(start.patch, start.uv), out)
+    track(tables_of(body), np.ascontiguousarray(points), SurfacePlaces(start.patch, start.uv), out)
     return out
 
 

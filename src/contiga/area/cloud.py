@@ -228,8 +228,8 @@ def _along_line(points: FloatArray, rows: IndexArray, graph: Graph, depth: float
         near = graph.neighbour[graph.first[row] : graph.first[row + 1]]
         step = points[near] - points[row]
         way = np.linalg.norm(step, axis=1)
-        ahead = product(step, step[np.argmin(way)]) > 0.0
-        for side in (ahead, ~ahead):
+        forward = product(step, step[np.argmin(way)]) > 0.0
+        for side in (forward, ~forward):
             if side.any():
                 area[i] += 0.5 * depth * way[side].min()
     return area

@@ -153,28 +153,28 @@ class _Misses(NamedTuple):
             np.full((edges, 2), 4.0),
         )
 
-    def start(self, own: IndexArray, low: FloatArray, high: FloatArray) -> FloatArray:
-        """Where to look next on the edges `own`: beside the place where misses start, on the side
+    def start(self, edges: IndexArray, low: FloatArray, high: FloatArray) -> FloatArray:
+        """Where to look next on the edges `edges`: beside the place where misses start, on the side
         that was not looked at last; or in the middle of what is left, where two steps have not
         halved it."""
-        (t, before), (miss, more) = self.t[own].T, self.miss[own].T
+        (t, before), (miss, more) = self.t[edges].T, self.miss[edges].T
         with np.errstate(divide="ignore", invalid="ignore"):
             place = t - miss * (before - t) / (more - miss)
         beside = np.maximum(1e-3 * (high - low), 0.4 * EXACT)
-        place += np.where(self.inside[own], beside, -beside)
-        quick = high - low < 0.5 * self.left[own, 1]
-        self.left[own] = np.stack([high - low, self.left[own, 0]], axis=1)
+        place += np.where(self.inside[edges], beside, -beside)
+        quick = high - low < 0.5 * self.left[edges, 1]
+        self.left[edges] = np.stack([high - low, self.left[edges, 0]], axis=1)
         known = (place > low) & (place < high) & quick
         return np.where(known, place, 0.5 * (low + high))
 
-    def after(self, own: IndexArray, t: FloatArray, miss: FloatArray) -> _Misses:
-        """With the points `t` of the edges `own`, whose normals miss by `miss`; NaN inside."""
+    def after(self, edges: IndexArray, t: FloatArray, miss: FloatArray) -> _Misses:
+        """With the points `t` of the edges `edges`, whose normals miss by `miss`; NaN inside."""
         outside = ~np.isnan(miss)
-        rows = own[outside]
+        rows = edges[outside]
         places, misses, inside = self.t.copy(), self.miss.copy(), self.inside.copy()
         places[rows] = np.stack([t[outside], places[rows, 0]], axis=1)
         misses[rows] = np.stack([miss[outside], misses[rows, 0]], axis=1)
-        inside[own] = ~outside
+        inside[edges] = ~outside
         return _Misses(places, misses, inside, self.left)
 
 

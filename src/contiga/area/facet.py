@@ -164,8 +164,8 @@ def _part_areas(inp: AreaInput, parts: Parts, on: str) -> FloatArray:
         run_ranges(facet_area_nb.slave_pieces, m, FACETS, *images)
     else:
         feet = stacked(cut.feet, cut.ends)
-        sides = (n_i, np.where(cut.border < 0, -1, cut.border + len(cut.feet.patch)))
-        master = (corner, (feet.point, feet.normal), sides, cut.fraction, share)
+        border = np.where(cut.border < 0, -1, cut.border + len(cut.feet.patch))
+        master = (corner, feet, n_i, border, cut.fraction, share)
         run_ranges(image_nb.image_pieces, m, PIECES, *master)
     facet_area_nb.gather(corner, share, areas)
     return areas

@@ -50,8 +50,8 @@ def web_of(inp: AreaInput, graph: Graph, bridge: float) -> Web:
     )
     region = np.concatenate([label, label[start[known]]])
     facets = [np.zeros((0, 3), np.int32)]
-    for own, chart in _charts(inp.exact, feet, region):
-        facets.append(own[_triangles(chart, feet.point[own], bridge)])
+    for rows_in_chart, chart in _charts(inp.exact, feet, region):
+        facets.append(rows_in_chart[_triangles(chart, feet.point[rows_in_chart], bridge)])
     points = np.concatenate([inp.points[inp.rows], inp.points[ring[known]]])
     rows = np.arange(n_c, dtype=np.int32)
     corners = np.concatenate(facets).astype(np.int32)
@@ -64,15 +64,15 @@ def _around(inp: AreaInput, graph: Graph) -> tuple[IntArray, IntArray]:
     place = np.full(len(inp.points), -1, np.int32)
     place[inp.rows] = np.arange(len(inp.rows))
     count = np.diff(graph.first)[inp.rows]
-    own = np.repeat(np.arange(len(inp.rows)), count)
-    shift = np.arange(len(own)) - np.repeat(np.cumsum(count) - count, count)
-    near = graph.neighbour[graph.first[inp.rows][own] + shift]
+    touching = np.repeat(np.arange(len(inp.rows)), count)
+    shift = np.arange(len(touching)) - np.repeat(np.cumsum(count) - count, count)
+    near = graph.neighbour[graph.first[inp.rows][touching] + shift]
     free = (place[near] < 0) & np.isfinite(inp.points[near]).all(axis=1)
-    own, near = own[free], near[free]
-    way = np.linalg.norm(inp.points[inp.rows[own]] - inp.points[near], axis=1)
-    order = np.lexsort((own, way, near))
+    touching, near = touching[free], near[free]
+    way = np.linalg.norm(inp.points[inp.rows[touching]] - inp.points[near], axis=1)
+    order = np.lexsort((touching, way, near))
     ring, first = np.unique(near[order], return_index=True)
-    return ring.astype(np.int32), own[order][first].astype(np.int32)
+    return ring.astype(np.int32), touching[order][first].astype(np.int32)
 
 
 def _charts(

@@ -122,9 +122,9 @@ def _of_parts(parts: Parts, cut: Cut, n_c: int) -> tuple[Pairs, _Cuts]:
     facet, k = np.nonzero(inside != following)
     l = (k + 1) % 3
     first_in = inside[facet, k]
-    own = np.where(first_in, parts.corner[facet, k], parts.corner[facet, l])
+    corner = np.where(first_in, parts.corner[facet, k], parts.corner[facet, l])
     other = np.where(first_in, parts.nodes[facet, l], parts.nodes[facet, k])
-    inner = parts.inner[own]
+    inner = parts.inner[corner]
     keys = inner.astype(np.int64) * (int(parts.nodes.max()) + 1) + other
     _, once, number = np.unique(keys, return_index=True, return_inverse=True)
     number = n_c + number.ravel()

@@ -28,6 +28,6 @@ class Digest:
             if array is None:
                 self.text("none")
             else:
-                own = np.ascontiguousarray(array)
-                self.text(f"{own.shape} {own.dtype.str}")
-                self._hash.update(own.tobytes())
+                contiguous = np.ascontiguousarray(array)
+                self.text(f"{contiguous.shape} {contiguous.dtype.str}")
+                self._hash.update(contiguous.tobytes())

@@ -111,22 +111,22 @@ def _is_ours(path: Path) -> bool:
     """Whether nobody else can have written a file or a folder, as far as the system says."""
     if not hasattr(os, "geteuid"):
         return True
-    found = path.stat()
-    return found.st_uid == os.geteuid() and not found.st_mode & 0o022
+    status = path.stat()
+    return status.st_uid == os.geteuid() and not status.st_mode & 0o022
 
 
 def _trim(folder: Path) -> None:
     """Remove what was not asked for the longest, until the rest is no more than it may be, and
     what was never written to its end."""
     entries = list(_entries(folder, "*.kept"))
-    total, count = sum(found.st_size for _, found in entries), len(entries)
-    for path, found in sorted(entries, key=lambda entry: entry[1].st_mtime_ns):
+    total, count = sum(status.st_size for _, status in entries), len(entries)
+    for path, status in sorted(entries, key=lambda entry: entry[1].st_mtime_ns):
         if total <= MOST and count <= MANY:
             break
         path.unlink(missing_ok=True)
-        total, count = total - found.st_size, count - 1
-    for path, found in _entries(folder, "*.new"):
-        if found.st_mtime < time() - LEFT_OVER:
+        total, count = total - status.st_size, count - 1
+    for path, status in _entries(folder, "*.new"):
+        if status.st_mtime < time() - LEFT_OVER:
             path.unlink(missing_ok=True)
 
 

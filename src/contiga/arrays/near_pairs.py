@@ -28,14 +28,14 @@ def near_pairs(points: FloatArray, reach: float) -> IndexArray:
     name = _named(cell)
     order = np.argsort(name, kind="stable")
     sorted_names = name[order]
-    own = np.arange(len(points))
+    rows = np.arange(len(points))
     after = np.searchsorted(sorted_names, name[order], side="right")
-    found = [_ranges(order, order, own + 1, after)]
+    parts = [_ranges(order, order, rows + 1, after)]
     for step in _AFTER:
         other = _named(cell + np.array(step))
         low, high = (np.searchsorted(sorted_names, other, side=side) for side in ("left", "right"))
-        found.append(_ranges(own, order, low, high))
-    pairs = np.concatenate(found)
+        parts.append(_ranges(rows, order, low, high))
+    pairs = np.concatenate(parts)
     apart = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
     pairs = np.sort(pairs[apart <= reach], axis=1)
     return np.unique(pairs[pairs[:, 0] < pairs[:, 1]], axis=0)
@@ -46,9 +46,9 @@ def _named(cell: IndexArray) -> np.ndarray:
     return (cell.astype(np.uint64) * _MIX).sum(axis=1, dtype=np.uint64)
 
 
-def _ranges(own: IndexArray, order: IndexArray, low: IndexArray, high: IndexArray) -> IndexArray:
-    """Pairs of own[k] with each of order[low[k]:high[k]]."""
+def _ranges(rows: IndexArray, order: IndexArray, low: IndexArray, high: IndexArray) -> IndexArray:
+    """Pairs of rows[k] with each of order[low[k]:high[k]]."""
     count = np.maximum(high - low, 0)
     start = np.cumsum(count) - count
     at = np.repeat(low - start, count) + np.arange(count.sum())
-    return np.stack([np.repeat(own, count), order[at]], axis=1)
+    return np.stack([np.repeat(rows, count), order[at]], axis=1)

@@ -58,13 +58,13 @@ class Queries:
         # Segments run to the start of their rays: the last that they cross is what rays hit first.
         with np.errstate(invalid="ignore"):
             begins, ends = starts + far[:, None] * units, starts + near[:, None] * units
-        found, sense = self.surface.last_crossings(begins, ends, rows)
+        crossings, sense = self.surface.last_crossings(begins, ends, rows)
         crossed = sense != 0
-        hit, share = rows[crossed], found.fraction[crossed]
+        hit, share = rows[crossed], crossings.fraction[crossed]
         out = _no_hits(len(starts))
         out.distance[hit] = far[hit] + share * (near[hit] - far[hit])
         for name in ("patch", "uv", "point", "status"):
-            getattr(out, name)[hit] = getattr(found, name)[crossed]
+            getattr(out, name)[hit] = getattr(crossings, name)[crossed]
         out.normal[hit] = self._normals_at(out.patch[hit], out.uv[hit])
         return out
 

@@ -115,7 +115,7 @@ def _is_laid_out(feet: Projection, n: int) -> bool:
 
 def _laid_out(start: Projection, n: int) -> Projection:
     """A projection of n rows whose arrays are as kernels take them; see `checked_start`."""
-    own = []
+    columns = []
     arrays: tuple[Any, ...] = start
     for name, values, like in zip(Projection._fields, arrays, EMPTY, strict=True):
         try:
@@ -134,8 +134,8 @@ def _laid_out(start: Projection, n: int) -> Projection:
                 found=array.shape,
                 allowed=f"{name} {(n, *like.shape[1:])}",
             )
-        own.append(array)
-    return Projection(*own)
+        columns.append(array)
+    return Projection(*columns)
 
 
 def checked_feet(
@@ -163,32 +163,32 @@ def checked_out(out: Projection | None, points: FloatArray, start: Projection | 
         raise InputError("out must be a Projection", where="out", found=type(out).__name__)
     arrays: tuple[NDArray[Any], ...] = out
     if not _is_laid_out(out, len(points)):
-        for name, own, like in zip(Projection._fields, arrays, EMPTY, strict=True):
-            check_fillable(own, (len(points), *like.shape[1:]), like.dtype, f"out.{name}")
+        for name, array, like in zip(Projection._fields, arrays, EMPTY, strict=True):
+            check_fillable(array, (len(points), *like.shape[1:]), like.dtype, f"out.{name}")
     read = [points] if start is None or start is out else [points, *start]
     check_apart(arrays, read, APART)
     return out
 
 
-def check_fillable(own: Any, shape: tuple[int, ...], dtype: Any, where: str) -> None:
+def check_fillable(array: Any, shape: tuple[int, ...], dtype: Any, where: str) -> None:
     """Refuse an array of `out` that results of that shape and type cannot be written into."""
-    fits = isinstance(own, np.ndarray) and own.shape == shape and own.dtype == dtype
-    if not fits or not own.flags.carray:
+    fits = isinstance(array, np.ndarray) and array.shape == shape and array.dtype == dtype
+    if not fits or not array.flags.carray:
         raise InputError(
             "out must have arrays of one row a point, that can be written to",
             where=where,
-            found=getattr(own, "shape", type(own).__name__),
+            found=getattr(array, "shape", type(array).__name__),
             allowed=f"{shape}, {np.dtype(dtype)}, C-contiguous, writeable",
         )
 
 
-def check_apart(own: Sequence[Any], read: Sequence[Any], allowed: str) -> None:
+def check_apart(filled: Sequence[Any], read: Sequence[Any], allowed: str) -> None:
     """Refuse arrays of `out` that share memory with what is read, or with each other."""
-    arrays = [*own, *read]
+    arrays = [*filled, *read]
     # Those that have memory of their own share none; to look at all pairs takes ten times as long.
     if all(array.flags.owndata for array in arrays) and len(set(map(id, arrays))) == len(arrays):
         return
-    pairs = [*product(own, read), *combinations(own, 2)]
+    pairs = [*product(filled, read), *combinations(filled, 2)]
     if any(np.may_share_memory(one, other) for one, other in pairs):
         raise InputError(
             "out shares memory with what is read, or its arrays with each other",

@@ -108,14 +108,14 @@ def _taken(starts: deque[int]) -> int | None:
 def map_threads(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
     """``[function(item) for item in items]`` on the threads; each call must stand by itself."""
     given = list(items)
-    found: dict[int, R] = {}
+    results: dict[int, R] = {}
 
     def some(start: int, stop: int) -> None:
         for k in range(start, stop):
-            found[k] = function(given[k])
+            results[k] = function(given[k])
 
     run_ranges(some, len(given), 1)
-    return [found[k] for k in range(len(given))]
+    return [results[k] for k in range(len(given))]
 
 
 def started(kernel: Callable[..., R], n: int, grain: int, *args: Any) -> Callable[[], R]:

@@ -325,8 +325,8 @@ def _slave(
         slave = cache.part(spec.points, spec.name, unit, lambda: spec.points.slave(spec.name, unit))
     slave = spec.points.standing(slave, parts)
 
-    def nodal(given: float | None, own: FloatArray | None) -> FloatArray | None:
-        return own if given is None else np.full(len(slave), given)
+    def nodal(given: float | None, of_slave: FloatArray | None) -> FloatArray | None:
+        return of_slave if given is None else np.full(len(slave), given)
 
     return Slave(
         slave.points,

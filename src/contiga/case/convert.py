@@ -191,16 +191,16 @@ def _bodies(numbers: list[int], parts: DeckParts) -> Iterator[str]:
         if motion is not None:
             places = [model.place(m.block, m.line) for m in model.motions if m.part == part]
             others = "go on as they start" if "velocity" in motion else "stand still"
-            told = f"*BOUNDARY_PRESCRIBED_MOTION_RIGID, {', '.join(places)}"
-            yield f"# {told}; its other ways {others}"
+            source = f"*BOUNDARY_PRESCRIBED_MOTION_RIGID, {', '.join(places)}"
+            yield f"# {source}; its other ways {others}"
             yield f"motion = {value_text(motion)}"
             continue
         motion = parts.free_motion(part)
         if motion is None:
             yield "# CON1 and CON2 of its material hold it."
             continue
-        mass, told = parts.mass(part)
-        yield f"mass = {value_text(mass)}  # {told}"
+        mass, comment = parts.mass(part)
+        yield f"mass = {value_text(mass)}  # {comment}"
         yield f"motion = {value_text(motion)}"
 
 

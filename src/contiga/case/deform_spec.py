@@ -119,10 +119,10 @@ class DeformSpec(_MadeOf):
     def moved(
         self,
         nodes_of: NodesOf,
-        told: Callable[[ToldMotionSpec], BodyMotion],
+        motion_of: Callable[[ToldMotionSpec], BodyMotion],
         elements_of: ElementsOf,
     ) -> Deforming:
-        """The motion; `told` answers motions in the units of the case."""
+        """The motion; `motion_of` answers motions in the units of the case."""
         return Deforming(
             material=None if self.material is None else self.material.material,
             density=self.density,
@@ -134,7 +134,7 @@ class DeformSpec(_MadeOf):
             fixed=[one.table(nodes_of) for one in self.fixed] or None,
             velocity=self.velocity,
             damping=self.damping,
-            driven=[one.table(nodes_of) | {"motion": told(one.motion)} for one in self.driven],
+            driven=[one.table(nodes_of) | {"motion": motion_of(one.motion)} for one in self.driven],
             attached=[one.table(nodes_of) for one in self.attached],
             loads=[one.load(nodes_of) for one in self.loads],
         )

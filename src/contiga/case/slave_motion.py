@@ -28,9 +28,10 @@ from contiga.slaves.slave import Slave
 
 
 def slave_motion(
-    spec: SlaveSpec, slave: Slave, case: Case, told: BodyMotion | None
+    spec: SlaveSpec, slave: Slave, case: Case, prescribed_motion: BodyMotion | None
 ) -> SlaveMotion | Dependent:
-    """How the points move, with `told` where that is told beforehand; still where that is wrong."""
+    """How the points move: as `prescribed_motion` says where that is told beforehand, and not at
+    all where it is wrong."""
     motion = spec.motion
     if isinstance(motion, FreeSpec):
         return motion.moved(None)
@@ -45,7 +46,7 @@ def slave_motion(
         deforming.nodes(spec.name, slave, lambda name: 0)  # what does not fit is told here
         return deforming
     if not isinstance(motion, SeriesSpec):
-        return Moved(slave.points, Fixed() if told is None else told)
+        return Moved(slave.points, Fixed() if prescribed_motion is None else prescribed_motion)
     series = _series(motion, case)
     count = len(series.points(case.time.start))
     if count != len(slave):
@@ -92,9 +93,9 @@ def _elements_of_set(spec: SlaveSpec, slave: Slave, key: str | int) -> dict[str,
         elements[KINDS["line"]] = [np.asarray(lines, np.int32)]
     for kind, rows in slave.elements.items():
         if kind in cells and len(cells[kind]):
-            own = rows[same_elements(rows, cells[kind])]
-            if len(own):
-                elements.setdefault(KINDS.get(kind, kind), []).append(split(slave, kind, own))
+            chosen = rows[same_elements(rows, cells[kind])]
+            if len(chosen):
+                elements.setdefault(KINDS.get(kind, kind), []).append(split(slave, kind, chosen))
     if not elements:
         raise CaseError(
             "no element of the slave is in this part, set or group",

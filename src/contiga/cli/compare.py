@@ -40,11 +40,11 @@ def _lines(comparison: Comparison) -> Iterator[str]:
     from contiga.report.comparison_page import in_short
     from contiga.report.style import number
 
-    shown = list(comparison.settings.items())[:_MOST]
-    for key, (one, two) in shown:
+    first_settings = list(comparison.settings.items())[:_MOST]
+    for key, (one, two) in first_settings:
         yield f"{key}: {in_short(one)} → {in_short(two)}"
-    if len(comparison.settings) > len(shown):
-        yield f"and {len(comparison.settings) - len(shown)} more settings"
+    if len(comparison.settings) > len(first_settings):
+        yield f"and {len(comparison.settings) - len(first_settings)} more settings"
     if not comparison.settings:
         yield "the cases say the same"
     for name, d in comparison.differences.items():

@@ -218,8 +218,8 @@ class Contact(Displayed):
         p_W, X_WB = self._checked(points, pose)
         with clock("search"):
             p_B = to_body(X_WB, p_W)
-            found = detect_at_start(self._surface, p_B, self._sampling.active, self._options)
-        return self._respond(found, touching(found, p_B, None), (p_B, X_WB), None, clock)
+            detected = detect_at_start(self._surface, p_B, self._sampling.active, self._options)
+        return self._respond(detected, touching(detected, p_B, None), (p_B, X_WB), None, clock)
 
     def step(
         self,
@@ -272,10 +272,10 @@ class Contact(Displayed):
         memory = workspace, _ = self._workspaces.take(len(p_W)), columns
         try:
             with clock("search"):
-                found, held = detect_moved(
+                detected, held = detect_moved(
                     self.master, (p_W, X_WB, p_B), past, active, self._options, memory
                 )
-            return self._respond(found, held, (p_B, X_WB), past, clock, out)
+            return self._respond(detected, held, (p_B, X_WB), past, clock, out)
         finally:
             self._workspaces.give(workspace)
 
@@ -359,7 +359,7 @@ class Contact(Displayed):
 
     def _respond(
         self,
-        found: Detected,
+        detected: Detected,
         held: ContactRows,
         places: tuple[FloatArray, FloatArray],
         past: PreviousStep | None,
@@ -376,18 +376,18 @@ class Contact(Displayed):
         seen = areas = None
         if self.weights == "area":
             with clock("area"):
-                own = rows_of(found.feet, points.rows)
-                seen = self._measure.input(p_B, found.feet.patch, own)
+                feet = rows_of(detected.feet, points.rows)
+                seen = self._measure.input(p_B, detected.feet.patch, feet)
                 areas = self._measure.areas(seen)
         with clock("forces"):
             area = sampling.weights(points.rows) if areas is None else areas.area
-            inp = law_input(points, found.feet.patch, sampling, area, past, self.law)
+            inp = law_input(points, detected.feet.patch, sampling, area, past, self.law)
             answer = respond(self.law, self.friction, points, inp, past)
             # The forces act where the slave's points are: so those on slave and master balance,
             # with their moments, whatever friction adds along the surface.
             felt = forces(points, answer, p_B, past, (X_WB, self.master.reference_point))
-        whole = whole_of(found, places, felt)
-        loads = loads_of(held, found.opposed, points, answer, felt)
+        whole = whole_of(detected, places, felt)
+        loads = loads_of(held, detected.opposed, points, answer, felt)
         if sampling.first:
             whole["force"] = force = sampling.nodal(points.rows, felt.world)
             felt.wrench[:3] = 0.0 - force.sum(axis=0)

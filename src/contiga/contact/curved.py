@@ -24,6 +24,7 @@ from contiga.arrays.threads import run_ranges
 from contiga.contact.detect import detect
 from contiga.contact.kernels import bulging_nb
 from contiga.contact.loads import Guards, Holds, merged
+from contiga.contact.settle_records import ChunkLists, LastPlaces, Motion
 from contiga.contact.tracked import (
     CHUNK,
     BoolArray,
@@ -76,11 +77,11 @@ def detect_on_curves(
     rest = last._replace(patch=np.where(straight, last.patch, np.int32(-1)))
     whole = detect(surface, now, rest, active & straight, options, memory)
     for count in np.unique(pieces):
-        own = rows[pieces == count]
-        ends = last.points_B[own], to_world(relative(*poses), now[own])
-        path = Path(screw, *ends, now[own])
-        part = _follow(surface, path, _rows_of(last, own), options, int(count))
-        whole = _put(whole, own, part)
+        together = rows[pieces == count]
+        ends = last.points_B[together], to_world(relative(*poses), now[together])
+        path = Path(screw, *ends, now[together])
+        part = _follow(surface, path, _rows_of(last, together), options, int(count))
+        whole = _put(whole, together, part)
     return whole._replace(held=np.flatnonzero(whole.feet.patch >= 0).astype(np.int32))
 
 
@@ -122,24 +123,26 @@ def _bulging(
     pose at the end of the step in that at its start.
     """
     (screw, X_01), (last, now) = turned, ways
-    n, allowed, path = len(now), options.bulge * options.size, (last.points_B, now)
+    n, allowed, path = len(now), options.bulge * options.size, Motion(last.points_B, now)
     chunks = ceil(n / CHUNK)
     extremes = np.zeros((chunks, 2))
     run_ranges(bulging_nb.farthest, chunks, 1, path, extremes, CHUNK)
     bulge = _most(screw, X_01, *extremes.max(axis=0, initial=0.0))
     if bulge <= allowed:
         return np.zeros(0, np.int64), np.zeros(0)
-    known = last.patch, last.safe_distance, locked(active)
-    lists = np.empty(n, np.int32), np.zeros(chunks, np.int64)
+    known = LastPlaces(last.patch, last.safe_distance, locked(active))
+    lists = ChunkLists(np.empty(n, np.int32), np.zeros(chunks, np.int64))
     run_ranges(bulging_nb.within_reach, chunks, 1, path, known, bulge, lists, CHUNK)
     rows = listed(*lists)
     start, end = last.points_B[rows], to_world(X_01, now[rows])
-    own, way = bulge_of(screw, start, end), _lengths(now[rows] - start)
+    bulges, way = bulge_of(screw, start, end), _lengths(now[rows] - start)
     clearance = np.where(last.patch[rows] >= 0, 0.0, np.abs(last.safe_distance[rows]))
-    far = (own > allowed) & (clearance <= way + own) & (way >= CARRIED * _lengths(end - start))
-    rows, own = rows[far], own[far]
+    far = (
+        (bulges > allowed) & (clearance <= way + bulges) & (way >= CARRIED * _lengths(end - start))
+    )
+    rows, bulges = rows[far], bulges[far]
     near = _near(surface, last, now, rows, bulge)
-    return rows[near], own[near]
+    return rows[near], bulges[near]
 
 
 def _near(surface: Surface, last: Last, now: FloatArray, rows: IntArray, bulge: float) -> BoolArray:
@@ -186,12 +189,12 @@ def _follow(surface: Surface, path: Path, last: Last, options: Options, pieces: 
     story = Story.begin(last.patch >= 0)
     for k in range(1, pieces + 1):
         now = path.at(k / pieces)
-        found = detect(surface, now, last, active, options, (Workspace.of(n), Columns.of(n)))
-        story = story.after(found)
-        place = found.feet.patch, found.uv, found.last_patch
-        last = Last(now, *place, found.safe_distance, found.holds)
-    feet = found.feet._replace(certified=story.certified)
-    return found._replace(feet=feet, status=story.status(found.status))
+        detected = detect(surface, now, last, active, options, (Workspace.of(n), Columns.of(n)))
+        story = story.after(detected)
+        place = detected.feet.patch, detected.uv, detected.last_patch
+        last = Last(now, *place, detected.safe_distance, detected.holds)
+    feet = detected.feet._replace(certified=story.certified)
+    return detected._replace(feet=feet, status=story.status(detected.status))
 
 
 class Story(NamedTuple):
@@ -218,13 +221,13 @@ class Story(NamedTuple):
         none = np.zeros(len(touching), np.int8)
         return cls(touching, touching, touching, none, none, none > 0, none + np.int8(1))
 
-    def after(self, found: Detected) -> Story:
+    def after(self, detected: Detected) -> Story:
         """With another piece."""
-        status, touching = found.status, found.feet.patch >= 0
+        status, touching = detected.status, detected.feet.patch >= 0
         new = touching & (~self.touching | (status == ContactStatus.NEW))
         again = touching & np.isin(status, FOUND_AGAIN)
         kept = np.where(touching & ~new, self.again, np.int8(0))
-        proved = np.where(new | again, np.int8(1), self.certified) & found.feet.certified
+        proved = np.where(new | again, np.int8(1), self.certified) & detected.feet.certified
         return Story(
             self.began,
             touching,
@@ -254,8 +257,8 @@ def _put(whole: Detected, rows: IndexArray, part: Detected) -> Detected:
     for name in ("status", "safe_distance", "last_patch", "uv"):
         getattr(whole, name)[rows] = getattr(part, name)
     take(whole.feet, rows, part.feet, np.ones(len(rows), dtype=bool))
-    own = Guards(rows[part.opposed.rows], part.opposed.normal)
-    return whole._replace(opposed=merged(whole.opposed, own))
+    opposed = Guards(rows[part.opposed.rows], part.opposed.normal)
+    return whole._replace(opposed=merged(whole.opposed, opposed))
 
 
 def _rows_of(last: Last, rows: IndexArray) -> Last:
@@ -263,12 +266,12 @@ def _rows_of(last: Last, rows: IndexArray) -> Last:
     held, guard, depth, opposed = last.holds
     place = np.full(len(last.patch), -1, np.int32)
     place[rows] = np.arange(len(rows), dtype=np.int32)
-    own = np.flatnonzero(place[held] >= 0)
+    chosen = np.flatnonzero(place[held] >= 0)
     return Last(
         last.points_B[rows],
         last.patch[rows],
         last.uv[rows],
         last.last_patch[rows],
         last.safe_distance[rows],
-        Holds(place[held[own]], guard[own], depth[own], opposed[own]),
+        Holds(place[held[chosen]], guard[chosen], depth[chosen], opposed[chosen]),
     )

@@ -41,15 +41,15 @@ def detect_at_start(
     surface: Surface, p_B: FloatArray, active: np.ndarray, options: Options
 ) -> Detected:
     """The start: nothing is in contact, or, by penetration, what already lies inside."""
-    found = _nothing(p_B, active)
+    detected = _nothing(p_B, active)
     rows = np.flatnonzero(np.isfinite(p_B).all(axis=1) & active).astype(np.int32)
     if options.closed:
-        closed_body.detect_at_start(surface, p_B, rows, found, options)
-        return with_feet(found, (rows, rows[:0]))
-    surface.safe_distance(p_B, rows, found.safe_distance)
+        closed_body.detect_at_start(surface, p_B, rows, detected, options)
+        return with_feet(detected, (rows, rows[:0]))
+    surface.safe_distance(p_B, rows, detected.safe_distance)
     if options.penetration:
-        detect_inside(surface, p_B, rows, found, options)
-    return with_feet(found, (rows, rows[:0]))
+        detect_inside(surface, p_B, rows, detected, options)
+    return with_feet(detected, (rows, rows[:0]))
 
 
 def detect(
@@ -67,23 +67,23 @@ def detect(
     points in world axes and the pose of the body, `now` is filled in.
     """
     workspace, columns = memory or (Workspace.of(len(now)), Columns.of(len(now)))
-    found = nowhere(workspace, columns)
+    detected = nowhere(workspace, columns)
     old = last.last_patch, last.uv, last.holds
     step = Step(last.points_B, now, workspace.way, workspace.ignored, *old)
     lists = rows, near = _place(step, last, active, columns, workspace.rows, moved)
     if options.through:
         feet = last.patch, last.uv
-        rows, near = through.detect(surface, step, feet, lists, found, options)
+        rows, near = through.detect(surface, step, feet, lists, detected, options)
     if options.closed:
         feet = last.patch, last.uv
-        opposed = closed_body.detect(surface, step, feet, (rows, near), found, options)
-        return with_feet(found, lists)._replace(opposed=opposed)
+        opposed = closed_body.detect(surface, step, feet, (rows, near), detected, options)
+        return with_feet(detected, lists)._replace(opposed=opposed)
     foot = last.patch[rows], last.uv[rows]
     way = last.points_B[rows], now[rows]
     tracked = track(surface, way, foot, options)
     give_way(surface, tracked, way, last.holds.at(rows)[1], options)
-    open_body.detect(surface, step, (rows, near), tracked, found, options)
-    return with_feet(found, lists)
+    open_body.detect(surface, step, (rows, near), tracked, detected, options)
+    return with_feet(detected, lists)
 
 
 def _place(
@@ -112,10 +112,10 @@ def _place(
 
 def _nothing(p_B: FloatArray, active: np.ndarray) -> Detected:
     """Nothing in contact, and nothing known of inactive points but that they never are."""
-    found = nowhere(Workspace.of(len(p_B)), Columns.of(len(p_B)))
-    found.status[~np.isfinite(p_B).all(axis=1)] = ContactStatus.NOT_FINITE
-    found.safe_distance[~active] = np.inf
-    return found
+    detected = nowhere(Workspace.of(len(p_B)), Columns.of(len(p_B)))
+    detected.status[~np.isfinite(p_B).all(axis=1)] = ContactStatus.NOT_FINITE
+    detected.safe_distance[~active] = np.inf
+    return detected
 
 
 def nowhere(workspace: Workspace, columns: Columns) -> Detected:
@@ -133,8 +133,9 @@ def no_feet(workspace: Workspace, columns: Columns) -> Projection:
     return Projection(patch, uv, point, normal, gap, feature, status, certified)
 
 
-def with_feet(found: Detected, lists: tuple[IntArray, IntArray]) -> Detected:
-    """`found` with the points in contact, which are some of the `lists`, and their parameters."""
+def with_feet(detected: Detected, lists: tuple[IntArray, IntArray]) -> Detected:
+    """`detected` with the points in contact, which are some of the `lists`, and their
+    parameters."""
     rows = np.empty(len(lists[0]) + len(lists[1]), np.int32)
-    n = straight(place_nb.held)(*lists, found, rows)
-    return found._replace(held=rows[:n])
+    n = straight(place_nb.held)(*lists, detected, rows)
+    return detected._replace(held=rows[:n])

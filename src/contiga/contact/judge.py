@@ -35,6 +35,7 @@ from contiga.records import (
     FloatArray,
     IndexArray,
     IntArray,
+    KnownSides,
     Projection,
     rows_of,
 )
@@ -46,19 +47,19 @@ SAME_FOOT = 1e-9
 
 def asked_of(
     rows: IntArray,
-    known: tuple[ByteArray, FloatArray],
+    known: KnownSides,
     within: FloatArray,
     tracked: tuple[BoolArray, ByteArray, Known, Projection] | None = None,
 ) -> Asked:
-    """Points of which known = (side, reach) is; tracked = (kept, status, what held them, feet) of
-    those that were in contact."""
+    """Points whose sides are known so far; tracked = (kept, status, what held them, feet) of those
+    that were in contact."""
     n = len(rows)
     truth = blank(n)
     truth.status[:] = NOT_ASKED
     if tracked is None:
         none = np.zeros(n, dtype=bool)
-        told = none.copy(), np.zeros(n, np.int8), *known, within
-        return Asked(rows, none, *told, *UNHELD.at(rows), blank(n), truth)
+        free = none.copy(), np.zeros(n, np.int8), *known, within
+        return Asked(rows, none, *free, *UNHELD.at(rows), blank(n), truth)
     kept, status, (guard, depth, opposed), feet = tracked
     was = np.ones(n, dtype=bool)
     return Asked(rows, was, kept, status, *known, within, guard, depth, opposed, feet, truth)
@@ -92,11 +93,13 @@ class PointsFound(NamedTuple):
     """Free points that need not have come in: inside since the start, or without a past."""
 
 
-def judge(surface: Surface, step: Step, asked: Asked, found: Detected, options: Options) -> Guards:
-    """Fill `found` for the points that are asked for; returns those whose nearest wall is opposite
-    to the one that pushes them."""
-    truth, told = asked.truth, asked.side != 0
-    needed = ~told | (~asked.was & options.penetration)
+def judge(
+    surface: Surface, step: Step, asked: Asked, detected: Detected, options: Options
+) -> Guards:
+    """Fill `detected` for the points that are asked for; returns those whose nearest wall is
+    opposite to the one that pushes them."""
+    truth, sided = asked.truth, asked.side != 0
+    needed = ~sided | (~asked.was & options.penetration)
     if options.nearest:
         needed |= asked.side < 0
     _find(surface, step, asked, np.flatnonzero(needed))
@@ -109,17 +112,17 @@ def judge(surface: Surface, step: Step, asked: Asked, found: Detected, options: 
     )
     if options.nearest:
         judge_nb.take_nearest(asked, step.way, limits)
-    if judge_nb.judge_plain(asked, step, limits, found):
+    if judge_nb.judge_plain(asked, step, limits, detected):
         return UNGUARDED
     solved = ~needed | (truth.status == Status.OK)
-    inside = solved & np.where(told, asked.side < 0, truth.gap <= 0.0)
-    deep = inside & (told | (truth.gap < -options.band))
+    inside = solved & np.where(sided, asked.side < 0, truth.gap <= 0.0)
+    deep = inside & (sided | (truth.gap < -options.band))
     past = np.isfinite(step.way[asked.rows])
     free = ~asked.was & (step.ignored[asked.rows] | ~past)
     standing = PointsFound(needed, solved, inside, deep, free)
     if options.nearest:
-        return _judge_nearest(surface, step, asked, standing, found, options)
-    _judge_tracked(surface, step, asked, standing, found, options)
+        return _judge_nearest(surface, step, asked, standing, detected, options)
+    _judge_tracked(surface, step, asked, standing, detected, options)
     return UNGUARDED
 
 
@@ -128,10 +131,10 @@ def _judge_tracked(
     step: Step,
     asked: Asked,
     standing: PointsFound,
-    found: Detected,
+    detected: Detected,
     options: Options,
 ) -> None:
-    """Fill `found` where a point keeps the wall that it came in by."""
+    """Fill `detected` where a point keeps the wall that it came in by."""
     was, kept = asked.was, asked.kept
     _, solved, inside, deep, free = standing
     entered, new = _come_in(surface, step, asked, inside, options)
@@ -146,7 +149,7 @@ def _judge_tracked(
     status[anew] = ContactStatus.REACQUIRED
     status[missed] = ContactStatus.FOUND
     status[(~solved & ~kept) | lost] = ContactStatus.LOST
-    _write(asked, standing, (status, (old | new | anew | missed) & ~lost, lost), found, options)
+    _write(asked, standing, (status, (old | new | anew | missed) & ~lost, lost), detected, options)
 
 
 def _judge_nearest(
@@ -154,29 +157,29 @@ def _judge_nearest(
     step: Step,
     asked: Asked,
     standing: PointsFound,
-    found: Detected,
+    detected: Detected,
     options: Options,
 ) -> Guards:
-    """Fill `found` where the nearest wall that is not opposite pushes; see `judge`."""
+    """Fill `detected` where the nearest wall that is not opposite pushes; see `judge`."""
     rows, was, truth = asked.rows, asked.was, asked.truth
     _, solved, inside, deep, free = standing
     entered, start = _entries(surface, step, asked, standing, options)
     missed = deep & ~was & ~entered & ~free & (not options.penetration)
     touching = inside & ((was & (asked.kept | deep)) | entered | missed)
-    own = np.flatnonzero(touching & ~asked.kept)
-    way = start[own], step.now[rows[own]]
-    known = asked.guard[own], asked.depth[own], asked.opposed[own]
-    feet, nearest = rows_of(asked.feet, own), rows_of(truth, own)
+    moved = np.flatnonzero(touching & ~asked.kept)
+    way = start[moved], step.now[rows[moved]]
+    known = asked.guard[moved], asked.depth[moved], asked.opposed[moved]
+    feet, nearest = rows_of(asked.feet, moved), rows_of(truth, moved)
     held = hold(surface, way, known, feet, nearest, options.band)
-    take(asked.feet, own, held.feet, np.ones(len(own), dtype=bool))
+    take(asked.feet, moved, held.feet, np.ones(len(moved), dtype=bool))
     status = np.where(was, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
     status[asked.kept & touching] = asked.status[asked.kept & touching]
-    status[own] = np.where(held.anew, ContactStatus.REACQUIRED, ContactStatus.OLD)
+    status[moved] = np.where(held.anew, ContactStatus.REACQUIRED, ContactStatus.OLD)
     status[entered] = ContactStatus.NEW
     status[missed] = ContactStatus.FOUND
     status[~solved] = ContactStatus.LOST
-    _write(asked, standing, (status, touching, ~solved), found, options)
-    opposed = own[held.opposed]
+    _write(asked, standing, (status, touching, ~solved), detected, options)
+    opposed = moved[held.opposed]
     order = np.argsort(rows[opposed])
     return Guards(rows[opposed][order], held.guard[held.opposed][order])
 
@@ -202,32 +205,38 @@ def _entries(
     if len(which):
         hits, sense = surface.last_crossings(step.before, step.now, rows[which])
         back = np.flatnonzero(sense > 0)
-        own, there = which[back], np.ascontiguousarray(hits.point[back])
-        entered[own], start[own] = True, there
-        asked.depth[own], asked.opposed[own] = -np.inf, False
+        rows_back, there = which[back], np.ascontiguousarray(hits.point[back])
+        entered[rows_back], start[rows_back] = True, there
+        asked.depth[rows_back], asked.opposed[rows_back] = -np.inf, False
         feet = asked.feet
-        feet.patch[own], feet.uv[own], feet.status[own] = hits.patch[back], hits.uv[back], Status.OK
-        asked.guard[own] = closest(surface, there, np.arange(len(own), dtype=np.int32)).normal
+        feet.patch[rows_back], feet.uv[rows_back], feet.status[rows_back] = (
+            hits.patch[back],
+            hits.uv[back],
+            Status.OK,
+        )
+        asked.guard[rows_back] = closest(
+            surface, there, np.arange(len(rows_back), dtype=np.int32)
+        ).normal
     return entered, start
 
 
 def _write(
     asked: Asked,
     standing: PointsFound,
-    told: tuple[ByteArray, BoolArray, BoolArray],
-    found: Detected,
+    become: tuple[ByteArray, BoolArray, BoolArray],
+    detected: Detected,
     options: Options,
 ) -> None:
-    """Fill `found` with what becomes of points; `told` is (status, in contact, lost)."""
+    """Fill `detected` with what becomes of points; `become` is (status, in contact, lost)."""
     rows, truth = asked.rows, asked.truth
-    status, touching, lost = told
-    found.status[rows] = status
-    take(found.feet, rows, asked.feet, touching)
-    remember(found, rows[~touching], rows_of(truth, np.flatnonzero(~touching)))
+    status, touching, lost = become
+    detected.status[rows] = status
+    take(detected.feet, rows, asked.feet, touching)
+    remember(detected, rows[~touching], rows_of(truth, np.flatnonzero(~touching)))
     known = np.where(asked.side != 0, asked.safe_distance, np.abs(truth.gap)) - options.band
     free_way = np.where(standing.needed, free_distance(truth, options), asked.side * known)
     held = np.where(standing.inside, np.fmax(known, 0.0), 0.0)
-    found.safe_distance[rows] = np.where(lost, 0.0, np.where(touching, held, free_way))
+    detected.safe_distance[rows] = np.where(lost, 0.0, np.where(touching, held, free_way))
 
 
 def _come_in(

@@ -34,8 +34,8 @@ def detect_moved(
     poses = state.pose, X_WB
     if is_turned(poses):
         to_body(X_WB, p_W, p_B)
-        found = detect_on_curves(master.surface, p_B, last, active, options, poses, memory)
+        detected = detect_on_curves(master.surface, p_B, last, active, options, poses, memory)
     else:
-        own = p_W, X_WB
-        found = detect(master.surface, p_B, last, active, options, memory, own)
-    return found, touching(found, p_B, past)
+        world = p_W, X_WB
+        detected = detect(master.surface, p_B, last, active, options, memory, world)
+    return detected, touching(detected, p_B, past)

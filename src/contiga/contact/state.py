@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from contiga.area.method import AreaInput, Areas
 from contiga.arrays.layout import as_contiguous
-from contiga.arrays.ordered import product
 from contiga.contact.energy import ContactEnergy
 from contiga.contact.loads import Loads
 from contiga.contact.state_rows import kept_of
@@ -272,12 +271,7 @@ class State(Displayed):
     @property
     def centre_of_pressure(self) -> FloatArray:
         """(3,) mean of the feet, weighted by the normal forces; NaN without force."""
-        rows = np.flatnonzero(self.normal_force)
-        size = self.normal_force[rows]
-        total = size.sum()
-        if not total > 0.0:
-            return np.full(3, np.nan)
-        return to_world(self.pose, (product(size, self.foot_B[rows]) / total)[None, :])[0]
+        return kept_of(self).centre_of_pressure
 
     @cached_property
     def pressure(self) -> FloatArray:

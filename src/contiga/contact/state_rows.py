@@ -11,10 +11,12 @@ from typing import Any, Protocol
 import numpy as np
 
 from contiga.area.method import AreaInput, Areas
+from contiga.arrays.ordered import product
 from contiga.contact.force_records import Column
 from contiga.contact.loads import Guards, Holds, Loads, holds_of
 from contiga.contact.sparse import Sparse
 from contiga.records import FloatArray, IndexArray, IntArray
+from contiga.rigid.frames import to_world
 
 
 class StateLike(Protocol):
@@ -22,6 +24,8 @@ class StateLike(Protocol):
 
     @property
     def contact(self) -> Any: ...
+    @property
+    def pose(self) -> FloatArray: ...
     @property
     def stiffness(self) -> FloatArray: ...
     @property
@@ -41,20 +45,20 @@ class KeptRows:
 
     def __init__(self, state: StateLike) -> None:
         self._state = state
-        self._own: dict[str, Any] = vars(state)
+        self._arrays: dict[str, Any] = vars(state)
 
     @property
     def is_made(self) -> bool:
         """Whether a start or a step of a contact has made the state, and not somebody by hand."""
-        return "_loads" in self._own
+        return "_loads" in self._arrays
 
     @property
     def _loads(self) -> Loads | None:
-        return self._own.get("_loads")
+        return self._arrays.get("_loads")
 
     def column(self, name: str) -> Sparse | None:
         """What is kept of the array `name`; None where that is whole, or there is none."""
-        arrays = self._own
+        arrays = self._arrays
         if "_sparse" not in arrays:
             if "_loads" not in arrays:
                 return None
@@ -89,6 +93,16 @@ class KeptRows:
         values = getattr(self._state, name) if column is None else column.values
         rows = np.flatnonzero(values)
         return rows if column is None else column.rows[rows], values[rows]
+
+    @property
+    def centre_of_pressure(self) -> FloatArray:
+        """(3,) mean of the feet, weighted by the normal forces, world axes; NaN without force."""
+        rows, size = self.nonzero("normal_force")
+        total = size.sum()
+        if not total > 0.0:
+            return np.full(3, np.nan)
+        mean = product(size, self.part("foot_B", rows)) / total
+        return to_world(self._state.pose, mean[None, :])[0]
 
     @property
     def deep(self) -> Column:
@@ -131,7 +145,7 @@ class KeptRows:
     @property
     def area_input(self) -> AreaInput:
         """The nodes in contact, as area methods see them; looked up once."""
-        arrays = self._own
+        arrays = self._arrays
         if "_area_input" not in arrays:
             arrays["_area_input"] = self._state.contact.area_input(self._state)
         seen: AreaInput = arrays["_area_input"]
@@ -139,7 +153,7 @@ class KeptRows:
 
     def keep(self, seen: AreaInput, areas: Areas) -> None:
         """Take what was measured as the state was made, not to measure it again."""
-        self._own.update(_area_input=seen, areas=areas)
+        self._arrays.update(_area_input=seen, areas=areas)
 
     @property
     def steepest(self) -> FloatArray:

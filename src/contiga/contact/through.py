@@ -33,6 +33,7 @@ from contiga.records import (
     FloatArray,
     IndexArray,
     IntArray,
+    KnownSides,
     Projection,
     rows_of,
     stacked,
@@ -125,7 +126,7 @@ def _sides(
     within = np.full(len(rows), np.inf)
     unknown = np.flatnonzero(side == 0).astype(np.int32)
     followed = unknown, rows_of(held.feet, unknown), step.now[rows[unknown]]
-    tell(surface, followed, (side, reach), within, options)
+    tell(surface, followed, KnownSides(side, reach), within, options)
     unknown = unknown[side[unknown] == 0]
     truth = closest(surface, step.now, rows[unknown], within[unknown])
     proved = (truth.status == Status.OK) & (np.abs(truth.gap) > options.band)

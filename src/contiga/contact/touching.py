@@ -74,15 +74,15 @@ class LastDepths(NamedTuple):
     """(k,) how deep they were."""
 
 
-def touching(found: Detected, p_B: FloatArray, past: PreviousStep | None) -> ContactRows:
+def touching(detected: Detected, p_B: FloatArray, past: PreviousStep | None) -> ContactRows:
     """What is known of the points in contact before forces."""
-    points, gather = ContactRows.of(found.held), straight(carrying_nb.gather)
+    points, gather = ContactRows.of(detected.held), straight(carrying_nb.gather)
     if past is None:
         last = LastDepths(np.full(len(p_B), -1, np.int32), p_B, NO_ROWS, NONE)
-        gather(found.feet, p_B, last, NOWHERE, 1.0, points)
+        gather(detected.feet, p_B, last, NOWHERE, 1.0, points)
         points.rate.fill(0.0)
         return points
     state = past.state
     last = LastDepths(state.patch, state.points_B, *kept_of(state).deep)
-    gather(found.feet, p_B, last, *past.speed, points)
+    gather(detected.feet, p_B, last, *past.speed, points)
     return points

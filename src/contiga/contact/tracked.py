@@ -247,12 +247,12 @@ class Detected(NamedTuple):
         return holds_of(deep, self.feet.normal[self.held], self.opposed)
 
 
-def listed(own: IntArray, counts: IndexArray) -> IntArray:
-    """The rows that chunks have listed, so many each, every one from its own place in `own`."""
+def listed(rows: IntArray, counts: IndexArray) -> IntArray:
+    """The rows that chunks have listed, so many each, every one from its own place in `rows`."""
     if len(counts) == 1:
-        return own[: counts[0]]
-    parts = [own[c * CHUNK : c * CHUNK + count] for c, count in enumerate(counts)]
-    return np.concatenate(parts or [own])
+        return rows[: counts[0]]
+    parts = [rows[c * CHUNK : c * CHUNK + count] for c, count in enumerate(counts)]
+    return np.concatenate(parts or [rows])
 
 
 class Tracked(NamedTuple):
@@ -341,24 +341,24 @@ def distances(feet: Projection, p_B: FloatArray) -> FloatArray:
 
 
 def detect_inside(
-    surface: Surface, p_B: FloatArray, rows: IntArray, found: Detected, options: Options
+    surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detected, options: Options
 ) -> None:
     """Search by penetration: points that lie inside, feet at the closest points."""
     out = closest(surface, p_B, rows)
     # Behind an open surface, deeper than contact reaches or beside its border, a point is as far
     # from contact as from that depth. A foot that was not found (NaN) is looked for again.
-    found.safe_distance[rows] = np.where(
+    detected.safe_distance[rows] = np.where(
         out.gap > 0.0, out.gap, np.fmax(-out.gap - options.depth, 0.0)
     )
     keep = (out.status == Status.OK) & (out.gap <= 0.0) & (out.gap >= -options.depth)
-    found.status[rows[keep]] = ContactStatus.NEW
-    take(found.feet, rows, out, keep)
+    detected.status[rows[keep]] = ContactStatus.NEW
+    take(detected.feet, rows, out, keep)
 
 
-def remember(found: Detected, rows: IndexArray, feet: Projection) -> None:
+def remember(detected: Detected, rows: IndexArray, feet: Projection) -> None:
     """Keep the feet of free points: what their sides are proved by the next time."""
-    found.last_patch[rows] = feet.patch
-    found.uv[rows] = feet.uv
+    detected.last_patch[rows] = feet.patch
+    detected.uv[rows] = feet.uv
 
 
 def take(feet: Projection, rows: IndexArray, out: Projection, keep: BoolArray) -> None:

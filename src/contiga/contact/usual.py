@@ -17,12 +17,11 @@ import numpy as np
 from contiga.arrays.threads import run_ranges
 from contiga.contact.kernels import usual_nb
 from contiga.contact.tracked import Detected, Options, Step
-from contiga.contact.usual_records import Limits, Work
+from contiga.contact.usual_records import Work, limits_of
 from contiga.jit import straight
 from contiga.masters.protocol import Surface
-from contiga.records import FloatArray, IntArray
+from contiga.records import FloatArray, IntArray, SurfacePlaces
 from contiga.search.track.project import rows_of_a_chunk
-from contiga.search.track.track_records import Starts
 
 Settle = Callable[[IntArray, Work, IntArray], int]
 """Settles rows, working in memory, and lists those left; how many."""
@@ -50,7 +49,7 @@ def left(
     step: Step,
     last: tuple[IntArray, FloatArray],
     rows: tuple[IntArray, IntArray],
-    found: Detected,
+    detected: Detected,
     options: Options,
 ) -> tuple[IntArray, IntArray]:
     """Settle the usual ones of `rows`, points that were in contact and free ones near the surface;
@@ -58,20 +57,20 @@ def left(
     tables = surface.contact_tables
     if tables is None or not options.balls:
         return rows
-    limits = Limits(options.nearest, options.hold, options.band, options.far)
+    limits = limits_of(options)
     touching, free = rows
     if len(touching):
-        kernel, feet = straight(usual_nb.settle_touching), Starts(*last)
+        kernel, feet = straight(usual_nb.settle_touching), SurfacePlaces(*last)
 
         def settle(some: IntArray, work: Work, left: IntArray) -> int:
-            return int(kernel(tables, step, feet, some, limits, work, found, left))
+            return int(kernel(tables, step, feet, some, limits, work, detected, left))
 
         touching = _left(settle, touching, surface.n_elements, not options.nearest)
     if len(free):
         free_kernel = straight(usual_nb.settle_free)
 
         def settle_free(some: IntArray, work: Work, left: IntArray) -> int:
-            return int(free_kernel(tables, step, some, limits, work, found, left))
+            return int(free_kernel(tables, step, some, limits, work, detected, left))
 
         free = _left(settle_free, free, surface.n_elements, False)
     return touching, free
@@ -87,9 +86,9 @@ def _left(settle: Settle, rows: IntArray, n_elements: int, certify: bool) -> Int
 
     def chunks(first: int, last: int) -> None:
         for c in range(first, last):
-            own = slice(c * size, (c + 1) * size)
-            count = settle(rows[own], _memory.of(size, certify), left[own])
-            parts[c] = left[own][:count]
+            chunk = slice(c * size, (c + 1) * size)
+            count = settle(rows[chunk], _memory.of(size, certify), left[chunk])
+            parts[c] = left[chunk][:count]
 
     run_ranges(chunks, len(parts), 1)
     return np.concatenate(parts)

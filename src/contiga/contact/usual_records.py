@@ -9,10 +9,18 @@ from numpy.typing import NDArray
 
 from contiga.arrays.query_checks import NO_FEET
 from contiga.arrays.workspace import Workspace
-from contiga.records import ByteArray, FloatArray, IntArray, Projection, empty_projection
+from contiga.contact.tracked import Options
+from contiga.records import (
+    ByteArray,
+    FloatArray,
+    IntArray,
+    Projection,
+    SurfacePlaces,
+    empty_projection,
+)
 from contiga.search.track.kernels.lanes_nb import RECORD
 from contiga.search.track.project import NOWHERE
-from contiga.search.track.track_records import Left, Path, Starts, room_for
+from contiga.search.track.track_records import Left, Path, room_for
 
 
 class Limits(NamedTuple):
@@ -28,6 +36,11 @@ class Limits(NamedTuple):
     """Way beyond which the last foot of a free point is no longer near by, length."""
 
 
+def limits_of(options: Options) -> Limits:
+    """Of the options of a contact."""
+    return Limits(options.nearest, options.hold, options.band, options.far)
+
+
 class Work(NamedTuple):
     """Memory for n rows, of which nothing is kept."""
 
@@ -36,8 +49,8 @@ class Work(NamedTuple):
     reach: FloatArray
     path: Path
     """Of rows that have a foot to start from."""
-    starts: Starts
-    near: Starts
+    starts: SurfacePlaces
+    near: SurfacePlaces
     """Pieces of surface in the cells of points."""
     feet: Projection
     left: Left
@@ -81,5 +94,5 @@ def _bytes(count: int, n: int) -> ByteArray:
     return np.empty((count, n), np.int8)
 
 
-def _starts(n: int) -> Starts:
-    return Starts(np.empty(n, np.int32), np.empty((n, 2)))
+def _starts(n: int) -> SurfacePlaces:
+    return SurfacePlaces(np.empty(n, np.int32), np.empty((n, 2)))

@@ -21,7 +21,16 @@ import numpy as np
 from contiga.contact.kernels.settle_nb import ANOTHER, LEAST, PART
 from contiga.contact.tracked import BoolArray, Options, Tracked, closest, distances, take
 from contiga.masters.protocol import Surface
-from contiga.records import FloatArray, IndexArray, IntArray, Projection, empty_projection, rows_of
+from contiga.records import (
+    FacingLimits,
+    FloatArray,
+    IndexArray,
+    IntArray,
+    Projection,
+    SurfacePlaces,
+    empty_projection,
+    rows_of,
+)
 from contiga.statuses import Feature, Status
 
 # Parts that ways are gone along in at least, where they are, and that are halved no further to see
@@ -221,7 +230,8 @@ def _facing(
     out = empty_projection(len(p_B))
     patch, uv = starts[0].astype(np.int32), np.ascontiguousarray(starts[1])
     points, guards, least = (np.ascontiguousarray(values) for values in (p_B, *known))
-    surface.closest_facing(points, guards, (LEAST, least), (patch, uv), out)
+    limits, places = FacingLimits(LEAST, least), SurfacePlaces(patch, uv)
+    surface.closest_facing(points, guards, limits, places, out)
     return out
 
 

@@ -13,8 +13,8 @@ from contiga.io.out.history import write_history
 from contiga.records import FloatArray
 from contiga.simulation.clock import Clock
 from contiga.simulation.energy_balance import LARGE, balance_of, energy_text, worst_step
+from contiga.simulation.history_over_time import table_of
 from contiga.simulation.model import Model
-from contiga.simulation.result import table_of
 from contiga.simulation.summary import summarise
 from contiga.simulation.system_state import Energy
 

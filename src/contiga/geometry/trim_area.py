@@ -17,6 +17,7 @@ import numpy as np
 from contiga.arrays.threads import map_threads
 from contiga.geometry.bezier import extract
 from contiga.geometry.faces_like import FacesLike
+from contiga.geometry.kernel_records import AREA, FLUX, GaussRule
 from contiga.geometry.kernels.trim_area_nb import add_loop, add_rectangle
 from contiga.geometry.kernels.trim_nb import TrimTables
 from contiga.geometry.quadrature import gauss, surface_area
@@ -24,7 +25,6 @@ from contiga.records import FloatArray
 
 T = TypeVar("T")
 
-AREA, FLUX = 0, 1
 MOMENTS = 10
 """Of degree 0, 1 and 2: 1, x, y, z, xx, yy, zz, xy, yz, xz."""
 _DEGREE = np.repeat([0.0, 1.0, 2.0], [1, 3, 6])
@@ -102,11 +102,11 @@ def _integral(
     """
     floor, rtol = stop
     patch = body.patches[k]
-    grid = tuple(extract(patch.translated(-origin)))
+    grid = extract(patch.translated(-origin))
     groups = _loops_of(body.trim_tables, k) if body.trims[k] is not None else None
 
     def value(points: int, parts: int) -> FloatArray:
-        rule = (*gauss(points), parts, kind)
+        rule = GaussRule(*gauss(points), parts, kind)
         out = np.zeros(len(floor))
         if groups is None:
             add_rectangle(grid, rule, out)

@@ -61,8 +61,8 @@ def _turned(typingctx: Any, source: Any, rows: Any, to: Any, columns: Any) -> An
 
         a, b, c, d = (builder.load(place, align=SIZE) for place in places(0))
         above, below = ([mixed(*two, which) for which in PAIRS] for two in ((a, b), (c, d)))
-        found = [mixed(above[i], below[i], which) for which in HALVES for i in range(2)]
-        for value, place in reversed(list(zip(found, places(2), strict=True))):
+        turned = [mixed(above[i], below[i], which) for which in HALVES for i in range(2)]
+        for value, place in reversed(list(zip(turned, places(2), strict=True))):
             builder.store(value, place, align=SIZE)
         return context.get_dummy_value()
 
@@ -76,17 +76,17 @@ def _copied(typingctx: Any, source: Any, to: Any, n: Any) -> Any:
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         byte = ir.IntType(8).as_pointer()
-        own, other = (
+        first, second = (
             builder.bitcast(make_array(of)(context, builder, value).data, byte)
             for of, value in zip(signature.args[:2], args[:2], strict=True)
         )
         # Text of no instructions that may give another place.
-        own = builder.asm(ir.FunctionType(byte, [byte]), "", "=r,0", [own], side_effect=True)
+        first = builder.asm(ir.FunctionType(byte, [byte]), "", "=r,0", [first], side_effect=True)
         kind = ir.FunctionType(ir.VoidType(), [byte, byte, ir.IntType(64), ir.IntType(1)])
         name = "llvm.memcpy.p0.p0.i64"
         function = builder.module.globals.get(name) or ir.Function(builder.module, kind, name)
         length = builder.mul(args[2], ir.Constant(ir.IntType(64), SIZE))
-        builder.call(function, [other, own, length, ir.Constant(ir.IntType(1), 0)])
+        builder.call(function, [second, first, length, ir.Constant(ir.IntType(1), 0)])
         return context.get_dummy_value()
 
     return types.void(source, to, types.int64), generate

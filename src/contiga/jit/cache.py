@@ -79,9 +79,9 @@ class Sourced:
         """Called before a kernel is written, too: those of other sources are removed then."""
         self._numbas.ensure_cache_path()
         folder = Path(self.get_cache_path())
-        old, own = f"{self._name}-", f"{self._name}-{self.get_disambiguator()}."
+        all_stamps, current = f"{self._name}-", f"{self._name}-{self.get_disambiguator()}."
         for name in os.listdir(folder):  # a pattern takes ten times as long, for each kernel
-            if name.startswith(old) and not name.startswith(own) and name.endswith(KEPT):
+            if name.startswith(all_stamps) and not name.startswith(current) and name.endswith(KEPT):
                 (folder / name).unlink(missing_ok=True)
 
 
@@ -99,8 +99,8 @@ class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
 
     def check_cachable(self, compiled: Any) -> bool:
         """Not where it calls what another process would not find."""
-        found = all(LOCAL not in kernel for _, _, kernel, _ in calls_of(compiled.library))
-        return found and bool(super().check_cachable(compiled))
+        is_known = all(LOCAL not in kernel for _, _, kernel, _ in calls_of(compiled.library))
+        return is_known and bool(super().check_cachable(compiled))
 
     def reduce(self, compiled: Any) -> Any:
         """What is written."""
@@ -111,11 +111,11 @@ class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
 
         None where that has another name by now: it is compiled anew.
         """
-        calls, own = kept
+        calls, code = kept
         for name, module, kernel, arguments in calls:
             if getattr(import_module(module), kernel).known_as(arguments) != name:
                 return None
-        compiled = super().rebuild(target, own)
+        compiled = super().rebuild(target, code)
         library = compiled.library
         if library.name == CalledLibrary.__name__:
             library._shared_module = module_of([], library._final_module)
@@ -134,15 +134,15 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
 
     def load_overload(self, signature: Any, target: Any) -> Any:
         """What is kept. Where nothing is, the caller compiles, and alone, until `done`."""
-        found = super().load_overload(signature, target)
-        if found is None and signature not in self._locks:
+        overload = super().load_overload(signature, target)
+        if overload is None and signature not in self._locks:
             for listener in COMPILE_LISTENERS:
                 with _waiting():
                     listener.before(*self._home, signature)
             lock = self._locks[signature] = ExitStack()
             lock.enter_context(self._alone(str(signature), _waiting))
-            found = super().load_overload(signature, target)
-        return found
+            overload = super().load_overload(signature, target)
+        return overload
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
         """numba's own reads the index of a kernel, and writes it with one line more."""

@@ -98,12 +98,14 @@ def decorator(
     Quotients by zero are infinite or no numbers and raise nothing, unless it is said otherwise.
     A kernel that left that open would take it, and with it its name, from whatever calls it first.
     """
-    told = {"nopython": True, "no_cfunc_wrapper": True, "error_model": "numpy"} | options
+    target_options = {"nopython": True, "no_cfunc_wrapper": True, "error_model": "numpy"} | options
 
     def decorated(function: Any) -> Any:
         if config.DISABLE_JIT:
             return function
-        made = kind(function, targetoptions=dict(told), pipeline_class=pipeline_class or compiler)
+        made = kind(
+            function, targetoptions=dict(target_options), pipeline_class=pipeline_class or compiler
+        )
         made.enable_caching()
         return made
 

@@ -40,8 +40,10 @@ class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
         for function in self._shared_module.functions:
             if not function.is_declaration and function.linkage == llvm.Linkage.external:
                 function.linkage = "linkonce_odr"
-        own = [str(at) for at in self._final_module.global_variables if "NumbaEnv" in at.name]
-        self._final_module = module_of(own, self._final_module)
+        environments = [
+            str(at) for at in self._final_module.global_variables if "NumbaEnv" in at.name
+        ]
+        self._final_module = module_of(environments, self._final_module)
         super()._finalize_final_module()
 
 
@@ -55,9 +57,9 @@ class CalledLibrary(JITCodeLibrary):  # type: ignore[misc]
 
     def serialize_using_object_code(self) -> Any:
         """What is kept: numba asks the second part which names the first one has."""
-        own = [function.name for function in self.get_defined_functions()]
+        defined = [function.name for function in self.get_defined_functions()]
         names = module_of(
-            [f'define void @"{name}"() {{ ret void }}' for name in own], self._final_module
+            [f'define void @"{name}"() {{ ret void }}' for name in defined], self._final_module
         )
         return self.name, "object", (self._get_compiled_object(), names.as_bitcode())
 

@@ -54,8 +54,8 @@ _of_tuple = typeof_impl.dispatch(tuple)
 
 def _type_of(value: tuple[Any, ...], asked: Any) -> Any:
     """The type of a tuple of a marked class."""
-    found = _of_tuple(value, asked)
-    return None if found is None else Reference(found)
+    members = _of_tuple(value, asked)
+    return None if members is None else Reference(members)
 
 
 for_each_marked(lambda kind: typeof_impl.register(kind, _type_of))
@@ -83,7 +83,7 @@ def _room(context: Any, members: Any) -> Any:
     """The kind of memory that a tuple is laid out in: its members, and the rooms of those that are
     passed by pointer too."""
     return ir.LiteralStructType(
-        [context.get_value_type(members), *(_room(context, own) for own in _within(members))]
+        [context.get_value_type(members), *(_room(context, part) for part in _within(members))]
     )
 
 
@@ -92,11 +92,11 @@ def _laid_out(api: Any, reference: Reference, value: Any, place: Any) -> Any:
     function = shared(api, f"contiga_lay_out_{reference.name}", [place.type])
     if function.is_declaration:
         builder = ir.IRBuilder(function.append_basic_block())
-        own, home = function.args
+        given, home = function.args
         count = len(place.type.pointee.elements)
         first, *rooms = (cgutils.gep_inbounds(builder, home, 0, k) for k in range(count))
         inside = api.context.get_python_api(builder)
-        failed = _fill(inside, reference.members, own, first, iter(rooms))
+        failed = _fill(inside, reference.members, given, first, iter(rooms))
         builder.ret(failed)
     return api.builder.call(function, [value, place])
 
@@ -106,7 +106,7 @@ def _within(of: Any) -> list[Any]:
     if isinstance(of, Reference):
         return [of.members]
     parts = of.types if isinstance(of, types.BaseTuple) else ()
-    return [own for part in parts for own in _within(part)]
+    return [inner for part in parts for inner in _within(part)]
 
 
 def _fill(api: Any, of: Any, value: Any, place: Any, rooms: Iterator[Any]) -> Any:
@@ -118,13 +118,13 @@ def _fill(api: Any, of: Any, value: Any, place: Any, rooms: Iterator[Any]) -> An
         failed = cgutils.false_bit
         for k, part in enumerate(of.types):
             at = cgutils.gep_inbounds(builder, place, 0, k)
-            own = _fill(api, part, api.tuple_getitem(value, k), at, rooms)
-            failed = builder.or_(failed, own)
+            part_failed = _fill(api, part, api.tuple_getitem(value, k), at, rooms)
+            failed = builder.or_(failed, part_failed)
         return failed
     if isinstance(of, Reference):
-        own = next(rooms)
-        builder.store(builder.bitcast(own, place.type.pointee), place)
-        return _laid_out(api, of, value, own)
+        room = next(rooms)
+        builder.store(builder.bitcast(room, place.type.pointee), place)
+        return _laid_out(api, of, value, room)
     if context.data_model_manager[of].contains_nrt_meminfo():
         raise TypeError(f"a tuple that is passed by pointer holds numbers and arrays, not {of}")
     native = api.to_native_value(of, value)
@@ -154,8 +154,10 @@ def _write_adapter(context: Any, function: Any) -> None:
     fill = cgutils.get_or_insert_function(builder.module, kind, BORROWED)
     code = builder.call(fill, [value, place])
     head = builder.bitcast(place, HEAD.as_pointer())
-    own = builder.load(cgutils.gep_inbounds(builder, head, 0, ITEM_SIZE))
-    failed = builder.or_(cgutils.is_not_null(builder, code), builder.icmp_unsigned("!=", own, size))
+    item_size = builder.load(cgutils.gep_inbounds(builder, head, 0, ITEM_SIZE))
+    failed = builder.or_(
+        cgutils.is_not_null(builder, code), builder.icmp_unsigned("!=", item_size, size)
+    )
     with cgutils.if_unlikely(builder, failed):
         text = "an array whose numbers have another size than the kernel was compiled for"
         api.err_set_string("PyExc_TypeError", text)
@@ -201,8 +203,8 @@ def _uncounted(context: Any, builder: Any, of: Any, value: Any) -> Any:
         return builder.insert_value(value, ir.Constant(ir.IntType(8).as_pointer(), None), 0)
     if isinstance(of, types.BaseTuple):
         for k, part in enumerate(of.types):
-            own = _uncounted(context, builder, part, builder.extract_value(value, k))
-            value = builder.insert_value(value, own, k)
+            member = _uncounted(context, builder, part, builder.extract_value(value, k))
+            value = builder.insert_value(value, member, k)
         return value
     return impl_ret_borrowed(context, builder, of, value)
 

@@ -34,8 +34,8 @@ def stamp_at_import(function: Callable[..., Any]) -> str:
     known, stamp = _IMPORTED.get(file, (None, ""))
     if spec is None or known is not spec:
         above = Path(file).resolve().parents
-        own = (package for package in reversed(PACKAGES) if package in above)
-        stamp = stamp_of(file, next(own, PACKAGE))
+        holders = (package for package in reversed(PACKAGES) if package in above)
+        stamp = stamp_of(file, next(holders, PACKAGE))
         _IMPORTED[file] = spec, stamp
     return stamp
 
@@ -48,8 +48,8 @@ def stamp_of(file: str | Path, package: Path = PACKAGE) -> str:
         path = waiting.pop()
         if path not in seen:
             stat = os.stat(path)
-            seen[path], found = _read(path, stat.st_mtime_ns, stat.st_size, package)
-            waiting += found
+            seen[path], imported = _read(path, stat.st_mtime_ns, stat.st_size, package)
+            waiting += imported
     whole = sha256()
     for path in sorted(seen):
         whole.update(seen[path])
@@ -63,15 +63,15 @@ def _read(path: str, when: int, size: int, package: Path) -> tuple[bytes, tuple[
     Time and size are asked for so that a file which changes while this runs is read again.
     """
     text = Path(path).read_bytes()
-    found: list[str] = []
+    imported: list[str] = []
     for module, names, plain in IMPORT.findall(ASIDE.sub(" ", text.decode("utf-8"))):
         wanted = _names(plain)
         if module:
-            own = _absolute(module, Path(path), package)
-            wanted = [own, *(f"{own}.{name}" for name in _names(names))]
-        found += [file for name in wanted if (file := _file_of(name, package)) is not None]
+            absolute = _absolute(module, Path(path), package)
+            wanted = [absolute, *(f"{absolute}.{name}" for name in _names(names))]
+        imported += [file for name in wanted if (file := _file_of(name, package)) is not None]
     name = os.path.relpath(path, package).encode()
-    return name + b"\0" + sha256(text).digest(), tuple(dict.fromkeys(found))
+    return name + b"\0" + sha256(text).digest(), tuple(dict.fromkeys(imported))
 
 
 def _names(listed: str) -> list[str]:

@@ -74,14 +74,16 @@ def _check_stays(state: Any) -> None:
     blocks = state.func_ir.blocks.values()
     made = [line for block in blocks for line in block.find_insts(ir.Assign)]
     arrays = [line for line in made if holds(state.typemap[line.target.name])]
-    own = {line.target.name for line in arrays if _is_scratch(line.value, state.typemap)}
+    on_stack = {line.target.name for line in arrays if _is_scratch(line.value, state.typemap)}
     count = 0
-    while count != len(own):
-        count = len(own)
-        own |= {line.target.name for line in arrays if own & _parts(line.value, state.typemap)}
+    while count != len(on_stack):
+        count = len(on_stack)
+        on_stack |= {
+            line.target.name for line in arrays if on_stack & _parts(line.value, state.typemap)
+        }
     for block in blocks:
         for line in block.find_insts(ir.Return):
-            if line.value.name in own:
+            if line.value.name in on_stack:
                 raise TypingError("a kernel answers an array of its stack", loc=line.loc)
 
 

@@ -180,7 +180,8 @@ class Coulomb:
         carried, path = carry(before), carry.along(_columns(inp.path))
         pulled = np.where(kept > 0.0, 0.5 * (kept + stiffness), stiffness)
         trial = carried - pulled * path
-        traction = _cut(trial, self._coefficient(inp.velocity, normal) * inp.force)
+        limit = self._coefficient(inp.velocity, normal) * inp.force
+        traction = _returned_to_cone(trial, limit)
         slid = path - _shared(carried - traction, pulled)
         stored = _energy(traction, stiffness)
         lost = np.maximum(-0.5 * _dot(carried + traction, slid), 0.0)
@@ -358,8 +359,8 @@ def _length(vectors: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(_dot(vectors, vectors)))
 
 
-def _cut(vectors: FloatArray, limit: FloatArray) -> FloatArray:
-    """Vectors no longer than `limit`, in their own directions."""
+def _returned_to_cone(vectors: FloatArray, limit: FloatArray) -> FloatArray:
+    """Tractions no longer than `limit`, in their own directions."""
     length = _length(vectors)
     factor = np.ones(len(length))
     np.divide(limit, length, out=factor, where=length > limit)

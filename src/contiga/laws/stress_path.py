@@ -53,10 +53,10 @@ class StressPath(NamedTuple):
         high = np.full(depth.shape, len(self.stress), dtype=np.intp)
         for _ in range(len(self.stress).bit_length()):
             middle = (low + high) // 2
-            ahead = depth >= reach(np.minimum(middle, len(self.stress) - 1))
+            deeper = depth >= reach(np.minimum(middle, len(self.stress) - 1))
             inside = middle > low
-            low = np.where(inside & ahead, middle, low)
-            high = np.where(inside & ~ahead, middle, high)
+            low = np.where(inside & deeper, middle, low)
+            high = np.where(inside & ~deeper, middle, high)
         step = self._steps()
         left: FloatArray = depth - reach(low)
         way = t_s * step[low, 0] + t_m * step[low, 1]

@@ -9,7 +9,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from contiga.arrays.digest import Digest
 from contiga.geometry.faces import Faces
-from contiga.records import ByteArray, FloatArray, Hit, IntArray, MassProperties, Projection
+from contiga.records import (
+    ByteArray,
+    FacingLimits,
+    FloatArray,
+    Hit,
+    IntArray,
+    KnownSides,
+    MassProperties,
+    Projection,
+    SurfacePlaces,
+)
 from contiga.search.contact_tables import ContactTables
 from contiga.triangles.trimesh import TriMesh
 
@@ -59,17 +69,15 @@ class Surface(Protocol):
         self,
         p_B: FloatArray,
         guards: FloatArray,
-        limits: tuple[float, FloatArray],
-        starts: tuple[IntArray, FloatArray],
+        limits: FacingLimits,
+        starts: SurfacePlaces,
         out: Projection,
     ) -> None:
         """Closest feet that do not face away from `guards` (n, 3) into `out`, one row each.
 
-        Feet are minima of the distance along the surface. `limits` is (cosine of their normals and
-        the guard at least, (n,) how near they may be), and the point is behind them; rows without
-        any are MAX_ITERATIONS.
-        At a kink the normal leads from the point to the foot. `starts` (patch, uv) are feet to look
-        about first, patch −1 where there is none.
+        Feet are minima of the distance along the surface, and the point is behind them; rows
+        without any are MAX_ITERATIONS. At a kink the normal leads from the point to the foot.
+        `starts` are feet to look about first.
         """
         ...  # pragma: no cover
 
@@ -103,7 +111,7 @@ class Surface(Protocol):
         """Lower bounds of the distance of p_B[rows] into lengths[rows]; zero when near."""
         ...  # pragma: no cover
 
-    def sides(self, p_B: FloatArray, rows: IntArray) -> tuple[ByteArray, FloatArray]:
+    def sides(self, p_B: FloatArray, rows: IntArray) -> KnownSides:
         """Sides of p_B[rows] as far as they are known at once: 1 outside, −1 inside, else 0; and
         where they are, a length greater than rounding that leads to no surface.
 
@@ -118,9 +126,7 @@ class Surface(Protocol):
         """
         ...  # pragma: no cover
 
-    def places(
-        self, p_B: FloatArray, rows: IntArray
-    ) -> tuple[ByteArray, FloatArray, IntArray, FloatArray]:
+    def places(self, p_B: FloatArray, rows: IntArray) -> tuple[KnownSides, SurfacePlaces]:
         """The `sides` of p_B[rows], and places (patch, uv) on the surface not far from those that
         lie near it; patch −1 for others. Closed surfaces only."""
         ...  # pragma: no cover

@@ -79,8 +79,8 @@ def _shift(
     thing: Master | Slave, on: Master | Slave, way: FloatArray, least: float
 ) -> float | None:
     """How far `thing` is to be moved; None if there is no place for it."""
-    behind, ahead = _along(thing, way), _along(on, way)
-    most = (ahead[1] - behind[0] + least, behind[1] - ahead[0] + least)
+    span, on_span = _along(thing, way), _along(on, way)
+    most = (on_span[1] - span[0] + least, span[1] - on_span[0] + least)
     try:
         shift = shift_to_gap(Pair(thing, on, way), least, most)
     except InputError:

@@ -52,8 +52,8 @@ def _divided(points: FloatArray, triangles: IntArray, longest: float) -> FloatAr
     corners = points[triangles]
     kept = []
     while len(corners):
-        ahead = np.roll(corners, -1, axis=1) - corners
-        sides = np.sqrt(np.square(ahead).sum(axis=2))
+        steps = np.roll(corners, -1, axis=1) - corners
+        sides = np.sqrt(np.square(steps).sum(axis=2))
         long = sides.max(axis=1) > longest
         kept.append(corners[~long].reshape(-1, 3))
         corners, side = corners[long], sides[long].argmax(axis=1)

@@ -151,10 +151,10 @@ def _parts(model: Model, start: Placement) -> Iterator[Drawn]:
         facets = slave.slave.facets
         triangles = np.zeros((0, 3), np.int32) if facets is None else facets
         points, active = np.asarray(start.slaves[name].points), slave.slave.active
-        shown = triangles[active[triangles].all(axis=1)]
+        drawn = triangles[active[triangles].all(axis=1)]
         if _is_skin(model, name):
-            shown = shown[:0]
-        yield Drawn(name, False, points, shown, active, SLAVES[k % len(SLAVES)])
+            drawn = drawn[:0]
+        yield Drawn(name, False, points, drawn, active, SLAVES[k % len(SLAVES)])
 
 
 def _is_skin(model: Model, slave: str) -> bool:

@@ -43,12 +43,12 @@ def check_inertia(inertia: ArrayLike, where: str) -> FloatArray:
     """
     tensor = _symmetric(inertia, where)
     low, middle, high = (float(moment) for moment in principal_moments(tensor))
-    shown = tuple(float(f"{moment:.6g}") for moment in (low, middle, high))
+    moments = tuple(float(f"{moment:.6g}") for moment in (low, middle, high))
     if not low > ROUNDING**2 * high:
         raise InputError(
             "the inertia must be positive about every axis",
             where=where,
-            found=f"principal moments {shown}",
+            found=f"principal moments {moments}",
             allowed="three > 0",
             remedy="Entries off the diagonal are those of the tensor: Ixy is -∫ x y dm",
         )
@@ -56,7 +56,7 @@ def check_inertia(inertia: ArrayLike, where: str) -> FloatArray:
         raise InputError(
             "no body has this inertia: a principal moment is larger than the sum of the others",
             where=where,
-            found=f"principal moments {shown}",
+            found=f"principal moments {moments}",
             allowed=f"the largest at most {low + middle:.6g}",
             remedy="Entries off the diagonal are those of the tensor: Ixy is -∫ x y dm",
         )
@@ -103,8 +103,8 @@ def _symmetric(inertia: ArrayLike, where: str) -> FloatArray:
             "an inertia must be numbers", where=where, found=inertia, allowed="shape (3, 3)"
         ) from error
     if tensor.shape != (3, 3) or not np.isfinite(tensor).all():
-        found = tensor.shape if tensor.shape != (3, 3) else tensor.tolist()
-        raise InputError("an inertia must be finite, (3, 3)", where=where, found=found)
+        wrong = tensor.shape if tensor.shape != (3, 3) else tensor.tolist()
+        raise InputError("an inertia must be finite, (3, 3)", where=where, found=wrong)
     if np.abs(tensor - tensor.T).max() > ROUNDING * np.abs(tensor).max():
         raise InputError("an inertia must be symmetric", where=where, found=tensor.tolist())
     return np.asarray(0.5 * (tensor + tensor.T))

@@ -14,7 +14,16 @@ from contiga.arrays.codes import CREASE
 from contiga.arrays.layout import bytes_of
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import stitches
-from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
+from contiga.records import (
+    ByteArray,
+    FacingLimits,
+    FloatArray,
+    Hit,
+    IntArray,
+    KnownSides,
+    Projection,
+    SurfacePlaces,
+)
 from contiga.search.balls import radii as ball
 from contiga.search.borders.openings import openings_of
 from contiga.search.closest import closest, safe_distance
@@ -25,7 +34,6 @@ from contiga.search.sides.body_sides import sides_of
 from contiga.search.sweep import hits
 from contiga.search.tables import tables_of
 from contiga.search.track import project
-from contiga.search.track.track_records import Starts
 
 SHARP = 0.02
 """Radians by which faces turn at an edge that is not meant to be smooth."""
@@ -72,8 +80,8 @@ class ExactSurface(NamedTuple):
         self,
         p_B: FloatArray,
         guards: FloatArray,
-        limits: tuple[float, FloatArray],
-        starts: tuple[IntArray, FloatArray],
+        limits: FacingLimits,
+        starts: SurfacePlaces,
         out: Projection,
     ) -> None:
         """Closest feet by branch and bound."""
@@ -88,7 +96,7 @@ class ExactSurface(NamedTuple):
         before: FloatArray | None = None,
     ) -> None:
         """Feet continued over elements, seams and edges."""
-        project.track(self.tables, p_B, Starts(patch, uv), out, before)
+        project.track(self.tables, p_B, SurfacePlaces(patch, uv), out, before)
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
         """First entries by interval Newton."""
@@ -104,7 +112,7 @@ class ExactSurface(NamedTuple):
         """Distances to the nearest box of a leaf."""
         safe_distance.box_distance(self.tables, p_B, rows, lengths)
 
-    def sides(self, p_B: FloatArray, rows: IntArray) -> tuple[ByteArray, FloatArray]:
+    def sides(self, p_B: FloatArray, rows: IntArray) -> KnownSides:
         """By the cells of a grid."""
         return side_grid.side_of(self._grid, p_B, rows)
 
@@ -112,9 +120,7 @@ class ExactSurface(NamedTuple):
         """By the cells of a grid that ways pass."""
         return side_grid.clear_ways(self._grid, a_B, b_B, rows)
 
-    def places(
-        self, p_B: FloatArray, rows: IntArray
-    ) -> tuple[ByteArray, FloatArray, IntArray, FloatArray]:
+    def places(self, p_B: FloatArray, rows: IntArray) -> tuple[KnownSides, SurfacePlaces]:
         """By the cells of a grid, each with a piece of the surface in it."""
         return side_grid.places(self._grid, p_B, rows)
 
@@ -147,16 +153,16 @@ def exact_surface(faces: Faces) -> ExactSurface:
         slit = openings.slit + float(stitches(faces)[0].max(initial=0.0))
         tables = tables_of(faces)
         edges = _sheets(tables), _has_edges(tables)
-        own = ExactSurface(tables, openings.closed, slit, *edges)
-        surface = _KEPT[faces] = own
+        surface = ExactSurface(tables, openings.closed, slit, *edges)
+        _KEPT[faces] = surface
     return surface
 
 
 def _sheets(tables: Tables) -> IntArray:
     """Numbers of connected sheets, by patch."""
     first, past = tables.grid.patches["adjacent"].T
-    own = np.repeat(np.arange(len(first)), past - first)
-    graph = coo_array((np.ones(len(own), np.int8), (own, tables.grid.adjacent)))
+    patch = np.repeat(np.arange(len(first)), past - first)
+    graph = coo_array((np.ones(len(patch), np.int8), (patch, tables.grid.adjacent)))
     return np.asarray(connected_components(graph, directed=False)[1], np.int32)
 
 

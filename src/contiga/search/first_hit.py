@@ -71,13 +71,13 @@ def _explain(
         return
     way = b_B[rows] - a_B[rows]
     low, high = np.zeros(len(rows)), np.ones(len(rows))
-    own = np.arange(len(rows), dtype=np.int32)
+    each = np.arange(len(rows), dtype=np.int32)
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        inside = _sides(surface, a_B[rows] + middle[:, None] * way, own, band) < 0
+        inside = _sides(surface, a_B[rows] + middle[:, None] * way, each, band) < 0
         low, high = np.where(inside, low, middle), np.where(inside, middle, high)
     feet = empty_projection(len(rows))
-    surface.closest(a_B[rows] + high[:, None] * way, own, feet)
+    surface.closest(a_B[rows] + high[:, None] * way, each, feet)
     good = feet.status == Status.OK
     rows = rows[good]
     out.fraction[rows], out.patch[rows] = high[good], feet.patch[good]
@@ -95,6 +95,6 @@ def _sides(
     points = np.ascontiguousarray(p_B[rows[near]])
     surface.closest(points, np.arange(len(near), dtype=np.int32), feet)
     least = np.where(feet.feature == Feature.FACE, band[1], band[0])
-    told = (feet.status == Status.OK) & (np.abs(feet.gap) > least)
-    side[near] = np.where(told, np.sign(feet.gap), 0)
+    is_clear = (feet.status == Status.OK) & (np.abs(feet.gap) > least)
+    side[near] = np.where(is_clear, np.sign(feet.gap), 0)
     return side

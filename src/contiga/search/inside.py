@@ -67,9 +67,9 @@ def _by_ways_in(
         start = p_B[rows] + far[:, None] * way / np.sqrt(way @ way)
         ends = np.ascontiguousarray(p_B[rows])
         hits, turn = surface.last_crossings(start, ends, np.arange(len(rows), dtype=np.int32))
-        told = hits.status != Status.BUDGET
-        inside[rows[told]] = turn[told] > 0
-        rows = rows[~told]
+        solved = hits.status != Status.BUDGET
+        inside[rows[solved]] = turn[solved] > 0
+        rows = rows[~solved]
         if len(rows) == 0:
             break
     return rows

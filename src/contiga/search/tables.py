@@ -99,11 +99,11 @@ def _share_trimmed_sides(elements: Elements, trims: trim.TrimTables, is_open: Fl
     for k in np.unique(table["patch"][trims.trimmed[table["patch"]] != 0]):
         rows = np.flatnonzero(table["patch"] == k)
         low, high = trims.domain[k].reshape(2, 2).T
-        own = ends[np.flatnonzero((trims.piece_patch == k) & (is_open != 0.0))]
+        open_ends = ends[np.flatnonzero((trims.piece_patch == k) & (is_open != 0.0))]
         for side in range(4):
             along, end = side // 2, (low, high)[side % 2][side // 2]
-            near = np.abs(own[:, :, along] - end).max(axis=1) <= NEAR * (high - low)[along]
-            first, last = np.sort(own[near][:, :, 1 - along], axis=1).T
+            near = np.abs(open_ends[:, :, along] - end).max(axis=1) <= NEAR * (high - low)[along]
+            first, last = np.sort(open_ends[near][:, :, 1 - along], axis=1).T
             box = table["box"][rows][:, 2 * (1 - along) :][:, :2]
             meets = (first < box[:, 1:]) & (last > box[:, :1])
             shared = (table["kind"][rows, side] == BORDER) & ~meets.any(axis=1)

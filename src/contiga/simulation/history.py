@@ -6,13 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from contiga.arrays.ordered import length, product
+from contiga.arrays.ordered import length
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
 from contiga.dynamics.stepping import AutoSteps
 from contiga.records import IN_CONTACT, ContactStatus, FloatArray
 from contiga.rigid import rigid_lanes as lanes
-from contiga.rigid.frames import to_world, turn_to_world
+from contiga.rigid.frames import turn_to_world
 from contiga.simulation.model import Model
 from contiga.simulation.relative_sensors import relative_columns
 from contiga.simulation.sensors import sensor_columns
@@ -148,7 +148,7 @@ def contact_columns(state: State, wall: float, *, measured: bool) -> dict[str, f
     `wall` are the seconds its step took; contact areas are NaN where not `measured`.
     """
     force, moment_about = _total(state, "force"), state.wrench[3:]
-    centre = _centre_of_pressure(state)
+    centre = kept_of(state).centre_of_pressure
     measured = measured or state.contact.weights == "area"
     counts = np.bincount(state.status, minlength=len(ContactStatus)).tolist()
     touching = sum(counts[status] for status in IN_CONTACT)
@@ -200,21 +200,6 @@ def _total(state: State, name: str, turned: Turned = lambda own: own) -> FloatAr
         total: FloatArray = turned(getattr(state, name)).sum(axis=0)
         return total
     return np.asarray(turned(column.values).sum(axis=0) + 0.0)  # of no rows that are −0.0, too
-
-
-def _centre_of_pressure(state: State) -> FloatArray:
-    """`State.centre_of_pressure` by the rows that are kept."""
-    kept = kept_of(state)
-    rows, size = kept.nonzero("normal_force")
-    total = size.sum()
-    if not total > 0.0:
-        return np.full(3, np.nan)
-    column = kept.column("foot_B")
-    if column is None:
-        feet = state.foot_B[rows]
-    else:
-        feet = column.values[np.searchsorted(column.rows, rows)]
-    return to_world(state.pose, (product(size, feet) / total)[None, :])[0]
 
 
 def _energy_columns(state: State) -> dict[str, float]:

@@ -2,30 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from contiga.display import Displayed, Facts
+from contiga.display import Facts
 from contiga.io.out.iso_mme import write_mme
 from contiga.io.out.stored import FIELDS, UNFINISHED, read_stored
 from contiga.io.out.vtkhdf import FieldSeries, read_fields
 from contiga.records import FloatArray
-from contiga.simulation.figure import plot_history
+from contiga.simulation.history_over_time import HistoryOverTime
 from contiga.simulation.iso_mme import channels_of
-from contiga.simulation.result import table_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from pandas import DataFrame
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StoredResult(Displayed):
+class StoredResult(HistoryOverTime):
     """The results in the output folder of a run. They do not change: `open_result` reads anew."""
 
     out: Path
@@ -104,41 +98,6 @@ class StoredResult(Displayed):
             ("warnings", len(self.summary.get("warnings") or [])),
             ("folder", self.out),
         ]
-
-    def to_pandas(self) -> DataFrame:
-        """The history as a pandas DataFrame by time; `attrs["units"]` has the units of its columns.
-
-        Raises
-        ------
-        MissingPackageError
-            pandas is not installed.
-        """
-        table = table_of("StoredResult.to_pandas", self.history)
-        table.attrs["units"] = self.summary.get("columns") or {}
-        return table
-
-    def plot(
-        self, *, columns: Sequence[str] | None = None, path: str | Path | None = None
-    ) -> Figure:
-        """A figure over time: contact forces, penetration, energies, speeds and accelerations.
-
-        Drawn with matplotlib, without a window; a notebook shows what is returned.
-
-        Parameters
-        ----------
-        columns : names of the history to draw in place of these, a panel for each unit
-        path : also write the picture there, in the format of its suffix (.png, .svg, .pdf)
-
-        Raises
-        ------
-        InputError
-            A column that the history does not have, or a suffix of no format.
-        MissingPackageError
-            matplotlib is not installed.
-        OutputError
-            The picture cannot be written.
-        """
-        return plot_history("StoredResult.plot", self.history, self.summary, columns, path)
 
 
 def open_result(folder: str | Path) -> StoredResult:

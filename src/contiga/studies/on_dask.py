@@ -314,12 +314,12 @@ def _first_on_host(base: Base, case: StudyCase, event: str) -> Row:
         def on_end(self, _: Any) -> None:
             self.last = perf_counter()
 
-    listener, told = Compiling(), False
+    listener, is_told = Compiling(), False
 
     def progress(done: int, steps: int, contacts: int) -> None:
-        nonlocal told
-        if not told and perf_counter() - listener.last > QUIET_SECONDS:
-            told = True
+        nonlocal is_told
+        if not is_told and perf_counter() - listener.last > QUIET_SECONDS:
+            is_told = True
             Event(event).set()
 
     with numba_event.install_listener("numba:compile", listener):

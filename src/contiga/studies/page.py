@@ -129,10 +129,10 @@ def _convergence(study: StudySpec, base: Base, rows: list[Row]) -> dict[str, Any
         ]
         for name in base.quantities
     }
-    shown = [number(level) for level in levels]
+    levels_as_text = [number(level) for level in levels]
     return {
         "name": refined.label,
-        "levels": shown,
+        "levels": levels_as_text,
         "sizes": convergence.sizes_of(levels),
         "lines": lines,
     }

@@ -11,6 +11,7 @@ from contiga.arrays.threads import run_ranges
 from contiga.errors import InputError
 from contiga.records import FloatArray, IntArray, Projection
 from contiga.statuses import Feature, Status
+from contiga.triangles.facet_records import WalkStarts
 from contiga.triangles.facet_tables import Tables, tables_of
 from contiga.triangles.facets import NORMALS, Facets
 from contiga.triangles.kernels import closest_nb, facet_walk_nb, order_nb
@@ -106,7 +107,7 @@ def track(
     facets = tables.facets
     patch, before = start
     slots = np.where(patch >= 0, tables.slot[patch], -1)
-    starts = (slots, np.zeros((0, 3)) if before is None else before)
+    starts = WalkStarts(slots, np.zeros((0, 3)) if before is None else before)
     run_ranges(facet_walk_nb.project_tracked, len(p_M), TRACKED, facets, p_M, starts, smooth, out)
     closest_of_rows(facets, p_M, np.flatnonzero(slots < 0).astype(np.int32), smooth, out)
 

@@ -10,7 +10,16 @@ from numpy.typing import NDArray
 from contiga.arrays.layout import bytes_of
 from contiga.arrays.threads import run_ranges
 from contiga.errors import MeshError
-from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
+from contiga.records import (
+    ByteArray,
+    FacingLimits,
+    FloatArray,
+    Hit,
+    IntArray,
+    KnownSides,
+    Projection,
+    SurfacePlaces,
+)
 from contiga.triangles.facet_feet import closest_of_rows, is_smooth, track
 from contiga.triangles.facet_hits import hits_of_rows, last_crossings
 from contiga.triangles.facet_tables import Tables, tables_of
@@ -67,8 +76,8 @@ class FacetedSurface(NamedTuple):
         self,
         p_B: FloatArray,
         guards: FloatArray,
-        limits: tuple[float, FloatArray],
-        starts: tuple[IntArray, FloatArray],
+        limits: FacingLimits,
+        starts: SurfacePlaces,
         out: Projection,
     ) -> None:
         """Closest points of the triangles that do not face away; all are looked at."""
@@ -101,20 +110,19 @@ class FacetedSurface(NamedTuple):
         facets = self.tables.facets
         run_ranges(closest_nb.box_distance, len(rows), POINTS, facets, p_B, rows, lengths)
 
-    def sides(self, p_B: FloatArray, rows: IntArray) -> tuple[ByteArray, FloatArray]:
+    def sides(self, p_B: FloatArray, rows: IntArray) -> KnownSides:
         """Nothing is known at once."""
-        return np.zeros(len(rows), np.int8), np.zeros(len(rows))
+        return KnownSides(np.zeros(len(rows), np.int8), np.zeros(len(rows)))
 
     def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
         """Nothing is known at once."""
         return np.zeros(len(rows), dtype=bool)
 
-    def places(
-        self, p_B: FloatArray, rows: IntArray
-    ) -> tuple[ByteArray, FloatArray, IntArray, FloatArray]:
+    def places(self, p_B: FloatArray, rows: IntArray) -> tuple[KnownSides, SurfacePlaces]:
         """Nothing is known at once."""
         n = len(rows)
-        return np.zeros(n, np.int8), np.zeros(n), np.full(n, -1, np.int32), np.zeros((n, 2))
+        nowhere = SurfacePlaces(np.full(n, -1, np.int32), np.zeros((n, 2)))
+        return self.sides(p_B, rows), nowhere
 
     @property
     def contact_tables(self) -> None:

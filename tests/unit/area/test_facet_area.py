@@ -59,7 +59,7 @@ def pieces(feet, n_c, fraction, row=(-1, -1, -1)):
     """Shares of one facet with corners 0, 1, 2."""
     share = np.empty((1, 3))
     image_nb.image_pieces(
-        CORNER, (feet.point, feet.normal), (n_c, np.array([row], np.int32)),
+        CORNER, feet, n_c, np.array([row], np.int32),
         np.array([fraction], dtype=float), share, 0, 1,
     )  # fmt: skip
     return share[0]

@@ -9,6 +9,7 @@ import contiga as cg
 from contiga.area.kernels import components_nb, facet_area_nb, image_nb, touch_nb
 from contiga.area.method import AreaInput, Rest
 from contiga.area.regions import topology_of
+from contiga.records import empty_projection
 
 
 def measured(body, nodes, facets):
@@ -173,9 +174,9 @@ CUTS = [
 def cut_off(surface, uv, n_c, fraction, cut):
     """Area of a cut facet between points of a surface, and the corners of the part itself."""
     p, n = surface.evaluate(uv), surface.normal(uv)
-    share = np.empty((1, 3))
+    feet, share = empty_projection(len(p))._replace(point=p, normal=n), np.empty((1, 3))
     image_nb.image_pieces(
-        np.array([[0, 1, 2]], np.int32), (p, n), (n_c, np.full((1, 3), -1, np.int32)),
+        np.array([[0, 1, 2]], np.int32), feet, n_c, np.full((1, 3), -1, np.int32),
         np.array([fraction]), share, 0, 1,
     )  # fmt: skip
     assert (share[0, n_c:] == 0.0).all()

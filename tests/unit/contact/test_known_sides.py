@@ -11,6 +11,7 @@ from tests.stress import shaking, solids
 
 import contiga as cg
 from contiga.records import ContactStatus as Is
+from contiga.records import KnownSides, SurfacePlaces
 from contiga.search.exact_surface import ExactSurface
 
 N = 300 if FULL else 50
@@ -20,15 +21,15 @@ SAME = ("status", "feature", "patch", "penetration", "normal", "foot", "force", 
 
 
 def _know_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    def sides(_: object, __: object, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return np.zeros(len(rows), np.int8), np.zeros(len(rows))
+    def sides(_: object, __: object, rows: np.ndarray) -> KnownSides:
+        return KnownSides(np.zeros(len(rows), np.int8), np.zeros(len(rows)))
 
     def clear_ways(*args: np.ndarray) -> np.ndarray:
         return np.zeros(len(args[-1]), dtype=bool)
 
-    def places(_: object, __: object, rows: np.ndarray) -> tuple[np.ndarray, ...]:
+    def places(_: object, __: object, rows: np.ndarray) -> tuple[KnownSides, SurfacePlaces]:
         n = len(rows)
-        return np.zeros(n, np.int8), np.zeros(n), np.full(n, -1, np.int32), np.zeros((n, 2))
+        return sides(_, __, rows), SurfacePlaces(np.full(n, -1, np.int32), np.zeros((n, 2)))
 
     for method in (sides, clear_ways, places):
         monkeypatch.setattr(ExactSurface, method.__name__, method)

@@ -7,9 +7,10 @@ import pytest
 
 from contiga.contact.kernels import settle_nb
 from contiga.contact.loads import UNHELD
+from contiga.contact.settle_records import AskedFeet, FootBalls, FreeRows, TouchingRows
 from contiga.contact.tracked import Detected, Step, blank
-from contiga.records import ContactStatus, Projection
-from contiga.search.track.track_records import Starts
+from contiga.contact.usual_records import Limits
+from contiga.records import ContactStatus, KnownSides, Projection, SurfacePlaces
 from contiga.statuses import Feature, Status
 
 N = 2000
@@ -77,12 +78,11 @@ def test_points_that_are_outside_are_released_and_the_others_listed() -> None:
     before, now = rng.normal(size=(2, 2 * N, 3))
     patch, uv = rng.integers(0, 9, 2 * N).astype(np.int32), rng.random((2 * N, 2))
     status, safe = np.zeros(2 * N, np.int8), np.full(2 * N, -7.0)
-    work = (
-        *(np.empty(N, np.int32), np.empty(N, np.int8), np.empty(N), np.empty(N, np.int32)),
-        *(np.empty((N, 2)), np.empty((N, 3)), np.empty((N, 3))),
-    )
+    work = TouchingRows.of(N)
     found, step = _found(status, safe), _step(before, now)
-    n = settle_nb.stay(rows, (side, reach), step, Starts(patch, uv), found, BAND, work)
+    n = settle_nb.stay(
+        rows, KnownSides(side, reach), step, SurfacePlaces(patch, uv), found, BAND, work
+    )
     out, left = rows[side > 0], side <= 0
     assert n == left.sum()
     assert 0 < n < N
@@ -109,14 +109,15 @@ def test_what_becomes_of_points_in_contact(hold: bool) -> None:
     kept = keep & ((safe[rows] > 0.0) | (-feet.gap <= BAND))
 
     mark, ways = np.empty(N, np.int8), np.empty(N, np.int32)
-    asked = np.empty(N, np.int32), np.empty(N, np.int8)
-    n, m = settle_nb.look(rows, feet, side, safe, (hold, BAND), mark, ways, asked)
+    asked = AskedFeet.of(N)
+    limits = Limits(nearest=False, hold=hold, band=BAND, far=0.0)
+    n, m = settle_nb.look(rows, feet, side, safe, limits, mark, ways, asked)
     np.testing.assert_array_equal(mark & settle_nb.KEEP > 0, keep)
     np.testing.assert_array_equal(mark & settle_nb.KEPT > 0, kept)
     np.testing.assert_array_equal(ways[:n], np.flatnonzero(keep & ~kept & (side < 0)))
     index = np.flatnonzero(_sound(feet) & ~kept)
-    np.testing.assert_array_equal(asked[0][:m], index)
-    np.testing.assert_array_equal(asked[1][:m], feet.gap[index] > 0.0)
+    np.testing.assert_array_equal(asked.which[:m], index)
+    np.testing.assert_array_equal(asked.side[:m], feet.gap[index] > 0.0)
 
     clear = ways[:n:2]
     mark[clear] |= settle_nb.KEPT
@@ -136,9 +137,9 @@ def test_what_becomes_of_points_in_contact(hold: bool) -> None:
     status, near, uv = np.zeros(2 * N, np.int8), np.full(2 * N, -1, np.int32), np.zeros((2 * N, 2))
     taken = _feet(np.random.default_rng(0), 2 * N)
     taken.patch[:] = -1
-    balls = asked[0][:m], radius
+    balls, known = FootBalls(asked.which[:m], radius), KnownSides(side, reach)
     result = _found(status, safe, near, uv)._replace(feet=taken)
-    left = settle_nb.settle(rows, feet, (side, reach), mark, balls, BAND, result, ways)
+    left = settle_nb.settle(rows, feet, known, mark, balls, BAND, result, ways)
     np.testing.assert_array_equal(side, want_side)
     np.testing.assert_array_equal(reach, want_reach)
     np.testing.assert_array_equal(safe, want_safe)
@@ -164,15 +165,15 @@ def test_feet_of_free_points_start_at_the_last_foot_or_near_by() -> None:
     way, now = rng.random(2 * N), rng.normal(size=(2 * N, 3))
     old, old_uv = rng.integers(-1, 3, 2 * N).astype(np.int32), rng.random((2 * N, 2))
     near = np.full(2 * N, 8, np.int32)
-    work = np.empty(N, np.int32), np.empty(N, np.int32), np.empty((N, 2)), np.empty((N, 3))
+    work = FreeRows.of(N)
     step = _step(now, now)._replace(way=way, last_patch=old, uv=old_uv)
-    n = settle_nb.starts(rows, side, Starts(patch, uv), step, near, 0.5, work)
+    n = settle_nb.starts(rows, side, SurfacePlaces(patch, uv), step, near, 0.5, work)
     last = (old[rows] >= 0) & ((way[rows] <= 0.5) | (patch < 0))
     index = np.flatnonzero((side == 0) & (last | (patch >= 0)))
-    np.testing.assert_array_equal(work[0][:n], index)
-    np.testing.assert_array_equal(work[1][:n], np.where(last, old[rows], patch)[index])
-    np.testing.assert_array_equal(work[2][:n], np.where(last[:, None], old_uv[rows], uv)[index])
-    np.testing.assert_array_equal(work[3][:n], now[rows[index]])
+    np.testing.assert_array_equal(work.which[:n], index)
+    np.testing.assert_array_equal(work.patch[:n], np.where(last, old[rows], patch)[index])
+    np.testing.assert_array_equal(work.uv[:n], np.where(last[:, None], old_uv[rows], uv)[index])
+    np.testing.assert_array_equal(work.now[:n], now[rows[index]])
     np.testing.assert_array_equal(np.flatnonzero(near == -1), rows[side != 0])
 
 
@@ -183,15 +184,16 @@ def test_what_feet_tell_of_free_points() -> None:
     points = rng.normal(size=(N, 3))
     side, reach = rng.integers(-1, 2, 2 * N).astype(np.int8), rng.random(2 * N)
     within = np.full(2 * N, np.inf)
-    asked = np.empty(N, np.int32), np.empty(N, np.int8)
+    asked = AskedFeet.of(N)
     m = settle_nb.askable(feet, len(feet.gap), BAND, asked)
     own = np.flatnonzero(_sound(feet))
-    np.testing.assert_array_equal(asked[0][:m], own)
-    np.testing.assert_array_equal(asked[1][:m], feet.gap[own] > 0.0)
+    np.testing.assert_array_equal(asked.which[:m], own)
+    np.testing.assert_array_equal(asked.side[:m], feet.gap[own] > 0.0)
     radius = 2.0 * rng.random(m)
     want = side[index], reach[index]
     _balls(feet, own, radius, *want)
-    settle_nb.tell(index, feet, points, (own, radius), BAND, (side, reach), within)
+    balls, known = FootBalls(own, radius), KnownSides(side, reach)
+    settle_nb.tell(index, feet, points, balls, BAND, known, within)
     np.testing.assert_array_equal(side[index], want[0])
     np.testing.assert_array_equal(reach[index], want[1])
     good = np.isin(feet.status, (Status.OK, Status.BRANCH_EVENT))
@@ -202,7 +204,7 @@ def test_what_feet_tell_of_free_points() -> None:
     safe, rest = np.zeros(2 * N), np.empty(2 * N, np.int32)
     held = (side < 0) & (rng.random(2 * N) < 0.5)
     rows = rng.permutation(2 * N).astype(np.int32)
-    n = settle_nb.leave(rows, (side, reach), held, BAND, safe, rest)
+    n = settle_nb.leave(rows, known, held, BAND, safe, rest)
     free = (side > 0) | held
     np.testing.assert_array_equal(rest[:n], np.flatnonzero(~free))
     np.testing.assert_array_equal(safe[rows[free]], (side * (reach - BAND))[free])

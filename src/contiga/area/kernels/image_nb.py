@@ -155,14 +155,14 @@ def image_whole(corner, point, normal, share, start, stop):
 
 
 @kernel()
-def image_pieces(corner, feet, sides, fraction, share, start, stop):
+def image_pieces(corner, feet, n_c, border, fraction, share, start, stop):
     """As `image_whole`, for the parts of facets that are cut at the edge of contact.
 
-    `feet` is (points, normals), `sides` (n_c, row of each border edge among the feet or −1
-    (m, 3)); the corners below n_c are in contact.
+    `feet` is a `Projection`: those of the corners, of which the ones below n_c are in contact, and
+    those of edges on which the foot leaves the surface; `border` (m, 3) is the row of each such
+    edge among them, or −1.
     """
-    point, normal = feet
-    n_c, row = sides
+    point, normal = feet.point, feet.normal
     polygon = np.empty((4, 3))
     edge = np.empty(4, np.int64)
     inside = np.empty(3, np.bool_)
@@ -174,7 +174,7 @@ def image_pieces(corner, feet, sides, fraction, share, start, stop):
             inside[k] = corner[f, k] < n_c
         count = polygon_of(inside, fraction, f, polygon, edge)
         for i in range(count):
-            r = corner[f, -1 - edge[i]] if edge[i] < 0 else row[f, edge[i]]
+            r = corner[f, -1 - edge[i]] if edge[i] < 0 else border[f, edge[i]]
             if r >= 0:
                 for c in range(3):
                     p[i, c] = point[r, c]
@@ -182,7 +182,7 @@ def image_pieces(corner, feet, sides, fraction, share, start, stop):
             else:
                 b = (edge[i] + 1) % 3
                 ends = (corner[f, edge[i]], corner[f, b])
-                _between(point, normal, ends, polygon[i, b], p[i], n[i])
+                _between(feet, ends, polygon[i, b], p[i], n[i])
         for j in range(1, count - 1):
             parts = _shares(
                 (_row(p, 0), _row(p, j), _row(p, j + 1)), (_row(n, 0), _row(n, j), _row(n, j + 1))
@@ -197,12 +197,13 @@ def image_pieces(corner, feet, sides, fraction, share, start, stop):
 
 
 @inner()
-def _between(point, normal, ends, t, p, n):
-    """Foot and normal of a cut, the share `t` of the way along an edge.
+def _between(feet, ends, t, p, n):
+    """Foot and normal of a cut, the share `t` of the way along an edge between two of the feet.
 
     The foot lies above the chord as high as the image does, but along the normal there. Where the
     image is torn the normal is zero, and tears what lies beside it.
     """
+    point, normal = feet.point, feet.normal
     a, b = ends
     s = 1.0 - t
     m = _sum(_row(normal, a), _row(normal, b))

@@ -92,7 +92,7 @@ def around(facets, part, points, place):
     those whose corners are finite, corner (m, 3), inner (i,) indices among the points in contact,
     free (f,) rows of the corners out of contact, start (f,) the nearest inner corner of each).
     """
-    found = np.empty(part.shape[0], np.int32)
+    kept = np.empty(part.shape[0], np.int32)
     inner = np.empty(2 * part.shape[0], np.int32)
     free = np.empty(2 * part.shape[0], np.int32)
     number = np.full(points.shape[0], -1, np.int32)
@@ -102,7 +102,7 @@ def around(facets, part, points, place):
     for f in part:
         if not _finite(facets, f, points):
             continue
-        found[m] = f
+        kept[m] = f
         m += 1
         for k in range(3):
             c = facets[f, k]
@@ -121,18 +121,18 @@ def around(facets, part, points, place):
     near = np.full(n_f, math.inf)
     for j in range(m):
         for k in range(3):
-            c = facets[found[j], k]
+            c = facets[kept[j], k]
             corner[j, k] = number[c]
             if place[c] >= 0:
                 continue
             corner[j, k] += n_i
             for l in range(3):
-                d = facets[found[j], l]
+                d = facets[kept[j], l]
                 way = _distance2(points, c, d)
                 if place[d] >= 0 and way < near[number[c]]:
                     near[number[c]] = way
                     start[number[c]] = number[d]
-    return found[:m].copy(), corner, inner[:n_i].copy(), free[:n_f].copy(), start
+    return kept[:m].copy(), corner, inner[:n_i].copy(), free[:n_f].copy(), start
 
 
 @inner()

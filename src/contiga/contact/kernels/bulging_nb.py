@@ -20,10 +20,11 @@ def farthest(path, most, size, start, stop):
     """Fill rows start … stop of `most` (chunks, 2), of as many chunks of `size` points of `path`.
 
     Of points whose ways are finite: the farthest way, and the largest coordinate before or now.
-    `path` is (before, now).
+    `path` is a `Motion`.
     """
     for c in range(start, stop):
-        before, now = path[0][c * size : (c + 1) * size], path[1][c * size : (c + 1) * size]
+        chunk = slice(c * size, (c + 1) * size)
+        before, now = path.before[chunk], path.now[chunk]
         far = x = y = z = 0.0
         for k in range(now.shape[0]):
             way = _way(before, now, k)
@@ -40,18 +41,18 @@ def farthest(path, most, size, start, stop):
 def within_reach(path, known, bulge, lists, size, start, stop):
     """List the points that come to the surface if their paths bulge by so much.
 
-    `known` is (patch, safe distance, active) of the last step; `lists` is (rows, counts): a list
-    (n,) that each chunk of `size` fills from its own place, and (chunks,) how many it has listed.
+    `path` is a `Motion`, `known` are `LastPlaces`, and `lists` the `ChunkLists` of chunks of `size`
+    points, to be filled.
     """
-    patch, distance, active = known
-    rows, counts = lists
+    patch, distance, active = known.patch, known.safe_distance, known.active
+    rows, counts = lists.rows, lists.counts
     for c in range(start, stop):
         n = first = c * size
         for k in range(first, min(first + size, patch.shape[0])):
             touching = patch[k] >= 0
             if not touching and not active[k]:
                 continue
-            way = _way(path[0], path[1], k)
+            way = _way(path.before, path.now, k)
             clearance = 0.0 if touching else abs(distance[k])
             if way < math.inf and clearance <= way + bulge:
                 rows[n] = k

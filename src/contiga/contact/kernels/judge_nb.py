@@ -110,12 +110,12 @@ def _free_way(truth, limits, i):
 
 
 @kernel(error_model="numpy")
-def judge_plain(asked, step, limits, found):
+def judge_plain(asked, step, limits, detected):
     """Fill what was `Detected` for the points that are `Asked` for; whether all of them are plain.
 
     Where one is not nothing is written. `step` is a `Step`, `limits` are `JudgeLimits`.
     """
-    truth, status, safe_distance = asked.truth, found.status, found.safe_distance
+    truth, status, safe_distance = asked.truth, detected.status, detected.safe_distance
     for i in range(asked.rows.shape[0]):
         if not _is_plain(asked, step, limits, i):
             return False
@@ -126,9 +126,9 @@ def judge_plain(asked, step, limits, found):
         if kept and (inside or not solved):
             status[k] = asked.status[i]
             safe_distance[k] = _above_zero(known) if inside else 0.0
-            take_foot(found.feet, k, asked.feet, i)
+            take_foot(detected.feet, k, asked.feet, i)
         else:
             status[k] = LOST if not solved and not kept else RELEASED if was else FREE
             safe_distance[k] = _free_way(truth, limits, i) if needed else side * known
-            remember_foot(found, k, truth, i)
+            remember_foot(detected, k, truth, i)
     return True

@@ -157,14 +157,14 @@ def _one(placing, k, way, now, touching, free):
 
 
 @kernel()
-def held(first, second, found, rows):
+def held(first, second, detected, rows):
     """List the points in contact, ascending, in `rows`; returns how many there are.
 
-    `first` and `second` are ascending lists of all points that have been looked at, `found` is what
-    was `Detected`: of those in contact parameters of the foot are written there, of those without a
-    patch zeros.
+    `first` and `second` are ascending lists of all points that have been looked at, `detected` is
+    what was `Detected`: of those in contact parameters of the foot are written there, of those
+    without a patch zeros.
     """
-    feet, uv = found.feet, found.uv
+    feet, uv = detected.feet, detected.uv
     n = i = j = 0
     while i < first.shape[0] or j < second.shape[0]:
         if j == second.shape[0] or (i < first.shape[0] and first[i] < second[j]):
@@ -178,6 +178,6 @@ def held(first, second, found, rows):
             uv[k, 1] = feet.uv[k, 1]
             rows[n] = k
             n += 1
-        elif found.last_patch[k] < 0:
+        elif detected.last_patch[k] < 0:
             uv[k, 0] = uv[k, 1] = 0.0
     return n

@@ -112,37 +112,37 @@ def take_foot(feet, k, source, i):
 
 
 @inner()
-def remember_foot(found, k, feet, i):
+def remember_foot(detected, k, feet, i):
     """Keep the foot of a free point: what its side is proved by the next time."""
-    found.last_patch[k] = feet.patch[i]
-    found.uv[k, 0] = feet.uv[i, 0]
-    found.uv[k, 1] = feet.uv[i, 1]
+    detected.last_patch[k] = feet.patch[i]
+    detected.uv[k, 0] = feet.uv[i, 0]
+    detected.uv[k, 1] = feet.uv[i, 1]
 
 
 @kernel()
-def stay(rows, known, step, last, found, band, work):
-    """Release points in contact that are outside; list what is known of the others in `work`.
+def stay(rows, known, step, last, detected, band, staying):
+    """Release points in contact that are outside; list what is known of the others in `staying`.
 
-    `known` is (side, reach), `step` a `Step`, `last` the `Starts` of all points, `found` what was
-    `Detected`; `work` is (rows, side, reach, patch, uv, before, now), to be filled, which may be
-    where it is read from. No `before` is filled in that has no rows. Returns how many there are.
+    `known` are `KnownSides`, `step` a `Step`, `last` the `SurfacePlaces` of the feet of all points,
+    `detected` what was `Detected`; `staying` are `TouchingRows`, which may be where it is read
+    from. No `before` is filled in that has no rows. Returns how many there are.
     """
-    side, reach = known
-    own, own_side, own_reach, own_patch, own_uv, own_before, own_now = work
+    side, reach, before = known.side, known.reach, staying.before
     n = 0
     for i in range(rows.shape[0]):
         k = rows[i]
         if side[i] > 0:
-            found.status[k] = RELEASED
-            found.safe_distance[k] = reach[i] - band
+            detected.status[k] = RELEASED
+            detected.safe_distance[k] = reach[i] - band
             continue
-        own[n], own_side[n], own_reach[n], own_patch[n] = k, side[i], reach[i], last.patch[k]
-        own_uv[n, 0], own_uv[n, 1] = last.uv[k, 0], last.uv[k, 1]
+        staying.rows[n], staying.side[n], staying.reach[n] = k, side[i], reach[i]
+        staying.patch[n] = last.patch[k]
+        staying.uv[n, 0], staying.uv[n, 1] = last.uv[k, 0], last.uv[k, 1]
         for c in range(3):
-            own_now[n, c] = step.now[k, c]
-        if own_before.shape[0] > 0:
+            staying.now[n, c] = step.now[k, c]
+        if before.shape[0] > 0:
             for c in range(3):
-                own_before[n, c] = step.before[k, c]
+                before[n, c] = step.before[k, c]
         n += 1
     return n
 
@@ -152,11 +152,10 @@ def look(rows, feet, side, safe_distance, limits, mark, ways, asked):
     """Marks of points in contact by their feet; lists of those whose ways are to be looked at, and
     of those that balls may tell of, with the side of these. Returns how many they are.
 
-    `limits` is (whether points are held on borders, band), `safe_distance` of all points; `asked`
-    is (index, side) to be filled.
+    `limits` are `Limits`, `safe_distance` is of all points; `asked` are `AskedFeet` to be filled.
     """
-    hold, band = limits
-    index, which = asked
+    hold, band = limits.hold, limits.band
+    index, which_side = asked.which, asked.side
     n = m = 0
     for i in range(rows.shape[0]):
         status = feet.status[i]
@@ -173,7 +172,7 @@ def look(rows, feet, side, safe_distance, limits, mark, ways, asked):
                 n += 1
         if _is_sound(feet, i, band):
             index[m] = i
-            which[m] = OUTER if feet.gap[i] > 0.0 else INNER
+            which_side[m] = OUTER if feet.gap[i] > 0.0 else INNER
             m += 1
     return n, m
 
@@ -184,7 +183,7 @@ def face(rows, feet, holds, way, band, mark, asked):
 
     `holds` are those of the last step, `way` is that of all points.
     """
-    index, which = asked
+    index, which_side = asked.which, asked.side
     m = j = 0
     for i in range(rows.shape[0]):
         mark[i] = 0
@@ -204,21 +203,21 @@ def face(rows, feet, holds, way, band, mark, asked):
                 continue
         if feet.certified[i] == 0 and _is_sound(feet, i, band):
             index[m] = i
-            which[m] = OUTER if feet.gap[i] > 0.0 else INNER
+            which_side[m] = OUTER if feet.gap[i] > 0.0 else INNER
             m += 1
     return m
 
 
 @kernel()
-def settle(rows, feet, known, mark, balls, band, found, own):
+def settle(rows, feet, known, mark, balls, band, detected, left):
     """What becomes of points in contact that have been looked at; returns how many are left.
 
-    `known` is (side, reach), `balls` (index, radius) of those that were asked for one, `found` what
-    was `Detected`. Those left are listed in `own`, and nothing is said of them.
+    `known` are `KnownSides`, `balls` are `FootBalls` of those that were asked for one, `detected`
+    is what was `Detected`. Those left are listed in `left`, and nothing is said of them.
     """
-    side, reach = known
-    index, radius = balls
-    status, safe_distance = found.status, found.safe_distance
+    side, reach = known.side, known.reach
+    index, radius = balls.which, balls.radius
+    status, safe_distance = detected.status, detected.safe_distance
     j = n = 0
     for i in range(rows.shape[0]):
         k = rows[i]
@@ -233,15 +232,15 @@ def settle(rows, feet, known, mark, balls, band, found, own):
         if side[i] > 0:
             status[k] = RELEASED
             safe_distance[k] = reach[i] - band
-            remember_foot(found, k, feet, i)
+            remember_foot(detected, k, feet, i)
         elif mark[i] & KEPT:
             way = reach[i] - band if side[i] < 0 else 0.0
             if not safe_distance[k] >= way:
                 safe_distance[k] = way
             status[k] = becomes(feet.status[i])
-            take_foot(found.feet, k, feet, i)
+            take_foot(detected.feet, k, feet, i)
         else:
-            own[n] = i
+            left[n] = i
             n += 1
     return n
 
@@ -255,45 +254,45 @@ def becomes(status):
 
 
 @kernel()
-def starts(rows, side, place, step, found_patch, far, work):
+def starts(rows, side, place, step, last_patch, far, begun):
     """List free points whose side is not known, and where their feet are looked for from: at the
     last foot, or at a place near by where they have gone farther than `far`.
 
-    `place` are `Starts` at pieces of surface in the points' cells, `step` is a `Step`,
-    `found_patch` that of the feet of all points; `work` is (index, patch, uv, now), to be filled.
-    Returns how many have a start.
+    `place` are `SurfacePlaces` in the points' cells, `step` is a `Step`, `last_patch` that of the
+    last feet of all points; `begun` are `FreeRows`, to be filled. Returns how many have a start.
     """
     patch, uv = place.patch, place.uv
     way, old_patch, old_uv = step.way, step.last_patch, step.uv
-    index, own_patch, own_uv, own_now = work
     n = 0
     for i in range(rows.shape[0]):
         k = rows[i]
         if side[i] != 0:
-            found_patch[k] = -1
+            last_patch[k] = -1
             continue
         if old_patch[k] >= 0 and (way[k] <= far or patch[i] < 0):
-            own_patch[n], own_uv[n, 0], own_uv[n, 1] = old_patch[k], old_uv[k, 0], old_uv[k, 1]
+            begun.patch[n] = old_patch[k]
+            begun.uv[n, 0], begun.uv[n, 1] = old_uv[k, 0], old_uv[k, 1]
         elif patch[i] >= 0:
-            own_patch[n], own_uv[n, 0], own_uv[n, 1] = patch[i], uv[i, 0], uv[i, 1]
+            begun.patch[n] = patch[i]
+            begun.uv[n, 0], begun.uv[n, 1] = uv[i, 0], uv[i, 1]
         else:
             continue
-        index[n] = i
+        begun.which[n] = i
         for c in range(3):
-            own_now[n, c] = step.now[k, c]
+            begun.now[n, c] = step.now[k, c]
         n += 1
     return n
 
 
 @kernel()
 def askable(feet, count, band, asked):
-    """List those of the first feet that balls may tell of in `asked`, (index, side); how many."""
-    index, which = asked
+    """List those of the first feet that balls may tell of in `asked` (AskedFeet); how many."""
+    index, which_side = asked.which, asked.side
     m = 0
     for i in range(count):
         if _is_sound(feet, i, band):
             index[m] = i
-            which[m] = OUTER if feet.gap[i] > 0.0 else INNER
+            which_side[m] = OUTER if feet.gap[i] > 0.0 else INNER
             m += 1
     return m
 
@@ -302,12 +301,12 @@ def askable(feet, count, band, asked):
 def tell(index, feet, points, balls, band, known, within):
     """Sides that balls at feet prove, and how far points are from their feet.
 
-    Foot m is that of points[m]; `index` says in which rows of `known` (side, reach) and `within`,
-    the distance to a point of the surface, that is filled in. `balls` is (m, radius) of the feet
+    Foot m is that of points[m]; `index` says in which rows of `known` (KnownSides) and `within`,
+    the distance to a point of the surface, that is filled in. `balls` are `FootBalls` of the feet
     that were asked for one.
     """
-    side, reach = known
-    asked, radius = balls
+    side, reach = known.side, known.reach
+    asked, radius = balls.which, balls.radius
     j = 0
     for m in range(index.shape[0]):
         i = index[m]
@@ -318,14 +317,14 @@ def tell(index, feet, points, balls, band, known, within):
 
 
 @kernel()
-def leave(rows, known, held, band, safe_distance, own):
+def leave(rows, known, held, band, safe_distance, left):
     """Free points that stay so: outside, or `held` inside. Lists the others; how many there are."""
-    side, reach = known
+    side, reach = known.side, known.reach
     n = 0
     for i in range(rows.shape[0]):
         if side[i] > 0 or held[i]:
             safe_distance[rows[i]] = side[i] * (reach[i] - band)
         else:
-            own[n] = i
+            left[n] = i
             n += 1
     return n

@@ -46,26 +46,26 @@ def _of_block(values, first, n):
 def _of_halves(values, n):
     """The sum of n numbers, more than a block."""
     first, count = np.zeros(MOST_HALVINGS, np.int64), np.zeros(MOST_HALVINGS, np.int64)
-    left, told = np.zeros(MOST_HALVINGS), np.zeros(MOST_HALVINGS, np.bool_)
+    left, is_summed = np.zeros(MOST_HALVINGS), np.zeros(MOST_HALVINGS, np.bool_)
     count[0], top, total = n, 0, 0.0
     while top >= 0:
         if count[top] <= BLOCK:
             total = _of_block(values, first[top], count[top])
             top -= 1
             # What was waiting for this, its second half, is done with it, and so on up.
-            while top >= 0 and told[top]:
+            while top >= 0 and is_summed[top]:
                 total = left[top] + total
                 top -= 1
             if top < 0:
                 break
-            left[top], told[top] = total, True
+            left[top], is_summed[top] = total, True
         half = count[top] // 2
         half -= half % STRANDS
-        second = told[top]
+        second = is_summed[top]
         first[top + 1] = first[top] + (half if second else 0)
         count[top + 1] = count[top] - half if second else half
         top += 1
-        told[top] = False
+        is_summed[top] = False
     return total
 
 

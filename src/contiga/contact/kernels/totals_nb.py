@@ -94,17 +94,17 @@ def forces(carrying, answer, last, now, frame, out):
     rows, normal, way, rate = carrying.rows, carrying.normal, carrying.path, carrying.rate
     damping, friction, totals, pose = answer.damping, answer.friction, out.totals, frame.pose
     n = rows.shape[0]
-    work, damped, own = np.empty(3 * n), np.empty(3 * n), scratch(3)
+    work, damped, force = np.empty(3 * n), np.empty(3 * n), scratch(3)
     viscous = False
     totals[:WORK], totals[WORK:] = 0.0, last.energies
     for i in range(n):
         for c in range(3):
-            own[c] = answer.force[i] * normal[i, c]
+            force[c] = answer.force[i] * normal[i, c]
             if friction.shape[0] > 0:
-                own[c] += friction[i, c]
-            work[3 * i + c] = own[c] * way[i, c]
+                force[c] += friction[i, c]
+            work[3 * i + c] = force[c] * way[i, c]
         for c in range(3):
-            out.force[i, c] = _turned(pose, own[0], own[1], own[2], c)
+            out.force[i, c] = _turned(pose, force[0], force[1], force[2], c)
         _add_wrench(now, rows[i], out.force[i], frame, totals)
         if damping.shape[0] > 0:
             viscous = viscous or damping[i] != 0.0

@@ -20,7 +20,9 @@ from contiga.contact.kernels.settle_nb import (
     stay,
     tell,
 )
+from contiga.contact.settle_records import AskedFeet, FootBalls, FreeRows, TouchingRows
 from contiga.jit import inner, kernel
+from contiga.records import KnownSides, SurfacePlaces
 from contiga.search.balls.kernels.ball_nb import radii
 from contiga.search.sides.kernels.side_nb import clear_ways, places, sides
 from contiga.search.track.kernels.track_nb import track_chunks
@@ -40,63 +42,65 @@ def _follow(tables, work, n):
 @inner(linked=False)
 def _ask_balls(tables, work, m):
     """Radii of the balls at the first m feet that are asked for."""
-    feet = work.feet.patch, work.feet.uv
+    feet = SurfacePlaces(work.feet.patch, work.feet.uv)
     radii(tables.balls, tables.body.grid, feet, work.asked, work.which, work.radius, 0, m)
 
 
 @kernel()
-def settle_touching(tables, step, last, rows, limits, work, found, left):
+def settle_touching(tables, step, last, rows, limits, work, detected, left):
     """Settle points that were in contact, `rows`; returns how many are `left`, listed there.
 
-    `tables` are `ContactTables`, `step` a `Step`, `last` the `Starts` of all points, `limits` are
-    `Limits`, `work` is `Work` for as many rows or more, `found` is what was `Detected`.
+    `tables` are `ContactTables`, `step` a `Step`, `last` the `SurfacePlaces` of all points,
+    `limits` are `Limits`, `work` is `Work` for as many rows or more, `detected` is what was
+    `Detected`.
     """
     n, band = rows.shape[0], limits.band
     side, reach = work.side, work.reach
     sides(tables.grid, step.now, rows, side, reach, 0, n)
-    starts = work.starts
-    columns = (work.rows, side, reach, starts.patch, starts.uv, work.path.before, work.path.now)
-    n = stay(rows, (side, reach), step, last, found, band, columns)
+    known, begun, path = KnownSides(side, reach), work.starts, work.path
+    columns = TouchingRows(work.rows, side, reach, begun.patch, begun.uv, path.before, path.now)
+    n = stay(rows, known, step, last, detected, band, columns)
     _follow(tables, work, n)
-    own, feet, mark, asked = work.rows[:n], work.feet, work.mark, (work.asked, work.which)
+    staying, feet, mark = work.rows[:n], work.feet, work.mark
+    asked = AskedFeet(work.asked, work.which)
     if limits.nearest:
-        m = face(own, feet, step.holds, step.way, band, mark, asked)
+        m = face(staying, feet, step.holds, step.way, band, mark, asked)
     else:
-        hold = limits.hold, band
-        ways, m = look(own, feet, side, found.safe_distance, hold, mark, work.chosen, asked)
+        ways, m = look(
+            staying, feet, side, detected.safe_distance, limits, mark, work.chosen, asked
+        )
         for j in range(ways):
-            left[j] = own[work.chosen[j]]
+            left[j] = staying[work.chosen[j]]
         clear_ways(tables.grid, step.before, step.now, left, work.clear, 0, ways)
         for j in range(ways):
             if work.clear[j]:
                 mark[work.chosen[j]] |= KEPT
     _ask_balls(tables, work, m)
-    balls = work.asked[:m], work.radius[:m]
-    n = settle(own, feet, (side, reach), mark, balls, band, found, work.chosen)
+    balls = FootBalls(work.asked[:m], work.radius[:m])
+    n = settle(staying, feet, known, mark, balls, band, detected, work.chosen)
     for j in range(n):
-        left[j] = own[work.chosen[j]]
+        left[j] = staying[work.chosen[j]]
     return n
 
 
 @kernel()
-def settle_free(tables, step, rows, limits, work, found, left):
+def settle_free(tables, step, rows, limits, work, detected, left):
     """Settle free points near the surface that stay free; the rest as of `settle_touching`."""
     n, band = rows.shape[0], limits.band
-    known = work.side, work.reach
-    places(tables.grid, step.now, rows, known, (work.near.patch, work.near.uv), 0, n)
-    begun = work.starts
-    columns = work.rows, begun.patch, begun.uv, work.path.now
-    m = starts(rows, work.side, work.near, step, found.last_patch, limits.far, columns)
+    known = KnownSides(work.side, work.reach)
+    places(tables.grid, step.now, rows, known, work.near, 0, n)
+    columns = FreeRows(work.rows, work.starts.patch, work.starts.uv, work.path.now)
+    m = starts(rows, work.side, work.near, step, detected.last_patch, limits.far, columns)
     _follow(tables, work, m)
     for j in range(m):
         k = rows[work.rows[j]]
-        found.last_patch[k] = work.feet.patch[j]
-        found.uv[k, 0], found.uv[k, 1] = work.feet.uv[j, 0], work.feet.uv[j, 1]
-    asked = askable(work.feet, m, band, (work.asked, work.which))
+        detected.last_patch[k] = work.feet.patch[j]
+        detected.uv[k, 0], detected.uv[k, 1] = work.feet.uv[j, 0], work.feet.uv[j, 1]
+    asked = askable(work.feet, m, band, AskedFeet(work.asked, work.which))
     _ask_balls(tables, work, asked)
-    balls = work.asked[:asked], work.radius[:asked]
+    balls = FootBalls(work.asked[:asked], work.radius[:asked])
     tell(work.rows[:m], work.feet, work.path.now, balls, band, known, work.within)
-    n = leave(rows, known, work.none, band, found.safe_distance, work.chosen)
+    n = leave(rows, known, work.none, band, detected.safe_distance, work.chosen)
     for j in range(n):
         left[j] = rows[work.chosen[j]]
     return n

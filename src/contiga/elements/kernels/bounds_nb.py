@@ -261,21 +261,23 @@ def subdivide(elements, e, flatness, depth, boxes, bounds, corners):
     stack = scratch(64, 5)
     stack[0] = (-0.5, 0.5, -0.5, 0.5, 0.0)
     top = 1
-    found = 0
+    n_boxes = 0
     while top > 0:
         top -= 1
         s0, s1, t0, t1, level = stack[top]
         box = (s0, s1, t0, t1)
         restrict(coefs, (p, q), box, net)
         size = (s1 - s0, t1 - t0)
-        derivative_bounds(net, (p, q), size, bounds[found], corners[found, :3], corners[found, 3:])
-        way = split_direction(bounds[found], size, flatness)
+        derivative_bounds(
+            net, (p, q), size, bounds[n_boxes], corners[n_boxes, :3], corners[n_boxes, 3:]
+        )
+        way = split_direction(bounds[n_boxes], size, flatness)
         if way < 0 or level >= depth:
-            boxes[found, 0] = s0
-            boxes[found, 1] = s1
-            boxes[found, 2] = t0
-            boxes[found, 3] = t1
-            found += 1
+            boxes[n_boxes, 0] = s0
+            boxes[n_boxes, 1] = s1
+            boxes[n_boxes, 2] = t0
+            boxes[n_boxes, 3] = t1
+            n_boxes += 1
         elif way == 0:
             m = 0.5 * (s0 + s1)
             stack[top] = (s0, m, t0, t1, level + 1.0)
@@ -286,4 +288,4 @@ def subdivide(elements, e, flatness, depth, boxes, bounds, corners):
             stack[top] = (s0, s1, t0, m, level + 1.0)
             stack[top + 1] = (s0, s1, m, t1, level + 1.0)
             top += 2
-    return found
+    return n_boxes

@@ -106,7 +106,9 @@ def around(t, start, v, to):
         left = turn(t.xy, v, c, to)
         if right > 0.0 and left < 0.0:
             return here, k
-        if (right == 0.0 and ahead(t.xy, v, b, to)) or (left == 0.0 and ahead(t.xy, v, c, to)):
+        if (right == 0.0 and is_towards(t.xy, v, b, to)) or (
+            left == 0.0 and is_towards(t.xy, v, c, to)
+        ):
             return here, -9
         here = t.beside[here, (k + 1) % 3]
         if here == first:
@@ -115,7 +117,7 @@ def around(t, start, v, to):
 
 
 @inner()
-def ahead(xy, v, b, to):
+def is_towards(xy, v, b, to):
     """Whether b, on the line from v to `to`, is on the side of `to`."""
     along = (xy[b, 0] - xy[v, 0]) * (xy[to, 0] - xy[v, 0])
     return along + (xy[b, 1] - xy[v, 1]) * (xy[to, 1] - xy[v, 1]) > 0.0

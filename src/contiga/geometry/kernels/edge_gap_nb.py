@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from contiga.geometry.kernel_records import CurveWork, ImageWork, Samples
 from contiga.geometry.kernels.evaluate_nb import curve_range, make_scratch, surface_point
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
@@ -27,11 +28,11 @@ DENSER = 8
 @inner()
 def _image(s, image, domain, t, work):
     """Fills work.point: the surface at the p-curve's point at t, moved into the rectangle."""
-    work[0][0] = t
-    curve_range(image, work[0], 0, work[1])
-    u = min(max(work[1][0, 0, 0], domain[0]), domain[1])
-    v = min(max(work[1][0, 0, 1], domain[2]), domain[3])
-    surface_point(s, u, v, 0, work[2], work[3])
+    work.t[0] = t
+    curve_range(image, work.t, 0, work.uv)
+    u = min(max(work.uv[0, 0, 0], domain[0]), domain[1])
+    v = min(max(work.uv[0, 0, 1], domain[2]), domain[3])
+    surface_point(s, u, v, 0, work.bases, work.point)
 
 
 @inner()
@@ -88,14 +89,14 @@ def _from_sample(curve, ts, best, point, work):
     high = ts[min(best + 1, ts.size - 1)]
     t = ts[best]
     for _ in range(ROUNDS):
-        work[0][0] = t
-        curve_range(curve, work[0], 2, work[1])
+        work.t[0] = t
+        curve_range(curve, work.t, 2, work.derivatives)
         square = slope = bend = 0.0
         for c in range(3):
-            r = work[1][0, 0, c] - point[c]
+            r = work.derivatives[0, 0, c] - point[c]
             square += r * r
-            slope += r * work[1][0, 1, c]
-            bend += work[1][0, 1, c] ** 2 + r * work[1][0, 2, c]
+            slope += r * work.derivatives[0, 1, c]
+            bend += work.derivatives[0, 1, c] ** 2 + r * work.derivatives[0, 2, c]
         least = min(least, square)
         if slope < 0.0:
             low = t
@@ -111,10 +112,11 @@ def _from_sample(curve, ts, best, point, work):
 
 
 @inner()
-def _foot(curve, ts, table, point, work):
+def _foot(curve, samples, point, work):
     """Distance of a point to a curve, from its nearest sample."""
-    best, least = _nearest(table, point, min(work[2][0], ts.size - 1))
-    work[2][0] = best
+    ts = samples.t
+    best, least = _nearest(samples.point, point, min(work.nearest[0], ts.size - 1))
+    work.nearest[0] = best
     least = min(least, _from_sample(curve, ts, best, point, work))
     if best == 0 or best == ts.size - 1:
         # Of a closed curve the nearest place may be on the other side of its seam.
@@ -124,7 +126,7 @@ def _foot(curve, ts, table, point, work):
 
 @inner()
 def _samples(curve, per_span):
-    """Parameters between the breaks of a curve, `per_span` a span, and its points there."""
+    """A curve's `Samples`, `per_span` to a span between its breaks."""
     knots = curve.knots
     spans = 0
     for k in range(knots.size - 1):
@@ -140,51 +142,51 @@ def _samples(curve, per_span):
     ts[n] = knots[-1]
     points = np.empty((ts.size, 1, 3))
     curve_range(curve, ts, 0, points)
-    return ts, points
+    return Samples(ts, points)
 
 
 @inner()
-def _off(s, image, curve, domain, t, tables, work):
-    """Distance of the image at t to the curve; `tables` are the curve's samples."""
-    _image(s, image, domain, t, work[0])
-    return _foot(curve, tables[0], tables[1], work[0][3][0, 0], work[1])
+def _off(s, image, curve, domain, t, samples, of_image, of_curve):
+    """Distance of the image at t to the curve, whose `samples` are given."""
+    _image(s, image, domain, t, of_image)
+    return _foot(curve, samples, of_image.point[0, 0], of_curve)
 
 
 @inner()
-def _farthest(s, image, curve, domain, tables, work, out):
+def _farthest(s, image, curve, domain, samples, of_image, of_curve, out):
     """Fills `out` as `image_gap` does; returns the p-curve's parameter of the largest distance.
 
-    work[1][2] then is the curve's sample near there.
+    `of_curve.nearest` then is the curve's sample near there.
     """
-    ts = _samples(image, PER_SPAN)[0]
+    ts = _samples(image, PER_SPAN).t
     out[0] = -1.0
     at = 0
     near = 0
     for k in range(ts.size):
-        distance = _off(s, image, curve, domain, ts[k], tables, work)
+        distance = _off(s, image, curve, domain, ts[k], samples, of_image, of_curve)
         if distance > out[0]:
             out[0] = distance
-            out[1:4] = work[0][3][0, 0]
+            out[1:4] = of_image.point[0, 0]
             at = k
-            near = work[1][2][0]
+            near = of_curve.nearest[0]
     best = ts[at]
     low = ts[max(at - 1, 0)]
     high = ts[min(at + 1, ts.size - 1)]
     for _ in range(REFINED):
         a = high - GOLDEN * (high - low)
         b = low + GOLDEN * (high - low)
-        work[1][2][0] = near
-        off_a = _off(s, image, curve, domain, a, tables, work)
-        off_b = _off(s, image, curve, domain, b, tables, work)
+        of_curve.nearest[0] = near
+        off_a = _off(s, image, curve, domain, a, samples, of_image, of_curve)
+        off_b = _off(s, image, curve, domain, b, samples, of_image, of_curve)
         if max(off_a, off_b) > out[0]:
             best = a if off_a > off_b else b
-            out[0] = _off(s, image, curve, domain, best, tables, work)
-            out[1:4] = work[0][3][0, 0]
+            out[0] = _off(s, image, curve, domain, best, samples, of_image, of_curve)
+            out[1:4] = of_image.point[0, 0]
         if off_a > off_b:
             high = b
         else:
             low = a
-    work[1][2][0] = near
+    of_curve.nearest[0] = near
     return best
 
 
@@ -195,13 +197,12 @@ def image_gap(s, image, curve, domain, near, out):
     `image` is the p-curve, `domain` (4,) u0, u1, v0, v1 of the surface; distances up to `near`
     are believed at once. Fills out[4]: the distance, and the point of the image where it is found.
     """
-    work = (
-        (scratch(1), scratch(1, 1, 3), make_scratch(s.p, s.q, 0), scratch(1, 1, 3)),
-        (scratch(1), scratch(1, 3, 3), np.zeros(1, np.int64)),
-    )
-    at = _farthest(s, image, curve, domain, _samples(curve, PER_SPAN), work, out)
+    of_image = ImageWork(scratch(1), scratch(1, 1, 3), make_scratch(s.p, s.q, 0), scratch(1, 1, 3))
+    of_curve = CurveWork(scratch(1), scratch(1, 3, 3), np.zeros(1, np.int64))
+    coarse = _samples(curve, PER_SPAN)
+    at = _farthest(s, image, curve, domain, coarse, of_image, of_curve, out)
     if out[0] > near:
         fine = _samples(curve, PER_SPAN * DENSER)
-        work[1][2][0] *= DENSER
-        if _off(s, image, curve, domain, at, fine, work) < SURE * out[0]:
-            _farthest(s, image, curve, domain, fine, work, out)
+        of_curve.nearest[0] *= DENSER
+        if _off(s, image, curve, domain, at, fine, of_image, of_curve) < SURE * out[0]:
+            _farthest(s, image, curve, domain, fine, of_image, of_curve, out)

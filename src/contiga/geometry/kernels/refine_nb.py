@@ -336,8 +336,8 @@ def advance(t, face, front):
         for k in range(3):
             other = t.beside[here, k]
             if other == BORDER or is_good(t, front, other):
-                found, x, y = front_place(t, front, here, k)
-                if found and put_vertex(t, face, front, here, x, y, CLOSEST):
+                has_place, x, y = front_place(t, front, here, k)
+                if has_place and put_vertex(t, face, front, here, x, y, CLOSEST):
                     best = 3
                     break
                 best = k

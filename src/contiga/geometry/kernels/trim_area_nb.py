@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.arrays.kernels.sort_nb import sort
+from contiga.geometry.kernel_records import FLUX
 from contiga.geometry.kernels.quadrature_nb import bernstein, jacobian
 from contiga.geometry.kernels.trim_nb import bernstein_at, parameter_at, point_in_trim
 from contiga.jit import inner, kernel
@@ -67,7 +68,7 @@ def _add_element(coefs, along, across, rule, factor, out):
     """
     B, dB = along
     C, dC = across
-    _, weights, _, kind = rule
+    weights = rule.weights
     row = np.empty((coefs.shape[0], 4))
     row_t = np.empty((coefs.shape[0], 4))
     for i in range(coefs.shape[0]):
@@ -76,7 +77,7 @@ def _add_element(coefs, along, across, rule, factor, out):
     for k in range(weights.size):
         A, A_s, A_t = _combined(B[k], row), _combined(dB[k], row), _combined(B[k], row_t)
         weight = factor * weights[k]
-        if kind > 0:
+        if rule.kind == FLUX:
             add_moments(A, A_s, A_t, weight, out)
         else:
             out[0] += weight * jacobian(A, A_s, A_t)
@@ -86,12 +87,10 @@ def _add_element(coefs, along, across, rule, factor, out):
 def add_strip(grid, start, place, rule, factor, out):
     """Add `factor` ∫ … du from u = `start` to the u of `place` (u, v), element by element.
 
-    `grid` is (coefs, u_breaks, v_breaks) and `rule` (nodes, weights, parts, kind): every element
-    is integrated in `parts` equal parts. `kind` 0 takes |S_u × S_v|, another what `add_moments`
-    does.
+    `grid` is a `BezierGrid`, `rule` a `GaussRule`.
     """
-    coefs, u_breaks, v_breaks = grid
-    nodes, _, parts, _ = rule
+    coefs, u_breaks, v_breaks = grid.coefs, grid.u_breaks, grid.v_breaks
+    nodes, parts = rule.nodes, rule.parts
     p, q = coefs.shape[2] - 1, coefs.shape[3] - 1
     u, v = place
     low, high = min(start, u), max(start, u)
@@ -123,19 +122,19 @@ def _knot_crossings(tables, piece, u_breaks, v_breaks):
     """Sorted parameters of a piece, 0 and 1 included, at which it crosses borders of elements."""
     coefs = tables.piece_coefs[piece]
     degree = tables.piece_degree[piece]
-    found = np.empty(2 + u_breaks.size + v_breaks.size)
-    found[0], found[1] = 0.0, 1.0
+    crossings = np.empty(2 + u_breaks.size + v_breaks.size)
+    crossings[0], crossings[1] = 0.0, 1.0
     n = 2
     for axis in range(2):
         first = coefs[0, axis] / coefs[0, 2]
         last = coefs[degree, axis] / coefs[degree, 2]
         for level in u_breaks if axis == 0 else v_breaks:
             if min(first, last) < level < max(first, last):
-                found[n] = parameter_at(coefs, degree, axis, level)
+                crossings[n] = parameter_at(coefs, degree, axis, level)
                 n += 1
-    found = found[:n]
-    sort(found)
-    return found
+    crossings = crossings[:n]
+    sort(crossings)
+    return crossings
 
 
 @inner()
@@ -149,8 +148,8 @@ def add_piece(tables, piece, start, grid, rule, sign, out):
         tables.domain[tables.piece_patch[piece], 2],
         tables.domain[tables.piece_patch[piece], 3],
     )
-    nodes, weights, parts, _ = rule
-    breaks = _knot_crossings(tables, piece, grid[1], grid[2])
+    nodes, weights, parts = rule.nodes, rule.weights, rule.parts
+    breaks = _knot_crossings(tables, piece, grid.u_breaks, grid.v_breaks)
     B, dB = np.empty(degree + 1), np.empty(degree + 1)
     for s in range(breaks.size - 1):
         for part in range(parts):
@@ -233,18 +232,18 @@ def add_loop(tables, pieces, grid, rule, out):
         return
     start = min(max(start, d[0]), d[1])
     # By itself first: a small hole must not be rounded as what it is cut from.
-    own = np.zeros(out.size)
+    contribution = np.zeros(out.size)
     for p in pieces:
-        add_piece(tables, p, start, grid, rule, 1.0 * sign, own)
+        add_piece(tables, p, start, grid, rule, 1.0 * sign, contribution)
     for k in range(out.size):
-        out[k] += own[k]
+        out[k] += contribution[k]
 
 
 @kernel()
 def add_rectangle(grid, rule, out):
     """Add integrals over the whole patch: strips from side to side, element by element in v."""
-    _, u_breaks, v_breaks = grid
-    nodes, weights, parts, _ = rule
+    u_breaks, v_breaks = grid.u_breaks, grid.v_breaks
+    nodes, weights, parts = rule.nodes, rule.weights, rule.parts
     for j in range(v_breaks.size - 1):
         height = (v_breaks[j + 1] - v_breaks[j]) / parts
         for part in range(parts):

@@ -113,8 +113,8 @@ def read_cad_file(
     reader = reader_of(file, "list", file_unit, unit)
     given = file_unit, unit, solids
 
-    def check(found: Inventory) -> None:
-        check_body(found.body, file)
+    def check(inventory: Inventory) -> None:
+        check_body(inventory.body, file)
 
     inventory: Inventory = read_kept(reader, file, *given, needs=_LOOKED_AT_WITH, check=check)
     check_joints(inventory.body, file)

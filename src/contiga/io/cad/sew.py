@@ -81,24 +81,24 @@ class Sewn:
         pieces: dict[int, dict[int, Any]] = {}
         holders: dict[int, list[tuple[int, bool]]] = defaultdict(list)
         for edge in subshapes(shape, "EDGE"):
-            own = self._number(edge)
-            if own not in pieces:
-                pieces[own] = {}
+            edge_number = self._number(edge)
+            if edge_number not in pieces:
+                pieces[edge_number] = {}
                 for part in subshapes(sewing.ModifiedSubShape(edge.Oriented(forward)), "EDGE"):
                     number = self._number(part)
-                    pieces[own][number] = part
-                    holders[number].append((own, part.Orientation() != forward))
-        self._leader = {own: (own, False) for own in pieces}
+                    pieces[edge_number][number] = part
+                    holders[number].append((edge_number, part.Orientation() != forward))
+        self._leader = {edge_number: (edge_number, False) for edge_number in pieces}
         for (first, first_against), *others in holders.values():
             root, turned = self._root(first)
-            for own, against in others:
-                end, flipped = self._root(own)
+            for edge_number, against in others:
+                end, flipped = self._root(edge_number)
                 if end != root:
                     self._leader[end] = root, (turned != first_against) != (flipped != against)
         self._leader = {edge: self._root(edge) for edge in self._leader}
         groups: dict[int, list[int]] = defaultdict(list)
-        for own, (root, _) in self._leader.items():
-            groups[root].append(own)
+        for edge_number, (root, _) in self._leader.items():
+            groups[root].append(edge_number)
         for group in groups.values():
             if len(group) > 1:
                 self._crown(group, pieces)

@@ -202,9 +202,9 @@ def _bands(chart: FloatArray, w: FloatArray, steps: FloatArray, count: int) -> t
     for k in range(3):
         centre = (length, np.zeros_like(length), middle[2])[k] / middle[3]
         net = parts[k] - centre[..., None, None] * parts[3]
-        own = quotient(spans_of(net, wide), weights)
-        own[0] = own[0] + Span(centre, centre)
-        c.append(own)
+        spans = quotient(spans_of(net, wide), weights)
+        spans[0] = spans[0] + Span(centre, centre)
+        c.append(spans)
         last = parts[k, ..., -1] / parts[3, ..., -1]
         ends.append(Span(last.min(axis=-1), last.max(axis=-1)))
     return _reduced(c, c[2], ends, tau), _angle(chart, count)
@@ -256,14 +256,14 @@ def _joints(charts: list[FloatArray], weights: list[FloatArray], tolerance: floa
     not shared."""
     worst = 0.0
     for k in range(len(charts)):
-        own, other = (charts[k - 1], weights[k - 1]), (charts[k], weights[k])
-        count = 6 * max(w.shape[1] - 1 for w in (own[1], other[1]))
+        one, other = (charts[k - 1], weights[k - 1]), (charts[k], weights[k])
+        count = 6 * max(w.shape[1] - 1 for w in (one[1], other[1]))
         # Chebyshev's places: between them no polynomial is more than `grown` times larger.
         at = 0.5 - 0.5 * np.cos((np.arange(count) + 0.5) * math.pi / count)
         grown = 1.0 + 2.0 / math.pi * math.log(count)
-        a, x, s, w = _edge(own, -1, at)
+        a, x, s, w = _edge(one, -1, at)
         b, y, _, z = _edge(other, 0, at)
-        least = min(own[1].min(), other[1].min())
+        least = min(one[1].min(), other[1].min())
         gap = a * z[:, None] - b * w[:, None]
         if not grown * np.abs(gap).max() <= tolerance * least**2:
             return math.inf

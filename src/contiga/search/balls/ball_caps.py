@@ -45,18 +45,18 @@ class Caps(NamedTuple):
         cap, share = self._where(cells)
         cells["cap"] = np.where(share <= 1.0 + 1e-9, cap, -1)
         rows = np.flatnonzero(cells["cap"] >= 0)
-        own = cells[rows]
-        apart = np.linalg.norm(own["corner"] - own["middle"][:, None], axis=2).max(axis=1)
-        angle = self.bend[own["cap"]] * (apart + own["bulge"])
-        angle[~own["normal"].any(axis=1)] = math.inf
-        poor = ~(own["turn"] < WORST)
-        told = angle < math.asin(WORST)
-        own["tilt"][poor] = 1.0
-        own["tilt"][told] = np.minimum(np.sin(angle[told]), own["tilt"][told])
-        level = told & poor
-        own["corner_normal"][level] = own["normal"][level, None]
-        own["wobble"][level] = 2.0 * np.sin(0.5 * angle[level])
-        cells[rows] = own
+        capped = cells[rows]
+        apart = np.linalg.norm(capped["corner"] - capped["middle"][:, None], axis=2).max(axis=1)
+        angle = self.bend[capped["cap"]] * (apart + capped["bulge"])
+        angle[~capped["normal"].any(axis=1)] = math.inf
+        poor = ~(capped["turn"] < WORST)
+        bounded = angle < math.asin(WORST)
+        capped["tilt"][poor] = 1.0
+        capped["tilt"][bounded] = np.minimum(np.sin(angle[bounded]), capped["tilt"][bounded])
+        level = bounded & poor
+        capped["corner_normal"][level] = capped["normal"][level, None]
+        capped["wobble"][level] = 2.0 * np.sin(0.5 * angle[level])
+        cells[rows] = capped
 
     def take(self, cells: Records, homes: Records, enough: float) -> None:
         """Make caps the smooth blocks, rows of `homes`, of cells within that have no better ones.
@@ -77,11 +77,11 @@ class Caps(NamedTuple):
         cap = np.zeros(len(cells), np.int32)
         share = np.full(len(cells), math.inf)
         for side in range(4):
-            own = self.of[cells["element"], side]
-            rows = np.flatnonzero(own >= 0)
-            away = _away(cells["box"][rows], side) / self.reach[own[rows]]
+            cap_here = self.of[cells["element"], side]
+            rows = np.flatnonzero(cap_here >= 0)
+            away = _away(cells["box"][rows], side) / self.reach[cap_here[rows]]
             nearer = away < share[rows]
-            cap[rows[nearer]], share[rows[nearer]] = own[rows[nearer]], away[nearer]
+            cap[rows[nearer]], share[rows[nearer]] = cap_here[rows[nearer]], away[nearer]
         return cap, share
 
 
@@ -95,12 +95,12 @@ def find_caps(tables: Tables, cells: Records, tolerance: float) -> Caps:
         if seen[e, side]:
             continue
         ring = _ring(table, e, side)
-        for f, own, _ in ring:
-            seen[f, own] = True
+        for f, collapsed, _ in ring:
+            seen[f, collapsed] = True
         cap = cap_over(tables, ring, _edges(cells, ring), tolerance) if ring else None
         if cap is not None:
-            for f, own, _ in ring:
-                of[f, own] = len(rows)
+            for f, collapsed, _ in ring:
+                of[f, collapsed] = len(rows)
             rows.append(cap)
     reach, bend = (np.array([getattr(row, name) for row in rows]) for name in ("reach", "bend"))
     return Caps(of, reach, np.array([row.near for row in rows]).reshape(-1, 2), bend)

@@ -17,6 +17,7 @@ from contiga.elements.element_arrays import Records
 from contiga.geometry.kernels import trim_nb
 from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IntArray
+from contiga.search.balls.ball_bounds import BallLimits, CellBounds, CellTree, CentredSurface
 from contiga.search.balls.ball_caps import Caps, find_caps
 from contiga.search.balls.ball_records import CELL, HOME
 from contiga.search.balls.kernels import ball_block_nb, ball_bound_nb, ball_cell_nb, ball_plane_nb
@@ -142,17 +143,17 @@ def _grid(tables: Tables, centre: FloatArray, size: float) -> tuple[Records, Pla
     used = 0
     for k, patch in enumerate(grid.patches):
         nu, nv = int(np.ptp(patch["u"])) - 1, int(np.ptp(patch["v"])) - 1
-        own = slice(int(patch["first"]), int(patch["first"]) + nu * nv)
-        need = wants[own].reshape(nu, nv, 2)
+        span = slice(int(patch["first"]), int(patch["first"]) + nu * nv)
+        need = wants[span].reshape(nu, nv, 2)
         along, across = need[:, :, 0].max(axis=1), need[:, :, 1].max(axis=0)
         u, v = int(along.sum()), int(across.sum())
         bases[k] = used, u, v
         corner = (np.cumsum(along) - along)[:, None] * v + (np.cumsum(across) - across)[None, :]
-        rows["first"][own] = used + corner.ravel()
-        rows["stride"][own] = v
-        rows["cells"][own, 0] = np.repeat(along, nv)
-        rows["cells"][own, 1] = np.tile(across, nu)
-        parts.append(_patch_cells(elements.table, own, (along, across)))
+        rows["first"][span] = used + corner.ravel()
+        rows["stride"][span] = v
+        rows["cells"][span, 0] = np.repeat(along, nv)
+        rows["cells"][span, 1] = np.tile(across, nu)
+        parts.append(_patch_cells(elements.table, span, (along, across)))
         used += u * v
     return rows, bases, np.concatenate(parts)
 
@@ -182,7 +183,7 @@ def _counts(quarters: Records, size: float) -> IntArray:
     return counts
 
 
-def _patch_cells(table: Records, own: slice, counts: tuple[IntArray, IntArray]) -> Records:
+def _patch_cells(table: Records, of_patch: slice, counts: tuple[IntArray, IntArray]) -> Records:
     """Cells of a patch in the order of its grid."""
     along, across = counts
     span = [np.repeat(np.arange(len(c)), c) for c in counts]
@@ -190,7 +191,7 @@ def _patch_cells(table: Records, own: slice, counts: tuple[IntArray, IntArray]) 
     i, j = np.meshgrid(*span, indexing="ij")
     a, b = np.meshgrid(*place, indexing="ij")
     cells = np.zeros(i.size, CELL)
-    cells["element"] = own.start + (i * len(across) + j).ravel()
+    cells["element"] = of_patch.start + (i * len(across) + j).ravel()
     low = np.stack([a / along[i], b / across[j]], axis=-1).reshape(-1, 2)
     high = np.stack([(a + 1) / along[i], (b + 1) / across[j]], axis=-1).reshape(-1, 2)
     _place_cells(cells, np.stack([low, high], axis=-1) - 0.5, table)
@@ -351,11 +352,11 @@ def _own_homes(place: _Place, parts: Records, homes: Records) -> Records:
         wider = np.stack([box[:, :, 0] - far, box[:, :, 1] + far], axis=2)
         _place_cells(row, np.clip(wider, -0.5, 0.5), place.tables.elements.table)
     rows = np.flatnonzero(~at_side)
-    own = homes[rows]
+    better = homes[rows]
     limit = _limit(place)
     own_around = np.ascontiguousarray(around[:, rows])
-    ball_block_nb.homes_within(place.tables.elements, place.centre, own_around, limit, own)
-    homes[rows] = own
+    ball_block_nb.homes_within(place.tables.elements, place.centre, own_around, limit, better)
+    homes[rows] = better
     place.caps.take(parts, homes, limit)
     return homes
 
@@ -371,9 +372,9 @@ def _bound(place: _Place, all_cells: _Cells, rows: Places) -> None:
     tree = np.zeros(len(first), NODE)
     tree["low"], tree["high"], tree["first"], tree["count"] = node_low, node_high, first, count
     rows = np.intersect1d(rows, leaves)
-    body = (cells, tree, leaves[order])
-    surface = (place.tables.elements, place.tables.trims, place.centre)
-    limits = (place.size, CAP * place.size, GOAL * place.size)
-    result = (rows, all_cells.value, all_cells.want)
+    body = CellTree(cells, tree, leaves[order])
+    surface = CentredSurface(place.tables.elements, place.tables.trims, place.centre)
+    limits = BallLimits(place.size, CAP * place.size, GOAL * place.size)
+    result = CellBounds(rows, all_cells.value, all_cells.want)
     given = body, surface, all_cells.homes, limits, result
     run_ranges(ball_bound_nb.bound_cells, len(rows), CELLS, *given)

@@ -16,7 +16,7 @@ import numpy as np
 from contiga.arrays.disk_cache import DiskCache
 from contiga.arrays.threads import run_ranges
 from contiga.jit import straight
-from contiga.records import ByteArray, FloatArray, IntArray
+from contiga.records import ByteArray, FloatArray, IntArray, SurfacePlaces
 from contiga.search.balls import ball_cells
 from contiga.search.balls.ball_cells import Balls, build_balls
 from contiga.search.balls.kernels import ball_nb
@@ -60,7 +60,7 @@ def touching_radius(
     """
     out = np.empty(len(rows))
     balls = balls_of(tables)
-    feet = (patch, uv)
+    feet = SurfacePlaces(patch, uv)
     radii = straight(ball_nb.radii)
     run_ranges(radii, len(rows), POINTS, balls, tables.grid, feet, rows, sides, out)
     return out

@@ -90,10 +90,10 @@ def crossing_of(body: Faces, group: IntArray, slit: float) -> Crossing | None:
         return None
     first, second = _led_together(body, tables, pairs, uv)
     margin = max(ASIDE * body.size, 4.0 * slit)
-    found = np.flatnonzero(_cross(body, first, second, margin))
-    if len(found) == 0:
+    crossed = np.flatnonzero(_cross(body, first, second, margin))
+    if len(crossed) == 0:
         return None
-    k = int(found[0])
+    k = int(crossed[0])
     x, y, z = first.point[k].tolist()
     return Crossing((int(first.patch[k]), int(second.patch[k])), (x, y, z))
 

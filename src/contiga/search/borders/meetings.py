@@ -90,19 +90,19 @@ def meetings_of(body: Faces, piece: IntArray, tolerance: float) -> tuple[Meeting
         for i, j in combinations(range(len(groups)), 2)
         if (i, j) in close or _holds(boxes[i], boxes[j]) or _holds(boxes[j], boxes[i])
     ]
-    found: list[Meeting] = []
+    meetings: list[Meeting] = []
     for i, j in near:
         meeting = _meeting(pieces, pieces[i], pieces[j], tolerance)
         if meeting is not None:
-            found.append(meeting)
-        if len(found) == MOST:
+            meetings.append(meeting)
+        if len(meetings) == MOST:
             break
-    if not found:
+    if not meetings:
         common = coincident_at(body)
         if common is not None:
             (x, y, z) = common[2].tolist()
-            found.append(Meeting(common[:2], (x, y, z), overlap=False))
-    return tuple(found)
+            meetings.append(Meeting(common[:2], (x, y, z), overlap=False))
+    return tuple(meetings)
 
 
 def _holds(box: FloatArray, other: FloatArray) -> bool:
@@ -149,20 +149,22 @@ def _meeting(pieces: _Pieces, first: _Piece, second: _Piece, tolerance: float) -
     box = _overlap(first.box, second.box, tolerance)
     assert box is not None
     aside = ASIDE * float(np.linalg.norm(box[1] - box[0]))
-    for own, other in ((first, second), (second, first)):
-        found, nearest = _looked_at(pieces, own, other, box, tolerance)
-        if found is None and len(nearest):
-            found, _ = _told(pieces, own, other, _beside(own, other, nearest, aside), tolerance)
-        if found is not None:
-            return found
+    for one, other in ((first, second), (second, first)):
+        meeting, nearest = _looked_at(pieces, one, other, box, tolerance)
+        if meeting is None and len(nearest):
+            meeting, _ = _meeting_among(
+                pieces, one, other, _beside(one, other, nearest, aside), tolerance
+            )
+        if meeting is not None:
+            return meeting
     return None
 
 
 def _looked_at(
-    pieces: _Pieces, own: _Piece, other: _Piece, box: FloatArray, tolerance: float
+    pieces: _Pieces, one: _Piece, other: _Piece, box: FloatArray, tolerance: float
 ) -> tuple[Meeting | None, FloatArray]:
     """A place of a piece within a box that shows that it meets another; the nearest places."""
-    rest, bulge = own.triangles, own.bulge
+    rest, bulge = one.triangles, one.bulge
     nearest = np.zeros((0, 3))
     for _ in range(LEVELS):
         meets = (rest.min(axis=1) <= box[1] + bulge) & (rest.max(axis=1) >= box[0] - bulge)
@@ -170,9 +172,9 @@ def _looked_at(
         if len(rest) == 0:
             break
         places = INNER @ rest
-        found, off = _told(pieces, own, other, places, tolerance)
-        if found is not None:
-            return found, nearest
+        meeting, off = _meeting_among(pieces, one, other, places, tolerance)
+        if meeting is not None:
+            return meeting, nearest
         reach = np.linalg.norm(rest - places[:, None], axis=2).max(axis=1) + 2.0 * bulge
         order = np.argsort(off, kind="stable")
         order = order[(off - reach)[order] <= tolerance]
@@ -183,11 +185,11 @@ def _looked_at(
     return None, nearest
 
 
-def _told(
-    pieces: _Pieces, own: _Piece, other: _Piece, places: FloatArray, tolerance: float
+def _meeting_among(
+    pieces: _Pieces, one: _Piece, other: _Piece, places: FloatArray, tolerance: float
 ) -> tuple[Meeting | None, FloatArray]:
     """Whether one of some places near a piece shows that it meets another; how far each is off."""
-    feet = project(own.faces, places)
+    feet = project(one.faces, places)
     there = project(other.faces, feet.point)
     off = np.abs(there.gap)
     face = feet.feature == Feature.FACE  # pieces that have but an edge in common are apart
@@ -195,27 +197,27 @@ def _told(
     overlap = len(rows) == 0
     if overlap:
         # Others may make up for it: what lies in a cavity, and the cavity itself.
-        rows = np.flatnonzero(face & ((other.turn * there.gap < 0.0) | (own.turn < 0)))
-        turns, beside = _turns(pieces, own, feet.point[rows], tolerance)
+        rows = np.flatnonzero(face & ((other.turn * there.gap < 0.0) | (one.turn < 0)))
+        turns, beside = _turns(pieces, one, feet.point[rows], tolerance)
         rows = rows[(turns != 0) & ~beside]
     if len(rows) == 0:
         return None, off
     k = int(rows[np.argmax(off[rows])])
     x, y, z = feet.point[k].tolist()
-    faces = int(own.patches[feet.patch[k]]), int(other.patches[there.patch[k]])
+    faces = int(one.patches[feet.patch[k]]), int(other.patches[there.patch[k]])
     return Meeting(faces, (x, y, z), overlap), off
 
 
 def _turns(
-    pieces: _Pieces, own: _Piece, points: FloatArray, tolerance: float
+    pieces: _Pieces, one: _Piece, points: FloatArray, tolerance: float
 ) -> tuple[IntArray, NDArray[np.bool_]]:
     """Turns of all pieces just before places of one; which places are beside another piece."""
-    turns = np.full(len(points), min(own.turn, 0))
+    turns = np.full(len(points), min(one.turn, 0))
     beside = np.zeros(len(points), bool)
     for k, (low, high) in enumerate(pieces.boxes):
         within = (points >= low - tolerance) & (points <= high + tolerance)
         rows = np.flatnonzero(within.all(axis=1))
-        if len(rows) == 0 or pieces[k] is own:
+        if len(rows) == 0 or pieces[k] is one:
             continue
         piece = pieces[k]
         there = project(piece.faces, points[rows])
@@ -224,10 +226,10 @@ def _turns(
     return turns, beside
 
 
-def _beside(own: _Piece, other: _Piece, points: FloatArray, aside: float) -> FloatArray:
+def _beside(one: _Piece, other: _Piece, points: FloatArray, aside: float) -> FloatArray:
     """(n, 3) places about those where two pieces are nearest to each other, from `points` on."""
     for _ in range(HOPS):
-        points = project(own.faces, project(other.faces, points).point).point
+        points = project(one.faces, project(other.faces, points).point).point
     way = np.random.default_rng(0).normal(size=(len(points), 8, 3))
     way *= aside / np.linalg.norm(way, axis=2, keepdims=True)
     return np.asarray((points[:, None] + way).reshape(-1, 3))

@@ -247,8 +247,8 @@ def _joints_over(table: Records, rows: IntArray, side: int) -> Iterator[Joint]:
     other = table["neighbour"][rows, side]
     sense = SENSE[side] * SENSE[table["neighbour_side"][rows, side]]
     agree = sense * (1 - 2 * table["flip"][rows, side]) < 0
-    own, others = table["patch"][rows], table["patch"][other]
-    for k, patch, same in zip(own.tolist(), others.tolist(), agree.tolist(), strict=True):
+    patches, others = table["patch"][rows], table["patch"][other]
+    for k, patch, same in zip(patches.tolist(), others.tolist(), agree.tolist(), strict=True):
         yield Joint(min(k, patch), max(k, patch), same)
 
 

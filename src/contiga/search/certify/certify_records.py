@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from contiga.elements.element_arrays import Elements
+from numpy.typing import NDArray
+
+from contiga.elements.element_arrays import Elements, Grid
 from contiga.records import FloatArray, IndexArray, IntArray
 
 Vector = tuple[float, float, float]
@@ -148,3 +150,31 @@ class EdgeFold(NamedTuple):
     there: tuple[int, float, float]
     """The place (e, s, t) in the second face."""
     joint: EdgeJoint
+
+
+class Seen(NamedTuple):
+    """A motion P(0) → P(1), as a foot sees it."""
+
+    heights: tuple[float, float]
+    """(P − Q)·n of both."""
+    far: float
+    """The larger distance from the foot."""
+    slip: float
+    """How far the motion leads along the surface at most, length."""
+
+
+class Range(NamedTuple):
+    """What a number is between."""
+
+    least: float
+    largest: float
+
+
+class TakenOut(NamedTuple):
+    """What quick certificates read of the tables of a body."""
+
+    grid: Grid
+    table: NDArray[Any]
+    """Of the elements."""
+    rings: FloatArray
+    """What is kept around the parts of elements."""

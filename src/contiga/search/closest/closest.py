@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.arrays.threads import run_ranges
-from contiga.records import FloatArray, IntArray, Projection
+from contiga.records import FacingLimits, FloatArray, IntArray, Projection, SurfacePlaces
 from contiga.search.balls.radii import known_balls
 from contiga.search.closest.kernels import facing_nb, nearest_nb
 from contiga.search.hierarchy.table_types import Tables
@@ -41,16 +41,14 @@ def closest_facing(
     tables: Tables,
     p_B: FloatArray,
     guards: FloatArray,
-    limits: tuple[float, FloatArray],
-    starts: tuple[IntArray, FloatArray],
+    limits: FacingLimits,
+    starts: SurfacePlaces,
     out: Projection,
 ) -> None:
     """Closest feet, into `out`, that do not face away from `guards` (n, 3).
 
-    `limits` is (cosine of their normals and the guard at least, (n,) how near they may be), and the
-    point is behind them.
-    Feet are minima of the distance along the surface. Rows without any are MAX_ITERATIONS.
-    `starts` (patch, uv) are feet to look about first, patch −1 where there is none.
+    The point is behind them. Feet are minima of the distance along the surface. Rows without any
+    are MAX_ITERATIONS. `starts` are feet to look about first.
     """
     given = tables, p_B, guards, limits, starts, out
     run_ranges(facing_nb.project_facing, len(p_B), GUARDED, *given)

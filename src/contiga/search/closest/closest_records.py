@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+Vector = tuple[float, float, float]
+
 
 class Expansion(NamedTuple):
     """f = |S − P|²/2 about a place (s, t) of an element, to second order."""
@@ -18,3 +20,20 @@ class Expansion(NamedTuple):
     """|S_s|²"""
     square_t: float
     """|S_t|²"""
+
+
+class FootRecord(NamedTuple):
+    """A foot inside a face."""
+
+    point: Vector
+    normal: Vector
+    gap: float
+
+
+class Guess(NamedTuple):
+    """A foot that may be the closest point."""
+
+    element: int
+    """−1: there is none."""
+    uv: tuple[float, float]
+    record: FootRecord

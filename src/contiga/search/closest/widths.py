@@ -55,9 +55,9 @@ def _bridge(pieces: FloatArray, trims: TrimTables) -> None:
     """Straight pieces that close a gap in a loop are as wide as the narrower piece beside them."""
     loop = np.column_stack([trims.piece_patch, trims.piece_loop[:, 0]])
     for k in np.flatnonzero(trims.piece_loop[:, 1] < 0):
-        own = np.flatnonzero((loop == loop[k]).all(axis=1))
-        at = int(np.searchsorted(own, k))
-        beside = own[[at - 1, (at + 1) % len(own)]]
+        in_loop = np.flatnonzero((loop == loop[k]).all(axis=1))
+        at = int(np.searchsorted(in_loop, k))
+        beside = in_loop[[at - 1, (at + 1) % len(in_loop)]]
         pieces[k] = pieces[beside].min()
 
 
@@ -73,8 +73,8 @@ def _sides_of_edges(body: Faces, elements: Elements, of_edge: FloatArray) -> Non
             along = 1 - use.index // 2
             box = table["box"][:, 2 * along : 2 * along + 2]
             low, high = edge.spans[k] if edge.spans else (-np.inf, np.inf)
-            own = (table["patch"] == use.patch) & (box[:, 0] < high) & (box[:, 1] > low)
-            rows = np.flatnonzero(own & _at_rim(body, elements, use.patch, use.index))
+            within = (table["patch"] == use.patch) & (box[:, 0] < high) & (box[:, 1] > low)
+            rows = np.flatnonzero(within & _at_rim(body, elements, use.patch, use.index))
             table["width"][rows, use.index] = np.maximum(table["width"][rows, use.index], width)
 
 
@@ -92,10 +92,10 @@ def _sides_that_match(elements: Elements, least: float) -> None:
     if len(e) == 0:
         return
     points, _ = sides_nb.sample(elements)
-    own, beyond = points[e, s], points[across[e, s], table["neighbour_side"][e, s]]
+    here, beyond = points[e, s], points[across[e, s], table["neighbour_side"][e, s]]
     turned = table["flip"][e, s] == 1
     beyond[turned] = beyond[turned, ::-1]
-    off = np.linalg.norm(own - beyond, axis=2).max(axis=1)
+    off = np.linalg.norm(here - beyond, axis=2).max(axis=1)
     table["width"][e, s] = 2.0 * off + least
 
 
@@ -109,8 +109,8 @@ def _sides_along_pieces(pieces: FloatArray, elements: Elements, trims: TrimTable
     for k in np.unique(trims.piece_patch[pieces > 0.0]):
         rows = np.flatnonzero(table["patch"] == k)
         low, high = trims.domain[k].reshape(2, 2).T
-        own = np.flatnonzero((trims.piece_patch == k) & (pieces > 0.0))
-        places = (ends[own] - low) / (high - low)
+        wide = np.flatnonzero((trims.piece_patch == k) & (pieces > 0.0))
+        places = (ends[wide] - low) / (high - low)
         box = (table["box"][rows].reshape(-1, 2, 2) - low[:, None]) / (high - low)[:, None]
         for side in range(4):
             off = np.abs(places[:, :, side // 2] - side % 2)
@@ -124,6 +124,6 @@ def _sides_along_pieces(pieces: FloatArray, elements: Elements, trims: TrimTable
                 least, most = box[rim, 1 - side // 2].T
                 along = np.sort(places[near, :, 1 - side // 2], axis=1)
                 beside = (along[:, 0] < most[:, None]) & (along[:, 1] > least[:, None])
-                width = np.where(beside, pieces[own[near]], 0.0).max(axis=1)
+                width = np.where(beside, pieces[wide[near]], 0.0).max(axis=1)
                 column = table["width"][:, side]
                 column[rows[rim]] = np.maximum(column[rows[rim]], width)

@@ -34,21 +34,21 @@ class Kept(Generic[T]):
         """That of the body which `tables` are of, worked out at the first call, with `how`."""
         key = self._key(tables)
         if key not in self._kept:
-            self._kept[key] = self._found(tables, *how)
+            self._kept[key] = self._read_or_built(tables, *how)
         return self._kept[key]
 
-    def _found(self, tables: Tables, *how: Any) -> T:
+    def _read_or_built(self, tables: Tables, *how: Any) -> T:
         """Read from the disk, or worked out."""
         if self._disk is None or how:
             return self._build(tables, *how)
         name = _digest_of(tables)
-        found: T | None = self._disk.get(name)
-        if found is None:
+        value: T | None = self._disk.get(name)
+        if value is None:
             begun = thread_time()
-            found = self._build(tables)
+            value = self._build(tables)
             if thread_time() - begun > LONG:
-                self._disk.put(name, found)
-        return found
+                self._disk.put(name, value)
+        return value
 
     def there(self, tables: Tables) -> T | None:
         """The same if it is there."""

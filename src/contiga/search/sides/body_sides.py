@@ -10,6 +10,7 @@ from contiga.search.hierarchy.kept import Kept
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.sides.kernels import side_pieces_nb
 from contiga.search.sides.side_grid import CUT, PIECES, THIN, WHOLE, SideGrid, build, layout
+from contiga.search.sides.side_records import PieceLimits
 
 
 def sides_of(tables: Tables, slit: float) -> SideGrid:
@@ -27,7 +28,7 @@ def _build(tables: Tables, slit: float) -> SideGrid:
     wide = margins.max()
     place = layout(np.stack([root["low"] - wide, root["high"] + wide]), len(table))
     margins += 2.0 * place.skin
-    limits = (WHOLE * place.size, CUT * place.size, THIN * place.small, PIECES)
+    limits = PieceLimits(WHOLE * place.size, CUT * place.size, THIN * place.small, PIECES)
     pieces, middles = side_pieces_nb.surface_pieces(
         tables.elements, tables.trims, place.origin, margins, limits
     )

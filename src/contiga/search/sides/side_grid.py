@@ -21,7 +21,15 @@ from contiga.arrays.threads import run_ranges
 from contiga.elements.element_arrays import Records
 from contiga.jit import straight
 from contiga.pointer_records import pass_by_pointer
-from contiga.records import ByteArray, FloatArray, IntArray, Projection, empty_projection
+from contiga.records import (
+    ByteArray,
+    FloatArray,
+    IntArray,
+    KnownSides,
+    Projection,
+    SurfacePlaces,
+    empty_projection,
+)
 from contiga.search.sides.kernels import side_grid_nb, side_nb
 from contiga.search.sides.kernels.side_grid_nb import SPLIT
 from contiga.statuses import Feature, Status
@@ -162,12 +170,12 @@ def _signs(place: Layout, regions: tuple[Records, FloatArray], closest: Closest)
     return sign
 
 
-def side_of(grid: SideGrid, p_B: FloatArray, rows: IntArray) -> tuple[ByteArray, FloatArray]:
+def side_of(grid: SideGrid, p_B: FloatArray, rows: IntArray) -> KnownSides:
     """Side of p_B[rows], 1 outside, −1 inside, 0 not known; and a way, length, greater than zero
     where it is known, that leads to no surface."""
-    side, reach = np.empty(len(rows), np.int8), np.empty(len(rows))
-    run_ranges(straight(side_nb.sides), len(rows), POINTS, grid, p_B, rows, side, reach)
-    return side, reach
+    known = KnownSides(np.empty(len(rows), np.int8), np.empty(len(rows)))
+    run_ranges(straight(side_nb.sides), len(rows), POINTS, grid, p_B, rows, *known)
+    return known
 
 
 def clear_ways(grid: SideGrid, before: FloatArray, now: FloatArray, rows: IntArray) -> Records:
@@ -177,12 +185,11 @@ def clear_ways(grid: SideGrid, before: FloatArray, now: FloatArray, rows: IntArr
     return clear
 
 
-def places(
-    grid: SideGrid, p_B: FloatArray, rows: IntArray
-) -> tuple[ByteArray, FloatArray, IntArray, FloatArray]:
+def places(grid: SideGrid, p_B: FloatArray, rows: IntArray) -> tuple[KnownSides, SurfacePlaces]:
     """As of `side_of`; and places (patch, uv) of the surface not far from those whose side is not
     known, patch −1 where the grid names none."""
     n = len(rows)
-    known, near = (np.empty(n, np.int8), np.empty(n)), (np.empty(n, np.int32), np.empty((n, 2)))
+    known = KnownSides(np.empty(n, np.int8), np.empty(n))
+    near = SurfacePlaces(np.empty(n, np.int32), np.empty((n, 2)))
     run_ranges(straight(side_nb.places), n, POINTS, grid, p_B, rows, known, near)
-    return *known, *near
+    return known, near

@@ -40,7 +40,7 @@ def last_crossings(
     def search(
         a: FloatArray, b: FloatArray, loose: tuple[float, float], out: Hit, verdict: FloatArray
     ) -> None:
-        own = tables, lists, a, b, loose, out, verdict
-        run_ranges(hit_nb.last_crossings, len(a), SEGMENTS, *own)
+        given = tables, lists, a, b, loose, out, verdict
+        run_ranges(hit_nb.last_crossings, len(a), SEGMENTS, *given)
 
     return settled(search, a_B[rows], b_B[rows])

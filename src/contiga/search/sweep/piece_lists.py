@@ -14,6 +14,7 @@ from contiga.records import FloatArray, IntArray
 from contiga.search.hierarchy.kept import Kept
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.sides.kernels import side_pieces_nb
+from contiga.search.sides.side_records import PieceLimits
 from contiga.search.sweep.kernels import piece_lists_nb
 from contiga.search.sweep.kernels.hit_nb import GRAZING
 
@@ -87,7 +88,7 @@ def build_lists(tables: Tables) -> PieceLists:
     rounding = ROUNDING * (float(np.abs([low, high]).max()) + size)
     # A path may meet the carrier of a face that far beyond its edge.
     margins = (GRAZING + 1.0) * table["edge_tolerance"] + table["noise"] + reach + rounding
-    limits = (WHOLE * side, CUT * side, THIN * side, PIECES)
+    limits = PieceLimits(WHOLE * side, CUT * side, THIN * side, PIECES)
     pieces, _ = side_pieces_nb.surface_pieces(
         tables.elements, tables.trims, origin, margins, limits
     )

@@ -9,21 +9,6 @@ from contiga.records import FloatArray, IntArray
 Vector = tuple[float, float, float]
 
 
-class Segment(NamedTuple):
-    """A path p → p + length d, body frame."""
-
-    p: Vector
-    d: Vector
-    """Of length one."""
-    length: float
-    slack: float
-    """Lengths below are none: a few times the rounding of the coordinates."""
-    spare: float
-    """How far beyond its ends a crossing may lie, length."""
-    loose: tuple[float, float]
-    """By how many widths of an edge beyond each of its ends one at that edge may lie."""
-
-
 class LeafPath(NamedTuple):
     """The same path as one element sees it, from its origin."""
 

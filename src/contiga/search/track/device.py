@@ -19,11 +19,11 @@ from numpy.typing import ArrayLike
 from contiga.arrays.device import check_device, launch, on_host, resident
 from contiga.arrays.layout import as_points
 from contiga.errors import InputError
-from contiga.records import FloatArray, IntArray, Projection, empty_projection
+from contiga.records import FloatArray, IntArray, Projection, SurfacePlaces, empty_projection
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.track import project
 from contiga.search.track.kernels import row_nb
-from contiga.search.track.track_records import Starts
+from contiga.search.track.track_records import FlaggedFeet, RowStarts, Way
 
 
 class FlatTables(NamedTuple):
@@ -79,7 +79,8 @@ def track(tracked: Tracked, points: ArrayLike) -> tuple[Tracked, IntArray]:
     n = len(tracked.before)
     p_B = _points(points, n)
     now, back = resident((p_B, np.zeros(n, np.uint8)))
-    launch(row_nb.track_row, n, tracked.flat, (tracked.before, now), (tracked.feet, back))
+    way, results = Way(tracked.before, now), FlaggedFeet(tracked.feet, back)
+    launch(row_nb.track_row, n, tracked.flat, way, results)
     rows = np.flatnonzero(on_host(back)).astype(np.int32)
     if len(rows):
         _by_the_cpu(tracked, rows, p_B[rows])
@@ -95,11 +96,12 @@ def _by_the_cpu(tracked: Tracked, rows: IntArray, p_B: FloatArray) -> None:
     """Track some rows on the CPU; only these are copied to and fro."""
     m = len(rows)
     there = resident(rows)
-    starts = resident((np.empty(m, np.int32), np.empty((m, 2)), np.empty((m, 3))))
-    launch(row_nb.gather_row, m, (tracked.feet, tracked.before), there, starts)
+    starts = resident(RowStarts(np.empty(m, np.int32), np.empty((m, 2)), np.empty((m, 3))))
+    feet = RowStarts(tracked.feet.patch, tracked.feet.uv, tracked.before)
+    launch(row_nb.gather_row, m, feet, there, starts)
     patch, uv, before = on_host(starts)
     out = empty_projection(m)
-    project.track(tracked.tables, p_B, Starts(patch, uv), out, before)
+    project.track(tracked.tables, p_B, SurfacePlaces(patch, uv), out, before)
     launch(row_nb.scatter_row, m, resident(out), there, tracked.feet)
 
 

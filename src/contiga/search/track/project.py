@@ -15,14 +15,14 @@ from contiga.arrays.threads import run_ranges, thread_count
 from contiga.arrays.workspace import Workspace
 from contiga.geometry.faces import Faces
 from contiga.jit import straight
-from contiga.records import FloatArray, Projection
+from contiga.records import FloatArray, Projection, SurfacePlaces
 from contiga.search.certify.kernels import branch_nb, follow_nb
 from contiga.search.closest.closest import closest_of_rows
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.tables import tables_of
 from contiga.search.track.kernels import track_nb
 from contiga.search.track.kernels.lanes_nb import RECORD
-from contiga.search.track.track_records import Left, Path, Room, Starts
+from contiga.search.track.track_records import Left, Path, Room
 
 SMALLEST, LARGEST = 2048, 16384
 """Rows of a chunk: below a thread does not pay, above what they use does not stay near."""
@@ -84,14 +84,14 @@ def project(
         closest_of_rows(tables, p_B, np.arange(len(p_B), dtype=np.int32), feet)
         return feet
     last, feet = checked_feet(start, out, p_B, len(body.patches), "patch")
-    track(tables, p_B, Starts(last.patch, last.uv), feet, last)
+    track(tables, p_B, SurfacePlaces(last.patch, last.uv), feet, last)
     return feet
 
 
 def track(
     tables: Tables,
     p_B: FloatArray,
-    starts: Starts,
+    starts: SurfacePlaces,
     out: Projection,
     before: FloatArray | Projection | None = None,
 ) -> None:
@@ -144,7 +144,7 @@ def _chunk(n: int, elements: int, threads: int) -> int:
 
     As many chunks for each thread, and they all end at once.
     """
-    own = n / threads
-    wanted = max(min(own / CHUNKS, LARGEST), min(ROWS_AN_ELEMENT * elements, own), SMALLEST)
-    chunks = max(round(own / wanted), 1)
-    return max(ceil(own / chunks), SMALLEST)
+    share = n / threads
+    wanted = max(min(share / CHUNKS, LARGEST), min(ROWS_AN_ELEMENT * elements, share), SMALLEST)
+    chunks = max(round(share / wanted), 1)
+    return max(ceil(share / chunks), SMALLEST)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import threading
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from contiga.pointer_records import pass_by_pointer
-from contiga.records import FloatArray, IntArray, Projection
+from contiga.records import ByteArray, FloatArray, IntArray, Projection
 
 KEPT = 2**16
 """Rows that memory is kept for: to ask for it anew takes as long as to track a third of them."""
@@ -23,15 +23,6 @@ class Path(NamedTuple):
     """(n, 3) length, body frame."""
     feet: Projection
     """The feet that the points had, for where they were; no rows where that is not told so."""
-
-
-class Starts(NamedTuple):
-    """Where feet are continued from."""
-
-    patch: IntArray
-    """(n,) int32; −1 where there is no foot: the closest point is looked for."""
-    uv: FloatArray
-    """(n, 2)."""
 
 
 @pass_by_pointer
@@ -75,3 +66,75 @@ def room_for(n: int) -> Left:
         np.empty(n, np.int32),
         np.empty((n, 2)),
     )
+
+
+class FeetBefore(NamedTuple):
+    """What of the feet that points had tells where these were; as of `Projection`."""
+
+    status: ByteArray
+    point: FloatArray
+    gap: FloatArray
+    normal: FloatArray
+
+
+class Chunk(NamedTuple):
+    """Rows that are tracked together."""
+
+    first: int
+    last: int
+    """One past the last."""
+
+
+class Block(NamedTuple):
+    """Rows of one element, in the order of the elements."""
+
+    element: int
+    first: int
+    last: int
+    """One past the last."""
+
+
+class OrderedRows(NamedTuple):
+    """The rows of a chunk, as lanes are handed them."""
+
+    records: FloatArray
+    """(rows, RECORD)."""
+    order: IntArray
+    """Rows in the order of their elements."""
+
+
+class Waiting(NamedTuple):
+    """Feet that wait until there are enough of them for a block of lanes."""
+
+    lanes: FloatArray
+    """The banks."""
+    who: IntArray
+    """(3, LANES) of each: its row, the element of its start, and the one that it is in."""
+
+
+class Way(NamedTuple):
+    """Where points were and are."""
+
+    before: Any
+    """(n, 3) length, body frame, on a device or not."""
+    now: Any
+
+
+class FlaggedFeet(NamedTuple):
+    """Feet, and which of them are left to others."""
+
+    feet: Any
+    """A `Projection`, on a device or not."""
+    back: Any
+    """(n,) flags."""
+
+
+class RowStarts(NamedTuple):
+    """What rows are tracked from, on a device or not."""
+
+    patch: Any
+    """(n,)."""
+    uv: Any
+    """(n, 2)."""
+    before: Any
+    """(n, 3) where the points were, length, body frame."""

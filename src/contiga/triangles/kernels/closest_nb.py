@@ -13,6 +13,7 @@ from contiga.arrays.codes import MAX_ITERATIONS, NOT_FINITE, OK
 from contiga.arrays.kernels.query_nb import blank_foot
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
+from contiga.triangles.facet_records import Queue
 from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH, box_distances, put
 from contiga.triangles.kernels.facet_nb import (
     TRIANGLE,
@@ -47,11 +48,12 @@ def _limit(best, near):
 
 
 @inner()
-def closest(tree, point, seed, work):
+def closest(facets, point, seed, queue):
     """Slot, place and its two numbers of the closest point; `seed` is a slot to start from."""
-    shape, link, box, child, near = tree
+    shape, link, box, child = facets.shape, facets.link, facets.box, facets.child
+    near = NEAR * facets.scale[1]
+    nodes, bounds, lane = queue.nodes, queue.bounds, queue.lane
     x, y, z = point
-    nodes, bounds, lane = work
     best, place, a, b = closest_on(shape, seed, x, y, z)
     slot = seed
     limit = _limit(best, near)
@@ -90,10 +92,9 @@ def closest(tree, point, seed, work):
 @kernel()
 def project_global(facets, points, rows, smooth, out, start, stop):
     """Closest points of points[rows[start:stop]] into the same rows of `out`."""
-    work = (stack_int64(DEPTH), scratch(DEPTH), scratch(WIDTH))
+    queue = Queue(stack_int64(DEPTH), scratch(DEPTH), scratch(WIDTH))
     shape = facets.shape
     link = facets.link
-    tree = (shape, link, facets.box, facets.child, NEAR * facets.scale[1])
     patch = out.patch
     seed = 0
     for i in range(start, stop):
@@ -105,7 +106,7 @@ def project_global(facets, points, rows, smooth, out, start, stop):
             blank_foot(out, k, NOT_FINITE)
             continue
         point = (x, y, z)
-        seed, place, a, b = closest(tree, point, seed, work)
+        seed, place, a, b = closest(facets, point, seed, queue)
         patch[k] = link[seed, TRIANGLE]
         if place == 0:
             write_face(shape, k, seed, a, b, point, out)
@@ -117,10 +118,10 @@ def project_global(facets, points, rows, smooth, out, start, stop):
 
 
 @inner()
-def _may_face(shape, s, point, guard, least):
+def _may_face(shape, s, point, guard, cosine):
     """Whether triangle s does not face away from the guard and has the point behind it."""
     x, y, z = shape[s, N], shape[s, N + 1], shape[s, N + 2]
-    if x * guard[0] + y * guard[1] + z * guard[2] < least:
+    if x * guard[0] + y * guard[1] + z * guard[2] < cosine:
         return False
     vx, vy, vz = point[0] - shape[s, 0], point[1] - shape[s, 1], point[2] - shape[s, 2]
     height = vx * x + vy * y + vz * z
@@ -128,12 +129,13 @@ def _may_face(shape, s, point, guard, least):
 
 
 @inner()
-def _closest_facing(facets, point, guard, limits, work):
-    """As `closest`, of the triangles that may face a point with its guard; slot −1 where none."""
+def _closest_facing(facets, point, guard, cosine, least, queue):
+    """As `closest`, of the triangles that may face a point with its guard and are no nearer than
+    `least`; slot −1 where none."""
     shape, link, box, child = facets.shape, facets.link, facets.box, facets.child
     near = NEAR * facets.scale[1]
-    least, floor = limits[0], max(limits[1], 0.0) ** 2
-    nodes, bounds, lane = work
+    floor = least**2
+    nodes, bounds, lane = queue.nodes, queue.bounds, queue.lane
     x, y, z = point
     best = limit = math.inf
     slot = place = -1
@@ -155,13 +157,13 @@ def _closest_facing(facets, point, guard, limits, work):
                 top = put(nodes, bounds, base, top, child[node, l], lane[l])
                 continue
             s = -1 - child[node, l]
-            if not _may_face(shape, s, point, guard, least):
+            if not _may_face(shape, s, point, guard, cosine):
                 continue
             square, p, u, v = closest_on(shape, s, x, y, z)
             if square < best or (square == best and link[s, TRIANGLE] < link[slot, TRIANGLE]):
                 if square < floor:
                     continue
-                if p > 0 and not _leads_on(shape, s, point, (p, u), guard, least, square):
+                if p > 0 and not _leads_on(shape, s, point, (p, u), guard, cosine, square):
                     continue
                 if p > 0 and not _is_square(facets, s, point, (p, u), square):
                     continue
@@ -171,7 +173,7 @@ def _closest_facing(facets, point, guard, limits, work):
 
 
 @inner()
-def _leads_on(shape, s, point, foot, guard, least, square):
+def _leads_on(shape, s, point, foot, guard, cosine, square):
     """Whether the way to a foot (place, share) on a kink, the normal there, does not face away."""
     u, v = barycentric(foot[0], foot[1], 0.0)
     toward = 0.0
@@ -179,7 +181,7 @@ def _leads_on(shape, s, point, foot, guard, least, square):
         on = shape[s, A + c]
         on += u * (shape[s, B + c] - shape[s, A + c]) + v * (shape[s, C + c] - shape[s, A + c])
         toward += (on - point[c]) * guard[c]
-    return toward >= least * math.sqrt(square)
+    return toward >= cosine * math.sqrt(square)
 
 
 @inner()
@@ -221,10 +223,10 @@ def _lead_there(k, point, small, out):
 def project_facing(facets, points, guards, limits, smooth, out, start, stop):
     """Closest feet of the points start … stop on triangles that do not face away.
 
-    `limits` is (cosine of their normals and the `guards` (n, 3) at least, (n,) how near they may
-    be), and the point is behind them. Rows without any are MAX_ITERATIONS.
+    `limits` are `FacingLimits` with the `guards` (n, 3), and the point is behind them. Rows without
+    any are MAX_ITERATIONS.
     """
-    work = (stack_int64(DEPTH), scratch(DEPTH), scratch(WIDTH))
+    queue = Queue(stack_int64(DEPTH), scratch(DEPTH), scratch(WIDTH))
     shape, link = facets.shape, facets.link
     for k in range(start, stop):
         point = (points[k, 0], points[k, 1], points[k, 2])
@@ -232,7 +234,8 @@ def project_facing(facets, points, guards, limits, smooth, out, start, stop):
             blank_foot(out, k, NOT_FINITE)
             continue
         guard = (guards[k, 0], guards[k, 1], guards[k, 2])
-        s, place, a, b = _closest_facing(facets, point, guard, (limits[0], limits[1][k]), work)
+        cosine, least = limits.cosine, max(limits.near[k], 0.0)
+        s, place, a, b = _closest_facing(facets, point, guard, cosine, least, queue)
         if s < 0:
             blank_foot(out, k, MAX_ITERATIONS)
             continue

@@ -16,7 +16,9 @@ import numpy as np
 
 from contiga.arrays.codes import AT_START, EITHER, ENTRIES, OK
 from contiga.arrays.kernels.query_nb import begin_path
+from contiga.arrays.path_records import Segment
 from contiga.jit import inner, kernel
+from contiga.triangles.facet_records import Queue
 from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH, put
 from contiga.triangles.kernels.facet_nb import TRIANGLE
 
@@ -24,7 +26,7 @@ DEPTH = 256
 PARALLEL = 1e-15
 """Sine of the angle to a triangle's plane below which a path cannot cross it but at an edge."""
 X, SLOT, U, V, OVER, AWAY = 0, 1, 2, 3, 4, 5
-"""Columns of what was found: x, triangle, u, v, doubt about x, distance to its edges."""
+"""Columns of a crossing: x, triangle, u, v, doubt about x, distance to its edges."""
 
 
 @inner()
@@ -51,7 +53,7 @@ def _box_entries(box, node, p, inverse, limits, slack, out):
 def _crossing(shape, s, segment, sense):
     """Where the line p + x d passes through triangle s: x (infinite if not), (u, v), how far inside
     its edges, and the slope n·d."""
-    p, d, length, slack, spare = segment
+    p, d, slack = segment.p, segment.d, segment.slack
     n0, n1, n2 = shape[s, 9], shape[s, 10], shape[s, 11]
     slope = d[0] * n0 + d[1] * n1 + d[2] * n2
     if (slope >= 0.0 and sense == ENTRIES) or abs(slope) <= PARALLEL:
@@ -60,8 +62,8 @@ def _crossing(shape, s, segment, sense):
     r1 = p[1] - shape[s, 1]
     r2 = p[2] - shape[s, 2]
     x = -(r0 * n0 + r1 * n1 + r2 * n2) / slope
-    over = min(slack / abs(slope), spare)
-    if x < -over or x > length + over:
+    over = min(slack / abs(slope), segment.spare)
+    if x < -over or x > segment.length + over:
         return math.inf, (0.0, 0.0), 0.0, slope
     a0 = shape[s, 12] - shape[s, 0]
     a1 = shape[s, 13] - shape[s, 1]
@@ -93,21 +95,21 @@ def _crossing(shape, s, segment, sense):
 
 
 @inner(error_model="numpy")
-def _search(tree, segment, sense, found, work):
-    """First crossings of a segment (p, d, length, slack, spare): entries in found[0], where it
-    leaves in found[1] (`sense` EITHER only)."""
-    shape, link, box, child = tree
-    nodes, entry, lane = work
-    p, d, length, slack, spare = segment
-    found[0, X] = math.inf
-    found[1, X] = math.inf
+def _search(facets, segment, sense, crossings, queue):
+    """First crossings of a `Segment`: where it enters in crossings[0], where it leaves in
+    crossings[1] (`sense` EITHER only)."""
+    shape, link, box, child = facets.shape, facets.link, facets.box, facets.child
+    nodes, entry, lane = queue.nodes, queue.bounds, queue.lane
+    p, d, slack, spare = segment.p, segment.d, segment.slack, segment.spare
+    crossings[0, X] = math.inf
+    crossings[1, X] = math.inf
     # A path along an axis has no finite inverse there: a huge one gives the same boxes.
     inverse = (
         1.0 / d[0] if abs(d[0]) > 1e-290 else 1e290,
         1.0 / d[1] if abs(d[1]) > 1e-290 else 1e290,
         1.0 / d[2] if abs(d[2]) > 1e-290 else 1e290,
     )
-    far = length + spare
+    far = segment.length + spare
     beyond = spare if sense == EITHER else 0.0
     nodes[0] = 0
     entry[0] = -spare
@@ -132,7 +134,7 @@ def _search(tree, segment, sense, found, work):
             if x == math.inf:
                 continue
             side = 0 if slope < 0.0 else 1
-            kept = found[side]
+            kept = crossings[side]
             if x < kept[X] or (
                 x == kept[X] and link[s, TRIANGLE] < link[int(kept[SLOT]), TRIANGLE]
             ):
@@ -144,13 +146,13 @@ def _search(tree, segment, sense, found, work):
 
 
 @inner()
-def _write(facets, out, i, found, length):
-    """Row i of the hits, but its status, for one row of what was found."""
+def _write(facets, out, i, crossing, length):
+    """Row i of the hits, but its status, for a crossing."""
     shape = facets.shape
-    s = int(found[SLOT])
-    u = min(max(found[U], 0.0), 1.0)
-    v = min(max(found[V], 0.0), 1.0 - u)
-    out.fraction[i] = min(max(found[X] / length, 0.0), 1.0)
+    s = int(crossing[SLOT])
+    u = min(max(crossing[U], 0.0), 1.0)
+    v = min(max(crossing[V], 0.0), 1.0 - u)
+    out.fraction[i] = min(max(crossing[X] / length, 0.0), 1.0)
     out.patch[i] = facets.link[s, TRIANGLE]
     out.uv[i, 0] = u
     out.uv[i, 1] = v
@@ -160,16 +162,15 @@ def _write(facets, out, i, found, length):
 
 
 @inner()
-def _room():
-    return np.empty((2, 6)), (np.empty(DEPTH, np.int64), np.empty(DEPTH), np.empty(WIDTH))
+def _queue():
+    return Queue(np.empty(DEPTH, np.int64), np.empty(DEPTH), np.empty(WIDTH))
 
 
 @kernel(error_model="numpy")
 def first_hits(facets, p0, p1, rows, out, start, stop):
     """First entry of each segment p0[rows[i]] → p1[rows[i]] into row i of `out`."""
-    found, work = _room()
+    crossings, queue = np.empty((2, 6)), _queue()
     size = facets.scale[0]
-    tree = (facets.shape, facets.link, facets.box, facets.child)
     for i in range(start, stop):
         k = rows[i]
         p = (p0[k, 0], p0[k, 1], p0[k, 2])
@@ -177,10 +178,11 @@ def first_hits(facets, p0, p1, rows, out, start, stop):
         length, d, slack = begin_path(out, i, p, q, size)
         if length == 0.0:
             continue
-        _search(tree, (p, d, length, slack, math.sqrt(slack * size)), ENTRIES, found, work)
-        if found[0, X] < math.inf:
-            _write(facets, out, i, found[0], length)
-            out.status[i] = AT_START if found[0, X] <= 0.0 else OK
+        segment = Segment(p, d, length, slack, math.sqrt(slack * size))
+        _search(facets, segment, ENTRIES, crossings, queue)
+        if crossings[0, X] < math.inf:
+            _write(facets, out, i, crossings[0], length)
+            out.status[i] = AT_START if crossings[0, X] <= 0.0 else OK
 
 
 @kernel(error_model="numpy")
@@ -189,9 +191,8 @@ def last_crossings(facets, p0, p1, out, verdict, start, stop):
 
     `verdict` (n, 2) as for exact bodies: the sense, and zero or a length of doubt.
     """
-    found, work = _room()
+    crossings, queue = np.empty((2, 6)), _queue()
     size = facets.scale[0]
-    tree = (facets.shape, facets.link, facets.box, facets.child)
     for i in range(start, stop):
         # Backwards: what is entered going back is left going on.
         p = (p1[i, 0], p1[i, 1], p1[i, 2])
@@ -200,13 +201,15 @@ def last_crossings(facets, p0, p1, out, verdict, start, stop):
         length, d, slack = begin_path(out, i, p, q, size)
         if length == 0.0:
             continue
-        _search(tree, (p, d, length, slack, math.sqrt(slack * size)), EITHER, found, work)
-        side = 0 if found[0, X] <= found[1, X] else 1
-        if found[side, X] < math.inf:
-            _write(facets, out, i, found[side], length)
+        segment = Segment(p, d, length, slack, math.sqrt(slack * size))
+        _search(facets, segment, EITHER, crossings, queue)
+        side = 0 if crossings[0, X] <= crossings[1, X] else 1
+        if crossings[side, X] < math.inf:
+            _write(facets, out, i, crossings[side], length)
             out.fraction[i] = 1.0 - out.fraction[i]
-            out.status[i] = AT_START if found[side, X] >= length else OK
+            out.status[i] = AT_START if crossings[side, X] >= length else OK
             verdict[i, 0] = 2.0 * side - 1.0
-            both = found[1 - side, X] - found[1 - side, OVER] <= found[side, X] + found[side, OVER]
-            if both or found[side, AWAY] <= 2.0 * slack:
+            last, other = crossings[side], crossings[1 - side]
+            both = other[X] - other[OVER] <= last[X] + last[OVER]
+            if both or last[AWAY] <= 2.0 * slack:
                 verdict[i, 1] = 2.0 * slack

@@ -176,15 +176,15 @@ def write_kink(facets, k, foot, point, tracked, out):
     out.point[k, 0], out.point[k, 1], out.point[k, 2] = on
     out.feature[k] = EDGE if place < 4 else VERTEX
     n = (shape[s, N], shape[s, N + 1], shape[s, N + 2])
-    own = r[0] * n[0] + r[1] * n[1] + r[2] * n[2]
+    height = r[0] * n[0] + r[1] * n[1] + r[2] * n[2]
     if place < 4:
         at_end = link[s, place - 1] == NO_TRIANGLE
     else:
         at_end = facets.corner[link[s, VERTICES + place - 4], 3] != 0.0
-    beside = at_end and square - own * own > small * small
+    beside = at_end and square - height * height > small * small
     out.status[k] = AT_BORDER if beside else OK
     if at_end and (tracked or not beside):
-        out.gap[k] = own
+        out.gap[k] = height
         out.normal[k, 0], out.normal[k, 1], out.normal[k, 2] = n
         return
     toward = _pseudo_normal(facets, s, place, on)

@@ -34,7 +34,7 @@ STEPS = 1 << 20
 @inner(pipeline_class=Compiler)
 def _nearest_around(facets, number, best, point):
     """Of the slots around a vertex or crowded edge that which comes closer than `best`, or −1."""
-    found = -1
+    nearest = -1
     place = 0
     a = 0.0
     b = 0.0
@@ -43,11 +43,11 @@ def _nearest_around(facets, number, best, point):
         square, p, u, v = closest_on(facets.shape, s, point[0], point[1], point[2])
         if square < best:
             best = square
-            found = s
+            nearest = s
             place = p
             a = u
             b = v
-    return best, found, place, a, b
+    return best, nearest, place, a, b
 
 
 @inner(pipeline_class=Compiler)
@@ -94,12 +94,12 @@ def _was_inside(shape, s, before, k):
 
 @kernel()
 def project_tracked(facets, points, starts, smooth, out, start, stop):
-    """Feet of rows start … stop continued from the triangles starts[0]; rows of −1 are left out.
+    """Feet of rows start … stop continued from `starts` (WalkStarts); rows of slot −1 are left out.
 
-    starts[1] is where the points were, (n, 3), or (0, 3) where that is not known. A foot inside
-    the triangle that held it before went there straight, because triangles are convex: proved.
+    A foot inside the triangle that held it before went there straight, because triangles are
+    convex: proved.
     """
-    slots, before = starts
+    slots, before = starts.slots, starts.before
     shape = facets.shape
     link = facets.link
     patch = out.patch

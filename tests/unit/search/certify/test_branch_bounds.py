@@ -7,12 +7,13 @@ import pytest
 from numba import njit
 from tests.unit.search.strips import geodesics
 
+from contiga.search.certify.certify_records import Seen
 from contiga.search.certify.kernels import branch_nb
 
 
 @njit
-def holds(curvature, m, far, slip, r):
-    return branch_nb.holds(curvature, m, far, slip, r)
+def holds(curvature, seen, r):
+    return branch_nb.holds(curvature, seen, r)
 
 
 @njit
@@ -43,10 +44,10 @@ def test_the_theorem_holds_on_every_surface_within_its_bounds(given):
     points[0, :, 1] = slip * np.sin(aside)
     far = np.linalg.norm(points, axis=-1).max(axis=0)
     bend, high = list(zip(inner, outer, strict=True)), list(zip(*m, strict=True))
+    seen = [Seen(high[k], far[k], slip[k]) for k in range(n)]
     if given == "ball":
-        held = np.array([holds(bend[k], high[k], far[k], slip[k], r[k]) for k in range(n)])
+        held = np.array([holds(bend[k], seen[k], r[k]) for k in range(n)])
     else:
-        seen = list(zip(high, far, slip, strict=True))
         r = np.array([ball_radius(bend[k], r[k] / branch_nb.WIDER, seen[k]) for k in range(n)])
         held = r > 0.0
     assert held.sum() > 2000

@@ -9,6 +9,7 @@ from tests.unit.search.holed import holed_plate
 
 import contiga as cg
 from contiga.records import empty_projection
+from contiga.search.closest.closest_records import FootRecord
 from contiga.search.closest.kernels import one_foot_nb
 from contiga.search.tables import tables_of
 from contiga.statuses import Feature, Status
@@ -84,7 +85,8 @@ def test_what_leaves_its_element_is_gone_on_with_across_smooth_sides_of_its_patc
 
 def test_a_record_that_is_written_is_a_proved_foot():
     out = empty_projection(2)
-    write_proved(out, 1, 3, (0.25, 0.5), ((1.0, 2.0, 3.0), (0.0, 0.0, 1.0), -0.5))
+    record = FootRecord((1.0, 2.0, 3.0), (0.0, 0.0, 1.0), -0.5)
+    write_proved(out, 1, 3, (0.25, 0.5), record)
     assert (out.patch[1], out.gap[1], out.certified[1]) == (3, -0.5, 1)
     assert (out.feature[1], out.status[1]) == (Feature.FACE, Status.OK)
     np.testing.assert_array_equal(out.uv[1], [0.25, 0.5])

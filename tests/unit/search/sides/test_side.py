@@ -6,6 +6,7 @@ import numpy as np
 
 import contiga as cg
 from contiga.search.sides.kernels import side_pieces_nb
+from contiga.search.sides.side_records import PieceLimits
 from contiga.search.tables import tables_of
 
 
@@ -37,7 +38,7 @@ def test_pieces_cover_the_surface_and_hold_it():
     patch = cg.shapes.torus()
     tables = tables_of(cg.Body([patch]))
     n = len(tables.elements.table)
-    limits = (0.5, 0.5, 0.1, 1e6)
+    limits = PieceLimits(0.5, 0.5, 0.1, 1e6)
     pieces, middles = side_pieces_nb.surface_pieces(
         tables.elements, tables.trims, np.zeros(3), np.full(n, 1e-9), limits
     )

@@ -176,8 +176,9 @@ def test_places_near_by_lie_on_the_surface_about_a_cell_away() -> None:
     points = _near(body, 4000, 1e-3)
     grid = _grid(body)
     rows = np.arange(len(points), dtype=np.int32)
-    side, reach, patch, uv = side_grid.places(grid, points, rows)
-    for ours, theirs in zip((side, reach), side_grid.side_of(grid, points, rows), strict=True):
+    known, (patch, uv) = side_grid.places(grid, points, rows)
+    side = known.side
+    for ours, theirs in zip(known, side_grid.side_of(grid, points, rows), strict=True):
         np.testing.assert_array_equal(ours, theirs)
     found = np.flatnonzero(patch >= 0)
     np.testing.assert_array_equal(side[found], 0)
@@ -205,7 +206,7 @@ def test_sides_without_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
     rows = np.arange(4, dtype=np.int32)
     clear = side_grid.clear_ways(_grid(body), points, points[::-1].copy(), rows)
     assert clear.tolist() == [False, False, False, False]
-    assert side_grid.places(_grid(body), points, rows)[2].tolist() == [-1, 0, -1, -1]
+    assert side_grid.places(_grid(body), points, rows)[1].patch.tolist() == [-1, 0, -1, -1]
 
 
 @pytest.mark.interpreted

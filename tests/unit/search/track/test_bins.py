@@ -10,11 +10,11 @@ from numba import njit
 
 import contiga as cg
 from contiga.arrays.codes import TO_SEARCH, TO_WALK
-from contiga.records import empty_projection, rows_of
+from contiga.records import SurfacePlaces, empty_projection, rows_of
 from contiga.search.tables import tables_of
 from contiga.search.track.kernels import bins_nb
 from contiga.search.track.kernels.lanes_nb import RECORD
-from contiga.search.track.track_records import Path, Starts, room_for
+from contiga.search.track.track_records import Chunk, Path, room_for
 from contiga.statuses import Feature, Status
 
 pytestmark = pytest.mark.interpreted
@@ -57,7 +57,7 @@ def test_rows_come_in_the_order_of_their_elements_and_blocks_hold_them(faces):
     patch[lost] = -1
     records = np.empty((n, RECORD))
     path = Path(NOWHERE, rng.random((n, 3)), NOBODY)
-    element, counts = hand_rows(tables, path, Starts(patch, uv), (first, n), records)
+    element, counts = hand_rows(tables, path, SurfacePlaces(patch, uv), Chunk(first, n), records)
     assert counts.sum() == n - first - len(lost)
     order, blocks = order_rows(element, counts)
     np.testing.assert_array_equal(np.sort(order), np.flatnonzero(patch[first:] >= 0))
@@ -93,7 +93,7 @@ def test_what_is_handed_stands_at_the_head_of_a_record(told):
     tables, now, feet, was = scene()
     path = Path(was if told == "by points" else NOWHERE, now, feet if told == "by feet" else NOBODY)
     records = np.full((3, RECORD), np.nan)
-    hand_rows(tables, path, Starts(feet.patch, feet.uv), (1, 4), records)
+    hand_rows(tables, path, SurfacePlaces(feet.patch, feet.uv), Chunk(1, 4), records)
     for i in (1, 2):
         np.testing.assert_array_equal(records[i, :3], now[1 + i])
         np.testing.assert_array_equal(records[i, 6:8], feet.uv[1 + i])
@@ -119,7 +119,7 @@ def test_what_is_found_is_fetched_by_its_flag_and_the_rest_is_kept(told):
     path = path._replace(feet=out) if told == "by feet" else path
     # The feet that were started from are written over.
     room = room_for(4)
-    m = fetch_rows(records, path, Starts(out.patch, out.uv), (1, 5), room, out)
+    m = fetch_rows(records, path, SurfacePlaces(out.patch, out.uv), Chunk(1, 5), room, out)
     rows, flags, before, patch, uv = (column[:m] for column in room)
     left = [1, 4] if told == "not" else [1, 3, 4]
     assert rows.tolist() == left

@@ -19,12 +19,11 @@ from tests.unit.search.holed import holed_plate
 import contiga as cg
 from contiga.arrays import device as num_device
 from contiga.errors import InputError
-from contiga.records import Projection, empty_projection
+from contiga.records import Projection, SurfacePlaces, empty_projection
 from contiga.search.tables import tables_of
 from contiga.search.track import device
 from contiga.search.track.kernels import row_nb
 from contiga.search.track.project import track
-from contiga.search.track.track_records import Starts
 from contiga.statuses import Status
 
 PROGRAM = Path(__file__).with_name("simulated.py")
@@ -64,7 +63,7 @@ def by_the_cpu(given: Case) -> list[Projection]:
     found = []
     for points in steps:
         out = empty_projection(len(points))
-        track(tables_of(body), points, Starts(feet.patch, feet.uv), out, before)
+        track(tables_of(body), points, SurfacePlaces(feet.patch, feet.uv), out, before)
         found.append(out)
         feet, before = out, points
     return found

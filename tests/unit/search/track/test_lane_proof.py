@@ -106,7 +106,10 @@ def test_lanes_look_at_holes_within_the_ball_of_a_proof():
 
 
 def test_the_loop_over_the_lanes_of_a_proof_is_vector_code():
-    lanes, told = np.zeros((lanes_nb.BANKS, lanes_nb.ROWS * lanes_nb.WIDE)), np.ones(lanes_nb.TOLD)
+    lanes, told = (
+        np.zeros((lanes_nb.BANKS, lanes_nb.ROWS * lanes_nb.WIDE)),
+        np.ones(lanes_nb.LANE_NUMBERS),
+    )
     kernel = getattr(lane_proof_nb, "prove_lanes")  # noqa: B009
     code = vector_code(kernel, lanes, lanes_nb.BANKS, told, 1e-12)
     assert len(re.findall(r"fmul <\d+ x double>", code)) > 30

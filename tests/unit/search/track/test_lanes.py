@@ -12,11 +12,11 @@ from tests.stress.tracking import slivers
 import contiga as cg
 from contiga.arrays.codes import TO_WALK
 from contiga.jit.pipeline import CalledCompiler
-from contiga.records import empty_projection
+from contiga.records import SurfacePlaces, empty_projection
 from contiga.search.tables import tables_of
 from contiga.search.track.kernels import lanes_nb, project_nb, track_nb
 from contiga.search.track.kernels.lanes_nb import RECORD
-from contiga.search.track.track_records import Left, Path, Starts, room_for
+from contiga.search.track.track_records import Chunk, Left, Path, room_for
 
 PATCHES = {
     "polynomial": cg.shapes.bumpy_plate(),
@@ -29,7 +29,8 @@ def in_lanes(tables, points, start, out, before=None):
     """Feet of the rows that lanes can do into `out`; the flag of each row."""
     path = Path(np.empty((0, 3)) if before is None else before, points, empty_projection(0))
     records, flags = np.empty((len(points), RECORD)), np.zeros(len(points), np.uint8)
-    starts, chunk, left = Starts(start.patch, start.uv), (0, len(points)), room_for(len(points))
+    starts, chunk = SurfacePlaces(start.patch, start.uv), Chunk(0, len(points))
+    left = room_for(len(points))
     m = project_nb.track_lanes(tables, path, starts, chunk, records, left, 0, out)
     flags[left.rows[:m]] = left.flags[:m]
     return flags
@@ -148,7 +149,9 @@ def vector_code(kernel, *arguments):
 def test_the_loop_over_the_lanes_is_vector_code(name):
     """As it is not where the kernel is compiled within its callers: half the speed of tracking."""
     lanes = np.zeros((lanes_nb.BANKS, lanes_nb.ROWS * lanes_nb.WIDE))
-    code = vector_code(getattr(lanes_nb, name), lanes, lanes_nb.BANKS, np.ones(lanes_nb.TOLD))
+    code = vector_code(
+        getattr(lanes_nb, name), lanes, lanes_nb.BANKS, np.ones(lanes_nb.LANE_NUMBERS)
+    )
     fused = re.findall(r"call <(\d+) x double> @llvm\.fma", code)
     assert len(fused) > 50
     assert set(fused) == {str(lanes_nb.WIDE)}

@@ -89,7 +89,7 @@ def gone_on(tables, e, left, point):
     bank[lanes_nb.ROW_S * n], bank[lanes_nb.ROW_T * n] = left
     bank[lanes_nb.ROW_F * n] = 1.0
     bank[lanes_nb.ROW_START * n] = bank[(lanes_nb.ROW_START + 1) * n] = 0.5
-    mixed_lanes_nb.wait_beyond(tables, e, (bank, 0), 0, queue, 0)
+    mixed_lanes_nb.wait_beyond(tables, e, bank, 0, 0, queue, 0)
     waiting = mixed_lanes_nb.go_on(tables, True, queue, 1, records)
     return records[0], waiting
 

@@ -7,11 +7,11 @@ import pytest
 from tests.unit.search.holed import holed_plate
 
 import contiga as cg
-from contiga.records import Projection, empty_projection, rows_of
+from contiga.records import Projection, SurfacePlaces, empty_projection, rows_of
 from contiga.search.tables import tables_of
 from contiga.search.track.kernels import row_nb
 from contiga.search.track.project import track
-from contiga.search.track.track_records import Starts
+from contiga.search.track.track_records import FlaggedFeet, RowStarts, Way
 from contiga.statuses import Status
 
 
@@ -39,14 +39,14 @@ def one_by_one(body: cg.Body, before, points, feet: Projection) -> tuple[Project
     """Feet, and which rows were done."""
     out, back = copy_of(feet), np.full(len(points), 7, np.uint8)
     for k in range(len(points)):
-        row_nb.track_row(tables_of(body), (before, points), (out, back), k)
+        row_nb.track_row(tables_of(body), Way(before, points), FlaggedFeet(out, back), k)
     assert set(back) <= {0, row_nb.HANDED_BACK}
     return out, back == 0
 
 
 def by_the_lanes(body: cg.Body, before, points, feet: Projection) -> Projection:
     out = empty_projection(len(points))
-    track(tables_of(body), points, Starts(feet.patch, feet.uv), out, before)
+    track(tables_of(body), points, SurfacePlaces(feet.patch, feet.uv), out, before)
     return out
 
 
@@ -109,10 +109,11 @@ def test_rows_are_gathered_and_scattered():
     points = np.linspace(-0.5, 0.5, 15).reshape(5, 3)
     feet = body.project(points)
     rows = np.array([3, 1], np.int32)
-    to = np.empty(2, np.int32), np.empty((2, 2)), np.empty((2, 3))
+    start = RowStarts(feet.patch, feet.uv, points)
+    to = RowStarts(np.empty(2, np.int32), np.empty((2, 2)), np.empty((2, 3)))
     for i in range(2):
-        row_nb.gather_row((feet, points), rows, to, i)
-    for own, all_of in zip(to, (feet.patch, feet.uv, points), strict=True):
+        row_nb.gather_row(start, rows, to, i)
+    for own, all_of in zip(to, start, strict=True):
         np.testing.assert_array_equal(own, all_of[rows])
     out = rows_of(feet, np.array([0, 0, 0, 0, 0]))
     for i in range(2):

@@ -7,12 +7,12 @@ import pytest
 
 import contiga as cg
 from contiga.arrays.codes import TO_FOLLOW, TO_SEARCH
-from contiga.records import Projection, empty_projection
+from contiga.records import Projection, SurfacePlaces, empty_projection
 from contiga.search.certify.kernels.branch_nb import certify_rows
 from contiga.search.certify.kernels.follow_nb import follow_rows
 from contiga.search.tables import tables_of
 from contiga.search.track import project
-from contiga.search.track.track_records import Left, Starts
+from contiga.search.track.track_records import Left
 from contiga.statuses import Status
 
 
@@ -28,7 +28,7 @@ def _tracked(
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(project, "_chunk", lambda *_: size)
         known = before if len(before) else None
-        project.track(tables_of(body), now, Starts(*start), out, known)
+        project.track(tables_of(body), now, SurfacePlaces(*start), out, known)
     return out
 
 

@@ -104,30 +104,30 @@ def jump(elements, e, f, way, tolerance):
 
 
 @inner()
-def _turn_seen(own, cell):
-    """Largest share by which derivatives in `cell` differ from those of the middle of `own`."""
-    u = own["wide"][0] / cell["wide"][0]
-    v = own["wide"][1] / cell["wide"][1]
+def _turn_seen(middle, cell):
+    """Largest share by which derivatives in `cell` differ from those of the middle of `middle`."""
+    u = middle["wide"][0] / cell["wide"][0]
+    v = middle["wide"][1] / cell["wide"][1]
     da = 0.0
     db = 0.0
     for c in range(3):
-        da += (cell["first"][0, c] * u - own["first"][0, c]) ** 2
-        db += (cell["first"][1, c] * v - own["first"][1, c]) ** 2
+        da += (cell["first"][0, c] * u - middle["first"][0, c]) ** 2
+        db += (cell["first"][1, c] * v - middle["first"][1, c]) ** 2
     da = math.sqrt(da) + cell["change"][0] * u
     db = math.sqrt(db) + cell["change"][1] * v
-    return deviation(own, da, db)
+    return deviation(middle, da, db)
 
 
 @inner()
 def near(cells, rows, k, home):
     """Radii of inner and outer ball that the block `rows` of cells bounds, into home["near"]."""
-    own = cells[k]
-    nx, ny, nz = own["normal"]
+    middle = cells[k]
+    nx, ny, nz = middle["normal"]
     turn = 0.0
     bent = 0.0
     for r in rows:
         bent = max(bent, max(-cells[r]["bend"][0], cells[r]["bend"][1]))
-        turn = max(turn, _turn_seen(own, cells[r]))
+        turn = max(turn, _turn_seen(middle, cells[r]))
     if not turn < TURN:
         return False
     both = (1.0 - turn * turn) / bent if bent > 0.0 else math.inf
@@ -139,7 +139,7 @@ def near(cells, rows, k, home):
         cell = cells[r]
         x, y, z = cell["normal"]
         apart = math.sqrt((x - nx) ** 2 + (y - ny) ** 2 + (z - nz) ** 2)
-        slack = apart + 2.0 * math.sin(0.5 * math.asin(own["tilt"]))
+        slack = apart + 2.0 * math.sin(0.5 * math.asin(middle["tilt"]))
         low, high = bends(cell, slack)
         inner = max(inner, -low / (1.0 - cell["shear"]) ** 2)
         outer = max(outer, high / (1.0 - cell["shear"]) ** 2)

@@ -14,6 +14,7 @@ from contiga.elements.kernels.element_nb import evaluate, parameters
 from contiga.geometry.kernels.trim_nb import point_in_trim
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
+from contiga.search.balls.ball_bounds import BallLimits, PlaneWork, Samples
 from contiga.search.balls.kernels.ball_plane_nb import clear_ball, far_box, lower, unit
 from contiga.search.hierarchy.kernels.tree_nb import box_distance2
 
@@ -32,19 +33,19 @@ def _is_home(home, b):
     if home["patch"] != b["patch"]:
         return False
     box = home["uv"]
-    own = b["uv"]
+    uv = b["uv"]
     slack = 1e-9 * (box[1] - box[0]), 1e-9 * (box[3] - box[2])
     for i in range(3):
         u = (0.0, 1.0, -1.0)[i] * home["period"][0]
         if i > 0 and u == 0.0:
             continue
-        if not (own[0] + u >= box[0] - slack[0] and own[1] + u <= box[1] + slack[0]):
+        if not (uv[0] + u >= box[0] - slack[0] and uv[1] + u <= box[1] + slack[0]):
             continue
         for j in range(3):
             v = (0.0, 1.0, -1.0)[j] * home["period"][1]
             if j > 0 and v == 0.0:
                 continue
-            if own[2] + v >= box[2] - slack[1] and own[3] + v <= box[3] + slack[1]:
+            if uv[2] + v >= box[2] - slack[1] and uv[3] + v <= box[3] + slack[1]:
                 return True
     return False
 
@@ -64,7 +65,7 @@ def _touching(q, x, normal):
 @inner()
 def _take_samples(elements, trims, centre, a, cap, samples):
     """Points, normals and touching radii by bend of five places of a cell; how many are in."""
-    point, normal, above = samples
+    point, normal, above = samples.point, samples.normal, samples.above
     h = scratch(4, 6)
     e = a["element"]
     n = 0
@@ -121,7 +122,7 @@ def _bend_limits(h, n, above):
 
 @inner()
 def _lower_samples(samples, n, b, side):
-    point, normal, above = samples
+    point, normal, above = samples.point, samples.normal, samples.above
     sign = -1.0 if side == 0 else 1.0
     m = scratch(3)
     for k in range(n):
@@ -135,11 +136,10 @@ def _lower_samples(samples, n, b, side):
 
 
 @inner()
-def _bound_cell(body, a, home, limits, value, samples):
-    """Lower the corner values (2, 4) of cell a by every cell of the tree; `samples` too."""
-    cells, tree, order = body
-    count = samples[1]
-    work = (scratch(4), scratch(3), scratch(3), scratch(4), scratch(6))
+def _bound_cell(body, a, home, limits, value, samples, count):
+    """Lower the corner values (2, 4) of cell a by every cell of the tree; `count` samples too."""
+    cells, tree, order = body.cells, body.tree, body.order
+    work = PlaneWork(scratch(4), scratch(3), scratch(3), scratch(4), scratch(6))
     normal = scratch(2, 3)
     normal[0] = -a["normal"]
     normal[1] = a["normal"]
@@ -177,13 +177,13 @@ def _bound_cell(body, a, home, limits, value, samples):
                 continue
             for side in range(2):
                 if affects[side] and lower(a, b, (normal[side], side), limits, value[side], work):
-                    _lower_samples(samples[0], count, b, side)
+                    _lower_samples(samples, count, b, side)
 
 
 @inner()
 def _wanting(value, samples, n, goal):
     """Share of the samples at which less than half of what may be there is proved."""
-    above = samples[2]
+    above = samples.above
     if n == 0:
         return 0.0
     total = 0.0
@@ -202,14 +202,15 @@ def _wanting(value, samples, n, goal):
 def bound_cells(body, surface, homes, limits, result, start, stop):
     """Corner values (2, 4) and what is wanting, of the rows start … stop of a body's cells.
 
-    `body` is the cells with the tree over them, `surface` the elements, trims and centre,
-    `limits` size, cap and goal, `result` the rows to do, values and wants.
+    `body` is a `CellTree`, `surface` a `CentredSurface`, `limits` are `BallLimits`, and `result` is
+    `CellBounds`.
     """
-    cells = body[0]
-    elements, trims, centre = surface
-    size, cap, goal = limits
-    rows, value, want = result
-    samples = (scratch(SAMPLES, 3), scratch(SAMPLES, 3), scratch(SAMPLES, 4))
+    cells = body.cells
+    elements, trims, centre = surface.elements, surface.trims, surface.centre
+    size, cap, goal = limits.size, limits.cap, limits.goal
+    rows, value, want = result.rows, result.value, result.want
+    samples = Samples(scratch(SAMPLES, 3), scratch(SAMPLES, 3), scratch(SAMPLES, 4))
+    enough = BallLimits(size, cap, ENOUGH * goal)
     for i in range(start, stop):
         k = rows[i]
         a = cells[k]
@@ -219,7 +220,7 @@ def bound_cells(body, surface, homes, limits, result, start, stop):
             value[k, side, :] = min(cap, SAFE * home["near"][side])
         n = _take_samples(elements, trims, centre, a, cap, samples)
         if home["near"][0] > 0.0 or home["near"][1] > 0.0:
-            _bound_cell(body, a, home, (size, cap, ENOUGH * goal), value[k], (samples, n))
+            _bound_cell(body, a, home, enough, value[k], samples, n)
         value[k] *= SAFE
         for side in range(2):  # what was known of the whole holds for its half
             if np.maximum(known[side], 0.0).sum() >= np.maximum(value[k, side], 0.0).sum():

@@ -16,6 +16,7 @@ from contiga.elements.kernels.bounds_nb import derivative_bounds, restrict
 from contiga.elements.kernels.element_nb import evaluate
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
+from contiga.search.balls.kernels.ball_plane_nb import unit
 
 WORST = 0.98
 """Cells whose derivatives differ more than this share from those of their middle bound nothing."""
@@ -313,16 +314,12 @@ def _wobble(cell, bound):
 
 @inner()
 def _corner_normal(h, normal):
-    x = h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2]
-    y = h[2, 1] * h[0, 2] - h[0, 1] * h[2, 2]
-    z = h[0, 1] * h[1, 2] - h[1, 1] * h[0, 2]
-    length = math.sqrt(x * x + y * y + z * z)
-    if not length > 0.0:
-        return False
-    normal[0] = x / length
-    normal[1] = y / length
-    normal[2] = z / length
-    return True
+    return unit(
+        h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2],
+        h[2, 1] * h[0, 2] - h[0, 1] * h[2, 2],
+        h[0, 1] * h[1, 2] - h[1, 1] * h[0, 2],
+        normal,
+    )
 
 
 @kernel()

@@ -39,9 +39,9 @@ def radius_at(balls, grid, patch, u, v, side):
 
 @kernel()
 def radii(balls, grid, feet, rows, sides, out, start, stop):
-    """`radius_at` the feet (patch, uv) of rows[start:stop] on sides[start:stop]; rows without a
-    patch have none."""
-    patch, uv = feet
+    """`radius_at` the `feet` (SurfacePlaces) of rows[start:stop] on sides[start:stop]; rows without
+    a patch have none."""
+    patch, uv = feet.patch, feet.uv
     for i in range(start, stop):
         k = rows[i]
         if patch[k] >= 0:

@@ -93,6 +93,7 @@ def _score(f, v, enough):
 
 @inner()
 def unit(x, y, z, m):
+    """Write (x, y, z) at length one into m; False where it has no length."""
     length = math.sqrt(x * x + y * y + z * z)
     if not length > 0.0:
         return False
@@ -120,10 +121,10 @@ def _axis(a, b, normal, e, work):
             work,
         ):
             continue
-        ahead = 0.0
+        along = 0.0
         for c3 in range(3):
-            ahead += work[c3] * (b["middle"][c3] - a["middle"][c3])
-        if ahead < 0.0:
+            along += work[c3] * (b["middle"][c3] - a["middle"][c3])
+        if along < 0.0:
             for c3 in range(3):
                 work[c3] = -work[c3]
         low = math.inf
@@ -149,7 +150,7 @@ def _axis(a, b, normal, e, work):
 @inner()
 def _slopes(a, b, normal, e, limits, slopes):
     """Tilts of the parting plane worth trying: as far from the ball as the cell b allows."""
-    size, cap, _ = limits
+    size, cap = limits.size, limits.cap
     level = -math.inf
     for i in range(4):
         x = a["corner"][i]
@@ -178,15 +179,18 @@ def _slopes(a, b, normal, e, limits, slopes):
 
 @inner()
 def lower(a, b, pole, limits, v, work):
-    """Lower the corner values `v` of cell a to what cell b leaves of them; whether it took any."""
-    f, m, e, best, slopes = work
+    """Lower the corner values `v` of cell a to what cell b leaves of them; whether it took any.
+
+    `limits` are `BallLimits`, `work` is `PlaneWork`.
+    """
+    f, m, e, best, slopes = work.trial, work.plane, work.axis, work.best, work.slopes
     normal = pole[0]
-    margin = ROUNDING * limits[0]
+    margin = ROUNDING * limits.size
     even = _even_ball(a, b, pole, v, margin, m)
     if even >= max(max(v[0], v[1]), max(v[2], v[3])):
         return False
     best[:] = even
-    top = _score(best, v, limits[2])
+    top = _score(best, v, limits.goal)
     for k in range(3):
         if k < 2:
             sign = 1.0 - 2.0 * k
@@ -206,7 +210,7 @@ def lower(a, b, pole, limits, v, work):
         _plane(a, b, m, normal, margin, f)
         if _covers(f, v):
             return False
-        score = _score(f, v, limits[2])
+        score = _score(f, v, limits.goal)
         if score > top:
             top = score
             best[:] = f
@@ -218,7 +222,7 @@ def lower(a, b, pole, limits, v, work):
             _plane(a, b, m, normal, margin, f)
             if _covers(f, v):
                 return False
-            score = _score(f, v, limits[2])
+            score = _score(f, v, limits.goal)
             if score > top:
                 top = score
                 best[:] = f
@@ -291,7 +295,7 @@ def _even_ball(a, b, pole, v, margin, work):
 @inner()
 def far_box(a, tree, node, normal, v, work):
     """Whether the plane that touches a node's box, towards the cell, keeps all corner values."""
-    f, m, _, _, _ = work
+    f, m = work.trial, work.plane
     x = a["middle"]
     near = m
     k = 0.0

@@ -123,11 +123,11 @@ def _frame(tables, foot, tangent, aside, h):
     det = xx * yy - xy * xy
     d_s = aside * (dot(b, x) * yy - dot(b, y) * xy) / det
     d_t = aside * (dot(b, y) * xx - dot(b, x) * xy) / det
-    ahead = is_in(tables, e, s + d_s, t + d_t)
+    before = is_in(tables, e, s + d_s, t + d_t)
     behind = is_in(tables, e, s - d_s, t - d_t)
     if behind:
         b = (-b[0], -b[1], -b[2])
-    return EdgeFrame(point, tangent, b, normal), det > 0.0 and ahead != behind
+    return EdgeFrame(point, tangent, b, normal), det > 0.0 and before != behind
 
 
 @inner(error_model="numpy")
@@ -172,8 +172,8 @@ def along(strand, n, foot, cell, bending):
     x, y, dx, dy = place_on(strand, k, where)
     before = after = bent = 0.0
     for i in range(n):
-        most, own = stretch_bend(strand, i, bending)[3:]
-        bent = max(bent, own)
+        most, bent_here = stretch_bend(strand, i, bending)[3:]
+        bent = max(bent, bent_here)
         before += most if i < k else (most * where if i == k else 0.0)
         after += most if i > k else (most * (1.0 - where) if i == k else 0.0)
     # Rounding of the strand may lie beyond a rim.
@@ -231,10 +231,10 @@ def _goes_on(tables, there, reach, edge, work):
     cell = cell_of(tables, there, reach, cells.beyond, cells.bending_beyond)
     if cell[1] == cell[0]:
         return False
-    own = strand[0].copy(), strand[1].copy()
+    coefs, degree = strand.coefs.copy(), strand.degree.copy()
     same = _strand_of(tables, there[0], cell, strand)[0] == edge
-    strand[0][:] = own[0]
-    strand[1][:] = own[1]
+    strand.coefs[:] = coefs
+    strand.degree[:] = degree
     return same
 
 

@@ -32,6 +32,7 @@ from contiga.arrays.codes import IN, OK, SMOOTH, TO_FOLLOW
 from contiga.elements.kernels.element_nb import locate
 from contiga.geometry.kernels.trim_nb import box_state
 from contiga.jit import inlined, inner, kernel
+from contiga.search.certify.certify_records import Seen, TakenOut
 from contiga.search.certify.kernels.part_nb import PARTS, part_of
 
 WIDER = 1.1
@@ -39,8 +40,9 @@ WIDER = 1.1
 
 
 @inlined()
-def holds(curvature, m, far, slip, r):
-    """Whether μ > 0 and μ r > t; curvature = (κ_i, κ_o), m = m_1 for P(0) and P(1)."""
+def holds(curvature, seen, r):
+    """Whether μ > 0 and μ r > t; curvature = (κ_i, κ_o), the motion is `Seen`."""
+    m, far, slip = seen.heights, seen.far, seen.slip
     k = max(curvature[0], curvature[1])
     change = k * r * (slip + 0.5 * (1.0 + k * (far + r)) * r)
     high = max(m[0], m[1], 0.0) + change
@@ -54,13 +56,13 @@ def ball_radius(curvature, room, margin, way, seen, tolerance):
     """Radius of a ball about a foot that proves a start at the end of a `way`, or 0.
 
     `curvature` = (κ_i, κ_o) holds where no way of length `room` leads out, `margin` is the way to
-    where the surface may end or bend, `seen` is (m, far, slip). No branches: for lanes, too.
+    where the surface may end or bend, the motion is `Seen`. No branches: for lanes, too.
     """
-    m, far, slip = seen
+    m, slip = seen.heights, seen.slip
     inner, outer = curvature
     least = 1.0 - max(inner * max(m[0], m[1], 0.0), -outer * min(m[0], m[1], 0.0))
     r = WIDER * max(way + tolerance, slip / least)
-    good = (least > 0.0) & (r <= room) & (margin > r) & holds(curvature, m, far, slip, r)
+    good = (least > 0.0) & (r <= room) & (margin > r) & holds(curvature, seen, r)
     return r if good else 0.0
 
 
@@ -152,29 +154,29 @@ def way_beyond(table, rings, foot, start):
     """
     e, s, t = foot
     n, s0, t0 = start
-    own, other = table[e], table[n]
+    element, other = table[e], table[n]
     ring, ring0 = rings[e, part_of(s, t)], rings[n, part_of(s0, t0)]
     way = math.inf
     if ring["pole"] >= 0 or ring0["pole"] >= 0:
         return way
     for side in range(4):
-        if own["neighbour"][side] != n or own["kind"][side] != SMOOTH:
+        if element["neighbour"][side] != n or element["kind"][side] != SMOOTH:
             continue
-        there = own["neighbour_side"][side]
+        there = element["neighbour_side"][side]
         _, k = _part_along(side, s, t)
         off0, k0 = _part_along(there, s0, t0)
         x, x0 = (t if side < 2 else s), (t0 if there < 2 else s0)
-        if own["flip"][side] == 1:
+        if element["flip"][side] == 1:
             k0 = PARTS - 1 - k0
             x0 = -x0
         if off0 >= ring["reach"][side] or abs(k - k0) > 1:
             continue
         axis = 1 if side < 2 else 0
-        aside = abs(x - x0) * (own["box"][2 * axis + 1] - own["box"][2 * axis])
+        aside = abs(x - x0) * (element["box"][2 * axis + 1] - element["box"][2 * axis])
         speed = (ring["speed"][0], ring["speed"][1])
         speeds = _speeds_to(rings, n, (s0, t0), (there, there))
-        over = _from_side(own, speed, side, s, t) + _from_side(other, speeds, there, s0, t0)
-        way = min(way, aside * ring["speed"][axis] + over + own["width"][side])
+        over = _from_side(element, speed, side, s, t) + _from_side(other, speeds, there, s0, t0)
+        way = min(way, aside * ring["speed"][axis] + over + element["width"][side])
     return way if way < math.inf else _way_round(table, rings, foot, start)
 
 
@@ -183,16 +185,16 @@ def _way_round(table, rings, foot, start):
     """The same over a corner where four elements meet, by way of that."""
     e, s, t = foot
     n, s0, t0 = start
-    own, other = table[e], table[n]
+    element, other = table[e], table[n]
     ring = rings[e, part_of(s, t)]
     way = math.inf
     for pair in range(4):
         side, beside = pair & 1, 2 + (pair >> 1)
-        smooth = own["kind"][side] == SMOOTH and own["kind"][beside] == SMOOTH
+        smooth = element["kind"][side] == SMOOTH and element["kind"][beside] == SMOOTH
         if not smooth or ring["reach"][side] == 0 or ring["reach"][beside] == 0:
             continue
-        between, first = table[own["neighbour"][side]], own["neighbour_side"][side]
-        on = (2 if first < 2 else 0) + ((beside & 1) ^ own["flip"][side])
+        between, first = table[element["neighbour"][side]], element["neighbour_side"][side]
+        on = (2 if first < 2 else 0) + ((beside & 1) ^ element["flip"][side])
         if between["kind"][on] != SMOOTH or between["neighbour"][on] != n:
             continue
         there = between["neighbour_side"][on]
@@ -203,10 +205,10 @@ def _way_round(table, rings, foot, start):
             continue
         speed = (ring["speed"][0], ring["speed"][1])
         speeds = _speeds_to(rings, n, (s0, t0), (there, back))
-        to = _from_side(own, speed, side, s, t) + _from_side(own, speed, beside, s, t)
+        to = _from_side(element, speed, side, s, t) + _from_side(element, speed, beside, s, t)
         on_from = _from_side(other, speeds, there, s0, t0)
         on_from += _from_side(other, speeds, back, s0, t0)
-        way = min(way, to + on_from + own["width"][side] + between["width"][on])
+        way = min(way, to + on_from + element["width"][side] + between["width"][on])
     return way
 
 
@@ -236,8 +238,7 @@ def by_ring(ring, box, foot, way, seen, tolerance):
 
 @inlined()
 def seen_from(foot, n, a, b, tolerance):
-    """(m for P(0), m for P(1)), the larger distance, and t, of a foot with normal n and a motion
-    from a to b."""
+    """A motion from a to b as `Seen` from a foot with normal n."""
     x, y, z = a[0] - foot[0], a[1] - foot[1], a[2] - foot[2]
     first = x * x + y * y + z * z
     m0 = x * n[0] + y * n[1] + z * n[2]
@@ -249,18 +250,17 @@ def seen_from(foot, n, a, b, tolerance):
     along = x * n[0] + y * n[1] + z * n[2]
     # The difference of the squares is rounded by 1e-16 of the larger.
     slip = math.sqrt(max(way - along * along, 0.0) + 1e-15 * way) + 4.0 * tolerance
-    return (m0, m1), math.sqrt(max(first, second)), slip
+    return Seen((m0, m1), math.sqrt(max(first, second)), slip)
 
 
 @inlined()
 def kept_ball(tables, taken, patches, foot, start, seen):
     """Radius of a ball that proves a foot (u, v) by the bounds kept around it, or 0.
 
-    `patches` are those of the start and of the foot, `taken` is (grid, table of elements, rings)
-    out of `tables`: where many feet are asked for they are taken out once. `start` is its (u, v),
-    `seen` as in `by_ring`.
+    `patches` are those of the start and of the foot, `taken` is `TakenOut` of `tables`: where many
+    feet are asked for that is done once. `start` is its (u, v), `seen` as in `by_ring`.
     """
-    grid, table, rings = taken
+    grid, table, rings = taken.grid, taken.table, taken.rings
     before, patch = patches
     trimmed = tables.trims.trimmed
     e, s, t = locate(grid, patch, foot[0], foot[1])
@@ -289,9 +289,7 @@ def certify_rows(tables, points, left, m, out):
     rows, flags, before, patch, uv = left.rows, left.flags, left.before, left.patch, left.uv
     to_follow = 0
     # Taken out of their tuples once: to hand those on costs more than the test.
-    table = tables.elements.table
-    rings = tables.rings
-    grid = tables.grid
+    taken = TakenOut(tables.grid, tables.elements.table, tables.rings)
     tolerance = tables.scale[1]
     for j in range(m):
         k = rows[j]
@@ -310,7 +308,7 @@ def certify_rows(tables, points, left, m, out):
         seen = seen_from(x, n, a, b, tolerance)
         patches, start = (patch[j], out.patch[k]), (uv[j, 0], uv[j, 1])
         foot = (out.uv[k, 0], out.uv[k, 1])
-        r = kept_ball(tables, (grid, table, rings), patches, foot, start, seen)
+        r = kept_ball(tables, taken, patches, foot, start, seen)
         if r > 0.0:
             flags[j] = 0
             to_follow -= 1

@@ -28,7 +28,7 @@ CELL = 1.3
 @inner(error_model="numpy")
 def touched(s, t, far_s, far_t):
     """The side a cell around (s, t) reaches: −1 none, −2 more than one."""
-    found = -1
+    touched_side = -1
     for side, reached in (
         (0, s - far_s <= -0.5),
         (1, s + far_s >= 0.5),
@@ -36,8 +36,8 @@ def touched(s, t, far_s, far_t):
         (3, t + far_t >= 0.5),
     ):
         if reached:
-            found = side if found == -1 else -2
-    return found
+            touched_side = side if touched_side == -1 else -2
+    return touched_side
 
 
 @inner(error_model="numpy")

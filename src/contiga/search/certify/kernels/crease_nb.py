@@ -32,7 +32,7 @@ from contiga.arrays.codes import CREASE
 from contiga.arrays.kernels.vector_nb import dot, minus
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.jit import inner
-from contiga.search.certify.certify_records import Reach
+from contiga.search.certify.certify_records import Range, Reach
 from contiga.search.certify.kernels.bend_nb import INNER, OUTER
 from contiga.search.certify.kernels.branch_nb import WIDER, seen_from
 from contiga.search.certify.kernels.cells_nb import CELL, cell_about, cells_about, touched
@@ -57,7 +57,7 @@ def crease_beside(elements, foot, last):
     """
     e, s, t = foot
     best = 1.0
-    found = -1
+    nearest = -1
     for side in range(4):
         if elements.table[e]["kind"][side] != CREASE:
             continue
@@ -67,8 +67,8 @@ def crease_beside(elements, foot, last):
             off -= 1.0
         if off < best:
             best = off
-            found = side
-    return found
+            nearest = side
+    return nearest
 
 
 @inner(error_model="numpy")
@@ -96,7 +96,7 @@ def _slip(near, foot, side, fold, path, h):
     normal = normal_at(elements, e, s, t, h)
     origin = elements.table[e]["origin"]
     at = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
-    return seen_from(at, normal, path[0], path[1], tolerance)[2]
+    return seen_from(at, normal, path[0], path[1], tolerance).slip
 
 
 @inner(error_model="numpy")
@@ -163,13 +163,12 @@ def reach_along(tangent, ends, arc, bent, given):
 
 @inner(error_model="numpy")
 def seen_along(bend, b, ends, reach, bent):
-    """Least and largest w·b of a face along a strand, at both ends of the motion: ((least, largest)
-    at the first, at the second)."""
+    """w·b of a face along a strand, a `Range` at either end of the motion."""
     torsion = 0.5 * (bend[INNER] + bend[OUTER])
     change = reach.arc * (bent * reach.along + torsion * reach.far)
     first = dot(ends[0], b)
     second = dot(ends[1], b)
-    return (first - change, first + change), (second - change, second + change)
+    return Range(first - change, first + change), Range(second - change, second + change)
 
 
 @inner(error_model="numpy")

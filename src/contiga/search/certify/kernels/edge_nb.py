@@ -94,7 +94,7 @@ def _slip_at(tables, foot, fold, ends, path, h):
         off = (w[0] - m * normal[0], w[1] - m * normal[1], w[2] - m * normal[2])
         if math.sqrt(dot(off, off)) > SAME * tolerance:
             return math.inf
-        return seen_from(at, normal, path[0], path[1], tolerance)[2]
+        return seen_from(at, normal, path[0], path[1], tolerance).slip
     far = math.sqrt(dot(ends[1], ends[1]))
     end = fall_from(ends[1], first.tangent, first.across, across)
     if end > SAME * tolerance + joint.width + far * _give(joint):
@@ -123,8 +123,8 @@ def _least_on_strand(fold, ends, work):
     cells, strand = work.cells, work.strand
     least = 1.0
     for k in range(fold.stretches):
-        c, rest, slowest, _, own = stretch_bend(strand, k, cells.bending)
-        curve = Curve(c, rest, slowest, own)
+        c, rest, slowest, _, bent = stretch_bend(strand, k, cells.bending)
+        curve = Curve(c, rest, slowest, bent)
         least = min(least, least_along(curve, ends, _reach_of(fold, ends)))
     return least
 
@@ -162,7 +162,8 @@ def over_edge(tables, foot, last, path, work):
     origin = tables.elements.table[e]["origin"]
     at = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
     inner, outer, _ = principal(h)
-    m, _, slip = seen_from(at, normal, path[0], path[1], tables.scale[1])
+    seen = seen_from(at, normal, path[0], path[1], tables.scale[1])
+    m, slip = seen.heights, seen.slip
     least = min(least_bend((inner, outer), m[0]), least_bend((inner, outer), m[1]))
     normal_at(tables.elements, last[0], last[1], last[2], h)
     origin = tables.elements.table[last[0]]["origin"]
@@ -214,7 +215,7 @@ def runs_into_fold(tables, last, path, work):
     origin = tables.elements.table[e]["origin"]
     at = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
     inner, outer, _ = principal(h)
-    m = seen_from(at, normal, path[0], path[1], tables.scale[1])[0]
+    m = seen_from(at, normal, path[0], path[1], tables.scale[1]).heights
     least = min(least_bend((inner, outer), m[0]), least_bend((inner, outer), m[1]))
     d = minus(path[1], path[0])
     slip = math.sqrt(dot(d, d)) + SAME * tables.scale[1]
@@ -231,8 +232,9 @@ def runs_into_fold(tables, last, path, work):
         least = min(least, _least_on_strand(fold, ends, work))
         slack = joint.width + reach.far * joint.slip
         before, after = seen_along(work.cells.beyond, second.across, ends, reach, bent)
-        falls = min(before[0], after[0]) - slack
-        past = seen_along(work.cells.here, first.across, ends, reach, bent)[1][1] + slack
+        falls = min(before.least, after.least) - slack
+        _, at_last = seen_along(work.cells.here, first.across, ends, reach, bent)
+        past = at_last.largest + slack
         if not (least > 0.0 and falls > FOLD * reach.far):
             return False
         need = 2.0 * slip / least + BENT * fold.way

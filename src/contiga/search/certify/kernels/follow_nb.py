@@ -96,7 +96,8 @@ def _has_ended(near, last, foot, path, h):
     if min(a, b) <= SHORT * max(a, b):
         return False, math.inf  # on a pole curvatures are not seen
     inner, outer, _ = principal(h)
-    m, _, slip = seen_from(at, normal, path[0], path[1], tolerance)
+    seen = seen_from(at, normal, path[0], path[1], tolerance)
+    m, slip = seen.heights, seen.slip
     least = least_bend((inner, outer), m[0])
     if least > SHALLOW:
         return False, least
@@ -190,8 +191,8 @@ def follow(tables, last, path, step, work):
             continue
         beside = may_join(tables, last[0])
         if beside:
-            ahead = _between(path, min(done + AHEAD * step, 1.0))
-            if runs_into_fold(tables, last, (here, ahead), work):
+            beyond = _between(path, min(done + AHEAD * step, 1.0))
+            if runs_into_fold(tables, last, (here, beyond), work):
                 return FELL, last[0], last[1], last[2], kind
         if not stays and step <= HELD:
             return UNPROVED, last[0], last[1], last[2], kind

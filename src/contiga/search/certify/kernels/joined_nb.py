@@ -40,11 +40,10 @@ from contiga.search.certify.kernels.vertex_nb import (
 def _by_cell(near, foot, last, seen, size, work):
     """Whether bounds of a cell about the foot, which crosses one smooth side at most, prove it.
 
-    `last` is the start (e, s, t), `seen` (m, far, slip), `size` (r, half the cell in s, in t).
+    `last` is the start (e, s, t), `seen` a `Seen`, `size` (r, half the cell in s, in t).
     """
     elements, tolerance = near.elements, near.tolerance
     e, s, t = foot
-    m, far, slip = seen
     r, far_s, far_t = size
     side = touched(s, t, far_s, far_t)
     if side == -2 or (side >= 0 and elements.table[e]["kind"][side] != SMOOTH):
@@ -55,7 +54,7 @@ def _by_cell(near, foot, last, seen, size, work):
     if side >= 0:
         inner = max(inner, other[INNER])
         outer = max(outer, other[OUTER])
-    return 0.0 <= way <= r - tolerance and holds((inner, outer), m, far, slip, r)
+    return 0.0 <= way <= r - tolerance and holds((inner, outer), seen, r)
 
 
 @inner(error_model="numpy")
@@ -139,10 +138,11 @@ def _by_surroundings(near, foot, start, path, work):
     origin = elements.table[e]["origin"]
     at = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
     inner, outer, metric = principal(h)
-    m, far, slip = seen_from(at, normal, path[0], path[1], tolerance)
+    seen = seen_from(at, normal, path[0], path[1], tolerance)
+    m = seen.heights
     # Twice the speeds at the foot: within a hair of the start they are not much larger.
     off = 2.0 * moved * (metric[0] + metric[1])
-    if _by_ring(near, foot, last, (m, far, slip), off, work.boxes):
+    if _by_ring(near, foot, last, seen, off, work.boxes):
         return True
     if not metric[2] > 0.0:
         return False
@@ -158,6 +158,6 @@ def _by_surroundings(near, foot, start, path, work):
         for c in range(3):
             square += (h[c, 0] + origin[c] - at[c]) ** 2
         way = 1.4 * math.sqrt(square)
-    r = WIDER * max(1.1 * way + off + tolerance, slip / least)
+    r = WIDER * max(1.1 * way + off + tolerance, seen.slip / least)
     size = (r, CELL * r / metric[2], CELL * r / metric[3])
-    return moved == 0.0 and _by_cell(near, foot, last, (m, far, slip), size, work)
+    return moved == 0.0 and _by_cell(near, foot, last, seen, size, work)

@@ -25,22 +25,22 @@ def part_of(s, t):
 @inner(error_model="numpy")
 def adjoins(elements, e, n, side):
     """Whether n goes on where e ends at `side`, in the parameters of the same patch."""
-    own = elements.table[e]
+    element = elements.table[e]
     other = elements.table[n]
-    if own["patch"] != other["patch"] or own["box"][side] != other["box"][side ^ 1]:
+    if element["patch"] != other["patch"] or element["box"][side] != other["box"][side ^ 1]:
         return False
     along = 2 if side < 2 else 0
     return (
-        own["box"][along] == other["box"][along]
-        and own["box"][along + 1] == (other["box"][along + 1])
+        element["box"][along] == other["box"][along]
+        and element["box"][along + 1] == other["box"][along + 1]
     )
 
 
 @inner(error_model="numpy")
 def is_whole(elements, e, n):
     """Whether nothing is trimmed away from element n that the patch of e does not tell."""
-    own, other = elements.table[e], elements.table[n]
-    return own["patch"] == other["patch"] or other["trim"] == IN
+    element, other = elements.table[e], elements.table[n]
+    return element["patch"] == other["patch"] or other["trim"] == IN
 
 
 @inner(error_model="numpy")

@@ -50,15 +50,15 @@ PLANE = 1e-9
 @kernel(linked=True, error_model="numpy")
 def pole_side(elements, e, cell):
     """The side of the cell that is a pole; −1 where there is none, or more than one."""
-    found = -1
+    pole = -1
     kind = elements.table[e]["kind"]
     for side in range(4):
         on = cell[side] <= -0.5 if side & 1 == 0 else cell[side] >= 0.5
         if on and kind[side] == POLE:
-            if found >= 0:
+            if pole >= 0:
                 return -1
-            found = side
-    return found
+            pole = side
+    return pole
 
 
 @inner(error_model="numpy")

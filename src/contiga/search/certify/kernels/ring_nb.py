@@ -191,11 +191,11 @@ def _add_fan(elements, raw, e, corner, ring, work):
 @inner(error_model="numpy")
 def _corner_is_open(elements, e, side_s, side_t):
     """Whether beyond one smooth side of a corner the surface ends where it ends here."""
-    own = elements.table[e]
-    smooth, ended = (side_s, side_t) if own["kind"][side_s] == SMOOTH else (side_t, side_s)
-    there = own["neighbour_side"][smooth]
-    end = (ended & 1) ^ own["flip"][smooth]
-    kind = elements.table[own["neighbour"][smooth]]["kind"][(2 if there < 2 else 0) + end]
+    element = elements.table[e]
+    smooth, ended = (side_s, side_t) if element["kind"][side_s] == SMOOTH else (side_t, side_s)
+    there = element["neighbour_side"][smooth]
+    end = (ended & 1) ^ element["flip"][smooth]
+    kind = elements.table[element["neighbour"][smooth]]["kind"][(2 if there < 2 else 0) + end]
     return kind != SMOOTH and kind != POLE
 
 
@@ -214,8 +214,8 @@ def _block(elements, e, i, j, ring):
                 edge = box[side]
                 n = table[e]["neighbour"][side]
                 if table[e]["kind"][side] == SMOOTH and adjoins(elements, e, n, side):
-                    own = (table[n]["box"][2 * axis + 1] - table[n]["box"][2 * axis]) / PARTS
-                    edge += own if end == 1 else -own
+                    part = (table[n]["box"][2 * axis + 1] - table[n]["box"][2 * axis]) / PARTS
+                    edge += part if end == 1 else -part
             ring["block"][2 * axis + end] = edge
 
 
@@ -290,7 +290,7 @@ def _cap(elements, raw, foot, part, ring, work):
         e2 = list_e[f]
         if not is_whole(elements, e, e2):
             ring["room"] = 0.0
-        own = elements.table[e2]["patch"] == elements.table[e]["patch"] and list_side[f] == side
+        same = elements.table[e2]["patch"] == elements.table[e]["patch"] and list_side[f] == side
         for depth in range(min(deep + 1, PARTS)):
             for along in range(PARTS):
                 bend = raw[e2, _part_at(list_side[f], along, depth)]
@@ -298,10 +298,10 @@ def _cap(elements, raw, foot, part, ring, work):
                 if depth == deep:
                     across = bend[WIDTH_S if list_side[f] < 2 else WIDTH_T]
                     ring["room"] = min(ring["room"], across / PARTS)
-                if own:
+                if same:
                     scale_s, scale_t = scales(elements, e, e2)
                     take_metric(ring, bend, scale_s, scale_t)
-        if own:
+        if same:
             other = elements.table[e2]["box"]
             low = 2 - axis
             ring["block"][low] = min(ring["block"][low], other[low])

@@ -236,7 +236,7 @@ def anchor(strand, n, at, metric):
     Any place of the strand would do for what is proved with it; a near one proves more.
     """
     best = math.inf
-    found = (0, 0.0)
+    nearest = (0, 0.0)
     for k in range(n):
         for start in (0.0, 0.5, 1.0):
             t = start
@@ -256,8 +256,8 @@ def anchor(strand, n, at, metric):
             square = metric[0] * x * x + 2.0 * metric[1] * x * y + metric[2] * y * y
             if square < best:
                 best = square
-                found = (k, t)
-    return found
+                nearest = (k, t)
+    return nearest
 
 
 @inner(error_model="numpy")

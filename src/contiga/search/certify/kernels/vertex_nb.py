@@ -88,7 +88,8 @@ def _rises(near, foot, path, free, h):
         if not cosine > (OPPOSED - 1.0) * math.sqrt(q.square_s * q.square_t):
             return False
     # The motion has two points, the crease two faces.
-    return left_out == (0 if free[0][0] < 0 else 4)
+    element, _ = free[0]
+    return left_out == (0 if element < 0 else 4)
 
 
 @inner(linked=False, error_model="numpy")
@@ -110,7 +111,7 @@ def _strip(side, low, high):
 def _rises_into(bend, b, ends, reach, bent, miss):
     """Whether w·b < 0 along a crease for one of its faces."""
     first, second = seen_along(bend, b, ends, reach, bent)
-    return max(first[1], second[1]) < -miss
+    return max(first.largest, second.largest) < -miss
 
 
 @inner(linked=False, error_model="numpy")
@@ -171,12 +172,12 @@ def along_crease(near, foot, last, side, path, work):
 @inner(error_model="numpy")
 def common_crease(elements, foot, last):
     """The crease of their element on which two feet stand, −1 where there is none."""
-    found = -1
+    crease = -1
     for side in range(4):
         both = stands(side, foot[1], foot[2]) and stands(side, last[1], last[2])
         if both and elements.table[foot[0]]["kind"][side] == CREASE:
-            found = side
-    return found
+            crease = side
+    return crease
 
 
 @inner(error_model="numpy")
@@ -186,7 +187,7 @@ def _lowest_crease(elements, foot, point, h):
     list_e = stack_int64(MOST)
     list_st = scratch(MOST, 2)
     least = math.inf
-    found = (-1, 0.0, 0.0, -1)
+    lowest = (-1, 0.0, 0.0, -1)
     for k in range(around(elements, foot, list_e, list_st)):
         e, s, t = list_e[k], list_st[k, 0], list_st[k, 1]
         q = expand(elements, e, s, t, point, h)
@@ -194,8 +195,8 @@ def _lowest_crease(elements, foot, point, h):
             if stands(side, s, t) and inward_slope(q, side) < least:
                 least = inward_slope(q, side)
                 way = _side_along(side, s, t)
-                found = (e if elements.table[e]["kind"][way] == CREASE else -1, s, t, way)
-    return found
+                lowest = (e if elements.table[e]["kind"][way] == CREASE else -1, s, t, way)
+    return lowest
 
 
 @inner(linked=False, error_model="numpy")

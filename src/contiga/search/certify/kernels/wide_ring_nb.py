@@ -42,17 +42,17 @@ def _beside(table, cell, way):
     """
     e, i, j, swap, back_s, back_t = cell
     axis, on = way >> 1, way & 1
-    own = axis ^ swap
+    own_axis = axis ^ swap
     on = on ^ (back_s if axis == 0 else back_t)
-    k = (i if own == 0 else j) + 2 * on - 1
+    k = (i if own_axis == 0 else j) + 2 * on - 1
     if 0 <= k < PARTS:
-        return e, (k if own == 0 else i), (j if own == 0 else k), swap, back_s, back_t
-    side = 2 * own + on
+        return e, (k if own_axis == 0 else i), (j if own_axis == 0 else k), swap, back_s, back_t
+    side = 2 * own_axis + on
     if table[e]["kind"][side] != SMOOTH:
         return -1, 0, 0, 0, 0, 0
     there, flip = table[e]["neighbour_side"][side], table[e]["flip"][side]
     k = 0 if there & 1 == 0 else PARTS - 1
-    along = j if own == 0 else i
+    along = j if own_axis == 0 else i
     if flip == 1:
         along = PARTS - 1 - along
     turned = (way & 1) ^ (1 - (there & 1))
@@ -128,7 +128,7 @@ def _look(table, raw, home, extents, work):
     widths[:] = 1e300
     bent[:] = 0.0
     patch = table[home[0]]["patch"]
-    own = whole = True
+    same = whole = True
     for a in range(-extents[LEFT], extents[RIGHT] + 1):
         for b in range(-extents[DOWN], extents[UP] + 1):
             cell = _at(table, home, a, b)
@@ -138,9 +138,9 @@ def _look(table, raw, home, extents, work):
             widths[1, MOST + b] = min(widths[1, MOST + b], _width(raw, cell, 1))
             for c in range(2):
                 bent[c] = max(bent[c], raw[cell[0], cell[1] * PARTS + cell[2], INNER + c])
-            own = own and table[cell[0]]["patch"] == patch
+            same = same and table[cell[0]]["patch"] == patch
             whole = whole and table[cell[0]]["trim"] == IN
-    return own or whole
+    return same or whole
 
 
 @inner(error_model="numpy")
@@ -172,9 +172,9 @@ def _edge(table, cell, way):
 
 
 @inner(error_model="numpy")
-def _own_extents(table, home, extents, own):
+def _own_extents(table, home, extents, extent):
     """How many parts in each direction go on in the parameters of the patch, and where they end
-    in these, into (4, 2) `own`."""
+    in these, into (4, 2) `extent`."""
     for way in range(4):
         cell, count = home, 0
         while count < extents[way]:
@@ -186,8 +186,8 @@ def _own_extents(table, home, extents, own):
                 break
             cell = after
             count += 1
-        own[way, 0] = count
-        own[way, 1] = _edge(table, cell, way)
+        extent[way, 0] = count
+        extent[way, 1] = _edge(table, cell, way)
 
 
 @inner(error_model="numpy")
@@ -211,7 +211,7 @@ def widen(elements, raw, e, part, ring):
     wanted = max(NEAR * nearby, min(DEEP * nearby, FLAT / bent))
     if not (_may_widen(ring) and ring["room"] < wanted):
         return
-    extents, own = stack_int64(4), scratch(4, 2)
+    extents, extent = stack_int64(4), scratch(4, 2)
     widths, bends = scratch(2, ACROSS), scratch(2)
     _extents(table, raw, home, wanted, extents)
     if not _look(table, raw, home, extents, (widths, bends)):
@@ -223,14 +223,14 @@ def widen(elements, raw, e, part, ring):
     ring["room"] = room
     for c in range(2):
         ring["curvature"][c] = max(ring["curvature"][c], bends[c])
-    _own_extents(table, home, extents, own)
-    for a in range(-int(own[LEFT, 0]), int(own[RIGHT, 0]) + 1):
-        for b in range(-int(own[DOWN, 0]), int(own[UP, 0]) + 1):
+    _own_extents(table, home, extents, extent)
+    for a in range(-int(extent[LEFT, 0]), int(extent[RIGHT, 0]) + 1):
+        for b in range(-int(extent[DOWN, 0]), int(extent[UP, 0]) + 1):
             n, i, j, _, _, _ = _at(table, home, a, b)
             scale_s, scale_t = scales(elements, e, n)
             take_metric(ring, raw[n, i * PARTS + j], scale_s, scale_t)
     for way in range(4):
-        ring["block"][way] = own[way, 1]
+        ring["block"][way] = extent[way, 1]
         k = home[1 + (way >> 1)]
         beyond = extents[way] - (k if way & 1 == 0 else PARTS - 1 - k)
         ring["reach"][way] = min(max(beyond, 0), PARTS)

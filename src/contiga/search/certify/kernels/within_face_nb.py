@@ -125,7 +125,7 @@ def _sees(tables, foot, cell, path, work):
     reach = reach_along(forward, ends, arc, bent, (0.0, 0.0))
     first, second = seen_along(cells.here, b, ends, reach, bent)
     slack = 2.0 * tables.elements.table[e]["edge_tolerance"] + SAME * tables.scale[1]
-    return min(first[0], second[0]) > slack
+    return min(first.least, second.least) > slack
 
 
 @inner(error_model="numpy")
@@ -158,8 +158,8 @@ def _pieces_see(tables, foot, last, cell, path, work):
     patch = tables.elements.table[e]["patch"]
     u0, v0 = parameters(tables.elements, e, cell[0], cell[2])
     u1, v1 = parameters(tables.elements, e, cell[1], cell[3])
-    own = (u0, u1, v0, v1)
-    wide = with_hair(trims, patch, own)
+    uv_box = (u0, u1, v0, v1)
+    wide = with_hair(trims, patch, uv_box)
     s, half_s = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[1] - cell[0])
     t, half_t = 0.5 * (cell[2] + cell[3]), 0.5 * (cell[3] - cell[2])
     here = ((foot[1] - s) / half_s, (foot[2] - t) / half_t)
@@ -170,7 +170,7 @@ def _pieces_see(tables, foot, last, cell, path, work):
             continue
         if not first < end:
             return False
-        strand.degree[0] = stretch(trims, k, (first, end), own, strand.coefs[0])
+        strand.degree[0] = stretch(trims, k, (first, end), uv_box, strand.coefs[0])
         if _is_between(strand, here, there) or not _sees(tables, foot, cell, path, work):
             return False
     return True
@@ -213,17 +213,18 @@ def stays_in_face(tables, foot, last, path, work):
     origin = tables.elements.table[e]["origin"]
     at = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
     inner, outer, metric = principal(h)
-    m, far, slip = seen_from(at, normal, path[0], path[1], tables.scale[1])
+    seen = seen_from(at, normal, path[0], path[1], tables.scale[1])
+    m = seen.heights
     least = min(least_bend((inner, outer), m[0]), least_bend((inner, outer), m[1]))
     if not (metric[2] > 0.0 and least > 0.0 and _is_foot(at, normal, path[1], tables.scale[1])):
         return False
     way = abs(last[1] - s) * metric[0] + abs(last[2] - t) * metric[1]
-    r = WIDER * max(1.1 * way + tables.scale[1], slip / least)
+    r = WIDER * max(1.1 * way + tables.scale[1], seen.slip / least)
     cell = cell_of(tables, foot, r, bend, cells.bending)
     if cell[1] == cell[0]:
         return False
     way = abs(last[1] - s) * bend[SPEED_S] + abs(last[2] - t) * bend[SPEED_T]
-    if not (way <= r - tables.scale[1] and holds((bend[INNER], bend[OUTER]), m, far, slip, r)):
+    if not (way <= r - tables.scale[1] and holds((bend[INNER], bend[OUTER]), seen, r)):
         return False
     if not _sides_see(tables, foot, cell, path, work):
         return False

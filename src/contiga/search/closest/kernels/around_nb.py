@@ -150,7 +150,7 @@ def vertex_exit(elements, foot, point, miss, h):
     list_st = scratch(MOST, 2)
     n = around(elements, foot, list_e, list_st)
     best = -miss
-    found = (-1, 0.0, 0.0)
+    steepest = (-1, 0.0, 0.0)
     for k in range(n):
         e = list_e[k]
         s = list_st[k, 0]
@@ -161,7 +161,7 @@ def vertex_exit(elements, foot, point, miss, h):
             if slope < best:
                 best = slope
                 s, t = side_point(pole, x)
-                found = (e, s, t)
+                steepest = (e, s, t)
             continue
         q = expand(elements, e, s, t, point, h)
         for side in range(4):
@@ -169,5 +169,5 @@ def vertex_exit(elements, foot, point, miss, h):
                 slope = inward_slope(q, side)
                 if slope < best:
                     best = slope
-                    found = (e, s, t)
-    return found
+                    steepest = (e, s, t)
+    return steepest

@@ -164,8 +164,8 @@ def _bends(form, x, y):
 
 
 @inner(error_model="numpy")
-def _met_at(trims, piece, own, place, form, carrier, c):
-    """How near a crossing, or else its path, is to a trimming piece of the width `own`, (u, v)
+def _met_at(trims, piece, width, place, form, carrier, c):
+    """How near a crossing, or else its path, is to a trimming piece of the width `width`, (u, v)
     there, and how much farther along the path the path passes it.
 
     `place` is (u, v, x) of the crossing, `form` the surface about it, `carrier` as `_past_piece`
@@ -174,11 +174,11 @@ def _met_at(trims, piece, own, place, form, carrier, c):
     u, v, x = place
     at = (u, v)
     away, edge_u, edge_v, _ = _nearest_on_piece(trims, piece, at, form, 4, c)
-    if away <= own:
+    if away <= width:
         return away, edge_u, edge_v, 0.0
     away, edge_u, edge_v, t = _nearest_on_piece(trims, piece, at, form, 3, c)
     bend = _bends(form, edge_u - u, edge_v - v)
-    if bend > SHARP * own and away <= own + bend:
+    if bend > SHARP * width and away <= width + bend:
         away, edge_u, edge_v, on = _passes(trims, piece, t, at, carrier, c)
         return away, edge_u, edge_v, on - x
     return away, edge_u, edge_v, _seen(form, edge_u - u, edge_v - v, 3)
@@ -221,7 +221,7 @@ def _piece_beside(trims, piece_width, place, x, form, widths, carrier):
             for k in range(trims.cell_start[cell], trims.cell_start[cell + 1]):
                 piece = trims.cell_pieces[k]
                 ends = trims.piece_ends[piece]
-                own = max(piece_width[piece], least) if piece_width[piece] > 0.0 else 0.0
+                piece_wide = max(piece_width[piece], least) if piece_width[piece] > 0.0 else 0.0
                 if (
                     min(ends[0], ends[2]) > u + du
                     or max(ends[0], ends[2]) < u - du
@@ -229,11 +229,11 @@ def _piece_beside(trims, piece_width, place, x, form, widths, carrier):
                     or max(ends[1], ends[3]) < v - dv
                 ):
                     continue
-                away, ue, ve, on = _met_at(trims, piece, own, (u, v, x), form, carrier, c)
-                if away > own:
+                away, ue, ve, on = _met_at(trims, piece, piece_wide, (u, v, x), form, carrier, c)
+                if away > piece_wide:
                     continue
-                width = max(width, own)
-                before = math.sqrt(own * own - away * away)
+                width = max(width, piece_wide)
+                before = math.sqrt(piece_wide * piece_wide - away * away)
                 on = math.copysign(max(abs(on) - before, 0.0), on)
                 if away <= piece_width[piece] and abs(on) < least_way:
                     shared = True
@@ -272,16 +272,16 @@ def _rim(elements, e, place, path, least, h):
         within = 0.5 - place[side // 2] if side % 2 == 1 else 0.5 + place[side // 2]
         away = _from_side(h, d, side, within)
         across = row["neighbour"][side]
-        own = row["width"][side]
+        side_width = row["width"][side]
         inner = across >= 0 and elements.table[across]["patch"] == row["patch"]
         cut_off = inner and elements.table[across]["trim"] == OUT
-        if away < -max(2.5 * slack, own) and not cut_off:
+        if away < -max(2.5 * slack, side_width) and not cut_off:
             return BESIDE, True
         off = off or away < -2.5 * slack
         if row["kind"][side] != SMOOTH and row["kind"][side] != BORDER:
-            own = max(own, least)
-        if abs(away) <= own:
-            width = max(width, own)
+            side_width = max(side_width, least)
+        if abs(away) <= side_width:
+            width = max(width, side_width)
     return width, off
 
 

@@ -18,7 +18,7 @@ from contiga.search.closest.kernels.foot_nb import write_foot
 from contiga.search.closest.kernels.global_among_nb import Among, is_guarded
 from contiga.search.closest.kernels.global_nb import closest
 from contiga.search.closest.kernels.walk_nb import walk
-from contiga.search.hierarchy.kernels.curve_nb import polish, surface_foot
+from contiga.search.hierarchy.kernels.curve_nb import ELEMENT, LEFT_OUT, S, T, polish, surface_foot
 from contiga.search.hierarchy.kernels.face_nb import in_face
 
 SAME = 1e-6
@@ -26,19 +26,19 @@ SAME = 1e-6
 
 
 @inner(linked=False)
-def _write_guarded(tables, k, point, distance, out, found, h):
-    """Row k of `out`: the foot that a guarded search has `found` at a distance."""
-    if found[0] < 0:
-        polish(tables, found, point, h)
-    foot = surface_foot(tables, found, h)
+def _write_guarded(tables, k, point, distance, out, nearest, h):
+    """Row k of `out`: the foot `nearest` that a guarded search has found at a distance."""
+    if nearest[ELEMENT] < 0:
+        polish(tables, nearest, point, h)
+    foot = surface_foot(tables, nearest, h)
     status, e, s, t, feature = walk(tables.elements, foot, point, tables.scale[1], h)
     if status == OK and feature == FACE and in_face(tables.elements, tables.trims, e, s, t):
         write_foot(tables, k, (e, s, t), OK, FACE, point, out, h)
         if abs(abs(out.gap[k]) - distance) <= SAME * distance + tables.scale[1]:
-            out.certified[k] = 1 if found[3] == 0.0 else 0
+            out.certified[k] = 1 if nearest[LEFT_OUT] == 0.0 else 0
             return
     write_foot(tables, k, foot, OK, EDGE, point, out, h)
-    out.certified[k] = 1 if found[3] == 0.0 else 0
+    out.certified[k] = 1 if nearest[LEFT_OUT] == 0.0 else 0
     square = 0.0
     for c in range(3):
         square += (out.point[k, c] - point[c]) ** 2
@@ -50,9 +50,9 @@ def _write_guarded(tables, k, point, distance, out, found, h):
 
 
 @inner(linked=False)
-def _known(tables, point, among, start, found, h):
-    """Distance of the foot that a walk from `start` (patch, u, v) comes to, and `found` that, if it
-    is one that is looked for; else infinite."""
+def _known(tables, point, among, start, nearest, h):
+    """Distance of the foot that a walk from `start` (patch, u, v) comes to, and `nearest` that, if
+    it is one that is looked for; else infinite."""
     if start[0] < 0:
         return math.inf
     elements = tables.elements
@@ -63,7 +63,7 @@ def _known(tables, point, among, start, found, h):
         return math.inf
     if not is_guarded(elements, place, point, among, h):
         return math.inf
-    found[0], found[1], found[2], found[3] = e, s, t, 0.0
+    nearest[ELEMENT], nearest[S], nearest[T], nearest[LEFT_OUT] = e, s, t, 0.0
     square = 0.0
     for c in range(3):
         square += (point[c] - elements.table[e]["origin"][c] - h[c, 0]) ** 2
@@ -74,26 +74,25 @@ def _known(tables, point, among, start, found, h):
 def project_facing(tables, points, guards, limits, starts, out, start, stop):
     """Feet of the points start … stop that do not face away from their `guards` (n, 3).
 
-    `limits` is (cosine of their normals and the guards at least, (n,) how near they may be),
-    `starts` (patch, uv) where to look first, patch −1 for nowhere. Rows where there is no such foot
-    are MAX_ITERATIONS.
+    `limits` are `FacingLimits`, `starts` are `SurfacePlaces`: where to look first. Rows where there
+    is no such foot are MAX_ITERATIONS.
     """
-    least, floor = limits
     h = scratch(4, 6)
-    found, first = scratch(4), scratch(4)
-    patch, uv = starts
+    nearest, walked = scratch(4), scratch(4)
+    patch, uv = starts.patch, starts.uv
     for k in range(start, stop):
         point = (points[k, 0], points[k, 1], points[k, 2])
         if not math.isfinite(point[0] + point[1] + point[2]):
             blank_foot(out, k, NOT_FINITE)
             continue
-        among = Among(-1, (guards[k, 0], guards[k, 1], guards[k, 2]), least, floor[k])
-        known = _known(tables, point, among, (patch[k], uv[k, 0], uv[k, 1]), first, h)
-        distance = closest(tables, point, among, known, found, h)
+        guard = (guards[k, 0], guards[k, 1], guards[k, 2])
+        among = Among(-1, guard, limits.cosine, limits.near[k])
+        known = _known(tables, point, among, (patch[k], uv[k, 0], uv[k, 1]), walked, h)
+        distance = closest(tables, point, among, known, nearest, h)
         if math.isfinite(distance):
-            _write_guarded(tables, k, point, distance, out, found, h)
+            _write_guarded(tables, k, point, distance, out, nearest, h)
         elif math.isfinite(known):
-            first[3] = found[3]
-            _write_guarded(tables, k, point, known, out, first, h)
+            walked[LEFT_OUT] = nearest[LEFT_OUT]
+            _write_guarded(tables, k, point, known, out, walked, h)
         else:
             blank_foot(out, k, MAX_ITERATIONS)

@@ -20,7 +20,7 @@ from contiga.search.closest.kernels.pseudo_normal_nb import (
     side_of_squarest,
 )
 from contiga.search.closest.kernels.walk_nb import walk
-from contiga.search.hierarchy.kernels.curve_nb import polish, surface_foot
+from contiga.search.hierarchy.kernels.curve_nb import ELEMENT, LEFT_OUT, polish, surface_foot
 from contiga.search.hierarchy.kernels.face_nb import in_face
 
 HOPS = 4
@@ -76,27 +76,27 @@ def turn_normal(tables, k, toward, point, out):
 
 
 @inner()
-def no_farther(tables, point, among, reach, found, h):
+def no_farther(tables, point, among, reach, nearest, h):
     """As `closest`, where a foot is known at the distance `reach`: found again at least."""
     seen = reach * SEEN + 2.0 * PRUNE * tables.scale[1]
     for limit in (seen, math.inf):
-        distance = closest(tables, point, among, limit, found, h)
+        distance = closest(tables, point, among, limit, nearest, h)
         if math.isfinite(distance):
             break
     return distance
 
 
 @inner(linked=False)
-def found_foot(tables, k, point, out, found, h):
-    """Row k of `out`: the closest point of the whole body, where a search for it has `found` it."""
+def write_nearest(tables, k, point, out, nearest, h):
+    """Row k of `out`: the closest point of the whole body, as a search has left it in `nearest`."""
     elements = tables.elements
-    if found[0] < 0:
-        polish(tables, found, point, h)
-    foot = surface_foot(tables, found, h)
-    left = found[3]
+    if nearest[ELEMENT] < 0:
+        polish(tables, nearest, point, h)
+    foot = surface_foot(tables, nearest, h)
+    left = nearest[LEFT_OUT]
     status = OK
     feature = EDGE
-    if found[0] >= 0:
+    if nearest[ELEMENT] >= 0:
         status, e, s, t, feature = walk(elements, foot, point, tables.scale[1], h)
         if status == MAX_ITERATIONS or in_face(elements, tables.trims, e, s, t):
             foot = (e, s, t)
@@ -109,7 +109,7 @@ def found_foot(tables, k, point, out, found, h):
         if inner[0] == OK and inner[4] == FACE and in_face(elements, tables.trims, *inner[1:4]):
             foot = inner[1:4]
             feature = FACE
-        elif tables.piece_open[int(-1 - found[0])] != 0.0:
+        elif tables.piece_open[int(-1 - nearest[ELEMENT])] != 0.0:
             status = TRIMMED
     if left == GIVEN_UP:
         status = BUDGET
@@ -119,14 +119,14 @@ def found_foot(tables, k, point, out, found, h):
     out.certified[k] = 1 if left == 0.0 and status != MAX_ITERATIONS else 0
     if feature != FACE:
         total = scratch(3)
-        pseudo_normal(tables, foot, found, total, h)
+        pseudo_normal(tables, foot, nearest, total, h)
         if feature == EDGE:
-            _face_squarely(tables, foot[0], (out.point[k], point), total, found, h)
+            _face_squarely(tables, foot[0], (out.point[k], point), total, nearest, h)
         turn_normal(tables, k, total, point, out)
 
 
 @inner()
-def _face_squarely(tables, home, ends, total, found, h):
+def _face_squarely(tables, home, ends, total, nearest, h):
     """Let `total` point to the side that the squarest face tells, if a point is so near an edge
     that its faces' misfit counts, and the sum of their normals is nearly across its way."""
     square = along = length = 0.0
@@ -138,7 +138,7 @@ def _face_squarely(tables, home, ends, total, found, h):
     distance = math.sqrt(square)
     if distance > BESIDE_EDGE * joint_reach(tables, home) or along * along > 0.25 * square * length:
         return
-    side = side_of_squarest(tables, home, (ends[1], distance), found, h)
+    side = side_of_squarest(tables, home, (ends[1], distance), nearest, h)
     if side != 0.0:
         for c in range(3):
             total[c] = math.copysign(1.0, side) * (ends[1][c] - ends[0][c])
@@ -156,21 +156,21 @@ def _distance2(tables, foot, point, h):
 
 
 @inner()
-def _edge_foot(tables, home, reach, point, found, h):
+def _edge_foot(tables, home, reach, point, nearest, h):
     """Where a tracked foot that ran out of the face `home` leaves it: the face's closest point.
 
     One is known at the distance `reach`. Returns (open border?, element, s, t).
     """
-    no_farther(tables, point, on_patch(home), reach, found, h)
-    if found[0] < 0:
-        polish(tables, found, point, h)
-    near = surface_foot(tables, found, h)
-    is_open = found[0] < 0 and tables.piece_open[int(-1 - found[0])] != 0.0
+    no_farther(tables, point, on_patch(home), reach, nearest, h)
+    if nearest[ELEMENT] < 0:
+        polish(tables, nearest, point, h)
+    near = surface_foot(tables, nearest, h)
+    is_open = nearest[ELEMENT] < 0 and tables.piece_open[int(-1 - nearest[ELEMENT])] != 0.0
     return is_open, near[0], near[1], near[2]
 
 
 @inner(linked=False)
-def _next_face(tables, edge, point, found, h):
+def _next_face(tables, edge, point, nearest, h):
     """Foot on the face across the edge that lies closer to the point than the edge does.
 
     Returns (status, element, s, t, feature, how far its face is if it is out of that, else
@@ -195,16 +195,16 @@ def _next_face(tables, edge, point, found, h):
     for k in range(span[0] + 1, span[1]):
         if not (grid.loose[k] and is_listed(near, listed, grid.adjacent[k])):
             continue
-        if not math.isfinite(closest(tables, at, on_patch(grid.adjacent[k]), reach, found, h)):
+        if not math.isfinite(closest(tables, at, on_patch(grid.adjacent[k]), reach, nearest, h)):
             continue
-        start = surface_foot(tables, found, h)
+        start = surface_foot(tables, nearest, h)
         status, e2, s2, t2, feature = walk(elements, start, point, tables.scale[1], h)
         inside = in_face(elements, tables.trims, e2, s2, t2)
         square = _distance2(tables, (e2, s2, t2), point, h)
         if not inside:
             face = elements.table[e2]["patch"]
             known = math.sqrt(_distance2(tables, start, point, h))
-            _, e3, s3, t3 = _edge_foot(tables, face, known, point, found, h)
+            _, e3, s3, t3 = _edge_foot(tables, face, known, point, nearest, h)
             square = _distance2(tables, (e3, s3, t3), point, h)
         if square < best:
             best = square
@@ -213,7 +213,7 @@ def _next_face(tables, edge, point, found, h):
 
 
 @inner(linked=False)
-def continued_foot(tables, start, point, found, h):
+def continued_foot(tables, start, point, nearest, h):
     """The foot continued from `start` = (element, s, t): (status, element, s, t, feature).
 
     Over linked sides the walk goes on by itself; at an edge where faces meet without lining up,
@@ -230,9 +230,9 @@ def continued_foot(tables, start, point, found, h):
         is_open = False
         if not inside:
             home = elements.table[e]["patch"]
-            is_open, e0, s0, t0 = _edge_foot(tables, home, reach, point, found, h)
+            is_open, e0, s0, t0 = _edge_foot(tables, home, reach, point, nearest, h)
             at = (e0, s0, t0)
-        new = _next_face(tables, at, point, found, h)
+        new = _next_face(tables, at, point, nearest, h)
         if new[1] < 0:
             if not inside:
                 e, s, t = at
@@ -246,11 +246,11 @@ def continued_foot(tables, start, point, found, h):
 
 
 @inner(linked=False)
-def tracked_foot(tables, k, start, point, out, found, h):
+def tracked_foot(tables, k, start, point, out, nearest, h):
     """Fill row k of `out` with the foot continued from `start` = (element, s, t)."""
-    status, e, s, t, feature = continued_foot(tables, start, point, found, h)
+    status, e, s, t, feature = continued_foot(tables, start, point, nearest, h)
     write_foot(tables, k, (e, s, t), status, feature, point, out, h)
     if feature != FACE and status == OK:
         total = scratch(3)
-        pseudo_normal(tables, (e, s, t), found, total, h)
+        pseudo_normal(tables, (e, s, t), nearest, total, h)
         turn_normal(tables, k, total, point, out)

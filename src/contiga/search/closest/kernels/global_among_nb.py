@@ -32,6 +32,18 @@ class Among(NamedTuple):
     """No nearer than this, where there is a guard."""
 
 
+class SearchLimits(NamedTuple):
+    """What a leaf is searched with."""
+
+    best: float
+    """Distance of the nearest place so far."""
+    slack: float
+    """What is nearer by less than this is not looked for, length."""
+    opened: int
+    """Cells opened before."""
+    among: Among
+
+
 @inlined()
 def anywhere():
     """All of a body."""

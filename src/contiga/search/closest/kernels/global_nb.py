@@ -24,7 +24,12 @@ from contiga.elements.kernels.bounds_nb import look_closer
 from contiga.elements.kernels.element_nb import evaluate
 from contiga.jit import inner
 from contiga.jit.scratch import scratch, stack_int64
-from contiga.search.closest.kernels.global_among_nb import ALL, is_guarded, may_hold
+from contiga.search.closest.kernels.global_among_nb import (
+    ALL,
+    SearchLimits,
+    is_guarded,
+    may_hold,
+)
 from contiga.search.closest.kernels.local_nb import expand
 from contiga.search.hierarchy.kernels.closest_cell_nb import (
     bends_down,
@@ -36,10 +41,18 @@ from contiga.search.hierarchy.kernels.closest_cell_nb import (
     scaled,
     without_minimum,
 )
-from contiga.search.hierarchy.kernels.curve_nb import ROUNDING, closest_on_stretch, curve_point
+from contiga.search.hierarchy.kernels.curve_nb import (
+    ELEMENT,
+    LEFT_OUT,
+    ROUNDING,
+    S,
+    T,
+    closest_on_stretch,
+    curve_point,
+)
 from contiga.search.hierarchy.kernels.face_nb import has_pole, in_face
 from contiga.search.hierarchy.kernels.plates_nb import no_nearer_than
-from contiga.search.hierarchy.kernels.tree_nb import open_node
+from contiga.search.hierarchy.kernels.tree_nb import next_leaves
 
 MAX_CELLS = 20000
 """Cells one query may open; then it is given up."""
@@ -76,8 +89,8 @@ and of points on axes, nothing else tells."""
 
 
 @inner()
-def _improve(elements, trims, place, distance, best, found, seen):
-    """The least distance, which `place` (element, s, t) may improve; then `found` is that place.
+def _improve(elements, trims, place, distance, best, nearest, seen):
+    """The least distance, which `place` (element, s, t) may improve; then `nearest` is that place.
 
     `seen` is (the point, what the search is among, work).
     """
@@ -85,9 +98,9 @@ def _improve(elements, trims, place, distance, best, found, seen):
     if distance < best and in_face(elements, trims, e, s, t):
         if seen[1].least > ALL and not is_guarded(elements, place, *seen):
             return best
-        found[0] = e
-        found[1] = s
-        found[2] = t
+        nearest[ELEMENT] = e
+        nearest[S] = s
+        nearest[T] = t
         return distance
     return best
 
@@ -181,9 +194,10 @@ def _halve(stack, top, cell, m, wide):
 
 
 @inner()
-def _cell_bounds(elements, leaf, cell, local, limit, own, k):
-    """Fill the bounds `k` of a cell, its leaf's or its `own`; whether it is beyond `limit`."""
-    if own:
+def _cell_bounds(elements, leaf, cell, local, limit, closely, k):
+    """Fill the bounds `k` of a cell, its leaf's, or `closely` its own; whether it is beyond
+    `limit`."""
+    if closely:
         return look_closer(elements, leaf["element"], cell, local, limit, k)
     for c in range(9):
         k[c] = leaf["bound"][c]
@@ -207,13 +221,13 @@ def _promises_little(bounds, best, slack, before, opened):
 
 
 @inner()
-def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
-    """Improve the best distance and `found` (element, s, t) by one surface leaf.
+def _search_leaf(elements, trims, leaf, point, limits, nearest, stack, h):
+    """Improve the best distance and `nearest` (element, s, t) by one surface leaf.
 
-    `limits` is (best, slack, cells opened before, what the search is among). Returns the best
-    distance and the number of cells opened here. `stack` (64, 4) and `h` are work.
+    `limits` are `SearchLimits`. Returns the best distance and the number of cells opened here.
+    `stack` (64, 4) and `h` are work.
     """
-    best, slack, before, among = limits
+    best, slack, before, among = limits.best, limits.slack, limits.opened, limits.among
     seen, guarded = (point, among, scratch(4, 6)), among.least > ALL
     easy = EASY if before < MANY else 0
     e = leaf["element"]
@@ -234,10 +248,10 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
         hs, ht = 0.5 * (cell[1] - cell[0]), 0.5 * (cell[3] - cell[2])
         evaluate(elements, e, s, t, h)
         m = middle(h, local, hs, ht)
-        best = _improve(elements, trims, (e, s, t), math.sqrt(m.rr), best, found, seen)
+        best = _improve(elements, trims, (e, s, t), math.sqrt(m.rr), best, nearest, seen)
         hard = opened > easy
-        own = hard or (pole and 4.0 * hs * ht < whole)
-        if _cell_bounds(elements, leaf, cell, local, best - slack, own, k):
+        closely = hard or (pole and 4.0 * hs * ht < whole)
+        if _cell_bounds(elements, leaf, cell, local, best - slack, closely, k):
             continue
         b = scaled(k, hs, ht)
         if guarded and _faces_away(h, (hs, ht), b, among):
@@ -253,14 +267,14 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
             continue
         if convex(f):
             s, t, distance = _cell_minimum(elements, e, cell, point, h)
-            best = _improve(elements, trims, (e, s, t), distance, best, found, seen)
+            best = _improve(elements, trims, (e, s, t), distance, best, nearest, seen)
         elif guarded and m.xx + m.yy < NARROW * NARROW * m.rr:
             continue  # its middle has told
         elif max(hs, ht) < SMALLEST or _promises_little(bounds, best, slack, before, opened):
             if _may_come_within(bounds, best - UNTOLD * slack):
-                found[3] = max(found[3], DROPPED)
+                nearest[LEFT_OUT] = max(nearest[LEFT_OUT], DROPPED)
         elif before + opened > MAX_CELLS or top > 61:
-            found[3] = GIVEN_UP
+            nearest[LEFT_OUT] = GIVEN_UP
         else:
             # Halved where the surface is longer, or f varies more.
             wide = abs(m.rx) + abs(f.xx) >= abs(m.ry) + abs(f.yy) if hard else m.xx >= m.yy
@@ -270,23 +284,23 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
 
 
 @inner()
-def _improve_by_leaf(tables, leaf, point, limits, found, stack, h):
+def _improve_by_leaf(tables, leaf, point, limits, nearest, stack, h):
     """As `_search_leaf`, for a leaf of a surface or of a trimming curve."""
     e = leaf["element"]
-    best, slack, opened, among = limits
+    best, slack, among = limits.best, limits.slack, limits.among
     if e >= 0:
-        if opened > MAX_CELLS:
-            found[3] = GIVEN_UP
+        if limits.opened > MAX_CELLS:
+            nearest[LEFT_OUT] = GIVEN_UP
             return best, 0
-        return _search_leaf(tables.elements, tables.trims, leaf, point, limits, found, stack, h)
+        return _search_leaf(tables.elements, tables.trims, leaf, point, limits, nearest, stack, h)
     r, distance, left = closest_on_stretch(tables, leaf, point, best, slack, h)
     if left:
-        found[3] = max(found[3], DROPPED)
+        nearest[LEFT_OUT] = max(nearest[LEFT_OUT], DROPPED)
     if distance < best and among.least > ALL and not _edge_is_guarded(tables, e, r, point, among):
         return best, 0
     if distance < best:
-        found[0] = e
-        found[1] = r
+        nearest[ELEMENT] = e
+        nearest[S] = r
     return min(best, distance), 0
 
 
@@ -301,17 +315,17 @@ def _edge_is_guarded(tables, e, r, point, among):
 
 
 @inner(linked=False)
-def closest(tables, point, among, reach, found, h):
+def closest(tables, point, among, reach, nearest, h):
     """Closest point to `point` no farther than `reach`, of what it is looked for `among`.
 
-    Fills `found` with element, s, t, or with −1 − piece and the piece's parameter when a trimming
-    curve is closest, and found[3] with 0, DROPPED or GIVEN_UP. Returns the distance,
+    Fills `nearest` with element, s, t, or with −1 − piece and the piece's parameter when a trimming
+    curve is closest, and nearest[LEFT_OUT] with 0, DROPPED or GIVEN_UP. Returns the distance,
     infinite where nothing was found.
     """
     tree = tables.tree
     leaves = tables.leaves
     best = reach
-    found[3] = 0.0
+    nearest[LEFT_OUT] = 0.0
     hit = False
     opened = 0
     nodes = stack_int64(128)
@@ -321,26 +335,19 @@ def closest(tables, point, among, reach, found, h):
     nodes[0] = 0
     bounds[0] = 0.0
     top = 1 if leaves.shape[0] > 0 else 0
-    while top > 0:
-        top -= 1
+    while not (hit and best <= slack):
         limit = best - slack
-        if limit <= 0.0 and hit:
+        node, top = next_leaves(tree, point, limit * limit, nodes, bounds, top)
+        if node < 0:
             break
-        if bounds[top] > limit * limit:
-            continue
-        n = tree[nodes[top]]["count"]
-        first = tree[nodes[top]]["first"]
-        if n == 0:
-            open_node(tree, first, point, nodes, bounds, top)
-            top += 2
-            continue
-        for k in range(first, first + n):
+        first = tree[node]["first"]
+        for k in range(first, first + tree[node]["count"]):
             if among.patch >= 0 and leaves[k]["patch"] != among.patch:
                 continue
             if no_nearer_than(tables.plates[k], point) > best - slack:
                 continue
-            limits = (best, slack, opened, among)
-            distance, cells = _improve_by_leaf(tables, leaves[k], point, limits, found, stack, h)
+            limits = SearchLimits(best, slack, opened, among)
+            distance, cells = _improve_by_leaf(tables, leaves[k], point, limits, nearest, stack, h)
             hit = hit or distance < best
             best = distance
             opened += cells

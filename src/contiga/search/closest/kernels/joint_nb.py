@@ -26,7 +26,7 @@ def measure_pieces(tables, across, samples, measured, start, stop):
     """
     h = scratch(4, 6)
     d = scratch(3, 3)
-    found = scratch(4)
+    nearest = scratch(4)
     elements = tables.elements
     for k in range(start, stop):
         measured[k, 0] = measured[k, 1] = math.inf
@@ -41,10 +41,10 @@ def measure_pieces(tables, across, samples, measured, start, stop):
             point = (d[0, 0] + origin[0], d[0, 1] + origin[1], d[0, 2] + origin[2])
             n = normal_at(elements, e, s, t, h)
             reach = max(tables.piece_width[k], JOIN * tables.scale[0])
-            if not math.isfinite(closest(tables, point, on_patch(across[k]), reach, found, h)):
+            if not math.isfinite(closest(tables, point, on_patch(across[k]), reach, nearest, h)):
                 turn = slip = math.inf
                 break
-            e, s, t = surface_foot(tables, found, h)
+            e, s, t = surface_foot(tables, nearest, h)
             m = normal_at(elements, e, s, t, h)
             sine = 0.0
             for c in range(3):

@@ -19,13 +19,15 @@ from contiga.arrays.kernels.query_nb import blank_foot
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.balls.kernels.ball_nb import radius_at
-from contiga.search.closest.kernels.foot_nb import found_foot, no_farther
+from contiga.search.closest.closest_records import FootRecord, Guess
+from contiga.search.closest.kernels.foot_nb import no_farther, write_nearest
 from contiga.search.closest.kernels.global_among_nb import anywhere
 from contiga.search.closest.kernels.global_nb import GIVEN_UP, PRUNE, closest
 from contiga.search.closest.kernels.one_foot_nb import foot_from, parameters_of, write_proved
+from contiga.search.hierarchy.kernels.curve_nb import LEFT_OUT
 from contiga.search.hierarchy.kernels.face_nb import in_face
 from contiga.search.hierarchy.kernels.plates_nb import no_farther_than, on_plate
-from contiga.search.hierarchy.kernels.tree_nb import open_node
+from contiga.search.hierarchy.kernels.tree_nb import next_leaves
 
 FAR = 1e12
 """In sizes of the body: farther than this a foot no longer depends on how far a point is."""
@@ -46,23 +48,17 @@ def nearest_leaf(tables, point):
     top = 1 if leaves.shape[0] > 0 else 0
     best = math.inf
     leaf = -1
-    while top > 0:
-        top -= 1
-        if bounds[top] >= best:
-            continue
-        n = tree[nodes[top]]["count"]
-        first = tree[nodes[top]]["first"]
-        if n == 0:
-            open_node(tree, first, point, nodes, bounds, top)
-            top += 2
-            continue
-        for k in range(first, first + n):
+    while True:
+        node, top = next_leaves(tree, point, best, nodes, bounds, top)
+        if node < 0:
+            return leaf
+        first = tree[node]["first"]
+        for k in range(first, first + tree[node]["count"]):
             if leaves[k]["element"] >= 0:
                 square = on_plate(tables.plates[k], point)[2]
                 if square < best:
                     best = square
                     leaf = k
-    return leaf
 
 
 @inner(linked=False)
@@ -78,19 +74,13 @@ def _least_known(tables, point, reach):
     bounds[0] = 0.0
     top = 1 if tables.leaves.shape[0] > 0 else 0
     best = reach
-    while top > 0:
-        top -= 1
-        if bounds[top] >= best * best:
-            continue
-        n = tree[nodes[top]]["count"]
-        first = tree[nodes[top]]["first"]
-        if n == 0:
-            open_node(tree, first, point, nodes, bounds, top)
-            top += 2
-            continue
-        for k in range(first, first + n):
+    while True:
+        node, top = next_leaves(tree, point, best * best, nodes, bounds, top)
+        if node < 0:
+            return best
+        first = tree[node]["first"]
+        for k in range(first, first + tree[node]["count"]):
             best = min(best, no_farther_than(tables.plates[k], point))
-    return best
 
 
 @inner()
@@ -123,10 +113,10 @@ def _seed(tables, point):
 
 @inner(linked=False)
 def _guess(tables, point):
-    """A foot inside a face near a point: its element (−1: none found), (u, v) and record."""
+    """A foot inside a face near a point, element −1 where none is found."""
     k = _seed(tables, point)
     if k < 0:
-        return -1, (0.0, 0.0), (point, point, 0.0)
+        return Guess(-1, (0.0, 0.0), FootRecord(point, point, 0.0))
     leaf = tables.leaves[k]
     x, y, _ = on_plate(tables.plates[k], point)
     s0, s1, t0, t1 = leaf["box"]
@@ -136,31 +126,31 @@ def _guess(tables, point):
     e, place, uv, record = foot_from(tables, leaf["element"], start, point)
     if e >= 0 and not in_face(elements, tables.trims, e, place[0], place[1]):
         e = -1
-    return e, uv, record
+    return Guess(e, uv, record)
 
 
 @inner(linked=False)
-def _searched(tables, k, point, within, guess, out, found, h):
-    """Row k of `out`: the guess (element, (u, v), record) where nothing is closer, else what is.
+def _searched(tables, k, point, within, guess, out, nearest, h):
+    """Row k of `out`: the `Guess` where nothing is closer, else what is.
 
     A foot is known at the distance `within`.
     """
-    e, uv, record = guess
+    e, uv, record = guess.element, guess.uv, guess.record
     if e >= 0:
-        distance = abs(record[2])
-        closer = closest(tables, point, anywhere(), distance, found, h)
+        distance = abs(record.gap)
+        closer = closest(tables, point, anywhere(), distance, nearest, h)
         if closer < distance - PRUNE * tables.scale[1]:
-            found_foot(tables, k, point, out, found, h)
+            write_nearest(tables, k, point, out, nearest, h)
             return
-        if found[3] != GIVEN_UP:
+        if nearest[LEFT_OUT] != GIVEN_UP:
             write_proved(out, k, tables.elements.table[e]["patch"], uv, record)
-            out.certified[k] = 1 if found[3] == 0.0 else 0
+            out.certified[k] = 1 if nearest[LEFT_OUT] == 0.0 else 0
             return
         reach = min(within, distance)
     else:
         reach = _least_known(tables, point, within)
-    if math.isfinite(no_farther(tables, point, anywhere(), reach, found, h)):
-        found_foot(tables, k, point, out, found, h)
+    if math.isfinite(no_farther(tables, point, anywhere(), reach, nearest, h)):
+        write_nearest(tables, k, point, out, nearest, h)
     else:
         blank_foot(out, k, MAX_ITERATIONS)
 
@@ -203,7 +193,7 @@ def project_global(tables, points, rows, within, out, start, stop):
     `within` (one a row of `rows`) are distances of the body known not to be less than theirs.
     """
     h = scratch(4, 6)
-    found = scratch(4)
+    nearest = scratch(4)
     for i in range(start, stop):
         k = rows[i]
         point = (points[k, 0], points[k, 1], points[k, 2])
@@ -211,7 +201,7 @@ def project_global(tables, points, rows, within, out, start, stop):
             blank_foot(out, k, NOT_FINITE)
             continue
         near, moved = _come_near(tables, point)
-        _searched(tables, k, near, within[i], _guess(tables, near), out, found, h)
+        _searched(tables, k, near, within[i], _guess(tables, near), out, nearest, h)
         if moved:
             _measure(out, k, point)
 
@@ -220,7 +210,7 @@ def project_global(tables, points, rows, within, out, start, stop):
 def project_proved(tables, balls, points, rows, within, out, start, stop):
     """As `project_global`, with the touching balls of the body."""
     h = scratch(4, 6)
-    found = scratch(4)
+    nearest = scratch(4)
     for i in range(start, stop):
         k = rows[i]
         point = (points[k, 0], points[k, 1], points[k, 2])
@@ -228,14 +218,14 @@ def project_proved(tables, balls, points, rows, within, out, start, stop):
             blank_foot(out, k, NOT_FINITE)
             continue
         near, moved = _come_near(tables, point)
-        e, uv, record = _guess(tables, near)
-        if e >= 0:
-            patch = tables.elements.table[e]["patch"]
-            side = 1 if record[2] > 0.0 else 0
-            rho = radius_at(balls, tables.grid, patch, uv[0], uv[1], side)
-            if not moved and abs(record[2]) <= WITHIN * rho:
-                write_proved(out, k, patch, uv, record)
+        guess = _guess(tables, near)
+        if guess.element >= 0:
+            (u, v), gap = guess.uv, guess.record.gap
+            patch = tables.elements.table[guess.element]["patch"]
+            rho = radius_at(balls, tables.grid, patch, u, v, 1 if gap > 0.0 else 0)
+            if not moved and abs(gap) <= WITHIN * rho:
+                write_proved(out, k, patch, guess.uv, guess.record)
                 continue
-        _searched(tables, k, near, within[i], (e, uv, record), out, found, h)
+        _searched(tables, k, near, within[i], guess, out, nearest, h)
         if moved:
             _measure(out, k, point)

@@ -11,6 +11,7 @@ import math
 from contiga.arrays.codes import FACE, GENERAL, OK, OUT, RATIONAL_CUBIC, SMOOTH
 from contiga.elements.kernels.element_nb import locate, quotient
 from contiga.jit import inlined, inner
+from contiga.search.closest.closest_records import FootRecord
 from contiga.search.closest.kernels.newton_nb import (
     ACTIVE,
     DONE,
@@ -33,26 +34,26 @@ def may_go_on(elements, e, s, t):
     """Whether (s, t) beyond the element is not far, and across smooth sides within its patch."""
     if not (abs(s) <= FARTHEST and abs(t) <= FARTHEST):
         return False
-    own = elements.table[e]
+    element = elements.table[e]
     for side, beyond in ((0, s < -0.5), (1, s > 0.5), (2, t < -0.5), (3, t > 0.5)):
         if beyond:
-            if own["kind"][side] != SMOOTH:
+            if element["kind"][side] != SMOOTH:
                 return False
-            other = elements.table[own["neighbour"][side]]
+            other = elements.table[element["neighbour"][side]]
             # Across a seam the parameters do not go on.
-            if other["patch"] != own["patch"] or other["box"][side ^ 1] != own["box"][side]:
+            if other["patch"] != element["patch"] or other["box"][side ^ 1] != element["box"][side]:
                 return False
     return True
 
 
 @inner(linked=False)
-def _newton(own, place, best, p, tolerance):
-    """Newton's method in the element `own` from place = (s, t), `p` relative to its origin.
+def _newton(element, place, best, p, tolerance):
+    """Newton's method in the element `element` from place = (s, t), `p` relative to its origin.
 
-    Returns (s, t), the square of the distance so far, the state, and (foot, normal, gap).
+    Returns (s, t), the square of the distance so far, the state, and the foot's `FootRecord`.
     """
-    k = own["cubic"]
-    rational = own["form"] == RATIONAL_CUBIC
+    k = element["cubic"]
+    rational = element["form"] == RATIONAL_CUBIC
     s, t = place
     state = ACTIVE
     left = ROUNDS
@@ -66,21 +67,21 @@ def _newton(own, place, best, p, tolerance):
         left -= 1
         s, t, best, state = newton_step((s, t), (best, state), p, x, y, z, tolerance)
     n_x, n_y, n_z, gap, state = foot_record(p, state, x, y, z, tolerance)
-    return (s, t), best, state, ((x[0], y[0], z[0]), (n_x, n_y, n_z), gap)
+    return (s, t), best, state, FootRecord((x[0], y[0], z[0]), (n_x, n_y, n_z), gap)
 
 
 @inner()
 def _in_element(tables, e, foot, best, point):
     """As `_newton`, in element e from the parameters foot = (u, v), for a point of the body."""
-    own = tables.elements.table[e]
-    box = own["box"]
-    origin = own["origin"]
+    element = tables.elements.table[e]
+    box = element["box"]
+    origin = element["origin"]
     s = local_place(foot[0], box[0], 1.0 / (box[1] - box[0]))
     t = local_place(foot[1], box[2], 1.0 / (box[3] - box[2]))
     p = (point[0] - origin[0], point[1] - origin[1], point[2] - origin[2])
-    if own["form"] == GENERAL or own["trim"] == OUT:
-        return (s, t), best, GIVEN_BACK, (p, p, best)
-    return _newton(own, (s, t), best, p, tables.scale[1] ** 2)
+    if element["form"] == GENERAL or element["trim"] == OUT:
+        return (s, t), best, GIVEN_BACK, FootRecord(p, p, best)
+    return _newton(element, (s, t), best, p, tables.scale[1] ** 2)
 
 
 @inlined()
@@ -95,8 +96,8 @@ def parameters_of(box, place):
 def foot_from(tables, e, start, point):
     """The foot in element e, or in the one that Newton's method goes on to from start = (u, v).
 
-    Returns its element, −1 where there is none, its (s, t), its (u, v) and its record (point,
-    normal, gap). Whether trims leave it is not asked.
+    Returns its element, −1 where there is none, its (s, t), its (u, v) and its `FootRecord`.
+    Whether trims leave it is not asked.
     """
     elements = tables.elements
     place, best, state, record = _in_element(tables, e, start, math.inf, point)
@@ -106,25 +107,24 @@ def foot_from(tables, e, start, point):
         place, best, state, record = _in_element(tables, e, (u, v), best, point)
         u, v = parameters_of(elements.table[e]["box"], place)
     origin = elements.table[e]["origin"]
-    (x, y, z), normal, gap = record
-    foot = (x + origin[0], y + origin[1], z + origin[2])
-    return e if state == DONE else -1, place, (u, v), (foot, normal, gap)
+    x, y, z = record.point
+    foot = FootRecord((x + origin[0], y + origin[1], z + origin[2]), record.normal, record.gap)
+    return e if state == DONE else -1, place, (u, v), foot
 
 
 @inner()
 def write_proved(out, k, patch, uv, record):
     """Write row k of the projection `out`: a foot inside a face, proved to be what was asked for.
 
-    `record` is (point, normal, gap).
+    `record` is a `FootRecord`.
     """
-    foot, normal, gap = record
     out.patch[k] = patch
     out.uv[k, 0] = uv[0]
     out.uv[k, 1] = uv[1]
     for c in range(3):
-        out.point[k, c] = foot[c]
-        out.normal[k, c] = normal[c]
-    out.gap[k] = gap
+        out.point[k, c] = record.point[c]
+        out.normal[k, c] = record.normal[c]
+    out.gap[k] = record.gap
     out.feature[k] = FACE
     out.status[k] = OK
     out.certified[k] = 1

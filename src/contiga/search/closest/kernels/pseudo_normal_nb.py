@@ -19,7 +19,13 @@ from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.closest.kernels.around_nb import MOST, around, collapsed_side
 from contiga.search.closest.kernels.global_among_nb import on_patch
 from contiga.search.closest.kernels.global_nb import PRUNE, SEEN, closest
-from contiga.search.hierarchy.kernels.curve_nb import curve_point, piece_parameters, surface_foot
+from contiga.search.hierarchy.kernels.curve_nb import (
+    ELEMENT,
+    S,
+    curve_point,
+    piece_parameters,
+    surface_foot,
+)
 from contiga.search.hierarchy.kernels.face_nb import in_face
 from contiga.search.hierarchy.kernels.tree_nb import box_distance2
 
@@ -148,10 +154,10 @@ def _joined_piece(trims, piece, end):
 
 
 @inner()
-def _face_angle(tables, found, h):
-    """Angle a trimmed face takes at its border point `found`: π but at the corners of a loop."""
-    piece = int(-1 - found[0])
-    t = found[1]
+def _face_angle(tables, nearest, h):
+    """Angle a trimmed face takes at its border point `nearest`: π but at the corners of a loop."""
+    piece = int(-1 - nearest[ELEMENT])
+    t = nearest[S]
     trims = tables.trims
     end = 1 if t > 0.5 else 0
     if _is_short(trims, piece):
@@ -195,8 +201,9 @@ def _face_angle(tables, found, h):
 
 
 @inner()
-def _to_corner(tables, patch, place, found):
-    """Make `found`, a foot in the trimmed face `patch` at `place` (u, v), the corner that is there.
+def _to_corner(tables, patch, place, nearest):
+    """Make `nearest`, a foot in the trimmed face `patch` at `place` (u, v), the corner that is
+    there.
 
     Else the whole of the face would count at it, and not the angle that it takes there.
     """
@@ -204,8 +211,8 @@ def _to_corner(tables, patch, place, found):
     for k in range(trims.patch_start[patch], trims.patch_start[patch + 1]):
         ends = trims.piece_ends[k]
         if _is_point(trims, patch, place, (ends[0], ends[1])):
-            found[0] = float(-1 - k)
-            found[1] = 0.0
+            nearest[ELEMENT] = float(-1 - k)
+            nearest[S] = 0.0
             return
 
 
@@ -267,13 +274,13 @@ def is_listed(near, n, patch):
 
 
 @inner()
-def _add_face(tables, patch, place, found, total, h):
+def _add_face(tables, patch, place, nearest, total, h):
     """Add the normal of the face `patch` if it passes through `place` = (point, how near)."""
-    if not math.isfinite(closest(tables, place[0], on_patch(patch), place[1], found, h)):
+    if not math.isfinite(closest(tables, place[0], on_patch(patch), place[1], nearest, h)):
         return
-    e, s, t = surface_foot(tables, found, h)
-    _to_corner(tables, patch, parameters(tables.elements, e, s, t), found)
-    if found[0] >= 0:
+    e, s, t = surface_foot(tables, nearest, h)
+    _to_corner(tables, patch, parameters(tables.elements, e, s, t), nearest)
+    if nearest[ELEMENT] >= 0:
         at = (e, _snapped(s), _snapped(t))
         # The side of the element may lie outside a trimmed face that comes as near to it as a disc
         # does to its square.
@@ -281,7 +288,7 @@ def _add_face(tables, patch, place, found, total, h):
             at = (e, s, t)
         _add_elements(tables, at, patch, total, h)
         return
-    weight = _face_angle(tables, found, h)
+    weight = _face_angle(tables, nearest, h)
     x, y, z = normal_at(tables.elements, e, s, t, h)
     total[0] += weight * x
     total[1] += weight * y
@@ -289,10 +296,10 @@ def _add_face(tables, patch, place, found, total, h):
 
 
 @inner(linked=False)
-def pseudo_normal(tables, foot, found, total, h):
+def pseudo_normal(tables, foot, nearest, total, h):
     """Angle-weighted sum of the normals of all faces at a foot on a kink, into total[3].
 
-    `found` is work.
+    `nearest` is work.
     """
     elements = tables.elements
     total[:] = 0.0
@@ -309,7 +316,7 @@ def pseudo_normal(tables, foot, found, total, h):
     if tables.trims.trimmed[home] != 0:
         for k in range(span[0], span[1]):
             if is_listed(near, listed, grid.adjacent[k]):
-                _add_face(tables, grid.adjacent[k], place, found, total, h)
+                _add_face(tables, grid.adjacent[k], place, nearest, total, h)
         return
     n, list_e = _add_elements(tables, foot, -1, total, h)
     for k in range(span[0] + 1, span[1]):
@@ -317,14 +324,14 @@ def pseudo_normal(tables, foot, found, total, h):
         for i in range(n):
             known = known or elements.table[list_e[i]]["patch"] == grid.adjacent[k]
         if not known:
-            _add_face(tables, grid.adjacent[k], place, found, total, h)
+            _add_face(tables, grid.adjacent[k], place, nearest, total, h)
 
 
 @inner(linked=False)
-def side_of_squarest(tables, home, place, found, h):
+def side_of_squarest(tables, home, place, nearest, h):
     """On which side of the face that it sees most squarely a point lies: positive is free.
 
-    `place` is (point, how far its foot on an edge of the patch `home` is), `found` is work. Where
+    `place` is (point, how far its foot on an edge of the patch `home` is), `nearest` is work. Where
     the faces at an edge do not fit, one that reaches past the other is seen from behind. Of faces
     that are seen squarely the nearest counts: beyond the end of an edge may lie one that has no
     part in it. Zero where no face is found.
@@ -336,15 +343,15 @@ def side_of_squarest(tables, home, place, found, h):
     span = tables.grid.patches[patch]["adjacent"]
     near = stack_int64(NEAR)
     listed = patches_near(tables, point, limit, near)
-    best = nearest = 0.0
+    best = least = 0.0
     side = 0.0
     for k in range(span[0], span[1]):
         other = tables.grid.adjacent[k]
         if not is_listed(near, listed, other):
             continue
-        if not math.isfinite(closest(tables, point, on_patch(other), limit, found, h)):
+        if not math.isfinite(closest(tables, point, on_patch(other), limit, nearest, h)):
             continue
-        e, s, t = surface_foot(tables, found, h)
+        e, s, t = surface_foot(tables, nearest, h)
         n = normal_at(tables.elements, e, s, t, h)
         origin = tables.elements.table[e]["origin"]
         square = along = 0.0
@@ -353,8 +360,8 @@ def side_of_squarest(tables, home, place, found, h):
             square += r * r
             along += r * n[c]
         cosine = min(abs(along) / math.sqrt(square), SQUARELY) if square > 0.0 else 0.0
-        if cosine > best or (cosine == best == SQUARELY and square < nearest):
+        if cosine > best or (cosine == best == SQUARELY and square < least):
             best = cosine
-            nearest = square
+            least = square
             side = along
     return side

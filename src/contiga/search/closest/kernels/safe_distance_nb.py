@@ -6,7 +6,7 @@ import math
 
 from contiga.jit import kernel
 from contiga.jit.scratch import scratch, stack_int64
-from contiga.search.hierarchy.kernels.tree_nb import open_node
+from contiga.search.hierarchy.kernels.tree_nb import next_leaves
 
 
 @kernel()
@@ -16,10 +16,8 @@ def box_distance(tree, points, rows, safe_distance, start, stop):
     bounds = scratch(128)
     for i in range(start, stop):
         k = rows[i]
-        x = points[k, 0]
-        y = points[k, 1]
-        z = points[k, 2]
-        if not math.isfinite(x + y + z):
+        point = (points[k, 0], points[k, 1], points[k, 2])
+        if not math.isfinite(point[0] + point[1] + point[2]):
             safe_distance[k] = math.inf
             continue
         best = math.inf
@@ -27,14 +25,7 @@ def box_distance(tree, points, rows, safe_distance, start, stop):
         bounds[0] = 0.0
         top = 1
         while top > 0:
-            top -= 1
-            if bounds[top] >= best:
-                continue
-            node = nodes[top]
-            first = tree[node]["first"]
-            if tree[node]["count"] > 0:
+            node, top = next_leaves(tree, point, best, nodes, bounds, top)
+            if node >= 0:
                 best = bounds[top]
-                continue
-            open_node(tree, first, (x, y, z), nodes, bounds, top)
-            top += 2
         safe_distance[k] = math.sqrt(best)

@@ -70,9 +70,9 @@ def _pressed(q, s, t, miss):
 
 
 @inner()
-def _lost(g, own, other, distance):
+def _lost(g, square, other, distance):
     """Whether, next to a pole, a slope is rounding of the short tangent (squares of both given)."""
-    return own < CLOSE_TO_POLE * other and abs(g) <= 4.0 * ROUNDING * distance * math.sqrt(other)
+    return square < CLOSE_TO_POLE * other and abs(g) <= 4.0 * ROUNDING * distance * math.sqrt(other)
 
 
 @inner()

@@ -16,6 +16,9 @@ ROUNDING = 1e-14
 SMALLEST = 1e-9
 """Half-width of an interval (of a piece's parameter) that is not halved further."""
 MOST_INTERVALS = 400
+ELEMENT, S, T, LEFT_OUT = 0, 1, 2, 3
+"""Columns of what a search for the closest point answers: element, s and t; or −1 − piece and the
+piece's parameter, where it is on a trimming piece. The last is 0, or what the search left out."""
 
 
 @inner()
@@ -179,13 +182,13 @@ def closest_on_stretch(tables, leaf, point, best, slack, h):
 
 
 @inner()
-def polish(tables, found, point, h):
+def polish(tables, nearest, point, h):
     """Newton on f' = 0 from what a search found on a piece: where f is flat its rounding hides
-    the last half of the digits of found[1].
+    the last half of the digits of nearest[S].
     """
-    piece = int(-1 - found[0])
+    piece = int(-1 - nearest[ELEMENT])
     d = scratch(3, 3)
-    t = found[1]
+    t = nearest[S]
     for _ in range(POLISH_STEPS):
         _, slope, curvature, _ = _expand(tables, piece, t, point, h, d)
         if curvature <= 0.0:
@@ -194,14 +197,14 @@ def polish(tables, found, point, h):
         if abs(step) > POLISH_REACH:
             break
         t = min(max(t - step, 0.0), 1.0)
-    found[1] = t
+    nearest[S] = t
 
 
 @inner()
-def surface_foot(tables, found, h):
+def surface_foot(tables, nearest, h):
     """(element, s, t) of what a search found: a point of a face, or of a trimming piece."""
-    if found[0] >= 0:
-        return int(found[0]), found[1], found[2]
+    if nearest[ELEMENT] >= 0:
+        return int(nearest[ELEMENT]), nearest[S], nearest[T]
     d = scratch(3, 3)
-    piece = int(-1 - found[0])
-    return curve_point(tables.elements, tables.grid, tables.trims, piece, found[1], h, d)
+    piece = int(-1 - nearest[ELEMENT])
+    return curve_point(tables.elements, tables.grid, tables.trims, piece, nearest[S], h, d)

@@ -93,3 +93,19 @@ def open_node(tree, first, point, nodes, bounds, top):
     bounds[top] = b if near == 0 else a
     nodes[top + 1] = first + near
     bounds[top + 1] = a if near == 0 else b
+
+
+@inner()
+def next_leaves(tree, point, limit, nodes, bounds, top):
+    """The next node of leaves on the stack that is no farther than the square `limit`, −1 for none,
+    and how many nodes are left; bounds[left] is its squared distance."""
+    while top > 0:
+        top -= 1
+        if bounds[top] > limit:
+            continue
+        node = nodes[top]
+        if tree[node]["count"] > 0:
+            return node, top
+        open_node(tree, tree[node]["first"], point, nodes, bounds, top)
+        top += 2
+    return -1, 0

@@ -100,13 +100,13 @@ def labelled(clear):
             for k in range(shape[2]):
                 if not clear[i, j, k]:
                     continue
-                own = (i * shape[1] + j) * shape[2] + k
+                cell = (i * shape[1] + j) * shape[2] + k
                 if i > 0 and clear[i - 1, j, k]:
-                    unite(parent, own, own - shape[1] * shape[2])
+                    unite(parent, cell, cell - shape[1] * shape[2])
                 if j > 0 and clear[i, j - 1, k]:
-                    unite(parent, own, own - shape[2])
+                    unite(parent, cell, cell - shape[2])
                 if k > 0 and clear[i, j, k - 1]:
-                    unite(parent, own, own - 1)
+                    unite(parent, cell, cell - 1)
     count = 0
     number = np.zeros(len(parent), np.int32)
     for i in range(shape[0]):
@@ -123,9 +123,9 @@ def labelled(clear):
 
 
 @inner()
-def _after_the_least(depth, i, j, k, way, own):
+def _after_the_least(depth, i, j, k, way, least):
     """One more than the least depth of the cells around that come before (`way` −1) or after (1) a
-    cell, or `own` if that is less."""
+    cell, or `least` if that is less."""
     for di in range(2):
         for dj in range(-1, 2):
             for dk in range(-1, 2):
@@ -133,8 +133,8 @@ def _after_the_least(depth, i, j, k, way, own):
                     continue
                 a, b, c = i + way * di, j + way * dj, k + way * dk
                 if 0 <= a < depth.shape[0] and 0 <= b < depth.shape[1] and 0 <= c < depth.shape[2]:
-                    own = min(own, depth[a, b, c] + 1)
-    return own
+                    least = min(least, depth[a, b, c] + 1)
+    return least
 
 
 @kernel()
@@ -154,8 +154,8 @@ def depths(clear):
                 for at_k in range(n_k):
                     k = n_k - 1 - at_k if back else at_k
                     if clear[i, j, k]:
-                        own = depth[i, j, k] if back else n_i + n_j + n_k
-                        depth[i, j, k] = _after_the_least(depth, i, j, k, 1 if back else -1, own)
+                        known = depth[i, j, k] if back else n_i + n_j + n_k
+                        depth[i, j, k] = _after_the_least(depth, i, j, k, 1 if back else -1, known)
     return depth
 
 
@@ -186,9 +186,9 @@ def parts_of(near):
             more[:count] = mask[:count]
             mask = more
         while clear != NONE:
-            own = _flood(clear & (~clear + ONE), clear)
-            clear &= ~own
-            mask[count] = own
+            part = _flood(clear & (~clear + ONE), clear)
+            clear &= ~part
+            mask[count] = part
             count += 1
         first[w + 1] = count
     return first, mask[:count].copy()
@@ -224,16 +224,16 @@ def join(labels, words, places, first, mask):
                 i = places[w, 0] + (step if axis == 0 else 0)
                 j = places[w, 1] + (step if axis == 1 else 0)
                 k = places[w, 2] + (step if axis == 2 else 0)
-                own = _face(axis, step > 0)
+                face = _face(axis, step > 0)
                 other = words[i, j, k]
                 if other < 0:
                     for p in range(first[w], first[w + 1]):
-                        if mask[p] & own != NONE:
+                        if mask[p] & face != NONE:
                             unite(parent, count + p, labels[i, j, k] - 1)
                 elif step > 0:
                     shift = np.uint64((48, 12, 3)[axis])
                     for p in range(first[w], first[w + 1]):
-                        facing = (mask[p] & own) >> shift
+                        facing = (mask[p] & face) >> shift
                         if facing == NONE:
                             continue
                         for q in range(first[other], first[other + 1]):

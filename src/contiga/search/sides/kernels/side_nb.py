@@ -91,10 +91,10 @@ def sides(grid, points, rows, side, reach, start, stop):
 
 @kernel()
 def places(grid, points, rows, known, near, start, stop):
-    """`sides` of points[rows[start:stop]] into known = (side, reach), and a piece of the surface
-    near them into near = (patch, uv), −1 where the grid names none."""
-    side, reach = known
-    patch, uv = near
+    """`sides` of points[rows[start:stop]] into `known` (KnownSides), and a piece of the surface
+    near them into `near` (SurfacePlaces), patch −1 where the grid names none."""
+    side, reach = known.side, known.reach
+    patch, uv = near.patch, near.uv
     sides(grid, points, rows, side, reach, start, stop)
     for i in range(start, stop):
         k = rows[i]

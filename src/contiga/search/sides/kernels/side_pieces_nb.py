@@ -128,15 +128,12 @@ def _state(elements, trims, e, box):
 def surface_pieces(elements, trims, origin, margins, limits):
     """Pieces (n, 11) about `origin`, and where their middles are: (n, 3) element, s, t.
 
-    `margins` (elements,) is what each is widened by. `limits` is how long a piece may be where
-    nothing is trimmed, where it is cut, how thick it may be, and the number of pieces above which
-    nothing is halved any more.
+    `margins` (elements,) is what each is widened by, `limits` are `PieceLimits`.
     """
-    whole, cut, thin, most = limits
     pieces = np.empty((4096, COLUMNS))
     middles = np.empty((4096, 3))
     stack = np.empty((STACK, 5))
-    found = 0
+    n_pieces = 0
     for e in range(elements.table.shape[0]):
         row = elements.table[e]
         if row["trim"] == OUT:
@@ -161,21 +158,22 @@ def surface_pieces(elements, trims, origin, margins, limits):
                     net[k, c] = net[k, c] / net[k, 3] + (row["origin"][c] - origin[c])
             along_s, along_t = _lengths(net, degree)
             longest = max(along_s, along_t)
-            if found == pieces.shape[0]:
+            if n_pieces == pieces.shape[0]:
                 pieces = doubled(pieces)
                 middles = doubled(middles)
-            thick = hull(net, n, _normal(net, degree), pieces[found])
-            fine = longest <= (cut if state == CUT else whole) and min(thick, longest) <= thin
+            thick = hull(net, n, _normal(net, degree), pieces[n_pieces])
+            fine = longest <= (limits.cut if state == CUT else limits.whole)
+            fine = fine and min(thick, longest) <= limits.thin
             side = 0 if along_s >= along_t else 2
             width = box[side + 1] - box[side]
-            if fine or width <= SHORTEST or top + 2 > STACK or found > most:
-                widen(pieces[found], margins[e])
-                middles[found] = (float(e), 0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3]))
-                found += 1
+            if fine or width <= SHORTEST or top + 2 > STACK or n_pieces > limits.most:
+                widen(pieces[n_pieces], margins[e])
+                middles[n_pieces] = (float(e), 0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3]))
+                n_pieces += 1
                 continue
             half = 0.5 * (box[side] + box[side + 1])
             for k in range(2):
                 stack[top] = (box[0], box[1], box[2], box[3], state)
                 stack[top, side + 1 - k] = half
                 top += 1
-    return pieces[:found], middles[:found]
+    return pieces[:n_pieces], middles[:n_pieces]

@@ -208,12 +208,12 @@ def _halve(stack, top, cell, across):
 
 
 @inner()
-def _wider_across(h, k, size, own):
+def _wider_across(h, k, size, closely):
     """Whether a cell is to be cut across s: where the surface is longer."""
     hs, ht = size
     if hs < TINY or ht < TINY:
         return ht < TINY
-    if own:
+    if closely:
         return k[0] * hs >= k[1] * ht
     extent_s = h[0, 1] ** 2 + h[1, 1] ** 2 + h[2, 1] ** 2
     extent_t = h[0, 2] ** 2 + h[1, 2] ** 2 + h[2, 2] ** 2
@@ -306,16 +306,16 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
     whole = DEEP * (leaf["box"][1] - leaf["box"][0]) * (leaf["box"][3] - leaf["box"][2])
     span = (-spare, min(far, length + spare))
     easy = count[0] + EASY
-    found, s, t, slope = math.inf, 0.0, 0.0, 0.0
-    while top > 0 and found == math.inf:
+    first, s, t, slope = math.inf, 0.0, 0.0, 0.0
+    while top > 0 and first == math.inf:
         top -= 1
         count[0] += 1
         cell = (stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3])
         place = (0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3]))
         size = (0.5 * (cell[1] - cell[0]), 0.5 * (cell[3] - cell[2]))
         seen = _over(cell, path)
-        own = count[0] > easy or (pole and 4.0 * size[0] * size[1] < whole)
-        if own:
+        closely = count[0] > easy or (pole and 4.0 * size[0] * size[1] < whole)
+        if closely:
             cell_box(elements, e, cell, k, corner)
             if _beside_box(corner, p, d, span[0], span[1], slack + seen.wide):
                 continue
@@ -328,7 +328,7 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
             start = (place[0] + ds, place[1] + dt)
             state, s, t, x, slope = _root(elements, e, start, cell, size, path, h)
             if state == ON and _counts(x, slope, path, ends):
-                found = x
+                first = x
             if state == ENDLESS:
                 verdict = HALVE if max(size[0], size[1]) > TINY else POINT
                 evaluate(elements, e, place[0], place[1], h)
@@ -336,11 +336,11 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
             x, ds, dt, slope = touch(elements, e, cell, path, length, h)
             s, t = place[0] + ds, place[1] + dt
             if slope != 0.0 and x < far and (sense == EITHER or slope < 0.0):
-                found = x
+                first = x
         if verdict == HALVE:
             if count[0] > MAX_CELLS or top > DEPTH - 3:
                 count[1] = 1
                 continue
             part = _shrunk(h, k, cell, seen, span)
-            top = _push_parts(stack, top, cell, part, _wider_across(h, k, size, own))
-    return found, s, t, slope, top
+            top = _push_parts(stack, top, cell, part, _wider_across(h, k, size, closely))
+    return first, s, t, slope, top

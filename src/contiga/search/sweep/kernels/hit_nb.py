@@ -12,6 +12,7 @@ import numpy as np
 
 from contiga.arrays.codes import AT_START, BUDGET, EITHER, ENTRIES, OK, OUT
 from contiga.arrays.kernels.query_nb import begin_path
+from contiga.arrays.path_records import Segment
 from contiga.elements.kernels.element_nb import evaluate, parameters
 from contiga.jit import inner, kernel
 from contiga.search.closest.kernels.edge_width_nb import BESIDE, edge_width
@@ -19,7 +20,7 @@ from contiga.search.hierarchy.kernels.face_nb import has_pole
 from contiga.search.hierarchy.kernels.plates_nb import is_passed
 from contiga.search.sweep.kernels.crossing_nb import DEPTH, next_crossing
 from contiga.search.sweep.kernels.piece_lists_nb import is_clear
-from contiga.search.sweep.sweep_records import CellWork, Ends, LeafPath, Queue, Segment
+from contiga.search.sweep.sweep_records import CellWork, Ends, LeafPath, Queue
 
 GRAZING = 32.0
 """Widths of an edge that a path may meet the carrier of a face beyond it."""
@@ -57,14 +58,14 @@ def _reciprocal(x):
 def _next_leaves(tree, p, inverse, span, slack, queue, top):
     """Next node of leaves that the path meets within `span`, −1 for none, and nodes left."""
     nodes, entry = queue.nodes, queue.entry
-    found = -1
-    while top > 0 and found < 0:
+    leaf_node = -1
+    while top > 0 and leaf_node < 0:
         top -= 1
         if entry[top] > span[1]:
             continue
         node = nodes[top]
         if tree[node]["count"] > 0:
-            found = node
+            leaf_node = node
             continue
         first = tree[node]["first"]
         a, near_a = _meets(tree[first], p, inverse, span, slack)
@@ -76,7 +77,7 @@ def _next_leaves(tree, p, inverse, span, slack, queue, top):
                 nodes[top] = first + child
                 entry[top] = (near_a, near_b)[child]
                 top += 1
-    return found, top
+    return leaf_node, top
 
 
 @inner()
@@ -112,15 +113,15 @@ def _path_about(elements, e, p, d, slack):
 
 
 @inner()
-def _offer(found, side, x, e, place, width, over):
+def _offer(crossings, side, x, e, place, width, over):
     """Keep a crossing if it is the first of its sense."""
-    if x < found[side, X]:
-        found[side, X] = x
-        found[side, ELEMENT] = e
-        found[side, S] = min(max(place[0], -0.5), 0.5)
-        found[side, T] = min(max(place[1], -0.5), 0.5)
-        found[side, EDGE] = width
-        found[side, OVER] = over
+    if x < crossings[side, X]:
+        crossings[side, X] = x
+        crossings[side, ELEMENT] = e
+        crossings[side, S] = min(max(place[0], -0.5), 0.5)
+        crossings[side, T] = min(max(place[1], -0.5), 0.5)
+        crossings[side, EDGE] = width
+        crossings[side, OVER] = over
 
 
 @inner(error_model="numpy")
@@ -168,17 +169,21 @@ def _stays_off(plate, p, d, ends, slack):
 
 
 @inner(linked=False)
-def _search(tables, segment, sense, found, queue, work):
-    """First crossings of a `Segment`: entries in found[0], where it leaves in found[1] (`sense`
-    EITHER only). `queue` is a `Queue`, `work` is `CellWork`."""
+def _search(tables, segment, loose, sense, crossings, queue, work):
+    """First crossings of a `Segment`: entries in crossings[0], where it leaves in crossings[1]
+    (`sense` EITHER only).
+
+    `loose` is by how many widths of an edge beyond either end one at that edge may lie; `queue` is
+    a `Queue`, `work` is `CellWork`.
+    """
     tree, leaves, elements = tables.tree, tables.leaves, tables.elements
     trims, piece_width = tables.trims, tables.piece_width
     stack, h, count = work.stack, work.h, work.counts
-    p, d, length, slack = segment.p, segment.d, segment.length, segment.slack
-    spare, loose = segment.spare, segment.loose
+    p, d, length = segment.p, segment.d, segment.length
+    slack, spare = segment.slack, segment.spare
     inverse = (_reciprocal(d[0]), _reciprocal(d[1]), _reciprocal(d[2]))
-    found[0, X] = math.inf
-    found[1, X] = math.inf
+    crossings[0, X] = math.inf
+    crossings[1, X] = math.inf
     count[0] = 0
     count[1] = 0
     far = length + spare
@@ -225,25 +230,25 @@ def _search(tables, segment, sense, found, queue, work):
                 else:
                     place, x = _on_element(elements, e, place, path, x, h)
                 if x < far and -over <= x <= length + over:
-                    _offer(found, 0 if slope < 0.0 else 1, x, e, place, width, over)
+                    _offer(crossings, 0 if slope < 0.0 else 1, x, e, place, width, over)
                     far = min(far, x + beyond)
 
 
 @inner()
-def _write(elements, out, i, found, length, h):
-    """Row i of the hits, but its status, for one row of what was found."""
-    e = int(found[ELEMENT])
-    evaluate(elements, e, found[S], found[T], h)
-    out.fraction[i] = min(max(found[X] / length, 0.0), 1.0)
+def _write(elements, out, i, crossing, length, h):
+    """Row i of the hits, but its status, for a crossing."""
+    e = int(crossing[ELEMENT])
+    evaluate(elements, e, crossing[S], crossing[T], h)
+    out.fraction[i] = min(max(crossing[X] / length, 0.0), 1.0)
     out.patch[i] = elements.table[e]["patch"]
-    out.uv[i, 0], out.uv[i, 1] = parameters(elements, e, found[S], found[T])
+    out.uv[i, 0], out.uv[i, 1] = parameters(elements, e, crossing[S], crossing[T])
     for c in range(3):
         out.point[i, c] = h[c, 0] + elements.table[e]["origin"][c]
 
 
 @inner()
 def _room():
-    """Work arrays of a search: what is found, the queue of nodes, and what a leaf needs."""
+    """Work arrays of a search: its crossings, the queue of nodes, and what a leaf needs."""
     queue = Queue(np.empty(128, np.int64), np.empty(128))
     stack, k, corner = np.empty((DEPTH, 4)), np.empty(9), np.empty((2, 3))
     work = CellWork(stack, np.empty((4, 6)), k, corner, np.zeros(2, np.int64))
@@ -257,7 +262,7 @@ def first_hits(tables, lists, p0, p1, rows, out, start, stop):
     `lists` are the pieces near voxels, or none: they spare searches, and change nothing.
     """
     elements = tables.elements
-    found, queue, work = _room()
+    crossings, queue, work = _room()
     size = tables.scale[0]
     for i in range(start, stop):
         j = rows[i]
@@ -269,11 +274,11 @@ def first_hits(tables, lists, p0, p1, rows, out, start, stop):
         spare = math.sqrt(slack * size)
         if is_clear(lists, p, q, spare):
             continue
-        segment = Segment(p, d, length, slack, spare, (0.0, 0.0))
-        _search(tables, segment, ENTRIES, found, queue, work)
-        if found[0, X] < math.inf:
-            _write(elements, out, i, found[0], length, work.h)
-            out.status[i] = AT_START if found[0, X] <= 0.0 else OK
+        segment = Segment(p, d, length, slack, spare)
+        _search(tables, segment, (0.0, 0.0), ENTRIES, crossings, queue, work)
+        if crossings[0, X] < math.inf:
+            _write(elements, out, i, crossings[0], length, work.h)
+            out.status[i] = AT_START if crossings[0, X] <= 0.0 else OK
         if work.counts[1] != 0:
             out.status[i] = BUDGET
 
@@ -290,7 +295,7 @@ def last_crossings(tables, lists, p0, p1, loose, out, verdict, start, stop):
     place: there the answer hangs on rounding.
     """
     elements = tables.elements
-    found, queue, work = _room()
+    crossings, queue, work = _room()
     size = tables.scale[0]
     for i in range(start, stop):
         # Backwards: what is entered going back is left going on.
@@ -303,16 +308,17 @@ def last_crossings(tables, lists, p0, p1, loose, out, verdict, start, stop):
         spare = math.sqrt(slack * size)
         if is_clear(lists, p, q, spare):
             continue
-        segment = Segment(p, d, length, slack, spare, (loose[1], loose[0]))
-        _search(tables, segment, EITHER, found, queue, work)
-        side = 0 if found[0, X] <= found[1, X] else 1
-        if found[side, X] < math.inf:
-            _write(elements, out, i, found[side], length, work.h)
+        segment = Segment(p, d, length, slack, spare)
+        _search(tables, segment, (loose[1], loose[0]), EITHER, crossings, queue, work)
+        side = 0 if crossings[0, X] <= crossings[1, X] else 1
+        if crossings[side, X] < math.inf:
+            _write(elements, out, i, crossings[side], length, work.h)
             out.fraction[i] = 1.0 - out.fraction[i]
-            out.status[i] = AT_START if found[side, X] >= length else OK
+            out.status[i] = AT_START if crossings[side, X] >= length else OK
             verdict[i, 0] = 2.0 * side - 1.0
-            verdict[i, 1] = found[side, EDGE]
-            if found[1 - side, X] - found[1 - side, OVER] <= found[side, X] + found[side, OVER]:
+            verdict[i, 1] = crossings[side, EDGE]
+            last, other = crossings[side], crossings[1 - side]
+            if other[X] - other[OVER] <= last[X] + last[OVER]:
                 verdict[i, 1] = max(verdict[i, 1], slack)
         if work.counts[1] != 0:
             out.status[i] = BUDGET

@@ -29,6 +29,7 @@ from contiga.search.track.kernels.lanes_nb import (
     ROW_NOW,
     ROW_START,
 )
+from contiga.search.track.track_records import FeetBefore
 
 AHEAD = 16
 """Rows that are asked for before they are come to."""
@@ -95,10 +96,10 @@ def order_rows(element, counts):
 def _where_it_was(there, feet, k):
     """Where point k was before the step: told, or by the foot it had; not a number where unknown.
 
-    `feet` is (status, foot, gap, normal). A tracked foot held at a border has the surface's own
-    normal, which does not lead to the point.
+    `feet` are `FeetBefore`. A tracked foot held at a border has the surface's own normal, which
+    does not lead to the point.
     """
-    status, foot, gap, normal = feet
+    status, foot, gap, normal = feet.status, feet.point, feet.gap, feet.normal
     if gap.shape[0] == 0:
         return there[k, 0], there[k, 1], there[k, 2]
     if status[k] != OK and status[k] != BRANCH_EVENT:
@@ -116,17 +117,17 @@ def _of_chunk(feet, first, last):
     would be looked for there."""
     rows = feet.gap.shape[0]
     a, b = min(first, rows), min(last, rows)
-    return feet.status[a:b], feet.point[a:b], feet.gap[a:b], feet.normal[a:b]
+    return FeetBefore(feet.status[a:b], feet.point[a:b], feet.gap[a:b], feet.normal[a:b])
 
 
 @inner(linked=False)
 def hand_rows(tables, path, starts, chunk, records):
-    """What lanes are handed of the rows of a chunk = (first, last), into `records`.
+    """What lanes are handed of the rows of a `Chunk`, into `records`.
 
     Returns the element of each, -1 where it has no foot to start from, and how many rows each
     element has. The rest as of `track_lanes`.
     """
-    first, last = chunk
+    first, last = chunk.first, chunk.last
     n = last - first
     there, points = path.before[first:last], path.now[first:last]
     feet = _of_chunk(path.feet, first, last)
@@ -192,7 +193,7 @@ def fetch_rows(records, path, starts, chunk, left, m, out):
     Left are those that are flagged, or not proved though it is told where they were. Each row is
     read before it is written, so `out` may be what was started from.
     """
-    first, last = chunk
+    first, last = chunk.first, chunk.last
     there, feet = path.before[first:last], _of_chunk(path.feet, first, last)
     last_patch, last_uv = starts.patch[first:last], starts.uv[first:last]
     proves = tells(path)

@@ -18,6 +18,7 @@ from contiga.search.closest.kernels.newton_nb import DONE
 from contiga.search.track.kernels.lanes_nb import (
     BOX,
     FOOT,
+    LANE_NUMBERS,
     NORMAL,
     PLACE,
     PROVED,
@@ -30,7 +31,6 @@ from contiga.search.track.kernels.lanes_nb import (
     ROW_START,
     ROW_STATE,
     ROW_T,
-    TOLD,
     WIDE,
     below,
     columns_from,
@@ -96,10 +96,10 @@ def way_around(bank, l):
 
 # As numba puts it there: put there by LLVM, the loop over the lanes was no vector code.
 @inner(inline="always")
-def prove(bank, l, way, tolerance, told, o, k):
+def prove(bank, l, way, tolerance, element, o, k):
     """The ball that proves the foot of lane l with its start at the end of a `way`, or none.
 
-    What is told of its element is each k-th number from told[o].
+    The numbers of its element are every k-th from element[o] on.
     """
     n, first, kept = WIDE, ROW_FOUND * WIDE + l, ROW_KEPT * WIDE + l
     u, v = bank[first + PLACE * n], bank[first + (PLACE + 1) * n]
@@ -107,8 +107,11 @@ def prove(bank, l, way, tolerance, told, o, k):
     before, now = _three(bank, ROW_BEFORE, l), _three(bank, ROW_NOW, l)
     seen = seen_from(foot, normal, before, now, tolerance)
     width_u, width_v = bank[kept + WIDTH * n], bank[kept + (WIDTH + 1) * n]
-    off_0, off_1 = (u - told[o + BOX * k]) * width_u, (told[o + (BOX + 4) * k] - u) * width_u
-    off_2, off_3 = (v - told[o + (BOX + 1) * k]) * width_v, (told[o + (BOX + 5) * k] - v) * width_v
+    off_0, off_1 = (u - element[o + BOX * k]) * width_u, (element[o + (BOX + 4) * k] - u) * width_u
+    off_2, off_3 = (
+        (v - element[o + (BOX + 1) * k]) * width_v,
+        (element[o + (BOX + 5) * k] - v) * width_v,
+    )
     ends = bits_of(bank[kept + ENDS * n])
     off_0 = off_0 if ends & 0xFF else math.inf
     off_1 = off_1 if ends & 0xFF00 else math.inf
@@ -123,14 +126,14 @@ def prove(bank, l, way, tolerance, told, o, k):
 
 
 @inner(linked=False)
-def prove_lanes(lanes, banks, told, tolerance):
+def prove_lanes(lanes, banks, element, tolerance):
     """Radii of balls that prove the feet of so many banks of lanes, or 0.
 
     Trims are left to be looked at.
     """
-    own = scratch(TOLD)
+    copy = scratch(LANE_NUMBERS)
     for b in range(banks):
         bank = lanes[b]
-        read_anew(told, own, TOLD)
+        read_anew(element, copy, LANE_NUMBERS)
         for l in range(WIDE):
-            prove(bank, l, way_around(bank, l), tolerance, own, 0, 1)
+            prove(bank, l, way_around(bank, l), tolerance, copy, 0, 1)

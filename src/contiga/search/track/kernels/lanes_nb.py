@@ -53,10 +53,10 @@ found takes its place."""
 # The proof: what is kept around the foot (see `lane_proof_nb`), and the radius of the ball.
 ROW_KEPT, ROW_RADIUS = 27, 39
 ROWS = 40
-# What is told of an element: coefficients of x, y, z and the weight, sixteen each, its origin, the
-# square of the tolerance, u0, v0, the lengths in u and v, u1, v1, their reciprocals, the patch.
+# What lanes read of an element: coefficients of x, y, z and the weight, sixteen each, its origin,
+# the square of the tolerance, u0, v0, the lengths in u and v, u1, v1, their reciprocals, the patch.
 ORIGIN, TOLERANCE, BOX, SCALE, HOME = 64, 67, 68, 74, 76
-TOLD = 77
+LANE_NUMBERS = 77
 
 
 @inlined()
@@ -65,14 +65,16 @@ def _point(bank, l):
 
 
 @inlined()
-def start(bank, l, place, told, o, k):
-    """Where lane l starts from place = (u, v), in the element whose every k-th number from told[o]
-    is told."""
+def start(bank, l, place, element, o, k):
+    """Where lane l starts from place = (u, v), in the element whose numbers are every k-th from
+    element[o] on."""
     n = WIDE
-    bank[ROW_S * n + l] = local_place(place[0], told[o + BOX * k], told[o + SCALE * k])
-    bank[ROW_T * n + l] = local_place(place[1], told[o + (BOX + 1) * k], told[o + (SCALE + 1) * k])
+    bank[ROW_S * n + l] = local_place(place[0], element[o + BOX * k], element[o + SCALE * k])
+    bank[ROW_T * n + l] = local_place(
+        place[1], element[o + (BOX + 1) * k], element[o + (SCALE + 1) * k]
+    )
     for c in range(3):
-        bank[(ROW_X + c) * n + l] = bank[(ROW_NOW + c) * n + l] - told[o + (ORIGIN + c) * k]
+        bank[(ROW_X + c) * n + l] = bank[(ROW_NOW + c) * n + l] - element[o + (ORIGIN + c) * k]
 
 
 @inlined()
@@ -89,53 +91,57 @@ def one_round(bank, l, x, y, z, tolerance):
 
 
 @inlined()
-def finish(bank, l, x, y, z, told, o, k):
+def finish(bank, l, x, y, z, element, o, k):
     """What is found of lane l; it is given back if it misses by more than tolerated.
 
-    What is told of its element is each k-th number from told[o].
+    The numbers of its element are every k-th from element[o] on.
     """
     n, first = WIDE, ROW_FOUND * WIDE + l
     s, t, state = bank[ROW_S * n + l], bank[ROW_T * n + l], bank[ROW_STATE * n + l]
-    n_x, n_y, n_z, gap, now = foot_record(_point(bank, l), state, x, y, z, told[o + TOLERANCE * k])
+    n_x, n_y, n_z, gap, now = foot_record(
+        _point(bank, l), state, x, y, z, element[o + TOLERANCE * k]
+    )
     bank[ROW_STATE * n + l] = now
     bank[first + FLAG * n] = 0.0 if now == DONE else float(TO_WALK)
     bank[first + PROVED * n] = 0.0
-    bank[first + PLACE * n] = told[o + BOX * k] + (s + 0.5) * told[o + (BOX + 2) * k]
-    bank[first + (PLACE + 1) * n] = told[o + (BOX + 1) * k] + (t + 0.5) * told[o + (BOX + 3) * k]
-    bank[first + FOOT * n] = x[0] + told[o + ORIGIN * k]
-    bank[first + (FOOT + 1) * n] = y[0] + told[o + (ORIGIN + 1) * k]
-    bank[first + (FOOT + 2) * n] = z[0] + told[o + (ORIGIN + 2) * k]
+    bank[first + PLACE * n] = element[o + BOX * k] + (s + 0.5) * element[o + (BOX + 2) * k]
+    bank[first + (PLACE + 1) * n] = (
+        element[o + (BOX + 1) * k] + (t + 0.5) * element[o + (BOX + 3) * k]
+    )
+    bank[first + FOOT * n] = x[0] + element[o + ORIGIN * k]
+    bank[first + (FOOT + 1) * n] = y[0] + element[o + (ORIGIN + 1) * k]
+    bank[first + (FOOT + 2) * n] = z[0] + element[o + (ORIGIN + 2) * k]
     bank[first + NORMAL * n] = n_x
     bank[first + (NORMAL + 1) * n] = n_y
     bank[first + (NORMAL + 2) * n] = n_z
     bank[first + GAP * n] = gap
-    bank[first + PATCH * n] = told[o + HOME * k]
+    bank[first + PATCH * n] = element[o + HOME * k]
 
 
 @inner()
-def tell_place(elements, e, tolerance, told, o, k):
-    """What lanes are told of an element beside its coefficients, into each k-th number from
-    told[o]."""
-    own = elements.table[e]
+def fill_place(elements, e, tolerance, element, o, k):
+    """What lanes read of an element beside its coefficients, into every k-th number from element[o]
+    on."""
+    row = elements.table[e]
     for c in range(3):
-        told[o + (ORIGIN + c) * k] = own["origin"][c]
-    told[o + TOLERANCE * k] = tolerance
-    told[o + HOME * k] = own["patch"]
+        element[o + (ORIGIN + c) * k] = row["origin"][c]
+    element[o + TOLERANCE * k] = tolerance
+    element[o + HOME * k] = row["patch"]
     for axis in range(2):
-        first, last = own["box"][2 * axis], own["box"][2 * axis + 1]
-        told[o + (BOX + axis) * k] = first
-        told[o + (BOX + 2 + axis) * k] = last - first
-        told[o + (BOX + 4 + axis) * k] = last
-        told[o + (SCALE + axis) * k] = 1.0 / (last - first)
+        first, last = row["box"][2 * axis], row["box"][2 * axis + 1]
+        element[o + (BOX + axis) * k] = first
+        element[o + (BOX + 2 + axis) * k] = last - first
+        element[o + (BOX + 4 + axis) * k] = last
+        element[o + (SCALE + axis) * k] = 1.0 / (last - first)
 
 
 @inner()
-def tell(elements, e, tolerance, told):
-    """What lanes are told of element e."""
-    own = elements.table[e]["cubic"]
+def fill_element(elements, e, tolerance, element):
+    """What lanes read of element e, into `element`."""
+    cubic = elements.table[e]["cubic"]
     for i in range(ORIGIN):
-        told[i] = own[i]
-    tell_place(elements, e, tolerance, told, 0, 1)
+        element[i] = cubic[i]
+    fill_place(elements, e, tolerance, element, 0, 1)
 
 
 @inner()
@@ -214,62 +220,62 @@ def columns_from(row, l):
 
 
 @inner(linked=False)
-def start_lanes(lanes, n, told):
+def start_lanes(lanes, n, element):
     """Where the first n lanes start, from what they are handed; lanes beyond are done."""
-    own = scratch(TOLD)
+    copy = scratch(LANE_NUMBERS)
     for b in range((n + WIDE - 1) // WIDE):
         bank = lanes[b]
-        read_anew(told, own, TOLD)
+        read_anew(element, copy, LANE_NUMBERS)
         for l in range(WIDE):
             u, v = bank[ROW_START * WIDE + l], bank[(ROW_START + 1) * WIDE + l]
-            start(bank, l, (u, v), own, 0, 1)
+            start(bank, l, (u, v), copy, 0, 1)
             bank[ROW_F * WIDE + l] = math.inf
             bank[ROW_STATE * WIDE + l] = ACTIVE if b * WIDE + l < n else DONE
 
 
 @inner(linked=False)
-def newton_rational(lanes, banks, told):
+def newton_rational(lanes, banks, element):
     """One round in so many banks of lanes."""
-    own = scratch(TOLD)
+    copy = scratch(LANE_NUMBERS)
     for b in range(banks):
         bank = lanes[b]
-        read_anew(told, own, TOLD)
+        read_anew(element, copy, LANE_NUMBERS)
         for l in range(WIDE):
-            x, y, z = rational_at(own, 0, 1, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
-            one_round(bank, l, x, y, z, own[TOLERANCE])
+            x, y, z = rational_at(copy, 0, 1, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
+            one_round(bank, l, x, y, z, copy[TOLERANCE])
 
 
 @inner(linked=False)
-def newton_polynomial(lanes, banks, told):
+def newton_polynomial(lanes, banks, element):
     """As `newton_rational`, for elements whose weight is one."""
-    own = scratch(TOLD)
+    copy = scratch(LANE_NUMBERS)
     for b in range(banks):
         bank = lanes[b]
-        read_anew(told, own, TOLD)
+        read_anew(element, copy, LANE_NUMBERS)
         for l in range(WIDE):
-            x, y, z = polynomial_at(own, 0, 1, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
-            one_round(bank, l, x, y, z, own[TOLERANCE])
+            x, y, z = polynomial_at(copy, 0, 1, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
+            one_round(bank, l, x, y, z, copy[TOLERANCE])
 
 
 @inner(linked=False)
-def finish_rational(lanes, banks, told):
+def finish_rational(lanes, banks, element):
     """The records of these lanes where they have come to."""
-    own = scratch(TOLD)
+    copy = scratch(LANE_NUMBERS)
     for b in range(banks):
         bank = lanes[b]
-        read_anew(told, own, TOLD)
+        read_anew(element, copy, LANE_NUMBERS)
         for l in range(WIDE):
-            x, y, z = rational_at(own, 0, 1, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
-            finish(bank, l, x, y, z, own, 0, 1)
+            x, y, z = rational_at(copy, 0, 1, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
+            finish(bank, l, x, y, z, copy, 0, 1)
 
 
 @inner(linked=False)
-def finish_polynomial(lanes, banks, told):
+def finish_polynomial(lanes, banks, element):
     """As `finish_rational`, for elements whose weight is one."""
-    own = scratch(TOLD)
+    copy = scratch(LANE_NUMBERS)
     for b in range(banks):
         bank = lanes[b]
-        read_anew(told, own, TOLD)
+        read_anew(element, copy, LANE_NUMBERS)
         for l in range(WIDE):
-            x, y, z = polynomial_at(own, 0, 1, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
-            finish(bank, l, x, y, z, own, 0, 1)
+            x, y, z = polynomial_at(copy, 0, 1, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
+            finish(bank, l, x, y, z, copy, 0, 1)

@@ -32,6 +32,7 @@ from contiga.search.hierarchy.kernels.face_nb import in_face
 from contiga.search.track.kernels.lane_proof_nb import NUMBERS, WIDTH, prove, surround, way_around
 from contiga.search.track.kernels.lanes_nb import (
     FLAG,
+    LANE_NUMBERS,
     LANES,
     ORIGIN,
     PASSED_BY_POINTER,
@@ -46,24 +47,24 @@ from contiga.search.track.kernels.lanes_nb import (
     ROW_STATE,
     ROW_T,
     ROWS,
-    TOLD,
     WIDE,
     below,
     columns_from,
+    fill_place,
     finish,
     lanes_in,
     new_lanes,
     one_round,
     start,
-    tell_place,
     unload,
 )
 from contiga.search.track.kernels.onward_nb import across, onward, side_beyond
+from contiga.search.track.track_records import Waiting
 
-# Rows of a bank behind those of all lanes: what is told of the element of each, 1 where that is
+# Rows of a bank behind those of all lanes: what is read of the element of each, 1 where that is
 # rational, and the length of the way from the foot to the start.
-ROW_TOLD = ROWS
-ROW_RATIONAL = ROW_TOLD + TOLD
+ROW_ELEMENT = ROWS
+ROW_RATIONAL = ROW_ELEMENT + LANE_NUMBERS
 ROW_WAY = ROW_RATIONAL + 1
 MIXED_ROWS = ROW_WAY + 1
 ROW, BEFORE, NOW = 0, 1, 2
@@ -79,8 +80,8 @@ FEW = 2
 
 @inner()
 def new_queue():
-    """(lanes, (3, LANES) rows and elements) of feet that wait, none yet."""
-    return new_lanes(MIXED_ROWS), np.empty((3, LANES), np.int32)
+    """The `Waiting` of no feet yet."""
+    return Waiting(new_lanes(MIXED_ROWS), np.empty((3, LANES), np.int32))
 
 
 @inner()
@@ -98,7 +99,7 @@ def _ask_for_coefficients(table, e):
 @inner(linked=False)
 def wait(tables, e, records, row, queue, n):
     """Have a row of element e wait, behind n others."""
-    lanes, who = queue
+    lanes, who = queue.lanes, queue.who
     bank, l = lanes[n // WIDE], n % WIDE
     for c in range(PASSED_BY_POINTER):
         bank[c * WIDE + l] = records[row, c]
@@ -110,17 +111,15 @@ def wait(tables, e, records, row, queue, n):
 
 
 @inner()
-def wait_beyond(tables, e, lane, row, queue, n):
-    """Have a row wait that has left element e, behind n others; lane = (bank, number) is where it
-    was."""
-    bank, l = lane
-    lanes, who = queue
-    own, k = lanes[n // WIDE], n % WIDE
+def wait_beyond(tables, e, bank, l, row, queue, n):
+    """Have a row wait that has left element e, behind n others; it was in lane l of a bank."""
+    lanes, who = queue.lanes, queue.who
+    waiting, k = lanes[n // WIDE], n % WIDE
     for c in range(PASSED_BY_POINTER):
-        own[c * WIDE + k] = bank[c * WIDE + l]
+        waiting[c * WIDE + k] = bank[c * WIDE + l]
     s, t = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
-    own[ROW_S * WIDE + k], own[ROW_T * WIDE + k] = s, t
-    own[ROW_F * WIDE + k] = bank[ROW_F * WIDE + l]
+    waiting[ROW_S * WIDE + k], waiting[ROW_T * WIDE + k] = s, t
+    waiting[ROW_F * WIDE + k] = bank[ROW_F * WIDE + l]
     who[ROW, n], who[BEFORE, n], who[NOW, n] = row, e, -1
     # Most leave over one side, and what is beyond has not been read for long.
     here = tables.elements.table[e]
@@ -137,7 +136,7 @@ def wait_beyond(tables, e, lane, row, queue, n):
 def _enter(tables, queue, i):
     """Where row i of those that wait starts, (u, v), and whether it does: its element is known
     then."""
-    lanes, who = queue
+    lanes, who = queue.lanes, queue.who
     bank, l = lanes[i // WIDE], i % WIDE
     place = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
     if who[NOW, i] >= 0:
@@ -146,8 +145,8 @@ def _enter(tables, queue, i):
     e, place = onward(tables, who[BEFORE, i], place[0], place[1])
     if e < 0:
         return place, False
-    own = tables.elements.table[e]
-    if own["form"] == GENERAL or own["trim"] == OUT:
+    element = tables.elements.table[e]
+    if element["form"] == GENERAL or element["trim"] == OUT:
         return place, False
     who[NOW, i] = e
     return place, True
@@ -159,10 +158,10 @@ def _start(tables, queue, n):
 
     Lanes beyond are done, and those that have nowhere to start from are given back.
     """
-    lanes, who = queue
+    lanes, who = queue.lanes, queue.who
     banks = (n + WIDE - 1) // WIDE
     for i in range(banks * WIDE):
-        bank, l, o = lanes[i // WIDE], i % WIDE, ROW_TOLD * WIDE + i % WIDE
+        bank, l, o = lanes[i // WIDE], i % WIDE, ROW_ELEMENT * WIDE + i % WIDE
         place, starts = (0.0, 0.0), False
         if i < n:
             place, starts = _enter(tables, queue, i)
@@ -170,19 +169,19 @@ def _start(tables, queue, n):
             who[NOW, i] = who[NOW, 0]
         e = who[NOW, i]
         _ask_for_coefficients(tables.elements.table, e)
-        tell_place(tables.elements, e, tables.scale[1] ** 2, bank, o, WIDE)
+        fill_place(tables.elements, e, tables.scale[1] ** 2, bank, o, WIDE)
         rational = tables.elements.table[e]["form"] == RATIONAL_CUBIC
         bank[ROW_RATIONAL * WIDE + l] = 1.0 if rational else 0.0
         start(bank, l, place, bank, o, WIDE)
         bank[ROW_STATE * WIDE + l] = ACTIVE if starts else (GIVEN_BACK if i < n else DONE)
     for i in range(0, banks * WIDE, 4):
-        _tell_four(tables.elements.table, who[NOW], i, lanes[i // WIDE], i % WIDE)
+        _fill_four(tables.elements.table, who[NOW], i, lanes[i // WIDE], i % WIDE)
     return banks
 
 
 @inner()
-def _tell_four(table, elements, i, bank, l):
-    """Lanes from l on, four of them, the coefficients of elements[i:]."""
+def _fill_four(table, elements, i, bank, l):
+    """Fill in the coefficients of elements[i:] in the four lanes from l on."""
     rows = (
         ELEMENT_NUMBERS * elements[i] + CUBIC,
         ELEMENT_NUMBERS * elements[i + 1] + CUBIC,
@@ -190,7 +189,7 @@ def _tell_four(table, elements, i, bank, l):
         ELEMENT_NUMBERS * elements[i + 3] + CUBIC,
     )
     for c in range(0, ORIGIN, 4):
-        turn(table, below(rows, c), bank, columns_from(ROW_TOLD + c, l))
+        turn(table, below(rows, c), bank, columns_from(ROW_ELEMENT + c, l))
 
 
 @inlined()
@@ -209,7 +208,7 @@ def _chosen(first, a, b):
 @inlined()
 def _derivatives(bank, l):
     """Of the coordinates x, y, z where lane l is, in its element."""
-    o = ROW_TOLD * WIDE + l
+    o = ROW_ELEMENT * WIDE + l
     s, t = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
     x, y, z = polynomial_at(bank, o, WIDE, s, t)
     w = weight_at(bank, o, WIDE, s, t)
@@ -238,7 +237,7 @@ def finish_mixed(lanes, banks):
         bank = lanes[b]
         for l in range(WIDE):
             x, y, z = _derivatives(bank, l)
-            finish(bank, l, x, y, z, bank, ROW_TOLD * WIDE + l, WIDE)
+            finish(bank, l, x, y, z, bank, ROW_ELEMENT * WIDE + l, WIDE)
 
 
 @inner(linked=False)
@@ -248,13 +247,13 @@ def prove_mixed(lanes, banks, tolerance):
         bank = lanes[b]
         for l in range(WIDE):
             way = bank[ROW_WAY * WIDE + l]
-            prove(bank, l, way, tolerance, bank, ROW_TOLD * WIDE + l, WIDE)
+            prove(bank, l, way, tolerance, bank, ROW_ELEMENT * WIDE + l, WIDE)
 
 
 @inner(linked=False)
 def _keep_to_faces(tables, queue, n):
     """Give back those of the first n feet that are trimmed away."""
-    lanes, who = queue
+    lanes, who = queue.lanes, queue.who
     elements = tables.elements
     for i in range(n):
         bank, l, e = lanes[i // WIDE], i % WIDE, who[NOW, i]
@@ -269,7 +268,7 @@ def _keep_to_faces(tables, queue, n):
 @inner(linked=False)
 def _prove(tables, queue, n, banks):
     """The quick certificates of the first n feet, in so many banks."""
-    lanes, who = queue
+    lanes, who = queue.lanes, queue.who
     table, rings, trimmed = tables.elements.table, tables.rings, tables.trims.trimmed
     for b in range(banks):
         for l in range(0, WIDE, 4):
@@ -278,10 +277,10 @@ def _prove(tables, queue, n, banks):
             surround(rings, four, lanes[b], l)
     for i in range(n):
         bank, l, last, now = lanes[i // WIDE], i % WIDE, who[BEFORE, i], who[NOW, i]
-        own, other, way = table[now]["patch"], table[last]["patch"], math.inf
-        if own == other:
+        patch, other, way = table[now]["patch"], table[last]["patch"], math.inf
+        if patch == other:
             way = way_around(bank, l)
-        if way == math.inf and trimmed[own] == 0 and trimmed[other] == 0:
+        if way == math.inf and trimmed[patch] == 0 and trimmed[other] == 0:
             foot = (now, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
             u, v, box = (
                 bank[ROW_START * WIDE + l],
@@ -314,12 +313,12 @@ def _wait_again(tables, queue, n, first):
 
     `first` (n,) tells which rows were there.
     """
-    lanes, who = queue
+    lanes, who = queue.lanes, queue.who
     m = 0
     for i in range(n):
         bank, l = lanes[i // WIDE], i % WIDE
         if first[i] != 0 and bank[ROW_STATE * WIDE + l] == LEFT:
-            wait_beyond(tables, who[BEFORE, i], (bank, l), who[ROW, i], queue, m)
+            wait_beyond(tables, who[BEFORE, i], bank, l, who[ROW, i], queue, m)
             m += 1
     return m
 
@@ -331,7 +330,7 @@ def go_on(tables, proves, queue, n, records):
 
     A row is flagged, to be done one by one, when it leaves another or is given back.
     """
-    lanes, who = queue
+    lanes, who = queue.lanes, queue.who
     first = stack_int64(LANES)
     for i in range(n):
         first[i] = who[NOW, i] >= 0

@@ -35,10 +35,10 @@ def side_beyond(s, t):
 
 
 @inner(error_model="numpy")
-def across(own, side, along):
-    """Where a place along a side of the element `own` is in the one across it, (s, t)."""
-    there = own["neighbour_side"][side]
-    x = -along if own["flip"][side] == 1 else along
+def across(element, side, along):
+    """Where a place along a side of the element `element` is in the one across it, (s, t)."""
+    there = element["neighbour_side"][side]
+    x = -along if element["flip"][side] == 1 else along
     edge = -0.5 if there & 1 == 0 else 0.5
     return (edge, x) if there < 2 else (x, edge)
 
@@ -49,11 +49,11 @@ def _over(tables, e, s, t):
     beyond; element −1 where that is not smooth, or it is too far."""
     side, off, along = side_beyond(s, t)
     axis = side >> 1
-    own = tables.elements.table[e]
-    if own["kind"][side] != SMOOTH:
+    element = tables.elements.table[e]
+    if element["kind"][side] != SMOOTH:
         return -1, s, t
-    n, there = own["neighbour"][side], own["neighbour_side"][side]
-    x0, y0 = across(own, side, along)
+    n, there = element["neighbour"][side], element["neighbour_side"][side]
+    x0, y0 = across(element, side, along)
     edge, x = (x0, y0) if there < 2 else (y0, x0)
     depth = off * _length(tables, e, s, t, axis) / _length(tables, n, x0, y0, there >> 1)
     if not (off <= FARTHEST or depth <= FARTHEST):

@@ -14,14 +14,15 @@ from contiga.search.track.kernels.bins_nb import ask_for, fetch_rows, hand_rows,
 from contiga.search.track.kernels.lane_proof_nb import NUMBERS, load_surroundings, prove_lanes
 from contiga.search.track.kernels.lanes_nb import (
     FLAG,
+    LANE_NUMBERS,
     LANES,
     PROVED,
     ROW_S,
     ROW_STATE,
     ROW_T,
     ROWS,
-    TOLD,
     WIDE,
+    fill_element,
     finish_polynomial,
     finish_rational,
     lanes_in,
@@ -30,7 +31,6 @@ from contiga.search.track.kernels.lanes_nb import (
     newton_polynomial,
     newton_rational,
     start_lanes,
-    tell,
     unload,
 )
 from contiga.search.track.kernels.mixed_lanes_nb import (
@@ -41,6 +41,7 @@ from contiga.search.track.kernels.mixed_lanes_nb import (
     wait,
     wait_beyond,
 )
+from contiga.search.track.track_records import Block, OrderedRows
 
 RING_LINES = PARTS * PARTS * NUMBERS * SIZE // LINE
 """Lines of the memory of what is kept of the surroundings of an element's parts."""
@@ -55,28 +56,24 @@ def _room(tables, proves, queue, waiting, records):
 
 
 @inner(linked=False)
-def _wait(tables, proves, block, feet, queue, waiting):
-    """Have the rows of a block wait; answers how many wait then.
-
-    `feet` is (records, order).
-    """
-    records, order = feet
-    e, first, last = block
-    for i in range(first, last):
+def _wait(tables, proves, block, rows, queue, waiting):
+    """Have the rows of a `Block` wait; answers how many wait then. `rows` are `OrderedRows`."""
+    records, order = rows.records, rows.order
+    for i in range(block.first, block.last):
         waiting = _room(tables, proves, queue, waiting, records)
-        wait(tables, e, records, order[i], queue, waiting)
+        wait(tables, block.element, records, order[i], queue, waiting)
         waiting += 1
     return waiting
 
 
 @inner(linked=False)
-def _wait_beyond(tables, proves, block, lanes, feet, queue, waiting):
-    """Have the rows of a block wait that have left its element; answers how many wait then.
+def _wait_beyond(tables, proves, block, lanes, rows, queue, waiting):
+    """Have the rows of a `Block` wait that have left its element; answers how many wait then.
 
-    `feet` is (records, order).
+    `rows` are `OrderedRows`.
     """
-    records, order = feet
-    e, first, last = block
+    records, order = rows.records, rows.order
+    e, first, last = block.element, block.first, block.last
     # Listed without a choice: which rows have left is as random as the points.
     gone, n = stack_int64(LANES), 0
     for i in range(last - first):
@@ -85,17 +82,17 @@ def _wait_beyond(tables, proves, block, lanes, feet, queue, waiting):
     for j in range(n):
         i = gone[j]
         waiting = _room(tables, proves, queue, waiting, records)
-        wait_beyond(tables, e, (lanes[i // WIDE], i % WIDE), order[first + i], queue, waiting)
+        wait_beyond(tables, e, lanes[i // WIDE], i % WIDE, order[first + i], queue, waiting)
         waiting += 1
     return waiting
 
 
 @inner(linked=False)
-def _see_to_trims(tables, block, lanes, feet):
+def _see_to_trims(tables, block, lanes, rows):
     """Flag the feet of a block that are trimmed away, and take back what trims leave unproved."""
-    records, order = feet
+    records, order = rows.records, rows.order
     elements = tables.elements
-    e, first, last = block
+    e, first, last = block.element, block.first, block.last
     patch = elements.table[e]["patch"]
     cut = elements.table[e]["trim"] == CUT
     trimmed = tables.trims.trimmed[patch] != 0
@@ -126,8 +123,9 @@ def _project_blocks(tables, proves, records, order, blocks):
     away at the foot or of too high a degree, or left over other than smooth sides.
     """
     elements = tables.elements
-    lanes, told = new_lanes(ROWS), scratch(TOLD)
+    lanes, element = new_lanes(ROWS), scratch(LANE_NUMBERS)
     queue, waiting = new_queue(), 0
+    rows = OrderedRows(records, order)
     last = -1
     for b in range(blocks.shape[0]):
         e, first, end = blocks[b, 0], blocks[b, 1], blocks[b, 2]
@@ -138,56 +136,55 @@ def _project_blocks(tables, proves, records, order, blocks):
             continue
         alone = (end - first) % WIDE
         if 0 < alone < FEW:
-            few = (e, end - alone, end)
-            waiting = _wait(tables, proves, few, (records, order), queue, waiting)
+            few = Block(e, end - alone, end)
+            waiting = _wait(tables, proves, few, rows, queue, waiting)
             end -= alone
             if first == end:
                 continue
         if e != last:
-            tell(elements, e, tables.scale[1] ** 2, told)
+            fill_element(elements, e, tables.scale[1] ** 2, element)
             last = e
         banks = load(records, order, first, end, lanes)
         # Half a block at a time: where more lines are on their way the lanes wait for theirs.
         half, then = first + LANES // 2, blocks[b, 2]
         ask_for(records, order, first, min(half, end), LINE)
-        start_lanes(lanes, end - first, told)
+        start_lanes(lanes, end - first, element)
         ask_for(records, order, half, end, LINE)
         for k in range(ROUNDS):
             if k == 0:
                 ask_for(records, order, then, then + LANES // 2, 0)
             if form == RATIONAL_CUBIC:
-                newton_rational(lanes, banks, told)
+                newton_rational(lanes, banks, element)
             else:
-                newton_polynomial(lanes, banks, told)
+                newton_polynomial(lanes, banks, element)
             if lanes_in(ACTIVE, lanes, banks) == 0:
                 break
         ask_for(records, order, then + LANES // 2, then + LANES, 0)
         if form == RATIONAL_CUBIC:
-            finish_rational(lanes, banks, told)
+            finish_rational(lanes, banks, element)
         else:
-            finish_polynomial(lanes, banks, told)
+            finish_polynomial(lanes, banks, element)
         if proves:
             load_surroundings(tables.rings, e, lanes, banks)
             _ask_for_next(tables.rings, blocks, b, 0)
-            prove_lanes(lanes, banks, told, tables.scale[1])
+            prove_lanes(lanes, banks, element, tables.scale[1])
             _ask_for_next(tables.rings, blocks, b, 1)
         unload(lanes, records, order, first, end)
-        block, feet = (e, first, end), (records, order)
+        block = Block(e, first, end)
         if trim == CUT or tables.trims.trimmed[elements.table[e]["patch"]] != 0:
-            _see_to_trims(tables, block, lanes, feet)
+            _see_to_trims(tables, block, lanes, rows)
         if lanes_in(LEFT, lanes, banks) > 0:
-            waiting = _wait_beyond(tables, proves, block, lanes, feet, queue, waiting)
+            waiting = _wait_beyond(tables, proves, block, lanes, rows, queue, waiting)
     while waiting > 0:
         waiting = go_on(tables, proves, queue, waiting, records)
 
 
 @kernel()
 def track_lanes(tables, path, starts, chunk, records, left, m, out):
-    """Fast tracking of the rows of a chunk = (first, last) in lanes, each in the element of its
-    start.
+    """Fast tracking of the rows of a `Chunk` in lanes, each in the element of its start.
 
-    `path` (Path), `starts` (Starts) and `left` (Left) are records of `track_records`, `records` is
-    a table of as many rows as the chunk or more to work in. The feet are in `out`, which may be
+    `path` is a `Path`, `starts` are `SurfacePlaces`, `left` is `Left`, `records` is a table of as
+    many rows as the chunk or more to work in. The feet are in `out`, which may be
     what was started from. Returns how many rows are left to do, m of them from before: see
     `fetch_rows`.
     """

@@ -12,6 +12,7 @@ import math
 
 from contiga.elements.kernels.element_nb import locate
 from contiga.jit import kernel
+from contiga.search.certify.certify_records import TakenOut
 from contiga.search.certify.kernels.branch_nb import kept_ball, seen_from
 from contiga.search.closest.kernels.one_foot_nb import foot_from, write_proved
 
@@ -20,14 +21,14 @@ HANDED_BACK = 1
 
 
 @kernel()
-def track_row(tables, path, results, k):
-    """Track row k from its foot in `results` = (projection, flags), which the new one replaces.
+def track_row(tables, way, results, k):
+    """Track row k from its foot in `results` (FlaggedFeet), which the new one replaces.
 
-    `path` is (points before, points now). The row is flagged HANDED_BACK and not written where no
-    foot is found here, or its certificate takes more than the bounds kept around it.
+    `way` is a `Way`. The row is flagged HANDED_BACK and not written where no foot is found here, or
+    its certificate takes more than the bounds kept around it.
     """
-    before, points = path
-    out, back = results
+    before, points = way.before, way.now
+    out, back = results.feet, results.back
     back[k] = HANDED_BACK
     patch = out.patch[k]
     a = (before[k, 0], before[k, 1], before[k, 2])
@@ -40,8 +41,8 @@ def track_row(tables, path, results, k):
     e, _, uv, record = foot_from(tables, e, start, b)
     if e < 0:
         return
-    seen = seen_from(record[0], record[1], a, b, tables.scale[1])
-    taken = (tables.grid, tables.elements.table, tables.rings)
+    seen = seen_from(record.point, record.normal, a, b, tables.scale[1])
+    taken = TakenOut(tables.grid, tables.elements.table, tables.rings)
     if not kept_ball(tables, taken, (patch, patch), uv, start, seen) > 0.0:
         return
     back[k] = 0
@@ -49,17 +50,14 @@ def track_row(tables, path, results, k):
 
 
 @kernel()
-def gather_row(tracked, rows, to, i):
-    """Copy row rows[i] of `tracked` = (feet, points before) to row i of `to` = (patch, uv,
-    points)."""
-    feet, before = tracked
-    patch, uv, points = to
+def gather_row(start, rows, to, i):
+    """Copy row rows[i] of `start` to row i of `to`, both `RowStarts`."""
     k = rows[i]
-    patch[i] = feet.patch[k]
+    to.patch[i] = start.patch[k]
     for c in range(2):
-        uv[i, c] = feet.uv[k, c]
+        to.uv[i, c] = start.uv[k, c]
     for c in range(3):
-        points[i, c] = before[k, c]
+        to.before[i, c] = start.before[k, c]
 
 
 @kernel()

@@ -25,6 +25,7 @@ from contiga.jit.scratch import scratch
 from contiga.search.closest.kernels.foot_nb import tracked_foot
 from contiga.search.closest.kernels.nearest_nb import project_global
 from contiga.search.track.kernels.project_nb import track_lanes
+from contiga.search.track.track_records import Chunk
 
 
 @kernel()
@@ -36,7 +37,7 @@ def track_chunks(tables, path, starts, size, records, left, out, chunks):
     """
     m = 0
     for c in range(chunks[0], chunks[1]):
-        chunk = c * size, min((c + 1) * size, path.now.shape[0])
+        chunk = Chunk(c * size, min((c + 1) * size, path.now.shape[0]))
         m = track_lanes(tables, path, starts, chunk, records, left, m, out)
     return m
 
@@ -45,7 +46,7 @@ def track_chunks(tables, path, starts, size, records, left, out, chunks):
 def _walk(tables, points, left, m, out):
     """Feet of the first m rows left that are TO_WALK, continued by careful walks."""
     h = scratch(4, 6)
-    found = scratch(4)
+    nearest = scratch(4)
     for j in range(m):
         if left.flags[j] != TO_WALK:
             continue
@@ -55,7 +56,7 @@ def _walk(tables, points, left, m, out):
             continue
         point = (points[k, 0], points[k, 1], points[k, 2])
         foot = locate(tables.grid, left.patch[j], left.uv[j, 0], left.uv[j, 1])
-        tracked_foot(tables, k, foot, point, out, found, h)
+        tracked_foot(tables, k, foot, point, out, nearest, h)
 
 
 @inner(linked=False)
