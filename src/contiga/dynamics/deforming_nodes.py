@@ -26,7 +26,7 @@ from contiga.dynamics.nodes import (
     Joint,
     SlaveState,
     Stored,
-    _Unmoved,
+    Unmoved,
     work_of_weight,
 )
 from contiga.errors import ElementError
@@ -65,7 +65,7 @@ def _all_forces(inside: Arrays) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class DeformingNodes(_Unmoved):
+class DeformingNodes(Unmoved):
     """Nodes of elements."""
 
     host: ClassVar[None] = None

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import positive, read_only
-from contiga.dynamics.nodes import CarriedNodes, FreeNodes, NodeMover
+from contiga.dynamics.nodes import NodeMover
+from contiga.dynamics.point_nodes import CarriedNodes, FreeNodes
 from contiga.errors import InputError
 from contiga.records import FloatArray, MassProperties
 from contiga.rigid.inertia import check_inertia

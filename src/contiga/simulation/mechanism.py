@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from contiga.dynamics.free import Attached, Dependent, Free
 from contiga.dynamics.loads import Load
-from contiga.dynamics.nodes import DrivenNodes, NodeMover
+from contiga.dynamics.nodes import NodeMover
+from contiga.dynamics.point_nodes import DrivenNodes
 from contiga.dynamics.prescribed import BodyMotion, SlaveMotion, is_still
 from contiga.dynamics.rigid_bodies import fixed_of, row_of, with_attached
 from contiga.dynamics.springs import Spring

@@ -80,7 +80,7 @@ def elements_of(blocks: Sequence[CellBlock]) -> dict[str, IntArray]:
     return {kind: np.concatenate(rows).astype(np.int32) for kind, rows in cells.items()}
 
 
-def _are_edges(lines: IntArray, blocks: Sequence[CellBlock]) -> NDArray[np.bool_]:
+def _are_edges(lines: NDArray[Any], blocks: Sequence[CellBlock]) -> NDArray[np.bool_]:
     """(n,) which lines (n, 2) are edges of shells or solids, between their corners."""
     known = [np.zeros((0, 2), np.int64)]
     for block in blocks:
