@@ -38,7 +38,7 @@ Hear = Callable[[int, Progress], None]
 """Called with the number of a process and what it tells, on a thread for each process."""
 
 
-def _unheard(process: int, told: Progress) -> None:
+def _unheard(process: int, progress: Progress) -> None:
     """Nobody listens."""
 
 
@@ -116,9 +116,9 @@ class CompilePool:
             self._say(process, json.dumps(_modules()))
             while (row := self._plan.take()) is not None:
                 self._hear(number, Progress(row))
-                told = self._one(process, row)
+                progress = self._one(process, row)
                 self._plan.done(row)
-                self._hear(number, told)
+                self._hear(number, progress)
                 if process.poll() is not None:
                     return
 

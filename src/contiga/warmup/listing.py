@@ -49,13 +49,15 @@ class Listing:
 
     Parameters
     ----------
-    told : what the file holds
+    content : of the file
     """
 
-    def __init__(self, told: dict[str, Any]) -> None:
-        self._types = told["types"]
+    def __init__(self, content: dict[str, Any]) -> None:
+        self._types = content["types"]
         self._made: dict[Row, Any] = {}
-        self.kernels = [Listed(m, n, tuple(own), tuple(of)) for m, n, own, of in told["kernels"]]
+        self.kernels = [
+            Listed(m, n, tuple(arguments), tuple(of)) for m, n, arguments, of in content["kernels"]
+        ]
         self._rows: dict[tuple[str, str], list[Row]] = {}
         for row, kernel in enumerate(self.kernels):
             self._rows.setdefault((kernel.module, kernel.name), []).append(row)
@@ -74,9 +76,9 @@ class Listing:
         of the sources.
         """
         kernel = self.kernels[row]
-        found = getattr(import_module(kernel.module), kernel.name)
-        found.compile(self.arguments(row))
-        return found
+        function = getattr(import_module(kernel.module), kernel.name)
+        function.compile(self.arguments(row))
+        return function
 
     def arguments(self, row: Row) -> tuple[Any, ...]:
         """Types of numba's that a kernel takes."""
@@ -110,8 +112,8 @@ class Listing:
 def _record(fields: list[Any], size: int, aligned: bool) -> Any:
     names, kinds, shapes, offsets = zip(*fields, strict=True)
     formats = [(kind, tuple(shape)) for kind, shape in zip(kinds, shapes, strict=True)]
-    told: Any = {"names": names, "formats": formats, "offsets": offsets, "itemsize": size}
-    return from_dtype(np.dtype(told, align=aligned))
+    description: Any = {"names": names, "formats": formats, "offsets": offsets, "itemsize": size}
+    return from_dtype(np.dtype(description, align=aligned))
 
 
 @cache

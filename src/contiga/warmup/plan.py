@@ -23,11 +23,11 @@ class Plan:
     def __init__(self, parts: Sequence[Sequence[Row]]) -> None:
         self._parts = parts
         self._builds: list[list[Row]] = [[] for _ in parts]
-        for row, own in enumerate(parts):
-            for part in own:
+        for row, needed in enumerate(parts):
+            for part in needed:
                 self._builds[part].append(row)
-        self._missing = [len(own) for own in parts]
-        self._ready = {row for row, own in enumerate(parts) if not own}
+        self._missing = [len(needed) for needed in parts]
+        self._ready = {row for row, needed in enumerate(parts) if not needed}
         self._left = set(range(len(parts)))
         self._wanted: list[Row] = []
         self._ended = False
@@ -37,9 +37,9 @@ class Plan:
         """A kernel to be compiled, as soon as there is one; None once none is left."""
         with self._changed:
             while self._left and not self._ended:
-                found = self._first(self._ready)
-                if found is not None:
-                    return found
+                ready = self._first(self._ready)
+                if ready is not None:
+                    return ready
                 self._changed.wait()
             return None
 
@@ -53,9 +53,9 @@ class Plan:
             self._wanted.append(row)
             try:
                 while row in self._left and not self._ended:
-                    found = self._first(self._ready)
-                    if found is not None:
-                        return found
+                    ready = self._first(self._ready)
+                    if ready is not None:
+                        return ready
                     self._changed.wait()
                 return None
             finally:
@@ -86,9 +86,9 @@ class Plan:
         among = wanted or other
         if not among:
             return None
-        found = min(among)
-        self._ready.remove(found)
-        return found
+        ready = min(among)
+        self._ready.remove(ready)
+        return ready
 
     def _needed(self) -> set[Row]:
         """What is wanted, and those of its parts that are not there."""

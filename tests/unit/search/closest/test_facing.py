@@ -7,7 +7,7 @@ import pytest
 from tests.scenes import box
 
 import contiga as cg
-from contiga.records import Projection, empty_projection
+from contiga.records import FacingLimits, Projection, SurfacePlaces, empty_projection
 from contiga.statuses import Feature, Status
 
 UP, LEAST = np.array([0.0, 0.0, 1.0]), float(np.cos(np.radians(160.0)))
@@ -22,13 +22,12 @@ def facing(
 ) -> Projection:
     """Looked for from the closest points of `about`, or from nowhere."""
     out = empty_projection(len(points))
-    starts = np.full(len(points), -1, np.int32), np.zeros((len(points), 2))
+    starts = SurfacePlaces(np.full(len(points), -1, np.int32), np.zeros((len(points), 2)))
     if about is not None:
-        starts = master.project(about)[:2]
+        starts = SurfacePlaces(*master.project(about)[:2])
+    limits = FacingLimits(least, np.zeros(len(points)))
     guards = np.tile(np.asarray(guard, dtype=float), (len(points), 1))
-    master.surface.closest_facing(
-        np.asarray(points, dtype=float), guards, (least, np.zeros(len(points))), starts, out
-    )
+    master.surface.closest_facing(np.asarray(points, dtype=float), guards, limits, starts, out)
     return out
 
 

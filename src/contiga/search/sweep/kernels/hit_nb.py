@@ -171,11 +171,8 @@ def _stays_off(plate, p, d, ends, slack):
 @inner(linked=False)
 def _search(tables, segment, loose, sense, crossings, queue, work):
     """First crossings of a `Segment`: entries in crossings[0], where it leaves in crossings[1]
-    (`sense` EITHER only).
-
-    `loose` is by how many widths of an edge beyond either end one at that edge may lie; `queue` is
-    a `Queue`, `work` is `CellWork`.
-    """
+    (`sense` EITHER only). `loose` is by how many widths of an edge beyond either end one at that
+    edge may lie; `queue` is a `Queue`, `work` is `CellWork`."""
     tree, leaves, elements = tables.tree, tables.leaves, tables.elements
     trims, piece_width = tables.trims, tables.piece_width
     stack, h, count = work.stack, work.h, work.counts

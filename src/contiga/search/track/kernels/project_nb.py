@@ -125,8 +125,7 @@ def _project_blocks(tables, proves, records, order, blocks):
     elements = tables.elements
     lanes, element = new_lanes(ROWS), scratch(LANE_NUMBERS)
     queue, waiting = new_queue(), 0
-    rows = OrderedRows(records, order)
-    last = -1
+    last, rows = -1, OrderedRows(records, order)
     for b in range(blocks.shape[0]):
         e, first, end = blocks[b, 0], blocks[b, 1], blocks[b, 2]
         form, trim = elements.table[e]["form"], elements.table[e]["trim"]
