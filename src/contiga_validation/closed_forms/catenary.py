@@ -42,7 +42,8 @@ def hung(bars: int, young: float, tolerance: float) -> tuple[FloatArray, FloatAr
     """Nodes of a chain at rest, and the force (3,) on its first end, which has half a bar's weight;
     the weight a length is 1."""
     line = np.linspace(0.0, LENGTH, bars + 1)
-    ends = np.stack([np.arange(bars), np.arange(1, bars + 1)], axis=1)
+    first = np.arange(bars, dtype=np.int32)
+    ends = np.stack([first, first + 1], axis=1)
     cable = cg.materials.Elastic(young=young)
     motion = cg.motion.Deforming(
         parts=[
