@@ -2,7 +2,7 @@
 
 Parts named are run alone, and the file keeps what it says of the others. "first", which compiles
 everything anew, is left out unless it is named or ``--all`` is given. Other tables are run by name:
-area, area_errors, faceted, matter, mesher, runs.
+area, area_errors, faceted, matter, matter_steps, mesher, runs.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from benchmarks import (
     faceted,
     machine,
     matter,
+    matter_steps,
     mesher,
     runs,
     scaling,
@@ -55,6 +56,7 @@ TABLES = {
     "area_errors": area_errors,
     "faceted": faceted,
     "matter": matter,
+    "matter_steps": matter_steps,
     "mesher": mesher,
     "runs": runs,
 }

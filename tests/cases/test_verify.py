@@ -10,7 +10,7 @@ from contiga_validation.closed_forms.page import SIZE
 from contiga_validation.engine.drawing import png
 from contiga_validation.engine.experiment import Picture
 
-SLOW = "roll-down", "block-slips", "winkler-deep"
+SLOW = "roll-down", "block-slips", "winkler-deep", "matter-cook-volume", "matter-ball-on-membrane"
 """Of those with others of their kind."""
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -21,13 +22,19 @@ HENCKY = 0.653443
 """w₀/a over (q a/E h)^⅓ of a clamped membrane with ν = 0.3, by his series."""
 
 
-def _at_rest(
-    slave: cg.Slave, motion: cg.motion.Deforming, tolerance: float, down: float = 0.0
+def resting(
+    slave: cg.Slave,
+    motion: cg.motion.Deforming,
+    tolerance: float,
+    *,
+    down: float = 0.0,
+    contacts: Sequence[cg.Contact] = (),
 ) -> cg.SystemState:
+    """The state at rest of a slave named "it", under gravity and against bodies that stay."""
     return cg.Simulation(
-        bodies={},
+        bodies={f"body {k}": contact.master for k, contact in enumerate(contacts)},
         slaves={"it": (slave, motion)},
-        contacts=[],
+        contacts=contacts,
         gravity=[0.0, 0.0, -down],
         end=1.0,
         step="auto",
@@ -43,7 +50,7 @@ def _hung() -> Answer:
         density=density,
         fixed={"layer": ([0, 0, 1], 0.0)},
     )
-    state = _at_rest(bar, motion, 1e-6, down)
+    state = resting(bar, motion, 1e-6, down=down)
     heights = bar.points[:, 2]
     ways = state.slaves["it"].points[:, 2] - heights
     exact = -density * down * (length**2 - heights**2) / (2.0 * young)
@@ -83,7 +90,7 @@ def _pulled(stretch: float, *, both: bool) -> float:
     motion = cg.motion.Deforming(
         material=RUBBER, density=1.0, thickness=THIN, fixed=fixed, rest=rest
     )
-    inside = _at_rest(sheet, motion, 1e-5).slaves["it"].matter
+    inside = resting(sheet, motion, 1e-5).slaves["it"].matter
     nominal = -float(inside["force"][rest[:, 0] == 1.0, 0].sum()) / THIN
     return stretch * nominal
 
@@ -170,7 +177,7 @@ def _blown(pressure: float, halved: int) -> float:
         thickness=THIN,
         loads=cg.motion.Pressure(-pressure * MU * THIN),
     )
-    state = _at_rest(cg.Slave(points, facets), motion, 1e-5)
+    state = resting(cg.Slave(points, facets), motion, 1e-5)
     now = _volume(state.slaves["it"].points, facets)
     return float(np.cbrt(now / _volume(points, facets)))
 
@@ -229,7 +236,7 @@ def _drumhead(rings: int) -> tuple[FloatArray, FloatArray]:
         fixed=radii > 1.0 - 1e-9,
         loads=cg.motion.Pressure(-pressure),
     )
-    state = _at_rest(cg.Slave(points, facets), motion, 1e-3)
+    state = resting(cg.Slave(points, facets), motion, 1e-3)
     return radii, state.slaves["it"].points[:, 2] / math.cbrt(pressure / (young * 1e-3))
 
 

@@ -19,6 +19,10 @@ MODULES = (
     "matter",
     "at_rest",
     "foam",
+    "catenary",
+    "membranes",
+    "hertz",
+    "cook",
     "injury",
 )
 

@@ -1,0 +1,167 @@
+"""Whole steps of what deforms: beside Kratos', beside internal forces alone; memory an element.
+
+`python -m benchmarks matter_steps`. Goals are ratios, measured in one run and in turns: what else the
+machine does falls on both sides alike.
+"""
+
+from __future__ import annotations
+
+import tracemalloc
+from collections.abc import Callable
+from time import process_time
+from typing import Any
+
+import numpy as np
+
+import contiga as cg
+from benchmarks.matter import RUBBER, SIDE, STEEL, asked, bent, cube, membrane, sheet, solid
+from benchmarks.rivals import missing
+from benchmarks.timing import in_turns, on_threads
+from contiga.matter import Assembled
+
+ROUNDS = 9
+TIMES_KRATOS, TIMES_FORCES, BYTES = 8.0, 3.0, 1000.0
+"""Goals: a step of Kratos' takes at least so many of ours, a step with contact at most so many times
+its internal forces, and an element at most so many bytes."""
+TENTH = np.sqrt(0.1 / np.pi)
+"""Radius of the tenth of a unit square."""
+STEP = 1e-6
+
+
+def _told(reached: bool) -> str:
+    return " (goal reached)" if reached else " (goal missed)"
+
+
+def run(side: int = SIDE) -> list[str]:
+    """The lines of the table."""
+    return [*with_contact(8 * side), *memory(side), *beside_kratos(side)]
+
+
+def with_contact(side: int) -> list[str]:
+    """A membrane with a ball on a tenth of it: its whole step beside its forces."""
+    nodes, triangles = sheet(side)
+    slave = cg.Slave(nodes, triangles)
+    ball = cg.Body([cg.shapes.sphere(radius=2.0, centre=(0.5, 0.5, _height(2.0)))])
+    motion = cg.motion.Deforming(material=STEEL, density=1.0, thickness=0.1)
+    law = cg.PenaltyLaw(1.0, per_area=True)
+    contact = cg.Contact(ball, slave, law=law, search="penetration")
+    stepped = Stepped({"ball": ball}, (slave, motion), [contact])
+    touching = stepped.state.n_contact / len(nodes)
+    works = {"step": stepped, "forces": asked(membrane(nodes, triangles, STEEL))}
+    with on_threads(1):
+        times = in_turns(works, ROUNDS, process_time)
+    ratio = times["step"] / times["forces"]
+    return [
+        f"a membrane of {len(triangles)} triangles, {touching:.0%} of its nodes in contact: a whole "
+        f"step takes {ratio:.1f} times its internal forces{_told(ratio <= TIMES_FORCES)}"
+    ]
+
+
+def _height(radius: float) -> float:
+    """Of a ball's centre whose lowest part below z = 0 has a tenth of the unit square."""
+    return float(np.sqrt(radius**2 - TENTH**2))
+
+
+class Stepped:
+    """A work that goes on with a simulation of one slave by a step; its state has two behind it."""
+
+    def __init__(self, bodies: Any, slave: Any, contacts: Any) -> None:
+        self.simulation = cg.Simulation(
+            bodies=bodies, slaves={"it": slave}, contacts=contacts, end=1.0, step=STEP
+        )
+        state = self.simulation.step(self.simulation.start())
+        self.state = self.simulation.step(state)
+
+    def __call__(self, _: int) -> None:
+        self.state = self.simulation.step(self.state)
+
+
+def memory(side: int) -> list[str]:
+    """What elements take with all their tables and a state."""
+    lines = []
+    for name, make in (
+        ("tet4 neo-Hooke", lambda: solid("tet4", *cube(side), RUBBER)),
+        ("tri3 elastic", lambda: membrane(*sheet(8 * side), STEEL)),
+    ):
+        tracemalloc.start()
+        matter: Assembled = make()
+        answer = matter.forces(matter.start(), matter.nodes, np.zeros_like(matter.nodes), 0.0)
+        taken = tracemalloc.get_traced_memory()[0]
+        tracemalloc.stop()
+        each = taken / sum(len(group.elements) for group in matter.groups)
+        assert len(answer.force) == len(matter.nodes)
+        lines.append(f"{name}: {each:.0f} bytes an element, nodes included{_told(each <= BYTES)}")
+    return lines
+
+
+def beside_kratos(side: int) -> list[str]:
+    """An explicit step of the same tetrahedra on one thread of Kratos'."""
+    absent = missing("KratosMultiphysics", "KratosMultiphysics.StructuralMechanicsApplication")
+    if absent is not None:
+        return [f"beside Kratos: not measured: {absent}"]
+    nodes, elements = cube(side)
+    slave = cg.Slave(bent(nodes), elements={"tetra": elements})
+    motion = cg.motion.Deforming(material=STEEL, density=1.0, rest=nodes)
+    ours, (theirs, forces) = Stepped({}, (slave, motion), []), kratos(nodes, elements)
+    own = ours.simulation.start().slaves["it"].matter["force"]
+    theirs(0)
+    difference = np.abs(forces() - own).max() / np.abs(own).max()
+    with on_threads(1):
+        times = in_turns({"ours": ours, "theirs": theirs}, ROUNDS, process_time)
+    ratio = times["theirs"] / times["ours"]
+    return [
+        f"Kratos' explicit step of {len(elements)} tetrahedra takes {ratio:.1f} times a whole step "
+        f"here, each on one thread{_told(ratio >= TIMES_KRATOS)}; after it forces differ by "
+        f"{difference:.0e} of the largest"
+    ]
+
+
+def kratos(
+    nodes: np.ndarray, elements: np.ndarray
+) -> tuple[Callable[[int], None], Callable[[], np.ndarray]]:
+    """Central differences on total Lagrangian tetrahedra, and the forces (n, 3) of its last step."""
+    import KratosMultiphysics as km
+    from KratosMultiphysics import StructuralMechanicsApplication as mechanics
+
+    km.Logger.GetDefaultOutput().SetSeverity(km.Logger.Severity.WARNING)
+    km.ParallelUtilities.SetNumThreads(1)
+    model = km.Model()
+    part = model.CreateModelPart("it", 2)
+    asked_for = "DISPLACEMENT VELOCITY ACCELERATION REACTION VOLUME_ACCELERATION FORCE_RESIDUAL "
+    for name in (asked_for + "RESIDUAL_VECTOR NODAL_MASS").split():
+        part.AddNodalSolutionStepVariable(getattr(km, name))
+    of_scheme = "MIDDLE_VELOCITY FRACTIONAL_ACCELERATION NODAL_DISPLACEMENT_STIFFNESS"
+    for name in of_scheme.split():
+        part.AddNodalSolutionStepVariable(getattr(mechanics, name))
+    part.ProcessInfo[km.DOMAIN_SIZE] = 3
+    steel = part.CreateNewProperties(1)
+    steel[km.DENSITY], steel[km.YOUNG_MODULUS] = 1.0, STEEL.young
+    steel[km.POISSON_RATIO] = STEEL.poisson
+    steel[km.CONSTITUTIVE_LAW] = mechanics.LinearElastic3DLaw()
+    for k, place in enumerate(nodes.tolist()):
+        part.CreateNewNode(k + 1, *place)
+    for k, corners in enumerate((elements + 1).tolist()):
+        part.CreateNewElement("TotalLagrangianElement3D4N", k + 1, corners, steel)
+    for axis in "XYZ":
+        ways = (getattr(km, f"{what}_{axis}") for what in ("DISPLACEMENT", "REACTION"))
+        km.VariableUtils().AddDof(*ways, part)
+    for node, way in zip(part.Nodes, (bent(nodes) - nodes).tolist(), strict=True):
+        node.SetSolutionStepValue(km.DISPLACEMENT, 0, way)
+        node.SetSolutionStepValue(km.DISPLACEMENT, 1, way)
+        node.X, node.Y, node.Z = (a + b for a, b in zip((node.X0, node.Y0, node.Z0), way, strict=True))
+    scheme = mechanics.ExplicitCentralDifferencesScheme(STEP, 0.9, 0.0)
+    strategy = mechanics.MechanicalExplicitStrategy(part, scheme, False, False, True)
+    strategy.Initialize()
+
+    def step(_: int, kept: Any = model) -> None:
+        part.CloneTimeStep(part.ProcessInfo[km.TIME] + STEP)
+        strategy.InitializeSolutionStep()
+        strategy.Predict()
+        strategy.SolveSolutionStep()
+        strategy.FinalizeSolutionStep()
+
+    def forces() -> np.ndarray:
+        found = [[*node.GetSolutionStepValue(km.FORCE_RESIDUAL)] for node in part.Nodes]
+        return np.array(found)
+
+    return step, forces

@@ -1,0 +1,254 @@
+"""Membranes under a point, a ball and a pressure that wrinkles them."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import contiga as cg
+from contiga_validation.closed_forms.at_rest import disc, resting
+from contiga_validation.closed_forms.case import Answer, Case, absolute, relative
+from contiga_validation.closed_forms.matter import GROUP
+from contiga_validation.closed_forms.pictures import compared
+from contiga_validation.engine.arrays import FloatArray, IntArray
+
+THIN = 1e-3
+"""Thickness of discs of radius 1 and modulus 1."""
+POINT = math.cbrt(3.0 / math.pi)
+"""w₀/a over (P/E h a)^⅓ under a point load at ν = ⅓: 0.984745."""
+LOAD = 1e-3
+"""P/(E h a)."""
+SUNK, PRESSED = 0.0535900, 2.28049e-4
+"""δ R/a² and P R³/(E h a⁴) of a ball that touches up to 0.1 a, ν = 0.3: Föppl's equations, a
+parabola inside, integrated from there to the border."""
+TOUCHED = 0.1
+
+
+def graded(radii: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Points, their radii and the facets of a disc with rings of these radii, from 0."""
+    points, facets = disc(len(radii) - 1)
+    even = np.hypot(points[:, 0], points[:, 1])
+    ring = np.rint((len(radii) - 1) * even).astype(np.int64)
+    scale = np.divide(radii[ring], even, out=np.zeros_like(even), where=even > 0.0)
+    return points * scale[:, None], radii[ring], facets
+
+
+def spaced(fine: int, inner: float, outer: int, far: float) -> FloatArray:
+    """`fine` even steps from 0 to `inner`, then `outer` ones that grow evenly, to `far`."""
+    first = inner / fine
+    powers = np.arange(1, outer + 1)
+
+    def beyond(growth: float) -> float:
+        return inner + first * float((growth**powers).sum()) - far
+
+    steps = first * float(brentq(beyond, 1.0, 10.0)) ** powers
+    return np.concatenate([np.linspace(0.0, inner, fine + 1), inner + np.cumsum(steps)])
+
+
+def _loaded(rings: int) -> tuple[FloatArray, FloatArray]:
+    """Radii, and ways over (P/E h a)^⅓, of a disc under a load in its middle."""
+    rest, radii, facets = graded(np.linspace(0.0, 1.0, rings + 1) ** 1.5)
+    motion = cg.motion.Deforming(
+        material=cg.materials.Elastic(young=1.0, poisson=1.0 / 3.0),
+        density=1.0,
+        thickness=THIN,
+        fixed=radii == 1.0,
+        loads=cg.motion.NodalForce([0.0, 0.0, LOAD * THIN], on={"nodes": [0]}),
+    )
+    state = resting(cg.Slave(rest, facets), motion, 1e-3)
+    return radii, state.slaves["it"].points[:, 2] / math.cbrt(LOAD)
+
+
+def _point() -> Answer:
+    (_, coarse), (radii, ways) = _loaded(6), _loaded(12)
+    checks = (
+        relative("w₀/a over (P/E h a)^⅓, 12 rings", ways[0], POINT, 0.03),
+        relative("from 6 and 12 rings", 2.0 * ways[0] - coarse[0], POINT, 5e-3),
+        absolute("largest error of all nodes but the middle, by w₀",
+                 np.abs(ways - POINT * (1.0 - np.cbrt(radii**2)))[1:].max() / POINT, 0.0, 0.01),
+    )  # fmt: skip
+    r = np.linspace(0.0, 1.0, 300)
+    draw = compared(
+        ("r/a", "w/a (E h a/P)^⅓"),
+        [("formula", r, POINT * (1.0 - np.cbrt(r**2)))],
+        [("12 rings", radii, ways)],
+    )
+    return Answer(checks, draw)
+
+
+class _Sunk(NamedTuple):
+    """A ball's disc at rest."""
+
+    radii: FloatArray
+    ways: FloatArray
+    force: float
+
+
+def _under_a_ball() -> _Sunk:
+    """A ball of radius 1 that has sunk in by SUNK."""
+    rest, radii, facets = graded(spaced(7, 1.4 * TOUCHED, 7, 1.0))
+    down = np.where(
+        radii < TOUCHED,
+        0.5 * radii**2 - SUNK,
+        (SUNK - 0.5 * TOUCHED**2) * np.log(np.maximum(radii, TOUCHED)) / -math.log(TOUCHED),
+    )
+    border = radii == radii.max()
+    down[~border] -= 1e-7
+    start = rest.copy()
+    start[:, 2] = np.where(border, 0.0, down)
+    slave = cg.Slave(start, facets)
+    motion = cg.motion.Deforming(
+        material=cg.materials.Elastic(young=1.0, poisson=0.3),
+        density=1.0,
+        thickness=THIN,
+        rest=rest,
+        fixed=border,
+    )
+    ball = cg.Body([cg.shapes.sphere(radius=1.0, centre=(0.0, 0.0, 1.0 - SUNK))])
+    law = cg.PenaltyLaw(100.0 * THIN, per_area=True)
+    state = resting(slave, motion, 4e-4, contacts=[cg.Contact(ball, slave, law=law)])
+    (contact,) = state.contacts.values()
+    return _Sunk(radii, state.slaves["it"].points[:, 2], float(-contact.total_force[2]))
+
+
+def _shape(radii: FloatArray) -> FloatArray:
+    """Of the membrane under the ball, by Föppl's equations: φ = r N, r² φ″ + r φ′ − φ = −r w′²/2
+    with E h = 1, and φ w′ = P/2π from the ball to the border."""
+    c, pull = TOUCHED, PRESSED / (2.0 * math.pi)
+    phi = pull / c  # w′ = r there
+    inside = (phi + c**3 / 16.0) / c  # φ = A r − r³/16 under the ball
+
+    def rates(r: float, y: FloatArray) -> list[float]:
+        return [y[1], (y[0] - r * y[1]) / r**2 - 0.5 * (pull / y[0]) ** 2 / r, pull / y[0]]
+
+    start = [phi, inside - 3.0 * c**2 / 16.0, 0.5 * c**2 - SUNK]
+    outside = solve_ivp(rates, (c, 1.0), start, rtol=1e-10, atol=1e-14, dense_output=True)
+    under = 0.5 * radii**2 - SUNK
+    return np.where(radii < c, under, outside.sol(np.maximum(radii, c))[2])
+
+
+def _ball() -> Answer:
+    found = _under_a_ball()
+    exact = _shape(found.radii)
+    checks = (
+        relative("P R³/(E h a⁴)", found.force / THIN, PRESSED, 4e-3),
+        absolute("largest error of all nodes, by the depth",
+                 np.abs(found.ways - exact).max() / SUNK, 0.0, 5e-3),
+    )  # fmt: skip
+    r = np.linspace(0.0, 1.0, 300)
+    draw = compared(
+        ("r/a", "w R/a²"),
+        [("Föppl", r, _shape(r)), ("ball", r[r < 0.3], 0.5 * r[r < 0.3] ** 2 - SUNK)],
+        [("14 rings", found.radii, found.ways)],
+    )
+    return Answer(checks, draw)
+
+
+YOUNG, POISSON, BAG, PRESSURE, HALF = 588e6, 0.4, 0.6e-3, 5e3, 0.6 / math.sqrt(2.0)
+"""Of the square bag: Pa, thickness and half of its side in m, pressure."""
+RISE, CORNER, SIDE, STRESS = 0.2166, -0.0348, -0.122, 3.91e6
+"""Of its middle, its corners each way, the middles of its sides, and the stress in the middle:
+finer meshes of the same relaxed energy; published rises are 0.216 to 0.217."""
+
+
+def _crossed(cells: int) -> tuple[FloatArray, IntArray]:
+    """The unit square, cut along diagonals that cross."""
+    line = np.linspace(0.0, 1.0, cells + 1)
+    x, y = (one.ravel() for one in np.meshgrid(line, line, indexing="ij"))
+    rows = np.arange(len(x)).reshape(cells + 1, cells + 1)
+    a, b, c, d = rows[:-1, :-1], rows[1:, :-1], rows[1:, 1:], rows[:-1, 1:]
+    even = np.indices(a.shape).sum(axis=0) % 2 == 0
+    halves = [((a, b, c), even), ((a, c, d), even), ((a, b, d), ~even), ((b, c, d), ~even)]
+    facets = [np.stack(corners, axis=-1)[where] for corners, where in halves]
+    return np.stack([x, y, np.zeros_like(x)], axis=1), np.concatenate(facets)
+
+
+class _Blown(NamedTuple):
+    """A quarter of one side of the bag."""
+
+    unit: FloatArray
+    ways: FloatArray
+    stress: float
+
+    def at(self, x: float, y: float) -> FloatArray:
+        """The way of a node of the unit square."""
+        row = np.argmin(np.abs(self.unit[:, :2] - [x, y]).sum(axis=1))
+        return np.asarray(self.ways[row])
+
+
+def _blown_up(cells: int) -> _Blown:
+    unit, facets = _crossed(cells)
+    rest = HALF * unit
+    fixed = unit == 0.0
+    fixed[:, 2] = (unit[:, :2] == 1.0).any(axis=1)
+    nylon = cg.materials.Elastic(young=YOUNG, poisson=POISSON, compression=False)
+    motion = cg.motion.Deforming(
+        material=nylon,
+        density=1e3,
+        thickness=BAG,
+        fixed=fixed,
+        loads=cg.motion.Pressure(-PRESSURE),
+    )
+    points = resting(cg.Slave(rest, facets), motion, 1e-3).slaves["it"].points
+    part = cg.matter.Part(kind="tri3", elements=facets, material=nylon, density=1e3, thickness=BAG)
+    matter = cg.matter.assemble(rest, [part])
+    stress = matter.stress(matter.start()._replace(points=points))
+    return _Blown(unit, points - rest, float(stress[0, 0]))
+
+
+def _bag() -> Answer:
+    coarse, found = _blown_up(8), _blown_up(16)
+    corner, side = found.at(1.0, 1.0), found.at(1.0, 0.0)
+    checks = (
+        relative("rise of the middle", found.at(0.0, 0.0)[2], RISE, 2e-3),
+        relative("way of a corner, along x", corner[0], CORNER, 0.01),
+        relative("way of the middle of a side", side[0], SIDE, 0.03),
+        relative("stress in the middle", found.stress, STRESS, 0.03),
+        absolute("how much a corner goes farther along y", corner[1] - corner[0], 0.0, 1e-4),
+    )
+    line = found.unit[:, 1] == 0.0
+    other = coarse.unit[:, 1] == 0.0
+    draw = compared(
+        ("x", "z"),
+        [("published rise", np.array([0.0, HALF]), np.full(2, RISE))],
+        [
+            (name, HALF * bag.unit[rows, 0] + bag.ways[rows, 0], bag.ways[rows, 2])
+            for name, bag, rows in (("16 × 16", found, line), ("8 × 8", coarse, other))
+        ],
+    )
+    return Answer(checks, draw)
+
+
+CASES = (
+    Case(
+        "matter-point",
+        GROUP,
+        "A clamped membrane under a point load",
+        "w = (3/π)^⅓ (P/E h a)^⅓ (1 − (r/a)^⅔) a at ν = ⅓",
+        "Rings of triangles that are finer in the middle, where the slope has no bound: there the "
+        "error falls with the first power of their number.",
+        _point,
+    ),
+    Case(
+        "matter-ball-on-membrane",
+        GROUP,
+        "A ball sinks into a clamped membrane",
+        "δ R/a² = 0.05359,  P R³/(E h a⁴) = 2.28049e-4 at c/a = 0.1, ν = 0.3",
+        "An exact ball without friction is held at its depth, and a disc of 14 rings comes to rest "
+        "against it.",
+        _ball,
+    ),
+    Case(
+        "matter-airbag",
+        GROUP,
+        "A square airbag",
+        "w = 0.2166 m, corner −0.0348 m, mid-side −0.122 m, σ = 3.91 MPa",
+        "Diagonal 1.2 m, 588 MPa, ν = 0.4, 0.6 mm, 5 kPa: an eighth of it, 16 × 16 cells of "
+        "triangles that wrinkle instead of carrying compression, from flat.",
+        _bag,
+    ),
+)
