@@ -57,8 +57,8 @@ In brackets, how far the characteristic is off: its value against that of the el
   of the foam. With so weak a tension the error is another one than with the first slope.
 - The contact is smaller than that of columns, since the face of the foam leaves the head before its
   depth is zero. Pressures from a characteristic are too low where it is deep.
-- The less of the pad is hit at once, the larger the error. A flat punch as wide as the pad has none:
-  `contiga verify` has that blow in closed form for elements.
+- The less of the pad is hit at once, the larger the error. A flat punch as wide as the pad has
+  none: `contiga verify` has that blow in closed form for elements.
 - It costs a fraction: {cheap:,} steps against {dear:,}.
 
 A characteristic that was measured with an impactor like the one in the case has the share of the
@@ -83,7 +83,8 @@ class Blow(NamedTuple):
 def blow(case: str, settings: dict[str, float]) -> Blow:
     """Run a case and read off what the page tells."""
     with tempfile.TemporaryDirectory() as folder:
-        result = cg.run(ROOT / "examples" / case, out=Path(folder), set=settings)
+        made = cg.load_case(ROOT / "examples" / case, set=settings)
+        result = cg.run(made, out=Path(folder))
     history, said = result.history, result.summary["sensors"]["head_cg"]["criteria"]
     time, force, speed = history["time"], history["force"], history["headform.vx"]
     depth = history["headform.x"] - history["headform.x"][np.argmax(history["n_contact"] > 0)]

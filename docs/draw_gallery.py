@@ -74,7 +74,8 @@ ENTRIES = (
 HEAD = """# Gallery
 
 *Made by `docs/draw_gallery.py`, which runs the cases. All are in
-the folder `examples`: `contiga run FILE -o out`, or `make run CASE=01_headform`, which makes what it reads first.*
+the folder `examples`: `contiga run FILE -o out`, or `make run CASE=01_headform`, which first makes
+the files that it reads.*
 
 """
 

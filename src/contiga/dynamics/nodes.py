@@ -6,7 +6,7 @@ there, the contacts answer with forces, `kick` ends it with those.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Protocol
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from contiga.dynamics.prescribed import Moved, SlaveMotion
 from contiga.errors import InputError
-from contiga.matter.element_fields import ElementFields
+from contiga.matter.element_fields import Inside
 from contiga.records import FloatArray
 from contiga.rigid.frames import to_world
 from contiga.rigid.twist import Twist
@@ -137,8 +137,8 @@ class NodeMover(Protocol):
     def bare(self) -> NDArray[np.bool_]:
         """(n,) nodes of what is joined that are in no element, and stay."""
 
-    def element_fields(self, state: SlaveState) -> ElementFields | None:
-        """At the nodes of elements, NaN at others; None of what has none."""
+    def inside(self, state: SlaveState) -> Sequence[Inside]:
+        """What its elements tell, which are rows of its nodes; nothing of what has none."""
 
     def rates(self, state: SlaveState) -> tuple[float, float]:
         """ω² and decay rate γ of what is fastest in them, beside their contacts."""
@@ -198,9 +198,9 @@ class _Unmoved:
         """As they are."""
         return state
 
-    def element_fields(self, state: SlaveState) -> ElementFields | None:
-        """None."""
-        return None
+    def inside(self, state: SlaveState) -> Sequence[Inside]:
+        """Nothing."""
+        return ()
 
     def shaken(self, state: SlaveState) -> float:
         """As the ledger has it."""
