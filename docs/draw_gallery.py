@@ -48,7 +48,7 @@ ENTRIES = (
         "foam",
         "06_headform_foam.toml",
         ("force", "head_cg.filtered_a"),
-        ("force", "max_penetration", "area"),
+        ("force", "max_penetration"),
     ),
     Entry("tyre", "07_tyre.toml", ("force_z", "force_x"), ("force", "max_penetration")),
     Entry("cloth", "08_cloth.toml", ("front hem.z", "force"), ("front hem.z",)),
