@@ -48,7 +48,7 @@ ENTRIES = (
         "foam",
         "06_headform_foam.toml",
         ("force", "head_cg.filtered_a"),
-        ("force", "max_penetration", "area"),
+        ("force", "max_penetration"),
     ),
     Entry("tyre", "07_tyre.toml", ("force_z", "force_x"), ("force", "max_penetration")),
     Entry("cloth", "08_cloth.toml", ("front hem.z", "force"), ("front hem.z",)),
@@ -74,7 +74,8 @@ ENTRIES = (
 HEAD = """# Gallery
 
 *Made by `docs/draw_gallery.py`, which runs the cases. All are in
-the folder `examples`: `contiga run FILE -o out`, or `make run CASE=01_headform`, which makes what it reads first.*
+the folder `examples`: `contiga run FILE -o out`, or `make run CASE=01_headform`, which first makes
+the files that it reads.*
 
 """
 

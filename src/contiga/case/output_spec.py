@@ -25,6 +25,8 @@ class OutputSpec(Spec):
         Field(default=["stress", "von_mises", "strain", "principal_strain", "energy_density"])
     )
     """What is written of the inside of slaves that deform."""
+    cells: bool = False
+    """Of facets, too, as the elements behind them have it."""
 
     @model_validator(mode="after")
     def _report_has_its_history(self) -> Self:

@@ -7,6 +7,7 @@ at both ends, which is what a leapfrog does.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
@@ -30,7 +31,7 @@ from contiga.dynamics.nodes import (
     work_of_weight,
 )
 from contiga.errors import ElementError
-from contiga.matter.element_fields import ElementFields
+from contiga.matter.element_fields import Inside
 from contiga.matter.protocol import Matter, MatterForces, MatterState
 from contiga.records import FloatArray
 
@@ -286,16 +287,13 @@ class DeformingNodes(Unmoved):
         acceleration = self._acceleration(force, forces, gravity)
         return 0.125 * float((self.mass * (acceleration * acceleration).sum(axis=1)).sum())
 
-    def element_fields(self, state: SlaveState) -> ElementFields | None:
-        """Of matter that tells them."""
-        asked = getattr(self.matter, "nodal_fields", None)
+    def inside(self, state: SlaveState) -> Sequence[Inside]:
+        """Of matter that tells it."""
+        asked = getattr(self.matter, "element_fields", None)
         if asked is None:
-            return None
-        inside = asked(MatterState(state.points[self.rows], state.matter["memory"]))
-        every = [np.full((len(self.rest), *own.shape[1:]), np.nan) for own in inside]
-        for whole, own in zip(every, inside, strict=True):
-            whole[self.rows] = own
-        return ElementFields(*every)
+            return ()
+        told = asked(MatterState(state.points[self.rows], state.matter["memory"]))
+        return [one._replace(elements=self.rows[one.elements]) for one in told]
 
     def stopped(self, state: SlaveState) -> SlaveState:
         """The same without velocities."""

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.matter.element_fields import ElementFields
+from contiga.matter.element_fields import Inside
 from contiga.records import FloatArray
 from contiga.rigid.frames import to_world
 from contiga.rigid.twist import Twist
@@ -162,8 +162,8 @@ class NodeMover(Protocol):
         """Σ F²/(8 m) of nodes whose kinetic energy is that between steps: what it stands below
         that of their velocities, over the square of the step before."""
 
-    def element_fields(self, state: SlaveState) -> ElementFields | None:
-        """At the nodes of elements, NaN at others; None of what has none."""
+    def inside(self, state: SlaveState) -> Sequence[Inside]:
+        """What its elements tell, which are rows of its nodes; nothing of what has none."""
 
     def rates(self, state: SlaveState) -> tuple[float, float]:
         """ω² and decay rate γ of what is fastest in them, beside their contacts."""
@@ -236,9 +236,9 @@ class Unmoved:
         """None: their kinetic energy is that of their velocities."""
         return 0.0
 
-    def element_fields(self, state: SlaveState) -> ElementFields | None:
-        """None."""
-        return None
+    def inside(self, state: SlaveState) -> Sequence[Inside]:
+        """Nothing."""
+        return ()
 
     def shaken(self, state: SlaveState) -> float:
         """As the ledger has it."""

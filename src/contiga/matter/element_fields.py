@@ -7,7 +7,7 @@ their corners and for their energies by the kernels that a step asks.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -63,3 +63,29 @@ def at_nodes(groups: Sequence[Inside], count: int) -> ElementFields:
     with np.errstate(invalid="ignore"):
         means = sums / weight[:, None]
     return ElementFields(means[:, :6], means[:, 6:12], means[:, 12])
+
+
+def at_facets(groups: Sequence[Inside], facets: IntArray) -> ElementFields:
+    """What the element that each facet (f, 3) is a face of has, the first if there are several;
+    NaN of facets of none."""
+    values = np.full((len(facets), 13), np.nan)
+    count = 1 + int(facets.max(initial=-1))
+    missing = np.ones(len(facets), np.bool_)
+    for group in groups:
+        count = max(count, 1 + int(group.elements.max(initial=-1)))
+        shared = _incidence(facets, count) @ _incidence(group.elements, count).T
+        shared = shared.tocoo()
+        whole = (shared.data == 3) & missing[shared.row]
+        rows, first = np.unique(shared.row[whole], return_index=True)
+        values[rows] = np.column_stack(group.fields)[shared.col[whole][first]]
+        missing[rows] = False
+    return ElementFields(values[:, :6], values[:, 6:12], values[:, 12])
+
+
+def _incidence(rows: IntArray, count: int) -> Any:
+    """(n, count) sparse, 1 where a row (n, k) names a node."""
+    from scipy.sparse import csr_array
+
+    n, k = rows.shape
+    data = np.ones(rows.size, np.int32)
+    return csr_array((data, rows.ravel(), np.arange(0, rows.size + 1, k)), shape=(n, count))

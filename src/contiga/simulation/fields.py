@@ -5,6 +5,7 @@ Beside it stand the outlines of the regions of contact, where an area method tel
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,11 +17,13 @@ from contiga.io.out.vtkhdf import FieldsWriter, Part
 from contiga.io.units import derived_units
 from contiga.masters.protocol import Master
 from contiga.masters.sampling import least_size, refined
-from contiga.matter.element_fields import FIELDS, TENSORS
+from contiga.matter.element_fields import FIELDS, TENSORS, Inside, at_facets, at_nodes
+from contiga.records import FloatArray
 from contiga.rigid.frames import to_world
 from contiga.simulation.model import Model
 from contiga.simulation.outlines_file import OutlinesFile
 from contiga.simulation.system_state import SystemState
+from contiga.slaves.slave import Slave
 from contiga.triangles.trimesh import TriMesh
 
 # Largest departure of the drawn triangles from a body, relative to its size.
@@ -46,6 +49,7 @@ class Fields:
     ) -> None:
         self._model = model
         self._of_elements = model.output.fields if model.mechanism.deforms else ()
+        self._cells = bool(self._of_elements) and model.output.cells
         self._meshes: dict[str, TriMesh] = {
             name: _drawn(name, part.body, model.output.size) for name, part in model.bodies.items()
         }
@@ -68,7 +72,8 @@ class Fields:
     def n_bytes(self) -> int:
         """Of a step at most, before it is packed."""
         columns = sum(6 if field in TENSORS else 1 for field in self._of_elements)
-        return (_BYTES_A_POINT + 8 * columns) * len(self._part)
+        of_cells = self._writer.n_cells if self._cells else 0
+        return (_BYTES_A_POINT + 8 * columns) * len(self._part) + 8 * columns * of_cells
 
     def append(self, state: SystemState) -> None:
         """Write one step."""
@@ -79,13 +84,16 @@ class Fields:
         slaves = [state.slaves[name].points for name in self._model.slaves]
         points = np.concatenate(bodies + slaves)
         data = self._blank(len(points), first)
+        cells: list[dict[str, FloatArray]] = []
         for name, slave in self._model.slaves.items():
             n = len(state.slaves[name].points)
             data["contact_status"][first : first + n][~slave.slave.active] = -1
-            inside = self._model.mechanism.nodes[name].element_fields(state.slaves[name])
-            if inside is not None:
+            inside = self._model.mechanism.nodes[name].inside(state.slaves[name])
+            if inside:
+                means = at_nodes(inside, n)
                 for field in self._of_elements:
-                    data[field][first : first + n] = FIELDS[field](inside)
+                    data[field][first : first + n] = FIELDS[field](means)
+            cells.append(self._of_facets(inside, slave.slave))
             for part in self._model.contacts:
                 if part.slave == name:
                     _add(data, slice(first, first + n), state.contacts[part.name])
@@ -96,7 +104,7 @@ class Fields:
                 part.contact.outlines(state.contacts[part.name]) for part in self._model.contacts
             ]
             self._outlines.append(state.time, found)
-        self._writer.append(state.time, points, data)
+        self._writer.append(state.time, points, data, self._stacked(cells))
 
     def _blank(self, n: int, first_slave: int) -> dict[str, NDArray[np.generic]]:
         status = np.zeros(n, np.int32)
@@ -116,6 +124,25 @@ class Fields:
             "cluster": np.full(n, -1, np.int32),
             **inside,
         }
+
+    def _of_facets(self, inside: Sequence[Inside], slave: Slave) -> dict[str, FloatArray]:
+        """What the elements behind the facets of a slave have; nothing where none is asked for."""
+        if not self._cells or slave.facets is None:
+            return {}
+        own = at_facets(inside, slave.facets)
+        return {field: FIELDS[field](own) for field in self._of_elements}
+
+    def _stacked(self, cells: list[dict[str, FloatArray]]) -> dict[str, FloatArray]:
+        """Of all cells: points of clouds, then triangles of bodies, then facets of slaves."""
+        if not self._cells:
+            return {}
+        before = self._writer.n_cells - sum(len(next(iter(own.values()))) for own in cells if own)
+        stacked = {}
+        for field in self._of_elements:
+            columns = (6,) if field in TENSORS else ()
+            none = np.full((before, *columns), np.nan)
+            stacked[field] = np.concatenate([none, *(own[field] for own in cells if own)])
+        return stacked
 
     def flush(self) -> None:
         """Bring what was appended to the disk."""

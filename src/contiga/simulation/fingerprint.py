@@ -46,7 +46,8 @@ def identity_of(model: Model, end: float | None = None) -> Identity:
     digest.text(_TOLD.sub("", _END.sub(r"\1", _without_folder(model))))
     digest.arrays("times", times)
     output = model.output
-    digest.text(repr((output.every, tuple(output.formats), output.size, tuple(output.fields))))
+    inside = tuple(output.fields), output.cells
+    digest.text(repr((output.every, tuple(output.formats), output.size, *inside)))
     digest.arrays("gravity", model.gravity)
     digest.text(repr((type(model.stepping).__name__, model.allow_unstable)))
     if model.settling is not None:

@@ -76,6 +76,8 @@ class OutputOptions(NamedTuple):
     keep to the surface if omitted."""
     fields: tuple[str, ...] = tuple(FIELDS)
     """What fields have of the inside of slaves that deform."""
+    cells: bool = False
+    """Whether facets have it, too, as it is in the elements behind them: not the means at nodes."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

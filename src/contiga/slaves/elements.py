@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from contiga.errors import MeshError
 from contiga.records import IntArray
 from contiga.slaves.cells import N_NODES, SHELLS, SOLIDS
-from contiga.slaves.skin import CellBlock
+from contiga.slaves.skin import CellBlock, Int64Array
 
 NO_ELEMENTS: Mapping[str, IntArray] = MappingProxyType({})
 # Corners of linear solids in the order that makes of a mirrored one a proper one.
@@ -80,7 +80,7 @@ def elements_of(blocks: Sequence[CellBlock]) -> dict[str, IntArray]:
     return {kind: np.concatenate(rows).astype(np.int32) for kind, rows in cells.items()}
 
 
-def _are_edges(lines: NDArray[Any], blocks: Sequence[CellBlock]) -> NDArray[np.bool_]:
+def _are_edges(lines: Int64Array, blocks: Sequence[CellBlock]) -> NDArray[np.bool_]:
     """(n,) which lines (n, 2) are edges of shells or solids, between their corners."""
     known = [np.zeros((0, 2), np.int64)]
     for block in blocks:

@@ -8,6 +8,7 @@ from tests.blocks import block
 
 from contiga.materials import Belt, Elastic, Fabric, Foam, NeoHooke
 from contiga.matter import Assembled, Part, assemble
+from contiga.matter.element_fields import ElementFields, Inside, at_facets, at_nodes
 from contiga.matter.strain import largest_principal
 
 CELLS = {"tet4": "tetra", "hex8": "hexahedron"}
@@ -124,6 +125,24 @@ def test_strains_of_membranes_and_bars_are_in_their_plane_and_along_them(kind: s
     along, across = np.diag([0.22, 0.0, 0.0]), np.diag([0.0, -0.095, 0.0])
     exact = [along + across] * 2 if kind == "tri3" else [along, across, along]
     np.testing.assert_allclose(whole, exact, atol=1e-12)
+
+
+def test_facets_have_their_elements_and_nodes_the_means_of_them() -> None:
+    """Two hexahedra, the second of three times the volume, and a triangle of no element."""
+    slave = block((2, 1, 1), (2.0, 1.0, 1.0), kind="hexahedron")
+    cells = np.asarray(slave.elements["hexahedron"])
+    values = np.array([1.0, 5.0])
+    own = ElementFields(np.zeros((2, 6)), np.zeros((2, 6)), values)
+    groups = [Inside(cells, np.array([1.0, 3.0]), own)]
+    facets = np.concatenate([slave.facets, [[0, 1, len(slave) - 1]]])
+    told = at_facets(groups, facets).energy_density
+    middle = slave.points[slave.facets].mean(axis=1)[:, 0]
+    np.testing.assert_array_equal(told[:-1], np.where(middle < 1.0, 1.0, 5.0))
+    assert np.isnan(told[-1])
+    nodes = at_nodes(groups, len(slave) + 1).energy_density
+    exact = np.select([slave.points[:, 0] < 0.5, slave.points[:, 0] > 1.5], [1.0, 5.0], 4.0)
+    np.testing.assert_allclose(nodes[:-1], exact)
+    assert np.isnan(nodes[-1])
 
 
 def test_the_largest_principal_value_is_that_of_lapack() -> None:

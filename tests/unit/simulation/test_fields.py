@@ -123,6 +123,20 @@ def test_of_the_inside_only_what_is_asked_for_is_written(tmp_path: Path) -> None
     assert not {"stress", "strain", "principal_strain", "energy_density"} & set(names)
 
 
+def test_facets_have_what_the_elements_behind_them_have(tmp_path: Path) -> None:
+    _pulled(cg.OutputOptions(cells=True, fields=("energy_density", "strain"))).run(
+        tmp_path, settle_only=True
+    )
+    fields = read_fields(tmp_path / "fields.vtkhdf")
+    (body, block_) = fields.parts
+    density = fields.cell_data(0, "energy_density")
+    assert len(density) == len(body.triangles) + len(block_.triangles)
+    assert np.isnan(density[: len(body.triangles)]).all()
+    np.testing.assert_allclose(density[len(body.triangles) :], 5.0 * 0.105**2, rtol=1e-5)
+    assert fields.cell_data(0, "strain").shape == (len(density), 6)
+    assert fields.cell_names == ("energy_density", "strain")
+
+
 def test_an_unknown_field_is_refused() -> None:
     with pytest.raises(cg.errors.InputError, match=r"output: fields.*'mises'.*'von_mises'"):
         _pulled(cg.OutputOptions(fields=("mises",)))

@@ -67,6 +67,7 @@ class FieldsWriter:
         self._units = dict(units or {})
         self.parts = tuple(checked_part(part) for part in parts)
         self.n_points = sum(part.n_points for part in self.parts)
+        self.n_cells = sum(part.n_cells for part in self.parts)
         self.n_steps = 0
         self._names: tuple[str, ...] = ()
         self._time = -np.inf
@@ -98,21 +99,30 @@ class FieldsWriter:
         writer._units = series.units
         writer.parts = series.parts
         writer.n_points = sum(part.n_points for part in series.parts)
+        writer.n_cells = sum(part.n_cells for part in series.parts)
         writer.n_steps = n_steps
         writer._time = float(series.times[n_steps - 1]) if n_steps else -np.inf
         writer._last = {}
         writer._steps = Steps(writer.path)
         with writer._steps.changing() as root:
-            truncate(root, n_steps, writer.n_points)
+            truncate(root, n_steps, writer._rows)
             if n_steps:
                 for name, values, offsets in arrays_of(root):
                     start = int(offsets[n_steps - 1])
-                    writer._last[name] = (start, values[start : start + writer.n_points])
+                    writer._last[name] = (start, values[start : start + writer._rows(name)])
         writer._names = tuple(writer._last)
         return writer
 
+    def _rows(self, name: str) -> int:
+        """Of a step of an array."""
+        return self.n_cells if name.startswith("CellData/") else self.n_points
+
     def append(
-        self, time: float, points: ArrayLike, point_data: Mapping[str, ArrayLike] | None = None
+        self,
+        time: float,
+        points: ArrayLike,
+        point_data: Mapping[str, ArrayLike] | None = None,
+        cell_data: Mapping[str, ArrayLike] | None = None,
     ) -> None:
         """Add a step.
 
@@ -121,6 +131,8 @@ class FieldsWriter:
         time : later than the last step's
         points : (N, 3) of all parts, stacked in their order
         point_data : name to (N,) or (N, k); the same names and types at every step
+        cell_data : the same of cells: the points of clouds, then the triangles, each in the order
+            of the parts
 
         Raises
         ------
@@ -132,6 +144,8 @@ class FieldsWriter:
         arrays = {"Points": _as_rows("points", points, self.n_points, 3)}
         for name, values in (point_data or {}).items():
             arrays[f"PointData/{name}"] = _as_rows(name, values, self.n_points, None)
+        for name, values in (cell_data or {}).items():
+            arrays[f"CellData/{name}"] = _as_rows(name, values, self.n_cells, None)
         last = dict(self._last)
         try:
             with self._steps.step(self.n_steps + 1, sum(a.nbytes for a in arrays.values())):
@@ -189,7 +203,7 @@ class FieldsWriter:
             )
         if set(self._names) != set(arrays):
             raise InputError(
-                "point data must have the same names at every step",
+                "data must have the same names at every step",
                 found=sorted(set(arrays) ^ set(self._names)),
                 allowed=", ".join(sorted(self._names)),
             )
@@ -225,6 +239,8 @@ class FieldSeries:
     parts: tuple[Part, ...]
     names: tuple[str, ...]
     """Names of the point data."""
+    cell_names: tuple[str, ...]
+    """Names of the data of cells."""
     units: dict[str, str]
     """Of "Points" and of point data by name, where the file says them."""
 
@@ -236,8 +252,11 @@ class FieldSeries:
         units: Mapping[str, str | None],
     ) -> None:
         self.path = path
-        self.names = tuple(name for name in units if name != "Points")
-        self.units = {name: unit for name, unit in units.items() if unit}
+        own = [name for name in units if name.startswith("PointData/")]
+        self.names = tuple(name.removeprefix("PointData/") for name in own)
+        cells = [name for name in units if name.startswith("CellData/")]
+        self.cell_names = tuple(name.removeprefix("CellData/") for name in cells)
+        self.units = {name.rpartition("/")[2]: unit for name, unit in units.items() if unit}
         self.times = times
         self.parts = parts
 
@@ -262,6 +281,23 @@ class FieldSeries:
             )
         return self._read(i, f"PointData/{name}")
 
+    def cell_data(self, i: int, name: str) -> NDArray[Any]:
+        """(C,) or (C, k) data of cells at step `i`: the points of clouds, then the triangles.
+
+        Raises
+        ------
+        InputError
+            There is no such step or name.
+        """
+        if name not in self.cell_names:
+            raise InputError(
+                "no data of cells of that name",
+                where=str(self.path),
+                found=name,
+                allowed=", ".join(self.cell_names) or "none",
+            )
+        return self._read(i, f"CellData/{name}")
+
     def rows(self, part: str) -> slice:
         """Rows of a part among the stacked points."""
         start = 0
@@ -284,7 +320,8 @@ class FieldSeries:
                 found=i,
                 allowed=f"0 to {len(self.times) - 1}",
             )
-        count = sum(part.n_points for part in self.parts)
+        of_cells = name.startswith("CellData/")
+        count = sum(part.n_cells if of_cells else part.n_points for part in self.parts)
         with open_file(self.path, "r") as file:
             root = file["VTKHDF"]
             start = int(root["Steps"][offsets_of(name)][i % len(self.times)])
@@ -308,10 +345,7 @@ def read_fields(path: str | Path) -> FieldSeries:
             root, ours = file["VTKHDF"], file["contiga"]
             count = int(root["Steps"].attrs["NSteps"])
             times = np.array(root["Steps/Values"][:count], dtype=np.float64)
-            units = {
-                name.removeprefix("PointData/"): values.attrs.get("units")
-                for name, values, _ in arrays_of(root)
-            }
+            units = {name: values.attrs.get("units") for name, values, _ in arrays_of(root)}
             parts = read_parts(root, ours)
         except (KeyError, ValueError) as error:
             raise FileError(
@@ -338,5 +372,5 @@ def _as_rows(name: str, values: ArrayLike, count: int, columns: int | None) -> N
             allowed=f"({count}, {columns})" if columns else f"({count},) or ({count}, k)",
         )
     if "/" in name or not name:
-        raise InputError("a name of point data must not be empty or hold '/'", found=name)
+        raise InputError("a name of data must not be empty or hold '/'", found=name)
     return np.ascontiguousarray(array)

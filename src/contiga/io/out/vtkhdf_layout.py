@@ -7,7 +7,7 @@ values start, and that its topology starts at the beginning.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -23,6 +23,7 @@ from contiga.records import IntArray
 _VERSION = (2, 2)
 _CELLS = ("Vertices", "Lines", "Polygons", "Strips")
 _KINDS = ("body", "slave")
+_DATA = ("PointData", "CellData")
 # Rows of a chunk: some hundred kB each, so that one step is a few chunks.
 _CHUNK_ROWS = 16384
 _STEP_CHUNK = 256
@@ -38,6 +39,11 @@ class Part(NamedTuple):
     n_points: int
     triangles: NDArray[Any] | None
     """(m, 3) rows of the part's own points; None for a cloud."""
+
+    @property
+    def n_cells(self) -> int:
+        """Triangles, or the points of a cloud."""
+        return self.n_points if self.triangles is None else len(self.triangles)
 
 
 def checked_part(part: Part) -> Part:
@@ -81,7 +87,8 @@ def write_frame(file: Any, parts: tuple[Part, ...]) -> None:
     cells = {"Vertices": np.concatenate(vertices), "Polygons": np.concatenate(triangles)}
     for name in _CELLS:
         _write_cells(root.create_group(name), cells.get(name, np.empty((0, 1), np.int64)))
-    root.create_group("PointData")
+    for kind in _DATA:
+        root.create_group(kind)
     _write_steps(root)
     _write_names(file, parts)
 
@@ -90,7 +97,8 @@ def _write_steps(root: Any) -> None:
     """What grows with each step, empty."""
     steps = root.create_group("Steps")
     steps.attrs["NSteps"] = np.int64(0)
-    steps.create_group("PointDataOffsets")
+    for kind in _DATA:
+        steps.create_group(f"{kind}Offsets")
     for name in ("PartOffsets", "NumberOfParts", "PointOffsets"):
         _create_growing(steps, name, (), np.int64)
     for name in ("CellOffsets", "ConnectivityIdOffsets"):
@@ -165,13 +173,16 @@ def create_array(root: Any, name: str, values: NDArray[Any]) -> None:
 
 def offsets_of(name: str) -> str:
     """Where, under Steps, the first row of each step of an array stands."""
-    return "PointOffsets" if name == "Points" else name.replace("PointData", "PointDataOffsets", 1)
+    if name == "Points":
+        return "PointOffsets"
+    kind, _, own = name.partition("/")
+    return f"{kind}Offsets/{own}"
 
 
 def arrays_of(root: Any) -> list[tuple[str, Any, Any]]:
-    """Name, values and step offsets of the points and the point data there are."""
+    """Name, values and step offsets of the points and of the data of points and cells there are."""
     names = ["Points"] if "Points" in root else []
-    names += [f"PointData/{name}" for name in root["PointData"]]
+    names += [f"{kind}/{name}" for kind in _DATA for name in root.get(kind, ())]
     return [(name, root[name], root["Steps"][offsets_of(name)]) for name in names]
 
 
@@ -350,19 +361,25 @@ def count_of(steps: Any) -> Any:
     return h5a.open(steps.id, b"NSteps")
 
 
-def truncate(root: Any, n_steps: int, n_points: int) -> None:
-    """Drop all steps after the first `n_steps`; the space is used again by later ones."""
+def truncate(root: Any, n_steps: int, sizes: Callable[[str], int]) -> None:
+    """Drop all steps after the first `n_steps`; the space is used again by later ones.
+
+    `sizes` has the rows of a step of each array, by its name.
+    """
     for name, values, offsets in arrays_of(root):
         if n_steps == 0:
             del root[name]
             continue
-        values.resize(int(offsets[:n_steps].max()) + n_points, axis=0)
+        values.resize(int(offsets[:n_steps].max()) + sizes(name), axis=0)
     steps = root["Steps"]
     if n_steps == 0:
-        for name in list(steps["PointDataOffsets"]):
-            del steps["PointDataOffsets"][name]
+        for kind in _DATA:
+            for name in list(steps[f"{kind}Offsets"]):
+                del steps[f"{kind}Offsets"][name]
     steps.attrs["NSteps"] = np.int64(n_steps)
     for name in ("Values", "PartOffsets", "NumberOfParts", "CellOffsets", "ConnectivityIdOffsets"):
         steps[name].resize(n_steps, axis=0)
-    for name in ("PointOffsets", *(f"PointDataOffsets/{key}" for key in steps["PointDataOffsets"])):
-        steps[name].resize(n_steps, axis=0)
+    steps["PointOffsets"].resize(n_steps, axis=0)
+    for kind in _DATA:
+        for offsets in steps[f"{kind}Offsets"].values():
+            offsets.resize(n_steps, axis=0)

@@ -126,6 +126,48 @@ def test_fields_read_back_as_they_were_given(tmp_path):
     assert np.array_equal(series.points(-1), series.points(5))
 
 
+def cells(i):
+    """Data of cells at step i: 7 points of the cloud, then 5 triangles; `kind` rests."""
+    rng = np.random.default_rng(100 + i)
+    return {"density": rng.standard_normal(12), "six": rng.standard_normal((12, 6)),
+            "kind": np.arange(12.0)}  # fmt: skip
+
+
+@pytest.mark.parametrize("kept", [0, 2, 4])
+def test_vtk_reads_data_of_cells_and_a_reopened_file_goes_on_with_them(tmp_path, kept):
+    path = tmp_path / "f.vtkhdf"
+    with FieldsWriter(path, PARTS, {"density": "mJ/mm³"}) as writer:
+        for i in range(4):
+            writer.append(0.25 * i, *step(i), cells(i))
+    with FieldsWriter.reopen(path, kept) as writer:
+        for i in range(kept, 6):
+            writer.append(0.25 * i, *step(i), cells(i))
+    assert_vtk_reads(path, list(range(6)))
+    series, reader = read_fields(path), vtk_reader(path)
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    assert set(series.cell_names) == {"density", "six", "kind"}
+    assert series.units == {"density": "mJ/mm³"}
+    assert "density" not in series.names
+    for i in (5, 0, 3):
+        reader.UpdateTimeStep(0.25 * i)
+        data = reader.GetOutput().GetCellData()
+        for name, values in cells(i).items():
+            np.testing.assert_array_equal(series.cell_data(i, name), values)
+            np.testing.assert_array_equal(vtk_to_numpy(data.GetArray(name)), values)
+
+
+def test_data_of_cells_must_fit(tmp_path):
+    with FieldsWriter(tmp_path / "f.vtkhdf", PARTS) as writer:
+        with pytest.raises(InputError, match=r"density must have one row.*\(12,\)"):
+            writer.append(0.0, *step(0), {"density": np.zeros(18)})
+        writer.append(0.0, *step(0), cells(0))
+        with pytest.raises(InputError, match="same names at every step"):
+            writer.append(1.0, *step(1))
+    with pytest.raises(InputError, match=r"no data of cells of that name.*density"):
+        read_fields(tmp_path / "f.vtkhdf").cell_data(0, "force")
+
+
 def test_topology_and_resting_arrays_are_stored_once(tmp_path):
     with h5py.File(write(tmp_path / "f.vtkhdf")) as file:
         root = file["VTKHDF"]
