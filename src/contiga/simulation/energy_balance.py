@@ -27,7 +27,8 @@ def energy_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, fl
 def balance_of(history: dict[str, FloatArray]) -> dict[str, float]:
     """`energy_summary` of any history with the energies of a system."""
     total = history["energy.total"]
-    lost = sum(history[f"energy.{name}"] for name in ("friction", "damping", "hysteresis"))
+    losses = ("friction", "damping", "hysteresis", "viscosity")
+    lost = sum(history[f"energy.{name}"] for name in losses if f"energy.{name}" in history)
     most = float(np.max(total + lost))
     error = history["energy.error"]
     worst = float(np.max(np.abs(error)))
