@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from tests.sample import slow
 from tests.scenes import box, grid_quads
 from tests.stress.subjects import plane_body
 
@@ -55,7 +56,7 @@ FALLS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", FALLS)
+@pytest.mark.parametrize("name", ["on an edge", "tumbling", *slow("flat", "on a corner")])
 def test_a_block_that_falls_on_a_bed_keeps_its_energy(name) -> None:
     turn, velocity, spin = FALLS[name]
     body, pad = lifted(block(), turn, 0.5), bed(60.0, 3.0)

@@ -264,6 +264,7 @@ def test_heads_hit_the_bonnet_where_rays_say(tmp_path: Path) -> None:
     assert done.rows[1].collected["head_cg.HIC15"] == hic > 1.0
 
 
+@pytest.mark.slow
 def test_a_pad_is_found_within_its_limit(tmp_path: Path) -> None:
     coarse = {f"slave.pad.points.grid.{n}": 9 for n in ("nu", "nv")}
     goal = {"minimise": "head_cg.HIC15", "subject_to": ["max(max_penetration) <= 45"]}
