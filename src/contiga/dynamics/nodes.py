@@ -14,6 +14,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays.ordered import row_products
 from contiga.dynamics.prescribed import Moved, SlaveMotion
 from contiga.errors import InputError
 from contiga.records import FloatArray
@@ -368,9 +369,9 @@ class FreeNodes(_Unmoved):
 
 def kinetic_energy(mass: FloatArray, v: FloatArray) -> float:
     """Of nodes of masses (n,) and velocities (n, 3)."""
-    return 0.5 * float((mass * (v * v).sum(axis=1)).sum())
+    return 0.5 * float((mass * row_products(v, v)).sum())
 
 
 def work_of_weight(mass: FloatArray, way: FloatArray, gravity: FloatArray) -> float:
     """Of nodes of masses (n,) that have gone ways (n, 3)."""
-    return float((mass * (way * gravity).sum(axis=1)).sum())
+    return float((mass * row_products(way, gravity)).sum()) if gravity.any() else 0.0
