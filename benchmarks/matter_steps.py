@@ -1,13 +1,15 @@
 """Whole steps of what deforms: beside Kratos', beside internal forces alone; memory an element.
 
-`python -m benchmarks matter_steps`. Goals are ratios, measured in one run and in turns: what else the
-machine does falls on both sides alike.
+`python -m benchmarks matter_steps`. Goals are ratios, measured in one run and in turns: what else
+the machine does falls on both sides alike.
 """
 
 from __future__ import annotations
 
 import tracemalloc
 from collections.abc import Callable
+from importlib import import_module
+from importlib.util import find_spec
 from time import process_time
 from typing import Any
 
@@ -15,17 +17,23 @@ import numpy as np
 
 import contiga as cg
 from benchmarks.matter import RUBBER, SIDE, STEEL, asked, bent, cube, membrane, sheet, solid
-from benchmarks.rivals import missing
 from benchmarks.timing import in_turns, on_threads
 from contiga.matter import Assembled
 
 ROUNDS = 9
 TIMES_KRATOS, TIMES_FORCES, BYTES = 8.0, 3.0, 1000.0
-"""Goals: a step of Kratos' takes at least so many of ours, a step with contact at most so many times
-its internal forces, and an element at most so many bytes."""
+"""Goals: a step of Kratos' takes at least so many of ours, a step with contact at most so many
+times its internal forces, and an element at most so many bytes."""
 TENTH = np.sqrt(0.1 / np.pi)
 """Radius of the tenth of a unit square."""
 STEP = 1e-6
+VARIABLES = (
+    "DISPLACEMENT VELOCITY ACCELERATION REACTION VOLUME_ACCELERATION FORCE_RESIDUAL "
+    "RESIDUAL_VECTOR NODAL_MASS"
+)
+OF_SCHEME = "MIDDLE_VELOCITY FRACTIONAL_ACCELERATION NODAL_DISPLACEMENT_STIFFNESS"
+"""What Kratos keeps at nodes."""
+PACKAGES = "KratosMultiphysics", "KratosStructuralMechanicsApplication"
 
 
 def _told(reached: bool) -> str:
@@ -52,8 +60,8 @@ def with_contact(side: int) -> list[str]:
         times = in_turns(works, ROUNDS, process_time)
     ratio = times["step"] / times["forces"]
     return [
-        f"a membrane of {len(triangles)} triangles, {touching:.0%} of its nodes in contact: a whole "
-        f"step takes {ratio:.1f} times its internal forces{_told(ratio <= TIMES_FORCES)}"
+        f"a membrane of {len(triangles)} triangles, {touching:.0%} of its nodes in contact: a "
+        f"whole step takes {ratio:.1f} times its internal forces{_told(ratio <= TIMES_FORCES)}"
     ]
 
 
@@ -96,9 +104,8 @@ def memory(side: int) -> list[str]:
 
 def beside_kratos(side: int) -> list[str]:
     """An explicit step of the same tetrahedra on one thread of Kratos'."""
-    absent = missing("KratosMultiphysics", "KratosMultiphysics.StructuralMechanicsApplication")
-    if absent is not None:
-        return [f"beside Kratos: not measured: {absent}"]
+    if find_spec("KratosMultiphysics") is None:
+        return [f"beside Kratos: not measured: pip install {' '.join(PACKAGES)}"]
     nodes, elements = cube(side)
     slave = cg.Slave(bent(nodes), elements={"tetra": elements})
     motion = cg.motion.Deforming(material=STEEL, density=1.0, rest=nodes)
@@ -119,20 +126,17 @@ def beside_kratos(side: int) -> list[str]:
 def kratos(
     nodes: np.ndarray, elements: np.ndarray
 ) -> tuple[Callable[[int], None], Callable[[], np.ndarray]]:
-    """Central differences on total Lagrangian tetrahedra, and the forces (n, 3) of its last step."""
-    import KratosMultiphysics as km
-    from KratosMultiphysics import StructuralMechanicsApplication as mechanics
+    """Central differences on total Lagrangian tetrahedra, and forces (n, 3) of the last step."""
+    km = import_module("KratosMultiphysics")
+    mechanics = import_module("KratosMultiphysics.StructuralMechanicsApplication")
 
     km.Logger.GetDefaultOutput().SetSeverity(km.Logger.Severity.WARNING)
     km.ParallelUtilities.SetNumThreads(1)
     model = km.Model()
     part = model.CreateModelPart("it", 2)
-    asked_for = "DISPLACEMENT VELOCITY ACCELERATION REACTION VOLUME_ACCELERATION FORCE_RESIDUAL "
-    for name in (asked_for + "RESIDUAL_VECTOR NODAL_MASS").split():
-        part.AddNodalSolutionStepVariable(getattr(km, name))
-    of_scheme = "MIDDLE_VELOCITY FRACTIONAL_ACCELERATION NODAL_DISPLACEMENT_STIFFNESS"
-    for name in of_scheme.split():
-        part.AddNodalSolutionStepVariable(getattr(mechanics, name))
+    for room, names in ((km, VARIABLES), (mechanics, OF_SCHEME)):
+        for name in names.split():
+            part.AddNodalSolutionStepVariable(getattr(room, name))
     part.ProcessInfo[km.DOMAIN_SIZE] = 3
     steel = part.CreateNewProperties(1)
     steel[km.DENSITY], steel[km.YOUNG_MODULUS] = 1.0, STEEL.young
@@ -148,7 +152,7 @@ def kratos(
     for node, way in zip(part.Nodes, (bent(nodes) - nodes).tolist(), strict=True):
         node.SetSolutionStepValue(km.DISPLACEMENT, 0, way)
         node.SetSolutionStepValue(km.DISPLACEMENT, 1, way)
-        node.X, node.Y, node.Z = (a + b for a, b in zip((node.X0, node.Y0, node.Z0), way, strict=True))
+        node.X, node.Y, node.Z = node.X0 + way[0], node.Y0 + way[1], node.Z0 + way[2]
     scheme = mechanics.ExplicitCentralDifferencesScheme(STEP, 0.9, 0.0)
     strategy = mechanics.MechanicalExplicitStrategy(part, scheme, False, False, True)
     strategy.Initialize()

@@ -9,7 +9,16 @@ from time import thread_time
 import numpy as np
 import pytest
 from benchmarks import __main__ as benchmarks
-from benchmarks import machine, matter, operations, run_scenes, runs, startup, stepping
+from benchmarks import (
+    machine,
+    matter,
+    matter_steps,
+    operations,
+    run_scenes,
+    runs,
+    startup,
+    stepping,
+)
 from benchmarks.rooms import ROOMS, RoomClock
 from benchmarks.scene import moved, points, surface
 from benchmarks.sizes import SMALL
@@ -58,6 +67,14 @@ def test_the_table_of_matter_is_made() -> None:
     assert len(lines) == 8
     assert lines[0].startswith("tet4 neo-Hooke ")
     assert "scikit-fem" in lines[-1]
+
+
+def test_the_table_of_whole_steps_of_matter_is_made() -> None:
+    lines = matter_steps.run(side=2)
+    assert len(lines) == 4
+    assert "8% of its nodes in contact" in matter_steps.with_contact(20)[0]
+    assert lines[1].startswith("tet4 neo-Hooke: ")
+    assert "forces differ by " in lines[-1] or "not measured" in lines[-1]
 
 
 def test_whole_runs_are_told_by_room_beside_their_kernels(

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.arrays.ordered import length
+from contiga.arrays.ordered import length, row_products
 from contiga.dynamics.holding import Drive
 from contiga.dynamics.nodal_loads import NodalForces
 from contiga.dynamics.nodes import (
@@ -98,6 +98,15 @@ class DeformingNodes(Unmoved):
         bare[self.rows] = False
         return bare
 
+    @cached_property
+    def _whole(self) -> bool:
+        """Whether all nodes are degrees of freedom, in their order."""
+        return len(self.rows) == len(self.rest) and bool((np.diff(self.rows) == 1).all())
+
+    def _inner(self, nodal: FloatArray) -> FloatArray:
+        """(m, 3) at the degrees of freedom; the same array where they are all nodes."""
+        return nodal if self._whole else nodal[self.rows]
+
     @property
     def flight(self) -> FloatArray | None:
         """As they set off, where nothing holds them."""
@@ -126,7 +135,7 @@ class DeformingNodes(Unmoved):
 
     def taken_up(self, rest: SlaveState, now: Instant) -> SlaveState:
         """Where they rest, with the velocities and nothing of the losses that they start with."""
-        state = MatterState(rest.points[self.rows], rest.matter["memory"])
+        state = MatterState(self._inner(rest.points), rest.matter["memory"])
         return self._begun(state, rest.points.copy(), now)
 
     def _begun(self, state: MatterState, points: FloatArray, now: Instant) -> SlaveState:
@@ -160,7 +169,7 @@ class DeformingNodes(Unmoved):
         """The forces of the elements, and the other half."""
         half = 0.5 * (last.velocities + drifted.velocities)
         before = last.matter
-        state = MatterState(last.points[self.rows], before["memory"])
+        state = MatterState(self._inner(last.points), before["memory"])
         answer = self._asked(state, drifted.points, half, now)
         inside = {
             "force": self._at_nodes(answer.force),
@@ -168,11 +177,16 @@ class DeformingNodes(Unmoved):
         }
         # Damping acts by the velocity that it leaves, so that it is of second order and stable.
         kick = 0.5 * now.dt * self._acceleration(_all_forces(inside), forces, now.gravity)
-        velocities = (half + kick) / (1.0 + 0.5 * now.dt * self.damping)
+        velocities = half + kick
+        if self.damping:
+            velocities /= 1.0 + 0.5 * now.dt * self.damping
         if self._leaders:
             velocities = np.where(self._led, drifted.velocities, velocities)
         drag = self._drag(velocities)
-        taken = 0.5 * float(((before["drag"] + drag) * (drifted.points - last.points)).sum())
+        taken = 0.0
+        if self.damping:
+            both = before["drag"] + drag
+            taken = 0.5 * float((both * (drifted.points - last.points)).sum())
         # Of the middles of the steps before and after: what a leapfrog keeps of linear elements.
         kinetic = self._kinetic(half, 2.0 * velocities - half)
         energy = np.array([kinetic, *answer.energy, -taken])
@@ -189,9 +203,8 @@ class DeformingNodes(Unmoved):
         self, state: MatterState, points: FloatArray, velocities: FloatArray, now: Instant
     ) -> MatterForces:
         """What matter answers; an element that is inside out with the time and the slave."""
-        q, v = points[self.rows], velocities[self.rows]
         try:
-            return self.matter.forces(state, q, v, now.dt)
+            return self.matter.forces(state, self._inner(points), self._inner(velocities), now.dt)
         except ElementError as error:
             raise error.at(now.time) from error
 
@@ -209,6 +222,8 @@ class DeformingNodes(Unmoved):
 
     def _drag(self, velocities: FloatArray) -> FloatArray:
         """Of nodes that forces move."""
+        if self.damping == 0.0:
+            return np.zeros_like(velocities)
         drag = (-self.damping * self.mass)[:, None] * velocities
         return np.where(self.held, 0.0, drag) if self._leaders else drag
 
@@ -216,17 +231,21 @@ class DeformingNodes(Unmoved):
         """½ m v·w of nodes that forces move."""
         if self._leaders:
             one = np.where(self._led, 0.0, one)
-        return 0.5 * float((self.mass * (one * other).sum(axis=1)).sum())
+        return 0.5 * float((self.mass * row_products(one, other)).sum())
 
     def _at_nodes(self, force: FloatArray) -> FloatArray:
         """(n, 3) of the slave's nodes."""
+        if self._whole:
+            return force
         every = np.zeros(self.rest.shape)
         every[self.rows] = force
         return every
 
     def _acceleration(self, force: FloatArray, forces: Forces, gravity: FloatArray) -> FloatArray:
         """(n, 3) by the forces of elements and of contacts, zero where they are held."""
-        acceleration = (forces() + force) / self.mass[:, None] + gravity
+        acceleration = forces() + force
+        acceleration /= self.mass[:, None]
+        acceleration += gravity
         acceleration[self.held] = 0.0
         return acceleration
 
@@ -292,7 +311,7 @@ class DeformingNodes(Unmoved):
         asked = getattr(self.matter, "element_fields", None)
         if asked is None:
             return ()
-        told = asked(MatterState(state.points[self.rows], state.matter["memory"]))
+        told = asked(MatterState(self._inner(state.points), state.matter["memory"]))
         return [one._replace(elements=self.rows[one.elements]) for one in told]
 
     def stopped(self, state: SlaveState) -> SlaveState:
@@ -324,7 +343,7 @@ class DeformingNodes(Unmoved):
         inside = state.matter["force"]
         free = np.where(self.held, 0.0, forces() + inside + loads)
         force, load, reaction = (
-            float(np.sqrt((each * each).sum(axis=1)).sum())
+            float(np.sqrt(row_products(each, each)).sum())
             for each in (free, np.where(self.held, 0.0, loads), np.where(self.held, inside, 0.0))
         )
         stiff = float(state.matter["limit"][0] * self.mass.sum())

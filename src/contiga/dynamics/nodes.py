@@ -13,6 +13,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays.ordered import row_products
 from contiga.matter.element_fields import Inside
 from contiga.records import FloatArray
 from contiga.rigid.frames import to_world
@@ -281,4 +282,4 @@ def on_body(now: Instant, host: int, points_B: FloatArray) -> SlaveState:
 
 def work_of_weight(mass: FloatArray, way: FloatArray, gravity: FloatArray) -> float:
     """Of nodes of masses (n,) that have gone ways (n, 3)."""
-    return float((mass * (way * gravity).sum(axis=1)).sum())
+    return float((mass * row_products(way, gravity)).sum()) if gravity.any() else 0.0

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from contiga.arrays.ordered import row_products
 from contiga.dynamics.nodes import (
     Forces,
     Instant,
@@ -158,4 +159,4 @@ class FreeNodes(Unmoved):
 
 def kinetic_energy(mass: FloatArray, v: FloatArray) -> float:
     """Of nodes of masses (n,) and velocities (n, 3)."""
-    return 0.5 * float((mass * (v * v).sum(axis=1)).sum())
+    return 0.5 * float((mass * row_products(v, v)).sum())

@@ -1,9 +1,9 @@
 """Hertz: an exact ball and an exact cylinder on an elastic half space.
 
-The block ends a few radii of contact from its middle, and its outer nodes are where Boussinesq's
-point load brings those of a half space: what is left of the block's size falls with its third
-power. The load must be known for that, so it is that of the formula; a block held where it was
-would carry a sixth more.
+The block under the ball ends a few radii of contact from its middle, and its outer nodes are where
+Boussinesq's point load brings those of a half space: what is left of the block's size falls with
+its third power. The load must be known for that, so it is that of the formula; a block held where
+it was would carry a sixth more.
 """
 
 from __future__ import annotations
@@ -12,14 +12,15 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 import contiga as cg
 from contiga_validation.closed_forms.at_rest import resting
-from contiga_validation.closed_forms.case import Answer, Case, absolute, relative
+from contiga_validation.closed_forms.case import Answer, Case, Check, absolute, relative
 from contiga_validation.closed_forms.foam import bricks
 from contiga_validation.closed_forms.matter import GROUP
 from contiga_validation.closed_forms.membranes import spaced
-from contiga_validation.closed_forms.pictures import compared
+from contiga_validation.closed_forms.pictures import Drawing, compared
 from contiga_validation.engine.arrays import FloatArray
 
 NU = 0.3
@@ -35,6 +36,9 @@ STIFF = 100.0
 FINE, OUTER, FAR = 7, 5, 6.0
 """Even cells up to 1.4 radii of contact, cells that grow beyond, and where the block ends."""
 
+Held = NDArray[np.bool_]
+"""(n, 3) ways of nodes that are fixed."""
+
 
 class _Pressed(NamedTuple):
     """What touches at rest."""
@@ -46,6 +50,17 @@ class _Pressed(NamedTuple):
     places: FloatArray
     """Distances of nodes from the middle."""
     pressures: FloatArray
+
+
+class _Shares(NamedTuple):
+    """What of the whole contact is seen."""
+
+    whole: float
+    """Over the part's force: the whole's."""
+    of_square: float
+    """Over the mean square distance of the force from the middle: a²."""
+    ways: int
+    """In which distances are: x and y, or x."""
 
 
 def far_field(points: FloatArray) -> FloatArray:
@@ -70,52 +85,90 @@ def _ball() -> _Pressed:
     fixed = rest == 0.0
     fixed[:, 2] = False
     fixed[edge] = True
-    slave = cg.Slave(
-        rest + far_field(rest), sides[near], elements={"hexahedron": elements}, name="block"
+    block = cg.Slave(rest + far_field(rest), sides[near], elements={"hexahedron": elements})
+    ball = cg.shapes.sphere(radius=BALL, centre=(0.0, 0.0, BALL - DEPTH))
+    return _told(block, ball, (rest, fixed), _Shares(4.0, 2.5, 2))
+
+
+def _cylinder() -> _Pressed:
+    """Half of a strip of the block, one cell thick and in plane strain, under a cylinder."""
+    line = spaced(2 * FINE, 1.4, OUTER, 8.0)
+    thick = line[1]
+    rest, elements = bricks((line, np.array([0.0, thick]), -line[::-1]))
+    sides = elements[:, [4, 5, 6, 7]]
+    near = (rest[sides, 2] == 0.0).all(axis=1) & (rest[sides, 0] < 1.5).all(axis=1)
+    fixed = np.zeros(rest.shape, np.bool_)
+    fixed[:, 1] = True
+    fixed[rest[:, 0] == 0.0, 0] = True
+    fixed[rest[:, 2] == -line[-1]] = True
+    strip = cg.Slave(rest, sides[near], elements={"hexahedron": elements})
+    roll = cg.shapes.cylinder(
+        radius=BALL, height=4.0, centre=(0.0, 0.5 * thick, BALL - 2.0 * DEPTH), axis="y"
     )
+    return _told(strip, roll, (rest, fixed), _Shares(2.0 / float(thick), 4.0, 1))
+
+
+def _told(
+    slave: cg.Slave, shape: cg.NurbsSurface, held: tuple[FloatArray, Held], shares: _Shares
+) -> _Pressed:
+    """At rest under a shape: nodes at rest, and which ways of them are fixed."""
+    rest, fixed = held
     motion = cg.motion.Deforming(
         material=cg.materials.Elastic(young=1.0, poisson=NU), density=1.0, rest=rest, fixed=fixed
     )
-    ball = cg.Body([cg.shapes.sphere(radius=BALL, centre=(0.0, 0.0, BALL - DEPTH))])
     law = cg.PenaltyLaw(STIFF, per_area=True)
-    contact = cg.Contact(ball, slave, law=law, search="penetration")
+    contact = cg.Contact(cg.Body([shape]), slave, law=law, search="penetration")
     state = resting(slave, motion, 1e-3, contacts=[contact])
-    (touching,) = state.contacts.values()
-    return _told(state.slaves["it"].points, touching, 4.0, 2.5)
-
-
-def _told(points: FloatArray, contact: cg.State, whole: float, of_square: float) -> _Pressed:
-    """Of a part of the contact, `whole` of which are all of it; a² is `of_square` of the mean."""
-    places, force = np.hypot(points[:, 0], points[:, 1]), contact.normal_force
-    touching = np.flatnonzero(contact.patch >= 0)
+    (pressed,) = state.contacts.values()
+    force, points = pressed.normal_force, state.slaves["it"].points
+    places = np.sqrt((points[:, : shares.ways] ** 2).sum(axis=1))
+    touching = np.flatnonzero(pressed.patch >= 0)
     square = float((force * places**2).sum() / force.sum())
     return _Pressed(
-        whole * float(force.sum()),
-        math.sqrt(of_square * square),
+        shares.whole * float(force.sum()),
+        math.sqrt(shares.of_square * square),
         places[touching],
-        STIFF * contact.penetration[touching],
+        STIFF * pressed.penetration[touching],
     )
 
 
-def _hertz() -> Answer:
-    found = _ball()
-    peak = 1.5 * LOAD / math.pi
-    # The middle is a corner of the quarter, whose area depends on how its side is cut in two.
-    inner = (found.places > 0.0) & (found.places < 0.8)
-    off = found.pressures[inner] / peak - np.sqrt(1.0 - found.places[inner] ** 2)
+def _pressure_error(found: _Pressed, radius: float, peak: float, tolerance: float) -> Check:
+    # Middles are corners of a part, whose areas depend on how their sides are cut in two.
+    inner = (found.places > 1e-9) & (found.places < 0.8 * radius)
+    exact = np.sqrt(1.0 - (found.places[inner] / radius) ** 2)
+    off = np.abs(found.pressures[inner] / peak - exact)
+    return absolute("largest error of the pressure up to 0.8 a, by p₀", off.max(), 0.0, tolerance)
+
+
+def _drawn(found: _Pressed, radius: float, peak: float) -> Drawing:
+    r = np.linspace(0.0, 1.2, 300)
+    off = found.places > 1e-9
+    return compared(
+        ("r/a", "p/p₀"),
+        [("formula", r, np.sqrt(np.maximum(1.0 - r**2, 0.0)))],
+        [("nodes", found.places[off] / radius, found.pressures[off] / peak)],
+    )
+
+
+def _on_a_ball() -> Answer:
+    found, peak = _ball(), 1.5 * LOAD / math.pi
     checks = (
         relative("force", found.force, LOAD, 0.025),
         relative("radius of the contact", found.radius, 1.0, 0.025),
-        absolute("largest error of the pressure up to 0.8 a, by p₀", np.abs(off).max(), 0.0, 0.05),
+        _pressure_error(found, 1.0, peak, 0.05),
     )
-    r = np.linspace(0.0, 1.2, 300)
-    curve = np.sqrt(np.maximum(1.0 - r**2, 0.0))
-    draw = compared(
-        ("r/a", "p/p₀"),
-        [("formula", r, curve)],
-        [("nodes", found.places, found.pressures / peak)],
+    return Answer(checks, _drawn(found, 1.0, peak))
+
+
+def _on_a_cylinder() -> Answer:
+    found = _cylinder()
+    radius = math.sqrt(4.0 * found.force * BALL / (math.pi * MODULUS))
+    peak = 2.0 * found.force / (math.pi * radius)
+    checks = (
+        relative("half width of the contact, by the force", found.radius, radius, 0.01),
+        _pressure_error(found, radius, peak, 0.02),
     )
-    return Answer(checks, draw)
+    return Answer(checks, _drawn(found, radius, peak))
 
 
 CASES = (
@@ -127,6 +180,15 @@ CASES = (
         "A quarter of a block of hexahedra, seven to 1.4 a, without friction; nodes six radii away "
         "are where Boussinesq's load brings them. Of the errors in force and radius 0.8 % and "
         "0.3 % are the contact's own give, the rest is the mesh.",
-        _hertz,
+        _on_a_ball,
+    ),
+    Case(
+        "matter-hertz-cylinder",
+        GROUP,
+        "A rigid cylinder on an elastic half space",
+        "a = √(4 P R/(π E*)),  p₀ = 2 P/(π a)",
+        "Half of a strip of hexahedra in plane strain; how far the cylinder goes in depends on the "
+        "strip's size, by how much it touches hardly does.",
+        _on_a_cylinder,
     ),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from contiga.arrays.ordered import length, principal_axes, product, solve
+from contiga.arrays.ordered import length, principal_axes, product, row_products, solve
 
 
 @pytest.mark.parametrize("shapes", [((3, 3), (3,)), ((7, 3), (3, 3)), ((4,), (4,)), ((5,), (5, 2))])
@@ -13,6 +13,18 @@ def test_products_are_those_of_matrices(shapes):
     rng = np.random.default_rng(0)
     a, b = (rng.normal(size=shape) for shape in shapes)
     np.testing.assert_allclose(product(a, b), a @ b, rtol=0, atol=1e-14)
+
+
+def test_products_of_rows_are_summed_in_the_order_of_columns():
+    a, b = np.random.default_rng(4).normal(size=(2, 500, 3))
+    expected = [
+        x * u + y * v + z * w for (x, y, z), (u, v, w) in zip(a.tolist(), b.tolist(), strict=True)
+    ]
+    assert row_products(a, b).tolist() == expected
+    turned = [
+        z * w + y * v + x * u for (x, y, z), (u, v, w) in zip(a.tolist(), b.tolist(), strict=True)
+    ]
+    assert turned != expected
 
 
 def test_a_length_is_the_norm():
