@@ -99,6 +99,7 @@ def _named(module: Any, name: str) -> Any:
 def main() -> None:
     """Print the counts."""
     from contiga.elements.kernels import element_nb
+    from contiga.search.certify.certify_records import Seen
     from contiga.search.certify.kernels import branch_nb
     from contiga.search.closest.kernels import newton_nb
     from contiga.search.track.kernels import lanes_nb
@@ -107,11 +108,11 @@ def main() -> None:
     newton_nb.math = branch_nb.math = SimpleNamespace(sqrt=_sqrt, inf=math.inf)
     rng = np.random.default_rng(0)
     net = np.concatenate([rng.normal(size=48), [2.0], rng.uniform(0.0, 0.01, 15)])
-    told = [Number(x) for x in (*net, *np.ones(lanes_nb.TOLD - 64))]
+    element = [Number(x) for x in (*net, *np.ones(lanes_nb.LANE_NUMBERS - 64))]
     banks = lanes_nb.BANKS, lanes_nb.ROWS * lanes_nb.WIDE
     lanes = [[Number(x) for x in bank] for bank in 0.1 * rng.random(banks)]
     lanes_nb.scratch = lambda n: [0.0] * n
-    of_lanes = lanes, lanes_nb.BANKS, told
+    of_lanes = lanes, lanes_nb.BANKS, element
     three = [tuple(Number(x) for x in rng.normal(size=3)) for _ in range(4)]
     one = Number(1.0)
     ring = {
@@ -120,7 +121,7 @@ def main() -> None:
         "width": (one, one),
     }  # fmt: skip
     uv = (Number(0.1), Number(0.2))
-    seen = ((Number(0.1), Number(0.1)), Number(0.1), Number(0.1))
+    seen = Seen((Number(0.1), Number(0.1)), Number(0.1), Number(0.1))
     proof = _count(_named(branch_nb, "seen_from"), *three, one)
     box = (-1.0, 1.0, -1.0, 1.0)
     proof += _count(_named(branch_nb, "way_within"), ring, box, uv, uv)

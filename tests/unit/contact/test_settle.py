@@ -192,7 +192,8 @@ def test_what_feet_tell_of_free_points() -> None:
     radius = 2.0 * rng.random(m)
     want = side[index], reach[index]
     _balls(feet, own, radius, *want)
-    balls, known = FootBalls(own, radius), KnownSides(side, reach)
+    balls = FootBalls(own.astype(np.int32), radius)
+    known = KnownSides(side, reach)
     settle_nb.tell(index, feet, points, balls, BAND, known, within)
     np.testing.assert_array_equal(side[index], want[0])
     np.testing.assert_array_equal(reach[index], want[1])
