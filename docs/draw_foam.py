@@ -55,8 +55,7 @@ In brackets, how far the characteristic is off: its value against that of the el
   unsafe side.
 - How much depends on what a uniaxial curve in compression does not say, the tension and the shear
   of the foam; but most of the error is there with hardly any tension, too.
-- The less of the pad is hit at once, the larger the error. A flat punch as wide as the pad has
-  none: `contiga verify` has that blow in closed form for elements.
+- A flat punch as wide as the pad has no such error: there is nothing beside it.
 - It costs a fraction: {cheap:,} steps against {dear:,}.
 
 A characteristic that was measured with an impactor like the one in the case has the share of the

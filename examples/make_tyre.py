@@ -17,7 +17,7 @@ RADIUS, WIDTH, SIDE = 240.0, 120.0, 40.0
 """Of the circle that the sides end at, of the section, and of the sides."""
 FLARE = 4.0
 """By which the beads are further apart than the sides."""
-AROUND, TREAD, WALL = 112, 12, 3
+AROUND, TREAD, WALL = 96, 12, 3
 """Cells around, over the half circle, and over each side."""
 
 

@@ -51,7 +51,8 @@ def test_the_ring_has_its_section_all_round() -> None:
 
 
 def test_normals_of_the_tyre_point_outward() -> None:
-    points, triangles = _made("tyre")["tyre_mesh"]()
+    made = _made("tyre")
+    points, triangles = made["tyre_mesh"]()
     a, b, c = (points[triangles[:, k]] for k in range(3))
     normal, middle = np.cross(b - a, c - a), (a + b + c) / 3.0
     away = middle.copy()
@@ -60,7 +61,7 @@ def test_normals_of_the_tyre_point_outward() -> None:
     assert ((normal * away).sum(axis=1)[tread] > 0.0).all()
     assert (normal[~tread, 1] * middle[~tread, 1] > 0.0).all()
     beads = np.abs(points[:, 1]).max()
-    assert (np.isclose(np.abs(points[:, 1]), beads)).sum() == 2 * 112
+    assert (np.isclose(np.abs(points[:, 1]), beads)).sum() == 2 * made["AROUND"]
 
 
 def test_the_ring_takes_the_eye_up_with_its_energy_closed(tmp_path: Path) -> None:
