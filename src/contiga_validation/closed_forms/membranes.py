@@ -132,18 +132,18 @@ def _shape(radii: FloatArray) -> FloatArray:
 
 
 def _ball() -> Answer:
-    found = _under_a_ball()
-    exact = _shape(found.radii)
+    sunk = _under_a_ball()
+    exact = _shape(sunk.radii)
     checks = (
-        relative("P R³/(E h a⁴)", found.force / THIN, PRESSED, 4e-3),
+        relative("P R³/(E h a⁴)", sunk.force / THIN, PRESSED, 4e-3),
         absolute("largest error of all nodes, by the depth",
-                 np.abs(found.ways - exact).max() / SUNK, 0.0, 5e-3),
+                 np.abs(sunk.ways - exact).max() / SUNK, 0.0, 5e-3),
     )  # fmt: skip
     r = np.linspace(0.0, 1.0, 300)
     draw = compared(
         ("r/a", "w R/a²"),
         [("Föppl", r, _shape(r)), ("ball", r[r < 0.3], 0.5 * r[r < 0.3] ** 2 - SUNK)],
-        [("14 rings", found.radii, found.ways)],
+        [("14 rings", sunk.radii, sunk.ways)],
     )
     return Answer(checks, draw)
 
@@ -201,23 +201,23 @@ def _blown_up(cells: int) -> _Blown:
 
 
 def _bag() -> Answer:
-    coarse, found = _blown_up(8), _blown_up(16)
-    corner, side = found.at(1.0, 1.0), found.at(1.0, 0.0)
+    coarse, fine = _blown_up(8), _blown_up(16)
+    corner, side = fine.at(1.0, 1.0), fine.at(1.0, 0.0)
     checks = (
-        relative("rise of the middle", found.at(0.0, 0.0)[2], RISE, 2e-3),
+        relative("rise of the middle", fine.at(0.0, 0.0)[2], RISE, 2e-3),
         relative("way of a corner, along x", corner[0], CORNER, 0.01),
         relative("way of the middle of a side", side[0], SIDE, 0.03),
-        relative("stress in the middle", found.stress, STRESS, 0.03),
+        relative("stress in the middle", fine.stress, STRESS, 0.03),
         absolute("how much a corner goes farther along y", corner[1] - corner[0], 0.0, 1e-4),
     )
-    line = found.unit[:, 1] == 0.0
+    line = fine.unit[:, 1] == 0.0
     other = coarse.unit[:, 1] == 0.0
     draw = compared(
         ("x", "z"),
         [("published rise", np.array([0.0, HALF]), np.full(2, RISE))],
         [
             (name, HALF * bag.unit[rows, 0] + bag.ways[rows, 0], bag.ways[rows, 2])
-            for name, bag, rows in (("16 × 16", found, line), ("8 × 8", coarse, other))
+            for name, bag, rows in (("16 × 16", fine, line), ("8 × 8", coarse, other))
         ],
     )
     return Answer(checks, draw)
