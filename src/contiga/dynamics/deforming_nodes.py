@@ -311,8 +311,8 @@ class DeformingNodes(Unmoved):
         asked = getattr(self.matter, "element_fields", None)
         if asked is None:
             return ()
-        told = asked(MatterState(self._inner(state.points), state.matter["memory"]))
-        return [one._replace(elements=self.rows[one.elements]) for one in told]
+        groups = asked(MatterState(self._inner(state.points), state.matter["memory"]))
+        return [group._replace(elements=self.rows[group.elements]) for group in groups]
 
     def stopped(self, state: SlaveState) -> SlaveState:
         """The same without velocities."""

@@ -56,9 +56,9 @@ def at_nodes(groups: Sequence[Inside], count: int) -> ElementFields:
         corners, k = group.elements.ravel(), group.elements.shape[1]
         volumes = np.repeat(group.volumes, k)
         weight += np.bincount(corners, volumes, minlength=count)
-        own = np.column_stack(group.fields)
+        columns = np.column_stack(group.fields)
         for c in range(sums.shape[1]):
-            share = np.repeat(own[:, c], k) * volumes
+            share = np.repeat(columns[:, c], k) * volumes
             sums[:, c] += np.bincount(corners, share, minlength=count)
     with np.errstate(invalid="ignore"):
         means = sums / weight[:, None]

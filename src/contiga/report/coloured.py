@@ -52,8 +52,8 @@ def fields_of(peak: Peak | Touched, units: Units) -> dict[str, ColouredField]:
         "penetration": _coloured("Penetration", units.length, peak.penetration, peak.in_contact)
     }
     if peak.pressure is not None and np.any(peak.pressure > 0.0):
-        own = peak.pressure
-        fields["pressure"] = _coloured("Pressure", units.stress, own, peak.in_contact)
+        pressure = peak.pressure
+        fields["pressure"] = _coloured("Pressure", units.stress, pressure, peak.in_contact)
     for name, values in peak.inside.items():
         label, unit = _INSIDE[name]
         some = _coloured(label, unit(units), values, values > 0.0)

@@ -169,7 +169,7 @@ def _values(
         for name in wanted
         if fields.get(name) is not None
     }
-    return values | {name: own.astype(np.float32) for name, own in touched.inside.items()}
+    return values | {name: field.astype(np.float32) for name, field in touched.inside.items()}
 
 
 def chosen_steps(times: FloatArray, shown: int, most: int) -> IndexArray:

@@ -129,19 +129,20 @@ class Fields:
         """What the elements behind the facets of a slave have; nothing where none is asked for."""
         if not self._cells or slave.facets is None:
             return {}
-        own = at_facets(inside, slave.facets)
-        return {field: FIELDS[field](own) for field in self._of_elements}
+        behind = at_facets(inside, slave.facets)
+        return {field: FIELDS[field](behind) for field in self._of_elements}
 
     def _stacked(self, cells: list[dict[str, FloatArray]]) -> dict[str, FloatArray]:
         """Of all cells: points of clouds, then triangles of bodies, then facets of slaves."""
         if not self._cells:
             return {}
-        before = self._writer.n_cells - sum(len(next(iter(own.values()))) for own in cells if own)
+        faceted = [fields for fields in cells if fields]
+        before = self._writer.n_cells - sum(len(next(iter(each.values()))) for each in faceted)
         stacked = {}
         for field in self._of_elements:
             columns = (6,) if field in TENSORS else ()
             none = np.full((before, *columns), np.nan)
-            stacked[field] = np.concatenate([none, *(own[field] for own in cells if own)])
+            stacked[field] = np.concatenate([none, *(each[field] for each in faceted)])
         return stacked
 
     def flush(self) -> None:

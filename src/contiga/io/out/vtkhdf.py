@@ -252,10 +252,11 @@ class FieldSeries:
         units: Mapping[str, str | None],
     ) -> None:
         self.path = path
-        own = [name for name in units if name.startswith("PointData/")]
-        self.names = tuple(name.removeprefix("PointData/") for name in own)
-        cells = [name for name in units if name.startswith("CellData/")]
-        self.cell_names = tuple(name.removeprefix("CellData/") for name in cells)
+        of_points, of_cells = (
+            tuple(name.removeprefix(kind) for name in units if name.startswith(kind))
+            for kind in ("PointData/", "CellData/")
+        )
+        self.names, self.cell_names = of_points, of_cells
         self.units = {name.rpartition("/")[2]: unit for name, unit in units.items() if unit}
         self.times = times
         self.parts = parts

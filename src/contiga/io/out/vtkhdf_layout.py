@@ -175,8 +175,8 @@ def offsets_of(name: str) -> str:
     """Where, under Steps, the first row of each step of an array stands."""
     if name == "Points":
         return "PointOffsets"
-    kind, _, own = name.partition("/")
-    return f"{kind}Offsets/{own}"
+    kind, _, array = name.partition("/")
+    return f"{kind}Offsets/{array}"
 
 
 def arrays_of(root: Any) -> list[tuple[str, Any, Any]]:
