@@ -53,7 +53,7 @@ clean:
 	rm -rf out $(GENERATED) $(VENV)
 
 # CASE=07_tyre: an example with what it reads.
-run: $(addprefix $(GENERATED)/,$(shell sed -n 's|.*"generated/\([a-z_]*\.[a-z]*\)".*|\1|p' examples/$(CASE).toml))
+run: $(if $(CASE),$(addprefix $(GENERATED)/,$(shell sed -n 's|.*"generated/\([a-z_]*\.[a-z]*\)".*|\1|p' examples/$(CASE).toml)))
 	$(BIN)/contiga run examples/$(CASE).toml -o out/$(CASE)
 
 $(GENERATED)/%.step: examples/make_%.py $(BIN)/.run-stamp
