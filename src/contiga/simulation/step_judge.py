@@ -40,7 +40,7 @@ from contiga.simulation.way_limits import crossed, too_far
 LOST = 4e-6
 """Part of the largest energy so far that a step may miss in the balance: a thousandth in all where
 each of 250 steps leaves so much, and hardly any does."""
-LOST_OF_ELEMENTS = 4e-5
+LOST_OF_ELEMENTS = 2e-5
 """The same where elements ring: what many steps miss has both signs, and is a thousandth in all."""
 LEAKED = 2.0
 """So many times the energy a time that shorter steps have not kept is let pass."""

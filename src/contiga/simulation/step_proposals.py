@@ -32,7 +32,7 @@ of what follows a swing that has all the energy."""
 SHORTEST_OF_ELEMENTS = 0.05
 """The same where elements ring: from there steps grow slowly."""
 GROWTH = 1.5
-GROWTH_OF_ELEMENTS, GAINED = 1.1, 4e-6
+GROWTH_OF_ELEMENTS, GAINED = 1.1, 2e-6
 """What a leapfrog keeps of elements is E − h² Σ F²/(8 m), so that a step which is cut while a
 contact pushes and grows while it does not adds energy every time. It grows by so little, and
 changes that by no more than a part of the largest energy."""
