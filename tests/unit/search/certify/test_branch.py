@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numba import njit
 from tests.laws.test_search_laws import pieces
+from tests.sample import slow
 
 import contiga as cg
 from contiga.search.certify.kernels import branch_nb
@@ -214,8 +215,14 @@ def test_what_is_certified_is_where_a_thousand_small_steps_lead(name, size):
     assert not stays[ended].any()
 
 
-@pytest.mark.parametrize("name", ["torus", "bumps"])
-@pytest.mark.parametrize("size", [0.2, 0.5, 1.0])
+@pytest.mark.parametrize(
+    ("name", "size"),
+    [
+        ("torus", 1.0),
+        ("bumps", 0.5),
+        *slow(("torus", 0.2), ("torus", 0.5), ("bumps", 0.2), ("bumps", 1.0)),
+    ],
+)
 def test_what_is_certified_over_joints_is_where_a_thousand_small_steps_lead(name, size):
     """The same surfaces in 49 pieces, of which some are turned over."""
     patch = SURFACES[name]
