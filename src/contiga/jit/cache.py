@@ -134,7 +134,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
 
     def load_overload(self, signature: Any, target: Any) -> Any:
         """What is kept. Where nothing is, the caller compiles, and alone, until `done`."""
-        overload = super().load_overload(signature, target)
+        overload = self._kept(signature, target)
         if overload is None and signature not in self._locks:
             for listener in COMPILE_LISTENERS:
                 with _waiting():
@@ -143,6 +143,14 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
             lock.enter_context(self._alone(str(signature), _waiting))
             overload = super().load_overload(signature, target)
         return overload
+
+    def _kept(self, signature: Any, target: Any) -> Any:
+        """What is kept; nothing where records that it was called with have moved since."""
+        try:
+            return super().load_overload(signature, target)
+        except (ImportError, AttributeError):
+            self.flush()
+            return None
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
         """numba's own reads the index of a kernel, and writes it with one line more."""
