@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import read_only
+from contiga.arrays.ordered import length
 from contiga.criteria.bands import Bands
 from contiga.errors import InputError
 from contiga.records import FloatArray, IndexArray
@@ -18,6 +19,8 @@ from contiga.simulation.sensor import CUT, _checked_code, _several, _two_points
 
 NODE_MEASURES = ("displacement", "velocity")
 SECTION_MEASURES = CUT
+ASIDE = 0.5
+"""Of the diagonal of a slave's box that a node may be from where it is looked for."""
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -28,7 +31,8 @@ class NodeSensor:
     ----------
     name : what its columns are called
     node : name of the slave
-    at : (3,) where the slave stands before the run: its node nearest to this is measured
+    at : (3,) where the slave stands before the run: its node nearest to this is measured, which
+        is to be within half of the slave's size
     measures : of "displacement" (from where the slave stands before the run) and "velocity", along
         the axes of the world
     code : as of a `Sensor`
@@ -142,11 +146,22 @@ def nodes_of(sensor: SlaveSensor, points: FloatArray) -> IndexArray:
     Raises
     ------
     InputError
-        All nodes of a slave are on one side of a section.
+        All nodes of a slave are on one side of a section, or none is near a place.
     """
     if isinstance(sensor, NodeSensor):
         away = points - sensor.at
-        return np.argmin((away * away).sum(axis=1), keepdims=True)
+        nearest = np.argmin((away * away).sum(axis=1), keepdims=True)
+        distance, size = length(away[nearest[0]]), length(np.ptp(points, axis=0))
+        if len(points) > 1 and distance > ASIDE * size:
+            raise InputError(
+                f"no node is near: the nearest one, {nearest[0]}, is {distance:.6g} away",
+                where=f"sensor {sensor.name!r}: at",
+                found=sensor.at.tolist(),
+                allowed=f"a place within {ASIDE * size:.6g} of a node of the slave, which reaches "
+                f"from {np.round(points.min(axis=0), 6).tolist()} to "
+                f"{np.round(points.max(axis=0), 6).tolist()}",
+            )
+        return nearest
     point, normal = sensor.plane
     height = ((points - point) * normal).sum(axis=1)
     beyond = np.flatnonzero(height > 0.0)

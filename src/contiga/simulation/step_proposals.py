@@ -40,12 +40,15 @@ changes that by no more than a part of the largest energy."""
 
 def proposals(model: Model, stepping: AutoSteps, state: SystemState) -> Iterator[Cut]:
     """All of them, for the step after `state`, which says how forces have changed before."""
-    yield Cut(stepping.most, Reason.LARGEST)
-    yield Cut(longest_sample(model), Reason.SAMPLE)
-    yield from driven_ways(model, stepping.most, state)
-    if state.step > 0.0:
+    others = [
+        Cut(stepping.most, Reason.LARGEST),
+        Cut(longest_sample(model), Reason.SAMPLE),
+        *driven_ways(model, stepping.most, state),
+        *met(model, stepping, state),
+    ]
+    yield from others
+    if 0.0 < state.step < min(others).step:  # of others nothing grows, and elements cost a pass
         yield Cut(_grown(model, state), Reason.GROWTH)
-    yield from met(model, stepping, state)
 
 
 def met(model: Model, stepping: AutoSteps, state: SystemState) -> Iterator[Cut]:

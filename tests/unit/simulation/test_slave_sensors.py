@@ -94,6 +94,8 @@ def test_a_node_of_a_driven_slave_has_its_motion() -> None:
     (lambda: cg.SectionSensor("a", "bar", plane=[[0, 0, 1], [0, 0, 0]]), "plane: has no normal"),
     (lambda: cg.SectionSensor("a", "bar", plane=[0, 0, 1]), "plane: must be two points"),
     (lambda: bar([cg.NodeSensor("a", "beam", at=[0, 0, 0])]), r"sensors\[0\]: node.*beam.*'bar'"),
+    (lambda: bar([cg.NodeSensor("a", "bar", at=[0, 0, 99])]),
+     "'a': at: no node is near.*allowed: a place within"),
     (lambda: bar([cg.SectionSensor("a", "bar", plane=[[0, 0, 9], [0, 0, 1]])]),
      "all nodes of the slave are on one side.*allowed: a plane through the slave"),
 ])  # fmt: skip
