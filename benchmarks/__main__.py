@@ -2,7 +2,7 @@
 
 Parts named are run alone, and the file keeps what it says of the others. "first", which compiles
 everything anew, is left out unless it is named or ``--all`` is given. Other tables are run by name:
-area, area_errors, faceted, matter, matter_steps, mesher, runs.
+area, area_errors, faceted, gpu, matter, matter_steps, mesher, runs.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from benchmarks import (
     area,
     area_errors,
     faceted,
+    gpu,
     machine,
     matter,
     matter_steps,
@@ -55,6 +56,7 @@ TABLES = {
     "area": area,
     "area_errors": area_errors,
     "faceted": faceted,
+    "gpu": gpu,
     "matter": matter,
     "matter_steps": matter_steps,
     "mesher": mesher,

@@ -5,21 +5,20 @@ those of the CPU's lanes). What it cannot finish it flags: past borders and crea
 the bounds kept of the surroundings do not clear, of degrees above three, off their element's next
 neighbour. Those rows alone come back and take the CPU's way (`contiga.search.track.project.track`).
 
-Run under the simulator of CUDA only, where the feet are those of the CPU; on no GPU yet. Nothing
-else of the library comes by here.
+Nothing else of the library comes by here.
 """
 
 from __future__ import annotations
 
+from math import ceil
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from contiga.arrays.device import check_device, launch, on_host, resident
+from contiga.arrays.device import check_device, is_resident, launch, on_host, resident
 from contiga.arrays.layout import as_points
 from contiga.errors import InputError
-from contiga.records import FloatArray, IntArray, Projection, SurfacePlaces, empty_projection
+from contiga.records import IntArray, Projection, SurfacePlaces, empty_projection
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.track import project
 from contiga.search.track.kernels import row_nb
@@ -47,9 +46,11 @@ class Tracked(NamedTuple):
     """The members of a `Projection`, on the device."""
     before: Any
     """(n, 3) where the points are, on the device."""
+    back: Any
+    """(n,) uint8 on the device: the rows of the last step that the CPU did."""
 
 
-def start(tables: Tables, feet: Projection, points: ArrayLike) -> Tracked:
+def start(tables: Tables, feet: Projection, points: Any) -> Tracked:
     """Put the tables of a body on the device, with the feet of `points` (n, 3), body frame.
 
     Raises
@@ -60,8 +61,9 @@ def start(tables: Tables, feet: Projection, points: ArrayLike) -> Tracked:
         `feet` and `points` are not of the same number.
     """
     check_device()
-    p_B = _points(points, len(feet.gap))
-    return Tracked(tables, flat(tables), resident(feet), resident(p_B))
+    n = len(feet.gap)
+    there = _on_device(points, n)
+    return Tracked(tables, flat(tables), resident(feet), there, resident(np.zeros(n, np.uint8)))
 
 
 def flat(tables: Tables) -> FlatTables:
@@ -70,20 +72,32 @@ def flat(tables: Tables) -> FlatTables:
     return FlatTables(*resident(read))
 
 
-def track(tracked: Tracked, points: ArrayLike) -> tuple[Tracked, IntArray]:
+def track(tracked: Tracked, points: Any) -> tuple[Tracked, IntArray]:
     """The feet one step on, of the points at `points` (n, 3), body frame; certified where they can.
+
+    `points` may be on the device already, as C-contiguous float64. They are kept there as they are,
+    not copied, for the next step: write its points to other memory.
 
     Returns the new state, and which rows the CPU did. The feet of the state that was handed in are
     overwritten.
     """
-    n = len(tracked.before)
-    p_B = _points(points, n)
-    now, back = resident((p_B, np.zeros(n, np.uint8)))
-    way, results = Way(tracked.before, now), FlaggedFeet(tracked.feet, back)
-    launch(row_nb.track_row, n, tracked.flat, way, results)
-    rows = np.flatnonzero(on_host(back)).astype(np.int32)
+    now = _on_device(points, len(tracked.before))
+    track_there(tracked, now)
+    return track_left(tracked, now)
+
+
+def track_there(tracked: Tracked, now: Any) -> None:
+    """The device's part of a step, which is not waited for: it flags in `tracked.back` the rows
+    that it leaves. `now` (n, 3) is on the device."""
+    way, results = Way(tracked.before, now), FlaggedFeet(tracked.feet, tracked.back)
+    launch(row_nb.track_row, len(tracked.before), tracked.flat, way, results)
+
+
+def track_left(tracked: Tracked, now: Any) -> tuple[Tracked, IntArray]:
+    """The rest of the step: the flagged rows by the CPU. Returns what `track` does."""
+    rows = _flagged(tracked.back)
     if len(rows):
-        _by_the_cpu(tracked, rows, p_B[rows])
+        _by_the_cpu(tracked, rows, now)
     return tracked._replace(before=now), rows
 
 
@@ -92,26 +106,39 @@ def feet_of(tracked: Tracked) -> Projection:
     return Projection(*on_host(tracked.feet))
 
 
-def _by_the_cpu(tracked: Tracked, rows: IntArray, p_B: FloatArray) -> None:
+def _flagged(back: Any) -> IntArray:
+    """The rows that are flagged; a bit each is fetched, the flags stay where they are."""
+    bytes_there = resident(np.empty(ceil(len(back) / 8), np.uint8))
+    launch(row_nb.pack_flags, len(bytes_there), back, bytes_there)
+    packed = on_host(bytes_there)
+    some = np.flatnonzero(packed)
+    bits = np.unpackbits(packed[some, None], axis=1, bitorder="little").astype(bool)
+    return (8 * some[:, None] + np.arange(8))[bits].astype(np.int32)
+
+
+def _by_the_cpu(tracked: Tracked, rows: IntArray, now: Any) -> None:
     """Track some rows on the CPU; only these are copied to and fro."""
     m = len(rows)
     there = resident(rows)
-    starts = resident(RowStarts(np.empty(m, np.int32), np.empty((m, 2)), np.empty((m, 3))))
-    feet = RowStarts(tracked.feet.patch, tracked.feet.uv, tracked.before)
+    starts = resident(
+        RowStarts(np.empty(m, np.int32), np.empty((m, 2)), np.empty((m, 3)), np.empty((m, 3)))
+    )
+    feet = RowStarts(tracked.feet.patch, tracked.feet.uv, tracked.before, now)
     launch(row_nb.gather_row, m, feet, there, starts)
-    patch, uv, before = on_host(starts)
+    patch, uv, before, p_B = on_host(starts)
     out = empty_projection(m)
     project.track(tracked.tables, p_B, SurfacePlaces(patch, uv), out, before)
     launch(row_nb.scatter_row, m, resident(out), there, tracked.feet)
 
 
-def _points(points: ArrayLike, n: int) -> FloatArray:
-    p_B = as_points(points)
-    if len(p_B) != n:
+def _on_device(points: Any, n: int) -> Any:
+    """Points (n, 3) on the device: those given, or a copy of those of the host."""
+    p_B = points if is_resident(points) else as_points(points)
+    if p_B.shape != (n, 3):
         raise InputError(
             "points must have one row a foot",
             where="points",
             found=p_B.shape,
             allowed=f"({n}, 3)",
         )
-    return p_B
+    return resident(p_B)

@@ -138,3 +138,5 @@ class RowStarts(NamedTuple):
     """(n, 2)."""
     before: Any
     """(n, 3) where the points were, length, body frame."""
+    now: Any
+    """(n, 3) where they are."""

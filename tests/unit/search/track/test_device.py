@@ -24,6 +24,7 @@ from contiga.search.tables import tables_of
 from contiga.search.track import device
 from contiga.search.track.kernels import row_nb
 from contiga.search.track.project import track
+from contiga.search.track.track_records import FlaggedFeet, RowStarts, Way
 from contiga.statuses import Status
 
 PROGRAM = Path(__file__).with_name("simulated.py")
@@ -135,7 +136,7 @@ def test_nothing_starts_where_nothing_can_be_launched(monkeypatch: pytest.Monkey
         device.start(tables_of(body), body.project(np.zeros((3, 3))), np.zeros((3, 3)))
 
 
-@pytest.mark.parametrize("name", ["track_row", "gather_row", "scatter_row"])
+@pytest.mark.parametrize("name", ["track_row", "pack_flags", "gather_row", "scatter_row"])
 def test_rows_compile_for_a_gpu(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     """Where numba-cuda is installed, with libNVVM; a GPU is not needed for that."""
     pytest.importorskip("numba_cuda")
@@ -151,13 +152,15 @@ def test_rows_compile_for_a_gpu(monkeypatch: pytest.MonkeyPatch, name: str) -> N
     monkeypatch.setattr(cuda, "to_device", lambda array: array)  # the types are those of the host
     body, feet, points, _ = case(0)
     rows, flags = np.zeros(3, np.int32), np.zeros(POINTS, np.uint8)
-    tracked = num_device.resident((feet, points))
-    handed = {
-        "track_row": (device.flat(tables_of(body)), (points, points), (tracked[0], flags)),
-        "gather_row": (tracked, rows, (rows, feet.uv, points)),
-        "scatter_row": (tracked[0], rows, tracked[0]),
+    starts = RowStarts(feet.patch, feet.uv, points, points)
+    records = {
+        "track_row": (device.flat(tables_of(body)), Way(points, points), FlaggedFeet(feet, flags)),
+        "pack_flags": (flags, flags),
+        "gather_row": (starts, rows, starts),
+        "scatter_row": (feet, rows, feet),
     }[name]
-    arguments = types.void(types.int64, *map(typeof, handed))
+    handed = num_device.resident(records)
+    arguments = types.void(types.int64, typeof(handed))
     thread = num_device._threads_of(getattr(row_nb, name)).py_func
     code, _ = cuda.compile_ptx(thread, arguments, cc=capability)
     assert ".visible .entry" in code

@@ -126,16 +126,11 @@ def _speeds_to(rings, n, place, sides):
     """Speeds (two) in the parts of element n from place = (s, t) to two of its sides, or to one."""
     home = part_of(place[0], place[1])
     i, j = home // PARTS, home % PARTS
-    first_i, last_i, first_j, last_j = i, i, j, j
-    for side in sides:
-        if side == 0:
-            first_i = 0
-        elif side == 1:
-            last_i = PARTS - 1
-        elif side == 2:
-            first_j = 0
-        else:
-            last_j = PARTS - 1
+    one, other = sides
+    first_i = 0 if one == 0 or other == 0 else i
+    last_i = PARTS - 1 if one == 1 or other == 1 else i
+    first_j = 0 if one == 2 or other == 2 else j
+    last_j = PARTS - 1 if one == 3 or other == 3 else j
     speed_s, speed_t = 0.0, 0.0
     for a in range(first_i, last_i + 1):
         for b in range(first_j, last_j + 1):

@@ -50,6 +50,16 @@ def track_row(tables, way, results, k):
 
 
 @kernel()
+def pack_flags(back, packed, i):
+    """Byte i of `packed`: which of eight rows are flagged in `back`, the first one's bit lowest."""
+    byte = 0
+    for bit in range(min(8, len(back) - 8 * i)):
+        if back[8 * i + bit] != 0:
+            byte |= 1 << bit
+    packed[i] = byte
+
+
+@kernel()
 def gather_row(start, rows, to, i):
     """Copy row rows[i] of `start` to row i of `to`, both `RowStarts`."""
     k = rows[i]
@@ -58,6 +68,7 @@ def gather_row(start, rows, to, i):
         to.uv[i, c] = start.uv[k, c]
     for c in range(3):
         to.before[i, c] = start.before[k, c]
+        to.now[i, c] = start.now[k, c]
 
 
 @kernel()
