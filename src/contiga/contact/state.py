@@ -21,6 +21,11 @@ from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
 from contiga.rigid.frames import to_world, turn_to_world
 
 
+_TOUCHES = np.zeros(256, dtype=bool)
+"""Which statuses, whatever number of a byte, are of points in contact."""
+_TOUCHES[list(IN_CONTACT)] = True
+
+
 class Owner(Protocol):
     """What a state asks of the contact it is of."""
 
@@ -172,7 +177,7 @@ class State(Displayed):
     @property
     def in_contact(self) -> NDArray[np.bool_]:
         """(n,) which points are in contact."""
-        return np.isin(self.status, IN_CONTACT)
+        return _TOUCHES[self.status]
 
     @property
     def n_contact(self) -> int:

@@ -137,7 +137,11 @@ def invert(X_AB: FloatArray) -> FloatArray:
 
 def relative(X_WA: FloatArray, X_WB: FloatArray) -> FloatArray:
     """X_AB: the pose of B as seen from A."""
-    return compose(invert(X_WA), X_WB)
+    (a, b, c, _), (x, y, z, last) = X_WA.tolist(), X_WB.tolist()
+    x[3], y[3], z[3] = x[3] - a[3], y[3] - b[3], z[3] - c[3]
+    columns = list(zip(x, y, z, strict=True))
+    rows = [[a[i] * u + b[i] * v + c[i] * w for u, v, w in columns] for i in range(3)]
+    return np.array([*rows, last])
 
 
 def apply(X_AB: FloatArray, points_B: ArrayLike) -> FloatArray:

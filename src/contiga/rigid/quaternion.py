@@ -5,6 +5,8 @@ Arrays have the quaternions in their last axis, (..., 4). q and −q are the sam
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -53,12 +55,14 @@ def as_unit(quaternion: ArrayLike, *, tolerance: float | None = None) -> FloatAr
 
 def to_matrix(q: FloatArray) -> FloatArray:
     """Rotation matrices (..., 3, 3) of unit quaternions (..., 4)."""
-    w, x, y, z = np.moveaxis(q, -1, 0)
+    w, x, y, z = q.tolist() if q.ndim == 1 else np.moveaxis(q, -1, 0)
     rows = [
         [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
         [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
         [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
     ]
+    if q.ndim == 1:
+        return np.array(rows)
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
@@ -67,20 +71,21 @@ def from_matrix(R: FloatArray) -> FloatArray:
 
     Shepperd's choice of the largest component to divide by (J. Guidance and Control 1, 1978).
     """
-    trace = float(np.trace(R))
-    squares = np.array([trace, R[0, 0], R[1, 1], R[2, 2]])
-    largest = int(squares.argmax())
-    q = np.empty(4)
+    r = R.tolist()
+    trace = r[0][0] + r[1][1] + r[2][2]
+    squares = [trace, r[0][0], r[1][1], r[2][2]]
+    largest = squares.index(max(squares))
     if largest == 0:
-        q[0] = 1.0 + trace
-        q[1:] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
+        axis = [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]]
+        q = np.array([1.0 + trace, *axis])
     else:
         i = largest - 1
         j, k = (i + 1) % 3, (i + 2) % 3
-        q[0] = R[k, j] - R[j, k]
-        q[1 + i] = 1.0 + R[i, i] - R[j, j] - R[k, k]
-        q[1 + j] = R[j, i] + R[i, j]
-        q[1 + k] = R[k, i] + R[i, k]
+        q = np.empty(4)
+        q[0] = r[k][j] - r[j][k]
+        q[1 + i] = 1.0 + r[i][i] - r[j][j] - r[k][k]
+        q[1 + j] = r[j][i] + r[i][j]
+        q[1 + k] = r[k][i] + r[i][k]
     q /= length(q)
     return -q if q[0] < 0.0 else q
 
@@ -90,13 +95,21 @@ def rotation_vector(p: FloatArray, q: FloatArray) -> FloatArray:
 
     In the axes that `p` and `q` turn into: the spin of an even turn is this over its time.
     """
-    end = -q if float(product(p, q)) < 0.0 else q
-    # end · p⁻¹, whose scalar part is not negative.
-    axis = p[0] * end[1:] - end[0] * p[1:] - np.cross(end[1:], p[1:])
+    # In plain numbers, as all of one turn here: these are too few for arrays to pay.
+    (a, b, c, d), (w, x, y, z) = p.tolist(), q.tolist()
+    cosine = a * w + b * x + c * y + d * z
+    if cosine < 0.0:
+        cosine, w, x, y, z = -cosine, -w, -x, -y, -z
+    # The second times the inverse of the first; its scalar part is not negative.
+    axis = np.array(
+        [
+            a * x - w * b - (y * d - z * c),
+            a * y - w * c - (z * b - x * d),
+            a * z - w * d - (x * c - y * b),
+        ]
+    )
     sine = length(axis)
-    if sine == 0.0:
-        return np.zeros(3)
-    return np.asarray(2.0 * np.arctan2(sine, float(product(p, end))) / sine * axis)
+    return 2.0 * math.atan2(sine, cosine) / sine * axis if sine > 0.0 else axis
 
 
 def slerp(p: FloatArray, q: FloatArray, s: float) -> FloatArray:

@@ -7,6 +7,7 @@ pose its parts are ``exp(s ξ)``, ξ the logarithm of the whole (Lynch and Park,
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,10 @@ from contiga.arrays.ordered import length, product
 from contiga.records import FloatArray
 from contiga.rigid import quaternion
 from contiga.rigid.pose import identity, relative
+from contiga.rigid.vectors import cross
+
+
+_NO_TURN = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 class Screw(NamedTuple):
@@ -46,12 +51,11 @@ class Screw(NamedTuple):
 def screw_between(X_WA: FloatArray, X_WB: FloatArray) -> Screw:
     """The even motion of a frame from pose A to pose B, the shorter way round, in the axes of A."""
     X_AB = relative(X_WA, X_WB)
-    turn = quaternion.rotation_vector(
-        np.array([1.0, 0.0, 0.0, 0.0]), quaternion.from_matrix(X_AB[:3, :3])
-    )
-    half, K = 0.5 * length(turn), _cross_matrix(turn)
-    c = (1.0 - half / np.tan(half)) / (4.0 * half * half) if half > 0.0 else 1.0 / 12.0
-    return Screw(turn, product(np.eye(3) - 0.5 * K + c * product(K, K), X_AB[:3, 3]))
+    turn = quaternion.rotation_vector(_NO_TURN, quaternion.from_matrix(X_AB[:3, :3]))
+    half, way = 0.5 * length(turn), X_AB[:3, 3]
+    c = (1.0 - half / math.tan(half)) / (4.0 * half * half) if half > 0.0 else 1.0 / 12.0
+    across = cross(turn, way)
+    return Screw(turn, way - 0.5 * across + c * cross(turn, across))
 
 
 def _cross_matrix(k: FloatArray) -> FloatArray:

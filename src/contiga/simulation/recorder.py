@@ -183,8 +183,11 @@ class Recorder:
             self._write(state)
             written += 1
         for name, value in row.items():
-            column = self._rows.setdefault(name, [])
-            del column[done:]
+            column = self._rows.get(name)
+            if column is None:
+                column = self._rows[name] = []
+            elif len(column) > done:
+                del column[done:]
             column.append(value)
         self._stand = _Stand(done + 1, written, state, peak, crest, onward)
         if perf_counter() - self._saved > CHECKPOINT_SECONDS:

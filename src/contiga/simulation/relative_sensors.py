@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.arrays.ordered import length, product
-from contiga.dynamics.vectors import cross
+from contiga.rigid.vectors import cross
 from contiga.records import FloatArray
 from contiga.simulation.load_forces import point_of
 from contiga.simulation.model import Model

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.arrays.ordered import length, product, solve
-from contiga.dynamics.vectors import cross
+from contiga.rigid.vectors import cross
 from contiga.records import FloatArray
 from contiga.rigid import quaternion
 from contiga.rigid import rigid_lanes as lanes
@@ -121,12 +121,22 @@ def _of_free(model: Model, i: int, state: SystemState) -> tuple[FloatArray, Floa
     centre = centre * one[lanes.WAYS : lanes.WAYS + 3]
     R = quaternion.to_matrix(row[lanes.TURN : lanes.TURN + 4])
     axes = product(R, one[lanes.AXES : lanes.AXES + 9].reshape(3, 3))
-    inertia = product(axes * one[lanes.MOMENTS : lanes.MOMENTS + 3], axes.T)
-    torque = row[lanes.TORQUE : lanes.TORQUE + 3] - cross(spin, product(inertia, spin))
-    free: NDArray[np.intp] = np.flatnonzero(one[lanes.SPINS : lanes.SPINS + 3])
-    angular = np.zeros(3)
-    if len(free):
-        angular[free] = solve(inertia[np.ix_(free, free)], torque[free])
+    moments = one[lanes.MOMENTS : lanes.MOMENTS + 3]
+    momentum = product(axes, moments * product(axes.T, spin))
+    torque = row[lanes.TORQUE : lanes.TORQUE + 3] - cross(spin, momentum)
+    if one[lanes.SPINS : lanes.SPINS + 3].all():
+        angular = product(axes, product(axes.T, torque) / moments)
+    else:
+        angular = _about_free_axes(product(axes * moments, axes.T), torque, one)
     arm = state.bodies.poses[i, :3, 3] - row[lanes.CENTRE : lanes.CENTRE + 3]
     linear = centre + cross(angular, arm) + cross(spin, cross(spin, arm))
     return linear, angular
+
+
+def _about_free_axes(inertia: FloatArray, torque: FloatArray, fixed: FloatArray) -> FloatArray:
+    """(3,) angular acceleration about those of the world's axes that a body may turn about."""
+    free: NDArray[np.intp] = np.flatnonzero(fixed[lanes.SPINS : lanes.SPINS + 3])
+    angular = np.zeros(3)
+    if len(free):
+        angular[free] = solve(inertia[np.ix_(free, free)], torque[free])
+    return angular

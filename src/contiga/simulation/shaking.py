@@ -19,7 +19,7 @@ import numpy as np
 from contiga.arrays.ordered import product
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
-from contiga.dynamics.vectors import cross
+from contiga.rigid.vectors import cross
 from contiga.laws.friction import ViscousFriction
 from contiga.records import FloatArray, IndexArray
 from contiga.rigid.frames import to_world, turn_to_world
