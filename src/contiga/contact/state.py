@@ -20,7 +20,6 @@ from contiga.old_names import OldName
 from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
 from contiga.rigid.frames import to_world, turn_to_world
 
-
 _TOUCHES = np.zeros(256, dtype=bool)
 """Which statuses, whatever number of a byte, are of points in contact."""
 _TOUCHES[list(IN_CONTACT)] = True

@@ -18,7 +18,6 @@ from contiga.rigid import quaternion
 from contiga.rigid.pose import identity, relative
 from contiga.rigid.vectors import cross
 
-
 _NO_TURN = np.array([1.0, 0.0, 0.0, 0.0])
 
 

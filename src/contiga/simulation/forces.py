@@ -9,8 +9,8 @@ import numpy as np
 from contiga.contact.state import State
 from contiga.dynamics.rigid_bodies import add_gravity
 from contiga.dynamics.springs import SpringState
-from contiga.rigid.vectors import cross
 from contiga.records import FloatArray
+from contiga.rigid.vectors import cross
 from contiga.simulation.load_forces import load_point, loaded, point_of
 from contiga.simulation.model import Model
 from contiga.simulation.place import Placement, forces_on

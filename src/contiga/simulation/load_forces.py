@@ -11,9 +11,9 @@ import numpy as np
 from contiga.arrays.ordered import product
 from contiga.dynamics.loads import Load
 from contiga.dynamics.rigid_bodies import Placed, kicked
-from contiga.rigid.vectors import cross
 from contiga.records import FloatArray
 from contiga.rigid.rigid_lanes import CENTRE, FORCE, TORQUE
+from contiga.rigid.vectors import cross
 from contiga.simulation.model import Model
 from contiga.simulation.system_state import SystemState
 

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.arrays.ordered import length, product, solve
-from contiga.rigid.vectors import cross
 from contiga.records import FloatArray
 from contiga.rigid import quaternion
 from contiga.rigid import rigid_lanes as lanes
+from contiga.rigid.vectors import cross
 from contiga.simulation.load_forces import point_of
 from contiga.simulation.model import Model
 from contiga.simulation.sensor import Sensor

@@ -19,11 +19,11 @@ import numpy as np
 from contiga.arrays.ordered import product
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
-from contiga.rigid.vectors import cross
 from contiga.laws.friction import ViscousFriction
 from contiga.records import FloatArray, IndexArray
 from contiga.rigid.frames import to_world, turn_to_world
 from contiga.rigid.rigid_lanes import AXES, CENTRE, FORCE, MASS, MOMENTS, SPINS, WAYS
+from contiga.rigid.vectors import cross
 from contiga.simulation.critical import follows_step
 from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import ContactPart, Model

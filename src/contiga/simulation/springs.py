@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from contiga.dynamics.springs import Spring, SpringState
-from contiga.rigid.vectors import cross
 from contiga.records import FloatArray
+from contiga.rigid.vectors import cross
 from contiga.simulation.model import Model
 from contiga.simulation.system_state import SystemState
 
