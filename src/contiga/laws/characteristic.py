@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import read_only
 from contiga.errors import InputError, RunError
+from contiga.laws.curve_records import CurveTable
 from contiga.records import FloatArray
 
 Extrapolation = Literal["linear", "constant", "error"]
@@ -108,20 +109,31 @@ class Characteristic:
         at = np.asarray(x, dtype=np.float64)
         if self.function is not None:
             return _checked_answer(self, at)
-        below, above = at < self.x[0], at > self.x[-1]
-        if self.extrapolation == "error" and (below.any() or above.any()):
-            outside = at[below | above].flat[0]
-            raise RunError(
-                f"{self.name}: the characteristic is asked at {outside:.6g}, outside its table "
-                f"[{self.x[0]:.6g}, {self.x[-1]:.6g}]. Extend the table, or let it extrapolate "
-                'with extrapolation = "linear" or "constant"'
-            )
+        self.check_inside(at)
         y = np.asarray(np.interp(at, self.x, self.y))
         if self.extrapolation == "linear":
             first, last = self.end_slopes
-            y = np.where(below, self.y[0] + first * (at - self.x[0]), y)
-            y = np.where(above, self.y[-1] + last * (at - self.x[-1]), y)
+            y = np.where(at < self.x[0], self.y[0] + first * (at - self.x[0]), y)
+            y = np.where(at > self.x[-1], self.y[-1] + last * (at - self.x[-1]), y)
         return y
+
+    def check_inside(self, at: FloatArray) -> None:
+        """Refuse abscissae outside a table that is not extrapolated.
+
+        Raises
+        ------
+        RunError
+            As said.
+        """
+        if self.extrapolation != "error":
+            return
+        outside = at[(at < self.x[0]) | (at > self.x[-1])]
+        if outside.size:
+            raise RunError(
+                f"{self.name}: the characteristic is asked at {outside.flat[0]:.6g}, outside its "
+                f"table [{self.x[0]:.6g}, {self.x[-1]:.6g}]. Extend the table, or let it "
+                'extrapolate with extrapolation = "linear" or "constant"'
+            )
 
     def slope(self, x: ArrayLike) -> FloatArray:
         """dy/dx at `x` ≥ 0, to the right of it at a point of a table.
@@ -180,9 +192,17 @@ class Characteristic:
             nodes = nodes[(nodes >= self.x[0]) & (nodes <= self.x[-1])]
         starts_above = self.extrapolation == "error" and self.x[0] > 0.0
         nodes = nodes if starts_above else np.append(0.0, nodes[nodes > 0.0])
-        y = np.maximum(self(nodes), 0.0)
+        y = np.where(np.isin(nodes, zeros), 0.0, np.maximum(self(nodes), 0.0))
         steps = 0.5 * (y[1:] + y[:-1]) * np.diff(nodes)
         return nodes, y, np.concatenate([[0.0], np.cumsum(steps)])
+
+    @cached_property
+    def table(self) -> CurveTable:
+        """`carried` of a table, as kernels take it."""
+        x, y, energy = self.polyline
+        # A curve that falls behind its last node has its zero there: it stays on it.
+        beyond = max(self.end_slopes[1], 0.0) if self.extrapolation == "linear" else 0.0
+        return CurveTable(x, y, energy, np.append(np.diff(y) / np.diff(x), beyond))
 
     @property
     def end_slopes(self) -> tuple[float, float]:

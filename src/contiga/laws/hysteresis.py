@@ -29,12 +29,16 @@ Theory Manual, contact characteristics; LS-DYNA's curves for loading and unloadi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from contiga.arrays.layout import locked
 from contiga.errors import InputError
 from contiga.laws.characteristic import Characteristic, CurveLike
+from contiga.laws.curve_records import BoundTable, CurveTable
+from contiga.laws.kernels import curve_nb
 from contiga.laws.law import above_zero, as_curve
 from contiga.records import FloatArray
 
@@ -60,6 +64,11 @@ class Moved(NamedTuple):
 
 def elastic_move(curve: Characteristic, x: FloatArray) -> Moved:
     """The step of an elastic force that has come to `x` (n,)."""
+    if curve.is_table:
+        curve.check_inside(x)
+        moved = np.empty((4, len(x)))
+        curve_nb.elastic(curve.table, _handed(x), moved)
+        return Moved(*moved)
     return Moved(curve.carried(x), curve.carried_slope(x), curve.energy(x), np.zeros(x.shape))
 
 
@@ -149,7 +158,9 @@ class Hysteresis:
         InputError
             A callable turns out to break the rules between the `x` known so far and these.
         """
-        if not self.exact and x.size:
+        if self.exact:
+            return self._move_on_tables(x_old, f_old, x)
+        if x.size:
             self._check_samples(float(max(x.max(), x_old.max())))
         start = self._started(x_old, f_old)
         upper, lower = self.loading.carried(x), self.unloading.carried(x)
@@ -166,6 +177,22 @@ class Hysteresis:
         before, begin, end = x_old[up], start[up], x[up]
         lost[up] = self._work_up(before, begin, end) - (stored[up] - self.stored(before, begin))
         return Moved(force, stiffness, stored, lost)
+
+    def _move_on_tables(self, x_old: FloatArray, f_old: FloatArray, x: FloatArray) -> Moved:
+        """The same by a kernel."""
+        for curve in (self.loading, self.unloading):
+            curve.check_inside(x)
+        past, moved = np.stack([x_old, f_old]), np.empty((4, len(x)))
+        curve_nb.hysteretic(self._tables, self.slope, past, _handed(x), moved)
+        return Moved(*moved)
+
+    @cached_property
+    def _tables(self) -> tuple[BoundTable, BoundTable]:
+        """Loading and unloading, as kernels take them."""
+        return self._bound(self.loading.table), self._bound(self.unloading.table)
+
+    def _bound(self, curve: CurveTable) -> BoundTable:
+        return BoundTable(curve, np.minimum.accumulate(curve.y - self.slope * curve.x))
 
     def stored(self, x: FloatArray, force: FloatArray) -> FloatArray:
         """(n,) what an unloading from (`x`, `force`) gives back."""
@@ -198,8 +225,7 @@ class Hysteresis:
 
         The curve is above the line left of it and below the line right of it.
         """
-        solve = _meet_table if curve.is_table else _meet_function
-        return np.clip(solve(curve, self.slope, point, low, high), low, high)
+        return np.clip(_meet_function(curve, self.slope, point, low, high), low, high)
 
     def _check_tables(self) -> None:
         loading, unloading = self.loading, self.unloading
@@ -208,7 +234,7 @@ class Hysteresis:
         ends = [curve.x[-1] for curve in curves if curve.extrapolation == "error"]
         x = x[x <= min(ends, default=np.inf)]
         self._check_order(x)
-        beyond = [_slopes(curve)[-1] for curve in curves]
+        beyond = [curve.table.slope[-1] for curve in curves]
         if not ends and beyond[1] > beyond[0] + _SAME * abs(beyond[0]):
             raise InputError(
                 "the unloading curve rises above the loading curve beyond their last points, as "
@@ -219,7 +245,7 @@ class Hysteresis:
                 remedy='Extend the tables, or hold an end with extrapolation = "constant"',
             )
         for curve in curves:
-            self._check_slope(curve, float(_slopes(curve).max()))
+            self._check_slope(curve, float(curve.table.slope.max()))
 
     def _check_samples(self, upto: float) -> None:
         x = np.linspace(0.0, upto, _SAMPLES)
@@ -274,30 +300,9 @@ def _check_start(curve: Characteristic) -> None:
         )
 
 
-def _slopes(curve: Characteristic) -> FloatArray:
-    """Slopes of `carried` of a table behind each node of its `polyline`."""
-    x, y, _ = curve.polyline
-    # A curve that falls behind its last node has its zero there: it stays on it.
-    beyond = max(curve.end_slopes[1], 0.0) if curve.extrapolation == "linear" else 0.0
-    return np.append(np.diff(y) / np.diff(x), beyond)
-
-
-def _meet_table(
-    curve: Characteristic,
-    slope: float,
-    point: tuple[FloatArray, FloatArray],
-    low: FloatArray,
-    high: FloatArray,
-) -> FloatArray:
-    """In closed form: curve − K x never rises, so that its level is found by bisection."""
-    nodes, y, _ = curve.polyline
-    fall = np.minimum.accumulate(y - slope * nodes)
-    level = point[1] - slope * point[0]
-    j = np.maximum(np.searchsorted(-fall, -level, side="right") - 1, 0)
-    faster = slope - _slopes(curve)[j]
-    way = np.zeros(level.shape)
-    np.divide(fall[j] - level, faster, out=way, where=faster > _SAME * slope)
-    return np.minimum(nodes[j] + np.maximum(way, 0.0), np.append(nodes[1:], np.inf)[j])
+def _handed(x: FloatArray) -> FloatArray:
+    """As kernels take it."""
+    return locked(np.ascontiguousarray(x))
 
 
 def _meet_function(

@@ -1,0 +1,4 @@
+"""Kernels of laws:
+
+- curve_nb: forces of tables, elastic or between a loading and an unloading curve
+"""
