@@ -37,7 +37,8 @@ def test_tables_with_hysteresis_do_what_functions_of_the_same_shape_do() -> None
     up, down = [[0, 0], [0.3, 1.0], [1.0, 1.4], [2.0, 4.0]], [[0, 0], [0.4, 0.0], [2.0, 2.0]]
     exact = Hysteresis(Characteristic(up), Characteristic(down), 8.0)
     functions = [
-        Characteristic(lambda x, c=np.array(c): np.interp(x, c[:, 0], c[:, 1])) for c in (up, down)
+        Characteristic(lambda x, c=curve: np.interp(x, c.x, c.y))
+        for curve in (exact.loading, exact.unloading)
     ]
     bracketed = Hysteresis(*functions, 8.0)
     rng = np.random.default_rng(2)
