@@ -11,13 +11,14 @@ import os
 import pickle
 import secrets
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cached_property
 from hashlib import sha256
+from io import BytesIO
 from pathlib import Path
-from time import time
-from typing import Any
+from time import thread_time, time
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -25,6 +26,10 @@ from contiga.arrays.cache_folder import cache_folder
 from contiga.jit.stamps import stamp_of
 from contiga.version import __version__
 
+T = TypeVar("T")
+
+LONG = 0.1
+"""Seconds to work something out from which on it is kept: to read it takes a tenth."""
 MOST, MANY = 512 * 1024**2, 2_000
 """Bytes that all entries may take, and how many there may be; those not asked for the longest go
 first."""
@@ -51,6 +56,19 @@ class DiskCache:
         versions = f"{__version__} {sys.version_info[:2]} {np.__version__}"
         return " ".join((self._kind, *map(stamp_of, self._sources), versions))
 
+    def kept(self, key: str | None, build: Callable[[], T]) -> T:
+        """What is there under a key, or else what `build` makes, put there if that took long.
+
+        Without a key it is built and the disk left alone.
+        """
+        value: T | None = None if key is None else self.get(key)
+        if value is None:
+            begun = thread_time()
+            value = build()
+            if key is not None and thread_time() - begun > LONG:
+                self.put(key, value)
+        return value
+
     def get(self, key: str) -> Any | None:
         """What was put under a key; None where there is nothing, or nothing that can be trusted."""
         folder = cache_folder()
@@ -75,9 +93,7 @@ class DiskCache:
         if folder is None:
             return
         with suppress(OSError, pickle.PicklingError, TypeError, AttributeError):
-            content = pickle.dumps(value, protocol=5)
-            if len(content) > MOST // 4:
-                return
+            content = _pickled(value)
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             if not _is_ours(folder):
                 return  # what is written there would not be opened
@@ -94,6 +110,21 @@ class DiskCache:
     def _path(self, folder: Path, key: str) -> Path:
         name = sha256(f"{self._made_by}\0{key}".encode()).hexdigest()[:32]
         return folder / f"{self._kind}-{name}.kept"
+
+
+class _Limited(BytesIO):
+    """Takes no more than an entry may be: what is larger is never in memory twice."""
+
+    def write(self, data: Any) -> int:
+        if self.tell() + memoryview(data).nbytes > MOST // 4:
+            raise OSError("larger than an entry may be")
+        return super().write(data)
+
+
+def _pickled(value: Any) -> bytes:
+    with _Limited() as stream:
+        pickle.dump(value, stream, protocol=5)
+        return stream.getvalue()
 
 
 def _private(path: str, flags: int) -> int:

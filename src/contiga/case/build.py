@@ -26,6 +26,7 @@ from contiga.dynamics.free import Attached, Dependent
 from contiga.dynamics.prescribed import BodyMotion, Fixed
 from contiga.dynamics.springs import Spring
 from contiga.errors import CaseError
+from contiga.io.cad.formats import was_read
 from contiga.masters.body import Body
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray
@@ -209,7 +210,7 @@ def _parts(
     """
     keys = {spec.name: f"body[{i}].geometry" for i, spec in enumerate(case.body)}
     keys |= {spec.name: f"slave[{i}].points" for i, spec in enumerate(case.slave)}
-    if any(isinstance(spec.geometry, FileGeometry) for spec in case.body):
+    if any(_is_unread(spec) for spec in case.body):
         preload_search()  # CAD's reader is being loaded, too
     raw: dict[str, Body | TriMesh] = {}
     for body_spec in case.body:
@@ -230,6 +231,11 @@ def _parts(
                 with told_of("slave", name, findings):
                     parts[name] = _slave(spec, case.units.length, parts, sizes, cache)
     return parts
+
+
+def _is_unread(spec: BodySpec) -> bool:
+    """Whether a body is to be read for the first time: of others most is kept as it was made."""
+    return isinstance(spec.geometry, FileGeometry) and not was_read(Path(spec.geometry.file))
 
 
 def _bodies(

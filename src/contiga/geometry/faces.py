@@ -10,10 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.digest import Digest
+from contiga.arrays.disk_cache import DiskCache
 from contiga.arrays.layout import as_points, read_only
 from contiga.arrays.ordered import length
 from contiga.display import Displayed, Facts
 from contiga.errors import GeometryError
+from contiga.geometry import face_box, trim
+from contiga.geometry.body_key import key_of
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edge_gaps import measured
 from contiga.geometry.edges import (
@@ -35,6 +38,8 @@ from contiga.rigid import transform
 
 if TYPE_CHECKING:
     from contiga.triangles.trimesh import TriMesh
+
+_BOXES, _TRIMS = DiskCache("boxes", face_box.__file__), DiskCache("trims", trim.__file__)
 
 
 class Faces(Displayed):
@@ -169,7 +174,7 @@ class Faces(Displayed):
     def trim_tables(self) -> TrimTables:
         """Tables for `point_in_trim` and `box_state`, built when first asked for."""
         if self._tables is None:
-            self._tables = build_trim_tables(self)
+            self._tables = _TRIMS.kept(key_of(self), lambda: build_trim_tables(self))
         return self._tables
 
     def bounds(self) -> FloatArray:
@@ -178,7 +183,8 @@ class Faces(Displayed):
         It is that of the surface, not of control points, up to rounding.
         """
         if self._bounds is None:
-            self._bounds = read_only(bounds_of(self._patches, self._trims))
+            box = _BOXES.kept(key_of(self), lambda: bounds_of(self._patches, self._trims))
+            self._bounds = read_only(box)
         return self._bounds
 
     def area(self, rtol: float = 1e-9) -> float:

@@ -8,9 +8,12 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from contiga.arrays.disk_cache import DiskCache
 from contiga.arrays.layout import as_points, positive
 from contiga.arrays.queries import Queries
 from contiga.errors import GeometryError
+from contiga.geometry import trim_area
+from contiga.geometry.body_key import key_of
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.faces import Faces
 from contiga.geometry.surface import NurbsSurface
@@ -31,6 +34,8 @@ if TYPE_CHECKING:
     from contiga.triangles.trimesh import TriMesh
 
 # The search is imported when it is first asked for: it takes longer than reading a small file.
+
+_MOMENTS = DiskCache("moments", trim_area.__file__)
 
 
 class Body(Faces, Queries):
@@ -152,7 +157,8 @@ class Body(Faces, Queries):
                 remedy="Give its mass, centre and inertia as numbers",
             )
         middle = self.bounds().mean(axis=0)
-        return of_volume(body_moments(self, middle), middle, rho, self.name)
+        moments = _MOMENTS.kept(key_of(self), lambda: body_moments(self, middle))
+        return of_volume(moments, middle, rho, self.name)
 
     def tessellate(
         self, tol: float, *, method: str = "chord", size: float | None = None

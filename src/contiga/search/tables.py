@@ -10,11 +10,13 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from contiga.arrays.codes import BORDER, SHARED
+from contiga.arrays.disk_cache import DiskCache
 from contiga.elements.element_arrays import Elements
 from contiga.elements.extraction import elements_of
 from contiga.elements.neighbours import join
 from contiga.errors import GeometryError
 from contiga.geometry import trim
+from contiga.geometry.body_key import key_of
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import gaping_edges, stitches
 from contiga.records import FloatArray
@@ -31,7 +33,7 @@ SMALLEST, LARGEST = 1e-60, 1e60
 # A trimming curve this close to a side of its patch's rectangle, as a share of it, runs along it.
 NEAR = 1e-3
 
-
+_DISK = DiskCache("tables", __file__)
 _KEPT: WeakKeyDictionary[Faces, Tables] = WeakKeyDictionary()
 
 
@@ -39,7 +41,9 @@ def tables_of(body: Faces) -> Tables:
     """The search tables of `body`, built at the first call."""
     tables = _KEPT.get(body)
     if tables is None:
-        tables = _KEPT[body] = _build(body)
+        check_size(body)
+        kept = _DISK.kept(key_of(body), lambda: _build(body))
+        tables = _KEPT[body] = kept._replace(trims=body.trim_tables)
     return tables
 
 
@@ -63,7 +67,6 @@ def check_size(body: Faces) -> None:
 
 
 def _build(body: Faces) -> Tables:
-    check_size(body)
     trims = body.trim_tables
     elements, grid = elements_of(body, trims)
     grid = join(elements, grid, body)

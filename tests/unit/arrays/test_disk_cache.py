@@ -164,3 +164,26 @@ def test_without_the_variable_it_is_a_folder_of_the_user(monkeypatch: pytest.Mon
     folder = cache_folder()
     assert folder is not None
     assert folder.name == "contiga"
+
+
+def test_what_is_too_large_is_not_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(disk_cache, "MOST", 4 * 600_000)
+    cache = DiskCache("some", __file__)
+    for count, is_kept in ((2, True), (3, False)):
+        cache.put(str(count), [np.ones((5, 5_000)) for _ in range(count)])
+        assert (cache.get(str(count)) is not None) is is_kept
+
+
+def test_what_took_long_is_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cache, built = DiskCache("some", __file__), list[str]()
+
+    def build() -> list[str]:
+        built.append("again")
+        return list(built)
+
+    monkeypatch.setattr(disk_cache, "LONG", float("inf"))
+    assert [len(cache.kept("a", build)) for _ in range(2)] == [1, 2]
+    monkeypatch.setattr(disk_cache, "LONG", -1.0)
+    assert [len(cache.kept(None, build)) for _ in range(2)] == [3, 4]
+    assert not folder.exists()
+    assert [len(cache.kept("a", build)) for _ in range(2)] == [5, 5]

@@ -1,17 +1,25 @@
-"""Touching balls and openings are kept for other processes, and are the same bits as anew."""
+"""What is worked out of a body is kept for other processes, and is the same bits as anew."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
+import numba
 import numpy as np
 import pytest
+from tests.unit.search.holed import holed_plate
 
 import contiga as cg
+from contiga.arrays import disk_cache
 from contiga.arrays.cache_folder import FOLDER
+from contiga.geometry import body_key, faces
+from contiga.masters import body as masters
+from contiga.search import tables
 from contiga.search.balls import radii as ball
 from contiga.search.borders import openings
-from contiga.search.hierarchy import kept
+from contiga.search.sides import body_sides
 
 
 @pytest.fixture
@@ -25,7 +33,7 @@ def egg(width: float = 1.0) -> cg.Body:
 
 
 def test_balls_are_read_where_they_took_long(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(kept, "LONG", -1.0)
+    monkeypatch.setattr(disk_cache, "LONG", -1.0)
     first = ball.balls_of(egg().surface.tables)
     assert len(list(folder.glob("balls-*"))) == 1
     other = ball.balls_of(egg(1.1).surface.tables)
@@ -38,7 +46,7 @@ def test_balls_are_read_where_they_took_long(folder: Path, monkeypatch: pytest.M
 
 
 def test_what_is_quick_is_not_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(kept, "LONG", np.inf)
+    monkeypatch.setattr(disk_cache, "LONG", np.inf)
     ball.balls_of(egg().surface.tables)
     assert not folder.exists()
 
@@ -46,10 +54,61 @@ def test_what_is_quick_is_not_kept(folder: Path, monkeypatch: pytest.MonkeyPatch
 def test_openings_are_those_of_the_same_faces(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(openings, "MANY", 1)
+    monkeypatch.setattr(body_key, "PATCHES", 1)
+    monkeypatch.setattr(disk_cache, "LONG", -1.0)
     first = egg().openings
     moved = egg().translated((1.0, 0.0, 0.0)).openings
     assert len(list(folder.glob("openings-*"))) == 2
     monkeypatch.setattr(openings, "_found", None)
     assert egg().openings == first
     assert egg().translated((1.0, 0.0, 0.0)).openings == moved
+
+
+def worked_out(body: cg.Body) -> list[Any]:
+    """All that is kept of a body, but for balls and openings."""
+    of_solid: list[Any] = []
+    if body.closed:
+        sides = body_sides.sides_of(body.surface.tables, body.surface.slit)
+        of_solid = [sides, *body.mass_properties(2.0)]
+    known = body.surface.tables
+    seeds = known.seeds._replace(leaf=known.seeds.leaf[:0])  # points leave some there
+    return [body.bounds(), body.trim_tables, known._replace(seeds=seeds), *of_solid]
+
+
+def leaves(value: Any) -> Iterator[Any]:
+    """What named tuples in named tuples hold."""
+    for part in value:
+        if isinstance(part, tuple | list):
+            yield from leaves(part)
+        else:
+            yield part
+
+
+@pytest.mark.parametrize("make", [egg, holed_plate])
+def test_what_is_read_is_to_kernels_what_was_built(
+    make: Callable[[], cg.Body], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(body_key, "PATCHES", 1)
+    monkeypatch.setattr(disk_cache, "LONG", -1.0)
+    monkeypatch.setattr(body_sides._SIDES, "_least", 1)
+    first = worked_out(make())
+    for module, builder in (
+        (faces, "bounds_of"),
+        (faces, "build_trim_tables"),
+        (tables, "_build"),
+        (masters, "body_moments"),
+    ):
+        monkeypatch.setattr(module, builder, None)
+    monkeypatch.setattr(body_sides._SIDES, "_build", None)
+    body = make()
+    again = worked_out(body)
+    assert body.surface.tables.trims is body.trim_tables
+    for one, other in zip(leaves(first), leaves(again), strict=True):
+        assert numba.typeof(one) == numba.typeof(other)
+        assert np.asarray(one).tobytes() == np.asarray(other).tobytes()
+
+
+def test_small_bodies_leave_the_disk_alone(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(disk_cache, "LONG", -1.0)
+    worked_out(egg())
+    assert not folder.exists()

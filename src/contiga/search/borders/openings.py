@@ -10,8 +10,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from contiga.arrays.codes import BORDER, CREASE
-from contiga.arrays.digest import Digest
 from contiga.arrays.disk_cache import DiskCache
+from contiga.geometry.body_key import key_of
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edge_gaps import image_of
 from contiga.geometry.edges import UNTRIMMED
@@ -37,8 +37,6 @@ SAMPLES = 33
 """Points of each knot span of a free edge its length is measured with."""
 TOUCH = 1e-9
 """Pieces that come nearer than this share of the size touch."""
-MANY = 8
-"""Faces from which on what was worked out is kept on the disk."""
 SENSE = np.array([-1, 1, 1, -1])
 """Of the growing parameter along u0, u1, v0, v1, to a walk round with the patch on the left."""
 
@@ -161,21 +159,7 @@ def openings_of(body: Faces) -> Openings:
     """
     openings = _KEPT.get(body)
     if openings is None:
-        openings = _KEPT[body] = _kept(body)
-    return openings
-
-
-def _kept(body: Faces) -> Openings:
-    """As they were worked out before of the same geometry, by another process perhaps."""
-    if len(body.patches) < MANY:
-        return _found(body)
-    digest = Digest()
-    body.digest(digest)
-    digest.text(repr((body.unit, body.pieces_apart, [edge.gap for edge in body.edges])))
-    openings: Openings | None = _DISK.get(digest.hexdigest())
-    if openings is None:
-        openings = _found(body)
-        _DISK.put(digest.hexdigest(), openings)
+        openings = _KEPT[body] = _DISK.kept(key_of(body), lambda: _found(body))
     return openings
 
 

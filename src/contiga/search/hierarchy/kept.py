@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Iterator
-from time import thread_time
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -18,15 +17,15 @@ from contiga.search.hierarchy.table_types import Tables
 
 T = TypeVar("T")
 
-LONG = 0.1
-"""Seconds to work something out from which on it is kept on the disk: to find it takes a tenth."""
-
 
 class Kept(Generic[T]):
-    """Answers of `build`, one for each body; in `disk` for other processes, where there is one."""
+    """Answers of `build`, one for each body; in `disk` for other processes, where there is one and
+    a body has `least` elements."""
 
-    def __init__(self, build: Callable[..., T], disk: DiskCache | None = None) -> None:
-        self._build, self._disk = build, disk
+    def __init__(
+        self, build: Callable[..., T], disk: DiskCache | None = None, least: int = 0
+    ) -> None:
+        self._build, self._disk, self._least = build, disk, least
         self._kept: dict[int, T] = {}
         self._asked: dict[int, int] = {}
 
@@ -39,16 +38,9 @@ class Kept(Generic[T]):
 
     def _read_or_built(self, tables: Tables, *how: Any) -> T:
         """Read from the disk, or worked out."""
-        if self._disk is None or how:
+        if self._disk is None or len(tables.elements.table) < self._least:
             return self._build(tables, *how)
-        name = _digest_of(tables)
-        value: T | None = self._disk.get(name)
-        if value is None:
-            begun = thread_time()
-            value = self._build(tables)
-            if thread_time() - begun > LONG:
-                self._disk.put(name, value)
-        return value
+        return self._disk.kept(_digest_of(tables, how), lambda: self._build(tables, *how))
 
     def there(self, tables: Tables) -> T | None:
         """The same if it is there."""
@@ -77,10 +69,11 @@ class Kept(Generic[T]):
         self._asked.pop(key, None)
 
 
-def _digest_of(tables: Tables) -> str:
+def _digest_of(tables: Tables, how: tuple[Any, ...]) -> str:
     """Of all arrays and numbers of tables, but for the leaves that guesses begin at: those are
-    filled in as points ask for them."""
+    filled in as points ask for them. And of `how`."""
     digest, seeds = Digest(), tables.seeds
+    digest.text(repr(how))
     tables = tables._replace(seeds=seeds._replace(leaf=seeds.leaf[:0]))
     for k, leaf in enumerate(_leaves(tables)):
         digest.arrays(str(k), np.asarray(leaf))

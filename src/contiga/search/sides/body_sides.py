@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from contiga.arrays.disk_cache import DiskCache
 from contiga.records import FloatArray, IntArray, Projection
 from contiga.search.closest.closest import closest_of_rows
 from contiga.search.hierarchy.kept import Kept
@@ -11,6 +12,9 @@ from contiga.search.hierarchy.table_types import Tables
 from contiga.search.sides.kernels import side_pieces_nb
 from contiga.search.sides.side_grid import CUT, PIECES, THIN, WHOLE, SideGrid, build, layout
 from contiga.search.sides.side_records import PieceLimits
+
+FEW = 100
+"""Elements below which a grid is built sooner than it is read."""
 
 
 def sides_of(tables: Tables, slit: float) -> SideGrid:
@@ -42,4 +46,4 @@ def _build(tables: Tables, slit: float) -> SideGrid:
     return build(place, pieces, (table["patch"][element], np.ascontiguousarray(uv)), closest)
 
 
-_SIDES = Kept(_build)
+_SIDES = Kept(_build, DiskCache("sides", __file__), FEW)
