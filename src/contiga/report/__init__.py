@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 
 from contiga.extras import require
@@ -66,7 +67,8 @@ def write_report(folder: str | Path) -> Path:
         with atomic_write(run.folder / PICTURE) as path:
             draw_still(peak, path, run.units)
         still = (run.folder / PICTURE).read_bytes()
-        frames = frames_of(series, outlines, frame, peak, run.units, ties)
+        with series.held(), nullcontext() if outlines is None else outlines.held():
+            frames = frames_of(series, outlines, frame, peak, run.units, ties)
         view = view_of(peak, frames, run.units, [tie.name for tie in ties])
     text = page(run, still=still, view=view, peak_time=peak_time)
     write_text(run.folder / PAGE, text)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from typing import Any, Protocol
 
 from numpy.typing import NDArray
@@ -26,6 +27,9 @@ class RecordedFields(Protocol):
     def names(self) -> tuple[str, ...]:
         """Of the point data."""
 
+    def held(self) -> AbstractContextManager[None]:
+        """Holds the file open, for many reads."""
+
     def points(self, i: int) -> FloatArray:
         """(N, 3) points of all parts at step `i`."""
 
@@ -48,7 +52,7 @@ class ReadOnce:
         self._step = -1
         self._kept: dict[str, NDArray[Any]] = {}
         self.times, self.parts, self.names = series.times, series.parts, series.names
-        self.rows = series.rows
+        self.rows, self.held = series.rows, series.held
 
     def points(self, i: int) -> FloatArray:
         """(N, 3) points of all parts at step `i`."""

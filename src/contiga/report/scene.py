@@ -30,6 +30,8 @@ _BAR = 0.04
 """Of the width, for a colour bar."""
 SPLIT = 0.4697
 """Where a picture of two views comes apart, of its width: between them."""
+_QUICKLY = {"compress_level": 1}
+"""How PNG is packed: in a fifth of the time, and two fifths larger."""
 _LABELS = 12
 """Regions that are named in the picture; more names would hide it."""
 
@@ -243,7 +245,7 @@ def draw_still(peak: Peak, path: Path, units: Units) -> None:
         _colour_bar(figure, field, 0.948)
     if inside is not None:
         _colour_bar(figure, inside, 0.012)
-    figure.savefig(path, format="png")
+    figure.savefig(path, format="png", pil_kwargs=_QUICKLY)
 
 
 def halves(picture: bytes) -> list[bytes]:
@@ -254,7 +256,7 @@ def halves(picture: bytes) -> list[bytes]:
     parts = []
     for part in np.split(pixels, [round(SPLIT * pixels.shape[1])], axis=1):
         file = BytesIO()
-        imsave(file, np.ascontiguousarray(part), format="png")
+        imsave(file, np.ascontiguousarray(part), format="png", pil_kwargs=_QUICKLY)
         parts.append(file.getvalue())
     return parts
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +45,34 @@ def open_file(path: Path, mode: str) -> Any:
         kind = FileError if mode == "r" else OutputError
         full = full_disk(error, path)
         raise full or kind(f"cannot be opened as HDF5: {error}", where=str(path)) from error
+
+
+class ReadFile:
+    """An HDF5 file that is opened for each read, or once for all in a block: to open it and look
+    for an array takes longer than to read a step of it."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._held: Callable[[str], Any] | None = None
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Hold the file open."""
+        with open_file(self._path, "r") as file:
+            self._held = cache(file.__getitem__)
+            try:
+                yield
+            finally:
+                self._held = None
+
+    @contextmanager
+    def arrays(self) -> Iterator[Callable[[str], Any]]:
+        """What gives the array of a name."""
+        if self._held is not None:
+            yield self._held
+            return
+        with open_file(self._path, "r") as file:
+            yield file.__getitem__
 
 
 _MAGIC = b"\x89HDF\r\n\x1a\n"

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import FileError
-from contiga.io.out.hdf5 import open_file, whole_file
+from contiga.io.out.hdf5 import ReadFile, open_file, whole_file
 from contiga.io.out.vtkhdf_layout import Growing, Steps
 from contiga.records import FloatArray, IntArray
 
@@ -142,20 +142,21 @@ class OutlineSeries:
     def __init__(self, path: Path, times: FloatArray) -> None:
         self.path = path
         self.times = times
+        self._file = ReadFile(path)
+        self.held = self._file.held
 
     def loops(self, i: int) -> Loops:
         """The lines of step `i`, from 0."""
-        with open_file(self.path, "r") as file:
-            root = file["VTKHDF"]
-            counts = root["NumberOfPoints"][: i + 1]
+        with self._file.arrays() as array:
+            counts = array("VTKHDF/NumberOfPoints")[: i + 1]
             start, stop = int(counts[:-1].sum()), int(counts.sum())
-            cells = root["Lines/NumberOfCells"][: i + 1]
+            cells = array("VTKHDF/Lines/NumberOfCells")[: i + 1]
             row = 1 + int(cells[:-1].sum()) + i
-            offsets = root["Lines/Offsets"][row : row + int(cells[-1]) + 1]
+            offsets = array("VTKHDF/Lines/Offsets")[row : row + int(cells[-1]) + 1]
             first = np.asarray(offsets, np.int64) - np.arange(len(offsets))
-            label = {name: root[f"PointData/{name}"][start:stop] for name in _LABELS}
+            label = {name: array(f"VTKHDF/PointData/{name}")[start:stop] for name in _LABELS}
             return Loops(
-                np.asarray(root["Points"][start:stop], np.float64),
+                np.asarray(array("VTKHDF/Points")[start:stop], np.float64),
                 first,
                 *(np.asarray(label[name][first[:-1]], np.int32) for name in _LABELS),
             )

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from contiga.errors import FileError, InputError
 from contiga.extras import require
 from contiga.io.out.full_disk import telling_of_full_disks
-from contiga.io.out.hdf5 import open_file, whole_file
+from contiga.io.out.hdf5 import ReadFile, open_file, whole_file
 from contiga.io.out.vtkhdf_layout import (
     Part,
     Steps,
@@ -260,6 +260,9 @@ class FieldSeries:
         self.units = {name.rpartition("/")[2]: unit for name, unit in units.items() if unit}
         self.times = times
         self.parts = parts
+        self._file = ReadFile(path)
+        self.held = self._file.held
+        self._starts: dict[str, NDArray[np.int64]] = {}
 
     def points(self, i: int) -> FloatArray:
         """(N, 3) points of all parts at step `i`, stacked."""
@@ -323,10 +326,12 @@ class FieldSeries:
             )
         of_cells = name.startswith("CellData/")
         count = sum(part.n_cells if of_cells else part.n_points for part in self.parts)
-        with open_file(self.path, "r") as file:
-            root = file["VTKHDF"]
-            start = int(root["Steps"][offsets_of(name)][i % len(self.times)])
-            values: NDArray[Any] = root[name][start : start + count]
+        with self._file.arrays() as array:
+            if name not in self._starts:
+                starts = array(f"VTKHDF/Steps/{offsets_of(name)}")
+                self._starts[name] = starts[: len(self.times)]
+            start = int(self._starts[name][i])
+            values: NDArray[Any] = array(f"VTKHDF/{name}")[start : start + count]
         return values
 
 

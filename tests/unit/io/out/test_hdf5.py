@@ -11,8 +11,15 @@ import numpy as np
 import pytest
 
 from contiga.errors import FileError, OutputError
-from contiga.io.out import full_disk
-from contiga.io.out.hdf5 import close_file, is_sealed, open_file, set_aside, whole_file
+from contiga.io.out import full_disk, hdf5
+from contiga.io.out.hdf5 import (
+    ReadFile,
+    close_file,
+    is_sealed,
+    open_file,
+    set_aside,
+    whole_file,
+)
 
 
 def write(path: Path, value: float, **options: object) -> Path:
@@ -103,3 +110,25 @@ def test_what_is_no_file_of_hdf5_is_told(tmp_path: Path, mode: str, kind: type[E
     (tmp_path / "a.h5").write_text("text")
     with pytest.raises(kind, match="cannot be opened as HDF5"):
         open_file(tmp_path / "a.h5", mode)
+
+
+def test_a_file_is_opened_for_each_read_or_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened = []
+    file = ReadFile(write(tmp_path / "a.h5", 1.0))
+    monkeypatch.setattr(hdf5, "open_file", lambda *way: opened.append(way) or open_file(*way))
+
+    def read_twice() -> None:
+        for _ in range(2):
+            with file.arrays() as array:
+                assert array("x")[:].tolist() == [1.0] * 3
+
+    read_twice()
+    assert len(opened) == 2
+    with file.held():
+        read_twice()
+    assert len(opened) == 3
+    write(tmp_path / "a.h5", 1.0).unlink()  # nothing is held any more
+    with pytest.raises(FileError), file.arrays():
+        pass
