@@ -38,14 +38,28 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 
 
-LOOKS = 4
-"""Calls of a kernel in a test whose arguments are looked at: a look costs more than many calls."""
-_looks: dict[KernelDispatcher, int] = {}
+NEXT_LOOK = 16
+"""Of calls of a kernel in a test the arguments of the first are looked at, of the 16th, the 256th
+and so on: a look costs more than many calls."""
+_calls: dict[KernelDispatcher, tuple[int, int]] = {}
+"""How often a kernel was called in this test, and at which call it is looked at next."""
+_types: dict[int, tuple[tuple[Any, ...], Any]] = {}
+"""Types of the records of this test, which are as large as costly to look through: by their id."""
 
 
 @pytest.fixture(autouse=True)
 def _looked_at_anew() -> None:
-    _looks.clear()
+    _calls.clear()
+    _types.clear()
+
+
+def _type_of(argument: Any) -> Any:
+    if not isinstance(argument, tuple):
+        return numba.typeof(argument)
+    known = _types.get(id(argument))
+    if known is None:
+        known = _types[id(argument)] = argument, numba.typeof(argument)
+    return known[1]
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -60,11 +74,13 @@ def _looked_at() -> Iterator[None]:
             return kernel
 
         def call(*arguments: Any) -> Any:
-            looks = _looks[kernel] = _looks.get(kernel, 0) + 1
-            if looks > LOOKS:
+            calls, look = _calls.get(kernel, (1, 1))
+            if calls < look:
+                _calls[kernel] = calls + 1, look
                 return result(*arguments)
+            _calls[kernel] = calls + 1, NEXT_LOOK * look
             (known,) = kernel.overloads
-            given = tuple(numba.typeof(argument) for argument in arguments)
+            given = tuple(map(_type_of, arguments))
             assert given == known, f"{kernel.py_func.__name__} was handed {given}, not {known}"
             return result(*arguments)
 

@@ -12,6 +12,7 @@ from tests.unit.search import plain
 import contiga as cg
 from contiga.arrays.codes import CREASE, POLE
 from contiga.elements.kernels import element_nb
+from contiga.search.hierarchy.table_types import RING
 from contiga.search.track.kernels import onward_nb
 
 pytestmark = pytest.mark.interpreted
@@ -46,9 +47,20 @@ def beyond(body, tables, e, s, t):
     return origin + (s + 0.5) * along[0] + (t + 0.5) * along[1]
 
 
-def test_over_sides_slivers_and_corners_of_a_plane_it_is_the_same_point():
+@pytest.fixture(scope="module")
+def cut():
+    """A plane cut into slivers, and its tables: of rings what parameters are long there."""
     body = cg.Body(slivers(cg.shapes.plane()))
-    tables, rng = plain.joined(body), np.random.default_rng(1)
+    tables = plain.joined(body)
+    rings = np.zeros((len(tables.elements.table), 16), RING)
+    for ring, row in zip(rings, tables.elements.table, strict=True):
+        D = body.patches[row["patch"]].derivatives(row["box"][[[0, 2]]], order=1)[0]
+        ring["speed"] = np.linalg.norm(D[1, 0]), np.linalg.norm(D[0, 1])
+    return body, tables._replace(rings=rings)
+
+
+def test_over_sides_slivers_and_corners_of_a_plane_it_is_the_same_point(cut):
+    (body, tables), rng = cut, np.random.default_rng(1)
     gone = corners = 0
     for _ in range(few(1000, 100)):
         e = int(rng.integers(len(tables.elements.table)))
@@ -65,9 +77,8 @@ def test_over_sides_slivers_and_corners_of_a_plane_it_is_the_same_point():
     assert corners > few(80, 8)
 
 
-def test_from_a_sliver_it_may_be_as_far_as_is_near_in_the_next():
-    body = cg.Body(slivers(cg.shapes.plane()))
-    tables = plain.joined(body)
+def test_from_a_sliver_it_may_be_as_far_as_is_near_in_the_next(cut):
+    body, tables = cut
     # 0.01 wide, and turned about: its t runs across it.
     narrow = int(np.flatnonzero(tables.elements.table["patch"] == 7 + 2)[0])
     other, uv = onward(tables, narrow, 0.0, 4.0)
