@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import atexit
 import importlib.util
 import os
+import shutil
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
@@ -18,6 +21,11 @@ from contiga.jit.dispatcher import KernelDispatcher
 
 # Files are read, and what is worked out of them is not what a run before has left.
 os.environ[FOLDER] = "0"
+KEPT = "CONTIGA_TEST_KEPT"
+"""Environment variable: where modules that use `kept` keep what they have read in this run."""
+if KEPT not in os.environ:  # the processes that share the tests have it from the first
+    os.environ[KEPT] = tempfile.mkdtemp(prefix="contiga-tests-")
+    atexit.register(shutil.rmtree, os.environ[KEPT], ignore_errors=True)
 
 # No test is timed: the first example may compile or import what it needs.
 settings.register_profile("untimed", settings.default, deadline=None)
@@ -99,6 +107,14 @@ def data_dir() -> Path:
             pytest.fail(f"the data folder {DATA} is missing")
         pytest.skip("no shared data beside the project")
     return DATA
+
+
+@pytest.fixture(scope="module")
+def kept() -> Iterator[None]:
+    """A large file is read once, not anew by each test: for tests of what is done with it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(FOLDER, os.environ[KEPT])
+        yield
 
 
 @pytest.fixture(scope="session")
