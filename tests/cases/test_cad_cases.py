@@ -96,7 +96,7 @@ def test_headform_face_pressed_into_a_pad(
     run = run_case(
         _case(
             f'geometry = {{ file = "{path}" }}\nmotion = {_there_and_back([0, 0, 1.0], 16.0)}',
-            'points = { grid = { shape = "plane", width = 130, length = 120, nu = 31, nv = 29 }, '
+            'points = { grid = { shape = "plane", width = 130, length = 120, nu = 53, nv = 49 }, '
             "transform = [{ translate = [0, -40, 118.2] }] }",
             ("csv", "vtkhdf"),
         )
