@@ -166,7 +166,7 @@ def beside() -> Any:
     """With this package at work beside a user's function: what is changed of others, and what the
     function becomes."""
     code = (
-        f"import json\n{USER}\n{SNAPSHOT}\n{COMPARED}\n"
+        f"{USER}\nimport json\n{SNAPSHOT}\n{COMPARED}\n"
         "first, before = told(), attributes()\nknown = set(sys.modules)\n"
         "known |= {n.rpartition('.')[0] for n in before}\n"
         f"{EXAMPLE}\n"
