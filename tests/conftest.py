@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
 import importlib.util
 import os
+import shutil
+import tempfile
+from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
@@ -14,10 +18,20 @@ import pytest
 from hypothesis import settings
 
 from contiga.arrays.cache_folder import FOLDER
+from contiga.arrays.digest import Digest
+from contiga.geometry.faces import Faces
 from contiga.jit.dispatcher import KernelDispatcher
+from contiga.search.balls import radii
+from contiga.search.borders import openings
+from contiga.search.hierarchy.kept import _digest_of
 
 # Files are read, and what is worked out of them is not what a run before has left.
 os.environ[FOLDER] = "0"
+KEPT = "CONTIGA_TEST_KEPT"
+"""Environment variable: where modules that use `kept` keep what they have read in this run."""
+if KEPT not in os.environ:  # the processes that share the tests have it from the first
+    os.environ[KEPT] = tempfile.mkdtemp(prefix="contiga-tests-")
+    atexit.register(shutil.rmtree, os.environ[KEPT], ignore_errors=True)
 
 # No test is timed: the first example may compile or import what it needs.
 settings.register_profile("untimed", settings.default, deadline=None)
@@ -38,14 +52,28 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 
 
-LOOKS = 4
-"""Calls of a kernel in a test whose arguments are looked at: a look costs more than many calls."""
-_looks: dict[KernelDispatcher, int] = {}
+NEXT_LOOK = 16
+"""Of calls of a kernel in a test the arguments of the first are looked at, of the 16th, the 256th
+and so on: a look costs more than many calls."""
+_calls: dict[KernelDispatcher, tuple[int, int]] = {}
+"""How often a kernel was called in this test, and at which call it is looked at next."""
+_types: dict[int, tuple[tuple[Any, ...], Any]] = {}
+"""Types of the records of this test, which are as large as costly to look through: by their id."""
 
 
 @pytest.fixture(autouse=True)
 def _looked_at_anew() -> None:
-    _looks.clear()
+    _calls.clear()
+    _types.clear()
+
+
+def _type_of(argument: Any) -> Any:
+    if not isinstance(argument, tuple):
+        return numba.typeof(argument)
+    known = _types.get(id(argument))
+    if known is None:
+        known = _types[id(argument)] = argument, numba.typeof(argument)
+    return known[1]
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -60,11 +88,13 @@ def _looked_at() -> Iterator[None]:
             return kernel
 
         def call(*arguments: Any) -> Any:
-            looks = _looks[kernel] = _looks.get(kernel, 0) + 1
-            if looks > LOOKS:
+            calls, look = _calls.get(kernel, (1, 1))
+            if calls < look:
+                _calls[kernel] = calls + 1, look
                 return result(*arguments)
+            _calls[kernel] = calls + 1, NEXT_LOOK * look
             (known,) = kernel.overloads
-            given = tuple(numba.typeof(argument) for argument in arguments)
+            given = tuple(map(_type_of, arguments))
             assert given == known, f"{kernel.py_func.__name__} was handed {given}, not {known}"
             return result(*arguments)
 
@@ -72,6 +102,50 @@ def _looked_at() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(KernelDispatcher, "straight", property(straight))
+        yield
+
+
+ANEW = "unit/search", "unit/arrays", "unit/io", "stress", "reference/test_cad"
+"""Where tests are of what a body is found to be: there it is found out anew for each body."""
+MOST = 64
+"""Bodies of which is kept what was found out."""
+_openings: OrderedDict[str, Any] = OrderedDict()
+_balls: OrderedDict[str, Any] = OrderedDict()
+
+
+def _once(
+    make: Callable[[Any], Any], key_of: Callable[[Any], str], kept: OrderedDict[str, Any]
+) -> Callable[[Any], Any]:
+    """What `make` gives, or gave before of the same."""
+
+    def given(of: Any) -> Any:
+        key = key_of(of)
+        if key not in kept:
+            kept[key] = make(of)
+        kept.move_to_end(key)
+        while len(kept) > MOST:
+            kept.popitem(last=False)
+        return kept[key]
+
+    return given
+
+
+def _shape_of(body: Faces) -> str:
+    digest = Digest()
+    body.digest(digest)
+    digest.text(repr((body.unit, body.pieces_apart, [edge.gap for edge in body.edges])))
+    return digest.hexdigest()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _known_shapes(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Of the thousands of balls that tests make it is found out once that they are closed, and
+    which balls touch them: half a second each."""
+    with pytest.MonkeyPatch.context() as patch:
+        if not any(f"tests/{part}" in request.path.as_posix() for part in ANEW):
+            patch.setattr(openings, "_found", _once(openings._found, _shape_of, _openings))
+            build = radii._BALLS._build
+            patch.setattr(radii._BALLS, "_build", _once(build, _digest_of, _balls))
         yield
 
 
@@ -83,6 +157,14 @@ def data_dir() -> Path:
             pytest.fail(f"the data folder {DATA} is missing")
         pytest.skip("no shared data beside the project")
     return DATA
+
+
+@pytest.fixture(scope="module")
+def kept() -> Iterator[None]:
+    """A large file is read once, not anew by each test: for tests of what is done with it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(FOLDER, os.environ[KEPT])
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -8,10 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from tests.sample import FULL
 
 import contiga as cg
 from contiga.arrays.ordered import length
-from contiga.case.build import build
+from contiga.case import build as building
+from contiga.case.part_cache import PartCache
 from contiga.records import ContactStatus as Is
 from contiga.simulation.model import ContactPart
 from contiga_validation.thesis.scenes import scene
@@ -41,15 +43,19 @@ class Followed(NamedTuple):
         return int(self.history["max_penetration"].argmax())
 
 
-def follow(path: Path, folder: Path) -> Followed:
-    """Run a case through the public door, and once more step by step; both must agree."""
-    case = cg.load_case(path)
-    result = cg.run(case, out=folder / "out", keep=1)
-    simulation = build(case)
+def follow(path: Path, folder: Path, again: bool) -> Followed:
+    """Run a case through the public door, and `again` step by step; both must agree."""
+    case, parts = cg.load_case(path), PartCache()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(building, "PartCache", lambda: parts)
+        result = cg.run(case, out=folder / "out", keep=1)
+        simulation = building.build(case)
     (contact,) = simulation.contacts
-    snapshots = [simulation.start()]
-    while snapshots[-1].time < simulation.stepping.end:
-        snapshots.append(simulation.step(snapshots[-1]))
+    snapshots = list(result.states)
+    if again:
+        snapshots = [simulation.start()]
+        while snapshots[-1].time < simulation.stepping.end:
+            snapshots.append(simulation.step(snapshots[-1]))
     followed = Followed(simulation, contact, snapshots, result.history)
     assert [kept.time for kept in result.states] == [one.time for one in snapshots]
     counts = [state.n_contact for state in followed.states]
@@ -95,15 +101,15 @@ def run_case(tmp_path: Path) -> Callable[[str], Followed]:
     def run(text: str) -> Followed:
         path = tmp_path / "case.toml"
         path.write_text(text)
-        return follow(path, tmp_path)
+        return follow(path, tmp_path, again=FULL)
 
     return run
 
 
 @pytest.fixture
 def run_scene(tmp_path: Path) -> Callable[[str], Followed]:
-    """Runs one of the case files of the thesis' scenes."""
-    return lambda name: follow(scene(name), tmp_path)
+    """Runs one of the case files of the thesis' scenes, and once more step by step."""
+    return lambda name: follow(scene(name), tmp_path, again=True)
 
 
 @pytest.fixture

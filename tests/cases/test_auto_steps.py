@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.sample import slow
+from tests.sample import FULL, slow
 from tests.scenes import box, square_sheet
 
 import contiga as cg
@@ -90,7 +90,7 @@ def head_on_pad() -> cg.Simulation:
 REST, STACK = "a block at rest on 20 degrees", "a stack of three"
 BONNET, PAD = "a head on a bonnet", "a head on a pad"
 SCENES = {
-    REST: lambda: stack(1, 20.0, 100.0),
+    REST: lambda: stack(1, 20.0, 100.0 if FULL else 70.0),
     STACK: lambda: stack(3, 0.0, 40.0),
     BONNET: head_on_bonnet,
     PAD: head_on_pad,

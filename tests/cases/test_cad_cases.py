@@ -13,6 +13,8 @@ import pytest
 from contiga.records import ContactStatus as Is
 from contiga.statuses import Feature
 
+pytestmark = pytest.mark.usefixtures("kept")
+
 
 @pytest.fixture(scope="session")
 def occ() -> ModuleType:

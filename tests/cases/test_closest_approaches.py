@@ -100,7 +100,8 @@ def many_rows(depth: float, count: int = 3001) -> np.ndarray:
     ("motion", "point", "end", "step"),
     [
         pytest.param(
-            cg.motion.Rotate([[0, 0], [100, 72000]]), [-3.0, 0, 0.3], 100.0, 0.5, id="whole turns"
+            cg.motion.Rotate([[0, 0], [100, 72000]]), [-3.0, 0, 0.3], 100.0, 0.5, id="whole turns",
+            marks=pytest.mark.slow,
         ),
         pytest.param(
             cg.motion.Rotate([[0, 0], [2, 1440]]), [-3.0, 0, 0.3], 2.0, 0.5, id="few whole turns"

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.sample import FULL
 
 import contiga as cg
 from contiga.errors import InputError
@@ -54,6 +55,8 @@ friction = { kind = "coulomb", static = 0.3 }
 formats = ["csv"]
 report = false
 """
+COUNT, KILLS = (8, (1, 3, 6)) if FULL else (4, (1, 2))
+"""Cases, and how many are done when a worker is killed."""
 COLLECT = ("max(force)", "end(ball.vz)", "max(max_penetration)", "energy_error")
 KEY = "body.ball.motion.velocity[2]"
 
@@ -79,21 +82,21 @@ def told(rows: list[Row]) -> dict[str, list[object]]:
 
 @pytest.fixture(scope="module")
 def in_turn(tmp_path_factory: pytest.TempPathFactory) -> list[Row]:
-    """Eight cases one after the other."""
-    return list(InTurn(base_in(tmp_path_factory.mktemp("in_turn"))).run(cases(8)))
+    """Cases one after the other."""
+    return list(InTurn(base_in(tmp_path_factory.mktemp("in_turn"))).run(cases(COUNT)))
 
 
 def test_workers_that_are_killed_change_nothing(in_turn: list[Row], tmp_path: Path) -> None:
     killed: list[int] = []
     rows: list[Row] = []
     with local_client(2) as client:
-        for row in OnDask(client, base_in(tmp_path), retries=3).run(cases(8)):
+        for row in OnDask(client, base_in(tmp_path), retries=3).run(cases(COUNT)):
             rows.append(row)
-            if len(rows) in (1, 3, 6):  # and who is at it, with what it has at hand
+            if len(rows) in KILLS:  # and who is at it, with what it has at hand
                 pid = next(iter(client.run(os.getpid).values()))
                 os.kill(pid, signal.SIGKILL)
                 killed.append(pid)
-    assert len(set(killed)) == 3
+    assert len(set(killed)) == len(KILLS)
     assert all(row.status == DONE for row in rows)
     assert told(rows) == told(in_turn)
 
@@ -109,7 +112,7 @@ def test_a_case_that_kills_its_workers_is_a_row_and_the_rest_go_on(
 
     monkeypatch.setattr(on_dask, "run_one", deadly)
     with local_client(1) as client:
-        rows = list(OnDask(client, base_in(tmp_path), retries=1).run(cases(8)[:4]))
+        rows = list(OnDask(client, base_in(tmp_path), retries=1).run(cases(COUNT)[:4]))
     by = {row.number: row for row in rows}
     assert (by[2].status, by[2].message) == (LOST, "its worker was lost 2 times")
     others = [row for row in in_turn if row.number in (1, 3, 4)]
@@ -142,7 +145,7 @@ def test_workers_are_asked_when_they_first_work_and_may_be_lost_meanwhile(
 
     def work() -> None:
         with local_client(1) as client:
-            for row in OnDask(client, base, retries=3).run(cases(8)):
+            for row in OnDask(client, base, retries=3).run(cases(COUNT)):
                 rows.append(row)
                 if len(rows) == 2:
                     joined(client)
@@ -191,7 +194,7 @@ def test_a_scheduler_that_runs_already_is_used_by_its_address(
 ) -> None:
     base = base_in(tmp_path)
     with engine_for(base, scheduler=scheduler, workers=None, retries=1) as engine:
-        rows = list(engine.run(cases(8)[:3]))
+        rows = list(engine.run(cases(COUNT)[:3]))
     assert told(rows) == told(in_turn[:3])
 
 

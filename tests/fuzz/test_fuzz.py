@@ -15,7 +15,7 @@ def test_damaged_files_are_read_or_refused_and_nothing_else(tmp_path):
     env = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT / "src"), str(ROOT)])}
     folder = tmp_path / "fuzz"
     done = subprocess.run(
-        [sys.executable, "-m", "tests.fuzz", "--count", "100", "--jobs", "2", "--folder", folder],
+        [sys.executable, "-m", "tests.fuzz", "--count", "50", "--jobs", "2", "--folder", folder],
         cwd=ROOT,
         env=env,
         capture_output=True,
@@ -24,6 +24,6 @@ def test_damaged_files_are_read_or_refused_and_nothing_else(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
     counts = dict(re.findall(r"'(read|refused)': (\d+)", done.stdout.splitlines()[-1]))
     # Both are seen: neither are all files left sound, nor is everything refused.
-    assert int(counts["read"]) > 15
-    assert int(counts["refused"]) > 32
-    assert int(counts["read"]) + int(counts["refused"]) == 100
+    assert int(counts["read"]) > 7
+    assert int(counts["refused"]) > 16
+    assert int(counts["read"]) + int(counts["refused"]) == 50

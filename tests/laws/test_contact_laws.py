@@ -14,7 +14,7 @@ from contiga.rigid import pose
 
 SETTINGS = settings(max_examples=25, deadline=None, derandomize=True)
 # Each example makes bodies of its own, with all their tables; CONTIGA_FULL=1 asks for all.
-FEW = SETTINGS if FULL else settings(SETTINGS, max_examples=6)
+FEW = SETTINGS if FULL else settings(SETTINGS, max_examples=3)
 
 angles = st.floats(-3.0, 3.0)
 shifts = st.tuples(*3 * [st.floats(-50.0, 50.0)])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.sample import slow
 
 import contiga as cg
 from contiga.laws.deepest import WIDTH
@@ -118,7 +119,9 @@ def stroke(name: str, steps: int, quadrature: str | int = "nodes") -> cg.State:
     return state
 
 
-@pytest.mark.parametrize("name", PADS_OF_BALL)
+@pytest.mark.parametrize(
+    "name", ["all", "viscous", *slow("friction", "falling", "damping", "hysteresis")]
+)
 def test_the_ledger_of_a_stroke_closes_at_second_order(name) -> None:
     steps = np.array([30, 60, 120])
     energies = [stroke(name, int(n)).energy for n in steps]

@@ -143,12 +143,17 @@ def test_no_place_of_a_solid_is_farther_than_the_tolerance(bodies, name):
         assert gap.max() <= tol * body.size * (1.0 + 1e-6)
 
 
-@pytest.mark.parametrize("tol", [1e-1, 1e-2, 1e-3, 1e-4])
-def test_the_headform_is_closed(tmp_path, tol):
+@pytest.fixture(scope="module")
+def headform(tmp_path_factory) -> Body:
     made = runpy.run_path(str(EXAMPLES / "make_headform.py"))
-    path = tmp_path / "headform.step"
+    path = tmp_path_factory.mktemp("headform") / "headform.step"
     made["write_step"](made["only_solid"](made["headform"]()), path)
-    body = cg.read_cad(path)
+    return cg.read_cad(path)
+
+
+@pytest.mark.parametrize("tol", [1e-1, 1e-2, 1e-3, 1e-4])
+def test_the_headform_is_closed(headform, tol):
+    body = headform
     mesh = body.tessellate(tol * body.size)
     assert set(faults(mesh).values()) == {0}, faults(mesh)
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.sample import few
 
 from contiga.contact import judge as judging
 from contiga.contact.asked import Asked, JudgeLimits
@@ -18,7 +19,7 @@ from contiga.statuses import Status
 
 pytestmark = pytest.mark.interpreted
 
-N = 1500
+N = few(1500, 150)
 BAND = 0.01
 LOOKED_FOR = ContactStatus.NEW, ContactStatus.REACQUIRED, ContactStatus.FOUND
 

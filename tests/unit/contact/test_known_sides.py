@@ -15,8 +15,8 @@ from contiga.records import KnownSides, SurfacePlaces
 from contiga.search.exact_surface import ExactSurface
 
 N = 300 if FULL else 50
-THIN = ("cup", "shell")
-OTHERS = [n for n in solids.RECIPES if n not in THIN and not n.startswith("small")]
+QUICK = ("slot", "torus", "lens", "block, fillets 3")
+OTHERS = [n for n in solids.RECIPES if n not in QUICK and not n.startswith("small")]
 SAME = ("status", "feature", "patch", "penetration", "normal", "foot", "force", "area", "certified")
 
 
@@ -52,7 +52,7 @@ def _run(
 
 @pytest.mark.parametrize(
     "name",
-    [*OTHERS, *slow(*THIN)],
+    [*QUICK, *slow(*OTHERS)],
 )
 def test_the_steps_are_the_same_where_no_side_is_known_at_once(
     monkeypatch: pytest.MonkeyPatch, name: str

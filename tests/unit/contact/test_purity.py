@@ -9,6 +9,7 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
+from tests.sample import slow
 
 import contiga as cg
 from contiga.contact.state import State
@@ -76,8 +77,10 @@ def test_a_state_shares_no_memory_with_the_points_or_the_last_state(states: list
         assert not np.shares_memory(own, getattr(first, field.name))
 
 
-@pytest.mark.parametrize("closed", [True, False])
-@pytest.mark.parametrize("through", ["release", "hold"])
+@pytest.mark.parametrize(
+    ("through", "closed"),
+    [("release", False), ("hold", True), *slow(("release", True), ("hold", False))],
+)
 def test_later_steps_change_no_state_whatever_they_work_in(closed: bool, through: str) -> None:
     ring = cg.shapes.torus()
     body = cg.Body([ring if closed else ring.restricted(ring.domain[0], (0.0, 0.7))])

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.unit.search import plain
 
 import contiga as cg
 from contiga.elements.kernels import sides_nb
-from contiga.search.tables import tables_of
 
 pytestmark = pytest.mark.interpreted
 
 
 def test_samples_lie_on_their_sides_with_the_normals_of_the_surface():
-    elements = tables_of(cg.Body([cg.shapes.sphere(radius=2.0)])).elements
+    elements = plain.elements(cg.Body([cg.shapes.sphere(radius=2.0)]))
     points, normals = sides_nb.sample(elements)
     assert points.shape == normals.shape == (len(elements.table), 4, 5, 3)
     np.testing.assert_allclose(np.linalg.norm(points, axis=-1), 2.0, atol=1e-12)
@@ -28,7 +28,7 @@ def test_sides_run_along_the_square():
 
 def test_the_tip_of_a_cone_has_no_normal_of_its_own():
     patch = cg.shapes.cone()
-    elements = tables_of(cg.Body([patch])).elements
+    elements = plain.elements(cg.Body([patch]))
     points, normals = sides_nb.sample(elements)
     length = np.linalg.norm(normals, axis=-1)
     np.testing.assert_allclose(length, 1.0, atol=1e-12)

@@ -11,6 +11,8 @@ from contiga.errors import InputError
 from contiga.geometry.curve_foot import CurveFeet
 from contiga.geometry.edges import BodyEdge, EdgeUse
 
+pytestmark = pytest.mark.usefixtures("kept")
+
 
 def box() -> Body:
     return Body([shapes.plane(centre=0.5 * n, axis=n) for n in (*np.eye(3), *-np.eye(3))])

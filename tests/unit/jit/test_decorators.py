@@ -106,7 +106,14 @@ def called(tiny, by="ours", **environment):
     return int(value), int(hits)
 
 
-@pytest.mark.parametrize("line", IMPORTS, ids=["straight", "through another file", "relative"])
+@pytest.mark.parametrize(
+    "line",
+    [
+        pytest.param(IMPORTS[0], id="straight", marks=pytest.mark.slow),
+        pytest.param(IMPORTS[1], id="through another file"),
+        pytest.param(IMPORTS[2], id="relative", marks=pytest.mark.slow),
+    ],
+)
 def test_a_caller_is_compiled_anew_when_a_file_it_imports_has_changed(tiny, line):
     (tiny / "_caller_nb.py").write_text(CALLER.format(line))
     assert called(tiny) == (11, 0)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.sample import slow
 
 import contiga as cg
 from contiga import Simulation
@@ -22,8 +23,13 @@ from .makers import Make, StopAfter
 from .sameness import same_history, same_output, same_states
 
 
-@pytest.mark.parametrize("every", [1, 4])
-@pytest.mark.parametrize("steps", [1, 5, 12, 13])
+@pytest.mark.parametrize(
+    ("steps", "every"),
+    [
+        *((1, 4), (5, 1), (13, 4)),
+        *slow((1, 1), (5, 4), (12, 1), (12, 4), (13, 1)),
+    ],
+)
 def test_stopped_and_resumed_is_uninterrupted(
     make: Make, stop_after: StopAfter, stop: type[Exception], tmp_path: Path, steps: int, every: int
 ) -> None:
@@ -44,7 +50,7 @@ def test_stopped_and_resumed_is_uninterrupted(
     assert headers[0] == headers[1]
 
 
-@pytest.mark.parametrize("every", [3, 4])
+@pytest.mark.parametrize("every", [4, *slow(3)])
 def test_the_peak_is_written_wherever_a_run_was_stopped(
     make: Make, stop_after: StopAfter, stop: type[Exception], tmp_path: Path, every: int
 ) -> None:

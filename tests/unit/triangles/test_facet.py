@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from numba import njit
+from tests.sample import few
 
 import contiga as cg
 from contiga.triangles.facet_tables import tables_of
@@ -38,11 +39,12 @@ def test_the_closest_point_is_that_of_a_fine_grid_and_its_place_is_told(seed):
     shape = tables_of(cg.TriMesh(corners, [[0, 1, 2]])).facets.shape
     own = [shape[0, 0:3], shape[0, 12:15], shape[0, 15:18]]
     places = set()
-    for p in rng.normal(size=(150, 3)) * 2.0:
+    for p in rng.normal(size=(few(150, 60), 3)) * 2.0:
         square, place, x, _ = closest_on(shape, p)
         places.add(place)
-        assert math.sqrt(square) == pytest.approx(math.sqrt(brute(corners, p)), abs=0.02)
-        assert square <= brute(corners, p) + 1e-12
+        least = brute(corners, p)
+        assert math.sqrt(square) == pytest.approx(math.sqrt(least), abs=0.02)
+        assert square <= least + 1e-12
         if place >= 4:
             assert square == pytest.approx(((own[place - 4] - p) ** 2).sum(), rel=1e-12)
         elif place >= 1:

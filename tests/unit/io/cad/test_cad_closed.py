@@ -11,6 +11,8 @@ import pytest
 import contiga as cg
 from contiga.errors import ContigaWarning
 
+pytestmark = pytest.mark.usefixtures("kept")
+
 NAMES = [
     "link_rod", "crossing_bores", "rounded_box", "slot", "cup",
     "shell", "cone", "lens", "torus", "sphere",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numba import config, njit
+from tests.sample import few
 from tests.unit.search.folds import (
     at_fold,
     bent_fold,
@@ -148,7 +149,7 @@ def test_no_way_as_long_as_the_reach_leaves_the_cell_about_a_foot():
     edge = np.linspace(0.0, 1.0, 41)
     tables = tables_of(natural_fold(0.0))
     told = 0
-    for _ in range(8):
+    for _ in range(few(8, 2)):
         patch = uneven(rng)
         body = cg.Body([patch])
         tables = tables._replace(elements=elements_of(body, body.trim_tables)[0])
@@ -169,7 +170,7 @@ def test_no_way_as_long_as_the_reach_leaves_the_cell_about_a_foot():
                 way = other[0] + edge * (other[1] - other[0])
                 rim = np.column_stack([0.0 * way + end, way][:: 1 if side < 2 else -1]) + 0.5
                 assert np.linalg.norm(patch.evaluate(rim) - foot, axis=1).min() >= reach
-    assert told > 60
+    assert told > few(60, 15)
 
 
 @njit
@@ -189,7 +190,7 @@ def test_a_strand_is_no_longer_either_way_than_told():
     assert bend_nb.bend_bounds(elements, 0, cell, np.empty(6), bending)
     rng = np.random.default_rng(1)
     half = np.array([0.2, 0.1])
-    for _ in range(50):
+    for _ in range(few(50, 10)):
         ends = rng.uniform(-1.0, 1.0, (2, 2))
         foot = rng.uniform(-1.0, 1.0, 2) * half
         coefs = np.column_stack([ends, np.ones(2)])

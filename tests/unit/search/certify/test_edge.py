@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.sample import slow
 from tests.unit.search.folds import trimmed_fold
 
 import contiga as cg
@@ -147,8 +148,13 @@ def about_edges(body, n, rng, reach):
 SHARES = {"crossing_bores": 0.9, "cup": 0.9, "slot": 0.9, "lens": 0.9, "link_rod": 0.9}
 
 
-@pytest.mark.parametrize("name", SHARES)
-@pytest.mark.parametrize("size", [1e-3, 1e-2, 0.1])
+QUICK = (("lens", 0.1), ("cup", 1e-2), ("slot", 1e-3), ("crossing_bores", 1e-2))
+OTHERS = [(name, size) for name in SHARES for size in (1e-3, 1e-2, 0.1)]
+
+
+@pytest.mark.parametrize(
+    ("name", "size"), [*QUICK, *slow(*(one for one in OTHERS if one not in QUICK))]
+)
 def test_what_is_certified_beside_the_edges_of_a_solid_is_where_tiny_steps_lead(
     name, size, solids, tmp_path
 ):

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numba import njit
+from tests.sample import few
+from tests.unit.search import plain
 from tests.unit.search.sheets import SHEETS
 
 import contiga as cg
-from contiga.elements.extraction import elements_of
 from contiga.search.certify.kernels import fold_nb
 from contiga.search.certify.kernels.bend_nb import bend_bounds, bend_work
-from contiga.search.tables import tables_of
 
 pytestmark = pytest.mark.interpreted
 
@@ -24,7 +24,7 @@ def side_frame(elements, e, side, x, h):
 @pytest.mark.parametrize("side", range(4))
 def test_a_frame_is_orthonormal_and_looks_into_its_face(side):
     patch = cg.shapes.bumpy_plate(waves=1)
-    elements = tables_of(cg.Body([patch])).elements
+    elements = plain.elements(cg.Body([patch]))
     h = np.empty((4, 6))
     row = elements.table[0]
     kinds = ((-0.5, None), (0.5, None), (None, -0.5), (None, 0.5))
@@ -43,7 +43,7 @@ def test_a_frame_is_orthonormal_and_looks_into_its_face(side):
 
 
 def test_the_curvature_of_a_circular_side_is_that_of_its_circle():
-    elements = tables_of(cg.Body([cg.shapes.cylinder(radius=2.0, height=1.0)])).elements
+    elements = plain.elements(cg.Body([cg.shapes.cylinder(radius=2.0, height=1.0)]))
     h = np.empty((4, 6))
     for side in range(4):
         bent = np.linalg.norm(side_frame(elements, 0, side, 0.1, h)[4])
@@ -61,10 +61,9 @@ def test_a_side_bends_and_runs_within_what_is_told(name):
     rng = np.random.default_rng(0)
     y = np.linspace(-1.0, 1.0, 33)
     told, bend, work = 0, np.empty(6), bend_work()
-    for _ in range(8):
+    for _ in range(few(8, 2)):
         patch = SHEETS[name](rng)
-        body = cg.Body([patch])
-        elements = elements_of(body, body.trim_tables)[0]
+        elements = plain.elements(cg.Body([patch]))
         for side in range(4):
             size = rng.uniform(0.05, 0.6, 2)
             low = rng.uniform(-0.5, 0.5 - size)
@@ -85,4 +84,4 @@ def test_a_side_bends_and_runs_within_what_is_told(name):
             assert change >= np.linalg.norm(second - c, axis=1).max() - 1e-12
             assert least <= speed.min() * (1 + 1e-9)
             assert most >= bent.max() * (1 - 1e-9) - 1e-9
-    assert told > 10
+    assert told > few(10, 2)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numba import njit
+from tests.unit.search import plain
 
 import contiga as cg
 from contiga.search.certify.kernels import part_nb
 from contiga.search.hierarchy.table_types import RING
-from contiga.search.tables import tables_of
 
 pytestmark = pytest.mark.interpreted
 
@@ -47,7 +47,7 @@ def test_a_ring_takes_the_largest_curvatures_and_speeds_and_the_least_widths():
 
 
 def test_elements_adjoin_within_a_patch_and_not_over_its_seam():
-    elements = tables_of(cg.Body([cg.shapes.torus()])).elements
+    elements = plain.joined(cg.Body([cg.shapes.torus()])).elements
     table = elements.table
     for e, side in ((0, 1), (0, 0)):
         n = int(table["neighbour"][e, side])

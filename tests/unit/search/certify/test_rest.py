@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numba import njit
+from tests.unit.search import plain
 
 import contiga as cg
 from contiga.search.certify.kernels import rest_nb
-from contiga.search.tables import tables_of
 
 pytestmark = pytest.mark.interpreted
 
@@ -37,7 +37,7 @@ def rough(seed):
 @pytest.mark.parametrize("size", [0.3, 0.05])
 def test_the_rest_is_bounded_and_the_bound_is_no_waste(seed, size):
     patch = rough(seed)
-    elements = tables_of(cg.Body([patch])).elements
+    elements = plain.elements(cg.Body([patch]))
     rng, h, rest = np.random.default_rng(seed), np.zeros((4, 6)), np.empty((2, 5))
     low = rng.uniform(-0.5, 0.5 - size, 2)
     cell = (low[0], low[0] + size, low[1], low[1] + size)
@@ -64,7 +64,7 @@ def test_the_rest_is_bounded_and_the_bound_is_no_waste(seed, size):
 
 @pytest.mark.parametrize("cell", [(-0.5, 0.5, -0.5, 0.5), (-0.1, 0.2, 0.3, 0.4)])
 def test_sums_are_those_of_the_products_of_polynomials(cell):
-    elements = tables_of(cg.Body([rough(5)])).elements
+    elements = plain.elements(cg.Body([rough(5)]))
     a, h, sums = np.empty((8, 8, 4)), np.zeros((4, 6)), np.empty((3, 6))
     normal = np.array([0.6, 0.0, 0.8])
     least = sums_over(elements, 0, cell, a, h, normal, sums)

@@ -5,16 +5,20 @@ Each scene of the second kind breaks one condition of the theorem, and no other.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import pytest
 from numba import njit
 from tests.laws.test_search_laws import surface
+from tests.unit.search import plain
 from tests.unit.search.folds import at_crease, focal, natural_fold, ring
 
 import contiga as cg
 from contiga.search.certify.certify_records import Near
 from contiga.search.certify.kernels import joined_nb, vertex_nb
-from contiga.search.tables import tables_of
+from contiga.search.certify.rings import build_rings
+from contiga.search.tables import RELATIVE_TOLERANCE
 from contiga.statuses import Feature, Status
 
 
@@ -33,9 +37,11 @@ def leaves_vertex(near, foot, path):
     return vertex_nb.leaves_vertex(near, foot, path, joined_nb.prove_work())
 
 
+@lru_cache(1)
 def near(body):
-    tables = tables_of(body)
-    return Near(tables.elements, tables.rings, tables.trims.trimmed, tables.scale[1])
+    tables = plain.joined(body)
+    rings, tolerance = build_rings(tables.elements), RELATIVE_TOLERANCE * body.size
+    return Near(tables.elements, rings, tables.trims.trimmed, tolerance)
 
 
 def pyramid(slopes=(1.0, 1.0, 1.0, 1.0)):

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numba import njit
+from tests.sample import few
+from tests.unit.search import plain
 
 import contiga as cg
 from contiga.search.closest.closest_records import Expansion
 from contiga.search.closest.kernels import local_nb
-from contiga.search.tables import tables_of
 
 pytestmark = pytest.mark.interpreted
 
@@ -26,13 +27,13 @@ def newton(q):
 
 @pytest.fixture(scope="module")
 def elements():
-    return tables_of(cg.Body([cg.shapes.bumpy_plate(waves=1)])).elements
+    return plain.elements(cg.Body([cg.shapes.bumpy_plate(waves=1)]))
 
 
 def test_slopes_and_curvatures_are_differences_of_f(elements):
     h, step = np.empty((4, 6)), 1e-4
     point = np.array([0.1, -0.2, 0.4])
-    for s, t in np.random.default_rng(0).uniform(-0.4, 0.4, (20, 2)):
+    for s, t in np.random.default_rng(0).uniform(-0.4, 0.4, (few(20, 5), 2)):
 
         def f(ds, dt, s=s, t=t):
             return expand(elements, 0, s + ds * step, t + dt * step, point, h)[0]

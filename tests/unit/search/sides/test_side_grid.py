@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy import ndimage
+from tests.scenes import box
 from tests.stress import solids
 
 import contiga as cg
@@ -201,7 +202,7 @@ def test_sides_without_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(side_grid, "FEWEST", 300.0)
     monkeypatch.setattr(side_grid, "CELLS", 0.0)
     points = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.04, 1.04, 1.04], [5.0, 0.0, 0.0]])
-    body = cg.Body([cg.shapes.sphere()])
+    body = box((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
     assert _sides(body, points)[0].tolist() == [-1, 0, 1, 1]
     rows = np.arange(4, dtype=np.int32)
     clear = side_grid.clear_ways(_grid(body), points, points[::-1].copy(), rows)

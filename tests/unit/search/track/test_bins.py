@@ -7,11 +7,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from numba import njit
+from tests.sample import few
+from tests.unit.search import plain
 
 import contiga as cg
 from contiga.arrays.codes import TO_SEARCH, TO_WALK
 from contiga.records import SurfacePlaces, empty_projection, rows_of
-from contiga.search.tables import tables_of
 from contiga.search.track.kernels import bins_nb
 from contiga.search.track.kernels.lanes_nb import RECORD
 from contiga.search.track.track_records import Chunk, Path, room_for
@@ -39,12 +40,12 @@ def fetch_rows(records, path, starts, chunk, left, out):
     return bins_nb.fetch_rows(records, path, starts, chunk, left, 0, out)
 
 
-@pytest.mark.parametrize("faces", [1, 121])
+@pytest.mark.parametrize("faces", [1, few(121, 9)])
 def test_rows_come_in_the_order_of_their_elements_and_blocks_hold_them(faces):
     side = round(faces**0.5)
     plate, even = cg.shapes.bumpy_plate(waves=1), np.linspace(0.0, 1.0, side + 1)
     spans = list(pairwise(even.tolist()))
-    tables = tables_of(cg.Body([plate.restricted(u, v) for u in spans for v in spans]))
+    tables = plain.joined(cg.Body([plate.restricted(u, v) for u in spans for v in spans]))
     box, home = tables.elements.table["box"], tables.elements.table["patch"]
     assert len(box) > faces
     rng = np.random.default_rng(2)
@@ -75,7 +76,7 @@ def test_rows_come_in_the_order_of_their_elements_and_blocks_hold_them(faces):
 
 def scene():
     """Four points over a plate and their feet, of which the second has none, the third no place."""
-    tables, rng = tables_of(cg.Body([cg.shapes.plane()])), np.random.default_rng(3)
+    tables, rng = plain.joined(cg.Body([cg.shapes.plane()])), np.random.default_rng(3)
     feet = empty_projection(4)
     for array in feet:
         array[:] = 0

@@ -109,8 +109,8 @@ def test_rows_are_gathered_and_scattered():
     points = np.linspace(-0.5, 0.5, 15).reshape(5, 3)
     feet = body.project(points)
     rows = np.array([3, 1], np.int32)
-    start = RowStarts(feet.patch, feet.uv, points)
-    to = RowStarts(np.empty(2, np.int32), np.empty((2, 2)), np.empty((2, 3)))
+    start = RowStarts(feet.patch, feet.uv, points, points + 1.0)
+    to = RowStarts(np.empty(2, np.int32), *(np.empty((2, n)) for n in (2, 3, 3)))
     for i in range(2):
         row_nb.gather_row(start, rows, to, i)
     for own, all_of in zip(to, start, strict=True):
