@@ -9,7 +9,7 @@ from tests.sample import FULL
 
 import contiga as cg
 
-SETTINGS = settings(max_examples=40 if FULL else 20, deadline=None, derandomize=True)
+SETTINGS = settings(max_examples=40 if FULL else 10, deadline=None, derandomize=True)
 
 seeds = st.integers(0, 2**31 - 1)
 logs = st.floats(-10.0, 2.0)

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.sample import FULL
 
 from contiga.laws.characteristic import Characteristic
 from contiga.laws.force import ForceLaw
@@ -70,7 +71,7 @@ def scale_of(pad: Hysteresis, top: float) -> float:
     return float(pad.loading(np.linspace(0.0, top, 50)).max() * top + pad.slope * top**2)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=40 if FULL else 15)
 @given(pads(starts=(0.0,)), st.floats(0.05, 6.0), st.sampled_from([1, 7, 1000]))
 def test_a_closed_cycle_loses_the_area_between_the_curves(pad, top, steps) -> None:
     ways = np.linspace(0.0, top, steps + 1)[1:], np.linspace(top, 0.0, steps + 1)[1:]
@@ -82,7 +83,7 @@ def test_a_closed_cycle_loses_the_area_between_the_curves(pad, top, steps) -> No
     assert lost.min() >= -tiny
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=60 if FULL else 15)
 @given(pads(), st.lists(st.floats(0.0, 3.0), min_size=2, max_size=8), st.integers(2, 40))
 def test_any_path_with_small_cycles_inside_is_the_same_in_one_step_a_leg_or_many(
     pad, turns, pieces
@@ -99,7 +100,7 @@ def test_any_path_with_small_cycles_inside_is_the_same_in_one_step_a_leg_or_many
     assert min(lost.min(), many_lost.min()) >= -tiny
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=30 if FULL else 15)
 @given(pads(), st.lists(st.floats(0.0, 3.0), min_size=1, max_size=5))
 def test_the_work_done_is_what_is_stored_and_lost(pad, turns) -> None:
     """Work by the trapezoidal rule, whose error falls with the square of the step."""
@@ -114,7 +115,7 @@ def test_the_work_done_is_what_is_stored_and_lost(pad, turns) -> None:
     assert abs(work - stored[-1] - lost.sum()) <= allowed + 1e-12 * scale_of(pad, 3.0)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=40 if FULL else 15)
 @given(st.lists(st.floats(0.0, 3.0), min_size=1, max_size=8), st.floats(1.0, 30.0))
 def test_unloading_by_the_loading_curve_is_elastic(turns, factor) -> None:
     table = [[0, 0], [0.3, 1], [0.7, 1], [1, 4]]

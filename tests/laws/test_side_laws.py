@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.sample import FULL
 
 import contiga as cg
 from contiga.search.sides import side_grid
 from contiga.search.sides.body_sides import sides_of
 from contiga.search.tables import tables_of
 
-SETTINGS = settings(max_examples=25, deadline=None, derandomize=True)
+SETTINGS = settings(max_examples=25 if FULL else 10, deadline=None, derandomize=True)
 N = 1500
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.sample import few
+from tests.sample import FULL, few
 
 from contiga.contact import judge as judging
 from contiga.contact.asked import Asked, JudgeLimits
@@ -19,7 +19,7 @@ from contiga.statuses import Status
 
 pytestmark = pytest.mark.interpreted
 
-N = few(1500, 150)
+N = few(1500 if FULL else 500, 150)
 BAND = 0.01
 LOOKED_FOR = ContactStatus.NEW, ContactStatus.REACQUIRED, ContactStatus.FOUND
 

@@ -32,14 +32,14 @@ def brute(corners, p):
     return ((grid - p) ** 2).sum(axis=1).min()
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(few(3, 1)))
 def test_the_closest_point_is_that_of_a_fine_grid_and_its_place_is_told(seed):
     rng = np.random.default_rng(seed)
     corners = rng.normal(size=(3, 3))
     shape = tables_of(cg.TriMesh(corners, [[0, 1, 2]])).facets.shape
     own = [shape[0, 0:3], shape[0, 12:15], shape[0, 15:18]]
     places = set()
-    for p in rng.normal(size=(few(150, 60), 3)) * 2.0:
+    for p in rng.normal(size=(150, 3)) * 2.0:
         square, place, x, _ = closest_on(shape, p)
         places.add(place)
         least = brute(corners, p)

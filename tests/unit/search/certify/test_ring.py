@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.unit.search import plain
 
 import contiga as cg
+from contiga.search.certify.rings import build_rings
 from contiga.search.tables import tables_of
 
 
@@ -53,3 +55,17 @@ def test_parts_at_a_corner_where_smooth_elements_meet_have_room():
     assert (rings["room"] > 0.1).all()
     inner = rings[0, 3, 3], rings[1, 3, 0], rings[2, 0, 3], rings[3, 0, 0]
     assert not any(ring["ends"].any() for ring in inner)
+
+
+@pytest.mark.interpreted
+def test_parts_about_a_smooth_pole_have_room_all_round():
+    """Four elements of a flat disc about its middle, which is a side of each."""
+    disc = cg.shapes.revolved(cg.shapes.line([0, 0, 0], [1, 0, 0]))
+    rings = build_rings(plain.joined(cg.Body([disc])).elements)
+    about = rings[rings["pole"] >= 0]
+    assert len(about) == 4 * 12
+    # The parts next to them end a quarter of the radius farther out.
+    assert (about["room"] > 0.1).all()
+    assert (about["room"] <= 0.25).all()
+    assert not about["ends"].any()
+    assert (rings["curvature"] < 1e-9).all()

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numba import njit
-from tests.sample import few
+from tests.sample import FULL, few
 from tests.unit.search.folds import (
     at_crease,
     at_fold,
@@ -185,7 +185,7 @@ def test_a_way_that_crosses_a_stretch_is_seen():
     """Ways about rational curves against finely sampled ones; many that do not cross are let by."""
     rng = np.random.default_rng(0)
     let_by = missed = 0
-    for _ in range(few(2000, 200)):
+    for _ in range(few(2000 if FULL else 500, 200)):
         n = rng.integers(1, 5)
         points = np.column_stack([rng.uniform(-1, 1, (n + 1, 2)), rng.uniform(0.5, 2.0, n + 1)])
         start = rng.uniform(-1.0, 1.0, 2)
