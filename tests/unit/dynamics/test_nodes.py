@@ -17,8 +17,10 @@ DT, DAMPING = 0.03, 0.7
 GRAVITY = np.array([0.3, -9.0, 2.0])
 MASS = RNG.uniform(0.5, 2.0, N)
 POINTS, VELOCITIES, ELEMENTS, LOADS, DRAG = RNG.normal(size=(5, N, 3))
-ROWS = np.sort(RNG.choice(N, 60, replace=False)).astype(np.int32)
-FORCES = RNG.normal(size=(60, 3))
+ENDS = [0, 127, 128, 255, 256, N - 1]
+"""Nodes at the ends of blocks."""
+ROWS = np.union1d(RNG.choice(N, 60, replace=False), ENDS).astype(np.int32)
+FORCES = RNG.normal(size=(len(ROWS), 3))
 HELD = RNG.random((N, 3)) < 0.1
 LED = RNG.random((N, 3)) < 0.2
 NONE = np.zeros((N, 3), np.bool_)
