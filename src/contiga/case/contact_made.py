@@ -60,10 +60,13 @@ def contact_of(
     spec: ContactSpec, sides: Sides, body: Master, slave: SlavePart, area: AreaMethod
 ) -> Contact:
     """The contact a table asks for, of parts that stand already."""
+    law, points = _scaled(spec.law, slave) or sides.law, slave.slave
+    if isinstance(slave.motion, Deforming) and getattr(law, "needs_mass", False):
+        points = slave.motion.weighed(points)
     return Contact(
         body,
-        slave.slave,
-        law=_scaled(spec.law, slave) or sides.law,
+        points,
+        law=law,
         area=area,
         search=spec.search,
         contact_type=sides.type,

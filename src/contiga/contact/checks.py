@@ -167,6 +167,13 @@ def law_of(law: Law, master_law: MasterLaw | None, contact_type: str) -> Law:
     return law
 
 
+REMEDIES = {
+    "thickness": "Give the slave a thickness, or the law one of its own",
+    "mass": "Give the slave a mass, take Deforming.weighed(slave) of one that deforms, or give the "
+    "law an absolute damping",
+}
+
+
 def check_needs(law: Law, slave: Slave, master: Master) -> None:
     """Refuse a slave without the nodal values the law needs, and a master without its faces."""
     _check_faces(law, master)
@@ -180,7 +187,7 @@ def check_needs(law: Law, slave: Slave, master: Master) -> None:
                 f"the law needs the slave's nodal {name}",
                 where="law",
                 found=f"{bare} points without {name}",
-                remedy=f"Give the slave a {name}, or the law one of its own",
+                remedy=REMEDIES[name],
             )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,12 +11,36 @@ from contiga.arrays.layout import as_points, locked
 from contiga.arrays.threads import run_ranges
 from contiga.contact.kernels import relative_nb
 from contiga.errors import InputError
-from contiga.records import FloatArray
+from contiga.records import FloatArray, IndexArray
 from contiga.rigid.frames import POINTS
 from contiga.slaves.sampling import Sampling
 
 Velocities: TypeAlias = tuple[ArrayLike, ArrayLike]
 """(v, w): velocity of a frame's origin and its spin, world axes."""
+
+
+class RelativeVelocity(NamedTuple):
+    """Velocities of points against a body, which are worked out of those that are asked for."""
+
+    sampling: Sampling
+    nodes: FloatArray
+    """(n, 3) velocities of the slave's nodes, world axes."""
+    points: FloatArray
+    """(m, 3) places of all points, world axes."""
+    pose: FloatArray
+    twist: FloatArray
+    """(2, 3) velocity of the body's origin and its spin, world axes."""
+
+    def at(self, rows: IndexArray) -> FloatArray:
+        """(k, 3) of points `rows`, ascending, body axes."""
+        v_B = np.empty((len(rows), 3))
+        v_W, p_W = (
+            locked(self.sampling.points_at(rows, self.nodes)),
+            locked(self.points.take(rows, axis=0)),
+        )
+        given = v_W, p_W, self.pose, self.twist, v_B
+        run_ranges(relative_nb.relative, len(rows), POINTS, *given)
+        return v_B
 
 
 def relative_velocity(
@@ -25,8 +49,8 @@ def relative_velocity(
     poses: tuple[FloatArray, FloatArray],
     velocity: ArrayLike | None,
     twist: Velocities | None,
-) -> FloatArray | None:
-    """(m, 3) velocities of the points p_W (m, 3) against the body, body axes; None if not given.
+) -> RelativeVelocity | None:
+    """How the points p_W (m, 3) go against the body; None where no velocity is given.
 
     `poses` are those of the body before and now.
     """
@@ -54,8 +78,7 @@ def relative_velocity(
             found=len(v_W),
             allowed=str(sampling.n_nodes),
         )
-    v_W, p_W = locked(v_W), locked(p_W)
-    first = relative_nb.first_unknown(v_W, p_W)
+    first = relative_nb.first_unknown(locked(v_W), locked(p_W))
     if first >= 0:
         raise InputError(
             "a point that has a place has no velocity",
@@ -64,10 +87,7 @@ def relative_velocity(
             allowed="three finite numbers a point",
         )
     body = np.zeros((2, 3)) if twist is None else _checked(twist)
-    v_B = np.empty(p_W.shape)
-    v_W = locked(sampling.points(v_W))
-    run_ranges(relative_nb.relative, len(v_B), POINTS, v_W, p_W, poses[1], body, v_B)
-    return v_B
+    return RelativeVelocity(sampling, v_W, p_W, poses[1], body)
 
 
 def _checked(twist: Velocities) -> FloatArray:

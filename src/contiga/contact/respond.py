@@ -115,8 +115,8 @@ def _friction_input(
     else:
         kept = kept_of(past.state)
         before, memory = kept.part("normal_B", rows), kept.part("friction_memory", rows)
-        known = past.velocity_B
-        velocity = points.path / past.dt if known is None else known[rows]
+        known = past.velocity
+        velocity = points.path / past.dt if known is None else known.at(rows)
     return FrictionInput(
         normal=locked(n),
         normal_before=before,

@@ -156,10 +156,14 @@ class KeptRows:
         self._arrays.update(_area_input=seen, areas=areas)
 
     @property
-    def steepest(self) -> FloatArray:
-        """(m,) springs that bound the slope of the normal forces: `tangent`, or `stiffness`."""
-        tangent = self._state.tangent
-        return tangent if len(tangent) else self._state.stiffness
+    def steepest(self) -> tuple[IndexArray, FloatArray]:
+        """Springs that bound the slope of the normal forces, `tangent` or `stiffness`, as
+        `nonzero`."""
+        return self.nonzero("tangent" if self.shape("tangent")[0] else "stiffness")
+
+    def part_or_zero(self, name: str, rows: IndexArray) -> FloatArray:
+        """(len(rows),) some rows of an array that a state may not have."""
+        return self.part(name, rows) if self.shape(name)[0] else np.zeros(len(rows))
 
 
 def kept_of(state: StateLike) -> KeptRows:

@@ -8,6 +8,7 @@ import numpy as np
 
 from contiga.contact.kernels import carrying_nb
 from contiga.contact.loads import NO_ROWS, NONE, NOWHERE
+from contiga.contact.motion import RelativeVelocity
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
 from contiga.contact.tracked import BoolArray, Detected
@@ -21,13 +22,8 @@ class PreviousStep(NamedTuple):
     state: State
     """Of the last step."""
     dt: float
-    velocity_B: FloatArray | None
-    """(m, 3) against the body, body axes, where it is known exactly."""
-
-    @property
-    def speed(self) -> tuple[FloatArray, float]:
-        """Velocities, of no rows where they are not known, and dt, as kernels take them."""
-        return NOWHERE if self.velocity_B is None else self.velocity_B, self.dt
+    velocity: RelativeVelocity | None
+    """Against the body, where it is known exactly."""
 
 
 class ContactRows(NamedTuple):
@@ -84,5 +80,6 @@ def touching(detected: Detected, p_B: FloatArray, past: PreviousStep | None) -> 
         return points
     state = past.state
     last = LastDepths(state.patch, state.points_B, *kept_of(state).deep)
-    gather(detected.feet, p_B, last, *past.speed, points)
+    velocity = NOWHERE if past.velocity is None else past.velocity.at(points.rows)
+    gather(detected.feet, p_B, last, velocity, past.dt, points)
     return points

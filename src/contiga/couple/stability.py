@@ -25,19 +25,18 @@ def rates_of(
     is that of the whole system.
     """
     kept = kept_of(state)
-    rows = np.flatnonzero(kept.steepest)
+    rows, along = kept.steepest
     if len(rows) == 0 or model.nv == 0:
         return Rates()
     arms = to_world(state.pose, state.points_B[rows]) - point
     normals = turn_to_world(state.pose, kept.part("normal_B", rows))
-    along = kept.steepest[rows]
-    across = state.tangential[rows] if len(state.tangential) else np.zeros(len(rows))
+    across = kept.part_or_zero("tangential", rows)
     mobility = _mobility(model, data, point, bodies)
     square = _largest(mobility, _springs(arms, normals, along, across))
-    decay = 0.0
-    if len(state.viscosity) and state.viscosity[rows].any():
+    decay, viscosity = 0.0, kept.part_or_zero("viscosity", rows)
+    if viscosity.any():
         none = np.zeros(len(rows))
-        decay = _largest(mobility, _springs(arms, normals, state.viscosity[rows], none))
+        decay = _largest(mobility, _springs(arms, normals, viscosity, none))
     return Rates(square, decay)
 
 

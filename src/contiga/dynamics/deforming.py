@@ -196,8 +196,7 @@ class Deforming(Dependent):
         bare = np.ones(len(slave), np.bool_)
         bare[rows] = False
         held[bare] = True
-        mass = np.full(len(slave), float(np.mean(matter.mass)))
-        mass[rows] = matter.mass
+        mass = _masses(matter, rows, len(slave))
         velocity = np.where(held, 0.0, self.velocity)
         return DeformingNodes(
             where,
@@ -213,6 +212,20 @@ class Deforming(Dependent):
             drives,
             _joints(hosts, slave.points, np.where(bare, 0.0, mass)),
         )
+
+    def weighed(self, slave: Slave) -> Slave:
+        """The slave with the masses that its elements give its nodes.
+
+        Laws with a `damping_ratio` see these: make contacts and simulation with that slave.
+
+        Raises
+        ------
+        InputError
+            A slave without elements.
+        """
+        rest = slave.points if self.rest is None else self.rest
+        matter, rows = self._matter("weighed", slave, rest)
+        return slave.weighing(_masses(matter, rows, len(slave)))
 
     def contact_stiffness(self, slave: Slave) -> float:
         """What its elements hold a unit of the area of a slave's skin with at rest, at most.
@@ -272,6 +285,13 @@ class Deforming(Dependent):
             return None
         across = self.thickness, self.section
         return Filling(material, self.density, *across, self.hourglass, self.bulk_viscosity)
+
+
+def _masses(matter: Matter, rows: NDArray[np.intp], n: int) -> FloatArray:
+    """(n,) of nodes; those of no element, which stay where they are, have the mean."""
+    mass = np.full(n, float(np.mean(matter.mass)))
+    mass[rows] = matter.mass
+    return mass
 
 
 def _joints(hosts: NDArray[np.int32], points: FloatArray, mass: FloatArray) -> tuple[Joint, ...]:

@@ -16,8 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.arrays.ordered import length, row_products
+from contiga.dynamics import node_steps
 from contiga.dynamics.holding import Drive
 from contiga.dynamics.nodal_loads import NodalForces
+from contiga.dynamics.node_records import Acting, Masses
+from contiga.dynamics.node_steps import NOTHING
 from contiga.dynamics.nodes import (
     Arrays,
     ElementState,
@@ -63,6 +66,12 @@ class _Limit(NamedTuple):
 def _all_forces(inside: Arrays) -> FloatArray:
     """(n, 3) of elements and loads."""
     return inside["force"] + inside["load"] if "load" in inside else inside["force"]
+
+
+def _acting(inside: Arrays, forces: Forces, gravity: FloatArray) -> Acting:
+    """Of contacts and elements, and loads and drag where `inside` has them."""
+    some = (inside.get(name, NOTHING) for name in ("load", "drag"))
+    return node_steps.acting(forces.listed(), inside["force"], gravity, *some)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +134,10 @@ class DeformingNodes(Unmoved):
             led[joint.rows] = True
         return led
 
+    @cached_property
+    def _masses(self) -> Masses:
+        return node_steps.masses_of(self.mass, self.held, self._led)
+
     @property
     def _leaders(self) -> tuple[Drive | Joint, ...]:
         return (*self.drives, *self.joints)
@@ -143,10 +156,10 @@ class DeformingNodes(Unmoved):
         velocities = self.velocity.copy()
         self._lead(now, points, velocities)
         answer = self._asked(state, points, velocities, now)
-        kinetic = self._kinetic(velocities, velocities)
+        kinetic = self._kinetic(velocities)
         inside = {
             "force": self._at_nodes(answer.force),
-            "drag": self._drag(velocities),
+            **self._drag(velocities),
             **self._loads(points, now.time),
             "energy": np.array([kinetic, *answer.energy[:2], 0.0, 0.0, 0.0]),
             **self._bounds(answer.state, OFTEN),
@@ -156,43 +169,36 @@ class DeformingNodes(Unmoved):
 
     def drift(self, last: SlaveState, forces: Forces, now: Instant) -> SlaveState:
         """Half a kick, a drift, and the velocity that half a kick more gives."""
-        force = _all_forces(last.matter) + last.matter["drag"]
-        kick = 0.5 * now.dt * self._acceleration(force, forces, now.gravity)
-        half = last.velocities + kick
-        points, velocities = last.points + now.dt * half, half + kick
-        self._lead(now, points, velocities)
-        return ElementState.of(points, velocities, last.matter)
+        there = _acting(last.matter, forces, now.gravity)
+        points, velocities, half = node_steps.drifted(self._masses, there, *last, now.dt)
+        if self._leaders:
+            self._lead(now, points, velocities)
+            half = 0.5 * (last.velocities + velocities)
+        return ElementState.of(points, velocities, {**last.matter, "half": half})
 
     def kick(
         self, last: SlaveState, drifted: SlaveState, forces: Forces, now: Instant
     ) -> SlaveState:
         """The forces of the elements, and the other half."""
-        half = 0.5 * (last.velocities + drifted.velocities)
-        before = last.matter
+        before, half = last.matter, drifted.matter["half"]
         state = MatterState(self._inner(last.points), before["memory"])
         answer = self._asked(state, drifted.points, half, now)
         inside = {
             "force": self._at_nodes(answer.force),
             **self._loads(drifted.points, now.time),
         }
-        # Damping acts by the velocity that it leaves, so that it is of second order and stable.
-        kick = 0.5 * now.dt * self._acceleration(_all_forces(inside), forces, now.gravity)
-        velocities = half + kick
-        if self.damping:
-            velocities /= 1.0 + 0.5 * now.dt * self.damping
-        if self._leaders:
-            velocities = np.where(self._led, drifted.velocities, velocities)
-        drag = self._drag(velocities)
-        taken = 0.0
-        if self.damping:
-            both = before["drag"] + drag
+        there = _acting(inside, forces, now.gravity)
+        speeds = half, drifted.velocities
+        velocities, kinetic = node_steps.kicked(self._masses, there, speeds, now.dt, self.damping)
+        drag, taken = self._drag(velocities), 0.0
+        if drag:
+            both = before["drag"] + drag["drag"]
             taken = 0.5 * float((both * (drifted.points - last.points)).sum())
         # Of the middles of the steps before and after: what a leapfrog keeps of linear elements.
-        kinetic = self._kinetic(half, 2.0 * velocities - half)
-        energy = np.array([kinetic, *answer.energy, -taken])
+        energy = np.array([kinetic.sum(), *answer.energy, -taken])
         energy[3:] += before["energy"][3:]
         inside |= {
-            "drag": drag,
+            **drag,
             "energy": energy,
             **self._next_bounds(before, answer.state),
             "memory": answer.state.memory,
@@ -220,18 +226,16 @@ class DeformingNodes(Unmoved):
         forces = [load.at(points, time) for load in self.loads]
         return {"load": np.asarray(sum(forces[1:], forces[0]))}
 
-    def _drag(self, velocities: FloatArray) -> FloatArray:
-        """Of nodes that forces move."""
+    def _drag(self, velocities: FloatArray) -> dict[str, FloatArray]:
+        """Of nodes that forces move, where there is any."""
         if self.damping == 0.0:
-            return np.zeros_like(velocities)
+            return {}
         drag = (-self.damping * self.mass)[:, None] * velocities
-        return np.where(self.held, 0.0, drag) if self._leaders else drag
+        return {"drag": np.where(self.held, 0.0, drag) if self._leaders else drag}
 
-    def _kinetic(self, one: FloatArray, other: FloatArray) -> float:
-        """½ m v·w of nodes that forces move."""
-        if self._leaders:
-            one = np.where(self._led, 0.0, one)
-        return 0.5 * float((self.mass * row_products(one, other)).sum())
+    def _kinetic(self, velocities: FloatArray) -> float:
+        """½ Σ m v² of nodes that forces move."""
+        return node_steps.kinetic(self._masses, velocities)
 
     def _at_nodes(self, force: FloatArray) -> FloatArray:
         """(n, 3) of the slave's nodes."""
@@ -240,14 +244,6 @@ class DeformingNodes(Unmoved):
         every = np.zeros(self.rest.shape)
         every[self.rows] = force
         return every
-
-    def _acceleration(self, force: FloatArray, forces: Forces, gravity: FloatArray) -> FloatArray:
-        """(n, 3) by the forces of elements and of contacts, zero where they are held."""
-        acceleration = forces() + force
-        acceleration /= self.mass[:, None]
-        acceleration += gravity
-        acceleration[self.held] = 0.0
-        return acceleration
 
     def _bounds(self, state: MatterState, interval: float) -> dict[str, FloatArray]:
         """ω² that no vibration of the elements is above, and the row sums of their stiffness at all
@@ -302,9 +298,8 @@ class DeformingNodes(Unmoved):
 
     def kick_energy(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
         """Of all forces on nodes that are not held."""
-        force = _all_forces(state.matter) + state.matter["drag"]
-        acceleration = self._acceleration(force, forces, gravity)
-        return 0.125 * float((self.mass * (acceleration * acceleration).sum(axis=1)).sum())
+        way = node_steps.accelerated(self._masses, _acting(state.matter, forces, gravity))
+        return 0.125 * float((self.mass * row_products(way, way)).sum())
 
     def inside(self, state: SlaveState) -> Sequence[Inside]:
         """Of matter that tells it."""
@@ -318,19 +313,21 @@ class DeformingNodes(Unmoved):
         """The same without velocities."""
         inside = dict(state.matter)
         inside["energy"] = np.concatenate([[0.0], inside["energy"][1:]])
-        inside["drag"] = np.zeros_like(inside["drag"])
+        inside |= self._drag(np.zeros_like(state.velocities))
         return ElementState.of(state.points, np.zeros_like(state.velocities), inside)
 
     def shaken(self, state: SlaveState) -> float:
         """By their velocities now."""
-        return self._kinetic(state.velocities, state.velocities)
+        return self._kinetic(state.velocities)
 
     def steered(
         self, state: SlaveState, forces: Forces, gravity: FloatArray, share: float
     ) -> SlaveState:
         """The same with a share of the velocities turned to where the forces pull."""
-        way = self._acceleration(_all_forces(state.matter), forces, gravity)
-        kinetic, pull = (self._kinetic(v, v) for v in (state.velocities, way))
+        way = node_steps.accelerated(
+            self._masses, _acting({**state.matter, "drag": NOTHING}, forces, gravity)
+        )
+        kinetic, pull = (self._kinetic(v) for v in (state.velocities, way))
         if kinetic == 0.0 or pull == 0.0:
             return state
         turned = np.sqrt(kinetic / pull) * way
@@ -356,6 +353,8 @@ class DeformingNodes(Unmoved):
 
     def by_gravity(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
         """Their weight along their way."""
+        if not gravity.any():
+            return 0.0
         return work_of_weight(self.mass, self._moved(last, now), gravity)
 
     def by_motion(self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces) -> float:

@@ -6,7 +6,7 @@ there, the contacts answer with forces, `kick` ends it with those.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Protocol
 
@@ -15,14 +15,31 @@ from numpy.typing import NDArray
 
 from contiga.arrays.ordered import row_products
 from contiga.matter.element_fields import Inside
-from contiga.records import FloatArray
+from contiga.records import FloatArray, IndexArray
 from contiga.rigid.frames import to_world
 from contiga.rigid.twist import Twist
 
-Forces = Callable[[], FloatArray]
-"""(n, 3) that the contacts do on the nodes; summed where it is asked for."""
 Arrays = Mapping[str, FloatArray]
 NO_ARRAYS: Arrays = MappingProxyType({})
+
+
+class Pushes(NamedTuple):
+    """What contacts do on the nodes they act on."""
+
+    rows: IndexArray
+    """(k,) nodes, ascending."""
+    forces: FloatArray
+    """(k, 3)."""
+
+
+class Forces(Protocol):
+    """What contacts do on the nodes of a slave, summed where it is asked for."""
+
+    def __call__(self) -> FloatArray:
+        """(n, 3) of all nodes."""
+
+    def listed(self) -> Pushes:
+        """Of those they act on."""
 
 
 class SlaveState(NamedTuple):

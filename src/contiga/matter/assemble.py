@@ -100,6 +100,7 @@ def _group(
         in_lanes(shapes.measures[:, None], np.zeros(1)),
         material.stage,
         material.numbers,
+        material.tangent,
         _hourglass(part, shapes, nodes, material.modulus),
         viscosity,
         in_lanes(np.cbrt(shapes.measures)[:, None]),
@@ -109,9 +110,7 @@ def _group(
     )
     rows = slice(first, first + len(nodes_of_rows))
     memory = slice(remembered, remembered + tables.measures.size * material.memory)
-    stage, numbers = material.bound or (material.stage, material.numbers)
-    bound = tables._replace(material=stage, numbers=numbers)
-    average = None
+    bound, average = tables, None
     if material.averaged:
         tables = tables._replace(numbers=material.numbers * [1.0, 0.0], averaged=1)
         average = _average(part, shapes, nodes, material.averaged, nodes_of_rows)

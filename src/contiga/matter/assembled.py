@@ -55,7 +55,7 @@ class Group(NamedTuple):
     """(n, k)."""
     tables: ElementTables
     bound: ElementTables
-    """What bounds its stiffness: no softer anywhere."""
+    """The same with all of its stiffness in the elements: none is averaged at nodes."""
     average: Average | None
     rows: slice
     """Of the table that all groups write sums of blocks to."""
@@ -112,7 +112,7 @@ class Assembled:
             force -= drag
             energy[2] += dt * float(np.sum(drag * v))
         energies = MatterEnergy(*(float(kind) for kind in energy))
-        return MatterForces(force, energies, MatterState(q.copy(), memory))
+        return MatterForces(force, energies, MatterState(locked(q), memory))
 
     def _group_forces(
         self, group: Group, motion: Motion, memory: Memory, partial: FloatArray

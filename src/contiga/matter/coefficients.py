@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import ClassVar, NamedTuple, Protocol
 
+import numpy as np
+
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
 SOLIDS = ("tet4", "hex8")
+NONE = np.zeros(0)
 
 
 class Coefficients(NamedTuple):
@@ -20,9 +23,9 @@ class Coefficients(NamedTuple):
     """Young's modulus at rest, by which hourglass modes are held."""
     wave_modulus: float
     """That of pressure waves at rest, λ + 2 μ."""
-    bound: tuple[int, FloatArray] | None = None
-    """Stage and numbers of what is no softer anywhere, by which the critical step is bounded;
-    None where that is the material as it stands."""
+    tangent: FloatArray = NONE
+    """(4,) of membranes: C₁₁₁₁, C₂₂₂₂, C₁₁₂₂, C₁₂₁₂ of a ∂S/∂E that bounds theirs in all states, by
+    which the critical step is bounded; (0,) where it is that of the state."""
     memory: int = 0
     """Numbers an element that are remembered."""
     asks_rates: bool = False

@@ -66,8 +66,10 @@ class Elastic:
             numbers = np.array([stiff, stiff if self.compression else 0.0, 0.0])
             return Coefficients(BAR, numbers, self.young, self.young)
         numbers = np.array([self.young * across, self.poisson])
-        stage, bound = (ELASTIC, None) if self.compression else (SLACK, (ELASTIC, numbers))
-        return Coefficients(stage, numbers, self.young, self.young, bound)
+        plane = self.young * across / (1.0 - self.poisson**2)
+        tangent = plane * np.array([1.0, 1.0, self.poisson, 0.5 * (1.0 - self.poisson)])
+        stage = ELASTIC if self.compression else SLACK
+        return Coefficients(stage, numbers, self.young, self.young, tangent)
 
 
 @dataclass(frozen=True, kw_only=True)

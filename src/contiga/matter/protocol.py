@@ -73,7 +73,7 @@ class Matter(Protocol):
         ----------
         state : where the step begins; it is left as it is
         q, v : (m, 3) degrees of freedom at the end of the step, and their velocities, which what
-            resists a rate is asked with
+            resists a rate is asked with; the state answered holds q itself, not a copy
         dt : length of the step; 0 where nothing has moved yet
 
         Raises

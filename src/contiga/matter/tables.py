@@ -34,6 +34,8 @@ class ElementTables(NamedTuple):
     """Which; numbers are in the kernels `elements_stress_nb`."""
     numbers: FloatArray
     """(c,) coefficients of the material."""
+    tangent: FloatArray
+    """(4,) of membranes: see `Coefficients`; (0,) of others."""
     hourglass: FloatArray
     """(b, 24 · LANES) of hexahedra, rows by `solid_hex_nb`; (0, 0) of others."""
     viscosity: FloatArray

@@ -89,15 +89,13 @@ class Fabric:
         head = [across, *(self.compression * slope for slope in first), *points, len(self.shear)]
         numbers = np.concatenate([head, *blocks, packed(self.shear)])
         steep = [float(block[0]) for block in blocks]
-        lines = [_both_curves(as_table(slope, ""), None, None, "") for slope in steep]
-        shear = as_table(steepest(self.shear), "")
-        bound = np.concatenate([[across, *steep, 2, 2, 2], *lines, packed(shear)])
+        tangent = across * np.array([*steep, 0.0, steepest(self.shear)])
         return Coefficients(
             FABRIC,
             numbers,
             max(first),
             max(steep),
-            (FABRIC, bound),
+            tangent,
             memory=membrane_fabric_nb.MEMORY,
         )
 

@@ -148,9 +148,9 @@ def _couplings(model: Model, state: SystemState, of: Of) -> Iterator[tuple[str, 
         if of == ("lasting" if follows else "following"):
             continue
         contact = state.contacts[part.name]
-        rows = np.flatnonzero(kept_of(contact).steepest)
+        rows, along = kept_of(contact).steepest
         if len(rows):
-            ends = _contact_ends(system, part, contact, rows, state, of)
+            ends = _contact_ends(system, part, contact, (rows, along), state, of)
             if ends:
                 drags = bool(_dragging(part, rows, state).any())
                 drags = drags and all(rates.decay**2 > rates.square for _, rates, _ in ends)
@@ -202,22 +202,23 @@ def _contact_ends(
     system: Mechanism,
     part: ContactPart,
     contact: State,
-    rows: np.ndarray,
+    springs: tuple[np.ndarray, FloatArray],
     state: SystemState,
     of: Of,
 ) -> list[_End]:
-    """The free sides of a contact."""
+    """The free sides of a contact that has `springs` (k,) at points (k,)."""
     ends: list[_End] = []
-    along, single = kept_of(contact).steepest[rows], contact.stiffness[rows]
-    gripped = len(contact.tangential) and of != "following"
-    across = contact.tangential[rows] if gripped else np.zeros(len(rows))
-    damping = contact.viscosity[rows] if len(contact.viscosity) else np.zeros(len(rows))
+    (rows, along), kept = springs, kept_of(contact)
+    single, damping = kept.part("stiffness", rows), kept.part_or_zero("viscosity", rows)
+    across = np.zeros(len(rows))
+    if of != "following":
+        across = kept.part_or_zero("tangential", rows)
     dragging = _dragging(part, rows, state)
     sides = int(system.root[system.index[part.master]]), system.carried.get(part.slave)
     bodies = [system.row[side] for side in sides if side is not None and side in system.row]
     if bodies:
         points = to_world(contact.pose, contact.points_B[rows])
-        normals = turn_to_world(contact.pose, kept_of(contact).part("normal_B", rows))
+        normals = turn_to_world(contact.pose, kept.part("normal_B", rows))
     for row in bodies:
         body_row = _row(system, state, row)
         rates = Rates(
@@ -235,7 +236,7 @@ def _contact_ends(
     if part.slave in system.masses:
         mass = system.masses[part.slave]
         most = [
-            float((part.contact.nodal_sum(rows, values) / mass).max())
+            float((part.contact.nodal_sum(rows, values) / mass).max()) if values.any() else 0.0
             for values in (np.maximum(along, across), np.maximum(damping, dragging))
         ]
         ends.append((part.slave, Rates(*most), Rates()))

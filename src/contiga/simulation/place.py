@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
+from contiga.contact.loads import NO_ROWS
 from contiga.contact.state import State
-from contiga.dynamics.nodes import Forces, Instant, SlaveState
+from contiga.contact.state_rows import kept_of
+from contiga.dynamics.nodes import Forces, Instant, Pushes, SlaveState
 from contiga.dynamics.prescribed import BodyMotion
 from contiga.dynamics.rigid_bodies import Placed, drifted, started
 from contiga.errors import InputError
@@ -75,9 +76,37 @@ def _driven(name: str, motion: BodyMotion, time: float) -> tuple[FloatArray, Flo
     return pose, np.concatenate(twist)
 
 
+class ForcesOn(NamedTuple):
+    """What the contacts do on the nodes of a slave; see `Forces`."""
+
+    model: Model
+    name: str
+    contacts: Mapping[str, State]
+
+    def __call__(self) -> FloatArray:
+        """(n, 3) of all nodes."""
+        return nodal_force(*self)
+
+    def listed(self) -> Pushes:
+        """Of those they act on."""
+        parts = [part.name for part in self.model.contacts if part.slave == self.name]
+        columns = [kept_of(self.contacts[part]).listed("force") for part in parts]
+        if len(columns) == 1:
+            return Pushes(*columns[0])
+        rows, place = np.unique(
+            np.concatenate([NO_ROWS, *(column.rows for column in columns)]), return_inverse=True
+        )
+        forces = np.zeros((len(rows), 3))
+        first = 0
+        for column in columns:  # in each a node stands once
+            forces[place[first : first + len(column.rows)]] += column.values
+            first += len(column.rows)
+        return Pushes(rows, forces)
+
+
 def forces_on(model: Model, name: str, contacts: Mapping[str, State]) -> Forces:
     """What the contacts do on the nodes of a slave, summed once it is asked for."""
-    return partial(nodal_force, model, name, contacts)
+    return ForcesOn(model, name, contacts)
 
 
 def nodal_force(model: Model, name: str, contacts: Mapping[str, State]) -> FloatArray:

@@ -145,6 +145,18 @@ class Sampling:
             inner += self._rule.shape[None, :, j, None] * at[:, None, j]
         return np.concatenate([nodal, inner.reshape(-1, 3)])
 
+    def points_at(self, rows: IndexArray, nodal: FloatArray) -> FloatArray:
+        """(len(rows), 3) of `points` at some of them, ascending."""
+        k = int(np.searchsorted(rows, self.n_nodes))
+        at_nodes = nodal.take(rows[:k], axis=0)
+        if k == len(rows):
+            return at_nodes
+        corner, shape = self._corners(rows[k:])
+        inner = np.zeros((len(corner), 3))
+        for j in range(3):
+            inner += shape[:, j, None] * nodal.take(corner[:, j], axis=0)
+        return np.concatenate([at_nodes, inner])
+
     def nodal(self, rows: IndexArray, values: FloatArray) -> FloatArray:
         """(n, 3) at the nodes, of `values` (len(rows), 3) at the points `rows`."""
         if self._rule is None:

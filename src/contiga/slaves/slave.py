@@ -238,6 +238,10 @@ class Slave(Displayed):
             )
         return self._copy(self.points * factor, self.facets, factor, unit or self.unit, {})
 
+    def weighing(self, mass: ArrayLike) -> Slave:
+        """A copy whose points have other masses (n,)."""
+        return self._copy(self.points, self.facets, 1.0, self.unit, {}, mass)
+
     def _copy(
         self,
         points: FloatArray,
@@ -245,13 +249,14 @@ class Slave(Displayed):
         factor: float,
         unit: str | None,
         elements: Mapping[str, IntArray],
+        mass: ArrayLike | None = None,
     ) -> Slave:
         return Slave(
             points,
             facets,
             area=None if self.area is None else self.area * factor**2,
             thickness=None if self.thickness is None else self.thickness * factor,
-            mass=self.mass,
+            mass=self.mass if mass is None else mass,
             active=self.active,
             name=self.name,
             unit=unit,

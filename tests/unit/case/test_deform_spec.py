@@ -337,6 +337,18 @@ def test_a_penalty_takes_its_stiffness_from_the_elements(tmp_path: Path) -> None
     assert 2.0 < motion.contact_stiffness(slave) / (modulus / 0.5) < 6.0
 
 
+@pytest.mark.parametrize("quadrature", ["", "quadrature = 'nodes'"])
+def test_a_damping_ratio_is_of_the_masses_of_elements(tmp_path: Path, quadrature: str) -> None:
+    law = f'{{ kind = "penalty", scale = 0.5, damping_ratio = 0.4 }}\n{quadrature}'
+    simulation = cg.build(load_case(_write(tmp_path, law=law)))
+    contact, (slave, motion) = simulation.contacts[0].contact, simulation.slaves["block"]
+    assert contact.law.damping_ratio == 0.4
+    assert slave.mass is None
+    np.testing.assert_array_equal(contact.slave.mass, motion.weighed(slave).mass)
+    history = simulation.run().history
+    assert history["energy_damping"].max() > 0.0
+
+
 def test_the_stiffness_of_a_skin_goes_with_the_modulus_and_against_the_mesh() -> None:
     def stiffness(cells: int, young: float) -> float:
         slave = block((cells,) * 3, (6.0,) * 3, kind="hexahedron")

@@ -33,7 +33,7 @@ def test_every_point_is_seen_as_plain_numpy_says(known: bool) -> None:
     patch = rng.integers(-1, 2, N).astype(np.int32)
     deep = np.flatnonzero(rng.random(N) < 0.5).astype(np.int32)
     penetration = rng.random(len(deep))
-    velocity = rng.normal(size=(N, 3)) if known else NOWHERE
+    velocity = rng.normal(size=(len(rows), 3)) if known else NOWHERE
     points = ContactRows.of(rows)
     last = LastDepths(patch, before, deep, penetration)
     gather(feet, now, last, velocity, 0.25, points)
@@ -45,7 +45,7 @@ def test_every_point_is_seen_as_plain_numpy_says(known: bool) -> None:
     was[deep] = penetration
     old = patch[rows] >= 0
     if known:
-        rate = -(velocity[rows] * normal).sum(axis=1)
+        rate = -(velocity * normal).sum(axis=1)
     else:
         rate = np.where(old, depth - was[rows], -(way * normal).sum(axis=1)) / 0.25
     for name, wanted in (

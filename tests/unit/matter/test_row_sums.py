@@ -62,17 +62,19 @@ def test_the_step_they_allow_is_stable_and_not_much_too_short(
 
 
 def test_cloth_that_is_slack_is_as_stiff_as_when_it_is_taut() -> None:
+    """But for what pressure takes off, one part in a hundred here."""
     nodes = rig.grid((2, 2, 0))
     cloth = Elastic(young=3.0, poisson=0.3, compression=False)
     taut = Elastic(young=3.0, poisson=0.3)
-    told = [
+    slack, pressed = (
         matter.stiffness(matter.start()._replace(points=0.99 * nodes))
         for matter in (
             rig.one_part("tri3", nodes, rig.sheet(2, 2), material, thickness=0.1)
             for material in (cloth, taut)
         )
-    ]
-    np.testing.assert_array_equal(*told)
+    )
+    assert (pressed < slack).all()
+    np.testing.assert_allclose(slack, pressed, rtol=0.02)
 
 
 def test_foam_is_as_stiff_as_it_unloads() -> None:

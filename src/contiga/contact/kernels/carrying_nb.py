@@ -30,7 +30,7 @@ def gather(feet, now, last, velocity, dt, out):
     """Fill the columns of `ContactRows` for the points that they list.
 
     `feet` are those of all points, which are `now` (n, 3). `last` is what was at the last step,
-    `LastDepths`. `velocity` (m, 3) has no rows where it is not known: then the rate is the change
+    `LastDepths`. `velocity` (k, 3) has no rows where it is not known: then the rate is the change
     over the step `dt` of old contacts, and of new ones the speed of approach.
     """
     place, deep = 0, last.rows
@@ -46,7 +46,7 @@ def gather(feet, now, last, velocity, dt, out):
             out.path[i, c] = way_of(now, last.points, k, c)
             approach += out.path[i, c] * out.normal[i, c]
             if velocity.shape[0] > 0:
-                speed += velocity[k, c] * out.normal[i, c]
+                speed += velocity[i, c] * out.normal[i, c]
         place = at(deep, k, place)
         there = place < deep.shape[0] and deep[place] == k
         if velocity.shape[0] > 0:

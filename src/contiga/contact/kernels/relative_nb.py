@@ -17,7 +17,7 @@ def is_known(rows, k):
 def first_unknown(velocity, points):
     """The first of `points` (m, 3) that has a place and no velocity (n, 3), n ≤ m; −1 if none."""
     for k in range(velocity.shape[0]):
-        if is_known(points, k) and not is_known(velocity, k):
+        if not is_known(velocity, k) and is_known(points, k):
             return k
     return -1
 

@@ -1,5 +1,6 @@
 """Kernels, in reading order: what moves bodies. Each stands on those before it.
 
 - rigid_body_nb: free rigid bodies, one step of a leapfrog: half a kick, a drift, half a kick
+- nodes_nb: nodes of masses, one step of the same
 - stiffness_nb: how stiff contacts hold a body, and the fastest of its vibrations
 """

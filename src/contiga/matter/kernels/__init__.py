@@ -14,8 +14,10 @@
 - membrane_elastic_nb: plane stress, with and without compression
 - membrane_neo_hooke_nb: Neo-Hooke's membrane
 - membrane_fabric_nb: woven fabric
+- membrane_tangent_nb: how their stress changes with strain, at most
+- membrane_rows_nb: row sums of the stiffness of triangles
 - bar_nb: bars of two nodes
 - elements_stress_nb: which material's stage follows on the gradient
 - elements_nb: forces of elements, block by block
-- row_sums_nb: row sums of their stiffness
+- row_sums_nb: row sums of the stiffness of elements, block by block
 """

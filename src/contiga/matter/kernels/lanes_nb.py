@@ -23,6 +23,9 @@ KINDS = 4
 STRETCH = 46
 """J = det F of solids; what may not fall to zero."""
 RATE = 47
+SECOND, TANGENT = 47, 50
+"""Of membranes, in rows that rates and springs of solids have: three rows of the second stress S₁₁,
+S₂₂, S₁₂, and six of ∂S/∂E."""
 SPRINGS = 56
 """Twelve rows: the forces of hourglass modes, by reference volume."""
 SQUARE, AXES = 68, 74

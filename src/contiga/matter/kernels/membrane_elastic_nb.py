@@ -10,9 +10,10 @@ from __future__ import annotations
 import math
 
 from contiga.jit import inlined, inner
-from contiga.matter.kernels.lanes_nb import ENERGY, GRADIENT, LANES, STRESS
+from contiga.matter.kernels.lanes_nb import ENERGY, GRADIENT, LANES, SECOND, STRESS
 
 F, P, W = GRADIENT * LANES, STRESS * LANES, ENERGY * LANES
+S = SECOND * LANES
 ROW = 3 * LANES
 
 
@@ -30,7 +31,8 @@ def green(bank, lane):
 
 @inlined()
 def pull_forward(bank, lane, s_a, s_b, s_ab):
-    """P = F S of a lane."""
+    """P = F S of a lane, and S."""
+    bank[S + lane], bank[S + LANES + lane], bank[S + 2 * LANES + lane] = s_a, s_b, s_ab
     for i in range(3):
         f, p = F + i * ROW + lane, P + i * ROW + lane
         a, b = bank[f], bank[f + LANES]

@@ -8,12 +8,19 @@ from __future__ import annotations
 
 import math
 
-from contiga.jit import inner
+from contiga.jit import inlined, inner
 from contiga.matter.kernels.lanes_nb import ENERGY, GRADIENT, LANES
 from contiga.matter.kernels.membrane_elastic_nb import green, pull_forward
 from contiga.matter.kernels.solid_neo_hooke_nb import log_series
 
 F, W = GRADIENT * LANES, ENERGY * LANES
+
+
+@inlined()
+def thickness_stretch(square, area, mu, lam):
+    """s at a ratio of areas and its square."""
+    c = mu + lam * square
+    return 0.5 * (lam * area + math.sqrt(lam * lam * square + 4.0 * mu * c)) / c
 
 
 @inner(linked=False)
@@ -25,8 +32,7 @@ def membrane_neo_hooke(bank, numbers):
         a, b, ab = 2.0 * e_a + 1.0, 2.0 * e_b + 1.0, 2.0 * e_ab
         square = a * b - ab * ab
         area = math.sqrt(square)
-        c = mu + lam * square
-        s = 0.5 * (lam * area + math.sqrt(lam * lam * square + 4.0 * mu * c)) / c
+        s = thickness_stretch(square, area, mu, lam)
         j = area * s
         # ∂W/∂a = λ (a s − 1) s − μ/a, and ∂a/∂E = a C⁻¹
         k = (lam * (j - 1.0) * j - mu) / square

@@ -1,0 +1,62 @@
+"""∂S/∂E of membranes, in lanes: their own, or that of what no state of theirs is stiffer than.
+
+Six rows: C₁₁₁₁, C₂₂₂₂, C₁₁₂₂, C₁₂₁₂, C₁₁₁₂ and C₂₂₁₂. With the part by the stress that there is it
+is a stiffness that is no less than the true one in any direction. Where a tension field carries
+along one line its tangent is E t there and at most 2 μ t about it, which is no more than that of
+plane stress; threads of a fabric are no steeper than the steepest line of their curves.
+"""
+
+from __future__ import annotations
+
+import math
+
+from contiga.jit import inner
+from contiga.matter.kernels.lanes_nb import GRADIENT, LANES, TANGENT
+from contiga.matter.kernels.membrane_elastic_nb import green
+from contiga.matter.kernels.membrane_neo_hooke_nb import thickness_stretch
+
+F, C = GRADIENT * LANES, TANGENT * LANES
+
+
+@inner(linked=False)
+def constant_tangent(bank, numbers):
+    """Four numbers, the same in all states; no shear by strains along the axes."""
+    for lane in range(LANES):
+        for row in range(4):
+            bank[C + row * LANES + lane] = numbers[row]
+        bank[C + 4 * LANES + lane] = 0.0
+        bank[C + 5 * LANES + lane] = 0.0
+
+
+@inner(linked=False)
+def neo_hooke_tangent(bank, numbers):
+    """Of S = μ I + k C⁻¹ with k = λ (j − 1) j − μ: u C⁻¹⊗C⁻¹ − 2 k (C⁻¹⊗C⁻¹ of symmetric pairs).
+
+    u = a ∂k/∂a = λ (2 j − 1) a j′; (μ + λ a²) j² = (λ j + μ) a² says a j′.
+    """
+    mu, lam = numbers[0], numbers[1]
+    for lane in range(LANES):
+        e_a, e_b, e_ab = green(bank, lane)
+        a, b, ab = 2.0 * e_a + 1.0, 2.0 * e_b + 1.0, 2.0 * e_ab
+        square = a * b - ab * ab
+        area = math.sqrt(square)
+        j = area * thickness_stretch(square, area, mu, lam)
+        k = lam * (j - 1.0) * j - mu
+        change = 2.0 * square * (mu + lam * j * (1.0 - j))
+        u = lam * (2.0 * j - 1.0) * change / (2.0 * (mu + lam * square) * j - lam * square)
+        p, q, r = b / square, a / square, -ab / square
+        bank[C + lane] = (u - 2.0 * k) * p * p
+        bank[C + LANES + lane] = (u - 2.0 * k) * q * q
+        bank[C + 2 * LANES + lane] = u * p * q - 2.0 * k * r * r
+        bank[C + 3 * LANES + lane] = u * r * r - k * (p * q + r * r)
+        bank[C + 4 * LANES + lane] = (u - 2.0 * k) * p * r
+        bank[C + 5 * LANES + lane] = (u - 2.0 * k) * q * r
+
+
+@inner()
+def membrane_tangent(bank, tables):
+    """The constant one of a material that has one, else Neo-Hooke's."""
+    if len(tables.tangent) > 0:
+        constant_tangent(bank, tables.tangent)
+    else:
+        neo_hooke_tangent(bank, tables.numbers)
