@@ -62,7 +62,7 @@ def contact_of(
     """The contact a table asks for, of parts that stand already."""
     law, points = _scaled(spec.law, slave) or sides.law, slave.slave
     if isinstance(slave.motion, Deforming) and getattr(law, "needs_mass", False):
-        points = slave.motion.weighed(points)
+        points = slave.motion.with_masses(points)
     return Contact(
         body,
         points,

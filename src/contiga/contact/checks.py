@@ -169,8 +169,8 @@ def law_of(law: Law, master_law: MasterLaw | None, contact_type: str) -> Law:
 
 REMEDIES = {
     "thickness": "Give the slave a thickness, or the law one of its own",
-    "mass": "Give the slave a mass, take Deforming.weighed(slave) of one that deforms, or give the "
-    "law an absolute damping",
+    "mass": "Give the slave a mass, take Deforming.with_masses(slave) of one that deforms, or give "
+    "the law an absolute damping",
 }
 
 

@@ -213,7 +213,7 @@ class Deforming(Dependent):
             _joints(hosts, slave.points, np.where(bare, 0.0, mass)),
         )
 
-    def weighed(self, slave: Slave) -> Slave:
+    def with_masses(self, slave: Slave) -> Slave:
         """The slave with the masses that its elements give its nodes.
 
         Laws with a `damping_ratio` see these: make contacts and simulation with that slave.
@@ -224,8 +224,8 @@ class Deforming(Dependent):
             A slave without elements.
         """
         rest = slave.points if self.rest is None else self.rest
-        matter, rows = self._matter("weighed", slave, rest)
-        return slave.weighing(_masses(matter, rows, len(slave)))
+        matter, rows = self._matter("masses", slave, rest)
+        return slave.with_mass(_masses(matter, rows, len(slave)))
 
     def contact_stiffness(self, slave: Slave) -> float:
         """What its elements hold a unit of the area of a slave's skin with at rest, at most.

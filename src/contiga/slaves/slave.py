@@ -238,7 +238,7 @@ class Slave(Displayed):
             )
         return self._copy(self.points * factor, self.facets, factor, unit or self.unit, {})
 
-    def weighing(self, mass: ArrayLike) -> Slave:
+    def with_mass(self, mass: ArrayLike) -> Slave:
         """A copy whose points have other masses (n,)."""
         return self._copy(self.points, self.facets, 1.0, self.unit, {}, mass)
 

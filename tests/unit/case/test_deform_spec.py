@@ -344,7 +344,7 @@ def test_a_damping_ratio_is_of_the_masses_of_elements(tmp_path: Path, quadrature
     contact, (slave, motion) = simulation.contacts[0].contact, simulation.slaves["block"]
     assert contact.law.damping_ratio == 0.4
     assert slave.mass is None
-    np.testing.assert_array_equal(contact.slave.mass, motion.weighed(slave).mass)
+    np.testing.assert_array_equal(contact.slave.mass, motion.with_masses(slave).mass)
     history = simulation.run().history
     assert history["energy_damping"].max() > 0.0
 

@@ -37,7 +37,7 @@ def rebound(quadrature: str | int, step: float) -> FloatArray:
         velocity=[0.0, 0.0, -SPEED],
     )
     bare = cg.Slave(np.add(SHEET, [0.0, 0.0, 1e-6]), FACETS)
-    slave = motion.weighed(bare)
+    slave = motion.with_masses(bare)
     law = cg.PenaltyLaw(STIFFNESS, per_area=True, damping_ratio=RATIO)
     contact = cg.Contact(GROUND, slave, law=law, quadrature=quadrature)
     simulation = cg.Simulation(
@@ -66,7 +66,7 @@ def test_nodes_have_the_masses_of_their_elements_and_points_share_them() -> None
     )
     tetra = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     slave = cg.Slave(tetra, [[0, 2, 1]], elements={"tetra": [[0, 1, 2, 3]]})
-    weighed = motion.weighed(slave)
+    weighed = motion.with_masses(slave)
     assert slave.mass is None
     assert weighed.mass is not None
     np.testing.assert_allclose(weighed.mass, 0.25, rtol=1e-14)
@@ -75,5 +75,5 @@ def test_nodes_have_the_masses_of_their_elements_and_points_share_them() -> None
 
 def test_a_slave_without_masses_is_refused_with_what_gives_them() -> None:
     law = cg.PenaltyLaw(STIFFNESS, damping_ratio=RATIO)
-    with pytest.raises(InputError, match=r"nodal mass.*Deforming\.weighed\(slave\)"):
+    with pytest.raises(InputError, match=r"nodal mass.*Deforming\.with_masses\(slave\)"):
         cg.Contact(GROUND, cg.Slave(SHEET, FACETS), law=law)

@@ -2,7 +2,7 @@
 
 K_ab = V ∂P/∂F : G_a ⊗ G_b. Of solids its tangent is by differences of the stress, each in the sense
 in which less is stored: materials that unload by another curve are stiffer that way; the difference
-is a millionth of the sums. Membranes have theirs in closed form, which takes a thirtieth of that.
+is a millionth of the sums. Membranes have theirs in closed form, which takes a thirteenth of that.
 """
 
 from __future__ import annotations
