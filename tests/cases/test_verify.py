@@ -10,7 +10,10 @@ from contiga_validation.closed_forms.page import SIZE
 from contiga_validation.engine.drawing import png
 from contiga_validation.engine.experiment import Picture
 
-SLOW = "roll-down", "block-slips", "winkler-deep", "matter-cook-volume", "matter-ball-on-membrane"
+SLOW = (
+    *("roll-down", "block-slips", "winkler-deep", "matter-cook-volume", "matter-ball-on-membrane"),
+    *("top-kept", "matter-hertz"),
+)
 """Of those with others of their kind."""
 
 
