@@ -109,31 +109,13 @@ class Characteristic:
         at = np.asarray(x, dtype=np.float64)
         if self.function is not None:
             return _checked_answer(self, at)
-        self.check_inside(at)
+        check_inside(self, at)
         y = np.asarray(np.interp(at, self.x, self.y))
         if self.extrapolation == "linear":
             first, last = self.end_slopes
             y = np.where(at < self.x[0], self.y[0] + first * (at - self.x[0]), y)
             y = np.where(at > self.x[-1], self.y[-1] + last * (at - self.x[-1]), y)
         return y
-
-    def check_inside(self, at: FloatArray) -> None:
-        """Refuse abscissae outside a table that is not extrapolated.
-
-        Raises
-        ------
-        RunError
-            As said.
-        """
-        if self.extrapolation != "error":
-            return
-        outside = at[(at < self.x[0]) | (at > self.x[-1])]
-        if outside.size:
-            raise RunError(
-                f"{self.name}: the characteristic is asked at {outside.flat[0]:.6g}, outside its "
-                f"table [{self.x[0]:.6g}, {self.x[-1]:.6g}]. Extend the table, or let it "
-                'extrapolate with extrapolation = "linear" or "constant"'
-            )
 
     def slope(self, x: ArrayLike) -> FloatArray:
         """dy/dx at `x` ≥ 0, to the right of it at a point of a table.
@@ -217,6 +199,25 @@ class Characteristic:
 
 
 CurveLike: TypeAlias = Characteristic | float | ArrayLike | Function
+
+
+def check_inside(curve: Characteristic, at: FloatArray) -> None:
+    """Refuse abscissae outside a table that is not extrapolated.
+
+    Raises
+    ------
+    RunError
+        As said.
+    """
+    if curve.extrapolation != "error":
+        return
+    outside = at[(at < curve.x[0]) | (at > curve.x[-1])]
+    if outside.size:
+        raise RunError(
+            f"{curve.name}: the characteristic is asked at {outside.flat[0]:.6g}, outside its "
+            f"table [{curve.x[0]:.6g}, {curve.x[-1]:.6g}]. Extend the table, or let it "
+            'extrapolate with extrapolation = "linear" or "constant"'
+        )
 
 
 def _line(slope: float, name: str) -> tuple[FloatArray, FloatArray]:

@@ -36,7 +36,7 @@ import numpy as np
 
 from contiga.arrays.layout import locked
 from contiga.errors import InputError
-from contiga.laws.characteristic import Characteristic, CurveLike
+from contiga.laws.characteristic import Characteristic, CurveLike, check_inside
 from contiga.laws.curve_records import BoundTable, CurveTable
 from contiga.laws.kernels import curve_nb
 from contiga.laws.law import above_zero, as_curve
@@ -65,7 +65,7 @@ class Moved(NamedTuple):
 def elastic_move(curve: Characteristic, x: FloatArray) -> Moved:
     """The step of an elastic force that has come to `x` (n,)."""
     if curve.is_table:
-        curve.check_inside(x)
+        check_inside(curve, x)
         moved = np.empty((4, len(x)))
         curve_nb.elastic(curve.table, _handed(x), moved)
         return Moved(*moved)
@@ -181,7 +181,7 @@ class Hysteresis:
     def _move_on_tables(self, x_old: FloatArray, f_old: FloatArray, x: FloatArray) -> Moved:
         """The same by a kernel."""
         for curve in (self.loading, self.unloading):
-            curve.check_inside(x)
+            check_inside(curve, x)
         past, moved = np.stack([x_old, f_old]), np.empty((4, len(x)))
         curve_nb.hysteretic(self._tables, self.slope, past, _handed(x), moved)
         return Moved(*moved)
