@@ -214,7 +214,7 @@ class Deforming(Dependent):
         )
 
     def with_masses(self, slave: Slave) -> Slave:
-        """The slave with the masses that its elements give its nodes.
+        """A copy of the slave with the masses (n,) that its elements give its nodes.
 
         Laws with a `damping_ratio` see these: make contacts and simulation with that slave.
 

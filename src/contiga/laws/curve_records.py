@@ -24,5 +24,5 @@ class BoundTable(NamedTuple):
     """A curve that lines of one slope K meet."""
 
     curve: CurveTable
-    fall: FloatArray
-    """(n,) the least of y − K x up to each node: it never rises."""
+    drop: FloatArray
+    """(n,) the most of K x − y up to each node: it never falls."""

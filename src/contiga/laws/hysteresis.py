@@ -192,7 +192,7 @@ class Hysteresis:
         return self._bound(self.loading.table), self._bound(self.unloading.table)
 
     def _bound(self, curve: CurveTable) -> BoundTable:
-        return BoundTable(curve, np.minimum.accumulate(curve.y - self.slope * curve.x))
+        return BoundTable(curve, np.maximum.accumulate(self.slope * curve.x - curve.y))
 
     def stored(self, x: FloatArray, force: FloatArray) -> FloatArray:
         """(n,) what an unloading from (`x`, `force`) gives back."""

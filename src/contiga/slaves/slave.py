@@ -239,7 +239,13 @@ class Slave(Displayed):
         return self._copy(self.points * factor, self.facets, factor, unit or self.unit, {})
 
     def with_mass(self, mass: ArrayLike) -> Slave:
-        """A copy whose points have other masses (n,)."""
+        """A copy whose points have the masses `mass`: one for all or (n,), in the unit of mass.
+
+        Raises
+        ------
+        InputError
+            As the slave's own masses: not finite, below zero or not one a point.
+        """
         return self._copy(self.points, self.facets, 1.0, self.unit, {}, mass)
 
     def _copy(

@@ -29,19 +29,6 @@ def _last_not_above(values, x):
 
 
 @inner()
-def _last_not_below(values, x):
-    """Index of the last of falling `values` that is not below x, 0 where all are."""
-    low, high = 0, values.shape[0]
-    while low < high:
-        middle = (low + high) // 2
-        if values[middle] >= x:
-            low = middle + 1
-        else:
-            high = middle
-    return max(low - 1, 0)
-
-
-@inner()
 def _carried(curve, x):
     """Force at x, the slope behind it, and ∫ of the force from zero."""
     j = _last_not_above(curve.x, x)
@@ -64,11 +51,11 @@ def elastic(curve, x, moved):
 @inner()
 def _meet(table, slope, x, force, low, high):
     """Where the line through (x, force) meets a `BoundTable`, kept in [low, high]."""
-    nodes, fall = table.curve.x, table.fall
-    level = force - slope * x
-    j = _last_not_below(fall, level)
+    nodes, drop = table.curve.x, table.drop
+    level = slope * x - force
+    j = _last_not_above(drop, level)
     faster = slope - table.curve.slope[j]
-    way = (fall[j] - level) / faster if faster > SAME * slope else 0.0
+    way = (level - drop[j]) / faster if faster > SAME * slope else 0.0
     end = nodes[j + 1] if j + 1 < nodes.shape[0] else math.inf
     return min(max(min(nodes[j] + max(way, 0.0), end), low), high)
 
