@@ -7,6 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from tests.blocks import block
 from tests.kernels.scenes import cloud, plate, puck, sheet
 
 import contiga as cg
@@ -236,6 +237,26 @@ def deformed() -> None:
         matter = cg.matter.assemble(corners[own], [part])
         pressed = matter.forces(matter.start(), 0.98 * corners[own], corners[own], 1e-3)
         matter.stiffness(pressed.state)
+    _soft()
+
+
+def _soft() -> None:
+    """A block of foam falls on a plate: nodes that are stepped, and put right after a step."""
+    slave = block((3, 3, 2), (0.4, 0.4, 0.2), (-0.2, -0.2, 0.51), kind="hexahedron")
+    soft = cg.motion.Deforming(
+        material=cg.materials.Foam(loading=[[0.0, 0.0], [0.9, 3.0]], tension=3.0),
+        density=1.0,
+        velocity=(0.0, 0.0, -1.0),
+        damping=0.1,
+    )
+    cg.Simulation(
+        bodies={"puck": puck()},
+        slaves={"block": (slave, soft)},
+        contacts=[cg.Contact(puck(), slave, law=cg.PenaltyLaw(10.0))],
+        end=0.05,
+        step="auto",
+        gravity=(0.0, 0.0, -1.0),
+    ).run()
 
 
 def _points() -> FloatArray:

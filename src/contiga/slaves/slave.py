@@ -13,7 +13,7 @@ from contiga.arrays.layout import as_points, read_only
 from contiga.display import Displayed, Facts
 from contiga.errors import MeshError
 from contiga.records import FloatArray, IntArray
-from contiga.slaves.cells import split_shells
+from contiga.slaves.checks import as_active, as_facets, as_nodal, check_points
 from contiga.slaves.elements import as_elements, mirrored
 from contiga.slaves.selection import Criteria, select
 from contiga.slaves.skin import tributary_area
@@ -118,16 +118,16 @@ class Slave(Displayed):
     ) -> None:
         coordinates = read_only(as_points(points, f"{name}: points"))
         check_points(coordinates, where=name)
-        triangles = None if facets is None else _as_facets(coordinates, facets, name)
+        triangles = None if facets is None else as_facets(coordinates, facets, name)
         if area is None and triangles is not None:
             area = tributary_area(coordinates, triangles)
         values: dict[str, Any] = {
             "points": coordinates,
             "facets": triangles,
-            "area": _as_nodal(area, "area", len(coordinates), name),
-            "thickness": _as_nodal(thickness, "thickness", len(coordinates), name),
-            "mass": _as_nodal(mass, "mass", len(coordinates), name),
-            "active": _as_active(active, triangles, len(coordinates), name),
+            "area": as_nodal(area, "area", len(coordinates), name),
+            "thickness": as_nodal(thickness, "thickness", len(coordinates), name),
+            "mass": as_nodal(mass, "mass", len(coordinates), name),
+            "active": as_active(active, triangles, len(coordinates), name),
             "name": name,
             "unit": unit,
             "cells": MappingProxyType(dict(cells or {})),
@@ -279,98 +279,6 @@ def box_of(points: FloatArray, active: NDArray[np.bool_] | None = None) -> Float
     """(2, 3) lowest and highest coordinates of points (n, 3), of the active ones if there are."""
     chosen = points[active] if active is not None and active.any() else points
     return np.stack([chosen.min(axis=0), chosen.max(axis=0)])
-
-
-def check_points(points: FloatArray, *, where: str, ids: NDArray[Any] | None = None) -> None:
-    """Refuse a mesh without nodes or with a coordinate that is not finite.
-
-    `ids` are the node numbers of the file, for the message.
-    """
-    if len(points) == 0:
-        raise MeshError("there are no nodes", where=where, allowed="at least one point")
-    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
-    if len(bad):
-        row = int(bad[0])
-        node = f"row {row} (counted from 0)" if ids is None else f"node {ids[row]} (row {row})"
-        raise MeshError(
-            f"the coordinates of {len(bad)} node(s) are not finite, first {node}",
-            where=where,
-            found=points[row].tolist(),
-            allowed="finite numbers",
-        )
-
-
-def _as_facets(points: FloatArray, facets: ArrayLike, name: str) -> IntArray:
-    try:
-        array = np.asarray(facets)
-    except ValueError as error:  # rows of different lengths
-        raise MeshError("facets must be rows of one length", where=name) from error
-    if array.ndim != 2 or array.shape[1] not in (3, 4) or array.dtype.kind not in "iu":
-        raise MeshError(
-            "facets must be whole numbers in rows of 3 or 4",
-            where=name,
-            found=f"shape {array.shape} of {array.dtype}",
-            allowed="(m, 3) triangles or (m, 4) quadrilaterals",
-        )
-    outside = np.flatnonzero(((array < 0) | (array >= len(points))).any(axis=1))
-    if len(outside):
-        raise MeshError(
-            f"facet {int(outside[0])} names a point that is not there",
-            where=name,
-            found=array[outside[0]].tolist(),
-            allowed=f"0 to {len(points) - 1}",
-        )
-    if array.shape[1] == 4:
-        array, _ = split_shells(points, "quad", array.astype(np.int32))
-    corners = np.array(array, dtype=np.int32, order="C")
-    corners.flags.writeable = False
-    return corners
-
-
-def _as_nodal(values: ArrayLike | None, what: str, count: int, name: str) -> FloatArray | None:
-    if values is None:
-        return None
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise MeshError(f"{what} must be an array of numbers", where=name) from error
-    if array.shape != (count,):
-        raise MeshError(
-            f"{what} must have one entry a point",
-            where=name,
-            found=array.shape,
-            allowed=f"({count},)",
-        )
-    bad = np.flatnonzero(~((array >= 0.0) & np.isfinite(array)))
-    if len(bad):
-        raise MeshError(
-            f"{what} of point {int(bad[0])} is negative or not finite",
-            where=name,
-            found=float(array[bad[0]]),
-            allowed="0 or more",
-        )
-    return read_only(array)
-
-
-def _as_active(
-    active: ArrayLike | None, facets: IntArray | None, count: int, name: str
-) -> NDArray[np.bool_]:
-    if active is None:
-        mask = np.full(count, facets is None)
-        if facets is not None:
-            mask[facets] = True
-    else:
-        given = np.asarray(active)
-        if given.shape != (count,) or given.dtype != np.bool_:
-            raise MeshError(
-                "expected one boolean for each point",
-                where=name,
-                found=f"shape {given.shape} of {given.dtype}",
-                allowed=f"({count},) of bool",
-            )
-        mask = given.copy()
-    mask.flags.writeable = False
-    return mask
 
 
 def _similarity(matrix: FloatArray, name: str) -> tuple[FloatArray, float]:

@@ -19,10 +19,11 @@ from contiga.io.mesh.raw import RawMesh, Selection, nodes_of, part_of, select
 from contiga.io.naming import PartKeys, as_keys
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.cells import SHELLS
+from contiga.slaves.checks import check_points
 from contiga.slaves.elements import elements_of
 from contiga.slaves.mesh_summary import mesh_summary
 from contiga.slaves.skin import CellBlock, mend_degenerate, skin
-from contiga.slaves.slave import MeshPart, Slave, check_points
+from contiga.slaves.slave import MeshPart, Slave
 
 __all__ = ["MeshPart", "Slave", "mesh_summary", "read_mesh", "read_raw"]
 

@@ -14,7 +14,7 @@ from contiga.arrays.piecewise import piece_at
 from contiga.errors import FileError, MeshError
 from contiga.io.mesh.read_mesh import read_raw
 from contiga.records import FloatArray
-from contiga.slaves.slave import check_points
+from contiga.slaves.checks import check_points
 
 _KEPT_BYTES = 512 * 1024**2
 _DIGITS = re.compile(r"(\d+)")

@@ -1,0 +1,105 @@
+"""What a slave is given: arrays that are whole and fit its points, or an error that says which."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from contiga.arrays.layout import read_only
+from contiga.errors import MeshError
+from contiga.records import FloatArray, IntArray
+from contiga.slaves.cells import split_shells
+
+
+def check_points(points: FloatArray, *, where: str, ids: NDArray[Any] | None = None) -> None:
+    """Refuse a mesh without nodes or with a coordinate that is not finite.
+
+    `ids` are the node numbers of the file, for the message.
+    """
+    if len(points) == 0:
+        raise MeshError("there are no nodes", where=where, allowed="at least one point")
+    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(bad):
+        row = int(bad[0])
+        node = f"row {row} (counted from 0)" if ids is None else f"node {ids[row]} (row {row})"
+        raise MeshError(
+            f"the coordinates of {len(bad)} node(s) are not finite, first {node}",
+            where=where,
+            found=points[row].tolist(),
+            allowed="finite numbers",
+        )
+
+
+def as_facets(points: FloatArray, facets: ArrayLike, name: str) -> IntArray:
+    try:
+        array = np.asarray(facets)
+    except ValueError as error:  # rows of different lengths
+        raise MeshError("facets must be rows of one length", where=name) from error
+    if array.ndim != 2 or array.shape[1] not in (3, 4) or array.dtype.kind not in "iu":
+        raise MeshError(
+            "facets must be whole numbers in rows of 3 or 4",
+            where=name,
+            found=f"shape {array.shape} of {array.dtype}",
+            allowed="(m, 3) triangles or (m, 4) quadrilaterals",
+        )
+    outside = np.flatnonzero(((array < 0) | (array >= len(points))).any(axis=1))
+    if len(outside):
+        raise MeshError(
+            f"facet {int(outside[0])} names a point that is not there",
+            where=name,
+            found=array[outside[0]].tolist(),
+            allowed=f"0 to {len(points) - 1}",
+        )
+    if array.shape[1] == 4:
+        array, _ = split_shells(points, "quad", array.astype(np.int32))
+    corners = np.array(array, dtype=np.int32, order="C")
+    corners.flags.writeable = False
+    return corners
+
+
+def as_nodal(values: ArrayLike | None, what: str, count: int, name: str) -> FloatArray | None:
+    if values is None:
+        return None
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise MeshError(f"{what} must be an array of numbers", where=name) from error
+    if array.shape != (count,):
+        raise MeshError(
+            f"{what} must have one entry a point",
+            where=name,
+            found=array.shape,
+            allowed=f"({count},)",
+        )
+    bad = np.flatnonzero(~((array >= 0.0) & np.isfinite(array)))
+    if len(bad):
+        raise MeshError(
+            f"{what} of point {int(bad[0])} is negative or not finite",
+            where=name,
+            found=float(array[bad[0]]),
+            allowed="0 or more",
+        )
+    return read_only(array)
+
+
+def as_active(
+    active: ArrayLike | None, facets: IntArray | None, count: int, name: str
+) -> NDArray[np.bool_]:
+    if active is None:
+        mask = np.full(count, facets is None)
+        if facets is not None:
+            mask[facets] = True
+    else:
+        given = np.asarray(active)
+        if given.shape != (count,) or given.dtype != np.bool_:
+            raise MeshError(
+                "expected one boolean for each point",
+                where=name,
+                found=f"shape {given.shape} of {given.dtype}",
+                allowed=f"({count},) of bool",
+            )
+        mask = given.copy()
+    mask.flags.writeable = False
+    return mask
