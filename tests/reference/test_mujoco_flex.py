@@ -143,7 +143,7 @@ def test_a_block_rests_on_a_plane_as_mujocos_does() -> None:
 
 @pytest.mark.parametrize(("poisson", "apart"), [(0.0, 0.01), (POISSON, 0.1)])
 def test_a_light_block_rests_as_linear_elements_do(poisson: float, apart: float) -> None:
-    """MuJoCo's does so without Poisson's effect; with it its block sinks 6 % less, and widens more."""
+    """MuJoCo's does, too, without Poisson's effect; with it its block sinks 6 % less."""
     soft = flex('type="plane" size="1 1 .1"', TOP + SKIN, LIGHT, poisson=poisson)
     plane = cg.Body([cg.shapes.plane(width=1.0, length=1.0, centre=(0.0, 0.0, SKIN))])
     high = np.isclose(soft.rest[:, 2], soft.rest[:, 2].max())
