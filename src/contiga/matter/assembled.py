@@ -17,7 +17,7 @@ from contiga.matter.kernels import elements_nb, lanes_nb, row_sums_nb
 from contiga.matter.kernels.lanes_nb import KINDS, LANES
 from contiga.matter.parts import DIMENSION
 from contiga.matter.protocol import MatterEnergy, MatterForces, MatterState
-from contiga.matter.strain import bar_gradients, green, membrane_gradients
+from contiga.matter.strain import bar_gradients, green, membrane_gradients, metric
 from contiga.matter.stress import Apart, apart, cauchy
 from contiga.matter.tables import ElementOutput, ElementTables, Memory, Motion
 from contiga.records import FloatArray, IntArray
@@ -155,14 +155,16 @@ class Assembled:
         their strains are those in their plane or along them.
         """
         if not self._apart:
-            self._apart = [
-                apart(one.kind, one.elements, one.tables, self._gradients(one))
-                for one in self.groups
-            ]
+            self._apart = [self._taken_apart(group) for group in self.groups]
         return [
             self._inside(group, pieces, state)
             for group, pieces in zip(self.groups, self._apart, strict=True)
         ]
+
+    def _taken_apart(self, group: Group) -> Apart:
+        gradients = self._gradients(group)
+        still = metric(self.nodes[group.elements], gradients)
+        return apart(group.kind, group.elements, group.tables, gradients, still)
 
     def _gradients(self, group: Group) -> FloatArray:
         """(e, k, 3) of all corners' shape functions at rest, in space."""
@@ -178,7 +180,7 @@ class Assembled:
         forces, energies = self._asked_apart(group, pieces, state)
         fields = ElementFields(
             cauchy(group.kind, corners, forces.reshape(n, k, 3), group.across),
-            green(self.nodes[group.elements], corners, pieces.gradients),
+            green(corners, pieces.gradients, pieces.still),
             energies[:n] / volumes,
         )
         return Inside(group.elements, volumes, fields)

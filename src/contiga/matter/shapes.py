@@ -19,6 +19,11 @@ CUBE = np.array(
     ]
 )  # fmt: skip
 """Corners of a hexahedron in VTK's order."""
+FACES = (
+    *((0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4)),
+    *((3, 7, 6, 2), (0, 3, 2, 1), (4, 5, 6, 7)),
+)
+"""Its faces, seen from outside."""
 
 
 class Shapes(NamedTuple):
@@ -69,6 +74,38 @@ def hexahedra(corners: FloatArray) -> Shapes:
         gradients /= volumes[:, None, None]
     volumes = np.where(least > 0.0, volumes, least)
     return Shapes(gradients.reshape(n, 24), volumes, shares, longest_edge(corners))
+
+
+def measures(kind: str, corners: FloatArray) -> FloatArray:
+    """(n,) volumes, areas or lengths of elements (n, k, 3), as those of their shapes but for the
+    sign and rounding."""
+    edges = np.ascontiguousarray(np.moveaxis(corners[:, 1:] - corners[:, :1], 0, 2))
+    if kind == "bar2":
+        return np.sqrt(_dot(edges[0], edges[0]))
+    if kind == "tri3":
+        normal = _cross(edges[0], edges[1])
+        return 0.5 * np.sqrt(_dot(normal, normal))
+    if kind == "tet4":
+        return np.abs(_dot(edges[0], _cross(edges[1], edges[2]))) / 6.0
+    # The sum over the faces of ∫ x·n dA / 3; of a bilinear face that is the mean of what its two
+    # pairs of triangles have.
+    corner = [np.zeros_like(edges[0]), *edges]
+    whole = np.zeros(len(corners))
+    for face in FACES:
+        a, b, c, d = (corner[k] for k in face)
+        whole += _dot(a + b, _cross(c, d)) + _dot(a, _cross(b, c + d))
+    return np.abs(whole) / 12.0
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """(3, n) products of vectors (3, n): a third of the time of NumPy's."""
+    return np.stack(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    )
+
+
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
 def _trilinear(point: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -33,22 +33,29 @@ def bar_gradients(corners: FloatArray) -> FloatArray:
     return np.stack([-second, second], axis=1)
 
 
-def green(rest: FloatArray, corners: FloatArray, gradients: FloatArray) -> FloatArray:
+def metric(corners: FloatArray, gradients: FloatArray) -> FloatArray:
+    """(e, 3, 3) FᵀF of elements with corners (e, k, 3) and gradients (e, k, 3) at rest."""
+    slopes = np.einsum("eai,eaj->eij", corners, gradients)
+    return np.einsum("eki,ekj->eij", slopes, slopes)
+
+
+def green(corners: FloatArray, gradients: FloatArray, still: FloatArray) -> FloatArray:
     """(e, 6) strains xx, yy, zz, xy, yz, xz of elements, the last three those of tensors.
 
     Parameters
     ----------
-    rest, corners : (e, k, 3) at rest and now
+    corners : (e, k, 3) now
     gradients : (e, k, 3) of the corners' shape functions at rest
+    still : (e, 3, 3) `metric` of the corners at rest
 
     Examples
     --------
     >>> ends = np.array([[[0.0, 0.0, 0.0], [0.0, 2.0, 0.0]]])
-    >>> green(ends, 1.2 * ends, bar_gradients(ends)).round(6).tolist()
+    >>> along = bar_gradients(ends)
+    >>> green(1.2 * ends, along, metric(ends, along)).round(6).tolist()
     [[0.0, 0.22, 0.0, 0.0, 0.0, 0.0]]
     """
-    now, then = (np.einsum("eai,eaj->eij", x, gradients) for x in (corners, rest))
-    whole = 0.5 * (np.einsum("eki,ekj->eij", now, now) - np.einsum("eki,ekj->eij", then, then))
+    whole = 0.5 * (metric(corners, gradients) - still)
     return np.stack([whole[:, i, j] for i, j in COMPONENTS], axis=1)
 
 

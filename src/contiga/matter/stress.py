@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.matter.blocks import block_sums, nodes_in_lanes
-from contiga.matter.parts import CORNERS, SHAPES
+from contiga.matter.parts import CORNERS
+from contiga.matter.shapes import measures
 from contiga.matter.tables import ElementTables
 from contiga.records import FloatArray, IntArray
 
@@ -30,16 +31,19 @@ class Apart(NamedTuple):
     """(r,) corner of each row of sums."""
     gradients: FloatArray
     """(e, k, 3) of the corners' shape functions at rest."""
+    still: FloatArray
+    """(e, 3, 3) their `metric` at rest."""
 
 
-def apart(kind: str, elements: IntArray, tables: ElementTables, gradients: FloatArray) -> Apart:
+def apart(
+    kind: str, elements: IntArray, tables: ElementTables, gradients: FloatArray, still: FloatArray
+) -> Apart:
     """The elements of a group, taken apart."""
     own = np.arange(elements.size, dtype=np.int32).reshape(elements.shape)
     sums, rows = block_sums(own, elements.size)
     assert elements.shape[1] == CORNERS[kind]
-    return Apart(
-        elements.ravel(), tables._replace(nodes=nodes_in_lanes(own), sums=sums), rows, gradients
-    )
+    own_tables = tables._replace(nodes=nodes_in_lanes(own), sums=sums)
+    return Apart(elements.ravel(), own_tables, rows, gradients, still)
 
 
 def cauchy(kind: str, corners: FloatArray, forces: FloatArray, across: float) -> FloatArray:
@@ -49,7 +53,7 @@ def cauchy(kind: str, corners: FloatArray, forces: FloatArray, across: float) ->
     """
     middle = corners.mean(axis=1, keepdims=True)
     moments = -np.einsum("eai,eaj->eij", forces, corners - middle)
-    volumes = np.abs(SHAPES[kind](corners).measures) * across
+    volumes = measures(kind, corners) * across
     whole = moments / volumes[:, None, None]
     return np.stack([0.5 * (whole[:, i, j] + whole[:, j, i]) for i, j in COMPONENTS], axis=1)
 

@@ -1,0 +1,4 @@
+"""Kernels of slaves.
+
+- facet_points_nb: points of facets by their shape functions
+"""
