@@ -1,0 +1,170 @@
+"""What deforms and swings: a cantilever and a drum, by their first frequencies."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import j0
+
+import contiga as cg
+from contiga_validation.closed_forms.at_rest import disc
+from contiga_validation.closed_forms.case import Answer, Case, order_of, relative
+from contiga_validation.closed_forms.foam import bricks
+from contiga_validation.closed_forms.matter import GROUP
+from contiga_validation.closed_forms.pictures import Drawing, compared
+from contiga_validation.engine.arrays import FloatArray
+
+YOUNG, DENSITY = 3.0, 2.0
+BEAM = 1.8751040687
+"""The first root of cosh x cos x = −1."""
+LENGTH, HEIGHT = 10.0, 0.5
+DRUM = 2.404825558
+"""The first root of J₀."""
+POISSON, STRAIN, THIN = 0.3, 1e-3, 0.1
+"""Of the drum of radius 1: how far it is stretched, evenly, and how thick it is."""
+SMALL = 1e-5
+"""Largest way over the length or the radius: all is linear."""
+PERIODS = 0.75
+
+
+class Swing(NamedTuple):
+    """A node that swings, and what it should do."""
+
+    times: FloatArray
+    ways: FloatArray
+    """Over the largest by the formula."""
+    frequency: float
+    """Over that of the formula, by the times at which it passes its place at rest."""
+
+
+def bent(x: FloatArray) -> FloatArray:
+    """The first mode of a cantilever of length 1 that is held at 0, one at its end."""
+    b = BEAM
+    share = (math.cosh(b) + math.cos(b)) / (math.sinh(b) + math.sin(b))
+    mode = np.cosh(b * x) - np.cos(b * x) - share * (np.sinh(b * x) - np.sin(b * x))
+    return np.asarray(mode / 2.0)
+
+
+def _swung(
+    slave: cg.Slave, motion: cg.motion.Deforming, at: FloatArray, exact: float, largest: float
+) -> Swing:
+    """A run of a slave that begins at rest's place with the speeds of a mode."""
+    end = PERIODS * 2.0 * math.pi / exact
+    history = cg.Simulation(
+        bodies={},
+        slaves={"it": (slave, motion)},
+        contacts=[],
+        end=end,
+        step="auto",
+        sensors=[cg.NodeSensor("node", "it", at=at)],
+    ).run().history  # fmt: skip
+    axis = int(np.argmax([np.abs(history[f"node.{name}"]).max() for name in "xyz"]))
+    times, ways = history["time"], history[f"node.{'xyz'[axis]}"] / largest
+    (last,) = np.flatnonzero((ways[1:-1] > 0.0) & (ways[2:] <= 0.0))[-1:] + 1
+    share = ways[last] / (ways[last] - ways[last + 1])
+    passed = times[last] + share * (times[last + 1] - times[last])
+    # It goes up from its place at the start, so it comes down through it after n + ½ periods.
+    count = round(passed * exact / math.pi)
+    return Swing(times, ways, count * math.pi / (passed * exact))
+
+
+def _cantilever_of(cells: int) -> Swing:
+    """Hexahedra along a beam, and a tenth of them over its height."""
+    across = max(cells // 10, 1)
+    lines = (
+        np.linspace(0.0, LENGTH, cells + 1),
+        np.linspace(0.0, HEIGHT, across + 1),
+        np.linspace(0.0, HEIGHT, 2),
+    )
+    points, elements = bricks(lines)
+    exact = BEAM**2 * math.sqrt(YOUNG * HEIGHT**2 / 12.0 / DENSITY / LENGTH**4)
+    speeds = np.zeros_like(points)
+    speeds[:, 1] = SMALL * LENGTH * exact * bent(points[:, 0] / LENGTH)
+    fixed = np.zeros(points.shape, np.bool_)
+    fixed[:, 2], fixed[points[:, 0] == 0.0] = True, True
+    motion = cg.motion.Deforming(
+        material=cg.materials.Elastic(young=YOUNG), density=DENSITY, fixed=fixed, velocity=speeds
+    )
+    end = elements[-1, [1, 2, 6, 5]]
+    slave = cg.Slave(points, [end], elements={"hexahedron": elements})
+    return _swung(slave, motion, np.array([LENGTH, 0.0, 0.0]), exact, SMALL * LENGTH)
+
+
+def _drum_of(rings: int) -> Swing:
+    """Rings of triangles, stretched evenly and held at the border."""
+    rest, facets = disc(rings)
+    tension = YOUNG * THIN * STRAIN / (1.0 - POISSON)
+    exact = DRUM * math.sqrt(tension / (DENSITY * THIN))
+    radii = np.hypot(rest[:, 0], rest[:, 1])
+    speeds = np.zeros_like(rest)
+    speeds[:, 2] = SMALL * exact * j0(DRUM * radii)
+    stretched = rest * math.sqrt(1.0 + 2.0 * STRAIN)
+    motion = cg.motion.Deforming(
+        material=cg.materials.Elastic(young=YOUNG, poisson=POISSON),
+        density=DENSITY,
+        thickness=THIN,
+        rest=rest,
+        fixed=radii > 1.0 - 1e-9,
+        velocity=speeds,
+    )
+    return _swung(cg.Slave(stretched, facets), motion, np.zeros(3), exact, SMALL)
+
+
+def _swings(what: str, swing: Swing) -> Drawing:
+    curve = np.linspace(0.0, PERIODS, 200)
+    times = PERIODS / swing.times[-1] * swing.times
+    return compared(
+        ("t/T", "way over the largest"),
+        [("formula", curve, np.sin(2.0 * math.pi * curve))],
+        [(what, times, swing.ways)],
+    )
+
+
+def _cantilever() -> Answer:
+    coarse, fine = _cantilever_of(10), _cantilever_of(20)
+    checks = (
+        relative("frequency over the formula's, 20 × 2 hexahedra", fine.frequency, 1.0, 5e-3),
+        relative("from 10 × 1 and 20 × 2", (4.0 * fine.frequency - coarse.frequency) / 3.0,
+                 1.0, 3e-3),
+    )  # fmt: skip
+    return Answer(checks, _swings("20 × 2 hexahedra", fine))
+
+
+def _drum() -> Answer:
+    swings = {rings: _drum_of(rings) for rings in (3, 6, 12)}
+    fine, coarse = swings[12].frequency, swings[6].frequency
+    checks = (
+        relative("frequency over the formula's, 12 rings", fine, 1.0, 4e-3),
+        relative("from 6 and 12 rings", (4.0 * fine - coarse) / 3.0, 1.0, 1e-3),
+    )
+    order = order_of(
+        "frequency, by the width of a ring",
+        1.0 / 3.0,
+        lambda width: abs(swings[round(1.0 / width)].frequency - 1.0),
+    )
+    return Answer(checks, _swings("12 rings", swings[12]), order)
+
+
+CASES = (
+    Case(
+        "matter-cantilever",
+        GROUP,
+        "A cantilever swings",
+        "ω = 1.8751² √(E I/(ρ A L⁴))",
+        "One layer of hexahedra of ν = 0, twenty times as long as high, held at one end; it starts "
+        "with the speeds of its first mode. The formula is Bernoulli's: shear and the turning of "
+        "sections slow the beam by a thousandth.",
+        _cantilever,
+    ),
+    Case(
+        "matter-drum",
+        GROUP,
+        "A drum swings",
+        "ω = 2.404826/a √(N/(ρ t))",
+        "A round membrane of triangles, stretched by a thousandth and held at its border; it "
+        "starts with the speeds of its first mode.",
+        _drum,
+    ),
+)
