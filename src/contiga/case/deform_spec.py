@@ -94,6 +94,8 @@ class DeformSpec(_MadeOf):
     driven: list[DrivenSpec] = Field(default_factory=list)
     attached: list[AttachedSpec] = Field(default_factory=list)
     loads: list[NodalLoadSpec] = Field(default_factory=list)
+    mass_scaling: Positive | None = None
+    """Time that the critical step of the elements at rest is not to be shorter than."""
 
     @model_validator(mode="before")
     @classmethod
@@ -137,6 +139,7 @@ class DeformSpec(_MadeOf):
             driven=[one.table(nodes_of) | {"motion": motion_of(one.motion)} for one in self.driven],
             attached=[one.table(nodes_of) for one in self.attached],
             loads=[one.load(nodes_of) for one in self.loads],
+            mass_scaling=self.mass_scaling,
         )
 
     def describe(self) -> str:
@@ -148,6 +151,8 @@ class DeformSpec(_MadeOf):
         held += "".join(f", {one.describe()}" for one in self.driven)
         held += "".join(f", nodes attached to {one.body}" for one in self.attached)
         held += "".join(f", {one.describe()}" for one in self.loads)
+        if self.mass_scaling is not None:
+            held += f", masses scaled for steps of {self.mass_scaling:g}"
         way = f", velocity {self.velocity} at the start" if any(self.velocity) else ""
         return f"deforms, {'; '.join(made)}{held}{way}"
 

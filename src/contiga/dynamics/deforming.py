@@ -61,6 +61,8 @@ class Deforming(Dependent):
         one) with the name of the ``"body"``, in whose axes they stand; or a list of them. A free
         body carries their masses beside its own, and feels all forces on them
     rest : (n, 3) nodes where no element is strained; where the slave stands if omitted
+    mass_scaling : time: nodes get so much mass beside their own that the critical step of the
+        elements at rest is no shorter; what is added is told part by part
 
     Raises
     ------
@@ -109,6 +111,7 @@ class Deforming(Dependent):
     driven: Any
     attached: Any
     rest: FloatArray | None
+    mass_scaling: float | None
 
     def __init__(
         self,
@@ -127,6 +130,7 @@ class Deforming(Dependent):
         driven: Any = None,
         attached: Any = None,
         rest: ArrayLike | None = None,
+        mass_scaling: float | None = None,
     ) -> None:
         own = hasattr(material, "forces")
         if not (own or hasattr(material, "coefficients") or (material is None and parts)):
@@ -151,6 +155,10 @@ class Deforming(Dependent):
         put(self, "driven", _as_tables(driven, "driven", "motion", "a motion of a body"))
         put(self, "attached", _as_tables(attached, "attached", "body", "its name"))
         put(self, "rest", None if rest is None else read_only(as_points(rest, "rest")))
+        scale = None if mass_scaling is None else positive(mass_scaling, "mass_scaling")
+        put(self, "mass_scaling", scale)
+        if own and scale is not None:
+            raise InputError("matter of one's own has its masses", where="mass_scaling")
         if not (np.isfinite(self.damping) and self.damping >= 0.0):
             raise InputError("must be 0 or more", where="damping", found=damping)
         for k, load in enumerate(self.loads):
@@ -192,7 +200,7 @@ class Deforming(Dependent):
         hosts = attached_to(self.attached, held, number, slave, f"{where}: attached")
         held[hosts >= 0] = True
         loads = [load.nodes(slave, f"{where}: loads[{k}]") for k, load in enumerate(self.loads)]
-        matter, rows = self._matter(where, slave, rest)
+        matter, rows = self._matter(where, slave, rest, np.any(~held, axis=1))
         bare = np.ones(len(slave), np.bool_)
         bare[rows] = False
         held[bare] = True
@@ -254,9 +262,16 @@ class Deforming(Dependent):
         return float(sums[skin].sum() / facet_areas(rest, slave.facets).sum())
 
     def _matter(
-        self, where: str, slave: Slave, rest: FloatArray
+        self,
+        where: str,
+        slave: Slave,
+        rest: FloatArray,
+        free: NDArray[np.bool_] | None = None,
     ) -> tuple[Matter, NDArray[np.intp]]:
-        """The matter, and the point of the slave for each of its degrees of freedom."""
+        """The matter, and the point of the slave for each of its degrees of freedom.
+
+        `free` (n,) are nodes that forces move; all if omitted.
+        """
         every = np.arange(len(slave), dtype=np.intp)
         if hasattr(self.material, "forces"):
             matter: Any = self.material
@@ -276,7 +291,9 @@ class Deforming(Dependent):
         facets = slave.facets
         if facets is not None:
             facets = lower[facets[np.isin(facets, rows).all(axis=1)]]
-        return assemble(rest[rows], inner, facets=facets), rows.astype(np.intp)
+        scale, moved = self.mass_scaling, None if free is None else free[rows]
+        matter = assemble(rest[rows], inner, facets=facets, mass_scaling=scale, free=moved)
+        return matter, rows.astype(np.intp)
 
     def _filling(self) -> Filling | None:
         """What elements of no part are made of."""

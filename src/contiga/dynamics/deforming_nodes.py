@@ -35,6 +35,7 @@ from contiga.dynamics.nodes import (
 )
 from contiga.errors import ElementError
 from contiga.matter.element_fields import Inside
+from contiga.matter.mass_scaling import MARGIN, sums_near_rest
 from contiga.matter.protocol import Matter, MatterForces, MatterState
 from contiga.records import FloatArray
 
@@ -45,10 +46,6 @@ GROWN = 0.02
 """Part by which ω² may change until then: beyond it they are taken twice as often."""
 OFTEN = 4
 """Steps from one time to the next at least."""
-MARGIN = 1.02
-"""On ω², for what stiffens in between."""
-LITTLE = 1e-5
-"""Strain of next to nothing."""
 EPS = float(np.finfo(np.float64).eps)
 
 
@@ -261,10 +258,7 @@ class DeformingNodes(Unmoved):
     @cached_property
     def _at_rest(self) -> float:
         """ω² of elements that are pressed together or pulled by next to nothing."""
-        start = self.matter.start()
-        near = [(1.0 - LITTLE) * start.points, (1.0 + LITTLE) * start.points]
-        states = [MatterState(points, start.memory) for points in near]
-        return max(self._square(self.matter.stiffness(state)) for state in states)
+        return self._square(sums_near_rest(self.matter))
 
     def _square(self, sums: FloatArray) -> float:
         """ω² by Gershgorin's theorem."""

@@ -3,8 +3,8 @@
 In reading order: `protocol` (what is asked of matter), `coefficients` and `curves` (what materials
 are made of), `materials`, `foam`, `woven`, `parts` (elements with their material, and what is
 refused of them), `shapes` (elements at rest), `assemble` and `assembled` (finite elements as
-matter), `blocks` and `tables` (how kernels are handed them), `skin`; `stress`, `strain` and
-`element_fields` (what elements tell of their inside).
+matter), `mass_scaling`, `blocks` and `tables` (how kernels are handed them), `skin`; `stress`,
+`strain` and `element_fields` (what elements tell of their inside).
 
 >>> import numpy as np
 >>> from contiga.materials import Elastic

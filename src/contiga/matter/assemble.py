@@ -7,10 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import as_points
+from contiga.arrays.layout import as_points, positive
 from contiga.errors import InputError, MeshError
 from contiga.matter.assembled import Assembled, Average, Group
-from contiga.matter.blocks import block_sums, in_lanes, node_sums, nodes_in_lanes
+from contiga.matter.blocks import NodeSums, block_sums, in_lanes, node_sums, nodes_in_lanes
+from contiga.matter.mass_scaling import added_to, scaled
 from contiga.matter.parts import Part, shapes_of
 from contiga.matter.shapes import Shapes, hourglass_modes
 from contiga.matter.skin import skin
@@ -24,6 +25,8 @@ def assemble(
     *,
     damping: float = 0.0,
     facets: ArrayLike | None = None,
+    mass_scaling: float | None = None,
+    free: ArrayLike | None = None,
 ) -> Assembled:
     """Finite elements as matter.
 
@@ -33,11 +36,13 @@ def assemble(
     parts : elements with their materials
     damping : α ≥ 0 of a force −α m v on each node, 1/time
     facets : (f, 3) the skin that contact sees; the outer faces if omitted
+    mass_scaling : time; nodes get so much mass that the critical step at rest is no shorter
+    free : (m,) bool, nodes that forces move: only these get more; all if omitted
 
     Raises
     ------
     InputError
-        No part, a damping below zero.
+        No part, a damping below zero, a time that is not above zero.
     MeshError
         An element that is inside out or has no volume, a node that is in no element.
 
@@ -59,23 +64,26 @@ def assemble(
     points = _finite(nodes)
     if not parts:
         raise InputError("matter needs a part", where="parts", allowed="at least one")
-    mass = np.zeros(len(points))
-    groups: list[Group] = []
-    rows_of_nodes: list[IntArray] = []
-    first = remembered = 0
-    for part in parts:
-        shapes = shapes_of(part, points)
-        weights = (part.density * part.across * shapes.shares).ravel()
-        mass += np.bincount(part.elements.ravel(), weights=weights, minlength=len(points))
-        group, nodes_of_rows = _group(part, shapes, points, first, remembered)
-        groups.append(group)
-        rows_of_nodes.append(nodes_of_rows)
-        first, remembered = group.rows.stop, group.memory.stop
+    shapes = [shapes_of(part, points) for part in parts]
+    masses = np.stack([_masses(*each, len(points)) for each in zip(parts, shapes, strict=True)])
+    mass = masses.sum(axis=0)
     _check_mass(points, mass)
     outer = skin([(part.kind, part.elements) for part in parts])
     given = outer if facets is None else np.ascontiguousarray(facets, dtype=np.int32)
-    sums = node_sums(np.concatenate(rows_of_nodes), len(points))
-    return Assembled(points.copy(), groups, sums, mass, given, _not_negative(damping))
+    groups, sums = _groups(parts, shapes, points)
+    matter = Assembled(points.copy(), groups, sums, mass, given, _not_negative(damping))
+    if mass_scaling is not None:
+        heavy = scaled(matter, positive(mass_scaling, "mass_scaling"))
+        matter.mass = heavy if free is None else np.where(free, heavy, mass)
+        matter.added = added_to(parts, masses, matter.mass)
+    return matter
+
+
+def _masses(part: Part, shapes: Shapes, n: int) -> FloatArray:
+    """(n,) of a part at the nodes."""
+    weights = (part.density * part.across * shapes.shares).ravel()
+    shares = np.bincount(part.elements.ravel(), weights=weights, minlength=n)
+    return shares.astype(np.float64)
 
 
 def _finite(nodes: ArrayLike) -> FloatArray:
@@ -84,6 +92,21 @@ def _finite(nodes: ArrayLike) -> FloatArray:
         row = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
         raise MeshError(f"node {row} is not finite", where="nodes", found=points[row].tolist())
     return points
+
+
+def _groups(
+    parts: Sequence[Part], shapes: Sequence[Shapes], nodes: FloatArray
+) -> tuple[list[Group], NodeSums]:
+    """All parts as kernels take them, and how their rows are summed at the nodes."""
+    groups: list[Group] = []
+    rows_of_nodes: list[IntArray] = []
+    first = remembered = 0
+    for part, at_rest in zip(parts, shapes, strict=True):
+        group, nodes_of_rows = _group(part, at_rest, nodes, first, remembered)
+        groups.append(group)
+        rows_of_nodes.append(nodes_of_rows)
+        first, remembered = group.rows.stop, group.memory.stop
+    return groups, node_sums(np.concatenate(rows_of_nodes), len(nodes))
 
 
 def _group(

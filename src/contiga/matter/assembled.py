@@ -15,6 +15,7 @@ from contiga.matter.blocks import NodeSums
 from contiga.matter.element_fields import ElementFields, Inside, at_nodes
 from contiga.matter.kernels import elements_nb, lanes_nb, row_sums_nb
 from contiga.matter.kernels.lanes_nb import KINDS, LANES
+from contiga.matter.mass_scaling import AddedMass
 from contiga.matter.parts import DIMENSION
 from contiga.matter.protocol import MatterEnergy, MatterForces, MatterState
 from contiga.matter.strain import bar_gradients, green, membrane_gradients, metric
@@ -79,6 +80,8 @@ class Assembled:
     ) -> None:
         self.nodes, self.mass, self.facets = nodes, mass, facets
         self.groups, self.damping = groups, damping
+        self.added: tuple[AddedMass, ...] = ()
+        """What mass scaling gave each part."""
         self._sums = sums
         self._apart: list[Apart] = []
         self._remembered = max((group.memory.stop for group in groups), default=0)

@@ -9,6 +9,7 @@ import numpy as np
 from contiga.arrays.threads import thread_count
 from contiga.records import ContactStatus, FloatArray
 from contiga.simulation.checks.finding import Finding
+from contiga.simulation.checks.matter_checks import added_masses
 from contiga.simulation.checks.run_checks import notes_on
 from contiga.simulation.clock import Clock
 from contiga.simulation.column_units import column_units
@@ -71,6 +72,7 @@ def summarise(
         "proved": proved,
         "energy": energy_summary(model, history),
         "settled": {} if rest is None else rest._asdict(),
+        "mass_scaling": _mass_scaling(model),
         "sensors": sensor_summary(model, history),
         "springs": spring_summary(model),
         "inputs": _inputs(model),
@@ -120,6 +122,16 @@ def summary_so_far(
         "notes": [],
         "findings": [],
         "warnings": [f"the run has not ended: it stands at t = {time:g} of {end:g}"],
+    }
+
+
+def _mass_scaling(model: Model) -> dict[str, list[dict[str, Any]]]:
+    """By slave what mass scaling gave its parts, where it was asked for."""
+    found = {name: added_masses(nodes) for name, nodes in model.mechanism.nodes.items()}
+    return {
+        name: [one._asdict() | {"share": one.share} for one in added]
+        for name, added in found.items()
+        if added
     }
 
 

@@ -6,11 +6,35 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from contiga.dynamics.nodes import NodeMover
 from contiga.dynamics.stepping import EqualSteps
+from contiga.matter.mass_scaling import AddedMass
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Scene
 from contiga.simulation.critical import Rates
 from contiga.simulation.place import place
+
+MUCH = 0.05
+"""Share of its mass that a part may be given before it is told."""
+
+
+def added_masses(nodes: NodeMover) -> tuple[AddedMass, ...]:
+    """What mass scaling gave each part of a slave; nothing of one that has none."""
+    matter = getattr(nodes, "matter", None)
+    added: tuple[AddedMass, ...] = getattr(matter, "added", ())
+    return added
+
+
+def _heavier(slave: str, added: tuple[AddedMass, ...]) -> Iterator[Finding]:
+    for one in added:
+        if one.share > MUCH:
+            yield Finding(
+                "scaled",
+                f"slave {slave}",
+                f"mass scaling gives {one.part} {100.0 * one.share:.3g} % more mass than its "
+                f"{one.mass:.4g}: it weighs and resists as much more",
+                "Ask for a shorter step, or mesh it more evenly",
+            )
 
 
 def check_matter(scene: Scene) -> Iterator[Finding]:
@@ -31,6 +55,7 @@ def check_matter(scene: Scene) -> Iterator[Finding]:
                 f"{critical:.4g}",
                 f'Take a step below {0.9 * critical:.3g}, or "auto"',
             )
+        yield from _heavier(name, added_masses(nodes))
         slave = model.slaves[name].slave
         lone = np.flatnonzero(nodes.bare & slave.active)
         if len(lone):
