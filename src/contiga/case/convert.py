@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.case.deck_matter import deforming
 from contiga.case.deck_parts import DeckParts, case_name
 from contiga.case.schema import parse_case
 from contiga.case.toml import value_text
@@ -20,6 +21,7 @@ from contiga.io.mesh.lsdyna_model import read_model
 from contiga.io.mesh.lsdyna_sets import set_name
 from contiga.io.units import base_factor
 
+_RESTS = "Deforms in the deck; here its points rest, and give way by the law of the contact."
 _NODES = 4
 """Kind of a side that is a set of nodes."""
 
@@ -79,6 +81,7 @@ def convert(deck: str | Path, units: tuple[str, str, str], folder: str | Path) -
     bodies = sorted({part for pair in pairs for part in (pair.master, *_owners(pair, parts))})
     text = "\n".join([*_head(model, units), *_bodies(bodies, parts), *_contacts(pairs, parts)])
     parts.leave_nodes()
+    parts.leave_held()
     text += "\n" + "\n".join(_foot(model))
     parse_case(text, Path(folder) / "case.toml")
     return Converted(text, len(pairs), len(bodies), model.unknown)
@@ -244,10 +247,16 @@ def _slave_table(
     yield from ("", "[[slave]]", f"name = {value_text(name)}")
     yield f"points = {value_text({'file': parts.file, 'parts': chosen})}"
     if owner is None:
-        yield "# Deforms in the deck; here its points rest, and give way by the law of the contact."
+        numbers = [part for part in chosen if isinstance(part, int)]
+        found = deforming(parts, numbers) if len(numbers) == len(chosen) else None
+        if found is None:
+            yield f"# {_RESTS}"
+        else:
+            motion, source = found
+            yield f"# {source}"
+            yield f"motion = {value_text(motion)}"
     else:
-        motion: dict[str, Any] = {"kind": "attached", "body": parts.name(owner)}
-        yield f"motion = {value_text(motion)}"
+        yield f"motion = {value_text({'kind': 'attached', 'body': parts.name(owner)})}"
 
 
 def _friction(contact: DeckContact) -> Iterator[str]:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.io.mesh.lsdyna_deck import DeckModel, Material, Prescribed, Start
+from contiga.io.mesh.lsdyna_deck import DeckModel, HeldNodes, Material, Prescribed, Start
 from contiga.io.mesh.lsdyna_sets import set_name
 from contiga.io.mesh.raw import Group, RawMesh
 from contiga.io.mesh.read_mesh import read_raw, slave_of
@@ -51,6 +51,8 @@ class DeckParts:
         self._names: dict[str, str] = {}
         self._skins: dict[tuple[str | int, ...], _Facets] = {}
         self._started: set[int] = set()
+        self.holding: list[HeldNodes] = []
+        """What holds nodes of parts that deform."""
 
     @cached_property
     def mesh(self) -> RawMesh:
@@ -110,11 +112,12 @@ class DeckParts:
         if chosen is None:
             return None
         for part, group in self.groups.items():
-            if self.is_rigid(part) and np.isin(chosen, self._nodes(group)).all():
+            if self.is_rigid(part) and np.isin(chosen, self.nodes_of(group)).all():
                 return part
         return None
 
-    def _nodes(self, group: Group) -> Any:
+    def nodes_of(self, group: Group) -> Any:
+        """Rows of the mesh's nodes that the elements of a group have."""
         used = [
             block.nodes[rows].ravel()
             for block, rows in zip(self.mesh.blocks, group.cells or (), strict=True)
@@ -194,7 +197,7 @@ class DeckParts:
         velocities = self.model.node_velocities
         if not velocities or self.mesh.node_ids is None:
             return None
-        nodes = self.mesh.node_ids[self._nodes(self.groups[part])].tolist()
+        nodes = self.mesh.node_ids[self.nodes_of(self.groups[part])].tolist()
         given = [velocities[node] for node in nodes if node in velocities]
         if len(given) < len(nodes) or len({one.rates for one in given}) > 1:
             return None
@@ -203,6 +206,25 @@ class DeckParts:
             return None
         self._started.update(nodes)
         return Start(rates, (), given[0].block)
+
+    def common_velocity(self, parts: list[int]) -> list[float] | None:
+        """That with which some parts start; noted where it is not one for all of them."""
+        starts = [self._start_of_cards(part) for part in parts]
+        some = [one for one in starts if one is not None and any(one.rates)]
+        if not some:
+            return None
+        rates, block = some[0].rates, some[0].block
+        if any(one is None or one.rates != rates for one in starts) or any(rates[3:]):
+            self.model.leave(block, "parts that deform start all with one velocity, without a spin")
+            return None
+        return list(rates[:3])
+
+    def leave_held(self) -> None:
+        """Note what holds nodes of nothing that deforms."""
+        for one in self.model.held:
+            if one not in self.holding:
+                why = f"set of nodes {one.number}: of no part that deforms here"
+                self.model.leave(one.block, why, one.line)
 
     def leave_nodes(self) -> None:
         """Note the nodes whose velocity at the start no body has."""

@@ -10,6 +10,7 @@ from contiga.io.mesh.lsdyna_card import KeywordCards
 from contiga.io.mesh.lsdyna_cards import Block
 from contiga.io.mesh.lsdyna_curves import DeckCurve, number_of, read_curves
 from contiga.io.mesh.lsdyna_parts import Parts, read_parts
+from contiga.io.mesh.lsdyna_soft import SoftLaw
 
 _FOREVER = 1e20
 """A death later than that is none; LS-DYNA's default is 1e28."""
@@ -25,6 +26,19 @@ class Material(NamedTuple):
     held: tuple[int, int]
     """CON1 and CON2 of a rigid one: which ways and turns are held."""
     block: Block
+    soft: SoftLaw | None = None
+    """What a part of it is made of where it deforms."""
+
+
+class HeldNodes(NamedTuple):
+    """A *BOUNDARY_SPC_SET."""
+
+    number: int
+    """Of the set of nodes."""
+    ways: str
+    """Of "xyz" those held."""
+    block: Block
+    line: int
 
 
 class DeckContact(NamedTuple):
@@ -85,6 +99,7 @@ class DeckModel:
     materials: dict[int, Material] = field(default_factory=dict)
     contacts: list[DeckContact] = field(default_factory=list)
     motions: list[Prescribed] = field(default_factory=list)
+    held: list[HeldNodes] = field(default_factory=list)
     velocities: dict[int, Start] = field(default_factory=dict)
     """By part; 0 stands for all."""
     node_velocities: dict[int, NodeStart] = field(default_factory=dict)

@@ -25,6 +25,7 @@ from contiga.io.mesh.lsdyna_curves import is_curve, read_curves
 from contiga.io.mesh.lsdyna_deck import (
     DeckContact,
     DeckModel,
+    HeldNodes,
     Material,
     NodeStart,
     Prescribed,
@@ -33,6 +34,7 @@ from contiga.io.mesh.lsdyna_deck import (
 from contiga.io.mesh.lsdyna_parameters import is_parameters
 from contiga.io.mesh.lsdyna_parts import is_part, read_parts
 from contiga.io.mesh.lsdyna_sets import is_set, read_sets
+from contiga.io.mesh.lsdyna_soft import SOFT, SoftLaw
 
 _TEN = (10,) * 8
 _MESH = ("NODE", "ELEMENT_MASS", "TITLE")
@@ -141,11 +143,14 @@ def _reals(block: Block, card: Card, texts: list[str]) -> tuple[float, ...]:
 def _material(block: Block, model: DeckModel) -> None:
     kind = block.keyword.removeprefix("MAT_").removesuffix("_TITLE")
     rows = _rows(block)[block.keyword.endswith("_TITLE") :]
-    if kind not in _ELASTIC or not rows:
+    soft = _soft(kind, block, rows)
+    if not rows or (kind not in _ELASTIC and soft is None):
         model.leave(block)
         return
     card, texts = rows[0]
     density, modulus, poisson = _reals(block, card, texts[1:4])
+    if soft is not None:
+        modulus, poisson = soft.modulus, soft.poisson
     rigid, held = kind in _RIGID, (0, 0)
     if rigid and len(rows) > 1:
         card_2, constraint = rows[1]
@@ -155,8 +160,37 @@ def _material(block: Block, model: DeckModel) -> None:
         elif code < 0:
             model.leave(block, "held in axes of its own")
     model.materials[whole(texts[0], block, card)] = Material(
-        density, modulus, poisson if _ELASTIC[kind] else 0.0, rigid, held, block
+        density, modulus, poisson if _ELASTIC.get(kind, True) else 0.0, rigid, held, block, soft
     )
+
+
+def _soft(kind: str, block: Block, rows: list[_Row]) -> SoftLaw | None:
+    """What a part of the material is made of where it deforms, if there is such here."""
+    cards = SOFT.get(kind)
+    if cards is None or not rows:
+        return None
+    (card, first), *others = rows
+    numbers = _reals(block, card, first[2 : 2 + cards.first])
+    more = (0.0,) * cards.second
+    if others:
+        more = _reals(block, others[0][0], others[0][1][: cards.second])
+    return cards.law(*numbers, *more)
+
+
+def _held(block: Block, model: DeckModel) -> None:
+    """*BOUNDARY_SPC_SET."""
+    named = block.keyword.endswith("_ID")
+    if block.keyword.removesuffix("_ID") != "BOUNDARY_SPC_SET":
+        model.leave(block)
+        return
+    rows = _rows(block)
+    for card, texts in rows[1::2] if named else rows:
+        number, axes, *ways = (whole(text, block, card) for text in texts[:5])
+        if axes:
+            model.leave(block, f"set of nodes {number}, in axes of its own, CID", card.line)
+        elif number and any(ways):
+            held = "".join(axis for axis, way in zip("xyz", ways, strict=True) if way)
+            model.held.append(HeldNodes(number, held, block, card.line))
 
 
 def _contact(block: Block, model: DeckModel) -> None:
@@ -311,6 +345,7 @@ _READERS: dict[str, Callable[[Block, DeckModel], None]] = {
     "MAT_": _material,
     "CONTACT_": _contact,
     "BOUNDARY_PRESCRIBED_MOTION": _prescribed,
+    "BOUNDARY_SPC": _held,
     "INITIAL_VELOCITY": _initial,
     "LOAD_BODY": _gravity,
     _TERMINATION: _termination,

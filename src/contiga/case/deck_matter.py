@@ -1,0 +1,71 @@
+"""Parts of an LS-DYNA deck that deform in a case, too: what they are made of and held by."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from contiga.case.deck_parts import DeckParts
+from contiga.io.mesh.lsdyna_deck import HeldNodes, Material
+from contiga.io.mesh.lsdyna_sets import set_name
+from contiga.io.mesh.raw import Group
+
+
+def deforming(parts: DeckParts, numbers: list[int]) -> tuple[dict[str, Any], str] | None:
+    """The `motion` of a slave of some parts, and where it comes from; None where they rest.
+
+    They deform where all of them are of a material that is understood and a set of nodes holds
+    some of them; what nothing holds would fly.
+    """
+    materials = [parts.material(number) for number in numbers]
+    soft = [one for one in materials if one is not None and one.soft is not None]
+    held = list(_held(parts, numbers))
+    if not held or len(soft) < len(numbers):
+        return None
+    tables = [_made_of(parts, one) for one in soft]
+    if any(table is None for table in tables):
+        return None
+    motion: dict[str, Any] = {"kind": "deform"}
+    if len(numbers) == 1:
+        motion |= tables[0] or {}
+    else:
+        motion["parts"] = [
+            {"set": number} | (table or {}) for number, table in zip(numbers, tables, strict=True)
+        ]
+    parts.holding += held
+    motion["fixed"] = [{"set": set_name(one.number), "hold": [*one.ways]} for one in held]
+    velocity = parts.common_velocity(numbers)
+    if velocity is not None:
+        motion["velocity"] = velocity
+    blocks = [one.block for one in soft]
+    places = [f"*{block.keyword}, {parts.model.place(block)}" for block in blocks]
+    notes = [one.soft.note for one in soft if one.soft is not None and one.soft.note]
+    holds = [f"*{one.block.keyword}, {parts.model.place(one.block, one.line)}" for one in held]
+    return motion, "; ".join(dict.fromkeys([*places, *notes, *holds]))
+
+
+def _held(parts: DeckParts, numbers: list[int]) -> Iterable[HeldNodes]:
+    """What holds nodes of some parts."""
+    own = {int(node) for number in numbers for node in parts.nodes_of(parts.groups[number])}
+    for one in parts.model.held:
+        group = next((g for g in parts.mesh.groups if g.name == set_name(one.number)), None)
+        if group is not None and _nodes(group) & own:
+            yield one
+
+
+def _nodes(group: Group) -> set[int]:
+    return set() if group.nodes is None else {int(node) for node in group.nodes}
+
+
+def _made_of(parts: DeckParts, material: Material) -> dict[str, Any] | None:
+    """`material` and `density`; None of a foam whose curve is not there."""
+    soft = material.soft
+    assert soft is not None
+    table = dict(soft.table)
+    if soft.curve:
+        curve = parts.model.curve(soft.curve)
+        if curve is None or len(curve.table) < 2:
+            parts.model.leave(material.block, f"there is no curve {soft.curve}")
+            return None
+        table["loading"] = {"file": parts.file, "curve": soft.curve}
+    return {"material": table, "density": material.density}

@@ -1,0 +1,125 @@
+"""Parts of a deck that deform in the case, too."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.decks import CONTACT, END, FLIGHT, PARTS, RIGID, card, converted, deck, pad, sphere
+
+import contiga as cg
+from contiga.materials import Elastic, Foam, NeoHooke
+
+FIRST = len(sphere()[0]) + 1
+LOW = [FIRST + k for k in np.flatnonzero(pad()[0][:, 2] < -9.0).tolist()]
+SPC = ["*BOUNDARY_SPC_SET", card(6, 0, 1, 1, 1)]
+CURVE = ["*DEFINE_CURVE", card(5)]
+CURVE += [f"{x:20.6g}{y:20.6g}" for x, y in ((0, 0), (0.1, 1e-4), (0.6, 2e-4), (0.9, 2e-3))]
+ELASTIC = ["*MAT_ELASTIC", card(22, 1e-6, 5e-3, 0.3)]
+
+
+def held() -> list[str]:
+    """The set of the lower nodes of the pad."""
+    rows = [LOW[k : k + 8] for k in range(0, len(LOW), 8)]
+    return ["*SET_NODE_LIST", card(6), *(card(*row) for row in rows)]
+
+
+def case_of(folder: Path, *pieces: list[str], parts: list[str] = PARTS) -> tuple[cg.Case, str]:
+    return converted(folder, deck(RIGID, CONTACT, FLIGHT, END, *pieces, parts=parts))
+
+
+@pytest.mark.parametrize(
+    ("material", "expected"),
+    [
+        (ELASTIC, Elastic(young=5e-3, poisson=0.3)),
+        (
+            ["*MAT_BLATZ-KO_RUBBER", card(22, 1e-6, 1e-3)],
+            NeoHooke(young=2e-3 * 1.463, poisson=0.463, volume="nodes"),
+        ),
+        (
+            ["*MAT_MOONEY-RIVLIN_RUBBER_TITLE", "rubber", card(22, 1e-6, 0.49, 4e-4, 1e-4)],
+            NeoHooke(young=2e-3 * 1.49, poisson=0.49, volume="nodes"),
+        ),
+        (
+            ["*MAT_057", card(22, 1e-7, 3e-3, 5, "", 0.2), card(7.0)],
+            Foam(
+                loading=[[0, 0], [0.1, 1e-4], [0.6, 2e-4], [0.9, 2e-3]],
+                hysteresis=0.2,
+                shape=7.0,
+                tension=3e-3,
+            ),
+        ),
+        (
+            ["*MAT_LOW_DENSITY_FOAM", card(22, 1e-7, 3e-3, 5)],
+            Foam(
+                loading=[[0, 0], [0.1, 1e-4], [0.6, 2e-4], [0.9, 2e-3]],
+                hysteresis=1.0,
+                shape=1.0,
+                tension=3e-3,
+            ),
+        ),
+    ],
+)
+def test_a_held_part_is_made_of_its_material(
+    tmp_path: Path, material: list[str], expected: object
+) -> None:
+    case, text = case_of(tmp_path, material, held(), SPC, CURVE)
+    simulation = cg.build(case)
+    (part,) = simulation.slaves.values()
+    assert isinstance(part.motion, cg.motion.Deforming)
+    made = part.motion.material
+    assert type(made) is type(expected)
+    for key, value in vars(expected).items():
+        found = getattr(made, key)
+        numbers = isinstance(value, float | np.ndarray)
+        assert np.allclose(found, value, rtol=1e-12) if numbers else found == value, key
+    assert part.motion.density == (1e-7 if isinstance(expected, Foam) else 1e-6)
+    assert f"*{material[0][1:]}" in text
+    nodes = simulation.mechanism.nodes["foam pad"]
+    low = part.slave.points[~nodes.bare, 2] < -9.0
+    np.testing.assert_array_equal(nodes.held.all(axis=1)[~nodes.bare], low)
+    assert 0 < low.sum() < len(low)
+
+
+def test_a_ball_bounces_off_it_with_its_energy(tmp_path: Path) -> None:
+    case, _ = case_of(tmp_path, ELASTIC, held(), SPC)
+    history = cg.build(case).run().history
+    assert history["force"].max() > 0.0
+    assert np.abs(history["energy.error"]).max() < 1e-3 * history["energy.total"][0]
+
+
+def test_what_nothing_holds_rests(tmp_path: Path) -> None:
+    case, text = case_of(tmp_path, ELASTIC)
+    assert case.slave[0].motion.kind == "fixed"
+    assert "here its points rest" in text
+
+
+def test_a_curve_that_is_not_there_is_listed_and_the_part_rests(tmp_path: Path) -> None:
+    foam = ["*MAT_LOW_DENSITY_FOAM", card(22, 1e-7, 3e-3, 9)]
+    case, text = case_of(tmp_path, foam, held(), SPC)
+    assert case.slave[0].motion.kind == "fixed"
+    assert "there is no curve 9" in text
+    assert "*BOUNDARY_SPC_SET (set of nodes 6: of no part that deforms here)" in text
+
+
+@pytest.mark.parametrize(
+    ("ways", "hold"), [((0, 0, 1), ["z"]), ((1, 0, 1), ["x", "z"]), ((1, 1, 1), ["x", "y", "z"])]
+)
+def test_only_the_ways_that_are_said_are_held(
+    tmp_path: Path, ways: tuple[int, ...], hold: list[str]
+) -> None:
+    case, _ = case_of(tmp_path, ELASTIC, held(), ["*BOUNDARY_SPC_SET_ID", "1", card(6, 0, *ways)])
+    assert case.slave[0].motion.fixed[0].hold == hold
+
+
+def test_axes_of_its_own_are_listed(tmp_path: Path) -> None:
+    case, text = case_of(tmp_path, ELASTIC, held(), ["*BOUNDARY_SPC_SET", card(6, 4, 1, 1, 1)])
+    assert case.slave[0].motion.kind == "fixed"
+    assert "in axes of its own, CID" in text
+
+
+def test_a_velocity_of_the_part_is_that_of_its_nodes(tmp_path: Path) -> None:
+    flight = ["*INITIAL_VELOCITY_GENERATION", card(2, 2, 0.0, 0.0, 0.0, 0.5), ""]
+    case, _ = case_of(tmp_path, ELASTIC, held(), SPC, flight)
+    assert case.slave[0].motion.velocity == [0.0, 0.0, 0.5]
