@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.case.deck_matter import deforming
+from contiga.case.deck_matter import deforming, in_several
 from contiga.case.deck_parts import DeckParts, case_name
 from contiga.case.schema import parse_case
 from contiga.case.toml import value_text
@@ -78,6 +78,11 @@ def convert(deck: str | Path, units: tuple[str, str, str], folder: str | Path) -
             allowed="*CONTACT_…SURFACE_TO_SURFACE, …NODES_TO_SURFACE or …SINGLE_SURFACE between "
             "parts, sets of parts or of nodes, one side of *MAT_RIGID",
         )
+    parts.in_several = in_several(
+        [pair.parts for pair in pairs if not pair.nodes and not _owners(pair, parts)],
+        parts,
+        [pair.nodes for pair in pairs if pair.nodes and not _owners(pair, parts)],
+    )
     bodies = sorted({part for pair in pairs for part in (pair.master, *_owners(pair, parts))})
     text = "\n".join([*_head(model, units), *_bodies(bodies, parts), *_contacts(pairs, parts)])
     parts.leave_nodes()

@@ -51,6 +51,8 @@ class DeckParts:
         self._names: dict[str, str] = {}
         self._skins: dict[tuple[str | int, ...], _Facets] = {}
         self._started: set[int] = set()
+        self.in_several: set[int] = set()
+        """Parts that are in several slaves of the case."""
         self.holding: list[HeldNodes] = []
         """What holds nodes of parts that deform."""
 

@@ -123,3 +123,40 @@ def test_a_velocity_of_the_part_is_that_of_its_nodes(tmp_path: Path) -> None:
     flight = ["*INITIAL_VELOCITY_GENERATION", card(2, 2, 0.0, 0.0, 0.0, 0.5), ""]
     case, _ = case_of(tmp_path, ELASTIC, held(), SPC, flight)
     assert case.slave[0].motion.velocity == [0.0, 0.0, 0.5]
+
+
+def test_a_part_in_two_slaves_would_be_there_twice_and_rests(tmp_path: Path) -> None:
+    foam, cells = pad()
+    other = [f"{30001:8d}{3:8d}" + "".join(f"{node:8d}" for node in cells[0] + FIRST)]
+    third = ["*PART", "another", card(3, 12, 22), "*ELEMENT_SOLID", *other]
+    sides = ["*SET_PART_LIST", card(8), card(2, 3)]
+    both = ["*CONTACT_AUTOMATIC_SURFACE_TO_SURFACE", card(8, 1, 2, 3), card(0.1), ""]
+    case, text = case_of(tmp_path, ELASTIC, held(), SPC, third, sides, both)
+    assert [slave.motion.kind for slave in case.slave] == ["fixed", "fixed"]
+    assert "*BOUNDARY_SPC_SET (set of nodes 6" in text
+    assert len(foam) > 0
+
+
+def test_a_set_of_its_nodes_that_is_a_slave_too_keeps_it_at_rest(tmp_path: Path) -> None:
+    nodes = ["*CONTACT_NODES_TO_SURFACE", card(6, 1, 4, 3), card(0.1), ""]
+    case, _ = case_of(tmp_path, ELASTIC, held(), SPC, nodes)
+    assert [slave.motion.kind for slave in case.slave] == ["fixed", "fixed"]
+
+
+@pytest.mark.parametrize(
+    "material",
+    [
+        ["*MAT_ELASTIC", card(22, 1e-6, 5e-3, 0.5)],
+        ["*MAT_ELASTIC", card(22, 0.0, 5e-3, 0.3)],
+        ["*MAT_MOONEY-RIVLIN_RUBBER", card(22, 1e-6, 0.49, 0.0, 0.0)],
+        ["*MAT_LOW_DENSITY_FOAM", card(22, 1e-7, 3e-3, 6)],
+    ],
+)
+def test_numbers_that_make_no_material_are_listed_and_the_part_rests(
+    tmp_path: Path, material: list[str]
+) -> None:
+    falls = ["*DEFINE_CURVE", card(6)]
+    falls += [f"{x:20.6g}{y:20.6g}" for x, y in ((0, 0), (0.1, 1e-4), (0.6, 1e-5))]
+    case, text = case_of(tmp_path, material, held(), SPC, falls)
+    assert case.slave[0].motion.kind == "fixed"
+    assert material[0] in text.partition("Not understood")[2]
