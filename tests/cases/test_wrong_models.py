@@ -43,6 +43,8 @@ SHEET = 'motion = { kind = "deform", density = 1e-3, material = { kind = "elasti
 BEFORE = [
     wrong("a step too long for elements", PRESSED, "critical", "slave pad: the step of 0.25",
           "Take a step below", fixed=SHEET),
+    wrong("masses scaled far up", PRESSED, "scaled", "slave pad: mass scaling gives",
+          "Ask for a shorter step", fixed=SHEET.replace("density", "mass_scaling = 1.0, density")),
     wrong("a larger ball", PRESSED, "inside", "of 625 points of pad start inside ball",
           "8 mm deep", 'search = "penetration"', ball=sphere(60.0, 52)),
     wrong("a start inside", PRESSED, "inside", "28 mm deep", ball=sphere(50.0, 22)),
