@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.errors import InputError
 from contiga.matter.parts import Part
 from contiga.matter.protocol import Matter, MatterState
 from contiga.records import FloatArray
@@ -58,5 +59,14 @@ def scaled(matter: Matter, step: float) -> FloatArray:
 
     By Gershgorin's theorem no vibration is faster than ω² = max Σ_j |K_ij| / m_i, and 2/ω is the
     critical step: a node has at least Σ_j |K_ij| step²/4.
+
+    Raises
+    ------
+    InputError
+        A mass would not be finite.
     """
-    return np.maximum(matter.mass, MARGIN * sums_near_rest(matter) * (0.5 * step) ** 2)
+    with np.errstate(over="ignore"):
+        heavy = np.maximum(matter.mass, MARGIN * sums_near_rest(matter) * np.square(0.5 * step))
+    if not np.isfinite(heavy).all():
+        raise InputError("asks for masses beyond all numbers", where="mass_scaling", found=step)
+    return heavy

@@ -119,6 +119,14 @@ def test_axes_of_its_own_are_listed(tmp_path: Path) -> None:
     assert "in axes of its own, CID" in text
 
 
+def test_what_holds_turns_alone_is_listed(tmp_path: Path) -> None:
+    case, text = case_of(
+        tmp_path, ELASTIC, held(), ["*BOUNDARY_SPC_SET", card(6, 0, 0, 0, 0, 1, 1, 1)]
+    )
+    assert case.slave[0].motion.kind == "fixed"
+    assert "set of nodes 6, turns alone" in text
+
+
 def test_a_velocity_of_the_part_is_that_of_its_nodes(tmp_path: Path) -> None:
     flight = ["*INITIAL_VELOCITY_GENERATION", card(2, 2, 0.0, 0.0, 0.0, 0.5), ""]
     case, _ = case_of(tmp_path, ELASTIC, held(), SPC, flight)

@@ -116,5 +116,7 @@ def test_a_run_takes_longer_steps_and_says_what_they_cost() -> None:
 def test_wrong_times_and_matter_of_ones_own_are_refused() -> None:
     with pytest.raises(InputError, match="mass_scaling"):
         cg.motion.Deforming(material=Elastic(young=1.0), density=1.0, mass_scaling=0.0)
+    with pytest.raises(InputError, match="mass_scaling: asks for masses beyond"):
+        uneven(1e200)
     with pytest.raises(InputError, match="its masses"):
         cg.motion.Deforming(material=uneven(), mass_scaling=1.0)

@@ -188,7 +188,9 @@ def _held(block: Block, model: DeckModel) -> None:
         number, axes, *ways = (whole(text, block, card) for text in texts[:5])
         if axes:
             model.leave(block, f"set of nodes {number}, in axes of its own, CID", card.line)
-        elif number and any(ways):
+        elif number and not any(ways):
+            model.leave(block, f"set of nodes {number}, turns alone", card.line)
+        elif number:
             held = "".join(axis for axis, way in zip("xyz", ways, strict=True) if way)
             model.held.append(HeldNodes(number, held, block, card.line))
 
