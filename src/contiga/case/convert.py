@@ -257,9 +257,8 @@ def _slave_table(
         if found is None:
             yield f"# {_RESTS}"
         else:
-            motion, source = found
-            yield f"# {source}"
-            yield f"motion = {value_text(motion)}"
+            yield f"# {found.source}"
+            yield f"motion = {value_text(found.motion)}"
     else:
         yield f"motion = {value_text({'kind': 'attached', 'body': parts.name(owner)})}"
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Any, NamedTuple
 
 from contiga.arrays.layout import positive
 from contiga.case.deck_parts import DeckParts
@@ -21,8 +21,17 @@ _MATERIALS: dict[str, Callable[..., Any]] = {
 }
 
 
-def deforming(parts: DeckParts, numbers: list[int]) -> tuple[dict[str, Any], str] | None:
-    """The `motion` of a slave of some parts, and where it comes from; None where they rest.
+class SoftSlave(NamedTuple):
+    """How a slave deforms."""
+
+    motion: dict[str, Any]
+    """Its table in the case."""
+    source: str
+    """Where in the deck it comes from."""
+
+
+def deforming(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
+    """How a slave of some parts deforms; None where they rest.
 
     They deform where all of them are of a material that is understood and a set of nodes holds
     some of them: what nothing holds would fly, and what is in two slaves would be there twice.
@@ -54,7 +63,7 @@ def deforming(parts: DeckParts, numbers: list[int]) -> tuple[dict[str, Any], str
     places = [f"*{block.keyword}, {parts.model.place(block)}" for block in blocks]
     notes = [one.soft.note for one in soft if one.soft is not None and one.soft.note]
     holds = [f"*{one.block.keyword}, {parts.model.place(one.block, one.line)}" for one in held]
-    return motion, "; ".join(dict.fromkeys([*places, *notes, *holds]))
+    return SoftSlave(motion, "; ".join(dict.fromkeys([*places, *notes, *holds])))
 
 
 def in_several(
