@@ -10,6 +10,7 @@ import pytest
 from examples import make_foam_block
 from tests.blocks import block
 from tests.sample import slow
+from tests.scenes import square_sheet
 from tests.unit.simulation.sameness import same_history, same_states
 
 import contiga as cg
@@ -56,6 +57,42 @@ def test_steps_that_choose_themselves_keep_a_thousandth_of_the_energy() -> None:
     history = _scene("auto", 3.0, friction=cg.Coulomb(0.3)).run().history
     assert history["energy.friction"][-1] > 0.0
     assert np.abs(history["energy.error"]).max() < 1e-3 * history["energy.total"][0]
+
+
+def _thick_cloth(step: float | str) -> cg.Simulation:
+    """A thick membrane that falls on a ball and sticks and slides there on its outside."""
+    points, quads = square_sheet(10.0, 9)
+    ball = cg.Body([cg.shapes.sphere(radius=4.0)])
+    motion = cg.motion.Deforming(
+        material=RUBBER, density=DENSITY, thickness=1.0, velocity=[1.0, 0.0, -2.0]
+    )
+    slave = motion.with_thickness(cg.Slave(np.add(points, [0.0, 0.0, 4.6]), quads))
+    contact = cg.Contact(
+        ball,
+        slave,
+        law=cg.PenaltyLaw(0.2, per_area=True),
+        friction=cg.Coulomb(0.3),
+        quadrature=6,
+        shell_offset="back",
+    )
+    return cg.Simulation(
+        bodies={"ball": ball},
+        slaves={"cloth": (slave, motion)},
+        contacts=[contact],
+        end=1.5,
+        step=step,
+    )
+
+
+def test_the_ledger_of_a_shell_off_its_mid_surface_closes_in_second_order() -> None:
+    errors = []
+    for step in (0.01, 0.005, 0.0025):
+        history = _thick_cloth(step).run().history
+        assert history["max_penetration"].max() > 0.01
+        assert history["energy.friction"][-1] > 0.0
+        errors.append(np.abs(history["energy.error"]).max() / history["energy.total"][0])
+    assert errors[1] < errors[0] / 3.5
+    assert errors[2] < min(errors[1] / 3.5, 3e-4)
 
 
 @pytest.mark.parametrize("stiffness", [2.0, *slow(20.0)])

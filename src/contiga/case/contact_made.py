@@ -63,6 +63,8 @@ def contact_of(
     law, points = _scaled(spec.law, slave) or sides.law, slave.slave
     if isinstance(slave.motion, Deforming) and getattr(law, "needs_mass", False):
         points = slave.motion.with_masses(points)
+    if isinstance(slave.motion, Deforming) and spec.shell_offset != "none":
+        points = slave.motion.with_thickness(points) if points.thickness is None else points
     return Contact(
         body,
         points,
@@ -75,6 +77,7 @@ def contact_of(
         foot=spec.foot,
         weights=spec.weights,
         quadrature=spec.quadrature,
+        shell_offset=spec.shell_offset,
         friction=None if spec.friction is None else spec.friction.friction,
         master_law=sides.master_law,  # type: ignore[arg-type]  # the schema refuses others
         depth=spec.depth,

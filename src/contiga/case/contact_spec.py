@@ -168,6 +168,8 @@ class ContactSpec(Spec):
     """Whether fixed areas at rest weigh the force, or contact areas as they are measured."""
     quadrature: Annotated[str | int, BeforeValidator(_as_quadrature)] = "nodes"
     """Points of contact: the slave's nodes, or so many on each facet."""
+    shell_offset: Literal["none", "front", "back"] = "none"
+    """Side of the facets on which points stand half the thickness of the shell off them."""
 
     @property
     def title(self) -> str:

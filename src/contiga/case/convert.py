@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.case.deck_matter import deforming, in_several
+from contiga.case.deck_matter import SoftSlave, deforming, in_several
 from contiga.case.deck_parts import DeckParts, case_name
 from contiga.case.schema import parse_case
 from contiga.case.toml import value_text
@@ -35,6 +35,10 @@ class Converted(NamedTuple):
     bodies: int
     unknown: dict[str, list[int]]
     """What was not understood: keywords, and the lines they stand in."""
+
+
+_Soft = dict[tuple[int, ...], SoftSlave | None]
+"""How slaves deform, by their parts."""
 
 
 class _Pair(NamedTuple):
@@ -83,10 +87,15 @@ def convert(deck: str | Path, units: tuple[str, str, str], folder: str | Path) -
         parts,
         [pair.nodes for pair in pairs if pair.nodes and not _owners(pair, parts)],
     )
-    bodies = sorted({part for pair in pairs for part in (pair.master, *_owners(pair, parts))})
-    text = "\n".join([*_head(model, units), *_bodies(bodies, parts), *_contacts(pairs, parts)])
+    head = _head(model, units)
+    slaves = dict.fromkeys(pair.parts for pair in pairs if not _owners(pair, parts))
+    soft = {slave: deforming(parts, list(slave)) for slave in slaves if slave}
+    bodies = {part for pair in pairs for part in (pair.master, *_owners(pair, parts))}
+    bodies |= {host for one in soft.values() if one is not None for host in one.hosts}
+    tables = [*_bodies(sorted(bodies), parts), *_contacts(pairs, parts, soft)]
+    text = "\n".join([*head, *tables])
     parts.leave_nodes()
-    parts.leave_held()
+    parts.leave_ties()
     text += "\n" + "\n".join(_foot(model))
     parse_case(text, Path(folder) / "case.toml")
     return Converted(text, len(pairs), len(bodies), model.unknown)
@@ -212,14 +221,15 @@ def _bodies(numbers: list[int], parts: DeckParts) -> Iterator[str]:
         yield f"motion = {value_text(motion)}"
 
 
-def _contacts(pairs: list[_Pair], parts: DeckParts) -> Iterator[str]:
+def _contacts(pairs: list[_Pair], parts: DeckParts, soft: _Soft) -> Iterator[str]:
     written: set[str] = set()
     names: set[str] = set()
     for pair in pairs:
         slave, chosen, owner = _slave(pair, parts)
         if slave not in written:
             written.add(slave)
-            yield from _slave_table(slave, chosen, owner, parts)
+            motion = None if owner is None else parts.name(owner)
+            yield from _slave_table(slave, chosen, parts.file, motion, soft.get(pair.parts))
         yield from ("", "[[contact]]")
         swap = "; its sides are swapped, as masters are rigid" if pair.swapped else ""
         yield f"# *{pair.of.block.keyword}, {parts.model.place(pair.of.block)}{swap}"
@@ -247,20 +257,21 @@ def _slave(pair: _Pair, parts: DeckParts) -> tuple[str, list[str | int], int | N
 
 
 def _slave_table(
-    name: str, chosen: list[str | int], owner: int | None, parts: DeckParts
+    name: str,
+    chosen: list[str | int],
+    file: str,
+    owner: str | None,
+    soft: SoftSlave | None,
 ) -> Iterator[str]:
     yield from ("", "[[slave]]", f"name = {value_text(name)}")
-    yield f"points = {value_text({'file': parts.file, 'parts': chosen})}"
-    if owner is None:
-        numbers = [part for part in chosen if isinstance(part, int)]
-        found = deforming(parts, numbers) if len(numbers) == len(chosen) else None
-        if found is None:
-            yield f"# {_RESTS}"
-        else:
-            yield f"# {found.source}"
-            yield f"motion = {value_text(found.motion)}"
+    yield f"points = {value_text({'file': file, 'parts': chosen})}"
+    if owner is not None:
+        yield f"motion = {value_text({'kind': 'attached', 'body': owner})}"
+    elif soft is None:
+        yield f"# {_RESTS}"
     else:
-        yield f"motion = {value_text({'kind': 'attached', 'body': parts.name(owner)})}"
+        yield f"# {soft.source}"
+        yield f"motion = {value_text(soft.motion)}"
 
 
 def _friction(contact: DeckContact) -> Iterator[str]:

@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.io.mesh.lsdyna_deck import DeckModel, HeldNodes, Material, Prescribed, Start
+from contiga.io.mesh.lsdyna_deck import DeckModel, Material, Prescribed, Start
 from contiga.io.mesh.lsdyna_sets import set_name
+from contiga.io.mesh.lsdyna_ties import NodeTie
 from contiga.io.mesh.raw import Group, RawMesh
 from contiga.io.mesh.read_mesh import read_raw, slave_of
 from contiga.records import FloatArray
@@ -25,6 +26,10 @@ _PENALTY = 0.1
 """Share of the bulk modulus that LS-DYNA's penalty takes by default, SLSFAC."""
 _JUST_BEFORE = 1e-6
 """Share of a run between the two values of a step in a curve."""
+
+
+_SAME_THICKNESS = 1e-9
+"""Relative difference of thicknesses that are one."""
 
 
 class _Facets(NamedTuple):
@@ -53,7 +58,7 @@ class DeckParts:
         self._started: set[int] = set()
         self.in_several: set[int] = set()
         """Parts that are in several slaves of the case."""
-        self.holding: list[HeldNodes] = []
+        self.tied: list[NodeTie] = []
         """What holds nodes of parts that deform."""
 
     @cached_property
@@ -128,12 +133,19 @@ class DeckParts:
 
     def geometry(self, part: int) -> dict[str, Any]:
         """The `geometry` of a rigid part; shells are turned one way."""
-        shells = self._is_shell(part)
+        shells = self.is_shell(part)
         return {"mesh": self.file, "parts": [part], **({"orient": True} if shells else {})}
 
-    def _is_shell(self, part: int) -> bool:
+    def is_shell(self, part: int) -> bool:
+        """Whether there are shells in a part."""
         blocks = zip(self.mesh.blocks, self.groups[part].cells or (), strict=True)
         return any(block.kind in SHELLS and len(rows) > 0 for block, rows in blocks)
+
+    def thickness(self, part: int) -> float:
+        """The one thickness of the shells of a part; 0 where there is none, or more than one."""
+        known = self._facets([part]).thickness
+        same = len(known) > 0 and np.ptp(known) <= _SAME_THICKNESS * known.max()
+        return float(f"{known[0]:.12g}") if same else 0.0  # the mean of corners ends in rounding
 
     def mass(self, part: int) -> tuple[dict[str, Any], str]:
         """The `mass` of a rigid part, and where it comes from."""
@@ -149,7 +161,7 @@ class DeckParts:
             note = ", its own axes taken for those of the world" if inertia.local else ""
             mass = {"total": inertia.mass, "centre": centre, "inertia": entries}
             return mass, f"*PART_INERTIA{note}"
-        if not self._is_shell(part):
+        if not self.is_shell(part):
             return {"density": material.density}, f"density of the *{material.block.keyword}"
         corners, thickness = self._facets([part])
         where = "its shells at their thickness"
@@ -221,12 +233,12 @@ class DeckParts:
             return None
         return list(rates[:3])
 
-    def leave_held(self) -> None:
+    def leave_ties(self) -> None:
         """Note what holds nodes of nothing that deforms."""
-        for one in self.model.held:
-            if one not in self.holding:
-                why = f"set of nodes {one.number}: of no part that deforms here"
-                self.model.leave(one.block, why, one.line)
+        for tie in self.model.ties:
+            if tie not in self.tied:
+                why = f"{tie.nodes}: of no part that deforms here"
+                self.model.leave(tie.block, why, tie.line)
 
     def leave_nodes(self) -> None:
         """Note the nodes whose velocity at the start no body has."""

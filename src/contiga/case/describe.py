@@ -136,8 +136,11 @@ _WEIGHTS = {
 }
 
 
-def _points(quadrature: str | int) -> str:
-    return "" if quadrature == "nodes" else f", at {quadrature} points a facet"
+def _points(contact: ContactSpec) -> str:
+    at = "" if contact.quadrature == "nodes" else f", at {contact.quadrature} points a facet"
+    if contact.shell_offset != "none":
+        at += f", half a thickness off its {contact.shell_offset}"
+    return at
 
 
 def _contact(contact: ContactSpec, kind: str) -> list[tuple[str, str]]:
@@ -152,6 +155,6 @@ def _contact(contact: ContactSpec, kind: str) -> list[tuple[str, str]]:
         ("  search", f"{contact.search}, type {kind}, foot {contact.foot}"),
         ("  at an edge", f"{contact.on_edge}; after tunnelling: {contact.through}"),
         *laws,
-        ("  weights", _WEIGHTS[contact.weights] + _points(contact.quadrature)),
+        ("  weights", _WEIGHTS[contact.weights] + _points(contact)),
         ("  area", area),
     ]

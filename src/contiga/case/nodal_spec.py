@@ -43,7 +43,7 @@ class LayerSpec(Spec):
     depth: NotNegative = 0.0
 
 
-class PlaceSpec(Spec):
+class NodesSpec(Spec):
     """One of `box`, `plane`, `set`, `side`, `layer`: which nodes are meant."""
 
     box: Corners | None = None
@@ -82,7 +82,7 @@ class PlaceSpec(Spec):
         return {key: getattr(self, key) for key in self._places}
 
 
-class HeldSpec(PlaceSpec):
+class HeldSpec(NodesSpec):
     """A table of `fixed`: a place, and `hold`."""
 
     hold: list[Way] = Field(default_factory=lambda: [*_ALL])
@@ -99,7 +99,7 @@ class HeldSpec(PlaceSpec):
         return self.place(nodes_of) | {"hold": self.hold}
 
 
-class DrivenSpec(PlaceSpec):
+class DrivenSpec(NodesSpec):
     """A table of `driven`: a place (all nodes if omitted), `motion`, and `hold`."""
 
     motion: ToldMotionSpec
@@ -115,7 +115,7 @@ class DrivenSpec(PlaceSpec):
         return f"nodes {self.motion.describe()}"
 
 
-class AttachedSpec(PlaceSpec):
+class AttachedSpec(NodesSpec):
     """A table of `attached`: a place (all nodes if omitted), and `body`."""
 
     body: str
@@ -126,7 +126,7 @@ class AttachedSpec(PlaceSpec):
         return self.place(nodes_of) | {"body": self.body}
 
 
-class NodalLoadSpec(PlaceSpec):
+class NodalLoadSpec(NodesSpec):
     """A table of `loads`: a place (all nodes if omitted), and `pressure` or `force`."""
 
     pressure: Annotated[float | list[list[float]], BeforeValidator(_number_or_rows)] | None = None

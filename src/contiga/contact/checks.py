@@ -107,14 +107,6 @@ def check_sampling(quadrature: str | int, weights: str, law: Law, area: AreaMeth
         )
 
 
-def choice(name: str, value: str | int, allowed: tuple[str | int, ...]) -> None:
-    """Refuse a value that is not one of `allowed`."""
-    if isinstance(value, bool) or value not in allowed:
-        raise InputError(
-            f"unknown {name}", where=name, found=value, allowed=", ".join(map(repr, allowed))
-        )
-
-
 def kind(name: str, value: object, *wanted: type) -> None:
     """Refuse a value of another type."""
     if not isinstance(value, wanted):
@@ -122,17 +114,6 @@ def kind(name: str, value: object, *wanted: type) -> None:
             f"the {name} must be a {' or a '.join(type_.__name__ for type_ in wanted)}",
             where=name,
             found=type(value).__name__,
-        )
-
-
-def check_through(through: str, search: str) -> None:
-    """Refuse to hold what went through where paths are not followed."""
-    if through == "hold" and search == "penetration":
-        raise InputError(
-            "a search by penetration does not know where points enter, and cannot hold them there",
-            where="through",
-            found=through,
-            allowed='through="release", or search="intersection"',
         )
 
 

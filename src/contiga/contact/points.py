@@ -22,11 +22,15 @@ def default_area(slave: Slave) -> AreaMethod:
 
 
 def sampling_of(
-    slave: Slave, quadrature: str | int, weights: str, fixed: FloatArray | None, law: Law
+    slave: Slave, where: tuple[str | int, str], weights: str, fixed: FloatArray | None, law: Law
 ) -> Sampling:
-    """The points of contact and their fixed areas, which only laws that need none do without."""
+    """The points of contact and their fixed areas, which only laws that need none do without.
+
+    `where` are how many lie on each facet and on which side of it.
+    """
+    quadrature, side = where
     if quadrature != "nodes":
-        return Sampling(slave, None, RULES[int(quadrature)])
+        return Sampling(slave, None, RULES[int(quadrature)], side)
     if weights == "rest" and fixed is None and getattr(law, "needs_area", True):
         raise InputError(
             "the areas of the slave's points at rest are unknown",
@@ -36,7 +40,7 @@ def sampling_of(
             remedy='Give them, or take weights="area": measured areas weigh the force, which then '
             "makes and loses energy",
         )
-    return Sampling(slave, fixed if weights == "rest" else None)
+    return Sampling(slave, fixed)
 
 
 def pressure_of(sampling: Sampling, state: State) -> FloatArray:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from contiga.arrays.layout import as_points, positive, read_only
 from contiga.dynamics.deforming_nodes import DeformingNodes
-from contiga.dynamics.deforming_parts import Filling, parts_of
+from contiga.dynamics.deforming_parts import Filling, nodal_thickness, parts_of
 from contiga.dynamics.free import Dependent, Number, _velocity
 from contiga.dynamics.holding import attached_to, drives_of, held_ways
 from contiga.dynamics.nodal_loads import NodalForce, Pressure
@@ -234,6 +234,23 @@ class Deforming(Dependent):
         rest = slave.points if self.rest is None else self.rest
         matter, rows = self._matter("masses", slave, rest)
         return slave.with_mass(_masses(matter, rows, len(slave)))
+
+    def with_thickness(self, slave: Slave) -> Slave:
+        """A copy of the slave with the thickness (n,) that its membranes have at their nodes, the
+        mean where several meet; zero where there are none.
+
+        Contacts whose points stand off the mid-surface take it: make contacts and simulation with
+        that slave.
+
+        Raises
+        ------
+        InputError
+            A slave without elements.
+        """
+        if hasattr(self.material, "forces"):  # matter of one's own tells nothing of its elements
+            return slave
+        parts = parts_of(slave, self.parts, self._filling(), "thickness")
+        return slave.with_thickness(nodal_thickness(parts, len(slave)))
 
     def contact_stiffness(self, slave: Slave) -> float:
         """What its elements hold a unit of the area of a slave's skin with at rest, at most.

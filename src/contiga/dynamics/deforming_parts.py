@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from contiga.errors import InputError, MeshError
 from contiga.matter.coefficients import Material
 from contiga.matter.parts import DIMENSION, Part
-from contiga.records import IntArray
+from contiga.records import FloatArray, IntArray
 from contiga.slaves.cells import split_shells
 from contiga.slaves.slave import Slave
 
@@ -102,6 +102,19 @@ def elements_by_kind(slave: Slave, where: str, *, needed: bool = True) -> dict[s
     for kind, rows in cells.items():
         by_kind.setdefault(KINDS[kind], []).append(split(slave, kind, rows))
     return {kind: np.concatenate(rows) for kind, rows in by_kind.items()}
+
+
+def nodal_thickness(parts: Sequence[Part], n: int) -> FloatArray:
+    """(n,) mean thickness of the membranes around each node, zero where there are none."""
+    total, count = np.zeros(n), np.zeros(n)
+    for part in parts:
+        if part.thickness is not None:
+            corners = part.elements.ravel()
+            count += np.bincount(corners, minlength=n)
+            total += part.thickness * np.bincount(corners, minlength=n)
+    mean = np.zeros(n)
+    np.divide(total, count, out=mean, where=count > 0.0)
+    return mean
 
 
 def split(slave: Slave, kind: str, rows: IntArray) -> IntArray:

@@ -66,9 +66,11 @@ def as_nodal(values: ArrayLike | None, what: str, count: int, name: str) -> Floa
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise MeshError(f"{what} must be an array of numbers", where=name) from error
+    if array.ndim == 0:
+        array = np.full(count, array)
     if array.shape != (count,):
         raise MeshError(
-            f"{what} must have one entry a point",
+            f"{what} must be one number, or one a point",
             where=name,
             found=array.shape,
             allowed=f"({count},)",

@@ -49,11 +49,11 @@ class Slave(Displayed):
         All nodes of the mesh, so that results line up with it.
     facets : (m, 3) or (m, 4) rows of `points`
         Surface facets; quadrilaterals are split along their shorter diagonal.
-    area : (n,), length², at least 0
+    area : one number or (n,), length², at least 0
         Contact area of each point; by default its third of every facet it is a corner of.
-    thickness : (n,), length, at least 0
+    thickness : one number or (n,), length, at least 0
         Thickness of the shell at each point, 0 where there is no shell.
-    mass : (n,), at least 0
+    mass : one number or (n,), at least 0
     active : (n,) bool
         Points that take part in contact; by default the corners of the facets, or every point
         where there are no facets.
@@ -153,7 +153,7 @@ class Slave(Displayed):
         return [("points", len(self)), ("active", active), ("facets", facets), *unit]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _rebuild, ({key: _plain(getattr(self, key)) for key in _FIELDS},)
+        return _rebuild, (self._values(),)
 
     def bounds(self) -> FloatArray:
         """(2, 3) lowest and highest coordinates of the active points; of all, if none is active."""
@@ -193,7 +193,7 @@ class Slave(Displayed):
         """
         criteria = Criteria(nodes, box, side)
         facets, active = select(self.points, self.facets, self.active, criteria, self.name)
-        fields = {key: _plain(getattr(self, key)) for key in _FIELDS}
+        fields = self._values()
         if facets is not None and self._shares_its_facets():
             fields["area"] = tributary_area(self.points, facets)
         return Slave(**(fields | {"facets": facets, "active": active}))
@@ -246,7 +246,20 @@ class Slave(Displayed):
         InputError
             As the slave's own masses: not finite, below zero or not one a point.
         """
-        return self._copy(self.points, self.facets, 1.0, self.unit, {}, mass)
+        return Slave(**(self._values() | {"mass": mass}))
+
+    def with_thickness(self, thickness: ArrayLike) -> Slave:
+        """A copy whose shells are as thick as `thickness` says: one for all or (n,), length.
+
+        Raises
+        ------
+        InputError
+            As the slave's own thickness: not finite, below zero or not one a point.
+        """
+        return Slave(**(self._values() | {"thickness": thickness}))
+
+    def _values(self) -> dict[str, Any]:
+        return {key: _plain(getattr(self, key)) for key in _FIELDS}
 
     def _copy(
         self,
@@ -255,14 +268,13 @@ class Slave(Displayed):
         factor: float,
         unit: str | None,
         elements: Mapping[str, IntArray],
-        mass: ArrayLike | None = None,
     ) -> Slave:
         return Slave(
             points,
             facets,
             area=None if self.area is None else self.area * factor**2,
             thickness=None if self.thickness is None else self.thickness * factor,
-            mass=self.mass if mass is None else mass,
+            mass=self.mass,
             active=self.active,
             name=self.name,
             unit=unit,

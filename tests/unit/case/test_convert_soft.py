@@ -6,7 +6,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.decks import CONTACT, END, FLIGHT, PARTS, RIGID, card, converted, deck, pad, sphere
+from tests.decks import (
+    CONTACT,
+    DENSITY,
+    END,
+    FLIGHT,
+    PARTS,
+    RIGID,
+    card,
+    converted,
+    deck,
+    pad,
+    sphere,
+)
 
 import contiga as cg
 from contiga.materials import Elastic, Foam, NeoHooke
@@ -168,3 +180,56 @@ def test_numbers_that_make_no_material_are_listed_and_the_part_rests(
     case, text = case_of(tmp_path, material, held(), SPC, falls)
     assert case.slave[0].motion.kind == "fixed"
     assert material[0] in text.partition("Not understood")[2]
+
+
+def test_nodes_shared_with_a_rigid_part_go_with_it(tmp_path: Path) -> None:
+    """A plate of rigid shells on the lower side of the pad."""
+    foam, cells = pad()
+    lines = [
+        "".join(f"{n:8d}" for n in (20001 + k, 3, *(cell[[0, 3, 2, 1]] + FIRST)))
+        for k, cell in enumerate(cells)
+    ]
+    plate = ["*PART", "plate", card(3, 11, 23), "*ELEMENT_SHELL", *lines]
+    plate += ["*MAT_RIGID", card(23, DENSITY, 210.0, 0.3), ""]
+    case, text = case_of(tmp_path, ELASTIC, plate)
+    motion = case.slave[0].motion
+    assert [(one.set, one.body) for one in motion.attached] == [(3, "plate")]
+    assert "nodes shared with *PART 3" in text
+    assert {body.name for body in case.body} == {"head form", "plate"}
+    simulation = cg.build(case)
+    assert not [finding for finding in simulation.check() if finding.rule == "unused"]
+    state = simulation.run().state
+    plate_low = state.bodies["plate"].pose[:3, 3]
+    low = simulation.slaves["foam pad"].slave.points[:, 2] < -9.0
+    moved = state.slaves["foam pad"].points - simulation.slaves["foam pad"].slave.points
+    assert np.abs(plate_low).max() > 0.0
+    np.testing.assert_allclose(moved[low].mean(axis=0), plate_low, atol=1e-3)
+    assert len(foam) > 0
+
+
+@pytest.mark.parametrize("kind", ["SET", "NODE"])
+def test_extra_nodes_of_a_rigid_part_go_with_it(tmp_path: Path, kind: str) -> None:
+    rows = [card(1, 6)] if kind == "SET" else [card(1, node) for node in LOW]
+    extra = [f"*CONSTRAINED_EXTRA_NODES_{kind}", *rows]
+    case, text = case_of(tmp_path, ELASTIC, held(), extra)
+    name = "set of nodes 6" if kind == "SET" else "nodes with part 1"
+    assert [(one.set, one.body) for one in case.slave[0].motion.attached] == [(name, "head form")]
+    assert f"*CONSTRAINED_EXTRA_NODES_{kind}, line" in text
+    nodes = cg.build(case).mechanism.nodes["foam pad"]
+    (joint,) = nodes.joints
+    assert len(joint.rows) == len(LOW)
+
+
+def test_nodes_that_go_with_a_part_are_not_held_as_well(tmp_path: Path) -> None:
+    extra = ["*CONSTRAINED_EXTRA_NODES_SET", card(1, 6)]
+    case, text = case_of(tmp_path, ELASTIC, held(), extra, SPC)
+    assert case.slave[0].motion.attached
+    assert not case.slave[0].motion.fixed
+    assert "*BOUNDARY_SPC_SET (set of nodes 6: some go with a rigid part already)" in text
+
+
+def test_extra_nodes_of_a_part_that_is_not_rigid_are_listed(tmp_path: Path) -> None:
+    extra = ["*CONSTRAINED_EXTRA_NODES_SET", card(2, 6)]
+    case, text = case_of(tmp_path, ELASTIC, held(), extra)
+    assert case.slave[0].motion.kind == "fixed"
+    assert "*CONSTRAINED_EXTRA_NODES_SET (set of nodes 6: of no part that deforms here)" in text

@@ -8,6 +8,7 @@ import meshio
 import numpy as np
 import pytest
 from tests.blocks import block
+from tests.scenes import square_sheet
 
 import contiga as cg
 from contiga.case.columns import columns_of_case
@@ -388,3 +389,43 @@ def test_a_scale_needs_a_slave_of_elements(tmp_path: Path) -> None:
     (tmp_path / "layer.toml").write_text(layered)
     with pytest.raises(InputError, match=r"layer.scale: .*a layer has none"):
         cg.build(load_case(tmp_path / "layer.toml"))
+
+
+THICK = """
+units = { length = "mm", mass = "g", time = "ms" }
+time = { end = 0.05, step = 0.01 }
+[[body]]
+name = "table"
+geometry = { shape = "plane", width = 10.0, length = 10.0 }
+[[slave]]
+name = "sheet"
+points = { file = "sheet.vtu" }
+[slave.motion]
+kind = "deform"
+density = 1e-3
+thickness = 0.2
+material = { kind = "elastic", young = 2.0 }
+[[contact]]
+master = "table"
+slave = "sheet"
+search = "penetration"
+shell_offset = "OFFSET"
+law = { kind = "penalty", stiffness = 1.0, per_area = true }
+"""
+
+
+@pytest.mark.parametrize(("offset", "depth"), [("back", 0.01), ("front", 0.0), ("none", 0.0)])
+def test_a_sheet_touches_half_its_thickness_off(tmp_path: Path, offset: str, depth: float) -> None:
+    points, quads = square_sheet(2.0, 3)
+    meshio.Mesh(np.add(points, [0.0, 0.0, 0.09]), [("quad", quads)]).write(tmp_path / "sheet.vtu")
+    (tmp_path / "case.toml").write_text(THICK.replace("OFFSET", offset))
+    state = cg.build(load_case(tmp_path / "case.toml")).start()
+    (contact,) = state.contacts.values()
+    assert contact.max_penetration == pytest.approx(depth, abs=1e-12)
+    assert contact.total_force[2] == pytest.approx(4.0 * depth, rel=1e-9)
+
+
+def test_an_offset_of_points_on_nodes_is_refused(tmp_path: Path) -> None:
+    law = PER_AREA + '\nquadrature = "nodes"\nshell_offset = "front"'
+    with pytest.raises(InputError, match="contact is at the nodes"):
+        cg.build(load_case(_write(tmp_path, law=law)))

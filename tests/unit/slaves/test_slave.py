@@ -61,7 +61,7 @@ def test_arrays_are_copies_that_cannot_be_written():
         ({"facets": [[0, 1, 2], [-1, 1, 2]]}, "facet 1 names a point"),
         ({"facets": [[0, 1]]}, "rows of 3 or 4"),
         ({"facets": [[0.0, 1.0, 2.0]]}, "whole numbers"),
-        ({"area": np.ones(4)}, r"area must have one entry.*\(4,\).*\(5,\)"),
+        ({"area": np.ones(4)}, r"area must be one number, or one a point.*\(4,\).*\(5,\)"),
         ({"area": [1, 1, 1, 1, -1]}, "area of point 4 is negative"),
         ({"thickness": [1, 1, np.nan, 1, 1]}, "thickness of point 2"),
         ({"thickness": [1, -1e-9, 1, 1, 1]}, "thickness of point 1"),

@@ -19,6 +19,7 @@ from contiga.errors import ContigaWarning, FileError, MeshError
 from contiga.io.mesh.lsdyna_cards import Block, Card, fields, read_blocks, real, whole
 from contiga.io.mesh.lsdyna_parts import Parts, read_parts
 from contiga.io.mesh.lsdyna_sets import read_sets, set_name
+from contiga.io.mesh.lsdyna_ties import tied_nodes
 from contiga.io.mesh.numbered import Int64Array, Rows
 from contiga.io.mesh.raw import Group, RawMesh
 from contiga.records import FloatArray
@@ -338,6 +339,8 @@ def _sets(blocks: Iterable[Block], rows: Rows) -> Iterable[Group]:
     for number, nodes in read_sets(blocks, "NODE", lambda *_: None).items():
         kept = rows(np.array(nodes, dtype=np.int64))
         yield Group(None, set_name(number), None, kept)
+    for name, nodes in tied_nodes(blocks).items():
+        yield Group(None, name, None, rows(np.unique(np.array(nodes, dtype=np.int64))))
 
 
 def _mass(blocks: Iterable[Block], rows: Rows, count: int) -> FloatArray | None:

@@ -11,6 +11,7 @@ from contiga.io.mesh.lsdyna_cards import Block
 from contiga.io.mesh.lsdyna_curves import DeckCurve, number_of, read_curves
 from contiga.io.mesh.lsdyna_parts import Parts, read_parts
 from contiga.io.mesh.lsdyna_soft import SoftLaw
+from contiga.io.mesh.lsdyna_ties import NodeTie
 
 _FOREVER = 1e20
 """A death later than that is none; LS-DYNA's default is 1e28."""
@@ -28,17 +29,6 @@ class Material(NamedTuple):
     block: Block
     soft: SoftLaw | None = None
     """What a part of it is made of where it deforms."""
-
-
-class HeldNodes(NamedTuple):
-    """A *BOUNDARY_SPC_SET."""
-
-    number: int
-    """Of the set of nodes."""
-    ways: str
-    """Of "xyz" those held."""
-    block: Block
-    line: int
 
 
 class DeckContact(NamedTuple):
@@ -99,7 +89,7 @@ class DeckModel:
     materials: dict[int, Material] = field(default_factory=dict)
     contacts: list[DeckContact] = field(default_factory=list)
     motions: list[Prescribed] = field(default_factory=list)
-    held: list[HeldNodes] = field(default_factory=list)
+    ties: list[NodeTie] = field(default_factory=list)
     velocities: dict[int, Start] = field(default_factory=dict)
     """By part; 0 stands for all."""
     node_velocities: dict[int, NodeStart] = field(default_factory=dict)

@@ -25,7 +25,6 @@ from contiga.io.mesh.lsdyna_curves import is_curve, read_curves
 from contiga.io.mesh.lsdyna_deck import (
     DeckContact,
     DeckModel,
-    HeldNodes,
     Material,
     NodeStart,
     Prescribed,
@@ -35,6 +34,7 @@ from contiga.io.mesh.lsdyna_parameters import is_parameters
 from contiga.io.mesh.lsdyna_parts import is_part, read_parts
 from contiga.io.mesh.lsdyna_sets import is_set, read_sets
 from contiga.io.mesh.lsdyna_soft import SOFT, SoftLaw
+from contiga.io.mesh.lsdyna_ties import is_tie, read_ties
 
 _TEN = (10,) * 8
 _MESH = ("NODE", "ELEMENT_MASS", "TITLE")
@@ -166,33 +166,29 @@ def _material(block: Block, model: DeckModel) -> None:
 
 def _soft(kind: str, block: Block, rows: list[_Row]) -> SoftLaw | None:
     """What a part of the material is made of where it deforms, if there is such here."""
-    cards = SOFT.get(kind)
-    if cards is None or not rows:
+    soft = SOFT.get(kind)
+    if soft is None or not rows:
         return None
-    (card, first), *others = rows
-    numbers = _reals(block, card, first[2 : 2 + cards.first])
-    more = (0.0,) * cards.second
-    if others:
-        more = _reals(block, others[0][0], others[0][1][: cards.second])
-    return cards.law(*numbers, *more)
+    numbers: list[float] = []
+    for k, places in enumerate(soft.cards):
+        if k < len(rows):
+            card, texts = rows[k]
+            numbers += _reals(block, card, texts[places])
+        else:
+            numbers += [0.0] * len(range(8)[places])
+    return soft.law(*numbers)
 
 
-def _held(block: Block, model: DeckModel) -> None:
-    """*BOUNDARY_SPC_SET."""
-    named = block.keyword.endswith("_ID")
-    if block.keyword.removesuffix("_ID") != "BOUNDARY_SPC_SET":
+def _tied(block: Block, model: DeckModel) -> None:
+    """*BOUNDARY_SPC_… and *CONSTRAINED_EXTRA_NODES_…."""
+    if not is_tie(block):
         model.leave(block)
         return
-    rows = _rows(block)
-    for card, texts in rows[1::2] if named else rows:
-        number, axes, *ways = (whole(text, block, card) for text in texts[:5])
-        if axes:
-            model.leave(block, f"set of nodes {number}, in axes of its own, CID", card.line)
-        elif number and not any(ways):
-            model.leave(block, f"set of nodes {number}, turns alone", card.line)
-        elif number:
-            held = "".join(axis for axis, way in zip("xyz", ways, strict=True) if way)
-            model.held.append(HeldNodes(number, held, block, card.line))
+    for tie in read_ties(block):
+        if tie.problem:
+            model.leave(block, f"{tie.what}, {tie.problem}", tie.line)
+        else:
+            model.ties.append(tie)
 
 
 def _contact(block: Block, model: DeckModel) -> None:
@@ -347,7 +343,8 @@ _READERS: dict[str, Callable[[Block, DeckModel], None]] = {
     "MAT_": _material,
     "CONTACT_": _contact,
     "BOUNDARY_PRESCRIBED_MOTION": _prescribed,
-    "BOUNDARY_SPC": _held,
+    "BOUNDARY_SPC": _tied,
+    "CONSTRAINED_EXTRA_NODES": _tied,
     "INITIAL_VELOCITY": _initial,
     "LOAD_BODY": _gravity,
     _TERMINATION: _termination,

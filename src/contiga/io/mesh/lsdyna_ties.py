@@ -1,0 +1,86 @@
+"""Nodes of an LS-DYNA deck that are held, or go with a rigid part.
+
+Card layouts: LS-DYNA Keyword User's Manual, volume I, *BOUNDARY_SPC and *CONSTRAINED_EXTRA_NODES.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+from contiga.io.mesh.lsdyna_cards import Block, fields, leaving_parameters, whole
+from contiga.io.mesh.lsdyna_sets import set_name
+
+_TEN = (10,) * 8
+_HELD = ("BOUNDARY_SPC_SET", "BOUNDARY_SPC_NODE")
+_EXTRA = ("CONSTRAINED_EXTRA_NODES_SET", "CONSTRAINED_EXTRA_NODES_NODE")
+
+
+class NodeTie(NamedTuple):
+    """What a card says of some nodes."""
+
+    nodes: str
+    """Name of their set among the groups of the mesh."""
+    number: int
+    """Of the node or set."""
+    one: bool
+    """Whether it is of a node."""
+    ways: str
+    """Of "xyz" those held; empty where they go with a part."""
+    part: int
+    """The rigid part that they go with; 0 where they are held."""
+    block: Block
+    line: int
+    problem: str = ""
+    """What of it is not understood; such a tie does nothing."""
+
+    @property
+    def what(self) -> str:
+        """The nodes, in words."""
+        return f"node {self.number}" if self.one else set_name(self.number)
+
+
+def is_tie(block: Block) -> bool:
+    """Whether a keyword is one that `read_ties` knows."""
+    return block.keyword.removesuffix("_ID") in _HELD or block.keyword in _EXTRA
+
+
+def read_ties(block: Block) -> Iterator[NodeTie]:
+    """All that a keyword says.
+
+    Raises
+    ------
+    MeshError
+        A field that should be a number is none.
+    """
+    word, one = block.keyword.removesuffix("_ID"), block.keyword.endswith(("_NODE", "_NODE_ID"))
+    cards = block.cards[1::2] if block.keyword.endswith("_ID") else block.cards
+    for card in cards:
+        texts = fields(card, block, _TEN)
+        if word in _EXTRA:
+            part, number = (whole(text, block, card) for text in texts[:2])
+            tie = NodeTie(_name(one, number, f"with part {part}"), number, one, "", part, block, 0)
+        else:
+            number, axes, *holds = (whole(text, block, card) for text in texts[:5])
+            ways = "".join(axis for axis, hold in zip("xyz", holds, strict=True) if hold)
+            problem = "in axes of its own, CID" if axes else "" if ways else "turns alone"
+            name = _name(one, number, f"held in {ways}")
+            tie = NodeTie(name, number, one, ways, 0, block, 0, problem)
+        if number:
+            yield tie._replace(line=card.line)
+
+
+def tied_nodes(blocks: Iterable[Block]) -> dict[str, list[int]]:
+    """Single nodes that cards name, by the name of their set. Cards with parameters without a value
+    say nothing."""
+    nodes: dict[str, list[int]] = {}
+    for block in filter(is_tie, blocks):
+        with leaving_parameters(block, lambda *_: None):
+            for tie in read_ties(block):
+                if tie.one and not tie.problem:
+                    nodes.setdefault(tie.nodes, []).append(tie.number)
+    return nodes
+
+
+def _name(one: bool, number: int, does: str) -> str:
+    return f"nodes {does}" if one else set_name(number)
