@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from contiga.case.contact_spec import ContactSpec
-from contiga.case.deform_spec import DeformSpec
-from contiga.case.motion_spec import FreeSpec
 from contiga.case.schema import Case
 from contiga.case.sensor_spec import PointSensorSpec, RelativeSensorSpec, SensorSpec
 from contiga.simulation.history import COUNTED, OF_BODIES
@@ -65,11 +63,10 @@ def columns_of_case(case: Case) -> list[str]:
     for spring in (spec.spring for spec in case.spring):
         names = [*OF_SPRINGS, *(["filtered_force"] if spring.filter else [])]
         columns += [f"{spring.name}.{name}" for name in names]
-    free = [body.name for body in case.body if isinstance(body.motion, FreeSpec)]
+    free = [body.name for body in case.body if body.motion.by_forces]
     columns += [f"{name}.{column}" for name in free for column in OF_BODIES]
-    deforms = any(isinstance(slave.motion, DeformSpec) for slave in case.slave)
-    loose = any(isinstance(slave.motion, FreeSpec) for slave in case.slave)
-    if free or case.spring or loose or deforms:
+    deforms = any(slave.motion.kind == "deform" for slave in case.slave)
+    if free or case.spring or any(slave.motion.by_forces for slave in case.slave):
         columns += [f"energy.{name}" for name in _OF_SYSTEM]
     if deforms:
         columns += ["energy.hourglass", "energy.viscosity"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from contiga.case.material_spec import MaterialSpec
 from contiga.case.nodal_spec import AttachedSpec, DrivenSpec, HeldSpec, NodalLoadSpec, NodesOf
 from contiga.case.rigid_spec import ToldMotionSpec
-from contiga.case.spec import NotNegative, Positive, Spec, Vector
+from contiga.case.spec import MotionSpec, NotNegative, Positive, Spec, Vector
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.prescribed import BodyMotion
 from contiga.errors import CaseError
@@ -77,12 +77,13 @@ class MadeOfSpec(_MadeOf):
         return f"{self.set}: {self.material.describe()}, density {self.density:g}"
 
 
-class DeformSpec(_MadeOf):
+class DeformSpec(_MadeOf, MotionSpec):
     """`{ kind = "deform", material, density, parts, fixed, driven, attached, … }`: elements.
 
     `parts`, `fixed`, `driven`, `attached` and `loads` are tables, or lists of them.
     """
 
+    by_forces = True
     kind: Literal["deform"] = "deform"
     parts: list[MadeOfSpec] = Field(default_factory=list)
     """Elements that are made of something else."""
@@ -117,6 +118,10 @@ class DeformSpec(_MadeOf):
                     allowed="that of all elements, or of those that are in none of the `parts`",
                 )
         return self
+
+    def named_bodies(self) -> Iterator[tuple[str, str]]:
+        """Those that carry nodes."""
+        yield from ((f"attached[{k}].body", one.body) for k, one in enumerate(self.attached))
 
     def moved(
         self,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Literal, Self
 
 from pydantic import Field, model_validator
@@ -12,9 +13,9 @@ from contiga.case.rigid_spec import RIGID, RigidMotionSpec
 from contiga.case.spec import (
     FilePattern,
     LengthUnit,
+    MotionSpec,
     Name,
     Positive,
-    Spec,
     Vector,
     by_kind,
 )
@@ -23,7 +24,7 @@ from contiga.errors import CaseError
 from contiga.records import MassProperties
 
 
-class SeriesSpec(Spec):
+class SeriesSpec(MotionSpec):
     """`{ kind = "series", files = "step_*.vtu" }`: the points as a series of files has them.
 
     Without `times` and `step` the files are spread evenly over the run, the first at its start,
@@ -55,12 +56,13 @@ class SeriesSpec(Spec):
         return f"points from the files {self.files}, {when}{carried}"
 
 
-class FreeSpec(Spec):
+class FreeSpec(MotionSpec):
     """`{ kind = "free", velocity, spin, hold }`: moved by the forces on it.
 
     A body needs its `mass`, a slave's nodes theirs.
     """
 
+    by_forces = True
     kind: Literal["free"] = "free"
     velocity: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
     """Of the centre of mass, or of all nodes, at the start."""
@@ -85,11 +87,15 @@ class FreeSpec(Spec):
         return f"free, velocity {self.velocity} at the start{spin}{held}"
 
 
-class AttachedSpec(Spec):
+class AttachedSpec(MotionSpec):
     """`{ kind = "attached", body = "…" }`: fixed to a body, which feels its forces."""
 
     kind: Literal["attached"] = "attached"
     body: Name
+
+    def named_bodies(self) -> Iterator[tuple[str, str]]:
+        """Its own."""
+        yield "body", self.body
 
     def describe(self) -> str:
         """In words."""

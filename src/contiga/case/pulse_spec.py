@@ -7,7 +7,7 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from contiga.case.spec import Axis, ExistingFile, Spec, TimeUnit, Vector
+from contiga.case.spec import Axis, ExistingFile, MotionSpec, TimeUnit, Vector
 from contiga.dynamics.prescribed import BodyMotion
 from contiga.dynamics.pulse_files import read_pulse
 from contiga.dynamics.pulses import Accelerated, Velocity
@@ -25,7 +25,7 @@ Units = tuple[str, str, str]
 _ANY_UNITS = ("m", "kg", "s")
 
 
-class _PulseSpec(Spec):
+class _PulseSpec(MotionSpec):
     kind: str
     table: list[list[float]] | None = None
     file: ExistingFile | None = None

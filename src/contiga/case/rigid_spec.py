@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
-from contiga.case.spec import Axis, ExistingFile, Spec, Vector, by_kind
+from contiga.case.spec import Axis, ExistingFile, MotionSpec, Vector, by_kind
 from contiga.dynamics.prescribed import BodyMotion, Combine, Fixed, Poses, Rotate, Translate
 from contiga.errors import CaseError
 
 Table = list[list[float]]
 
 
-class _RigidSpec(Spec):
+class _RigidSpec(MotionSpec):
     @cached_property
     def motion(self) -> BodyMotion:
         """The motion."""

@@ -15,14 +15,12 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
 
 from contiga.case.contact_spec import ContactSpec
-from contiga.case.deform_spec import DeformSpec, with_quadrature
+from contiga.case.deform_spec import with_quadrature
 from contiga.case.geometry_spec import GeometrySpec
 from contiga.case.load_spec import LoadSpec
 from contiga.case.mass_spec import MassSpec
 from contiga.case.motion_spec import (
-    AttachedSpec,
     BodyMotionSpec,
-    FreeSpec,
     SeriesSpec,
     SlaveMotionSpec,
 )
@@ -195,10 +193,8 @@ class Case(Spec):
 
     @model_validator(mode="after")
     def _parts_fit_together(self) -> Self:
-        moved = any(isinstance(body.motion, FreeSpec) for body in self.body)
-        deforms = any(isinstance(slave.motion, DeformSpec) for slave in self.slave)
-        moved = moved or deforms
-        if not (self.body or deforms):
+        moved = any(part.motion.by_forces for part in self.parts.values())
+        if not (self.body or moved):
             raise CaseError("is missing", where="body", allowed="at least one [[body]]")
         if not (self.contact or moved):
             raise CaseError(
@@ -251,7 +247,7 @@ class Case(Spec):
                 found=GROUND,
                 remedy="Rename the body, also in the springs that are attached to it",
             )
-        if isinstance(body.motion, FreeSpec) and body.mass is None:
+        if body.motion.by_forces and body.mass is None:
             raise CaseError(
                 "is missing: a free body needs its mass",
                 where=f"body[{i}].mass",
@@ -269,8 +265,8 @@ class Case(Spec):
             *((f"slave[{i}]", slave.motion) for i, slave in enumerate(self.slave)),
         ]
         for where, motion in moved:
-            if isinstance(motion, AttachedSpec):
-                keys.setdefault((where, motion.body), "motion.body")
+            for key, name in motion.named_bodies():
+                keys.setdefault((where, name), f"motion.{key}")
         yield from ((f"{where}.{key}", name) for (where, name), key in keys.items())
         yield from ((f"load[{i}].body", load.body) for i, load in enumerate(self.load))
         settling = self.settle.bodies if self.settle is not None else []

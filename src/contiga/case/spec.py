@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import reduce
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import (
     AfterValidator,
@@ -252,3 +252,14 @@ Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
 Axis = str | Vector
 Name = Annotated[str, Field(pattern=r"^\w[\w \-]*$")]
 """Letters, digits, spaces, _ and -: names become column heads and part names."""
+
+
+class MotionSpec(Spec):
+    """A `motion` table of a body or slave."""
+
+    by_forces: ClassVar[bool] = False
+    """Whether forces decide how it moves, by masses of its own."""
+
+    def named_bodies(self) -> Iterator[tuple[str, str]]:
+        """Keys that name a body it stands on, and the names."""
+        yield from ()

@@ -176,6 +176,11 @@ class Deforming(Dependent):
         parts = [*self.loads, *(table.get("motion") for table in self.driven)]
         return np.concatenate([np.zeros(0), *map(kinks_in, parts)])
 
+    @property
+    def hosts(self) -> tuple[str, ...]:
+        """The bodies that nodes are attached to."""
+        return tuple(dict.fromkeys(table["body"] for table in self.attached))
+
     def resting(self, time: float) -> Deforming:
         """The same with nothing in motion."""
         still = copy(self)

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from contiga.arrays.layout import positive, read_only
 from contiga.dynamics.nodes import NodeMover
 from contiga.dynamics.point_nodes import CarriedNodes, FreeNodes
+from contiga.dynamics.prescribed import is_still
 from contiga.errors import InputError
 from contiga.records import FloatArray, MassProperties
 from contiga.rigid.inertia import check_inertia
@@ -29,6 +30,11 @@ Number = Callable[[str], int]
 class Dependent:
     """A motion that nothing tells beforehand: forces decide it, or another body."""
 
+    @property
+    def hosts(self) -> tuple[str, ...]:
+        """Names of the bodies that it stands on, or nodes of it do."""
+        return ()
+
     def nodes(self, where: str, slave: Slave, number: Number) -> NodeMover:
         """What moves the nodes of `slave` so; `where` is for messages.
 
@@ -42,6 +48,11 @@ class Dependent:
     def resting(self, time: float) -> Dependent:
         """The same with nothing in motion, and what changes over time as it is at `time`."""
         return self
+
+
+def is_driven(motion: object) -> bool:
+    """Whether a motion is told beforehand, and not known to move nothing."""
+    return not (isinstance(motion, Dependent) or is_still(motion))
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -158,6 +169,11 @@ class Attached(Dependent):
 
     body: str
     mass: MassProperties | None = None
+
+    @property
+    def hosts(self) -> tuple[str, ...]:
+        """Its body."""
+        return (self.body,)
 
     def __post_init__(self) -> None:
         if not isinstance(self.mass, MassProperties | None):

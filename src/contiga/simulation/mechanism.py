@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.dynamics.free import Attached, Dependent, Free
+from contiga.dynamics.free import Attached, Dependent, Free, is_driven
 from contiga.dynamics.loads import Load
 from contiga.dynamics.nodes import NodeMover
 from contiga.dynamics.point_nodes import DrivenNodes
-from contiga.dynamics.prescribed import BodyMotion, SlaveMotion, is_still
+from contiga.dynamics.prescribed import BodyMotion, SlaveMotion
 from contiga.dynamics.rigid_bodies import fixed_of, row_of, with_attached
 from contiga.dynamics.springs import Spring
 from contiga.errors import InputError
@@ -125,11 +125,7 @@ def mechanism_of(
         {int(i): k for k, i in enumerate(free)},
         np.array(fixed).reshape(-1, FIXED),
         np.array(rows).reshape(-1, STATE),
-        {
-            index[name]: part.motion
-            for name, part in bodies.items()
-            if not (isinstance(part.motion, Dependent) or is_still(part.motion))
-        },
+        {index[name]: part.motion for name, part in bodies.items() if is_driven(part.motion)},
         nodes,
         springs,
         loads,

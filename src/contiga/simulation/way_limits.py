@@ -9,8 +9,7 @@ import numpy as np
 
 from contiga.contact.state import State
 from contiga.contact.tracked import closest
-from contiga.dynamics.free import Dependent
-from contiga.dynamics.prescribed import is_still
+from contiga.dynamics.free import is_driven
 from contiga.records import FloatArray
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.reasons import Cut, Reason
@@ -87,8 +86,7 @@ def _driven(model: Model, part: ContactPart) -> bool:
     sides = int(system.root[system.index[part.master]]), system.carried.get(part.slave)
     if any(side in system.driven for side in sides):
         return True
-    motion = model.slaves[part.slave].motion
-    return not (isinstance(motion, Dependent) or is_still(motion))
+    return is_driven(model.slaves[part.slave].motion)
 
 
 def _speed(part: ContactPart, at: SystemState) -> float:

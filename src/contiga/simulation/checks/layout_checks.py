@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from contiga.dynamics.free import Attached, Free
+from contiga.dynamics.free import Dependent, Free
 from contiga.dynamics.prescribed import Moved, Poses, Rotate, Translate
 from contiga.dynamics.stepping import AutoSteps, EqualSteps
 from contiga.simulation.checks.finding import Finding
@@ -70,7 +70,7 @@ def _bodies(scene: Scene) -> Iterator[Finding]:
     used |= {load.body for load in model.loads}
     motions: list[object] = [part.motion for part in model.bodies.values()]
     motions += [part.motion for part in model.slaves.values()]
-    used |= {motion.body for motion in motions if isinstance(motion, Attached)}
+    used |= {host for motion in motions if isinstance(motion, Dependent) for host in motion.hosts}
     for name, body in model.bodies.items():
         if name not in used and not isinstance(body.motion, Free):
             yield Finding(
