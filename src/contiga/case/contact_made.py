@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from numpy.typing import ArrayLike
+
 from contiga.area.facet import FacetArea
 from contiga.area.method import AreaMethod
 from contiga.area.nodal import NodalArea
@@ -56,6 +58,23 @@ def _scaled(spec: LawSpec | None, slave: SlavePart) -> Law | None:
     return spec.scaled(slave.motion.contact_stiffness(slave.slave))
 
 
+def _thickness_of(spec: ContactSpec, slave: SlavePart) -> ArrayLike | None:
+    """Of the slave as a shell; None where it does not count."""
+    if spec.shell_thickness is not True:
+        return spec.shell_thickness or None
+    known = slave.slave.thickness
+    if isinstance(slave.motion, Deforming):
+        known = slave.motion.nodal_thickness(slave.slave)
+    if known is None or not known.any():
+        raise CaseError(
+            f"the thickness of {slave.slave.name!r} is not known",
+            where="shell_thickness",
+            found=True,
+            allowed="a length, or a slave of membranes or shells with a thickness",
+        )
+    return known
+
+
 def contact_of(
     spec: ContactSpec, sides: Sides, body: Master, slave: SlavePart, area: AreaMethod
 ) -> Contact:
@@ -63,8 +82,6 @@ def contact_of(
     law, points = _scaled(spec.law, slave) or sides.law, slave.slave
     if isinstance(slave.motion, Deforming) and getattr(law, "needs_mass", False):
         points = slave.motion.with_masses(points)
-    if isinstance(slave.motion, Deforming) and spec.shell_offset != "none":
-        points = slave.motion.with_thickness(points) if points.thickness is None else points
     return Contact(
         body,
         points,
@@ -77,7 +94,7 @@ def contact_of(
         foot=spec.foot,
         weights=spec.weights,
         quadrature=spec.quadrature,
-        shell_offset=spec.shell_offset,
+        shell_thickness=_thickness_of(spec, slave),
         friction=None if spec.friction is None else spec.friction.friction,
         master_law=sides.master_law,  # type: ignore[arg-type]  # the schema refuses others
         depth=spec.depth,

@@ -138,6 +138,12 @@ def _as_quadrature(value: Any) -> Any:
     )
 
 
+def _as_thickness(value: Any) -> Any:
+    if isinstance(value, bool) or (isinstance(value, int | float) and value > 0.0):
+        return value if isinstance(value, bool) else float(value)
+    raise CaseError("must be a thickness", found=value, allowed="true, false, or a length > 0")
+
+
 class ContactSpec(Spec):
     """A `[[contact]]`: a body and a slave that may touch."""
 
@@ -168,8 +174,9 @@ class ContactSpec(Spec):
     """Whether fixed areas at rest weigh the force, or contact areas as they are measured."""
     quadrature: Annotated[str | int, BeforeValidator(_as_quadrature)] = "nodes"
     """Points of contact: the slave's nodes, or so many on each facet."""
-    shell_offset: Literal["none", "front", "back"] = "none"
-    """Side of the facets on which points stand half the thickness of the shell off them."""
+    shell_thickness: Annotated[bool | float, BeforeValidator(_as_thickness)] = False
+    """Of the slave as a shell, half of which stands off its points; true takes that of its
+    membranes, or of its mesh."""
 
     @property
     def title(self) -> str:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.case.deck_matter import SoftSlave, deforming, in_several
-from contiga.case.deck_parts import DeckParts, case_name
+from contiga.case.deck_parts import DeckParts
 from contiga.case.schema import parse_case
 from contiga.case.toml import value_text
 from contiga.errors import FileError, InputError
@@ -72,7 +72,7 @@ def convert(deck: str | Path, units: tuple[str, str, str], folder: str | Path) -
     for unit, dimension in zip(units, ("length", "mass", "time"), strict=True):
         base_factor(unit, dimension, "--units")
     model = read_model(Path(deck))
-    parts = DeckParts(model, case_name(Path(deck), Path(folder)))
+    parts = DeckParts(model, Path(folder), units)
     pairs = _pairs(model, parts)
     if not pairs:
         raise FileError(

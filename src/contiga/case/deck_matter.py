@@ -5,9 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
 from contiga.arrays.layout import positive
 from contiga.case.deck_parts import DeckParts
-from contiga.errors import InputError
+from contiga.case.deform_spec import DeformSpec
+from contiga.case.points_spec import FilePoints
+from contiga.case.problems import first_problem
+from contiga.case.schema import SlaveSpec
+from contiga.case.slave_motion import deforming_of
+from contiga.dynamics.prescribed import Fixed
+from contiga.errors import ContigaError, InputError
 from contiga.io.mesh.lsdyna_deck import Material
 from contiga.io.mesh.lsdyna_sets import set_name
 from contiga.io.mesh.lsdyna_ties import NodeTie
@@ -45,6 +55,8 @@ class _Ties(NamedTuple):
     """Rigid parts that carry nodes."""
     cards: list[NodeTie]
     sources: list[str]
+    clashes: list[NodeTie]
+    """Cards of nodes that go with another rigid part already."""
 
 
 def deforming(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
@@ -55,10 +67,22 @@ def deforming(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
     """
     if any(number in parts.in_several for number in numbers):
         return None  # what holds it is listed
-    materials = [parts.material(number) for number in numbers]
-    soft = [one for one in materials if one is not None and one.soft is not None]
+    materials = [one for number in numbers if (one := parts.material(number)) is not None]
+    soft = [one for one in materials if one.soft is not None]
     ties = _ties_of(parts, numbers)
-    if not ties.sources or len(soft) < len(numbers):
+    for one in materials if ties.sources else ():
+        if one.unmade:
+            parts.model.leave(one.block, one.unmade)
+    if len(soft) < len(numbers) or not (ties.sources or ties.clashes):
+        return None
+    if torn := _torn(parts, numbers):
+        parts.model.leave(soft[0].block, torn)
+        return None
+    for tie in ties.clashes:
+        why = f"{tie.nodes}: some go with a rigid part already, so all of the slave rests"
+        parts.model.leave(tie.block, why, tie.line)
+        parts.tied.add(tie.key)
+    if ties.clashes:
         return None
     tables = [_made_of(parts, number, one) for number, one in zip(numbers, soft, strict=True)]
     if any(table is None for table in tables):
@@ -70,9 +94,12 @@ def deforming(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
         motion["parts"] = [
             {"set": number} | (table or {}) for number, table in zip(numbers, tables, strict=True)
         ]
-    parts.tied += ties.cards
     held = {"fixed": ties.fixed, "attached": ties.attached}
     motion |= {key: value for key, value in held.items() if value}
+    if problem := _problem(parts, numbers, motion):
+        parts.model.leave(soft[0].block, problem)
+        return None
+    parts.tied |= {tie.key for tie in ties.cards}
     velocity = parts.common_velocity(numbers)
     if velocity is not None:
         motion["velocity"] = velocity
@@ -82,6 +109,36 @@ def deforming(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
         notes.append("its shells are membranes, without bending")
     source = "; ".join(dict.fromkeys([*places, *notes, *ties.sources]))
     return SoftSlave(motion, source, ties.hosts)
+
+
+def _torn(parts: DeckParts, numbers: list[int]) -> str:
+    """Which part that is not rigid nor in the slave has nodes of it; nothing where none has."""
+    own = _nodes_of(parts, numbers)
+    for part in parts.groups:
+        apart = part in numbers or parts.is_rigid(part)
+        if not apart and (_nodes_of(parts, [part]) & own).any():
+            return f"part {part} shares nodes with it and is not of its slave, which rests"
+    return ""
+
+
+def _problem(parts: DeckParts, numbers: list[int], motion: dict[str, Any]) -> str:
+    """Why a slave cannot deform so; nothing where it can."""
+    points = {"file": parts.file, "parts": numbers}
+    table = {"name": parts.slave_name(tuple(numbers)), "points": points, "motion": motion}
+    length, mass, time = parts.units
+    units = {"length": length, "mass": mass, "time": time}
+    context = {"folder": parts.folder, "units": units}
+    try:
+        spec = SlaveSpec.model_validate(table, context=context)
+        assert isinstance(spec.points, FilePoints)
+        assert isinstance(spec.motion, DeformSpec)
+        slave = spec.points.slave(spec.name, length)
+        deforming_of(spec, spec.motion, slave, lambda told: Fixed())
+    except ValidationError as error:
+        return first_problem(error, table, "").what
+    except ContigaError as error:
+        return f"{error.what}, so the slave rests" if isinstance(error, InputError) else str(error)
+    return ""
 
 
 def in_several(
@@ -109,51 +166,65 @@ def in_several(
 def _ties_of(parts: DeckParts, numbers: list[int]) -> _Ties:
     """What holds nodes of some parts: rigid parts they share nodes with, and cards."""
     own = _nodes_of(parts, numbers)
-    ties = _Ties([], [], [], [], [])
-    carried: dict[int, set[int]] = {}
+    ties = _Ties([], [], [], [], [], [])
+    host = np.full(len(own), -1)
     for part in filter(parts.is_rigid, parts.groups):
         shared = _nodes_of(parts, [part]) & own
-        if shared:
-            carried[part] = shared
+        if shared.any():
+            host[shared] = part
+            ties.hosts.append(part)
             ties.attached.append({"set": part, "body": parts.name(part)})
             ties.sources.append(f"nodes shared with *PART {part}")
-    for (name, ways, part), cards in _alike(parts.model.ties).items():
+    for (name, ways, part), all_cards in _alike(parts.model.ties).items():
         there = _members(parts, name) & own
-        if not there or (part and not (part in parts.groups and parts.is_rigid(part))):
+        numbers_there = set(_numbers(parts)[there].tolist())
+        cards = [tie for tie in all_cards if not tie.one or tie.number in numbers_there]
+        if not there.any() or (part and not (part in parts.groups and parts.is_rigid(part))):
             continue
-        done = bool(part) and there <= carried.get(part, set())
-        if not done and any(there & nodes for nodes in carried.values()):
-            why = f"{name}: some go with a rigid part already"
-            parts.model.leave(cards[0].block, why, cards[0].line)
+        if ((host[there] >= 0) & (host[there] != (part or -1))).any():
+            ties.clashes.extend(cards)
             continue
         ties.cards.extend(cards)
         place = parts.model.place(cards[0].block, cards[0].line)
         ties.sources.append(f"*{cards[0].block.keyword}, {place}")
-        if part and not done:
-            carried[part] = carried.get(part, set()) | there
+        if part:
+            host[there] = part
+            ties.hosts.extend([part] * (part not in ties.hosts))
             ties.attached.append({"set": name, "body": parts.name(part)})
-        elif not part:
+        else:
             ties.fixed.append({"set": name, "hold": [*ways]})
-    ties.hosts.extend(carried)
     return ties
 
 
 def _alike(ties: Iterable[NodeTie]) -> dict[tuple[str, str, int], list[NodeTie]]:
-    """Cards by the nodes they are of and what becomes of these."""
+    """Cards by the nodes they are of and what becomes of these; those that carry come first."""
     alike: dict[tuple[str, str, int], list[NodeTie]] = {}
-    for tie in ties:
+    for tie in sorted(ties, key=lambda tie: tie.part == 0):
         alike.setdefault((tie.nodes, tie.ways, tie.part), []).append(tie)
     return alike
 
 
-def _nodes_of(parts: DeckParts, numbers: list[int]) -> set[int]:
-    return {int(node) for number in numbers for node in parts.nodes_of(parts.groups[number])}
+def _nodes_of(parts: DeckParts, numbers: list[int]) -> NDArray[np.bool_]:
+    """(n,) nodes of the mesh that elements of some parts have."""
+    mask = np.zeros(len(parts.mesh.points), np.bool_)
+    for number in numbers:
+        mask[parts.nodes_of(parts.groups[number])] = True
+    return mask
 
 
-def _members(parts: DeckParts, name: str) -> set[int]:
-    """Nodes of a set."""
+def _numbers(parts: DeckParts) -> NDArray[Any]:
+    """(n,) that the nodes of the mesh have in the deck."""
+    numbers = parts.mesh.node_ids
+    return np.zeros(len(parts.mesh.points), np.int64) if numbers is None else numbers
+
+
+def _members(parts: DeckParts, name: str) -> NDArray[np.bool_]:
+    """(n,) nodes of the mesh that are in a set."""
+    mask = np.zeros(len(parts.mesh.points), np.bool_)
     group = next((g for g in parts.mesh.groups if g.name == name), None)
-    return set() if group is None else _nodes(group)
+    if group is not None and group.nodes is not None:
+        mask[group.nodes] = True
+    return mask
 
 
 def _nodes(group: Group) -> set[int]:
@@ -180,7 +251,7 @@ def _made_of(parts: DeckParts, number: int, material: Material) -> dict[str, Any
         positive(material.density, "density")
         _MATERIALS[table["kind"]](**{key: table[key] for key in table if key != "kind"})
         if parts.is_shell(number):
-            made["thickness"] = positive(parts.thickness(number), "the thickness of its shells")
+            made["thickness"] = parts.thickness(number)
     except InputError as error:
         parts.model.leave(material.block, f"{error.where} {error.what}")
         return None

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.errors import InputError, MeshError
 from contiga.io.mesh.lsdyna_deck import DeckModel, Material, Prescribed, Start
 from contiga.io.mesh.lsdyna_sets import set_name
-from contiga.io.mesh.lsdyna_ties import NodeTie
 from contiga.io.mesh.raw import Group, RawMesh
 from contiga.io.mesh.read_mesh import read_raw, slave_of
 from contiga.records import FloatArray
@@ -47,19 +47,23 @@ class DeckParts:
     Parameters
     ----------
     model : what the deck says beside its mesh
-    file : the deck, as the case is to call it
+    folder : where the case will stand
+    units : of the deck: length, mass, time
     """
 
-    def __init__(self, model: DeckModel, file: str) -> None:
+    def __init__(self, model: DeckModel, folder: Path, units: tuple[str, str, str]) -> None:
         self.model = model
-        self.file = file
+        self.folder = folder
+        self.units = units
+        self.file = case_name(model.path, folder)
+        """The deck, as the case calls it."""
         self._names: dict[str, str] = {}
         self._skins: dict[tuple[str | int, ...], _Facets] = {}
         self._started: set[int] = set()
         self.in_several: set[int] = set()
         """Parts that are in several slaves of the case."""
-        self.tied: list[NodeTie] = []
-        """What holds nodes of parts that deform."""
+        self.tied: set[tuple[str, int, int]] = set()
+        """Keys of what holds nodes of parts that deform, or is told of otherwise."""
 
     @cached_property
     def mesh(self) -> RawMesh:
@@ -142,10 +146,20 @@ class DeckParts:
         return any(block.kind in SHELLS and len(rows) > 0 for block, rows in blocks)
 
     def thickness(self, part: int) -> float:
-        """The one thickness of the shells of a part; 0 where there is none, or more than one."""
+        """The one thickness of the shells of a part.
+
+        Raises
+        ------
+        InputError
+            There is none, or more than one.
+        """
         known = self._facets([part]).thickness
-        same = len(known) > 0 and np.ptp(known) <= _SAME_THICKNESS * known.max()
-        return float(f"{known[0]:.12g}") if same else 0.0  # the mean of corners ends in rounding
+        least, most = float(known.min(initial=np.inf)), float(known.max(initial=0.0))
+        if not 0.0 < least <= most:
+            raise InputError("have no thickness", where="its shells")
+        if most - least > _SAME_THICKNESS * most:
+            raise InputError(f"have thicknesses from {least:g} to {most:g}", where="its shells")
+        return float(f"{most:.12g}")  # the mean of corners ends in rounding
 
     def mass(self, part: int) -> tuple[dict[str, Any], str]:
         """The `mass` of a rigid part, and where it comes from."""
@@ -161,6 +175,14 @@ class DeckParts:
             note = ", its own axes taken for those of the world" if inertia.local else ""
             mass = {"total": inertia.mass, "centre": centre, "inertia": entries}
             return mass, f"*PART_INERTIA{note}"
+        if material.density <= 0.0:
+            raise MeshError(
+                "is free to move and has no mass",
+                where=f"{self.model.path}: part {part}",
+                found=f"density {material.density:g} in *{material.block.keyword}, "
+                f"{self.model.place(material.block)}",
+                allowed="a density above zero, or *PART_INERTIA",
+            )
         if not self.is_shell(part):
             return {"density": material.density}, f"density of the *{material.block.keyword}"
         corners, thickness = self._facets([part])
@@ -236,7 +258,7 @@ class DeckParts:
     def leave_ties(self) -> None:
         """Note what holds nodes of nothing that deforms."""
         for tie in self.model.ties:
-            if tie not in self.tied:
+            if tie.key not in self.tied:
                 why = f"{tie.nodes}: of no part that deforms here"
                 self.model.leave(tie.block, why, tie.line)
 

@@ -138,9 +138,7 @@ _WEIGHTS = {
 
 def _points(contact: ContactSpec) -> str:
     at = "" if contact.quadrature == "nodes" else f", at {contact.quadrature} points a facet"
-    if contact.shell_offset != "none":
-        at += f", half a thickness off its {contact.shell_offset}"
-    return at
+    return at + (", from half the thickness of the shell on" if contact.shell_thickness else "")
 
 
 def _contact(contact: ContactSpec, kind: str) -> list[tuple[str, str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from contiga.case.points_spec import FilePoints
 from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
 from contiga.case.rigid_spec import ToldMotionSpec
 from contiga.case.schema import Case, SlaveSpec
+from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.deforming_parts import KINDS, same_elements, split
 from contiga.dynamics.free import Attached, Dependent
 from contiga.dynamics.prescribed import BodyMotion, Fixed, Moved, SlaveMotion
@@ -38,13 +40,7 @@ def slave_motion(
     if isinstance(motion, AttachedSpec):
         return Attached(motion.body)
     if isinstance(motion, DeformSpec):
-        deforming = motion.moved(
-            partial(_nodes_of_set, spec),
-            partial(prescribed, case=case),
-            partial(_elements_of_set, spec, slave),
-        )
-        deforming.nodes(spec.name, slave, lambda name: 0)  # what does not fit is told here
-        return deforming
+        return deforming_of(spec, motion, slave, partial(prescribed, case=case))
     if not isinstance(motion, SeriesSpec):
         return Moved(slave.points, Fixed() if prescribed_motion is None else prescribed_motion)
     series = _series(motion, case)
@@ -57,6 +53,22 @@ def slave_motion(
             allowed=f"{len(slave)}",
         )
     return series if motion.then is None else Moved(series, motion.then.motion)
+
+
+def deforming_of(
+    spec: SlaveSpec,
+    motion: DeformSpec,
+    slave: Slave,
+    motion_of: Callable[[ToldMotionSpec], BodyMotion],
+) -> Deforming:
+    """How a slave deforms; what does not fit is told. `motion_of` answers motions in the units of
+    the case."""
+    deforming = motion.moved(
+        partial(_nodes_of_set, spec), motion_of, partial(_elements_of_set, spec, slave)
+    )
+    bodies: dict[str, int] = {}
+    deforming.nodes(spec.name, slave, lambda name: bodies.setdefault(name, len(bodies)))
+    return deforming
 
 
 def prescribed(spec: ToldMotionSpec, case: Case) -> BodyMotion:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from contiga.errors import InputError
 from contiga.slaves.sampling import QUADRATURES
-from contiga.slaves.shell_offset import SIDES
 
 OPTIONS: dict[str, tuple[str | int, ...]] = {
     "search": ("intersection", "penetration"),
@@ -14,12 +13,11 @@ OPTIONS: dict[str, tuple[str | int, ...]] = {
     "quadrature": QUADRATURES,
     "through": ("release", "hold"),
     "foot": ("nearest", "tracked"),
-    "shell_offset": tuple(SIDES),
 }
 """What each may be."""
 
 
-def check_choices(chosen: dict[str, str | int]) -> None:
+def check_choices(chosen: dict[str, str | int], thick: bool) -> None:
     """Refuse words that an option does not know, and options that do not go together."""
     for name, value in chosen.items():
         choice(name, value, OPTIONS[name])
@@ -30,12 +28,12 @@ def check_choices(chosen: dict[str, str | int]) -> None:
             found=chosen["through"],
             allowed='through="release", or search="intersection"',
         )
-    if chosen["shell_offset"] != "none" and chosen["quadrature"] == "nodes":
+    if thick and (chosen["foot"] == "tracked" or chosen["through"] == "hold"):
         raise InputError(
-            "points stand off facets, and contact is at the nodes",
-            where="shell_offset",
-            found=chosen["shell_offset"],
-            allowed='"none", or quadrature=3 (or 1, 6, 12)',
+            "a shell with a thickness is pushed by the nearest wall",
+            where="shell_thickness",
+            found='foot="tracked"' if chosen["foot"] == "tracked" else 'through="hold"',
+            allowed='no shell_thickness, or foot="nearest" and through="release"',
         )
 
 

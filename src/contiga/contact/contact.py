@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 
 import numpy as np
@@ -26,11 +25,12 @@ from contiga.contact.choices import check_choices
 from contiga.contact.detect import detect_at_start
 from contiga.contact.dry_run import DryRun, dry_run
 from contiga.contact.measured import Measure
-from contiga.contact.motion import Placed, Velocities, relative_velocity
+from contiga.contact.motion import Velocities, relative_velocity
 from contiga.contact.moved import detect_moved
-from contiga.contact.points import default_area, pressure_of, sampling_of
+from contiga.contact.points import default_area, half_of, pressure_of, sampling_of
 from contiga.contact.respond import forces, law_input, loads_of, respond, whole_of
 from contiga.contact.reused import given_up
+from contiga.contact.stage_clock import StageClock, untimed
 from contiga.contact.state import State, state_of
 from contiga.contact.state_rows import kept_of
 from contiga.contact.touching import ContactRows, PreviousStep, touching
@@ -41,20 +41,10 @@ from contiga.laws.friction import Friction
 from contiga.laws.normal import Law
 from contiga.masters.protocol import Master, Surface
 from contiga.old_names import OldName
-from contiga.records import FloatArray, rows_of
+from contiga.records import FloatArray, IndexArray, rows_of
 from contiga.rigid.frames import standing, to_body
 from contiga.rigid.pose import identity
 from contiga.slaves.slave import Slave
-
-StageClock = Callable[[str], AbstractContextManager[None]]
-"""Called with the name of a stage, gives a context that times it."""
-
-
-_NO_CLOCK: AbstractContextManager[None] = nullcontext()
-
-
-def _untimed(_: str) -> AbstractContextManager[None]:
-    return _NO_CLOCK
 
 
 class Contact(Displayed):
@@ -79,9 +69,9 @@ class Contact(Displayed):
         and lose energy
     quadrature : points of contact. "nodes": the slave's nodes. 1, 3, 6 or 12: so many points on
         each facet, for coarse meshes
-    shell_offset : points of contact lie on the facets ("none"), or stand half the slave's
-        thickness off them, on the side of their normals ("front") or the other ("back"). Needs
-        points on facets; for both sides make two contacts
+    shell_thickness : (n,) or one for every point, length: the slave's points are the mid-surface of
+        a shell so thick, and contact begins at half of it, on every side. The nearest wall pushes
+        then, wherever a point came in. Facets have it where all their corners do
     friction : `Coulomb` or `ViscousFriction`; none if omitted
     through : tunnelling. "release": points that leave a body by another wall than they came in by
         are free. "hold": they stay on that wall until they are back; needs search by intersection
@@ -123,7 +113,7 @@ class Contact(Displayed):
         on_edge: str = "release",
         weights: str = "rest",
         quadrature: str | int = "nodes",
-        shell_offset: str = "none",
+        shell_thickness: ArrayLike | None = None,
         friction: Friction | None = None,
         through: str = "release",
         foot: str = "nearest",
@@ -139,8 +129,8 @@ class Contact(Displayed):
                 "quadrature": quadrature,
                 "through": through,
                 "foot": foot,
-                "shell_offset": shell_offset,
-            }
+            },
+            shell_thickness is not None,
         )
         kind("slave", slave, Slave)
         check_methods(law, area)
@@ -155,14 +145,15 @@ class Contact(Displayed):
         check_needs(self.law, slave, master)
         self.weights = weights
         self.quadrature = quadrature
-        self.shell_offset = shell_offset
         check_sampling(quadrature, weights, self.law, self.area)
         rest = Rest(slave.points, slave.facets, slave.area, master)
         kept = prepared(self.area, rest)
         side = "master" if contact_type == "master" else "slave"
         self._measure = Measure(master, self.area, side, slave.area, kept)
-        fixed = weights_of(self.area, rest, kept) if weights == "rest" else None
-        self.sampling = sampling_of(slave, (quadrature, shell_offset), weights, fixed, self.law)
+        self._sampling = sampling_of(
+            slave, quadrature, weights, weights_of(self.area, rest, kept), self.law
+        )
+        self.half_thickness = half_of(shell_thickness, slave, self._sampling)
         self.search = search
         self.on_edge = on_edge
         self.through = through
@@ -180,6 +171,7 @@ class Contact(Displayed):
             ("type", self.contact_type),
             ("weights", self.weights),
             ("quadrature", self.quadrature),
+            *([] if self.half_thickness is None else [("shell", "half its thickness")]),
             *([] if self.friction is None else [("friction", type(self.friction).__name__)]),
         ]
 
@@ -193,10 +185,11 @@ class Contact(Displayed):
         through = self.through == "hold"
         nearest = self.foot == "nearest" and not through  # what is held must be followed
         how = self.search == "penetration", self.on_edge == "hold", through, nearest
-        return options_of(how, self.depth, self._surface.closed, self.master)
+        options = options_of(how, self.depth, self._surface.closed, self.master)
+        return options._replace(half=self.half_thickness)
 
     def start(
-        self, points: ArrayLike, pose: ArrayLike | None = None, *, clock: StageClock = _untimed
+        self, points: ArrayLike, pose: ArrayLike | None = None, *, clock: StageClock = untimed
     ) -> State:
         """The state at the start.
 
@@ -214,11 +207,11 @@ class Contact(Displayed):
         InputError
             Points that do not fit the slave, a pose that is not one.
         """
-        placed = self._placed(points, pose)
+        p_W, X_WB = self._checked(points, pose)
         with clock("search"):
-            p_B = to_body(placed.pose, placed.points)
-            detected = detect_at_start(self._surface, p_B, self.sampling.active, self._options)
-        return self._respond(detected, touching(detected, p_B, None), (p_B, placed), None, clock)
+            p_B = to_body(X_WB, p_W)
+            detected = detect_at_start(self._surface, p_B, self._sampling.active, self._options)
+        return self._respond(detected, touching(detected, p_B, None), (p_B, X_WB), None, clock)
 
     def step(
         self,
@@ -229,7 +222,7 @@ class Contact(Displayed):
         *,
         velocity: ArrayLike | None = None,
         twist: Velocities | None = None,
-        clock: StageClock = _untimed,
+        clock: StageClock = untimed,
         out: State | None = None,
     ) -> State:
         """The state after a step that takes the slave to `points` and the master to `pose`.
@@ -258,11 +251,11 @@ class Contact(Displayed):
             velocity and twist without the other, an `out` that is not another state of this
             contact with arrays of its own.
         """
-        placed = self._placed(points, pose)
+        p_W, X_WB = self._checked(points, pose)
         dt = positive(dt, "dt")
         state = self._checked_state(state)
-        p_W, active = placed.points, self.sampling.active
-        speed = relative_velocity(self.sampling, placed, state.pose, velocity, twist)
+        poses, active = (state.pose, X_WB), self._sampling.active
+        speed = relative_velocity(self._sampling, p_W, poses, velocity, twist)
         past = PreviousStep(state, dt, speed)
         if out is None:
             columns, p_B = Columns.of(len(p_W)), np.empty(p_W.shape)
@@ -272,9 +265,9 @@ class Contact(Displayed):
         try:
             with clock("search"):
                 detected, held = detect_moved(
-                    self.master, (p_W, placed.pose, p_B), past, active, self._options, memory
+                    self.master, (p_W, X_WB, p_B), past, active, self._options, memory
                 )
-            return self._respond(detected, held, (p_B, placed), past, clock, out)
+            return self._respond(detected, held, (p_B, X_WB), past, clock, out)
         finally:
             self._workspaces.give(workspace)
 
@@ -286,8 +279,8 @@ class Contact(Displayed):
         `placements` are slave points (n, 3), world axes, and poses (4, 4) of the master. Of the
         points in contact after the start `most` are followed, spread evenly; all if omitted.
         """
-        placed = (self._placed(points, pose)[1:] for points, pose in placements)
-        return dry_run(self._surface, placed, (self.sampling.active, most), self._options)
+        checked = (self._checked(points, pose) for points, pose in placements)
+        return dry_run(self._surface, checked, (self._sampling.active, most), self._options)
 
     rehearse = OldName("dry_run")
 
@@ -304,7 +297,7 @@ class Contact(Displayed):
 
     def pressure(self, state: State) -> FloatArray:
         """(n,) pressure at each node: normal force over its contact area."""
-        return pressure_of(self.sampling, state)
+        return pressure_of(self._sampling, state)
 
     def slid(self, state: State) -> FloatArray:
         """(m, 3) sliding distance of each point in contact since it came in, body axes."""
@@ -330,43 +323,47 @@ class Contact(Displayed):
         X_WB = state.pose if pose is None else standing(pose)
         return self._measure.outlines(kept_of(state).area_input, X_WB)
 
+    def nodal_sum(self, rows: IndexArray, values: FloatArray) -> FloatArray:
+        """(n,) at the slave's nodes, of `values` (k,) at the points of contact `rows` (k,)."""
+        return self._sampling.nodal_sum(rows, values)
+
     @property
     def has_outlines(self) -> bool:
         """Whether the area method has outlines of the regions of contact."""
         return hasattr(self.area, "outlines")
 
-    def _placed(self, points: ArrayLike, pose: ArrayLike | None) -> Placed:
-        nodes = as_points(points)
-        if len(nodes) != len(self.slave):
+    def _checked(self, points: ArrayLike, pose: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
+        """Points of contact and pose."""
+        p_W = as_points(points)
+        if len(p_W) != len(self.slave):
             raise InputError(
                 "points must have one row a slave point",
                 where="points",
-                found=len(nodes),
+                found=len(p_W),
                 allowed=str(len(self.slave)),
             )
-        X_WB = identity() if pose is None else standing(pose)
-        return Placed(nodes, self.sampling.points(nodes), X_WB)
+        return self._sampling.points(p_W), identity() if pose is None else standing(pose)
 
     def _checked_state(self, state: State) -> State:
         grip = 0 if self.friction is None else self.friction.n_memory
         memories = self.law.n_memory, grip
-        return checked_state(state, self, self.sampling.n_points, memories, self.master)
+        return checked_state(state, self, self._sampling.n_points, memories, self.master)
 
     def _respond(
         self,
         detected: Detected,
         held: ContactRows,
-        places: tuple[FloatArray, Placed],
+        places: tuple[FloatArray, FloatArray],
         past: PreviousStep | None,
         clock: StageClock,
         out: State | None = None,
     ) -> State:
         """Forces and sums of what the search has found, points `held` in contact.
 
-        `places` are those of all points, body axes, and what was asked for; `out` is a state that
-        was given up, to become the answer.
+        `places` are those of all points, body axes, and the pose; `out` is a state that was given
+        up, to become the answer.
         """
-        sampling, (p_B, placed) = self.sampling, places
+        sampling, (p_B, X_WB) = self._sampling, places
         points = held.since(sampling.first)
         seen = areas = None
         if self.weights == "area":
@@ -380,11 +377,11 @@ class Contact(Displayed):
             answer = respond(self.law, self.friction, points, inp, past)
             # The forces act where the slave's points are: so those on slave and master balance,
             # with their moments, whatever friction adds along the surface.
-            felt = forces(points, answer, p_B, past, (placed.pose, self.master.reference_point))
-        whole = whole_of(detected, (p_B, placed.pose), felt)
+            felt = forces(points, answer, p_B, past, (X_WB, self.master.reference_point))
+        whole = whole_of(detected, places, felt)
         loads = loads_of(held, detected.opposed, points, answer, felt)
         if sampling.first:
-            whole["force"] = force = sampling.forces(points.rows, placed.nodes, felt.world)
+            whole["force"] = force = sampling.nodal(points.rows, felt.world)
             felt.wrench[:3] = 0.0 - force.sum(axis=0)
             loads = loads._replace(world=None)
         state = state_of(whole, loads, self, out)

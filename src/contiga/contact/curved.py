@@ -61,8 +61,11 @@ def detect_on_curves(
     poses: tuple[FloatArray, FloatArray],
     memory: tuple[Workspace, Columns] | None = None,
 ) -> Detected:
-    """One step of a body that goes from one to the other of its `poses` (4, 4); see `detect`."""
-    if not is_turned(poses):
+    """One step of a body that goes from one to the other of its `poses` (4, 4); see `detect`.
+
+    Of shells with a thickness places decide, not paths.
+    """
+    if not is_turned(poses) or options.half is not None:
         return detect(surface, now, last, active, options, memory)
     screw = screw_between(*poses)
     rows, bulge = _bulging(surface, (screw, relative(*poses)), (last, now), active, options)

@@ -16,7 +16,7 @@ import numpy as np
 
 from contiga.arrays.layout import locked
 from contiga.arrays.threads import run_ranges
-from contiga.contact import closed_body, open_body, through
+from contiga.contact import closed_body, open_body, thick, through
 from contiga.contact.kernels import place_nb
 from contiga.contact.tracked import (
     CHUNK,
@@ -43,6 +43,9 @@ def detect_at_start(
     """The start: nothing is in contact, or, by penetration, what already lies inside."""
     detected = _nothing(p_B, active)
     rows = np.flatnonzero(np.isfinite(p_B).all(axis=1) & active).astype(np.int32)
+    if options.half is not None:
+        thick.detect_at_start(surface, p_B, rows, detected, options)
+        return with_feet(detected, (rows, rows[:0]))
     if options.closed:
         closed_body.detect_at_start(surface, p_B, rows, detected, options)
         return with_feet(detected, (rows, rows[:0]))
@@ -71,6 +74,9 @@ def detect(
     old = last.last_patch, last.uv, last.holds
     step = Step(last.points_B, now, workspace.way, workspace.ignored, *old)
     lists = rows, near = _place(step, last, active, columns, workspace.rows, moved)
+    if options.half is not None:
+        thick.detect(surface, step, lists, detected, options)
+        return with_feet(detected, lists)
     if options.through:
         feet = last.patch, last.uv
         rows, near = through.detect(surface, step, feet, lists, detected, options)

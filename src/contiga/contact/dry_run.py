@@ -9,6 +9,7 @@ import numpy as np
 
 from contiga.contact.curved import detect_on_curves
 from contiga.contact.detect import detect_at_start
+from contiga.contact.thick import reach
 from contiga.contact.tracked import BoolArray, Last, Options, closest
 from contiga.masters.protocol import Surface
 from contiga.records import FloatArray, IntArray, rows_of
@@ -60,6 +61,9 @@ def dry_run(
     active, most = taking_part
     options = options._replace(balls=False, bulge=BULGE)
     followed = _spread(np.flatnonzero(active).astype(np.int32), most)
+    whole, half = options, options.half
+    if half is not None:
+        options = options._replace(half=half[followed])
     all_of_them = np.ones(len(followed), dtype=bool)
     last, pose, was_held = None, np.eye(4), np.zeros(0, np.int32)
     for p_W, X_WB in standing:
@@ -70,7 +74,7 @@ def dry_run(
         if last is None:
             detected = detect_at_start(surface, p_B, all_of_them, options)
             if not options.penetration:
-                inside, deepest = _inside(surface, to_body(X_WB, p_W), active, options)
+                inside, deepest = _inside(surface, to_body(X_WB, p_W), active, whole)
         else:
             poses = pose, X_WB
             detected = detect_on_curves(surface, p_B, last, all_of_them, options, poses)
@@ -124,6 +128,10 @@ def _inside(
 ) -> tuple[IntArray, float]:
     """Points on the contact side, and how deep the deepest of them lies."""
     rows = np.flatnonzero(active & np.isfinite(p_B).all(axis=1)).astype(np.int32)
+    if options.half is not None:
+        found = reach(surface, p_B, rows, options)
+        deep = found.touching & (found.feet.gap < -ON_IT * options.size)
+        return rows[deep], float(-found.feet.gap[deep].min(initial=0.0))
     if not options.closed:
         away = np.zeros(len(p_B))
         surface.safe_distance(p_B, rows, away)

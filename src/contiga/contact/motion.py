@@ -19,47 +19,40 @@ Velocities: TypeAlias = tuple[ArrayLike, ArrayLike]
 """(v, w): velocity of a frame's origin and its spin, world axes."""
 
 
-class Placed(NamedTuple):
-    """Where slave and body are at the end of a step."""
-
-    nodes: FloatArray
-    """(n, 3) of the slave, world axes."""
-    points: FloatArray
-    """(m, 3) of contact, world axes; the nodes first."""
-    pose: FloatArray
-    """(4, 4) X_WB."""
-
-
 class RelativeVelocity(NamedTuple):
     """Velocities of points against a body, which are worked out of those that are asked for."""
 
     sampling: Sampling
-    velocity: FloatArray
-    """(n, 3) of the slave's nodes, world axes."""
-    placed: Placed
+    nodes: FloatArray
+    """(n, 3) velocities of the slave's nodes, world axes."""
+    points: FloatArray
+    """(m, 3) places of all points, world axes."""
+    pose: FloatArray
     twist: FloatArray
     """(2, 3) velocity of the body's origin and its spin, world axes."""
 
     def at(self, rows: IndexArray) -> FloatArray:
         """(k, 3) of points `rows`, ascending, body axes."""
         v_B = np.empty((len(rows), 3))
-        nodes, points, pose = self.placed
-        v_W = locked(self.sampling.velocities(rows, nodes, self.velocity))
-        given = v_W, locked(points.take(rows, axis=0)), pose, self.twist, v_B
+        v_W, p_W = (
+            locked(self.sampling.points_at(rows, self.nodes)),
+            locked(self.points.take(rows, axis=0)),
+        )
+        given = v_W, p_W, self.pose, self.twist, v_B
         run_ranges(relative_nb.relative, len(rows), POINTS, *given)
         return v_B
 
 
 def relative_velocity(
     sampling: Sampling,
-    placed: Placed,
-    before: FloatArray,
+    p_W: FloatArray,
+    poses: tuple[FloatArray, FloatArray],
     velocity: ArrayLike | None,
     twist: Velocities | None,
 ) -> RelativeVelocity | None:
-    """How the points go against the body; None where no velocity is given.
+    """How the points p_W (m, 3) go against the body; None where no velocity is given.
 
-    `before` (4, 4) is the pose of the step before.
+    `poses` are those of the body before and now.
     """
     if velocity is None:
         if twist is not None:
@@ -70,7 +63,7 @@ def relative_velocity(
                 remedy="Give velocity=(n, 3), zeros of a slave that stands still",
             )
         return None
-    if twist is None and not np.array_equal(before, placed.pose):
+    if twist is None and not np.array_equal(*poses):
         raise InputError(
             "the velocity of the slave is given and the twist of the master, which moves, is not",
             where="twist",
@@ -85,7 +78,7 @@ def relative_velocity(
             found=len(v_W),
             allowed=str(sampling.n_nodes),
         )
-    first = relative_nb.first_unknown(locked(v_W), locked(placed.nodes))
+    first = relative_nb.first_unknown(locked(v_W), locked(p_W))
     if first >= 0:
         raise InputError(
             "a point that has a place has no velocity",
@@ -94,7 +87,7 @@ def relative_velocity(
             allowed="three finite numbers a point",
         )
     body = np.zeros((2, 3)) if twist is None else _checked(twist)
-    return RelativeVelocity(sampling, v_W, placed, body)
+    return RelativeVelocity(sampling, v_W, p_W, poses[1], body)
 
 
 def _checked(twist: Velocities) -> FloatArray:

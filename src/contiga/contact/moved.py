@@ -32,7 +32,7 @@ def detect_moved(
     place = state.patch, state.uv, state.last_patch
     last = Last(state.points_B, *place, state.safe_distance, kept_of(state).holds)
     poses = state.pose, X_WB
-    if is_turned(poses):
+    if is_turned(poses) and options.half is None:
         to_body(X_WB, p_W, p_B)
         detected = detect_on_curves(master.surface, p_B, last, active, options, poses, memory)
     else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from contiga.area.facet import FacetArea
 from contiga.area.method import AreaMethod
@@ -11,8 +12,12 @@ from contiga.contact.state import State
 from contiga.errors import InputError
 from contiga.laws.law import Law
 from contiga.records import FloatArray
+from contiga.slaves.checks import as_nodal
 from contiga.slaves.sampling import RULES, Sampling
 from contiga.slaves.slave import Slave
+
+_ALL_CORNERS = 1e-9
+"""Rounding of shape functions that add up to one."""
 
 
 def default_area(slave: Slave) -> AreaMethod:
@@ -22,15 +27,11 @@ def default_area(slave: Slave) -> AreaMethod:
 
 
 def sampling_of(
-    slave: Slave, where: tuple[str | int, str], weights: str, fixed: FloatArray | None, law: Law
+    slave: Slave, quadrature: str | int, weights: str, fixed: FloatArray | None, law: Law
 ) -> Sampling:
-    """The points of contact and their fixed areas, which only laws that need none do without.
-
-    `where` are how many lie on each facet and on which side of it.
-    """
-    quadrature, side = where
+    """The points of contact and their fixed areas, which only laws that need none do without."""
     if quadrature != "nodes":
-        return Sampling(slave, None, RULES[int(quadrature)], side)
+        return Sampling(slave, None, RULES[int(quadrature)])
     if weights == "rest" and fixed is None and getattr(law, "needs_area", True):
         raise InputError(
             "the areas of the slave's points at rest are unknown",
@@ -40,7 +41,33 @@ def sampling_of(
             remedy='Give them, or take weights="area": measured areas weigh the force, which then '
             "makes and loses energy",
         )
-    return Sampling(slave, fixed)
+    return Sampling(slave, fixed if weights == "rest" else None)
+
+
+def half_of(thickness: ArrayLike | None, slave: Slave, sampling: Sampling) -> FloatArray | None:
+    """(m,) half the thickness of a shell at the points of contact; None of what is none.
+
+    Points on facets have that between their corners, where all of these have one: facets of solids
+    beside a shell have none.
+
+    Raises
+    ------
+    InputError
+        Not a number, or one for each point; below zero, or nowhere above.
+    """
+    if thickness is None:
+        return None
+    nodal = as_nodal(thickness, "shell_thickness", len(slave), slave.name)
+    if nodal is None or isinstance(thickness, bool) or not nodal.any():
+        raise InputError(
+            "must be above zero somewhere",
+            where="shell_thickness",
+            found=thickness,
+            allowed="a length, or (n,) one for each point of the slave",
+        )
+    corners = np.stack([0.5 * nodal, nodal > 0.0, nodal], axis=1)
+    half, covered, _ = sampling.points(corners).T
+    return np.where(covered > 1.0 - _ALL_CORNERS, half, 0.0)
 
 
 def pressure_of(sampling: Sampling, state: State) -> FloatArray:

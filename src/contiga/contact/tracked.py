@@ -64,6 +64,9 @@ class Options(NamedTuple):
     """Ask the balls that touch at feet, which take a while to build and save closest points."""
     bulge: float = BULGE
     """How far a path may be off the chords it is followed by, share of the size."""
+    half: FloatArray | None = None
+    """(n,) half the thickness of shells, from which on points are in contact; None where contact
+    begins at the surface."""
 
     @property
     def far(self) -> float:

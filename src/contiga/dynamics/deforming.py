@@ -240,22 +240,23 @@ class Deforming(Dependent):
         matter, rows = self._matter("masses", slave, rest)
         return slave.with_mass(_masses(matter, rows, len(slave)))
 
-    def with_thickness(self, slave: Slave) -> Slave:
-        """A copy of the slave with the thickness (n,) that its membranes have at their nodes, the
-        mean where several meet; zero where there are none.
-
-        Contacts whose points stand off the mid-surface take it: make contacts and simulation with
-        that slave.
+    def nodal_thickness(self, slave: Slave) -> FloatArray:
+        """(n,) the thickness of its membranes at their nodes, the mean where several meet, and zero
+        where there are none: what `Contact(shell_thickness=…)` takes.
 
         Raises
         ------
         InputError
-            A slave without elements.
+            A slave without elements, matter of one's own, which tells of no thickness.
         """
-        if hasattr(self.material, "forces"):  # matter of one's own tells nothing of its elements
-            return slave
+        if hasattr(self.material, "forces"):
+            raise InputError(
+                "matter of one's own does not tell of a thickness",
+                where="nodal_thickness(slave)",
+                found=type(self.material).__name__,
+            )
         parts = parts_of(slave, self.parts, self._filling(), "thickness")
-        return slave.with_thickness(nodal_thickness(parts, len(slave)))
+        return nodal_thickness(parts, len(slave))
 
     def contact_stiffness(self, slave: Slave) -> float:
         """What its elements hold a unit of the area of a slave's skin with at rest, at most.

@@ -135,7 +135,7 @@ def attached_to(
     Raises
     ------
     InputError
-        No such body; a node is held, driven or attached already.
+        No such body; a node is held, driven or attached to another already.
     """
     hosts = np.full(len(slave), -1, np.int32)
     others = taken.any(axis=1)
@@ -148,7 +148,8 @@ def attached_to(
         there = np.ones(len(slave), np.bool_)
         if key is not None:
             there = nodes_at(key, table[key], slave, here)
-        twice = np.flatnonzero(there & (others | (hosts >= 0)))
+        host = number(body)
+        twice = np.flatnonzero(there & (others | ((hosts >= 0) & (hosts != host))))
         if twice.size:
             raise InputError(
                 f"node {int(twice[0])} is held, driven or attached already",
@@ -156,7 +157,7 @@ def attached_to(
                 found=slave.points[int(twice[0])].tolist(),
                 remedy="Leave it out of one of the two places",
             )
-        hosts[there] = number(body)
+        hosts[there] = host
     return hosts
 
 

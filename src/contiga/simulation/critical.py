@@ -234,11 +234,11 @@ def _contact_ends(
         whole = rates if swung is None else rates._replace(square=swung)
         ends.append((row, rates, whole))
     if part.slave in system.masses:
-        mass, nodal = system.masses[part.slave], state.slaves[part.slave].points
-        at_nodes, most = part.contact.sampling.stiffness, []
-        for values in (np.maximum(along, across), np.maximum(damping, dragging)):
-            share = at_nodes(rows, nodal, values) / mass if values.any() else np.zeros(1)
-            most.append(float(share.max()))
+        mass = system.masses[part.slave]
+        most = [
+            float((part.contact.nodal_sum(rows, values) / mass).max()) if values.any() else 0.0
+            for values in (np.maximum(along, across), np.maximum(damping, dragging))
+        ]
         ends.append((part.slave, Rates(*most), Rates()))
     return ends
 

@@ -97,8 +97,8 @@ class _Digest(Things):
         self.text(
             repr((*options, contact.foot, contact.depth, contact.weights, contact.quadrature))
         )
-        if contact.shell_offset != "none":
-            self.text(f"shell_offset {contact.shell_offset}")
+        if contact.half_thickness is not None:
+            self.arrays("shell", contact.half_thickness)
         self.thing(contact.law)
         self.thing(contact.friction)
         self.thing(contact.area)

@@ -71,8 +71,8 @@ def shaking_of_nodes(model: Model, last: SystemState, state: SystemState, decay:
                 _elastic(before, now, state.step, decay),
                 _gripped(before, now, state.step),
             ):
-                nodal = state.slaves[name].points
-                rates += part.contact.sampling.forces(felt.rows, nodal, felt.forces)
+                for k, values in enumerate(felt.forces.T):
+                    rates[:, k] += part.contact.nodal_sum(felt.rows, np.ascontiguousarray(values))
         most = max(most, math.sqrt(float((np.square(rates).sum(axis=1) / mass).sum())))
     return most
 

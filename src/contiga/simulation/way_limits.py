@@ -65,6 +65,8 @@ def _room(model: Model, part: ContactPart, before: State, wanted: FloatArray) ->
         # What is left of a distance known once lessens on any way, also on one that leads away.
         clear = np.zeros(len(room))
         master.surface.safe_distance(before.points_B, rows, clear)
+        if part.contact.half_thickness is not None:
+            clear -= part.contact.half_thickness
         room = np.maximum(room, clear)
     return room
 

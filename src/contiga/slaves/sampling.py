@@ -2,7 +2,6 @@
 
 Points are x_q = Σ_j N_j(q) x_j of the nodes j, and what they feel goes back by the transpose:
 F_j = Σ_q N_j(q) f_q. So the work of the forces on the nodes is that of the forces at the points.
-Those of shells may stand half the thickness off the mid-surface (`shell_offset`).
 """
 
 from __future__ import annotations
@@ -17,7 +16,6 @@ from contiga.arrays.threads import run_ranges
 from contiga.errors import InputError
 from contiga.records import FloatArray, IndexArray, IntArray
 from contiga.slaves.kernels.facet_points_nb import points_of_facets
-from contiga.slaves.shell_offset import SIDES, ShellOffset
 from contiga.slaves.skin import facet_areas
 from contiga.slaves.slave import Slave
 
@@ -94,7 +92,6 @@ class Sampling:
     weight : (n,) fixed areas of the nodes, None where they are not known; with a rule those of the
         facets at rest are taken
     rule : None for the nodes alone
-    side : of the facets on which points stand half the slave's thickness off them: one of `SIDES`
     """
 
     n_nodes: int
@@ -111,16 +108,9 @@ class Sampling:
     mass: FloatArray | None
     """(n_points,) shares of the nodes' masses."""
 
-    def __init__(
-        self,
-        slave: Slave,
-        weight: FloatArray | None,
-        rule: Rule | None = None,
-        side: str = "none",
-    ) -> None:
+    def __init__(self, slave: Slave, weight: FloatArray | None, rule: Rule | None = None) -> None:
         self.n_nodes = len(slave)
         self._rule = rule
-        self._offset: ShellOffset | None = None
         if rule is None:
             self.n_points, self.first = self.n_nodes, 0
             self.weight = weight
@@ -145,15 +135,13 @@ class Sampling:
         self.active = locked(np.concatenate([slave.active, np.repeat(whole, len(rule.weight))]))
         self.thickness = None if slave.thickness is None else self._mean(slave.thickness)
         self.mass = None if slave.mass is None else self._shared(slave.mass, area)
-        if side != "none":
-            self._offset = self._offset_to(side, slave.name)
 
     def weights(self, rows: IndexArray) -> FloatArray:
         """(len(rows),) fixed areas of some points; one each where they are not known."""
         return np.ones(len(rows)) if self.weight is None else self.weight.take(rows)
 
     def points(self, nodal: FloatArray) -> FloatArray:
-        """(n_points, 3) places of all points, of nodes at `nodal` (n, 3)."""
+        """(n_points, 3) of what (n, 3) is at the nodes: places or velocities."""
         if self._rule is None:
             return nodal
         points = np.empty((self.n_points, 3))
@@ -161,45 +149,29 @@ class Sampling:
         inner = points[self.n_nodes :]
         given = locked(nodal), self._facets, self._rule.shape, inner
         run_ranges(points_of_facets, len(self._facets), FACETS, *given)
-        if self._offset is not None:
-            self._offset.move(nodal, points, FACETS)
         return points
 
-    def velocities(self, rows: IndexArray, nodal: FloatArray, velocity: FloatArray) -> FloatArray:
-        """(len(rows), 3) of some points, ascending, of nodes at `nodal` (n, 3) with `velocity`."""
+    def points_at(self, rows: IndexArray, nodal: FloatArray) -> FloatArray:
+        """(len(rows), 3) of `points` at some of them, ascending."""
         k = int(np.searchsorted(rows, self.n_nodes))
-        at_nodes = velocity.take(rows[:k], axis=0)
+        at_nodes = nodal.take(rows[:k], axis=0)
         if k == len(rows):
             return at_nodes
         corner, shape = self._corners(rows[k:])
         inner = np.zeros((len(corner), 3))
         for j in range(3):
-            inner += shape[:, j, None] * velocity.take(corner[:, j], axis=0)
-        if self._offset is not None:
-            inner += self._offset.velocities(rows[k:] - self.n_nodes, corner, nodal, velocity)
+            inner += shape[:, j, None] * nodal.take(corner[:, j], axis=0)
         return np.concatenate([at_nodes, inner])
 
-    def forces(self, rows: IndexArray, nodal: FloatArray, force: FloatArray) -> FloatArray:
-        """(n, 3) on nodes at `nodal` (n, 3), of `force` (len(rows), 3) at the points `rows`."""
+    def nodal(self, rows: IndexArray, values: FloatArray) -> FloatArray:
+        """(n, 3) at the nodes, of `values` (len(rows), 3) at the points `rows`."""
         if self._rule is None:
             out = np.zeros((self.n_nodes, 3))
-            out[rows] = force
+            out[rows] = values
             return out
         corner, shape = self._corners(rows)
-        at_corners = shape[:, :, None] * force[:, None, :]
-        if self._offset is not None:
-            at_corners += self._offset.corner_forces(rows - self.n_nodes, corner, nodal, force)
-        columns = [self._gathered(corner, at_corners[:, :, axis]) for axis in range(3)]
+        columns = [self._gathered(corner, shape * values[:, d, None]) for d in range(3)]
         return np.stack(columns, axis=1)
-
-    def stiffness(self, rows: IndexArray, nodal: FloatArray, values: FloatArray) -> FloatArray:
-        """(n,) row sums at nodes at `nodal` (n, 3) of what springs `values` (len(rows),) at the
-        points `rows` are at most, whatever their direction: k |∂x/∂x_i| Σ_j |∂x/∂x_j|."""
-        if self._rule is None or self._offset is None:
-            return self.nodal_sum(rows, values)
-        corner, shape = self._corners(rows)
-        most: FloatArray = shape + self._offset.levers(rows - self.n_nodes, corner, nodal)
-        return self._gathered(corner, most * (values * most.sum(axis=1))[:, None])
 
     def nodal_sum(self, rows: IndexArray, values: FloatArray) -> FloatArray:
         """(n,) at the nodes, of `values` (len(rows),) at the points `rows`."""
@@ -219,16 +191,6 @@ class Sampling:
     def _gathered(self, corner: IntArray, values: FloatArray) -> FloatArray:
         whole = np.bincount(corner.ravel(), weights=values.ravel(), minlength=self.n_nodes)
         return whole.astype(np.float64)
-
-    def _offset_to(self, side: str, name: str) -> ShellOffset:
-        if self.thickness is None or not self.thickness[self.n_nodes :].any():
-            raise InputError(
-                "the slave has no thickness to stand off by",
-                where="shell_offset",
-                found=f"{name!r} without thickness",
-                allowed='"none", or Slave(thickness=…)',
-            )
-        return ShellOffset(self._facets, SIDES[side] * self.thickness, self.n_nodes)
 
     def _mean(self, nodal: FloatArray) -> FloatArray:
         """(n_points,) means of the corners that have a value."""

@@ -49,11 +49,11 @@ class Slave(Displayed):
         All nodes of the mesh, so that results line up with it.
     facets : (m, 3) or (m, 4) rows of `points`
         Surface facets; quadrilaterals are split along their shorter diagonal.
-    area : one number or (n,), length², at least 0
+    area : (n,) or one for every point, length², at least 0
         Contact area of each point; by default its third of every facet it is a corner of.
-    thickness : one number or (n,), length, at least 0
+    thickness : (n,) or one for every point, length, at least 0
         Thickness of the shell at each point, 0 where there is no shell.
-    mass : one number or (n,), at least 0
+    mass : (n,) or one for every point, at least 0
     active : (n,) bool
         Points that take part in contact; by default the corners of the facets, or every point
         where there are no facets.
@@ -247,16 +247,6 @@ class Slave(Displayed):
             As the slave's own masses: not finite, below zero or not one a point.
         """
         return Slave(**(self._values() | {"mass": mass}))
-
-    def with_thickness(self, thickness: ArrayLike) -> Slave:
-        """A copy whose shells are as thick as `thickness` says: one for all or (n,), length.
-
-        Raises
-        ------
-        InputError
-            As the slave's own thickness: not finite, below zero or not one a point.
-        """
-        return Slave(**(self._values() | {"thickness": thickness}))
 
     def _values(self) -> dict[str, Any]:
         return {key: _plain(getattr(self, key)) for key in _FIELDS}

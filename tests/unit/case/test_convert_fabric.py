@@ -113,23 +113,39 @@ def test_notes_say_what_it_is_not(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "material",
+    ("material", "why"),
     [
-        fabric(weft=0.2, shear=0.01),  # axes by the nodes of each element
-        fabric(form=14, curves=(9, 9, 9), direction=(1, 0, 0)),
-        ["*MAT_FABRIC", card(22, 8e-7, 0.0)],
+        (fabric(weft=0.2, shear=0.01), "AOPT 0, its axes are no vector"),
+        (fabric(form=14, curves=(9, 9, 9), direction=(1, 0, 0)), "there is no curve 9"),
+        (fabric(form=14, curves=(0, 7, 8)), "FORM 14 with its curves"),
+        (fabric(form=-14, curves=(7, 7, 8), direction=(1, 0, 0)), "FORM -14 with its curves"),
+        (fabric(form=24), "FORM 24 with its curves"),
+        (["*MAT_FABRIC", card(22, 8e-7, 0.0)], "no modulus EA"),
+        (fabric(weft=0.2, shear=0.01, direction=(0, 0, 1)), "the warp of element 0 is across"),
     ],
 )
-def test_fabric_that_is_not_understood_rests(tmp_path: Path, material: list[str]) -> None:
+def test_fabric_that_is_not_understood_rests(tmp_path: Path, material: list[str], why: str) -> None:
     case, text = case_of(tmp_path, material, SPC, WARP, SHEAR)
     assert case.slave[0].motion.kind == "fixed"
-    assert material[0] in text.partition("Not understood")[2]
+    assert f"{material[0]} ({why}" in text.partition("Not understood")[2]
     assert "*BOUNDARY_SPC_NODE (nodes held in xyz: of no part that deforms here)" in text
 
 
-@pytest.mark.parametrize("thickness", ["", 0.0])
-def test_shells_without_a_thickness_rest(tmp_path: Path, thickness: object) -> None:
-    parts = [*SHEET[:-1], card(*[thickness] * 4)]
+@pytest.mark.parametrize(
+    ("thickness", "why"),
+    [((0.0,) * 4, "no thickness"), ((0.4, 0.5, 0.4, 0.5), "thicknesses from 0.43")],
+)
+def test_shells_without_one_thickness_rest(
+    tmp_path: Path, thickness: tuple[float, ...], why: str
+) -> None:
+    parts = [*SHEET[:-1], card(*thickness)]
     case, text = case_of(tmp_path, fabric(), SPC, parts=parts)
     assert case.slave[0].motion.kind == "fixed"
-    assert "the thickness of its shells" in text
+    assert f"(its shells have {why}" in text
+
+
+def test_a_modulus_beside_a_curve_is_kept(tmp_path: Path) -> None:
+    material = fabric(form=14, weft=0.1, curves=(7, 0, 8), direction=(1, 0, 0))
+    case, _ = case_of(tmp_path, material, SPC, WARP, SHEAR)
+    made = case.slave[0].motion.material.material
+    assert made.weft.tolist() == [[0.0, 0.0], [1.0, 0.1]]

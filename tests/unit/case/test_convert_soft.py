@@ -21,6 +21,7 @@ from tests.decks import (
 )
 
 import contiga as cg
+from contiga.errors import MeshError
 from contiga.materials import Elastic, Foam, NeoHooke
 
 FIRST = len(sphere()[0]) + 1
@@ -184,7 +185,7 @@ def test_numbers_that_make_no_material_are_listed_and_the_part_rests(
 
 def test_nodes_shared_with_a_rigid_part_go_with_it(tmp_path: Path) -> None:
     """A plate of rigid shells on the lower side of the pad."""
-    foam, cells = pad()
+    _, cells = pad()
     lines = [
         "".join(f"{n:8d}" for n in (20001 + k, 3, *(cell[[0, 3, 2, 1]] + FIRST)))
         for k, cell in enumerate(cells)
@@ -204,7 +205,38 @@ def test_nodes_shared_with_a_rigid_part_go_with_it(tmp_path: Path) -> None:
     moved = state.slaves["foam pad"].points - simulation.slaves["foam pad"].slave.points
     assert np.abs(plate_low).max() > 0.0
     np.testing.assert_allclose(moved[low].mean(axis=0), plate_low, atol=1e-3)
-    assert len(foam) > 0
+
+
+def test_more_nodes_of_the_same_rigid_part_go_with_it_as_well(tmp_path: Path) -> None:
+    """Of two cells' plate, and a card that names all lower nodes."""
+    _, cells = pad()
+    lines = [
+        "".join(f"{n:8d}" for n in (20001 + k, 3, *(cell[[0, 3, 2, 1]] + FIRST)))
+        for k, cell in enumerate(cells[:2])
+    ]
+    plate = ["*PART", "plate", card(3, 11, 23), "*ELEMENT_SHELL", *lines]
+    plate += ["*MAT_RIGID", card(23, DENSITY, 210.0, 0.3), ""]
+    extra = ["*CONSTRAINED_EXTRA_NODES_SET", card(3, 6)]
+    case, text = case_of(tmp_path, ELASTIC, plate, held(), extra)
+    assert [one.set for one in case.slave[0].motion.attached] == [3, "set of nodes 6"]
+    (joint,) = cg.build(case).mechanism.nodes["foam pad"].joints
+    assert set(LOW) <= {int(row) + 1 for row in joint.rows}
+    assert "rests" not in text.partition("Not understood")[2]
+
+
+def test_single_nodes_of_other_parts_stay_listed(tmp_path: Path) -> None:
+    single = ["*BOUNDARY_SPC_NODE", *(card(n, 0, 1, 1, 1) for n in (*LOW, 5))]
+    case, text = case_of(tmp_path, ELASTIC, single)
+    assert case.slave[0].motion.kind == "deform"
+    listed = text.partition("Not understood")[2]
+    assert "1 *BOUNDARY_SPC_NODE (nodes held in xyz: of no part that deforms here)" in listed
+
+
+@pytest.mark.parametrize("rows", [[card(999999, 0, 1, 1, 1)], ["       abc         0"]])
+def test_a_mesh_does_without_what_holds_it(tmp_path: Path, rows: list[str]) -> None:
+    text = deck(RIGID, ["*BOUNDARY_SPC_NODE", *rows])
+    (tmp_path / "deck.k").write_text(text, encoding="utf-8")
+    assert len(cg.read_mesh(tmp_path / "deck.k", parts=[2])) > 0
 
 
 @pytest.mark.parametrize("kind", ["SET", "NODE"])
@@ -223,9 +255,10 @@ def test_extra_nodes_of_a_rigid_part_go_with_it(tmp_path: Path, kind: str) -> No
 def test_nodes_that_go_with_a_part_are_not_held_as_well(tmp_path: Path) -> None:
     extra = ["*CONSTRAINED_EXTRA_NODES_SET", card(1, 6)]
     case, text = case_of(tmp_path, ELASTIC, held(), extra, SPC)
-    assert case.slave[0].motion.attached
-    assert not case.slave[0].motion.fixed
-    assert "*BOUNDARY_SPC_SET (set of nodes 6: some go with a rigid part already)" in text
+    assert case.slave[0].motion.kind == "fixed"
+    assert "*BOUNDARY_SPC_SET (set of nodes 6: some go with a rigid part already, so" in text
+    assert "*BOUNDARY_SPC_SET (set of nodes 6: of no part" not in text
+    assert "*CONSTRAINED_EXTRA_NODES_SET (set of nodes 6: of no part that deforms here)" in text
 
 
 def test_extra_nodes_of_a_part_that_is_not_rigid_are_listed(tmp_path: Path) -> None:
@@ -233,3 +266,60 @@ def test_extra_nodes_of_a_part_that_is_not_rigid_are_listed(tmp_path: Path) -> N
     case, text = case_of(tmp_path, ELASTIC, held(), extra)
     assert case.slave[0].motion.kind == "fixed"
     assert "*CONSTRAINED_EXTRA_NODES_SET (set of nodes 6: of no part that deforms here)" in text
+
+
+def _layer_below(material: str, cells: int = 36) -> list[str]:
+    """A part 3 of solids that hangs on the lower nodes of the pad; its own are new."""
+    foam, hexahedra = pad()
+    start = FIRST + len(foam)
+    low = foam[foam[:, 2] < -9.0] - [0.0, 0.0, 5.0]
+    nodes = [f"{start + k:8d}" + "".join(f"{x:16.8f}" for x in p) for k, p in enumerate(low)]
+    lines = []
+    for k, cell in enumerate(hexahedra[:cells]):
+        row = [30001 + k, 3, *(cell[:4] + start), *(cell[:4] + FIRST)]
+        lines.append("".join(f"{number:8d}" for number in row))
+    part = ["*PART", "layer", card(3, 12, 23), "*NODE", *nodes, "*ELEMENT_SOLID", *lines]
+    return [*part, f"*MAT_{material}", card(23, 1e-6, 5e-3, 0.3)]
+
+
+@pytest.mark.parametrize("touches", [True, False])
+def test_parts_that_are_joined_and_not_of_one_slave_rest(tmp_path: Path, touches: bool) -> None:
+    other = ["*CONTACT_AUTOMATIC_SURFACE_TO_SURFACE", card(3, 1, 3, 3), card(0.1), ""]
+    pieces = [_layer_below("ELASTIC"), held(), SPC, *([other] if touches else [])]
+    case, text = case_of(tmp_path, ELASTIC, *pieces)
+    assert {slave.motion.kind for slave in case.slave} == {"fixed"}
+    assert "part 3 shares nodes with it and is not of its slave" in text
+
+
+def test_parts_that_are_joined_deform_as_one_slave(tmp_path: Path) -> None:
+    sides = ["*SET_PART_LIST", card(8), card(2, 3)]
+    both = ["*CONTACT_AUTOMATIC_SURFACE_TO_SURFACE", card(8, 1, 2, 3), card(0.1), ""]
+    pieces = [_layer_below("ELASTIC"), held(), SPC, sides, both]
+    text = deck(RIGID, FLIGHT, END, ELASTIC, *pieces)
+    case, _ = converted(tmp_path, text)
+    (slave,) = case.slave
+    assert [part.set for part in slave.motion.parts] == [2, 3]
+    cg.build(case).start()
+
+
+def test_what_a_case_would_refuse_rests_and_is_listed(tmp_path: Path) -> None:
+    """Two rigid plates that share a node of the pad with each other."""
+    _, cells = pad()
+    plates = []
+    for k, cell in enumerate(cells[:2]):
+        row = "".join(f"{n:8d}" for n in (20001 + k, 3 + k, *(cell[[0, 3, 2, 1]] + FIRST)))
+        plates += ["*PART", f"plate {k}", card(3 + k, 11, 23), "*ELEMENT_SHELL", row]
+    plates += ["*MAT_RIGID", card(23, DENSITY, 210.0, 0.3), ""]
+    case, text = case_of(tmp_path, ELASTIC, plates)
+    assert case.slave[0].motion.kind == "fixed"
+    listed = text.partition("Not understood")[2]
+    assert "is held, driven or attached already, so the slave rests" in listed
+
+
+def test_a_rigid_part_without_mass_that_carries_nodes_is_told(tmp_path: Path) -> None:
+    _, cells = pad()
+    row = "".join(f"{n:8d}" for n in (20001, 3, *(cells[0][[0, 3, 2, 1]] + FIRST)))
+    plate = ["*PART", "plate", card(3, 11, 23), "*ELEMENT_SHELL", row]
+    plate += ["*MAT_RIGID", card(23, 0.0, 210.0, 0.3), ""]
+    with pytest.raises(MeshError, match=r"part 3: is free to move and has no mass.*MAT_RIGID"):
+        case_of(tmp_path, ELASTIC, plate)

@@ -391,7 +391,7 @@ def test_a_scale_needs_a_slave_of_elements(tmp_path: Path) -> None:
         cg.build(load_case(tmp_path / "layer.toml"))
 
 
-THICK = """
+MEMBRANE = """
 units = { length = "mm", mass = "g", time = "ms" }
 time = { end = 0.05, step = 0.01 }
 [[body]]
@@ -409,25 +409,49 @@ material = { kind = "elastic", young = 2.0 }
 master = "table"
 slave = "sheet"
 search = "penetration"
-shell_offset = "OFFSET"
+shell_thickness = THICK
 law = { kind = "penalty", stiffness = 1.0, per_area = true }
 """
 
 
-@pytest.mark.parametrize(("offset", "depth"), [("back", 0.01), ("front", 0.0), ("none", 0.0)])
-def test_a_sheet_touches_half_its_thickness_off(tmp_path: Path, offset: str, depth: float) -> None:
+@pytest.mark.parametrize(
+    ("counts", "depth"), [("true", 0.01), ("0.2", 0.01), ("0.22", 0.02), ("false", 0.0)]
+)
+@pytest.mark.parametrize("own", ["", "thickness = 2.0"])
+def test_a_sheet_touches_half_its_thickness_off(
+    tmp_path: Path, own: str, counts: str, depth: float
+) -> None:
+    """The thickness is that of its membranes, whatever is said of the slave for its laws."""
     points, quads = square_sheet(2.0, 3)
     meshio.Mesh(np.add(points, [0.0, 0.0, 0.09]), [("quad", quads)]).write(tmp_path / "sheet.vtu")
-    (tmp_path / "case.toml").write_text(THICK.replace("OFFSET", offset))
+    text = MEMBRANE.replace("THICK", counts).replace("[slave.motion]", f"{own}\n[slave.motion]")
+    (tmp_path / "case.toml").write_text(text)
     state = cg.build(load_case(tmp_path / "case.toml")).start()
     (contact,) = state.contacts.values()
     assert contact.max_penetration == pytest.approx(depth, abs=1e-12)
     assert contact.total_force[2] == pytest.approx(4.0 * depth, rel=1e-9)
 
 
-def test_an_offset_of_points_on_nodes_is_refused(tmp_path: Path) -> None:
-    law = PER_AREA + '\nquadrature = "nodes"\nshell_offset = "front"'
-    with pytest.raises(InputError, match="contact is at the nodes"):
+@pytest.mark.parametrize("thickness", ["0", "-1.0", '"front"', "[1.0]"])
+def test_a_thickness_that_is_none_is_told(tmp_path: Path, thickness: str) -> None:
+    law = PER_AREA + f"\nshell_thickness = {thickness}"
+    with pytest.raises(InputError, match=r"contact\[0\].shell_thickness: must be a thickness"):
+        load_case(_write(tmp_path, law=law))
+
+
+def test_the_thickness_of_a_membrane_is_not_that_of_a_layer(tmp_path: Path) -> None:
+    points, quads = square_sheet(2.0, 3)
+    meshio.Mesh(points, [("quad", quads)]).write(tmp_path / "sheet.vtu")
+    law = 'law = { kind = "stress", elastic = 1.0 }'
+    text = MEMBRANE.replace("THICK", "true").partition("law = ")[0] + law
+    (tmp_path / "case.toml").write_text(text)
+    with pytest.raises(InputError, match="nodal thickness"):
+        cg.build(load_case(tmp_path / "case.toml"))
+
+
+def test_a_slave_of_solids_has_no_thickness_to_count(tmp_path: Path) -> None:
+    law = PER_AREA + "\nshell_thickness = true"
+    with pytest.raises(InputError, match="the thickness of 'block' is not known"):
         cg.build(load_case(_write(tmp_path, law=law)))
 
 

@@ -151,13 +151,25 @@ def test_a_light_board_on_a_stiff_pad_shortens_the_critical_step() -> None:
         ({"attached": "board"}, r"attached\[0\]: must be tables"),
         ({"attached": {"plane": [[0, 0, 9], [0, 0, 1]], "body": "board"}}, "no node"),
         ({"attached": TOP | {"body": "board"}, "fixed": TOP}, "held, driven or attached already"),
-        ({"attached": [TOP | {"body": "board"}] * 2}, r"attached\[1\]: .*attached already"),
+        (
+            {"attached": [TOP | {"body": "board"}, TOP | {"body": "ball"}]},
+            r"attached\[1\]: .*attached already",
+        ),
     ],
 )
 def test_what_cannot_be_attached_is_refused(options: dict[str, Any], text: str) -> None:
     slave = block((1, 1, 1), (2.0, 2.0, 3.0))
     with pytest.raises(InputError, match=text):
         _simulation(slave, cg.motion.Deforming(**options, **RUBBER), _free(), end=1, step=0.01)
+
+
+def test_nodes_that_are_attached_twice_to_a_body_are_attached_once() -> None:
+    slave, twice = block((1, 1, 1), (2.0, 2.0, 3.0)), [TOP | {"body": "board"}] * 2
+    for attached in (twice[:1], twice):
+        motion = cg.motion.Deforming(attached=attached, **RUBBER)
+        simulation = _simulation(slave, motion, _free(), end=1.0, step=0.01)
+        (joint,) = simulation.mechanism.nodes["pad"].joints
+        assert len(joint.rows) == 4
 
 
 def test_a_board_that_may_turn_needs_inertia_to_carry_a_pad() -> None:

@@ -332,7 +332,8 @@ def _groups(part_numbers: list[Int64Array], parts: Parts) -> list[Group]:
 
 
 def _sets(blocks: Iterable[Block], rows: Rows) -> Iterable[Group]:
-    """Sets of nodes: by name alone, as their numbers are those of parts, too.
+    """Sets of nodes, and nodes that single cards hold: by name alone, as their numbers are those of
+    parts, too.
 
     One with parameters without a value is not there: who asks for it is told.
     """
@@ -340,7 +341,8 @@ def _sets(blocks: Iterable[Block], rows: Rows) -> Iterable[Group]:
         kept = rows(np.array(nodes, dtype=np.int64))
         yield Group(None, set_name(number), None, kept)
     for name, nodes in tied_nodes(blocks).items():
-        yield Group(None, name, None, rows(np.unique(np.array(nodes, dtype=np.int64))))
+        ids = np.unique(np.array(nodes, dtype=np.int64))
+        yield Group(None, name, None, rows(ids[rows.known(ids)]))
 
 
 def _mass(blocks: Iterable[Block], rows: Rows, count: int) -> FloatArray | None:

@@ -29,6 +29,8 @@ class Material(NamedTuple):
     block: Block
     soft: SoftLaw | None = None
     """What a part of it is made of where it deforms."""
+    unmade: str = ""
+    """Why it is none of what deforms, of a material that may."""
 
 
 class DeckContact(NamedTuple):

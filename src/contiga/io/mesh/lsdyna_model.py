@@ -144,8 +144,9 @@ def _material(block: Block, model: DeckModel) -> None:
     kind = block.keyword.removeprefix("MAT_").removesuffix("_TITLE")
     rows = _rows(block)[block.keyword.endswith("_TITLE") :]
     soft = _soft(kind, block, rows)
+    why, soft = (soft, None) if isinstance(soft, str) else ("", soft)
     if not rows or (kind not in _ELASTIC and soft is None):
-        model.leave(block)
+        model.leave(block, why)
         return
     card, texts = rows[0]
     density, modulus, poisson = _reals(block, card, texts[1:4])
@@ -160,12 +161,20 @@ def _material(block: Block, model: DeckModel) -> None:
         elif code < 0:
             model.leave(block, "held in axes of its own")
     model.materials[whole(texts[0], block, card)] = Material(
-        density, modulus, poisson if _ELASTIC.get(kind, True) else 0.0, rigid, held, block, soft
+        density,
+        modulus,
+        poisson if _ELASTIC.get(kind, True) else 0.0,
+        rigid,
+        held,
+        block,
+        soft,
+        why,
     )
 
 
-def _soft(kind: str, block: Block, rows: list[_Row]) -> SoftLaw | None:
-    """What a part of the material is made of where it deforms, if there is such here."""
+def _soft(kind: str, block: Block, rows: list[_Row]) -> SoftLaw | str | None:
+    """What a part of the material is made of where it deforms, or why of nothing; None where there
+    is no such here."""
     soft = SOFT.get(kind)
     if soft is None or not rows:
         return None

@@ -14,7 +14,9 @@ BLATZ_KO = 0.463
 _ALONG_A_VECTOR = 2.0
 """AOPT of material axes that are one vector for all elements."""
 _BY_CURVES = (4.0, 14.0)
-"""FORM of fabrics by curves of stress over strain."""
+"""FORM of fabrics by curves of second Piola-Kirchhoff stress over Green's strain."""
+_OTHER_CURVES = (4.0, 13.0, 14.0, 24.0)
+"""Size of a FORM that has curves of one kind or another."""
 
 
 class SoftLaw(NamedTuple):
@@ -38,36 +40,39 @@ class SoftCards(NamedTuple):
 
     cards: tuple[slice, ...]
     """Fields of its cards that are needed."""
-    law: Callable[..., SoftLaw | None]
-    """Asked with all of them; None where they make none."""
+    law: Callable[..., SoftLaw | str]
+    """Asked with all of them; why they make none, where they do not."""
 
 
-def _elastic(modulus: float, poisson: float) -> SoftLaw | None:
-    table = {"kind": "elastic", "young": modulus, "poisson": poisson}
-    return SoftLaw(table, modulus, poisson) if modulus > 0.0 else None
+def _elastic(modulus: float, poisson: float) -> SoftLaw | str:
+    if modulus <= 0.0:
+        return "no modulus"
+    return SoftLaw({"kind": "elastic", "young": modulus, "poisson": poisson}, modulus, poisson)
 
 
-def _neo_hooke(shear: float, poisson: float, note: str) -> SoftLaw | None:
-    if shear <= 0.0 or not 0.0 <= poisson < 0.5:
-        return None
+def _neo_hooke(shear: float, poisson: float, note: str) -> SoftLaw | str:
+    if shear <= 0.0:
+        return "no shear modulus"
+    if not 0.0 <= poisson < 0.5:
+        return f"Poisson's ratio {poisson:g}, not from 0 to below 0.5"
     young = 2.0 * shear * (1.0 + poisson)
     table = {"kind": "neo-hooke", "young": young, "poisson": poisson, "volume": "nodes"}
     return SoftLaw(table, young, poisson, note)
 
 
-def _blatz_ko(shear: float) -> SoftLaw | None:
+def _blatz_ko(shear: float) -> SoftLaw | str:
     return _neo_hooke(shear, BLATZ_KO, "neo-Hooke of its shear modulus")
 
 
-def _mooney_rivlin(poisson: float, a: float, b: float) -> SoftLaw | None:
+def _mooney_rivlin(poisson: float, a: float, b: float) -> SoftLaw | str:
     return _neo_hooke(2.0 * (a + b), poisson, f"neo-Hooke of 2 (A + B), B is {b:g}" if b else "")
 
 
 def _foam(
     modulus: float, curve: float, _cutoff: float, returned: float, shape: float
-) -> SoftLaw | None:
+) -> SoftLaw | str:
     if modulus <= 0.0 or curve <= 0.0:
-        return None
+        return "no modulus E" if curve > 0.0 else "no curve LCID"
     table = {
         "kind": "foam",
         "hysteresis": returned or 1.0,
@@ -77,23 +82,25 @@ def _foam(
     return SoftLaw(table, modulus, 0.0, curves={"loading": int(curve)})
 
 
-def _fabric(*numbers: float) -> SoftLaw | None:
+def _fabric(*numbers: float) -> SoftLaw | str:
     """*MAT_FABRIC: isotropic where it has one modulus and no shear modulus of its own."""
     warp, weft, _, poisson, shear, _, _, slack, aopt, form, *rest = numbers
     direction, (warp_curve, weft_curve, shear_curve, *unloading) = rest[:3], map(int, rest[3:])
     if warp <= 0.0:
-        return None
+        return "no modulus EA"
     by_curves = form in _BY_CURVES and warp_curve > 0
+    if not by_curves and (form in _BY_CURVES or any(rest[3:]) or abs(form) in _OTHER_CURVES):
+        return f"FORM {form:g} with its curves"
     if not by_curves and shear == 0.0 and weft in (0.0, warp):
         table = {"kind": "elastic", "young": warp, "poisson": poisson, "compression": not slack}
         return SoftLaw(table, warp, poisson, membrane=True)
     if aopt != _ALONG_A_VECTOR or not any(direction):
-        return None
+        return f"AOPT {aopt:g}, its axes are no vector A of AOPT 2"
     table = {"kind": "fabric", "direction": direction, "compression": 0.0 if slack else 1.0}
     curves: dict[str, int] = {}
     for key, modulus, curve in (
         ("warp", warp, warp_curve),
-        ("weft", weft or warp, weft_curve or warp_curve),
+        ("weft", weft or warp, weft_curve or (0 if weft else warp_curve)),
         ("shear", shear, shear_curve),
     ):
         if by_curves and curve > 0:

@@ -6,9 +6,11 @@ Card layouts: LS-DYNA Keyword User's Manual, volume I, *BOUNDARY_SPC and *CONSTR
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from typing import NamedTuple
 
-from contiga.io.mesh.lsdyna_cards import Block, fields, leaving_parameters, whole
+from contiga.errors import MeshError
+from contiga.io.mesh.lsdyna_cards import Block, fields, whole
 from contiga.io.mesh.lsdyna_sets import set_name
 
 _TEN = (10,) * 8
@@ -33,6 +35,11 @@ class NodeTie(NamedTuple):
     line: int
     problem: str = ""
     """What of it is not understood; such a tie does nothing."""
+
+    @property
+    def key(self) -> tuple[str, int, int]:
+        """What tells it from others."""
+        return str(self.block.path), self.line, self.number
 
     @property
     def what(self) -> str:
@@ -71,11 +78,13 @@ def read_ties(block: Block) -> Iterator[NodeTie]:
 
 
 def tied_nodes(blocks: Iterable[Block]) -> dict[str, list[int]]:
-    """Single nodes that cards name, by the name of their set. Cards with parameters without a value
-    say nothing."""
+    """Single nodes that cards name, by the name of their set.
+
+    Cards that cannot be read say nothing: a mesh does without what holds it.
+    """
     nodes: dict[str, list[int]] = {}
     for block in filter(is_tie, blocks):
-        with leaving_parameters(block, lambda *_: None):
+        with suppress(MeshError):
             for tie in read_ties(block):
                 if tie.one and not tie.problem:
                     nodes.setdefault(tie.nodes, []).append(tie.number)
