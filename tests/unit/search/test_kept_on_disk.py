@@ -20,6 +20,7 @@ from contiga.search import tables
 from contiga.search.balls import radii as ball
 from contiga.search.borders import openings
 from contiga.search.sides import body_sides
+from contiga.search.sweep import piece_lists
 
 
 @pytest.fixture
@@ -112,3 +113,16 @@ def test_small_bodies_leave_the_disk_alone(folder: Path, monkeypatch: pytest.Mon
     monkeypatch.setattr(disk_cache, "LONG", -1.0)
     worked_out(egg())
     assert not folder.exists()
+
+
+def test_lists_of_pieces_are_read_where_they_took_long(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(disk_cache, "LONG", -1.0)
+    monkeypatch.setattr(piece_lists._LISTS, "_least", 1)
+    first = piece_lists.lists_of(egg().surface.tables, piece_lists.WORTH)
+    assert len(list(folder.glob("lists-*"))) == 1
+    monkeypatch.setattr(piece_lists._LISTS, "_build", None)  # which would not do
+    again = piece_lists.lists_of(egg().surface.tables, piece_lists.WORTH)
+    assert len(first.pieces) > 0
+    assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=True))

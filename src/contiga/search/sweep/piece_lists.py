@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.arrays.disk_cache import DiskCache
 from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IntArray
 from contiga.search.hierarchy.kept import Kept
@@ -27,6 +28,8 @@ FEWEST, MOST = 24, 128
 WHOLE, CUT, THIN = 2.0, 1.0, 0.05
 # Pieces above which none is halved any more.
 PIECES = 200_000
+# Elements below which pieces are listed sooner than lists are read.
+FEW = 100
 # Voxels that the boxes of all pieces meet at most: with wider edges nothing is listed.
 CROWDED = 10_000_000
 # By how much pieces are widened: a share of the size, and of the coordinates, which are rounded.
@@ -103,4 +106,4 @@ def build_lists(tables: Tables) -> PieceLists:
     return PieceLists(origin, 1.0 / side, reach, voxels, first, listed, pieces)
 
 
-_LISTS = Kept(build_lists)
+_LISTS = Kept(build_lists, DiskCache("lists", __file__), FEW)
