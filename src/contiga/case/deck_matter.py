@@ -113,10 +113,10 @@ def deforming(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
 
 def _torn(parts: DeckParts, numbers: list[int]) -> str:
     """Which part that is not rigid nor in the slave has nodes of it; nothing where none has."""
-    own = _nodes_of(parts, numbers)
+    of_slave = _nodes_of(parts, numbers)
     for part in parts.groups:
         apart = part in numbers or parts.is_rigid(part)
-        if not apart and (_nodes_of(parts, [part]) & own).any():
+        if not apart and (_nodes_of(parts, [part]) & of_slave).any():
             return f"part {part} shares nodes with it and is not of its slave, which rests"
     return ""
 
@@ -165,18 +165,18 @@ def in_several(
 
 def _ties_of(parts: DeckParts, numbers: list[int]) -> _Ties:
     """What holds nodes of some parts: rigid parts they share nodes with, and cards."""
-    own = _nodes_of(parts, numbers)
+    of_slave = _nodes_of(parts, numbers)
     ties = _Ties([], [], [], [], [], [])
-    host = np.full(len(own), -1)
+    host = np.full(len(of_slave), -1)
     for part in filter(parts.is_rigid, parts.groups):
-        shared = _nodes_of(parts, [part]) & own
+        shared = _nodes_of(parts, [part]) & of_slave
         if shared.any():
             host[shared] = part
             ties.hosts.append(part)
             ties.attached.append({"set": part, "body": parts.name(part)})
             ties.sources.append(f"nodes shared with *PART {part}")
     for (name, ways, part), all_cards in _alike(parts.model.ties).items():
-        there = _members(parts, name) & own
+        there = _members(parts, name) & of_slave
         numbers_there = set(_numbers(parts)[there].tolist())
         cards = [tie for tie in all_cards if not tie.one or tie.number in numbers_there]
         if not there.any() or (part and not (part in parts.groups and parts.is_rigid(part))):

@@ -129,9 +129,9 @@ def _inside(
     """Points on the contact side, and how deep the deepest of them lies."""
     rows = np.flatnonzero(active & np.isfinite(p_B).all(axis=1)).astype(np.int32)
     if options.half is not None:
-        found = reach(surface, p_B, rows, options)
-        deep = found.touching & (found.feet.gap < -ON_IT * options.size)
-        return rows[deep], float(-found.feet.gap[deep].min(initial=0.0))
+        reached = reach(surface, p_B, rows, options)
+        deep = reached.touching & (reached.feet.gap < -ON_IT * options.size)
+        return rows[deep], float(-reached.feet.gap[deep].min(initial=0.0))
     if not options.closed:
         away = np.zeros(len(p_B))
         surface.safe_distance(p_B, rows, away)

@@ -49,12 +49,12 @@ def detect_at_start(
     """The start: by intersection points within reach are not in contact until they have been out of
     it; by penetration they are."""
     near = _near(surface, p_B, rows, detected, options)
-    found = reach(surface, p_B, near, options)
-    detected.safe_distance[near] = found.room
+    reached = reach(surface, p_B, near, options)
+    detected.safe_distance[near] = reached.room
     if options.penetration:
-        detected.status[near[found.touching]] = ContactStatus.NEW
-        detected.safe_distance[near[found.touching]] = 0.0
-        take(detected.feet, near, found.feet, found.touching)
+        detected.status[near[reached.touching]] = ContactStatus.NEW
+        detected.safe_distance[near[reached.touching]] = 0.0
+        take(detected.feet, near, reached.feet, reached.touching)
 
 
 def detect(
@@ -68,16 +68,16 @@ def detect(
     were, free = rows
     near = np.concatenate((were, _near(surface, step.now, free, detected, options)))
     was = np.arange(len(near)) < len(were)
-    found = reach(surface, step.now, near, options)
+    reached = reach(surface, step.now, near, options)
     # What is within reach since the start comes in when it has been out of it.
-    touching = found.touching & (was | ~step.ignored[near] | options.penetration)
+    touching = reached.touching & (was | ~step.ignored[near] | options.penetration)
     status = np.where(was, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
-    status[was & found.beside] = ContactStatus.SLID_OFF
+    status[was & reached.beside] = ContactStatus.SLID_OFF
     status[touching] = np.where(was[touching], ContactStatus.OLD, ContactStatus.NEW)
-    status[~found.solved] = ContactStatus.LOST
+    status[~reached.solved] = ContactStatus.LOST
     detected.status[near] = status
-    detected.safe_distance[near] = np.where(touching, 0.0, found.room)
-    take(detected.feet, near, found.feet, touching)
+    detected.safe_distance[near] = np.where(touching, 0.0, reached.room)
+    take(detected.feet, near, reached.feet, touching)
 
 
 def reach(surface: Surface, p_B: FloatArray, rows: IntArray, options: Options) -> Reached:

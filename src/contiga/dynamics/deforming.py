@@ -132,8 +132,8 @@ class Deforming(Dependent):
         rest: ArrayLike | None = None,
         mass_scaling: float | None = None,
     ) -> None:
-        own = hasattr(material, "forces")
-        if not (own or hasattr(material, "coefficients") or (material is None and parts)):
+        is_matter = hasattr(material, "forces")
+        if not (is_matter or hasattr(material, "coefficients") or (material is None and parts)):
             raise InputError(
                 "must be a material",
                 where="Deforming(material)",
@@ -147,7 +147,7 @@ class Deforming(Dependent):
         put(self, "section", None if section is None else positive(section, "section"))
         put(self, "hourglass", positive(hourglass, "hourglass"))
         put(self, "bulk_viscosity", _viscosity(bulk_viscosity))
-        put(self, "parts", _as_parts(parts, own))
+        put(self, "parts", _as_parts(parts, is_matter))
         put(self, "fixed", fixed)
         put(self, "velocity", _velocity(velocity))
         put(self, "damping", float(damping))
@@ -157,7 +157,7 @@ class Deforming(Dependent):
         put(self, "rest", None if rest is None else read_only(as_points(rest, "rest")))
         scale = None if mass_scaling is None else positive(mass_scaling, "mass_scaling")
         put(self, "mass_scaling", scale)
-        if own and scale is not None:
+        if is_matter and scale is not None:
             raise InputError("matter of one's own has its masses", where="mass_scaling")
         if not (np.isfinite(self.damping) and self.damping >= 0.0):
             raise InputError("must be 0 or more", where="damping", found=damping)

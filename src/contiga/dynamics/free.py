@@ -109,8 +109,8 @@ class Free(Dependent):
                     where="inertia" if inertia is not None else "centre",
                     allowed="mass properties, or mass with inertia and centre",
                 )
-            own = mass
-            mass, centre, inertia = own.mass, own.centre, own.inertia
+            properties = mass
+            mass, centre, inertia = properties.mass, properties.centre, properties.inertia
         put = object.__setattr__
         put(self, "mass", _mass(mass))
         put(self, "inertia", None if inertia is None else check_inertia(inertia, "inertia"))

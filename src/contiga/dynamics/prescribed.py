@@ -217,8 +217,7 @@ class Poses:
 
     def __init__(self, times: ArrayLike, poses: Sequence[ArrayLike] | FloatArray) -> None:
         checked = [pose.as_pose(X, f"poses[{i}]") for i, X in enumerate(poses)]
-        own = as_times(times, len(checked))
-        object.__setattr__(self, "times", read_only(own))
+        object.__setattr__(self, "times", read_only(as_times(times, len(checked))))
         object.__setattr__(self, "poses", read_only(np.array(checked)))
 
     @classmethod
@@ -320,9 +319,9 @@ class Combine:
         """Twists of the motions, each carried by those after it."""
         total, X = twist.still(), pose.identity()
         for motion in self.motions:
-            own = motion.pose(t)
-            total = twist.combined(motion.twist(t), own, total, X)
-            X = pose.compose(own, X)
+            carrier = motion.pose(t)
+            total = twist.combined(motion.twist(t), carrier, total, X)
+            X = pose.compose(carrier, X)
         return total
 
 
@@ -340,8 +339,8 @@ class Moved:
     motion: BodyMotion
 
     def __init__(self, base: ArrayLike | SlaveMotion, motion: BodyMotion) -> None:
-        own = base if hasattr(base, "points") else read_only(as_points(base))
-        object.__setattr__(self, "base", own)
+        carried = base if hasattr(base, "points") else read_only(as_points(base))
+        object.__setattr__(self, "base", carried)
         object.__setattr__(self, "motion", motion)
 
     @property

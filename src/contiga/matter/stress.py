@@ -39,11 +39,11 @@ def apart(
     kind: str, elements: IntArray, tables: ElementTables, gradients: FloatArray, still: FloatArray
 ) -> Apart:
     """The elements of a group, taken apart."""
-    own = np.arange(elements.size, dtype=np.int32).reshape(elements.shape)
-    sums, rows = block_sums(own, elements.size)
+    corners = np.arange(elements.size, dtype=np.int32).reshape(elements.shape)
+    sums, rows = block_sums(corners, elements.size)
     assert elements.shape[1] == CORNERS[kind]
-    own_tables = tables._replace(nodes=nodes_in_lanes(own), sums=sums)
-    return Apart(elements.ravel(), own_tables, rows, gradients, still)
+    tables_apart = tables._replace(nodes=nodes_in_lanes(corners), sums=sums)
+    return Apart(elements.ravel(), tables_apart, rows, gradients, still)
 
 
 def cauchy(kind: str, corners: FloatArray, forces: FloatArray, across: float) -> FloatArray:

@@ -100,10 +100,10 @@ class Fields:
             first += n
         # Outlines first: a stop between the two leaves one too many there, which resuming drops.
         if self._outlines is not None:
-            found = [
+            outlines = [
                 part.contact.outlines(state.contacts[part.name]) for part in self._model.contacts
             ]
-            self._outlines.append(state.time, found)
+            self._outlines.append(state.time, outlines)
         self._writer.append(state.time, points, data, self._stacked(cells))
 
     def _blank(self, n: int, first_slave: int) -> dict[str, NDArray[np.generic]]:

@@ -347,14 +347,14 @@ def check_movers(model: Model) -> None:
     ]
     loads = [(f"loads[{i}]", load) for i, load in enumerate(model.loads)]
     for name, slave in model.slaves.items():
-        own = getattr(slave.motion, "loads", ())
-        loads += [(f"slaves[{name!r}]: loads[{i}]", load) for i, load in enumerate(own)]
+        on_nodes = getattr(slave.motion, "loads", ())
+        loads += [(f"slaves[{name!r}]: loads[{i}]", load) for i, load in enumerate(on_nodes)]
         driven = getattr(slave.motion, "driven", None) or ()
         driven = [driven] if isinstance(driven, Mapping) else driven
         loads += [
             (f"slaves[{name!r}]: driven[{i}]", one.get("motion")) for i, one in enumerate(driven)
         ]
     for where, mover in (*movers, *loads):
-        own = getattr(mover, "span", None)
-        if own is not None:
-            check_covers(own, *span, where)
+        covered = getattr(mover, "span", None)
+        if covered is not None:
+            check_covers(covered, *span, where)

@@ -50,10 +50,10 @@ def _values(model: Model, sensor: RelativeSensor, step: _Step) -> dict[str, floa
         speeds = [point_velocity(state, i, place) for i, place in zip(roots, places, strict=True)]
         values |= _distance(way, speeds[1] - speeds[0])
     if "displacement" in sensor.measures:
-        own = sensor.axes == "body"
-        now = product(poses[0][:3, :3].T, way) if own else way
+        in_body_axes = sensor.axes == "body"
+        now = product(poses[0][:3, :3].T, way) if in_body_axes else way
         before = firsts[1] - firsts[0]
-        moved = now - (product(starts[0][:3, :3].T, before) if own else before)
+        moved = now - (product(starts[0][:3, :3].T, before) if in_body_axes else before)
         values |= dict(zip("xyz", map(float, moved), strict=True))
     if "angle" in sensor.measures:
         now, before = (product(pair[0][:3, :3].T, pair[1][:3, :3]) for pair in (poses, starts))
@@ -71,24 +71,24 @@ def _rates(
     with it; along those of the world the difference of the two."""
     ((i, j), (here, there)), state = ends, step[1]
     values: dict[str, float] = {}
-    seen = sensor.axes == "body"
-    spin = state.bodies.twists[i, 3:] if seen else np.zeros(3)
+    on_body = sensor.axes == "body"
+    spin = state.bodies.twists[i, 3:] if on_body else np.zeros(3)
     velocity = point_velocity(state, j, there) - point_velocity(state, i, here)
     velocity = velocity - cross(spin, there - here)
     for measure in RATES:
         if measure not in sensor.measures:
             continue
-        own = velocity
+        value = velocity
         if measure == "acceleration":
-            own = point_acceleration(model, j, there, step)
-            own = own - point_acceleration(model, i, here, step) - 2.0 * cross(spin, velocity)
-            if seen:
+            value = point_acceleration(model, j, there, step)
+            value = value - point_acceleration(model, i, here, step) - 2.0 * cross(spin, velocity)
+            if on_body:
                 turning = acceleration(model, i, state, step[0])[1]
                 way = there - here
-                own = own - cross(turning, way) - cross(spin, cross(spin, way))
-        own = product(state.bodies.poses[i, :3, :3].T, own) if seen else own
-        values |= {f"{measure[0]}{axis}": float(v) for axis, v in zip("xyz", own, strict=True)}
-        values[measure[0]] = length(own)
+                value = value - cross(turning, way) - cross(spin, cross(spin, way))
+        value = product(state.bodies.poses[i, :3, :3].T, value) if on_body else value
+        values |= {f"{measure[0]}{axis}": float(v) for axis, v in zip("xyz", value, strict=True)}
+        values[measure[0]] = length(value)
     return values
 
 
@@ -103,11 +103,11 @@ def _cut(
     for measure, world in zip(CUT, carried, strict=True):
         if measure not in sensor.measures:
             continue
-        own = product(pose[:3, :3].T, world) if sensor.axes == "body" else world
-        named = zip("xyz", own, strict=True)
+        value = product(pose[:3, :3].T, world) if sensor.axes == "body" else world
+        named = zip("xyz", value, strict=True)
         values |= {f"{measure[0]}{axis}": float(v) for axis, v in named}
         if measure == "force":
-            values["f"] = length(own)
+            values["f"] = length(value)
     return values
 
 
@@ -121,9 +121,9 @@ def _carried(
         if now is None or set(spring.between) != set(between) or now.length == 0.0:
             continue
         end = spring.between.index(between[0])
-        own = now.force / now.length * (now.ends[1 - end] - now.ends[end])
-        force = force + own
-        moment = moment + cross(now.ends[end] - about, own)
+        pull = now.force / now.length * (now.ends[1 - end] - now.ends[end])
+        force = force + pull
+        moment = moment + cross(now.ends[end] - about, pull)
     return force, moment
 
 

@@ -34,27 +34,27 @@ _COLUMNS = {"BrIC": ("wx", "wy", "wz"), "VC": ("distance",), "Nij": ("fz", "my")
 
 def sensor_summary(model: Model, history: History) -> dict[str, dict[str, Any]]:
     """What the sensors say of the whole run, by name: criteria, with values, times and bands."""
-    told = sensors_told(model)
+    summary = sensors_told(model)
     judged: list[Sensor | RelativeSensor] = [*model.point_sensors, *model.relative]
     for sensor in judged:
-        told[sensor.name]["criteria"] = _criteria(model, sensor, history)
-    return told
+        summary[sensor.name]["criteria"] = _criteria(model, sensor, history)
+    return summary
 
 
 def sensors_told(model: Model) -> dict[str, dict[str, Any]]:
     """The same of a run that has no criteria yet."""
-    told: dict[str, dict[str, Any]] = {
+    summary: dict[str, dict[str, Any]] = {
         one.name: {"body": one.body, "filter": one.filter} for one in model.point_sensors
     }
     for pair in model.relative:
-        told[pair.name] = {"body": " – ".join(pair.between), "filter": None}
+        summary[pair.name] = {"body": " – ".join(pair.between), "filter": None}
     for on_slave in model.slave_sensors:
-        told[on_slave.name] = {"body": slave_of(on_slave), "filter": None}
+        summary[on_slave.name] = {"body": slave_of(on_slave), "filter": None}
     for sensor in model.sensors:
-        told[sensor.name]["criteria"] = {}
+        summary[sensor.name]["criteria"] = {}
         if sensor.code is not None:
-            told[sensor.name]["code"] = sensor.code
-    return told
+            summary[sensor.name]["code"] = sensor.code
+    return summary
 
 
 def _criteria(
@@ -63,19 +63,19 @@ def _criteria(
     """Each criterion with its value, unit and band, and when it holds, in the case's time unit."""
     if len(history["time"]) < 2:
         return {}
-    unit, told = base_factor(model.units[2], "time") if sensor.criteria else 1.0, {}
-    found = dict(_of_acceleration(model, sensor, history)) if isinstance(sensor, Sensor) else {}
-    found |= _by_own_filters(model, sensor, history)
+    unit, criteria = base_factor(model.units[2], "time") if sensor.criteria else 1.0, {}
+    results = dict(_of_acceleration(model, sensor, history)) if isinstance(sensor, Sensor) else {}
+    results |= _by_own_filters(model, sensor, history)
     for name in sensor.criteria:
-        if name not in found:
+        if name not in results:
             continue
-        one = found[name]
-        told[name] = {**one, "start": one["start"] / unit, "end": one["end"] / unit}
+        result = results[name]
+        criteria[name] = {**result, "start": result["start"] / unit, "end": result["end"] / unit}
         if name in CRITERION_UNITS:
-            told[name]["unit"] = CRITERION_UNITS[name]
+            criteria[name]["unit"] = CRITERION_UNITS[name]
         if name in sensor.bands:
-            told[name]["band"] = sensor.bands[name].of(one["value"])
-    return told
+            criteria[name]["band"] = sensor.bands[name].of(result["value"])
+    return criteria
 
 
 def _of_acceleration(model: Model, sensor: Sensor, history: History) -> Iterator[tuple[str, Found]]:

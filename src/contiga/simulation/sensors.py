@@ -52,19 +52,19 @@ def _measured(
     values: dict[str, FloatArray] = {}
     for measure in sensor.measures:
         if measure == "acceleration":
-            own = point_acceleration(model, i, place, (last, state))
+            value = point_acceleration(model, i, place, (last, state))
         elif measure == "velocity":
-            own = point_velocity(state, i, place)
+            value = point_velocity(state, i, place)
         elif measure == "displacement":
-            own = place - first
+            value = place - first
         elif measure == "spin":
-            own = twist[3:]
+            value = twist[3:]
         elif measure == "force":
-            own = state.wrenches[i, :3]
+            value = state.wrenches[i, :3]
         else:
             arm = place - pose[:3, 3]
-            own = state.wrenches[i, 3:] - cross(arm, state.wrenches[i, :3])
-        values[measure] = product(pose[:3, :3].T, own) if sensor.axes == "body" else own
+            value = state.wrenches[i, 3:] - cross(arm, state.wrenches[i, :3])
+        values[measure] = product(pose[:3, :3].T, value) if sensor.axes == "body" else value
     return values
 
 

@@ -105,24 +105,24 @@ def _resting(model: Model, settle: Settle) -> Model:
     """The model with nothing in motion but what is to come to rest."""
     start = model.stepping.start
     bodies, slaves = {}, {}
-    own: Any
+    resting: Any
     for name, (body, motion) in model.bodies.items():
-        own = motion
+        resting = motion
         if isinstance(motion, Free):
-            own = motion.resting(start) if name in settle.bodies else Fixed()
+            resting = motion.resting(start) if name in settle.bodies else Fixed()
         elif not isinstance(motion, Attached):
             assert not isinstance(motion, Dependent)
-            own = Stopped(motion, start)
-        bodies[name] = BodyPart(body, own)
+            resting = Stopped(motion, start)
+        bodies[name] = BodyPart(body, resting)
     for name, (slave, way) in model.slaves.items():
-        own = way
+        resting = way
         if isinstance(way, Deforming):
-            own = way.resting(start)
+            resting = way.resting(start)
         elif not isinstance(way, Dependent):
-            own = Moved(way.points(start), Fixed())
+            resting = Moved(way.points(start), Fixed())
         elif isinstance(way, Free):
-            own = Moved(slave.points, Fixed())
-        slaves[name] = SlavePart(slave, own)
+            resting = Moved(slave.points, Fixed())
+        slaves[name] = SlavePart(slave, resting)
     return Model(
         bodies=bodies,
         slaves=slaves,

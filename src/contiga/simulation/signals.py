@@ -27,12 +27,12 @@ def filtered_columns(model: Model, history: dict[str, FloatArray]) -> dict[str, 
     for name, (cls, raw) in _filtered(model).items():
         if too_coarse(model, cls, history):
             continue
-        grid, found = smooth(model, [f"{name}.{c}" for c in raw], cls, history)
+        grid, filtered = smooth(model, [f"{name}.{c}" for c in raw], cls, history)
         if grid is not times:
-            found = means(times, grid, found, trapezoids(grid, found))
-        columns |= {f"{name}.filtered_{c}": found[:, i] for i, c in enumerate(raw)}
+            filtered = means(times, grid, filtered, trapezoids(grid, filtered))
+        columns |= {f"{name}.filtered_{c}": filtered[:, i] for i, c in enumerate(raw)}
         if len(raw) > 1:
-            columns[f"{name}.filtered_a"] = np.array([length(row) for row in found])
+            columns[f"{name}.filtered_a"] = np.array([length(row) for row in filtered])
     return columns
 
 
@@ -48,9 +48,9 @@ def _classes(model: Model) -> dict[str, list[str]]:
     """Who asks for filters, and their classes: its own, and those of its criteria."""
     asked = {name: [cls] for name, (cls, _) in _filtered(model).items()}
     for sensor in model.sensors:
-        own = [OWN_FILTERS[one] for one in sensor.criteria if one in OWN_FILTERS]
-        if own:
-            asked[sensor.name] = list(dict.fromkeys([*asked.get(sensor.name, []), *own]))
+        of_criteria = [OWN_FILTERS[one] for one in sensor.criteria if one in OWN_FILTERS]
+        if of_criteria:
+            asked[sensor.name] = list(dict.fromkeys([*asked.get(sensor.name, []), *of_criteria]))
     return asked
 
 
@@ -109,10 +109,10 @@ def _impulses(
 
 def signal_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
     """Filters that the steps of the run are too long for, or the run too short."""
-    told = []
+    warnings = []
     for name, cls in ((n, cls) for n, classes in _classes(model).items() for cls in classes):
         if too_coarse(model, cls, history):
-            told.append(
+            warnings.append(
                 f"{name}: the steps are too long for {cls}, which needs "
                 f"{LEAST_RATE} samples a second for each Hz of its class; nothing is filtered and "
                 'its criteria are left out. Take smaller steps, or step = "auto" with a shorter '
@@ -122,9 +122,9 @@ def signal_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
         kept = memory(int(cls.removeprefix("CFC"))) / base_factor(model.units[2], "time")
         lasts = float(np.ptp(history["time"]))
         if lasts < kept:
-            told.append(
+            warnings.append(
                 f"{name}: the run lasts {lasts:.4g} {model.units[2]}, less than the memory of "
                 f"{cls}, {kept:.4g}: what is filtered may be off by a fifth of its size at the "
                 "ends, and its criteria with it"
             )
-    return told
+    return warnings

@@ -127,10 +127,10 @@ def summary_so_far(
 
 def _mass_scaling(model: Model) -> dict[str, list[dict[str, Any]]]:
     """By slave what mass scaling gave its parts, where it was asked for."""
-    found = {name: added_masses(nodes) for name, nodes in model.mechanism.nodes.items()}
+    added_to = {name: added_masses(nodes) for name, nodes in model.mechanism.nodes.items()}
     return {
         name: [one._asdict() | {"share": one.share} for one in added]
-        for name, added in found.items()
+        for name, added in added_to.items()
         if added
     }
 

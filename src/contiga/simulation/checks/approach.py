@@ -93,10 +93,10 @@ class _Ways:
         if len(self._bounds):
             near = nearest(surface, p_B, np.array([guess], np.int32)).gap
             rows = rows[self._bounds[rows] - gone <= near]
-        found = nearest(surface, p_B, rows, share=_SEEN)
+        closest = nearest(surface, p_B, rows, share=_SEEN)
         if len(self._bounds) == 0:
-            self._bounds = found.bounds
-        return Approach(found.gap, found.row, time, (1.0 - _SEEN) * found.gap)
+            self._bounds = closest.bounds
+        return Approach(closest.gap, closest.row, time, (1.0 - _SEEN) * closest.gap)
 
 
 class _Span(NamedTuple):

@@ -63,8 +63,8 @@ class Said:
 
     def __call__(self, value: float, quantity: str = "length") -> str:
         """`value` in words, of "length", "time", "velocity", "force", "stress", "energy"…"""
-        own = dict(zip(("length", "mass", "time"), self._units, strict=True))
-        unit = own.get(quantity) or self._names.get(quantity, "")
+        base_units = dict(zip(("length", "mass", "time"), self._units, strict=True))
+        unit = base_units.get(quantity) or self._names.get(quantity, "")
         return f"{value:.4g} {unit}".rstrip()
 
     def si(self, length: int, mass: int, time: int) -> float:

@@ -60,10 +60,10 @@ def _layer(law: object, contact: Contact) -> Layer | None:
         return None
     thickness = law.thickness
     if thickness is None:
-        own = contact.slave.thickness
-        if own is None or not (own[contact.slave.active] > 0.0).any():
+        nodal = contact.slave.thickness
+        if nodal is None or not (nodal[contact.slave.active] > 0.0).any():
             return None
-        thickness = float(own[contact.slave.active].max())
+        thickness = float(nodal[contact.slave.active].max())
     end = end_of(law.elastic)
     beyond = BEYOND[law.elastic.extrapolation]
     return Layer(thickness, None if end is None else end * thickness, beyond, law.elastic)

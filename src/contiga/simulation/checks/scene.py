@@ -131,8 +131,12 @@ class Pair:
 
     def standing(self, time: float) -> tuple[FloatArray, FloatArray]:
         """Slave points (n, 3), world axes, and the pose (4, 4) of the master."""
-        own = self._slave_pose(time)
-        points = self._moving_points(time) if own is None else pose.apply(own, self.slave.points)
+        slave_pose = self._slave_pose(time)
+        points = (
+            self._moving_points(time)
+            if slave_pose is None
+            else pose.apply(slave_pose, self.slave.points)
+        )
         return points, self._body_pose(self._host, time)
 
     def _moving_points(self, time: float) -> FloatArray:
