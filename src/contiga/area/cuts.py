@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from contiga.area.kernels import facet_area_nb, touch_nb
 from contiga.area.method import AreaInput
+from contiga.area.offset import off_surface
 from contiga.area.regions import Topology
 from contiga.masters.protocol import Surface
 from contiga.records import (
@@ -83,6 +84,8 @@ def _feet_around(surface: Surface, inp: AreaInput, parts: Parts) -> Projection:
     if len(parts.free):
         points = np.ascontiguousarray(inp.points[parts.free])
         surface.track(points, near.patch[parts.start], near.uv[parts.start], out)
+        if inp.half is not None:
+            out = off_surface(out, points, inp.half[parts.free])
     return stacked(near, out)
 
 
@@ -123,6 +126,9 @@ def _leave(
         p_B = a[rows] + t[:, None] * way[rows]
         out = empty_projection(len(rows))
         surface.track(p_B, last.patch[rows], last.uv[rows], out)
+        if inp.half is not None:
+            here, there = inp.half[near[rows]], inp.half[far[rows]]
+            out = off_surface(out, p_B, here + t * (there - here))
         good = (out.status == Status.OK) & (out.gap <= 0.0)
         low[rows[good]], high[rows[~good]] = t[good], t[~good]
         misses = misses.after(rows, t, np.where(good, np.nan, _miss(p_B, out)))

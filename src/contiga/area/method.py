@@ -46,6 +46,9 @@ class AreaInput(NamedTuple):
     kept: dict[str, Any] | None = None
     """What one question to a method leaves for the next about the same points: areas and outlines
     come from the same cuts."""
+    half: FloatArray | None = None
+    """(n,) half the thickness of a shell at its points, from which on they are in contact; its feet
+    are so far off the master. None where contact begins at the surface."""
 
     @property
     def exact(self) -> Faces:

@@ -1,4 +1,4 @@
-"""Areas carried along the normal from the slave to the master."""
+"""Surfaces off a master along its normals: how much larger they are, and feet on them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray, Projection
-from contiga.statuses import Feature
+from contiga.statuses import Feature, Status
 
 
 def offset_ratio(master: Master, feet: Projection) -> FloatArray:
@@ -37,3 +37,22 @@ def offset_ratio(master: Master, feet: Projection) -> FloatArray:
             value = 1.0 - 2.0 * mean * g + gauss * g * g
         ratio[rows] = np.where(regular & (value > 0.0), value, 1.0)
     return ratio
+
+
+def off_surface(
+    feet: Projection, p_B: FloatArray, half: FloatArray, band: float = 0.0
+) -> Projection:
+    """Closest points of p_B (k, 3) on the surface that is `half` (k,) off the body.
+
+    The normal at an edge or a border is the way from there to the point, where that is longer than
+    `band`.
+    """
+    away = p_B - feet.point
+    length = np.sqrt(np.square(away).sum(axis=1))
+    on_border = (feet.status == Status.BORDER) | (feet.status == Status.TRIMMED)
+    sign = np.where(on_border, 1.0, np.sign(feet.gap))
+    bent = (feet.feature != Feature.FACE) & (length > band) & (sign != 0.0)
+    normal = feet.normal.copy()
+    normal[bent] = away[bent] * (sign[bent] / length[bent])[:, None]
+    gap = np.where(on_border, np.abs(feet.gap), feet.gap) - half
+    return feet._replace(point=feet.point + half[:, None] * normal, normal=normal, gap=gap)

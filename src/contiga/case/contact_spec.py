@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
@@ -139,8 +140,10 @@ def _as_quadrature(value: Any) -> Any:
 
 
 def _as_thickness(value: Any) -> Any:
-    if isinstance(value, bool) or (isinstance(value, int | float) and value > 0.0):
-        return value if isinstance(value, bool) else float(value)
+    if isinstance(value, bool):
+        return value
+    if isinstance(value, int | float) and 0.0 < value < math.inf:
+        return float(value)
     raise CaseError("must be a thickness", found=value, allowed="true, false, or a length > 0")
 
 

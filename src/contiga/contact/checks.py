@@ -107,6 +107,25 @@ def check_sampling(quadrature: str | int, weights: str, law: Law, area: AreaMeth
         )
 
 
+def check_shell(contact_type: str, area: AreaMethod) -> None:
+    """Refuse what is measured on the master, off which a shell stands."""
+    if contact_type != "slave":
+        raise InputError(
+            "a shell with a thickness gives way by itself",
+            where="contact_type",
+            found=contact_type,
+            allowed='"slave", or no shell_thickness',
+        )
+    by_feet = isinstance(area, HullArea) or getattr(area, "by", "rest") == "feet"
+    if by_feet or getattr(area, "on", None) == "master":
+        raise InputError(
+            "areas of a shell with a thickness are measured on its mid-surface",
+            where="area",
+            found=area,
+            allowed='FacetArea(), NodalArea(), CloudArea() by "rest" on the slave',
+        )
+
+
 def kind(name: str, value: object, *wanted: type) -> None:
     """Refuse a value of another type."""
     if not isinstance(value, wanted):

@@ -17,6 +17,7 @@ from contiga.contact.checks import (
     check_methods,
     check_needs,
     check_sampling,
+    check_shell,
     checked_state,
     kind,
     law_of,
@@ -146,14 +147,16 @@ class Contact(Displayed):
         self.weights = weights
         self.quadrature = quadrature
         check_sampling(quadrature, weights, self.law, self.area)
+        if shell_thickness is not None:
+            check_shell(contact_type, self.area)
         rest = Rest(slave.points, slave.facets, slave.area, master)
         kept = prepared(self.area, rest)
         side = "master" if contact_type == "master" else "slave"
-        self._measure = Measure(master, self.area, side, slave.area, kept)
         self._sampling = sampling_of(
             slave, quadrature, weights, weights_of(self.area, rest, kept), self.law
         )
-        self.half_thickness = half_of(shell_thickness, slave, self._sampling)
+        self.half_thickness = half = half_of(shell_thickness, slave, self._sampling)
+        self._measure = Measure(master, self.area, side, slave.area, kept, half)
         self.search = search
         self.on_edge = on_edge
         self.through = through

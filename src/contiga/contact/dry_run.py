@@ -130,7 +130,7 @@ def _inside(
     rows = np.flatnonzero(active & np.isfinite(p_B).all(axis=1)).astype(np.int32)
     if options.half is not None:
         reached = reach(surface, p_B, rows, options)
-        deep = reached.touching & (reached.feet.gap < -ON_IT * options.size)
+        deep = reached.within & (reached.feet.gap < -ON_IT * options.size)
         return rows[deep], float(-reached.feet.gap[deep].min(initial=0.0))
     if not options.closed:
         away = np.zeros(len(p_B))

@@ -26,6 +26,7 @@ class Measure:
     side : whose area is wanted, "slave" or "master"
     own : (n,) tributary areas of the slave, where it has them
     prepared : what the method keeps about the slave
+    half : (m,) half the thickness of a shell, the nodes first
     """
 
     def __init__(
@@ -35,17 +36,21 @@ class Measure:
         side: str,
         weights: FloatArray | None,
         prepared: Any,
+        half: FloatArray | None = None,
     ) -> None:
         self.method = method
         self._master = master
         self._side = side
         self._own = weights
         self._prepared = prepared
+        self._half = half
 
     def input(self, nodes: FloatArray, patch: np.ndarray, feet: Projection) -> AreaInput:
         """What the method sees of nodes (n, 3), body axes, of which patch ≥ 0 are in contact."""
         rows = np.flatnonzero(patch >= 0).astype(np.int32)
-        return AreaInput(self._master, rows, nodes, feet, self._own, self._side, self._prepared, {})
+        return AreaInput(
+            self._master, rows, nodes, feet, self._own, self._side, self._prepared, {}, self._half
+        )
 
     def input_of(self, state: State) -> AreaInput:
         """What the method sees of a state."""

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from contiga.area.facet import FacetArea
 from contiga.area.method import AreaMethod
 from contiga.area.nodal import NodalArea
+from contiga.arrays.layout import read_only
 from contiga.contact.state import State
 from contiga.errors import InputError
 from contiga.laws.law import Law
@@ -67,7 +68,7 @@ def half_of(thickness: ArrayLike | None, slave: Slave, sampling: Sampling) -> Fl
         )
     corners = np.stack([0.5 * nodal, nodal > 0.0, nodal], axis=1)
     half, covered, _ = sampling.points(corners).T
-    return np.where(covered > 1.0 - _ALL_CORNERS, half, 0.0)
+    return read_only(np.where(covered > 1.0 - _ALL_CORNERS, half, 0.0))
 
 
 def pressure_of(sampling: Sampling, state: State) -> FloatArray:

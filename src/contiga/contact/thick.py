@@ -4,7 +4,8 @@ A point x of the mid-surface is in contact where its distance d(x) from the body
 is below half the thickness h there, and h − d is the penetration. So a shell is what balls of
 radius h sweep over: it has no front, stands off edges as off faces, and the energy of contact is a
 function of the places alone. What decides is where points are at the end of a step, not the way
-they came: their walls are the nearest ones.
+they came: their walls are the nearest ones. Of an open body, which has a front but no inside, a
+search by intersection takes only points that come from in front of it, out of reach.
 
 Feet are told on the surface that is h off the body, so that all that follows the search is as of
 points without a thickness.
@@ -16,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.area.offset import off_surface
 from contiga.contact.tracked import (
     BoolArray,
     Detected,
@@ -34,13 +36,16 @@ class Reached(NamedTuple):
 
     feet: Projection
     """On the surface that is half the thickness off."""
-    touching: BoolArray
+    within: BoolArray
+    """Near enough for contact."""
     solved: BoolArray
     """Whose closest point is known."""
-    beside: BoolArray
-    """Near enough, but beside a border that does not hold them."""
+    on_border: BoolArray
+    """Whose closest point is on a border of an open body."""
+    behind: BoolArray
+    """That lie behind the body, or inside."""
     room: FloatArray
-    """Way to contact at least; of points in contact how deep they are, below zero."""
+    """Way to contact at least; of points within reach how deep they are, below zero."""
 
 
 def detect_at_start(
@@ -52,9 +57,10 @@ def detect_at_start(
     reached = reach(surface, p_B, near, options)
     detected.safe_distance[near] = reached.room
     if options.penetration:
-        detected.status[near[reached.touching]] = ContactStatus.NEW
-        detected.safe_distance[near[reached.touching]] = 0.0
-        take(detected.feet, near, reached.feet, reached.touching)
+        touching = reached.within & (options.hold | ~reached.on_border)
+        detected.status[near[touching]] = ContactStatus.NEW
+        detected.safe_distance[near[touching]] = 0.0
+        take(detected.feet, near, reached.feet, touching)
 
 
 def detect(
@@ -69,15 +75,45 @@ def detect(
     near = np.concatenate((were, _near(surface, step.now, free, detected, options)))
     was = np.arange(len(near)) < len(were)
     reached = reach(surface, step.now, near, options)
-    # What is within reach since the start comes in when it has been out of it.
-    touching = reached.touching & (was | ~step.ignored[near] | options.penetration)
+    beside = reached.on_border & (not options.hold)
+    touching = reached.within & ~beside
+    if not options.penetration:
+        past = np.isfinite(step.way[near])
+        touching &= was | (past & ~step.ignored[near])
+    if not options.closed:
+        _leave_from_behind(surface, step, near, was, reached, touching, options)
+    held = touching & reached.on_border
     status = np.where(was, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
-    status[was & reached.beside] = ContactStatus.SLID_OFF
+    status[was & reached.within & beside] = ContactStatus.SLID_OFF
     status[touching] = np.where(was[touching], ContactStatus.OLD, ContactStatus.NEW)
+    status[held] = ContactStatus.HELD
     status[~reached.solved] = ContactStatus.LOST
     detected.status[near] = status
     detected.safe_distance[near] = np.where(touching, 0.0, reached.room)
     take(detected.feet, near, reached.feet, touching)
+
+
+def _leave_from_behind(
+    surface: Surface,
+    step: Step,
+    near: IntArray,
+    was: BoolArray,
+    reached: Reached,
+    touching: BoolArray,
+    options: Options,
+) -> None:
+    """Take those points out of `touching` that came to an open body from behind or beside it.
+
+    New ones must have been in front, out of reach. Those in contact must not come behind the
+    surface from beyond its border, where they were as deep as they are now far.
+    """
+    new = touching & ~was & (not options.penetration)
+    unsure = np.flatnonzero(new | (touching & was & reached.behind & ~reached.on_border))
+    if len(unsure) == 0:
+        return
+    before = reach(surface, step.before, near[unsure], options)
+    ahead = before.solved & ~before.behind & (before.room >= 0.0)
+    touching[unsure] = np.where(was[unsure], ~before.on_border, ahead)
 
 
 def reach(surface: Surface, p_B: FloatArray, rows: IntArray, options: Options) -> Reached:
@@ -88,17 +124,14 @@ def reach(surface: Surface, p_B: FloatArray, rows: IntArray, options: Options) -
     solved = (feet.status == Status.OK) | on_border
     # Beside a border there is no inside.
     distance = np.where(on_border, np.abs(feet.gap), feet.gap)
-    within = solved & (distance < half) & (distance >= -options.depth)
-    beside = within & on_border & (not options.hold)
-    normal, away = feet.normal.copy(), np.abs(distance) > options.band
-    normal[away] = (p_B[rows] - feet.point)[away] / distance[away, None]
-    room = np.maximum(distance - half, -distance - options.depth) - options.band
-    room[within] = (distance - half)[within]
-    room[beside | ~solved] = 0.0
-    off = feet._replace(
-        point=feet.point + half[:, None] * normal, normal=normal, gap=distance - half
-    )
-    return Reached(off, within & ~beside, solved, beside, room)
+    within = solved & (distance <= half) & (distance >= -options.depth)
+    room = np.maximum(np.maximum(distance - half, -distance - options.depth) - options.band, 0.0)
+    # By no more than rounding within reach is as good as out of it.
+    deep = within & (distance < half - options.band)
+    room[deep] = (distance - half)[deep]
+    room[~solved] = 0.0
+    off = off_surface(feet, p_B[rows], half, options.band)
+    return Reached(off, within, solved, on_border, solved & (feet.gap < 0.0), room)
 
 
 def _near(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from tests.scenes import box, square_sheet
@@ -126,7 +128,7 @@ def test_beside_a_border_it_slides_off_or_is_held() -> None:
     slid = _passed(_points(TABLE, 0.2, search="intersection"), places)
     assert slid == [Is.FREE, Is.NEW, Is.SLID_OFF, Is.FREE]
     contact = _points(TABLE, 0.2, search="intersection", on_edge="hold")
-    assert _passed(contact, places) == [Is.FREE, Is.NEW, Is.OLD, Is.RELEASED]
+    assert _passed(contact, places) == [Is.FREE, Is.NEW, Is.HELD, Is.RELEASED]
     state = contact.start([places[0]])
     for place in places[1:3]:
         state = contact.step(state, [place], dt=1.0)
@@ -220,3 +222,87 @@ def test_a_dry_run_finds_what_a_run_finds() -> None:
         held = np.flatnonzero(state.patch >= 0)
         np.testing.assert_array_equal(run.rows, held)
         np.testing.assert_allclose(run.penetration, state.penetration[held], rtol=1e-12)
+
+
+@pytest.mark.parametrize("master", [BRICK, TABLE])
+@pytest.mark.parametrize("off", [-1e-16, 0.0, 1e-16, 1e-12, 1e-9])
+def test_a_point_that_was_just_out_of_reach_comes_in(master: cg.Body, off: float) -> None:
+    """Rounding is no reason to take it for one that was within reach since the start."""
+    top = 0.0 if master is TABLE else 1.0
+    for start in ([], [(0.3, 0.2, top + 0.3)]):
+        places = [*start, (0.3, 0.2, top + 0.1 + off), (0.3, 0.2, top + 0.08)]
+        contact = _points(master, 0.2, search="intersection")
+        assert _passed(contact, places)[-1] in (Is.NEW, Is.OLD)
+
+
+def test_an_open_body_is_not_entered_from_behind() -> None:
+    contact = _points(TABLE, 0.2, search="intersection")
+    places = [(0.0, 0.0, z) for z in (-2.0, -1.6, -0.05, 0.05, 0.2, 0.05)]
+    assert _passed(contact, places) == [Is.FREE] * 5 + [Is.NEW]
+
+
+@pytest.mark.parametrize("edge", ["release", "hold"])
+def test_a_loop_round_a_border_makes_no_energy(edge: str) -> None:
+    contact = _points(TABLE, 0.2, search="intersection", on_edge=edge)
+    loops = (
+        [(4.5, 0.3), (5.3, 0.3), (5.3, -0.05), (4.9, -0.05), (4.9, 0.3)],
+        [(5.3, 0.3), (5.05, 0.3), (5.05, 0.0), (5.05, -0.05), (4.95, -0.05), (4.95, 0.3)],
+        [(5.5, 0.05), (4.9, 0.05), (4.9, 0.3)],
+    )
+    for loop in loops:
+        state = contact.start([(loop[0][0], 0.0, loop[0][1])])
+        for a, b in pairwise(loop):
+            for share in np.linspace(0.0, 1.0, 201)[1:]:
+                x, z = np.add(a, share * np.subtract(b, a))
+                state = contact.step(state, [(x, 0.0, z)], dt=1.0)
+        assert state.energy.stored == 0.0
+        assert state.energy.work > -1e-6
+
+
+def test_areas_and_outlines_end_where_half_the_thickness_does() -> None:
+    points, quads = square_sheet(1.0, 9)
+    slope = np.add(points, [0.003, 0.0, 0.0])
+    slope[:, 2] += 0.2 * points[:, 0]
+    found = []
+    for thick, up in ((None, 0.0), (0.2, 0.1)):
+        contact = _contact(TABLE, cg.Slave(points, quads), shell_thickness=thick)
+        state = contact.start(np.add(slope, [0.0, 0.0, up]))
+        found.append((state.total_area, contact.outlines(state).points[:, 0].max()))
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-9)
+    np.testing.assert_allclose(found[0], [0.5 * np.sqrt(1.04), 0.003], rtol=1e-6)
+
+
+def test_areas_at_a_border_end_at_it() -> None:
+    points, quads = square_sheet(1.0, 9)
+    contact = _contact(TABLE, cg.Slave(points, quads), quadrature=3)
+    state = contact.start(np.add(points, [5.03, 0.0, 0.05]))
+    assert state.total_area == pytest.approx(0.47, rel=1e-6)
+
+
+@pytest.mark.parametrize("d", [1e-2, 1e-6, 1e-10, -1e-6])
+def test_forces_point_along_the_normal_however_near_the_surface(d: float) -> None:
+    normals = np.random.default_rng(0).normal(size=(50, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    slave = cg.Slave(normals, area=np.ones(50))
+    state = _contact(BALL, slave).start((1.0 + d) * normals)
+    np.testing.assert_allclose(state.force, 50.0 * (0.1 - d) * normals, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"contact_type": "master"}, "gives way by itself"),
+        ({"area": cg.FacetArea("master")}, "measured on its mid-surface"),
+        ({"area": cg.HullArea()}, "measured on its mid-surface"),
+        ({"area": cg.CloudArea(by="feet")}, "measured on its mid-surface"),
+    ],
+)
+def test_nothing_of_it_is_measured_on_the_master(options: dict, text: str) -> None:
+    with pytest.raises(InputError, match=text):
+        _contact(BALL, _sheet(), **options)
+
+
+def test_half_the_thickness_cannot_be_written_to() -> None:
+    contact = _contact(BALL, _sheet())
+    with pytest.raises(ValueError, match="read-only"):
+        contact.half_thickness[0] = 9.0

@@ -63,10 +63,11 @@ def _starts(pair: Pair, said: Said) -> Iterator[Finding]:
             pair, f"{number} start behind {body}, an open face, up to {said(deepest)} from it"
         )
         return
+    there = "inside" if pair.contact.half_thickness is None else "within half their thickness of"
     yield Finding(
         "inside",
         pair.where,
-        f"{number} start inside {body}, up to {said(deepest)} deep, and make no force: search by "
+        f"{number} start {there} {body}, up to {said(deepest)} deep, and make no force: search by "
         "intersection takes what comes in from the free side",
         f"Start {said(deepest)} further away, or take them from the start with search = "
         '"penetration"',
