@@ -107,8 +107,10 @@ def check_sampling(quadrature: str | int, weights: str, law: Law, area: AreaMeth
         )
 
 
-def check_shell(contact_type: str, area: AreaMethod) -> None:
-    """Refuse what is measured on the master, off which a shell stands."""
+def check_shell(thickness: object, contact_type: str, area: AreaMethod) -> None:
+    """Refuse what is measured on the master, off which a shell with a thickness stands."""
+    if thickness is None:
+        return
     if contact_type != "slave":
         raise InputError(
             "a shell with a thickness gives way by itself",

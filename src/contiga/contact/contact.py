@@ -147,8 +147,7 @@ class Contact(Displayed):
         self.weights = weights
         self.quadrature = quadrature
         check_sampling(quadrature, weights, self.law, self.area)
-        if shell_thickness is not None:
-            check_shell(contact_type, self.area)
+        check_shell(shell_thickness, contact_type, self.area)
         rest = Rest(slave.points, slave.facets, slave.area, master)
         kept = prepared(self.area, rest)
         side = "master" if contact_type == "master" else "slave"
