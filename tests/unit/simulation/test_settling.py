@@ -142,3 +142,16 @@ def test_a_run_that_only_settles_leaves_that_state_and_another_goes_on_from_it(
     assert resumed.summary["settled"] == at_rest.summary["settled"] == whole.summary["settled"]
     for name in ("energy.strain", "energy.kinetic"):
         np.testing.assert_array_equal(resumed.history[name], whole.history[name])
+
+
+@pytest.mark.parametrize(("settling", "rules"), [(True, set()), (False, {"apart"})])
+def test_what_comes_to_rest_first_is_not_judged_by_where_it_stands_before(
+    settling: bool, rules: set[str]
+) -> None:
+    """A block half a length above a plane, which it would not reach in the time of the run."""
+    slave = block((2, 2, 3), (6.0, 6.0, 12.0), (-3.0, -3.0, 0.5), kind="hexahedron")
+    plane = cg.Body([cg.shapes.plane(width=50.0, length=50.0)])
+    contact = cg.Contact(plane, slave, law=cg.PenaltyLaw(1.0, per_area=True), quadrature=3)
+    parts = {"bodies": {"plane": plane}, "contacts": [contact]}
+    simulation = _simulation(slave, settling=settling, end=0.5, **parts)
+    assert {finding.rule for finding in simulation.check()} == rules

@@ -31,6 +31,8 @@ _DAMPED = 0.75
 _DEEP = 0.4
 # And of the longest step in.
 _STEPS = 4.0
+# Of the points in contact at most: the last so many may leave as they like.
+_LAST = 0.1
 # Of a distance that is told: by how much another point may be nearer.
 _SEEN = 1e-3
 # Of the force of an impact: what is left of it where it is over.
@@ -177,6 +179,7 @@ def _let_go(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterat
     lost = (own["n_released"][1:] >= 0.5 * count[:-1]) & (count[:-1] > 0)
     # What leaves by the wall it came in by comes back as it went in: step by step.
     steps = np.diff(deep, prepend=0.0).max(initial=0.0)
+    lost &= count[:-1] > _LAST * count.max(initial=0.0)
     lost &= (count[1:] <= 0.5 * count[:-1]) & (deep[:-1] > max(_DEEP * deep.max(), _STEPS * steps))
     if not lost.any():
         return

@@ -76,6 +76,8 @@ class Pair:
     @cached_property
     def foretold(self) -> bool:
         """Whether it is known how the sides stand to each other until they touch."""
+        if self.free and self.model.settling is not None:
+            return False  # it starts from where it has come to rest
         if self.free and (self.model.springs or self.model.loads):
             return False
         if self._mover.mass is not None and self._mover.flight is None:
