@@ -193,8 +193,9 @@ class Case(Spec):
 
     @model_validator(mode="after")
     def _parts_fit_together(self) -> Self:
-        moved = any(part.motion.by_forces for part in self.parts.values())
-        if not (self.body or moved):
+        deforms = any(slave.motion.kind == "deform" for slave in self.slave)
+        moved = deforms or any(body.motion.by_forces for body in self.body)
+        if not (self.body or deforms):
             raise CaseError("is missing", where="body", allowed="at least one [[body]]")
         if not (self.contact or moved):
             raise CaseError(

@@ -8,7 +8,6 @@ import meshio
 import numpy as np
 import pytest
 from tests.blocks import block
-from tests.scenes import square_sheet
 
 import contiga as cg
 from contiga.case.columns import columns_of_case
@@ -43,7 +42,7 @@ PLANE = "{ plane = [[0, 0, 0], [0, 0, 1]] }"
 PER_AREA = '{ kind = "penalty", stiffness = 1.0, per_area = true }'
 
 
-def _write(folder: Path, **changed: str) -> Path:
+def write_case(folder: Path, **changed: str) -> Path:
     """The case, beside a block of two cells as an Abaqus mesh with a set of nodes."""
     slave = block((1, 1, 2), (1.0, 1.0, 1.0), kind="hexahedron")
     lines = ["*NODE"]
@@ -63,7 +62,7 @@ def _write(folder: Path, **changed: str) -> Path:
 
 @pytest.mark.parametrize("material", [RUBBER, FOAM, 'kind = "elastic"\nyoung = 2.0'])
 def test_a_case_deforms_and_its_columns_are_foretold(tmp_path: Path, material: str) -> None:
-    case = load_case(_write(tmp_path, material=material))
+    case = load_case(write_case(tmp_path, material=material))
     simulation = cg.build(case)
     state = simulation.run().state
     way = state.slaves["block"].points - simulation.slaves["block"].slave.points
@@ -81,14 +80,14 @@ def test_a_case_deforms_and_its_columns_are_foretold(tmp_path: Path, material: s
 def test_sets_and_boxes_hold_the_same_nodes_as_the_plane(tmp_path: Path, fixed: str) -> None:
     nodes = []
     for held in (PLANE, fixed):
-        simulation = cg.build(load_case(_write(tmp_path, fixed=held)))
+        simulation = cg.build(load_case(write_case(tmp_path, fixed=held)))
         nodes.append(simulation.run().state.slaves["block"].points)
     np.testing.assert_array_equal(*nodes)
 
 
 def test_cloth_on_a_grid_is_a_membrane_of_fabric(tmp_path: Path) -> None:
     material = 'kind = "fabric"\nwarp = 3.0\nweft = 1.0\nshear = 0.2\ndirection = [1, 0, 0]'
-    text = _write(tmp_path, material=material).read_text()
+    text = write_case(tmp_path, material=material).read_text()
     cloth = '{ grid = { shape = "plane", width = 4, length = 4, nu = 5, nv = 5 } }\nthickness = 0.1'
     (tmp_path / "case.toml").write_text(
         text.replace('{ file = "block.inp" }', cloth)
@@ -102,7 +101,7 @@ def test_cloth_on_a_grid_is_a_membrane_of_fabric(tmp_path: Path) -> None:
 
 def test_held_ways_leave_the_others_free(tmp_path: Path) -> None:
     fixed = '{ set = "low", hold = ["x", "y"] }'
-    state = cg.build(load_case(_write(tmp_path, fixed=fixed))).run().state
+    state = cg.build(load_case(write_case(tmp_path, fixed=fixed))).run().state
     assert state.slaves["block"].points[0, 2] > 1e-3
     assert not state.slaves["block"].points[0, :2].any()
 
@@ -122,7 +121,7 @@ set = "low"
 
 
 def test_nodes_are_driven_and_loaded(tmp_path: Path) -> None:
-    path = _write(tmp_path)
+    path = write_case(tmp_path)
     text = path.read_text().replace("velocity = [0.0, 0.0, 0.5]\n", "")
     path.write_text(text.replace("[[contact]]", f"{NODAL}[[contact]]"))
     simulation = cg.build(load_case(path))
@@ -146,7 +145,7 @@ bulk_viscosity = [0.06, 1.5]
 
 @pytest.mark.parametrize("named", ["upper", "low"])
 def test_parts_have_a_material_of_their_own(tmp_path: Path, named: str) -> None:
-    path = _write(tmp_path)
+    path = write_case(tmp_path)
     text = path.read_text().replace("[[contact]]", PARTS.format(set=named) + "[[contact]]")
     path.write_text(text)
     if named == "low":  # no cell has all its nodes in it
@@ -269,7 +268,7 @@ def test_a_belt_is_a_row_of_bars(tmp_path: Path) -> None:
 
 def test_a_stiffness_a_point_stays_with_the_nodes(tmp_path: Path) -> None:
     law = '{ kind = "penalty", stiffness = 1.0 }'
-    simulation = cg.build(load_case(_write(tmp_path, law=law)))
+    simulation = cg.build(load_case(write_case(tmp_path, law=law)))
     assert simulation.contacts[0].contact.quadrature == "nodes"
 
 
@@ -296,14 +295,14 @@ def test_a_stiffness_a_point_stays_with_the_nodes(tmp_path: Path) -> None:
     ],
 )
 def test_wrong_keys_and_values_are_told(tmp_path: Path, changed: dict, text: str) -> None:
-    path = _write(tmp_path, **changed)
+    path = write_case(tmp_path, **changed)
     with pytest.raises(InputError, match=rf"slave\[0\]\.motion.*{text}"):
         cg.build(load_case(path))
 
 
 @pytest.mark.parametrize(("flat", "text"), [(False, "is inside out"), (True, "has no volume")])
 def test_elements_inside_out_or_flat_are_told(tmp_path: Path, flat: bool, text: str) -> None:
-    path, mesh = _write(tmp_path), tmp_path / "block.inp"
+    path, mesh = write_case(tmp_path), tmp_path / "block.inp"
     cell = next(line for line in mesh.read_text().splitlines() if line.count(",") == 8)
     number, *nodes = cell.split(", ")
     other = nodes[:4] + nodes[:4] if flat else nodes[4:] + nodes[:4]
@@ -313,7 +312,7 @@ def test_elements_inside_out_or_flat_are_told(tmp_path: Path, flat: bool, text: 
 
 
 def test_nodes_are_attached_to_a_body_of_the_case(tmp_path: Path) -> None:
-    path = _write(
+    path = write_case(
         tmp_path,
         fixed=f'{PLANE}\nattached = {{ layer = {{ direction = [0, 0, 1] }}, body = "ball" }}',
     )
@@ -329,7 +328,7 @@ def test_nodes_are_attached_to_a_body_of_the_case(tmp_path: Path) -> None:
 
 
 def test_a_penalty_takes_its_stiffness_from_the_elements(tmp_path: Path) -> None:
-    simulation = cg.build(load_case(_write(tmp_path, law='{ kind = "penalty", scale = 0.5 }')))
+    simulation = cg.build(load_case(write_case(tmp_path, law='{ kind = "penalty", scale = 0.5 }')))
     contact, (slave, motion) = simulation.contacts[0].contact, simulation.slaves["block"]
     assert contact.quadrature == 3
     assert contact.law.per_area
@@ -341,7 +340,7 @@ def test_a_penalty_takes_its_stiffness_from_the_elements(tmp_path: Path) -> None
 @pytest.mark.parametrize("quadrature", ["", "quadrature = 'nodes'"])
 def test_a_damping_ratio_is_of_the_masses_of_elements(tmp_path: Path, quadrature: str) -> None:
     law = f'{{ kind = "penalty", scale = 0.5, damping_ratio = 0.4 }}\n{quadrature}'
-    simulation = cg.build(load_case(_write(tmp_path, law=law)))
+    simulation = cg.build(load_case(write_case(tmp_path, law=law)))
     contact, (slave, motion) = simulation.contacts[0].contact, simulation.slaves["block"]
     assert contact.law.damping_ratio == 0.4
     assert slave.mass is None
@@ -376,11 +375,11 @@ def test_the_stiffness_of_a_skin_goes_with_the_modulus_and_against_the_mesh() ->
 )
 def test_a_scale_that_is_none_is_told(tmp_path: Path, changed: dict, text: str) -> None:
     with pytest.raises(InputError, match=text):
-        cg.build(load_case(_write(tmp_path, **changed)))
+        cg.build(load_case(write_case(tmp_path, **changed)))
 
 
 def test_a_scale_needs_a_slave_of_elements(tmp_path: Path) -> None:
-    text = _write(tmp_path, law='{ kind = "penalty", scale = 1.0 }').read_text()
+    text = write_case(tmp_path, law='{ kind = "penalty", scale = 1.0 }').read_text()
     start, end = text.index("[slave.motion]"), text.index("[[contact]]")
     (tmp_path / "still.toml").write_text(text[:start] + text[end:])
     with pytest.raises(InputError, match=r"contact\[0\].*law.scale: .*the slave has none"):
@@ -389,79 +388,3 @@ def test_a_scale_needs_a_slave_of_elements(tmp_path: Path) -> None:
     (tmp_path / "layer.toml").write_text(layered)
     with pytest.raises(InputError, match=r"layer.scale: .*a layer has none"):
         cg.build(load_case(tmp_path / "layer.toml"))
-
-
-MEMBRANE = """
-units = { length = "mm", mass = "g", time = "ms" }
-time = { end = 0.05, step = 0.01 }
-[[body]]
-name = "table"
-geometry = { shape = "plane", width = 10.0, length = 10.0 }
-[[slave]]
-name = "sheet"
-points = { file = "sheet.vtu" }
-[slave.motion]
-kind = "deform"
-density = 1e-3
-thickness = 0.2
-material = { kind = "elastic", young = 2.0 }
-[[contact]]
-master = "table"
-slave = "sheet"
-search = "penetration"
-shell_thickness = THICK
-law = { kind = "penalty", stiffness = 1.0, per_area = true }
-"""
-
-
-@pytest.mark.parametrize(
-    ("counts", "depth"), [("true", 0.01), ("0.2", 0.01), ("0.22", 0.02), ("false", 0.0)]
-)
-@pytest.mark.parametrize("own", ["", "thickness = 2.0"])
-def test_a_sheet_touches_half_its_thickness_off(
-    tmp_path: Path, own: str, counts: str, depth: float
-) -> None:
-    """The thickness is that of its membranes, whatever is said of the slave for its laws."""
-    points, quads = square_sheet(2.0, 3)
-    meshio.Mesh(np.add(points, [0.0, 0.0, 0.09]), [("quad", quads)]).write(tmp_path / "sheet.vtu")
-    text = MEMBRANE.replace("THICK", counts).replace("[slave.motion]", f"{own}\n[slave.motion]")
-    (tmp_path / "case.toml").write_text(text)
-    state = cg.build(load_case(tmp_path / "case.toml")).start()
-    (contact,) = state.contacts.values()
-    assert contact.max_penetration == pytest.approx(depth, abs=1e-12)
-    assert contact.total_force[2] == pytest.approx(4.0 * depth, rel=1e-9)
-
-
-@pytest.mark.parametrize("thickness", ["0", "-1.0", "inf", '"front"', "[1.0]"])
-def test_a_thickness_that_is_none_is_told(tmp_path: Path, thickness: str) -> None:
-    law = PER_AREA + f"\nshell_thickness = {thickness}"
-    with pytest.raises(InputError, match=r"contact\[0\].shell_thickness: must be a thickness"):
-        load_case(_write(tmp_path, law=law))
-
-
-def test_the_thickness_of_a_membrane_is_not_that_of_a_layer(tmp_path: Path) -> None:
-    points, quads = square_sheet(2.0, 3)
-    meshio.Mesh(points, [("quad", quads)]).write(tmp_path / "sheet.vtu")
-    law = 'law = { kind = "stress", elastic = 1.0 }'
-    text = MEMBRANE.replace("THICK", "true").partition("law = ")[0] + law
-    (tmp_path / "case.toml").write_text(text)
-    with pytest.raises(InputError, match="nodal thickness"):
-        cg.build(load_case(tmp_path / "case.toml"))
-
-
-def test_a_slave_of_solids_has_no_thickness_to_count(tmp_path: Path) -> None:
-    law = PER_AREA + "\nshell_thickness = true"
-    with pytest.raises(InputError, match="the thickness of 'block' is not known"):
-        cg.build(load_case(_write(tmp_path, law=law)))
-
-
-def test_a_body_that_carries_nodes_is_of_use_and_must_be_there(tmp_path: Path) -> None:
-    base = '[[body]]\nname = "base"\ngeometry = { shape = "plane", centre = [0, 0, -5] }\n[[slave]]'
-    text = _write(tmp_path).read_text().replace("[[slave]]", base)
-    text = text.replace(f"fixed = {PLANE}", f"attached = {PLANE[:-1]}, body = 'base' }}")
-    (tmp_path / "carried.toml").write_text(text)
-    findings = cg.build(load_case(tmp_path / "carried.toml")).check()
-    assert "unused" not in {finding.rule for finding in findings}
-    (tmp_path / "nobody.toml").write_text(text.replace("body = 'base'", "body = 'bass'"))
-    with pytest.raises(InputError, match=r"slave\[0\].motion.attached\[0\].body: .*'bass'.*base"):
-        load_case(tmp_path / "nobody.toml")

@@ -276,3 +276,21 @@ def test_reading_a_case_imports_no_cad_and_no_plots() -> None:
         "assert not heavy & set(sys.modules), heavy & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_free_points_that_nothing_touches_are_told(tmp_path: Path) -> None:
+    text = """
+units = { length = "m", mass = "kg", time = "s" }
+time = { end = 0.1, step = 0.01 }
+[[body]]
+name = "ball"
+geometry = { shape = "sphere" }
+[[slave]]
+name = "dust"
+points = { grid = { shape = "plane", nu = 3, nv = 3 } }
+mass = 0.1
+motion = { kind = "free" }
+"""
+    (tmp_path / "case.toml").write_text(text)
+    with pytest.raises(CaseError, match="contact: nothing can happen"):
+        load_case(tmp_path / "case.toml")
