@@ -28,6 +28,7 @@ from contiga.contact.tracked import (
     track,
 )
 from contiga.contact.walls import Known, hold
+from contiga.jit import straight
 from contiga.masters.protocol import Surface
 from contiga.records import (
     ByteArray,
@@ -111,8 +112,8 @@ def judge(
         SAME_FOOT * options.size,
     )
     if options.nearest:
-        judge_nb.take_nearest(asked, step.way, limits)
-    if judge_nb.judge_plain(asked, step, limits, detected):
+        straight(judge_nb.take_nearest)(asked, step.way, limits)
+    if straight(judge_nb.judge_plain)(asked, step, limits, detected):
         return UNGUARDED
     solved = ~needed | (truth.status == Status.OK)
     inside = solved & np.where(sided, asked.side < 0, truth.gap <= 0.0)
