@@ -194,8 +194,7 @@ class Deforming(Dependent):
     def nodes(self, where: str, slave: Slave, number: Number) -> NodeMover:
         """Nodes of elements, those that no element has held where they are."""
         shape = slave.points.shape
-        rest = slave.points if self.rest is None else self.rest
-        _check_rows(where, "rest", rest, shape)
+        _check_rows(where, "rest", self._rest_of(slave), shape)
         if self.velocity.ndim == 2:
             _check_rows(where, "velocity", self.velocity, shape)
         held = held_ways(self.fixed, slave, f"{where}: fixed")
@@ -205,7 +204,7 @@ class Deforming(Dependent):
         hosts = attached_to(self.attached, held, number, slave, f"{where}: attached")
         held[hosts >= 0] = True
         loads = [load.nodes(slave, f"{where}: loads[{k}]") for k, load in enumerate(self.loads)]
-        matter, rows = self._matter(where, slave, rest, np.any(~held, axis=1))
+        matter, rows = self._matter(where, slave, np.any(~held, axis=1))
         bare = np.ones(len(slave), np.bool_)
         bare[rows] = False
         held[bare] = True
@@ -236,8 +235,7 @@ class Deforming(Dependent):
         InputError
             A slave without elements.
         """
-        rest = slave.points if self.rest is None else self.rest
-        matter, rows = self._matter("masses", slave, rest)
+        matter, rows = self._matter("masses", slave)
         return slave.with_mass(_masses(matter, rows, len(slave)))
 
     def nodal_thickness(self, slave: Slave) -> FloatArray:
@@ -277,25 +275,23 @@ class Deforming(Dependent):
                 where="contact_stiffness(slave)",
                 found=slave.name or "a cloud",
             )
-        rest = slave.points if self.rest is None else self.rest
-        matter, rows = self._matter("contact_stiffness", slave, rest)
+        matter, rows = self._matter("contact_stiffness", slave)
         sums = np.zeros(len(slave))
         sums[rows] = matter.stiffness(matter.start())
         skin = np.unique(slave.facets)
-        return float(sums[skin].sum() / facet_areas(rest, slave.facets).sum())
+        return float(sums[skin].sum() / facet_areas(self._rest_of(slave), slave.facets).sum())
+
+    def _rest_of(self, slave: Slave) -> FloatArray:
+        """(n, 3) nodes where no element is strained."""
+        return slave.points if self.rest is None else self.rest
 
     def _matter(
-        self,
-        where: str,
-        slave: Slave,
-        rest: FloatArray,
-        free: NDArray[np.bool_] | None = None,
+        self, where: str, slave: Slave, free: NDArray[np.bool_] | None = None
     ) -> tuple[Matter, NDArray[np.intp]]:
         """The matter, and the point of the slave for each of its degrees of freedom.
 
         `free` (n,) are nodes that forces move; all if omitted.
         """
-        every = np.arange(len(slave), dtype=np.intp)
         if hasattr(self.material, "forces"):
             matter: Any = self.material
             if np.shape(matter.mass) != (len(slave),):
@@ -305,7 +301,7 @@ class Deforming(Dependent):
                     found=f"{np.shape(matter.mass)} masses",
                     allowed=f"({len(slave)},)",
                 )
-            return matter, every
+            return matter, np.arange(len(slave), dtype=np.intp)
         parts = parts_of(slave, self.parts, self._filling(), where)
         rows = np.unique(np.concatenate([part.elements.ravel() for part in parts]))
         lower = np.zeros(len(slave), np.int32)
@@ -315,7 +311,8 @@ class Deforming(Dependent):
         if facets is not None:
             facets = lower[facets[np.isin(facets, rows).all(axis=1)]]
         scale, moved = self.mass_scaling, None if free is None else free[rows]
-        matter = assemble(rest[rows], inner, facets=facets, mass_scaling=scale, free=moved)
+        rest = self._rest_of(slave)[rows]
+        matter = assemble(rest, inner, facets=facets, mass_scaling=scale, free=moved)
         return matter, rows.astype(np.intp)
 
     def _filling(self) -> Filling | None:

@@ -47,8 +47,8 @@ def place_of(table: Mapping[str, Any], others: tuple[str, ...], where: str) -> s
     return places[0] if places else None
 
 
-def nodes_at(key: str, value: Any, slave: Slave, where: str) -> Rows:
-    """(n,) nodes of a slave at a place.
+def nodes_at(key: str | None, value: Any, slave: Slave, where: str) -> Rows:
+    """(n,) nodes of a slave at a place; all nodes where `key` is None.
 
     Parameters
     ----------
@@ -63,6 +63,8 @@ def nodes_at(key: str, value: Any, slave: Slave, where: str) -> Rows:
         It is no such place, or no node is there.
     """
     points, where = slave.points, f"{where}: {key}"
+    if key is None:
+        return np.ones(len(points), np.bool_)
     if key == "nodes":
         rows = nodes_given(np.asarray(value), len(points), where)
     elif key == "side":

@@ -146,14 +146,9 @@ class Spring:
         ----------
         ends_W, velocities_W : (2, 3) of the two points, world axes
         """
-        ends = np.array(ends_W, dtype=np.float64)
-        length, rate = _axial(ends, velocities_W)
-        moved = self._law.move(0.0, 0.0, length - self.length)
-        damper = self._damper(rate, length, moved)
-        return SpringState(
-            ends, length, moved.force + damper, damper, moved.stiffness, moved.force, moved.stored,
-            0.0, 0.0,
-        )  # fmt: skip
+        at_rest = SpringState(self.at, self.length, *7 * (0.0,))
+        begun = self.step(at_rest, ends_W, velocities_W)
+        return begun._replace(hysteresis=0.0, damping=0.0)
 
     def step(self, last: SpringState, ends_W: ArrayLike, velocities_W: ArrayLike) -> SpringState:
         """The state after a step from `last`, with the ends where they are now.

@@ -16,14 +16,12 @@ from contiga.dynamics.nodes import NodeMover
 from contiga.dynamics.point_nodes import DrivenNodes
 from contiga.dynamics.prescribed import BodyMotion, SlaveMotion
 from contiga.dynamics.rigid_bodies import fixed_of, row_of, with_attached
-from contiga.dynamics.springs import Spring
+from contiga.dynamics.springs import GROUND, Spring
 from contiga.errors import InputError
 from contiga.records import FloatArray, MassProperties
 from contiga.rigid.inertia import of_points
 from contiga.rigid.rigid_lanes import FIXED, STATE
 from contiga.slaves.slave import Slave
-
-GROUND = "ground"
 
 
 @dataclass(frozen=True, eq=False)
