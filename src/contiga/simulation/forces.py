@@ -53,7 +53,7 @@ def wrenches(
     system, poses = model.mechanism, standing.bodies.poses
     total = np.zeros((len(system.index), 6))
     for part in model.contacts:
-        state, i = contacts[part.name], int(system.root[system.index[part.master]])
+        state, i = contacts[part.name], system.root_of(part.master)
         if state.wrench.any():
             reference = model.bodies[part.master].body.reference_point
             arm = _turned(poses[i], reference)
@@ -78,7 +78,7 @@ def wrenches(
                 sign = 1.0 if k == 0 else -1.0
                 _add(total[end], sign * pull, spring.ends[k] - poses[end, :3, 3])
     for load in system.loads:
-        i = int(system.root[system.index[load.body]])
+        i = system.root_of(load.body)
         force, moment = loaded(load, poses[i], model.origins[i], time)
         _add(
             total[i],

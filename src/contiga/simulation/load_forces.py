@@ -52,7 +52,7 @@ def foresee_loads(model: Model, last: SystemState, free: Placed, time: float) ->
     with what else acted in `last`."""
     change = np.zeros((len(free.rows), 6))
     for load in model.mechanism.loads:
-        i = int(model.mechanism.root[model.mechanism.index[load.body]])
+        i = model.mechanism.root_of(load.body)
         k = model.mechanism.row.get(i)
         if k is not None:
             now = _about_centre(model, load, i, free.poses[k], free.rows, time)

@@ -77,10 +77,23 @@ class Mechanism:
         """Whether forces move anything, or springs take part."""
         return len(self.free) > 0 or len(self.masses) > 0 or len(self.springs) > 0
 
+    def root_of(self, name: str) -> int:
+        """Number of the body that one is fixed to in the end, by its name."""
+        return int(self.root[self.index[name]])
+
     def number(self, name: str) -> int | None:
         """The root of a body, by its name; None of the ground."""
         world = name == GROUND and name not in self.index
-        return None if world else int(self.root[self.index[name]])
+        return None if world else self.root_of(name)
+
+    def sides(self, master: str, slave: str) -> tuple[int, int | None]:
+        """Bodies at the two sides of a contact: its master's root, and what carries its slave."""
+        return self.root_of(master), self.carried.get(slave)
+
+    def free_sides(self, master: str, slave: str) -> list[int]:
+        """Rows of those of them that are free."""
+        sides = self.sides(master, slave)
+        return [self.row[side] for side in sides if side is not None and side in self.row]
 
 
 def mechanism_of(

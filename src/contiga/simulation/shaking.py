@@ -52,7 +52,8 @@ def shaking_of(model: Model, last: SystemState, state: SystemState, decay: float
     rates = np.zeros((len(system.free), 6))
     for part in model.contacts:
         if not follows_step(part.contact.law):
-            _add_contact(rates, system, part, last, state, decay)
+            for felt in _rates(part, last, state, decay):
+                _add_felt(rates, system, part, felt, state)
     for name in state.springs:
         _add_spring(rates, system, name, last, state, decay)
     return max(_over_mass(system, k, rate, state) for k, rate in enumerate(rates))
@@ -66,11 +67,7 @@ def shaking_of_nodes(model: Model, last: SystemState, state: SystemState, decay:
         for part in model.contacts:
             if part.slave != name or follows_step(part.contact.law):
                 continue
-            before, now = last.contacts[part.name], state.contacts[part.name]
-            for felt in (
-                _elastic(before, now, state.step, decay),
-                _gripped(before, now, state.step),
-            ):
+            for felt in _rates(part, last, state, decay):
                 for k, values in enumerate(felt.forces.T):
                     rates[:, k] += part.contact.nodal_sum(felt.rows, np.ascontiguousarray(values))
         most = max(most, math.sqrt(float((np.square(rates).sum(axis=1) / mass).sum())))
@@ -133,32 +130,21 @@ def _over_mass(system: Mechanism, k: int, rate: FloatArray, state: SystemState) 
     return math.sqrt(float(square + (moment * moment / one[MOMENTS : MOMENTS + 3]).sum()))
 
 
-def _add_contact(
-    rates: FloatArray,
-    system: Mechanism,
-    part: ContactPart,
-    last: SystemState,
-    state: SystemState,
-    decay: float,
-) -> None:
-    """Rates of what a contact does to the free bodies at its two sides."""
+def _rates(
+    part: ContactPart, last: SystemState, state: SystemState, decay: float
+) -> tuple[_Felt, _Felt]:
+    """Rates of what a contact does to its slave: of its normal forces, and of friction."""
     before, now = last.contacts[part.name], state.contacts[part.name]
-    for felt in (_elastic(before, now, state.step, decay), _gripped(before, now, state.step)):
-        _add_felt(rates, system, part, felt, state)
+    return _elastic(before, now, state.step, decay), _gripped(before, now, state.step)
 
 
 def _add_felt(
-    rates: FloatArray,
-    system: Mechanism,
-    part: ContactPart,
-    felt: _Felt,
-    state: SystemState,
+    rates: FloatArray, system: Mechanism, part: ContactPart, felt: _Felt, state: SystemState
 ) -> None:
     """Add what acts on the slave, and against it on the master, where these are free."""
     contact = state.contacts[part.name]
     places = to_world(contact.pose, contact.points_B[felt.rows])
-    sides = (int(system.root[system.index[part.master]]), -1.0), (system.carried.get(part.slave), 1)
-    for side, sign in sides:
+    for side, sign in zip(system.sides(part.master, part.slave), (-1.0, 1.0), strict=True):
         if side is None or side not in system.row:
             continue
         k = system.row[side]
