@@ -229,12 +229,6 @@ def _check_shape(state: State, n_points: int, memories: tuple[int, int]) -> None
             found=len(state.status),
             allowed=f"{n_points} points",
         )
-    if kept_of(state).widths != memories:
-        _refuse_memories(state, n_points, memories)
-
-
-def _refuse_memories(state: State, n_points: int, memories: tuple[int, int]) -> None:
-    """Say which of them are of another width."""
     for name, whose, wanted in zip(
         ("memory", "friction_memory"), ("law", "friction"), memories, strict=True
     ):

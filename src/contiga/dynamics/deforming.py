@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from contiga.arrays.layout import as_points, positive, read_only
+from contiga.arrays.layout import all_of, as_points, positive, read_only
 from contiga.dynamics.deforming_nodes import DeformingNodes
 from contiga.dynamics.deforming_parts import Filling, nodal_thickness, parts_of
 from contiga.dynamics.free import Dependent, Number, _velocity
@@ -161,14 +161,8 @@ class Deforming(Dependent):
             raise InputError("matter of one's own has its masses", where="mass_scaling")
         if not (np.isfinite(self.damping) and self.damping >= 0.0):
             raise InputError("must be 0 or more", where="damping", found=damping)
-        for k, load in enumerate(self.loads):
-            if not isinstance(load, NodalLoad):
-                raise InputError(
-                    "must be a load on nodes",
-                    where=f"loads[{k}]",
-                    found=type(load).__name__,
-                    allowed="contiga.motion.Pressure, NodalForce",
-                )
+        kinds = "contiga.motion.Pressure, NodalForce"
+        all_of(NodalLoad, self.loads, "loads", "must be a load on nodes", kinds)
 
     @property
     def kinks(self) -> FloatArray:
@@ -357,14 +351,7 @@ def _viscosity(given: Sequence[float]) -> tuple[float, float]:
 
 def _as_parts(given: Sequence[Part], own: bool) -> tuple[Part, ...]:
     parts = tuple(given)
-    for k, part in enumerate(parts):
-        if not isinstance(part, Part):
-            raise InputError(
-                "must be a part",
-                where=f"parts[{k}]",
-                found=type(part).__name__,
-                allowed="contiga.matter.Part",
-            )
+    all_of(Part, parts, "parts", "must be a part", "contiga.matter.Part")
     if parts and own:
         raise InputError("matter of one's own has no parts here", where="parts")
     return parts
@@ -373,14 +360,8 @@ def _as_parts(given: Sequence[Part], own: bool) -> tuple[Part, ...]:
 def _as_tables(given: Any, name: str, key: str, what: str) -> list[dict[str, Any]]:
     """One table, or several, as a list."""
     tables = [given] if isinstance(given, Mapping) else list(given or ())
-    for k, table in enumerate(tables):
-        if not isinstance(table, Mapping):
-            raise InputError(
-                "must be tables",
-                where=f"{name}[{k}]",
-                found=type(table).__name__,
-                allowed=f'{{"plane": …, "{key}": {what}}}, or a list of such tables',
-            )
+    allowed = f'{{"plane": …, "{key}": {what}}}, or a list of such tables'
+    all_of(Mapping, tables, name, "must be tables", allowed)
     return [dict(table) for table in tables]
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import read_only
+from contiga.arrays.layout import one_of, read_only
 from contiga.criteria.filters import NAMES as FILTERS
 from contiga.dynamics.spring_curves import Axial, SpringLaw, spring_law
 from contiga.errors import InputError
@@ -137,7 +137,7 @@ class Spring:
         put(self, "damping", c)
         put(self, "length", rest)
         put(self, "name", name or "-".join(pair))
-        put(self, "filter", _filter(filter))
+        put(self, "filter", None if filter is None else one_of("filter", filter, FILTERS))
 
     def start(self, ends_W: ArrayLike, velocities_W: ArrayLike) -> SpringState:
         """The state at the start: energy stored before it, none dissipated yet.
@@ -233,14 +233,6 @@ def _ends(at: ArrayLike) -> FloatArray:
             "the two points are one: a spring between them has no direction", where="at", found=at
         )
     return read_only(ends)
-
-
-def _filter(name: str | None) -> str | None:
-    if name is not None and name not in FILTERS:
-        raise InputError(
-            "is not known", where="filter", found=name, allowed=", ".join(map(repr, FILTERS))
-        )
-    return name
 
 
 def _check_damper_alone(

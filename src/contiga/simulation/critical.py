@@ -172,11 +172,7 @@ def _spring_ends(system: Mechanism, name: str, state: SystemState) -> list[_End]
     way = now.ends[1:] - now.ends[:1]
     axis = way / now.length if now.length > 0.0 else np.array([[1.0, 0.0, 0.0]])
     ends: list[_End] = []
-    for k, body in enumerate(spring.between):
-        number = system.number(body)
-        row = None if number is None else system.row.get(number)
-        if row is None:
-            continue
+    for k, row in system.free_ends(spring):
         place, body_row = now.ends[k : k + 1], _row(system, state, row)
         rates = Rates(
             fastest(place, axis, np.array([along]), np.array([across]), *body_row),

@@ -60,16 +60,14 @@ def wrenches(
             _add(total[i], state.wrench[:3], arm, state.wrench[3:])
         host = system.carried.get(part.slave)
         if host is not None and state.force.any():
-            arms = standing.slaves[part.slave].points - poses[host, :3, 3]
-            total[host, :3] += state.force.sum(axis=0)
-            total[host, 3:] += cross(arms, state.force).sum(axis=0)
+            points = standing.slaves[part.slave].points
+            add_forces(total[host], points, state.force, poses[host, :3, 3])
     for name, nodes in system.nodes.items():
         for joint in nodes.joints:
             slave = standing.slaves[name]
             force = nodes.acting(slave, forces_on(model, name, contacts))[joint.rows]
-            arms = slave.points[joint.rows] - poses[joint.host, :3, 3]
-            total[joint.host, :3] += force.sum(axis=0)
-            total[joint.host, 3:] += cross(arms, force).sum(axis=0)
+            points = slave.points[joint.rows]
+            add_forces(total[joint.host], points, force, poses[joint.host, :3, 3])
     for name, spring in springs.items():
         pull = spring.pull
         for k, body in enumerate(system.springs[name].between):
@@ -90,6 +88,14 @@ def wrenches(
     add_gravity(standing.free, system.fixed, model.gravity, of_free)
     total[system.free] = of_free
     return total
+
+
+def add_forces(
+    wrench: FloatArray, points: FloatArray, forces: FloatArray, about: FloatArray
+) -> None:
+    """Add forces (k, 3) at points (k, 3) to a wrench, with their moments about a point."""
+    wrench[:3] += forces.sum(axis=0)
+    wrench[3:] += cross(points - about, forces).sum(axis=0)
 
 
 def _turned(pose: FloatArray, arm: FloatArray) -> FloatArray:

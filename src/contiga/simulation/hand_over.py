@@ -27,7 +27,7 @@ from contiga.contact.state_rows import kept_of
 from contiga.rigid.frames import to_world
 from contiga.rigid.rigid_lanes import CENTRE, FORCE, MASS, MOMENTS, TORQUE
 from contiga.simulation.model import ContactPart, Model
-from contiga.simulation.place import nodal_force
+from contiga.simulation.place import change_of_nodes
 from contiga.simulation.system_state import SystemState
 
 OWN = 1.0 / 24.0
@@ -88,8 +88,8 @@ def _change(model: Model, part: ContactPart, last: SystemState, state: SystemSta
     changes = [_change_of_body(model, row, now, last, state) for row in rows]
     if part.slave in model.mechanism.loose:
         mass = model.mechanism.loose[part.slave]
-        both = (nodal_force(model, part.slave, at.contacts) for at in (last, state))
-        changes.append(float((np.sqrt(np.square(np.subtract(*both)).sum(axis=1)) / mass).max()))
+        change = change_of_nodes(model, part.slave, last, state)
+        changes.append(float((np.sqrt(np.square(change).sum(axis=1)) / mass).max()))
     return sum(changes)
 
 

@@ -63,9 +63,14 @@ class Mechanism:
         return {name: mass for name, mass in self.masses.items() if not self.nodes[name].joined}
 
     @cached_property
+    def joined(self) -> Mapping[str, NodeMover]:
+        """What moves the nodes of slaves that are made of elements."""
+        return {name: one for name, one in self.nodes.items() if one.joined}
+
+    @cached_property
     def deforms(self) -> bool:
-        """Whether any slave is made of elements."""
-        return any(nodes.joined for nodes in self.nodes.values())
+        """Whether any slave is."""
+        return len(self.joined) > 0
 
     @cached_property
     def attached(self) -> bool:
@@ -85,6 +90,11 @@ class Mechanism:
         """The root of a body, by its name; None of the ground."""
         world = name == GROUND and name not in self.index
         return None if world else self.root_of(name)
+
+    def free_ends(self, spring: Spring) -> list[tuple[int, int]]:
+        """Numbers of the ends of a spring that are on free bodies, and rows of these."""
+        numbers = enumerate(map(self.number, spring.between))
+        return [(end, self.row[i]) for end, i in numbers if i is not None and i in self.row]
 
     def sides(self, master: str, slave: str) -> tuple[int, int | None]:
         """Bodies at the two sides of a contact: its master's root, and what carries its slave."""

@@ -23,11 +23,11 @@ from contiga.laws.friction import ViscousFriction
 from contiga.records import FloatArray, IndexArray
 from contiga.rigid.frames import to_world, turn_to_world
 from contiga.rigid.rigid_lanes import AXES, CENTRE, FORCE, MASS, MOMENTS, SPINS, WAYS
-from contiga.rigid.vectors import cross
 from contiga.simulation.critical import follows_step
+from contiga.simulation.forces import add_forces
 from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import ContactPart, Model
-from contiga.simulation.place import nodal_force
+from contiga.simulation.place import change_of_nodes
 from contiga.simulation.system_state import SystemState
 
 
@@ -93,8 +93,7 @@ def changes_of_points(model: Model, last: SystemState, state: SystemState) -> fl
     a free slave, or of points that share one on the body they stand on."""
     system, most = model.mechanism, 0.0
     for name, mass in system.loose.items():
-        both = (nodal_force(model, name, at.contacts) for at in (last, state))
-        change = np.subtract(*both)
+        change = change_of_nodes(model, name, last, state)
         most = max(most, math.sqrt(float((np.square(change).sum(axis=1) / mass).sum())))
     changes = np.zeros((len(system.free), 6))
     for part in model.contacts:
@@ -148,7 +147,7 @@ def _add_felt(
         if side is None or side not in system.row:
             continue
         k = system.row[side]
-        _add(rates[k], places, sign * felt.forces, state.rigid[k, CENTRE : CENTRE + 3])
+        add_forces(rates[k], places, sign * felt.forces, state.rigid[k, CENTRE : CENTRE + 3])
 
 
 def _elastic(before: State, now: State, step: float, decay: float) -> _Felt:
@@ -175,12 +174,6 @@ def _gripped(before: State, now: State, step: float) -> _Felt:
     return _Felt(rows, turn_to_world(now.pose, rate))
 
 
-def _add(rate: FloatArray, places: FloatArray, forces: FloatArray, centre: FloatArray) -> None:
-    """Add forces (k, 3) at places (k, 3) to those on a body, and their moments."""
-    rate[:3] += forces.sum(axis=0)
-    rate[3:] += cross(places - centre, forces).sum(axis=0)
-
-
 def _add_spring(
     rates: FloatArray,
     system: Mechanism,
@@ -191,11 +184,7 @@ def _add_spring(
 ) -> None:
     """Rates of what a spring does to the free bodies at its two ends."""
     both = [(last.springs[name], -1.0, last), (state.springs[name], 1.0, state)]
-    for end, body in enumerate(system.springs[name].between):
-        number = system.number(body)
-        if number is None or number not in system.row:
-            continue
-        k = system.row[number]
+    for end, k in system.free_ends(system.springs[name]):
         for spring, sign, at in both:
             if spring.length == 0.0:
                 continue
@@ -204,4 +193,4 @@ def _add_spring(
             if sign > 0.0:
                 size += decay * spring.damper
             place, force = spring.ends[end : end + 1], (size * axis)[None]
-            _add(rates[k], place, force, at.rigid[k, CENTRE : CENTRE + 3])
+            add_forces(rates[k], place, force, at.rigid[k, CENTRE : CENTRE + 3])
