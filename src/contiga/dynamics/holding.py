@@ -73,25 +73,24 @@ def held_ways(fixed: Any, slave: Slave, where: str) -> Ways:
     return held
 
 
-def drives_of(driven: Any, held: Ways, slave: Slave, where: str) -> tuple[Drive, ...]:
+def drives_of(
+    driven: Sequence[Mapping[str, Any]], held: Ways, slave: Slave, where: str
+) -> tuple[Drive, ...]:
     """What drives nodes of a slave of which `held` ways are held.
 
     Parameters
     ----------
-    driven : a table as of `held_ways` with a ``"motion"``, of `contiga.motion`; or a list of them
+    driven : tables as of `held_ways` with a ``"motion"``, of `contiga.motion`
 
     Raises
     ------
     InputError
-        It is neither, a way is held and driven at once, or driven twice.
+        No motion, a way is held and driven at once, or driven twice.
     """
-    if driven is None:
-        return ()
-    tables = [driven] if isinstance(driven, Mapping) else list(driven)
     drives: list[Drive] = []
     taken = held.copy()
-    for k, table in enumerate(tables):
-        here = f"{where}[{k}]" if len(tables) > 1 else where
+    for k, table in enumerate(driven):
+        here = f"{where}[{k}]" if len(driven) > 1 else where
         motion: Any = table.get("motion")
         if not (callable(getattr(motion, "pose", None)) and callable(getattr(motion, "twist", 0))):
             raise InputError(

@@ -79,10 +79,15 @@ def nodes_at(key: str | None, value: Any, slave: Slave, where: str) -> Rows:
             "no node of the slave is there",
             where=where,
             found=value,
-            allowed=f"nodes from {np.round(points.min(axis=0), 6).tolist()} to "
-            f"{np.round(points.max(axis=0), 6).tolist()}",
+            allowed=f"nodes {box_told(points)}",
         )
     return rows
+
+
+def box_told(points: FloatArray) -> str:
+    """From where to where points (n, 3) reach, in words."""
+    low, high = np.round([points.min(axis=0), points.max(axis=0)], 6).tolist()
+    return f"from {low} to {high}"
 
 
 def facets_at(key: str | None, value: Any, slave: Slave, where: str) -> IntArray:

@@ -11,7 +11,7 @@ from contiga.dynamics.rigid_bodies import add_gravity
 from contiga.dynamics.springs import SpringState
 from contiga.records import FloatArray
 from contiga.rigid.vectors import cross
-from contiga.simulation.load_forces import load_point, loaded, point_of
+from contiga.simulation.load_forces import load_point, loaded, point_of, turned
 from contiga.simulation.model import Model
 from contiga.simulation.place import Placement, forces_on
 from contiga.simulation.system_state import SystemState
@@ -56,7 +56,7 @@ def wrenches(
         state, i = contacts[part.name], system.root_of(part.master)
         if state.wrench.any():
             reference = model.bodies[part.master].body.reference_point
-            arm = _turned(poses[i], reference)
+            arm = turned(poses[i, :3, :3], reference)
             _add(total[i], state.wrench[:3], arm, state.wrench[3:])
         host = system.carried.get(part.slave)
         if host is not None and state.force.any():
@@ -96,10 +96,6 @@ def add_forces(
     """Add forces (k, 3) at points (k, 3) to a wrench, with their moments about a point."""
     wrench[:3] += forces.sum(axis=0)
     wrench[3:] += cross(points - about, forces).sum(axis=0)
-
-
-def _turned(pose: FloatArray, arm: FloatArray) -> FloatArray:
-    return pose[:3, 0] * arm[0] + pose[:3, 1] * arm[1] + pose[:3, 2] * arm[2]
 
 
 def _add(
