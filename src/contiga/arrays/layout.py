@@ -55,6 +55,16 @@ def as_parameters(values: ArrayLike, name: str = "uv") -> FloatArray:
     return uv
 
 
+def as_numbers(
+    values: object, where: str, what: str = "must be numbers", allowed: str | None = None
+) -> FloatArray:
+    """A C-contiguous float64 copy of `values`; `what` they must be says the error."""
+    try:
+        return np.array(values, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise InputError(what, where=where, found=values, allowed=allowed) from error
+
+
 def read_only(array: FloatArray) -> FloatArray:
     """A C-contiguous copy of `array` that cannot be written to."""
     copy = np.array(array, dtype=np.float64, order="C")

@@ -7,6 +7,7 @@ import numpy as np
 from contiga.area.hull import HullArea
 from contiga.area.method import AreaMethod
 from contiga.area.nodal import NodalArea
+from contiga.arrays.layout import as_numbers
 from contiga.contact.state import Owner, State, is_made_by, own_arrays
 from contiga.contact.state_rows import kept_of
 from contiga.errors import InputError
@@ -275,12 +276,7 @@ def checked_answer(law: Law, inp: LawInput) -> LawOutput:
 
 
 def _numbers(name: str, answer: object, shape: tuple[int, ...]) -> FloatArray:
-    try:
-        numbers = np.array(answer, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            "the law must answer numbers", where=f"law: {name}", found=answer
-        ) from error
+    numbers = as_numbers(answer, f"law: {name}", "the law must answer numbers")
     if numbers.shape != shape:
         raise InputError(
             "the law must answer one row a point in contact",

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import positive, read_only
+from contiga.arrays.layout import as_numbers, positive, read_only
 from contiga.dynamics.holding import names_held
 from contiga.dynamics.nodes import NodeMover
 from contiga.dynamics.point_nodes import CarriedNodes, FreeNodes
@@ -223,10 +223,7 @@ def _mass(mass: float | ArrayLike | None) -> float | FloatArray | None:
     """One number, or one a node."""
     if mass is None or np.ndim(mass) == 0:
         return None if mass is None else positive(mass, "mass")
-    try:
-        each = np.array(mass, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError("must be numbers", where="mass", found=mass) from error
+    each = as_numbers(mass, "mass")
     if each.ndim != 1 or not (np.isfinite(each).all() and (each > 0.0).all()):
         raise InputError(
             "must be finite and above zero at every node", where="mass", found=each.shape
@@ -235,10 +232,7 @@ def _mass(mass: float | ArrayLike | None) -> float | FloatArray | None:
 
 
 def _velocity(velocity: ArrayLike) -> FloatArray:
-    try:
-        vectors = np.array(velocity, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError("must be numbers", where="velocity", found=velocity) from error
+    vectors = as_numbers(velocity, "velocity")
     if vectors.ndim not in (1, 2) or vectors.shape[-1] != 3 or not np.isfinite(vectors).all():
         raise InputError(
             "must be finite numbers",

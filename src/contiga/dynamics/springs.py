@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import one_of, read_only
+from contiga.arrays.layout import as_numbers, one_of, read_only
 from contiga.criteria.filters import NAMES as FILTERS
 from contiga.dynamics.spring_curves import Axial, SpringLaw, spring_law
 from contiga.errors import InputError
@@ -222,10 +222,7 @@ def _pair(between: Sequence[str]) -> tuple[str, str]:
 
 
 def _ends(at: ArrayLike) -> FloatArray:
-    try:
-        ends = np.array(at, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError("must be two points", where="at", found=at, allowed="(2, 3)") from error
+    ends = as_numbers(at, "at", "must be two points", allowed="(2, 3)")
     if ends.shape != (2, 3) or not np.isfinite(ends).all():
         raise InputError("must be two finite points", where="at", found=at, allowed="(2, 3)")
     if math.dist(*ends.tolist()) <= _SAME_POINT * float(np.abs(ends).max()):
