@@ -233,12 +233,12 @@ class DeformingNodes(NodeMover):
         """½ Σ m v² of nodes that forces move."""
         return node_steps.kinetic(self._masses, velocities)
 
-    def _at_nodes(self, force: FloatArray) -> FloatArray:
-        """(n, 3) of the slave's nodes."""
+    def _at_nodes(self, values: FloatArray) -> FloatArray:
+        """(n, …) of the slave's nodes, of the degrees of freedom (m, …); zero of others."""
         if self._whole:
-            return force
-        every = np.zeros(self.rest.shape)
-        every[self.rows] = force
+            return values
+        every = np.zeros((len(self.rest), *values.shape[1:]))
+        every[self.rows] = values
         return every
 
     def _bounds(self, state: MatterState, interval: float) -> dict[str, FloatArray]:
@@ -250,9 +250,8 @@ class DeformingNodes(NodeMover):
         """
         sums = self.matter.stiffness(state)
         square = max(self._square(sums), self._at_rest)
-        every = np.zeros(len(self.rest))
-        every[self.rows] = MARGIN * sums
-        return {"limit": np.array(_Limit(square, interval, interval)), "stiffness": every}
+        limit = np.array(_Limit(square, interval, interval))
+        return {"limit": limit, "stiffness": self._at_nodes(MARGIN * sums)}
 
     @cached_property
     def _at_rest(self) -> float:

@@ -116,10 +116,10 @@ def _carried(
     force, moment = np.zeros(3), np.zeros(3)
     for name, spring in model.springs.items():
         now = state.springs.get(name)
-        if now is None or set(spring.between) != set(between) or now.length == 0.0:
+        if now is None or set(spring.between) != set(between):
             continue
         end = spring.between.index(between[0])
-        pull = now.force / now.length * (now.ends[1 - end] - now.ends[end])
+        pull = -now.pull if end else now.pull
         force = force + pull
         moment = moment + cross(now.ends[end] - about, pull)
     return force, moment
