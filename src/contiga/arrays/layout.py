@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from types import UnionType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -53,6 +55,16 @@ def as_parameters(values: ArrayLike, name: str = "uv") -> FloatArray:
     return uv
 
 
+def as_numbers(
+    values: object, where: str, what: str = "must be numbers", allowed: str | None = None
+) -> FloatArray:
+    """A C-contiguous float64 copy of `values`; `what` they must be says the error."""
+    try:
+        return np.array(values, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise InputError(what, where=where, found=values, allowed=allowed) from error
+
+
 def read_only(array: FloatArray) -> FloatArray:
     """A C-contiguous copy of `array` that cannot be written to."""
     copy = np.array(array, dtype=np.float64, order="C")
@@ -81,6 +93,28 @@ def positive(value: object, name: str, *, finite: bool = True) -> float:
     if not number > 0.0 or (finite and number == np.inf):
         raise InputError("must be positive", where=name, found=value, allowed=allowed)
     return number
+
+
+def one_of(where: str, value: object, allowed: tuple[str, ...]) -> str:
+    """`value` as one of the words `allowed`."""
+    if not isinstance(value, str) or value not in allowed:
+        raise InputError(
+            "is not known", where=where, found=value, allowed=", ".join(map(repr, allowed))
+        )
+    return value
+
+
+def all_of(
+    kinds: type | tuple[type, ...] | UnionType,
+    given: Iterable[object],
+    where: str,
+    what: str,
+    allowed: str,
+) -> None:
+    """Refuse the first of several that is of another kind: `what` they must be."""
+    for k, one in enumerate(given):
+        if not isinstance(one, kinds):
+            raise InputError(what, where=f"{where}[{k}]", found=type(one).__name__, allowed=allowed)
 
 
 def bytes_of(value: object) -> int:

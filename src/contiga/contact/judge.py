@@ -39,6 +39,7 @@ from contiga.records import (
     KnownSides,
     Projection,
     rows_of,
+    stacked,
 )
 from contiga.statuses import Status
 
@@ -71,13 +72,8 @@ def joined(first: Asked, second: Asked) -> Asked:
     columns: list[Any] = [
         np.concatenate((getattr(first, name), getattr(second, name))) for name in Asked._fields[:-2]
     ]
-    columns += [_both(first.feet, second.feet), _both(first.truth, second.truth)]
+    columns += [stacked(first.feet, second.feet), stacked(first.truth, second.truth)]
     return Asked(*columns)
-
-
-def _both(first: Projection, second: Projection) -> Projection:
-    columns: Any = zip(first, second, strict=True)
-    return Projection(*(np.concatenate(pair) for pair in columns))
 
 
 class PointsFound(NamedTuple):
