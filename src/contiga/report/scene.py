@@ -50,10 +50,10 @@ def through_view(peak: Peak, size: tuple[int, int]) -> Camera:
     towards = peak.direction - 0.42 * _sideways(peak, up) - 0.16 * up
     patch = peak.slave_points[peak.in_contact]
     centre = (patch.min(axis=0) + patch.max(axis=0)) / 2.0
-    # enough of the part around the contact to see where on it that is
+    # enough of the part around the contact to see where on it that is, also of a single point
     least = 0.06 * float(np.ptp(peak.seen, axis=0).max())
-    reach = max(1.7, least / max(float(np.abs(patch - centre).max()), 1e-300))
-    return look(towards, up, centre + reach * (patch - centre), size)
+    around = least * np.vstack([np.eye(3), -np.eye(3)])
+    return look(towards, up, centre + np.vstack([1.7 * (patch - centre), around]), size)
 
 
 def _slave_layer(camera: Camera, peak: Peak) -> shading.Layer:

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from contiga.arrays.ordered import length
 from contiga.contact.energy import ContactEnergy
 from contiga.contact.state import State
 from contiga.dynamics.deforming import Deforming
@@ -195,7 +196,7 @@ def _balance(model: Model, state: SystemState) -> Imbalance:
         pull = row[FORCE : FORCE + 3] * fixed[WAYS : WAYS + 3]
         turn = row[TORQUE : TORQUE + 3] * fixed[SPINS : SPINS + 3]
         size = model.bodies[names[i]].body.size
-        force += float(np.linalg.norm(pull)) + float(np.linalg.norm(turn)) / size
+        force += length(pull) + length(turn) / size
         load += float(fixed[MASS]) * weight
     return Imbalance(force, load, reaction, rounding)
 

@@ -146,3 +146,14 @@ def test_thick_lines_stay_in_the_picture() -> None:
     assert thick[0, 1]
     assert thick[3, 6]
     assert not thick[1, 1]
+
+
+def test_a_single_point_in_contact_is_seen_from_outside_it(tmp_path: Path) -> None:
+    peak = peak_at(tmp_path, 2)
+    alone = np.zeros(len(peak.in_contact), dtype=bool)
+    alone[np.flatnonzero(peak.in_contact)[0]] = True
+    camera = through_view(peak._replace(in_contact=alone), (150, 160))
+    column, row, depth = project(camera, peak.slave_points[alone])[0]
+    assert depth > 0.1 * np.ptp(peak.seen, axis=0).max()
+    assert column == pytest.approx(80.0, abs=1.0)
+    assert row == pytest.approx(75.0, abs=1.0)
