@@ -2,38 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Protocol
 from weakref import WeakKeyDictionary
 
 from contiga.arrays.digest import Digest
-from contiga.geometry.edges import BodyEdge
-from contiga.geometry.surface import NurbsSurface
+from contiga.geometry.faces_like import FacesLike
 
 PATCHES, POINTS = 8, 1_000
 """Patches, or control points of all, from which on to read what was kept takes less time than to
 work it out anew."""
 
 
-class _Body(Protocol):
-    """What is read of `Faces`."""
-
-    @property
-    def patches(self) -> tuple[NurbsSurface, ...]: ...
-    @property
-    def edges(self) -> tuple[BodyEdge, ...]: ...
-    @property
-    def unit(self) -> str | None: ...
-    @property
-    def pieces_apart(self) -> bool: ...
-    def digest(self, digest: Digest) -> None: ...
+_KEYS: WeakKeyDictionary[FacesLike, str] = WeakKeyDictionary()
 
 
-_KEYS: WeakKeyDictionary[_Body, str] = WeakKeyDictionary()
-
-
-def key_of(body: _Body) -> str | None:
+def key_of(body: FacesLike) -> str | None:
     """Digest of all that a body is made of; None of a small one, of which nothing is kept."""
-    if len(body.patches) < PATCHES and _points(body) < POINTS:
+    points = sum(patch.control_points[..., 0].size for patch in body.patches)
+    if len(body.patches) < PATCHES and points < POINTS:
         return None
     key = _KEYS.get(body)
     if key is None:
@@ -42,7 +27,3 @@ def key_of(body: _Body) -> str | None:
         digest.text(repr((body.unit, body.pieces_apart, [edge.gap for edge in body.edges])))
         key = _KEYS[body] = digest.hexdigest()
     return key
-
-
-def _points(body: _Body) -> int:
-    return sum(patch.control_points[..., 0].size for patch in body.patches)

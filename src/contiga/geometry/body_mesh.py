@@ -84,8 +84,7 @@ class _Mesher:
     def __init__(self, body: FacesLike, tol: float, net: bool = False) -> None:
         self.body, self.tol = body, tol
         self.borders: Borders = borders_of(body)
-        _, ends = np.unique(corners(self.borders), return_inverse=True)
-        self.ends: Ints = ends.reshape(-1, 2)
+        self.ends: Ints = corners(self.borders).astype(np.int64)
         self.grids = [net_grid(patch, tol) for patch in body.patches] if net else None
         # An area over the patch's extent is the length that the edges of a net may miss.
         self.sags = [

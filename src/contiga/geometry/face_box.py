@@ -16,13 +16,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays.codes import OUT
 from contiga.arrays.layout import as_contiguous
 from contiga.geometry.bezier import extract
 from contiga.geometry.curve import NurbsCurve
-from contiga.geometry.kernels.trim_nb import points_in_trim
+from contiga.geometry.kernels.trim_nb import box_state, points_in_trim
 from contiga.geometry.slopes import numerator
 from contiga.geometry.surface import NurbsSurface
-from contiga.geometry.trim import OUT, Loop, TrimTables, box_state, build_trim_tables
+from contiga.geometry.trim import Loop, TrimTables, build_trim_tables
 from contiga.records import FloatArray
 
 _CLOSE = 1e-14
@@ -64,10 +65,7 @@ class _Face:
         self.patches, self.trims, self.edges = (patch,), (loops,), ()
         grid = extract(_within_reach(patch, loops))
         self.coefs = grid.coefs.reshape(-1, *grid.coefs.shape[2:])
-        u, v = grid.u_breaks, grid.v_breaks
-        u0, v0 = (part.ravel() for part in np.meshgrid(u[:-1], v[:-1], indexing="ij"))
-        u1, v1 = (part.ravel() for part in np.meshgrid(u[1:], v[1:], indexing="ij"))
-        self.box = np.stack([u0, u1, v0, v1], axis=1)
+        self.box = grid.boxes()
         points = (self.coefs[..., :3] / self.coefs[..., 3:]).reshape(-1, 3)
         self.hull = np.array([points.min(axis=0), points.max(axis=0)])
         """(2, 3) box of the Bézier points."""

@@ -35,6 +35,7 @@ from contiga.geometry.trim_area import body_area, body_volume
 from contiga.old_names import OldName
 from contiga.records import FloatArray
 from contiga.rigid import transform
+from contiga.rigid.movable import Movable
 
 if TYPE_CHECKING:
     from contiga.triangles.trimesh import TriMesh
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
 _BOXES, _TRIMS = DiskCache("boxes", face_box.__file__), DiskCache("trims", trim.__file__)
 
 
-class Faces(Displayed):
+class Faces(Displayed, Movable):
     """Oriented NURBS patches with their trims and shared edges: the geometry of a `Body`.
 
     The parameters are those of a `Body`. Faces never change; methods return new ones, of the same
@@ -266,10 +267,6 @@ class Faces(Displayed):
         )
         return trims, [flipped_edge(edge, self._patches) for edge in self.edges]
 
-    def transformed(self, matrix: ArrayLike) -> Self:
-        """The body moved by a regular affine (4, 4) matrix; the free side stays the free side."""
-        return self._moved(transform.affine(matrix))
-
     def _moved(self, matrix: FloatArray) -> Self:
         # A patch that is reflected has its u reversed, so what is drawn on it follows.
         trims, edges = self._mirrored() if transform.reflects(matrix) else (None, self.edges)
@@ -279,20 +276,6 @@ class Faces(Displayed):
             [moved_edge(edge, matrix) for edge in edges],
             transform.apply(matrix, self._reference_point[None, :])[0],
         )
-
-    def translated(self, d: ArrayLike) -> Self:
-        """The body moved by the vector `d` (3,), length."""
-        return self._moved(transform.translation(d))
-
-    def rotated(
-        self, axis: transform.Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)
-    ) -> Self:
-        """The body turned by `angle` (radians) about `axis` ("x", "y", "z" or a vector)."""
-        return self._moved(transform.rotation(axis, angle, origin))
-
-    def scaled(self, s: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> Self:
-        """The body scaled by `s` > 0 about `origin`."""
-        return self._moved(transform.scaling(s, origin))
 
     def digest(self, digest: Digest) -> None:
         """Add geometry, trims and shared edges to a digest."""

@@ -13,26 +13,14 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from contiga.arrays.codes import CUT, IN, OUT
 from contiga.errors import GeometryError
 from contiga.geometry.bezier import extract_curve
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edges import BodyEdge
 from contiga.geometry.kernels import trim_build_nb as build_nb
-from contiga.geometry.kernels.trim_nb import TrimTables, box_state, point_in_trim
+from contiga.geometry.kernels.trim_nb import TrimTables as TrimTables
 from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
-
-__all__ = [
-    "CUT",
-    "IN",
-    "OUT",
-    "TrimTables",
-    "box_state",
-    "build_trim_tables",
-    "check_loops",
-    "point_in_trim",
-]
 
 Loop = tuple[NurbsCurve, ...]
 Domain = tuple[tuple[float, float], tuple[float, float]]
@@ -67,7 +55,6 @@ class _Pieces(NamedTuple):
     coefs: list[FloatArray]
     ends: FloatArray
     curve: list[int]
-    interval: list[tuple[float, float]]
 
 
 def check_loops(loops: tuple[Loop, ...], domain: Domain, where: str) -> None:
@@ -113,21 +100,15 @@ def _loop_pieces(loop: Loop, low: FloatArray, high: FloatArray) -> _Pieces:
     """Monotone pieces of one loop, closed up, straight pieces added over gaps."""
     coefs: list[FloatArray] = []
     curve_of: list[int] = []
-    interval: list[tuple[float, float]] = []
     for index, curve in enumerate(loop):
-        bezier = extract_curve(curve)
-        segments = np.ascontiguousarray(bezier.coefs[:, :, [0, 1, 3]])
+        segments = np.ascontiguousarray(extract_curve(curve).coefs[:, :, [0, 1, 3]])
         degree = segments.shape[1] - 1
         degrees = np.full(segments.shape[0], degree, dtype=np.int32)
-        pieces, source, part = build_nb.monotone_pieces(segments, degrees)
-        breaks = np.asarray(bezier.breaks)
-        for piece, s, (a, b) in zip(pieces, source, part, strict=True):
-            width = breaks[s + 1] - breaks[s]
-            coefs.append(piece)
-            curve_of.append(index)
-            interval.append((float(breaks[s] + a * width), float(breaks[s] + b * width)))
+        pieces = build_nb.monotone_pieces(segments, degrees)[0]
+        coefs += list(pieces)
+        curve_of += [index] * len(pieces)
     ends = np.array([[*(c[0, :2] / c[0, 2]), *(c[-1, :2] / c[-1, 2])] for c in coefs])
-    return _close(_Pieces(coefs, ends, curve_of, interval), low, high)
+    return _close(_Pieces(coefs, ends, curve_of), low, high)
 
 
 def _close(pieces: _Pieces, low: FloatArray, high: FloatArray) -> _Pieces:
@@ -135,7 +116,6 @@ def _close(pieces: _Pieces, low: FloatArray, high: FloatArray) -> _Pieces:
     coefs: list[FloatArray] = []
     ends: list[FloatArray] = []
     curve_of: list[int] = []
-    interval: list[tuple[float, float]] = []
     clamped = np.clip(pieces.ends, np.tile(low, 2), np.tile(high, 2))
     n = len(pieces.coefs)
     for i in range(n):
@@ -145,13 +125,11 @@ def _close(pieces: _Pieces, low: FloatArray, high: FloatArray) -> _Pieces:
         ends.append(np.concatenate([clamped[i, :2], end if bridge else start]))
         coefs.append(pieces.coefs[i])
         curve_of.append(pieces.curve[i])
-        interval.append(pieces.interval[i])
         if bridge:
             coefs.append(np.array([[*end, 1.0], [*start, 1.0]]))
             ends.append(np.concatenate([end, start]))
             curve_of.append(-1)
-            interval.append((0.0, 0.0))
-    return _Pieces(coefs, np.array(ends), curve_of, interval)
+    return _Pieces(coefs, np.array(ends), curve_of)
 
 
 def build_trim_tables(body: Trimmed) -> TrimTables:
@@ -167,7 +145,6 @@ def build_trim_tables(body: Trimmed) -> TrimTables:
     }
     coefs: list[FloatArray] = []
     ends: list[FloatArray] = [np.empty((0, 4))]
-    intervals: list[tuple[float, float]] = []
     keys: list[tuple[int, int, int, int]] = []
     counts = np.zeros(len(body.patches), dtype=np.int64)
     for k, (patch, loops) in enumerate(zip(body.patches, body.trims, strict=True)):
@@ -176,7 +153,6 @@ def build_trim_tables(body: Trimmed) -> TrimTables:
             part = _loop_pieces(loop, np.array([u0, v0]), np.array([u1, v1]))
             coefs += part.coefs
             ends.append(part.ends)
-            intervals += part.interval
             keys += [(k, m, c, edge_of.get((k, m, c), -1)) for c in part.curve]
             counts[k] += len(part.coefs)
     key_array = np.array(keys, dtype=np.int32).reshape(-1, 4)
@@ -190,7 +166,6 @@ def build_trim_tables(body: Trimmed) -> TrimTables:
         piece_patch=key_array[:, 0].copy(),
         piece_edge=key_array[:, 3].copy(),
         piece_loop=key_array[:, 1:3].copy(),
-        piece_range=np.array(intervals).reshape(-1, 2),
     )
 
 

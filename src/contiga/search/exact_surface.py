@@ -7,10 +7,9 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from contiga.arrays.codes import CREASE
+from contiga.arrays.groups import groups_of
 from contiga.arrays.layout import bytes_of
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import stitches
@@ -162,8 +161,7 @@ def _sheets(tables: Tables) -> IntArray:
     """Numbers of connected sheets, by patch."""
     first, past = tables.grid.patches["adjacent"].T
     patch = np.repeat(np.arange(len(first)), past - first)
-    graph = coo_array((np.ones(len(patch), np.int8), (patch, tables.grid.adjacent)))
-    return np.asarray(connected_components(graph, directed=False)[1], np.int32)
+    return groups_of(patch, tables.grid.adjacent, len(first))
 
 
 def _has_edges(tables: Tables) -> bool:

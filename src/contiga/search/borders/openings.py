@@ -11,6 +11,7 @@ import numpy as np
 
 from contiga.arrays.codes import BORDER, CREASE
 from contiga.arrays.disk_cache import DiskCache
+from contiga.arrays.groups import groups_of
 from contiga.geometry.body_key import key_of
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edge_gaps import image_of
@@ -206,12 +207,8 @@ def pieces_of(body: Faces) -> list[IndexArray]:
 
 def _pieces(n: int, joints: list[Joint]) -> IntArray:
     """(n,) numbers of the pieces that patches hang together in."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    ends = np.array([joint[:2] for joint in joints], np.int64).reshape(-1, 2).T
-    graph = coo_array((np.ones(ends.shape[1]), (ends[0], ends[1])), shape=(n, n))
-    return np.asarray(connected_components(graph, directed=False)[1])
+    first, second = np.array([joint[:2] for joint in joints], np.int64).reshape(-1, 2).T
+    return groups_of(first, second, n)
 
 
 def _worst(body: Faces) -> tuple[float, tuple[int, ...], tuple[float, float, float]]:
@@ -262,7 +259,7 @@ def _unnamed_sides(body: Faces) -> tuple[list[float], list[Joint]]:
         if len(free):
             axis = 2 * (1 - side // 2)
             spans = table["box"][free][:, axis : axis + 2]
-            parts = [_side_length(body, k, side, (low, high)) for low, high in spans.tolist()]
+            parts = (_side_length(body.patches[k], side, span) for span in spans.tolist())
             lengths.append(sum(parts))
         joints |= dict.fromkeys(_joints_over(table, rows[kind <= CREASE], side))
     return lengths, list(joints)
@@ -280,14 +277,11 @@ def _net_length(patch: NurbsSurface, side: int) -> float:
     return float(np.linalg.norm(np.diff(net, axis=0), axis=1).sum())
 
 
-def _side_length(
-    body: Faces, patch: int, side: int, span: tuple[float, float] | None = None
-) -> float:
-    surface = body.patches[patch]
+def _side_length(surface: NurbsSurface, side: int, span: tuple[float, float]) -> float:
     (u0, u1), (v0, v1) = surface.domain
     end = (u0, u1, v0, v1)[side]
     curve = surface.isocurve(u=end) if side < 2 else surface.isocurve(v=end)
-    return _length(curve if span is None else curve.restricted(*span))
+    return _length(curve.restricted(*span))
 
 
 def _length(curve: NurbsCurve) -> float:
