@@ -127,8 +127,8 @@ def _uses(body: FacesLike) -> dict[tuple[int, int, int], list[Use]]:
     uses: dict[tuple[int, int, int], list[Use]] = {}
     for e, edge in enumerate(body.edges):
         for i, use in enumerate(edge.uses):
-            span = edge.spans[i] if edge.spans else None
-            uses.setdefault((use.patch, use.loop, use.index), []).append((e, use.reversed, span))
+            given = e, use.reversed, edge.span(i)
+            uses.setdefault((use.patch, use.loop, use.index), []).append(given)
     return uses
 
 

@@ -23,7 +23,7 @@ from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.kernels.trim_nb import box_state, points_in_trim
 from contiga.geometry.slopes import numerator
 from contiga.geometry.surface import NurbsSurface
-from contiga.geometry.trim import Loop, TrimTables, build_trim_tables
+from contiga.geometry.trim import Loop, TrimTables, build_trim_tables, parameter_box
 from contiga.records import FloatArray
 
 _CLOSE = 1e-14
@@ -186,15 +186,10 @@ def bounds_of(
 
 def _within_reach(patch: NurbsSurface, loops: tuple[Loop, ...] | None) -> NurbsSurface:
     """The part of a patch that its loops reach."""
-    if loops is None:
+    (u0, v0), (u1, v1) = (corner.tolist() for corner in parameter_box(patch, loops))
+    if loops is None or not (u0 < u1 and v0 < v1):
         return patch
-    reach = np.concatenate([curve.bounds()[:, :2] for loop in loops for curve in loop])
-    low, high = np.array(patch.domain).T
-    a = np.clip(reach.min(axis=0), low, high)
-    b = np.clip(reach.max(axis=0), low, high)
-    if not np.all(a < b):
-        return patch
-    return patch.restricted((float(a[0]), float(b[0])), (float(a[1]), float(b[1])))
+    return patch.restricted((u0, u1), (v0, v1))
 
 
 def _halved(parts: _Parts) -> _Parts:

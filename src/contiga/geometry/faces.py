@@ -215,10 +215,11 @@ class Faces(Displayed, Movable):
         trims: Trims | None = None,
         edges: Sequence[BodyEdge] | None = None,
         reference_point: FloatArray | None = None,
+        name: str | None = None,
     ) -> Self:
         made = type(self)(
             patches,
-            name=self._name,
+            name=self._name if name is None else name,
             trims=self._trims if trims is None else trims,
             edges=self.edges if edges is None else edges,
             unit=self._unit,
@@ -229,16 +230,7 @@ class Faces(Displayed, Movable):
 
     def renamed(self, name: str) -> Self:
         """The same body under another name."""
-        made = type(self)(
-            self._patches,
-            name=name,
-            trims=self._trims,
-            edges=self._edges,
-            unit=self._unit,
-            reference_point=self._reference_point,
-        )
-        made._pieces_apart = self._pieces_apart
-        return made
+        return self._with(self._patches, edges=self._edges, name=name)
 
     def known_apart(self) -> Self:
         """The same body, its pieces taken not to touch or overlap: the check is left out."""

@@ -91,6 +91,17 @@ def check_loops(loops: tuple[Loop, ...], domain: Domain, where: str) -> None:
             )
 
 
+def parameter_box(
+    patch: NurbsSurface, loops: tuple[Loop, ...] | None
+) -> tuple[FloatArray, FloatArray]:
+    """Low and high (u, v) of what its loops reach of a patch, of all of one without."""
+    low, high = np.array(patch.domain).T
+    if loops is None:
+        return low, high
+    reach = np.concatenate([curve.bounds()[:, :2] for loop in loops for curve in loop])
+    return np.maximum(low, reach.min(axis=0)), np.minimum(high, reach.max(axis=0))
+
+
 def _end_points(curve: NurbsCurve) -> FloatArray:
     points = curve.control_points
     return np.array([points[0, :2], points[-1, :2]])

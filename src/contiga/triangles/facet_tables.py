@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from contiga.arrays.codes import NO_TRIANGLE
 from contiga.arrays.groups import groups_of
+from contiga.arrays.once import once
 from contiga.arrays.ordered import length
 from contiga.errors import MeshError
 from contiga.pointer_records import pass_by_pointer
@@ -44,9 +44,7 @@ class Tables(NamedTuple):
     """Two triangles meet at more than `SHARP`."""
 
 
-_KEPT: WeakKeyDictionary[TriangleArrays, Tables] = WeakKeyDictionary()
-
-
+@once
 def tables_of(mesh: TriangleArrays) -> Tables:
     """The search tables of `mesh`, built at the first call.
 
@@ -55,13 +53,6 @@ def tables_of(mesh: TriangleArrays) -> Tables:
     MeshError
         The mesh has no triangle with an area.
     """
-    tables = _KEPT.get(mesh)
-    if tables is None:
-        tables = _KEPT[mesh] = _build(mesh)
-    return tables
-
-
-def _build(mesh: TriangleArrays) -> Tables:
     if len(mesh.triangles) == 0:
         raise MeshError("a mesh without triangles has no surface", where=mesh.name)
     topology = topology_of(mesh)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from contiga.arrays.codes import BORDER, CREASE
 from contiga.arrays.disk_cache import DiskCache
 from contiga.arrays.groups import groups_of
+from contiga.arrays.once import once
 from contiga.geometry.body_key import key_of
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edge_gaps import image_of
@@ -148,9 +148,9 @@ def _several(count: int, what: str) -> str:
 
 
 _DISK = DiskCache("openings", __file__)
-_KEPT: WeakKeyDictionary[Faces, Openings] = WeakKeyDictionary()
 
 
+@once
 def openings_of(body: Faces) -> Openings:
     """Where `body` is open or unsound: nothing of a closed one.
 
@@ -158,10 +158,7 @@ def openings_of(body: Faces) -> Openings:
     apart. Sides of untrimmed patches that no edge names are matched in space. A flood over the
     joints tells which faces disagree on the free side. Worked out at the first call and kept.
     """
-    openings = _KEPT.get(body)
-    if openings is None:
-        openings = _KEPT[body] = _DISK.kept(key_of(body), lambda: _found(body))
-    return openings
+    return _DISK.kept(key_of(body), lambda: _found(body))
 
 
 def _found(body: Faces) -> Openings:
