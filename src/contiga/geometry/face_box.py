@@ -62,7 +62,6 @@ class _Face:
     def __init__(self, patch: NurbsSurface, loops: tuple[Loop, ...] | None) -> None:
         self.patch = patch
         self.loops = loops
-        self.patches, self.trims, self.edges = (patch,), (loops,), ()
         grid = extract(_within_reach(patch, loops))
         self.coefs = grid.coefs.reshape(-1, *grid.coefs.shape[2:])
         self.box = grid.boxes()
@@ -73,7 +72,7 @@ class _Face:
     @cached_property
     def tables(self) -> TrimTables:
         """What tells inside from outside."""
-        return build_trim_tables(self)
+        return build_trim_tables((self.patch,), (self.loops,))
 
     def known(self) -> FloatArray:
         """(n, 3) some points of the face: corners of its elements, or of its loops."""

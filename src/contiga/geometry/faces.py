@@ -175,7 +175,8 @@ class Faces(Displayed, Movable):
     def trim_tables(self) -> TrimTables:
         """Tables for `point_in_trim` and `box_state`, built when first asked for."""
         if self._tables is None:
-            self._tables = _TRIMS.kept(key_of(self), lambda: build_trim_tables(self))
+            faces = self.patches, self.trims, self.edges
+            self._tables = _TRIMS.kept(key_of(self), lambda: build_trim_tables(*faces))
         return self._tables
 
     def bounds(self) -> FloatArray:

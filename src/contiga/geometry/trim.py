@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,22 +31,6 @@ LARGEST_GAP = 1e-3
 """Gaps up to this share of the domain are closed by a straight piece; larger ones are errors."""
 OUTSIDE = 1e-3
 """How far, as a share of the domain, a p-curve may reach over the rectangle, which cuts it off."""
-
-
-class Trimmed(Protocol):
-    """Faces as the tables take them: those of a body, or a few of them."""
-
-    @property
-    def patches(self) -> Sequence[NurbsSurface]:
-        """Of the faces."""
-
-    @property
-    def trims(self) -> Sequence[tuple[Loop, ...] | None]:
-        """For each patch None, or its loops."""
-
-    @property
-    def edges(self) -> Sequence[BodyEdge]:
-        """Those that are known."""
 
 
 class _Pieces(NamedTuple):
@@ -143,22 +127,29 @@ def _close(pieces: _Pieces, low: FloatArray, high: FloatArray) -> _Pieces:
     return _Pieces(coefs, np.array(ends), curve_of)
 
 
-def build_trim_tables(body: Trimmed) -> TrimTables:
-    """Tables for `point_in_trim` and `box_state` over all patches of `body`.
+def build_trim_tables(
+    patches: Sequence[NurbsSurface],
+    trims: Sequence[tuple[Loop, ...] | None],
+    edges: Sequence[BodyEdge] = (),
+) -> TrimTables:
+    """Tables for `point_in_trim` and `box_state` over all patches of a body, or a few of them.
+
+    Parameters
+    ----------
+    trims : for each patch None, or its loops
+    edges : those that are known
 
     Returns
     -------
     TrimTables
         Flat arrays; patches without trims take no cells and are inside everywhere.
     """
-    edge_of = {
-        (use[0], use[1], use[2]): k for k, edge in enumerate(body.edges) for use in edge.uses
-    }
+    edge_of = {(use[0], use[1], use[2]): k for k, edge in enumerate(edges) for use in edge.uses}
     coefs: list[FloatArray] = []
     ends: list[FloatArray] = [np.empty((0, 4))]
     keys: list[tuple[int, int, int, int]] = []
-    counts = np.zeros(len(body.patches), dtype=np.int64)
-    for k, (patch, loops) in enumerate(zip(body.patches, body.trims, strict=True)):
+    counts = np.zeros(len(patches), dtype=np.int64)
+    for k, (patch, loops) in enumerate(zip(patches, trims, strict=True)):
         (u0, u1), (v0, v1) = patch.domain
         for m, loop in enumerate(loops or ()):
             part = _loop_pieces(loop, np.array([u0, v0]), np.array([u1, v1]))
@@ -169,8 +160,9 @@ def build_trim_tables(body: Trimmed) -> TrimTables:
     key_array = np.array(keys, dtype=np.int32).reshape(-1, 4)
     padded, degree = _stack(coefs)
     return _with_cells(
-        body,
         counts,
+        trimmed=np.array([loops is not None for loops in trims], dtype=np.int8),
+        domain=np.array([[*p.domain[0], *p.domain[1]] for p in patches]),
         piece_coefs=padded,
         piece_degree=degree,
         piece_ends=np.concatenate(ends),
@@ -188,18 +180,15 @@ def _stack(coefs: list[FloatArray]) -> tuple[FloatArray, np.ndarray]:
     return padded, degree
 
 
-def _with_cells(body: Trimmed, counts: np.ndarray, **pieces: np.ndarray) -> TrimTables:
+def _with_cells(counts: np.ndarray, **pieces: np.ndarray) -> TrimTables:
     """The full tables: grids sized by the number of pieces, cells filled."""
-    trimmed = np.array([loops is not None for loops in body.trims], dtype=np.int8)
     side = [min(max(math.ceil(3.0 * math.sqrt(c)), 4), 512) if c else 0 for c in counts]
     grid_shape = np.array([[s, s] for s in side], dtype=np.int64)
-    cells_of = np.where(trimmed > 0, grid_shape.prod(axis=1), 0)
+    cells_of = np.where(pieces["trimmed"] > 0, grid_shape.prod(axis=1), 0)
     total = int(cells_of.sum())
     tables = TrimTables(
         **pieces,
         patch_start=np.concatenate([[0], np.cumsum(counts)]),
-        trimmed=trimmed,
-        domain=np.array([[*p.domain[0], *p.domain[1]] for p in body.patches]),
         grid_shape=grid_shape,
         grid_start=np.concatenate([[0], np.cumsum(cells_of)]),
         cell_state=np.zeros(total, dtype=np.int8),
