@@ -55,7 +55,7 @@ def _check_finite(array: Any) -> None:
 
 def reader_of(path: Path) -> Callable[[Path], None]:
     """What reads a file of this suffix."""
-    from contiga.io.cad.read_cad import SUFFIXES
+    from contiga.io.cad.formats import SUFFIXES
 
     if path.suffix == ".toml":
         return read_case

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from contiga.io.mesh.read_mesh import Slave
 from contiga.slaves.skin import CellBlock, facet_areas, skin, tributary_area
+from contiga.slaves.slave import Slave
 
 finite = st.floats(-1e3, 1e3)
 

@@ -8,8 +8,9 @@ import pytest
 
 from contiga.io.mesh import lsdyna
 from contiga.io.mesh.lsdyna_cards import read_blocks
-from contiga.io.mesh.read_mesh import mesh_summary, read_mesh
+from contiga.io.mesh.read_mesh import read_mesh
 from contiga.slaves.cells import split_shells
+from contiga.slaves.mesh_summary import mesh_summary
 from contiga.slaves.skin import facet_areas
 
 TYRE = "hmmwv_lugged_tyre_c3d10.inp"

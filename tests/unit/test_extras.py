@@ -25,7 +25,12 @@ from contiga.extras import EXTRA_OF, PROJECT_OF, require
 ROOT = Path(__file__).resolve().parents[2]
 OURS = (ROOT / "src", Path(__file__).parent)
 BARE = ("numpy", "numba", "llvmlite", "scipy")
-BROUGHT_BY = {"pydantic_core": "pydantic", "cycler": "matplotlib", "llvmlite": "numba"}
+BROUGHT_BY = {
+    "pydantic_core": "pydantic",
+    "PIL": "matplotlib",
+    "cycler": "matplotlib",
+    "llvmlite": "numba",
+}
 """Packages that come with one which is declared."""
 ONLY_HANDED_OVER = {"trimesh"}
 """Packages whose objects are made of ours, for users who have them."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from types import UnionType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -29,28 +31,34 @@ def as_points(values: ArrayLike, name: str = "points") -> FloatArray:
 
     A single point ``(3,)`` becomes one row. Not-finite entries pass: they are marked row by row.
     """
-    try:
-        points = as_contiguous(values, np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} must be an array of numbers", allowed="shape (n, 3)") from error
-    if points.ndim == 1 and points.shape == (3,):
-        points = points[None, :]
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise InputError(f"{name} must have shape (n, 3)", found=points.shape, allowed="(n, 3)")
-    return points
+    return _as_rows(values, name, 3, "(n, 3)")
 
 
-def as_parameters(values: ArrayLike, name: str = "uv") -> FloatArray:
+def as_parameters(values: ArrayLike) -> FloatArray:
     """`values` as a C-contiguous (k, 2) float64 array; a single pair becomes one row."""
+    return _as_rows(values, "uv", 2, "(k, 2)")
+
+
+def _as_rows(values: ArrayLike, name: str, columns: int, shape: str) -> FloatArray:
     try:
-        uv = as_contiguous(values, np.float64)
+        rows = as_contiguous(values, np.float64)
     except (TypeError, ValueError) as error:
-        raise InputError(f"{name} must be an array of numbers", allowed="shape (k, 2)") from error
-    if uv.ndim == 1 and uv.shape == (2,):
-        uv = uv[None, :]
-    if uv.ndim != 2 or uv.shape[1] != 2:
-        raise InputError(f"{name} must have shape (k, 2)", found=uv.shape, allowed="(k, 2)")
-    return uv
+        raise InputError(f"{name} must be an array of numbers", allowed=f"shape {shape}") from error
+    if rows.shape == (columns,):
+        rows = rows[None, :]
+    if rows.ndim != 2 or rows.shape[1] != columns:
+        raise InputError(f"{name} must have shape {shape}", found=rows.shape, allowed=shape)
+    return rows
+
+
+def as_numbers(
+    values: object, where: str, what: str = "must be numbers", allowed: str | None = None
+) -> FloatArray:
+    """A C-contiguous float64 copy of `values`; `what` they must be says the error."""
+    try:
+        return np.array(values, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise InputError(what, where=where, found=values, allowed=allowed) from error
 
 
 def read_only(array: FloatArray) -> FloatArray:
@@ -81,6 +89,28 @@ def positive(value: object, name: str, *, finite: bool = True) -> float:
     if not number > 0.0 or (finite and number == np.inf):
         raise InputError("must be positive", where=name, found=value, allowed=allowed)
     return number
+
+
+def one_of(where: str, value: object, allowed: tuple[str, ...]) -> str:
+    """`value` as one of the words `allowed`."""
+    if not isinstance(value, str) or value not in allowed:
+        raise InputError(
+            "is not known", where=where, found=value, allowed=", ".join(map(repr, allowed))
+        )
+    return value
+
+
+def all_of(
+    kinds: type | tuple[type, ...] | UnionType,
+    given: Iterable[object],
+    where: str,
+    what: str,
+    allowed: str,
+) -> None:
+    """Refuse the first of several that is of another kind: `what` they must be."""
+    for k, one in enumerate(given):
+        if not isinstance(one, kinds):
+            raise InputError(what, where=f"{where}[{k}]", found=type(one).__name__, allowed=allowed)
 
 
 def bytes_of(value: object) -> int:

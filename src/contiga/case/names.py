@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from contiga.case.spec import suggest
+from contiga.dynamics.springs import GROUND
 from contiga.errors import CaseError
-from contiga.simulation.mechanism import GROUND
 
 # Keys of tables that name a body or a slave, and which of them.
 _NAMING = {

@@ -47,9 +47,9 @@ from contiga.case.spec import (
 )
 from contiga.case.spring_spec import SpringSpec
 from contiga.case.standing import order_of, references
+from contiga.dynamics.springs import GROUND
 from contiga.dynamics.stepping import AutoSteps, EqualSteps
 from contiga.errors import CaseError, FileError, InputError
-from contiga.simulation.mechanism import GROUND
 
 _LARGEST_CASE = 32 * 1024**2  # bytes; the parser takes a second, ten times the memory, a million
 

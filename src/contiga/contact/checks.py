@@ -7,6 +7,7 @@ import numpy as np
 from contiga.area.hull import HullArea
 from contiga.area.method import AreaMethod
 from contiga.area.nodal import NodalArea
+from contiga.arrays.layout import as_numbers
 from contiga.contact.state import Owner, State, is_made_by, own_arrays
 from contiga.contact.state_rows import kept_of
 from contiga.errors import InputError
@@ -229,12 +230,6 @@ def _check_shape(state: State, n_points: int, memories: tuple[int, int]) -> None
             found=len(state.status),
             allowed=f"{n_points} points",
         )
-    if kept_of(state).widths != memories:
-        _refuse_memories(state, n_points, memories)
-
-
-def _refuse_memories(state: State, n_points: int, memories: tuple[int, int]) -> None:
-    """Say which of them are of another width."""
     for name, whose, wanted in zip(
         ("memory", "friction_memory"), ("law", "friction"), memories, strict=True
     ):
@@ -281,12 +276,7 @@ def checked_answer(law: Law, inp: LawInput) -> LawOutput:
 
 
 def _numbers(name: str, answer: object, shape: tuple[int, ...]) -> FloatArray:
-    try:
-        numbers = np.array(answer, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            "the law must answer numbers", where=f"law: {name}", found=answer
-        ) from error
+    numbers = as_numbers(answer, f"law: {name}", "the law must answer numbers")
     if numbers.shape != shape:
         raise InputError(
             "the law must answer one row a point in contact",

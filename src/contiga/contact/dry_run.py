@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.contact.curved import detect_on_curves
 from contiga.contact.detect import detect_at_start
@@ -16,6 +17,7 @@ from contiga.records import FloatArray, IntArray, rows_of
 from contiga.rigid.frames import to_body
 from contiga.statuses import Status
 
+_T = TypeVar("_T", np.float64, np.int32, np.int64)
 # Share of the body's size below which a point lies on the surface, as people build models.
 ON_IT = 1e-6
 # Share of the body's size by which a path may be off its chord: steps are long, and who comes in is
@@ -60,7 +62,7 @@ def dry_run(
     """
     active, most = taking_part
     options = options._replace(balls=False, bulge=BULGE)
-    followed = _spread(np.flatnonzero(active).astype(np.int32), most)
+    followed = spread(np.flatnonzero(active).astype(np.int32), most)
     whole, half = options, options.half
     if half is not None:
         options = options._replace(half=half[followed])
@@ -116,11 +118,12 @@ def _from_behind(
     return np.union1d(free[sense > 0], taken).astype(np.int32)
 
 
-def _spread(rows: IntArray, most: int | None) -> IntArray:
-    """At most `most` of the rows, evenly spread."""
-    if most is None or len(rows) <= most:
-        return rows
-    return rows[np.linspace(0, len(rows) - 1, most).astype(np.intp)]
+def spread(values: NDArray[_T], most: int | None) -> NDArray[_T]:
+    """At most `most` of the values, evenly spread, the first and the last with them; all of them
+    where that is None."""
+    if most is None or len(values) <= most:
+        return values
+    return np.asarray(values[np.linspace(0, len(values) - 1, most).astype(np.intp)])
 
 
 def _inside(
@@ -140,7 +143,7 @@ def _inside(
         return behind[near], float(-gap[near].min(initial=0.0))
     side, _ = surface.sides(p_B, rows)
     doubtful, above = _behind(surface, p_B, rows[side == 0], options)
-    within, gap = _behind(surface, p_B, _spread(rows[side < 0], _MOST_DEPTHS), options)
+    within, gap = _behind(surface, p_B, spread(rows[side < 0], _MOST_DEPTHS), options)
     inside = rows[side < 0] if len(within) else within
     deepest = -min(float(gap.min(initial=0.0)), float(above.min(initial=0.0)))
     return np.union1d(inside, doubtful).astype(np.int32), deepest

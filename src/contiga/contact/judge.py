@@ -28,6 +28,7 @@ from contiga.contact.tracked import (
     track,
 )
 from contiga.contact.walls import Known, hold
+from contiga.jit import straight
 from contiga.masters.protocol import Surface
 from contiga.records import (
     ByteArray,
@@ -38,6 +39,7 @@ from contiga.records import (
     KnownSides,
     Projection,
     rows_of,
+    stacked,
 )
 from contiga.statuses import Status
 
@@ -70,13 +72,8 @@ def joined(first: Asked, second: Asked) -> Asked:
     columns: list[Any] = [
         np.concatenate((getattr(first, name), getattr(second, name))) for name in Asked._fields[:-2]
     ]
-    columns += [_both(first.feet, second.feet), _both(first.truth, second.truth)]
+    columns += [stacked(first.feet, second.feet), stacked(first.truth, second.truth)]
     return Asked(*columns)
-
-
-def _both(first: Projection, second: Projection) -> Projection:
-    columns: Any = zip(first, second, strict=True)
-    return Projection(*(np.concatenate(pair) for pair in columns))
 
 
 class PointsFound(NamedTuple):
@@ -111,8 +108,8 @@ def judge(
         SAME_FOOT * options.size,
     )
     if options.nearest:
-        judge_nb.take_nearest(asked, step.way, limits)
-    if judge_nb.judge_plain(asked, step, limits, detected):
+        straight(judge_nb.take_nearest)(asked, step.way, limits)
+    if straight(judge_nb.judge_plain)(asked, step, limits, detected):
         return UNGUARDED
     solved = ~needed | (truth.status == Status.OK)
     inside = solved & np.where(sided, asked.side < 0, truth.gap <= 0.0)

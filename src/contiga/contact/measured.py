@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,40 +16,25 @@ from contiga.rigid.frames import to_world
 from contiga.statuses import Status
 
 
-class Measure:
-    """How the contact area of a contact is measured.
+class Measure(NamedTuple):
+    """How the contact area of a contact is measured."""
 
-    Parameters
-    ----------
-    master : the body
-    method : of the area
-    side : whose area is wanted, "slave" or "master"
-    own : (n,) tributary areas of the slave, where it has them
-    prepared : what the method keeps about the slave
-    half : (m,) half the thickness of a shell, the nodes first
-    """
-
-    def __init__(
-        self,
-        master: Master,
-        method: AreaMethod,
-        side: str,
-        weights: FloatArray | None,
-        prepared: Any,
-        half: FloatArray | None = None,
-    ) -> None:
-        self.method = method
-        self._master = master
-        self._side = side
-        self._own = weights
-        self._prepared = prepared
-        self._half = half
+    master: Master
+    method: AreaMethod
+    side: str
+    """Whose area is wanted, "slave" or "master"."""
+    own: FloatArray | None
+    """(n,) tributary areas of the slave, where it has them."""
+    prepared: Any
+    """What the method keeps about the slave."""
+    half: FloatArray | None
+    """(m,) half the thickness of a shell, the nodes first."""
 
     def input(self, nodes: FloatArray, patch: np.ndarray, feet: Projection) -> AreaInput:
         """What the method sees of nodes (n, 3), body axes, of which patch ≥ 0 are in contact."""
         rows = np.flatnonzero(patch >= 0).astype(np.int32)
         return AreaInput(
-            self._master, rows, nodes, feet, self._own, self._side, self._prepared, {}, self._half
+            self.master, rows, nodes, feet, self.own, self.side, self.prepared, {}, self.half
         )
 
     def input_of(self, state: State) -> AreaInput:
@@ -71,9 +56,9 @@ class Measure:
     def areas(self, inp: AreaInput) -> Areas:
         """Nodal areas on the side that is wanted."""
         areas = self.method.measure(inp)
-        if self._side == "slave" or areas.on == "master":
+        if self.side == "slave" or areas.on == "master":
             return areas
-        return areas._replace(area=areas.area / offset_ratio(self._master, inp.feet))
+        return areas._replace(area=areas.area / offset_ratio(self.master, inp.feet))
 
     def outlines(self, inp: AreaInput, pose: FloatArray) -> Outlines | None:
         """Where contact ends, world axes; None for methods that do not say."""

@@ -15,6 +15,7 @@ from contiga.contact.loads import NO_FORCES, NO_SIZES, NONE, NOWHERE, Guards, Lo
 from contiga.contact.state_rows import kept_of
 from contiga.contact.touching import ContactRows, PreviousStep
 from contiga.contact.tracked import Detected
+from contiga.jit import straight
 from contiga.laws.friction import Friction, FrictionInput, FrictionOutput
 from contiga.laws.normal import Law
 from contiga.records import ByteArray, FloatArray, IntArray, LawInput, LawOutput
@@ -170,7 +171,7 @@ def forces(
         state = past.state
         last = LastForces(*kept_of(state).carried, state.energies, state.points_B, NO_FORCES)
     answer = Answer(force, stored, lost, damped, *held)
-    viscous = totals_nb.forces(points, answer, last, p_B, Frame(*frame), felt)
+    viscous = straight(totals_nb.forces)(points, answer, last, p_B, Frame(*frame), felt)
     totals = felt.totals
     energies = totals[totals_nb.WORK :]
     if past is None:

@@ -133,16 +133,6 @@ class KeptRows:
         return size, normals, tractions, damping
 
     @property
-    def widths(self) -> tuple[int, int]:
-        """Numbers a point that law and friction remember."""
-        loads = self._loads
-        if loads is None:
-            return self.shape("memory")[1], self.shape("friction_memory")[1]
-        return loads.memory.shape[
-            1
-        ], 0 if loads.friction_memory is None else loads.friction_memory.shape[1]
-
-    @property
     def area_input(self) -> AreaInput:
         """The nodes in contact, as area methods see them; looked up once."""
         arrays = self._arrays

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -113,17 +114,7 @@ class Scene:
         if not set(known) <= set(self._masters):
             return one
         at = [_own_point(physics, self._masters[name].body) for name in known]
-        return RelativeSensor(
-            one.name,
-            known,
-            at=at,
-            axes=one.axes,
-            measures=one.measures,
-            criteria=one.criteria,
-            bands=one.bands,
-            dummy=one.dummy,
-            code=one.code,
-        )
+        return replace(one, at=np.array(at))
 
     def state(
         self,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,8 @@ from contiga.criteria.pairs import likely_pairs
 from contiga.criteria.samples import Line, checked_resultant, line_through
 from contiga.errors import InputError
 from contiga.records import FloatArray, IndexArray
+
+_value = attrgetter("value")
 
 
 class HIC(NamedTuple):
@@ -58,18 +61,12 @@ def hic(a_g: ArrayLike, t_s: ArrayLike, window: float = 0.015) -> HIC:
     a, t = checked_resultant(a_g, t_s, "hic")
     limit = positive(window, "hic, window", finite=False)
     line = line_through(a, t - t[0])
-    best = _better(
-        _best(line, *_whole(line, limit)),
-        _best(line, *_as_long_as_allowed(line, limit)),
-        _best(line, *_from_the_start(line, limit)),
-        _best(line, *_to_the_end(line, limit)),
-    )
+    sorts = (_whole, _as_long_as_allowed, _from_the_start, _to_the_end)
+    best = max((_best(line, *windows(line, limit)) for windows in sorts), key=_value)
     pairs = likely_pairs(line, limit, best.value)
-    best = _better(
-        best,
-        _best(line, *pairs.window),
-        _best(line, *_inside(line, pairs.i, pairs.j, limit)),
-    )
+    inside = _inside(line, pairs.i, pairs.j, limit)
+    # Of windows as good as each other the first stays.
+    best = max(best, _best(line, *pairs.window), _best(line, *inside), key=_value)
     return HIC(best.value, best.start + float(t[0]), best.end + float(t[0]))
 
 
@@ -89,13 +86,6 @@ def hicd(hic: float) -> float:
     if not (isinstance(hic, int | float | np.number) and math.isfinite(hic) and hic >= 0):
         raise InputError("must be a value of HIC", where="hicd, hic", found=hic, allowed=">= 0")
     return 0.75446 * float(hic) + 166.4
-
-
-def _better(first: HIC, *others: HIC) -> HIC:
-    for other in others:
-        if other.value > first.value:
-            first = other
-    return first
 
 
 def _best(line: Line, start: FloatArray, end: FloatArray) -> HIC:

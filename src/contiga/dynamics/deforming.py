@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from contiga.arrays.layout import as_points, positive, read_only
+from contiga.arrays.layout import all_of, as_points, positive, read_only
 from contiga.dynamics.deforming_nodes import DeformingNodes
 from contiga.dynamics.deforming_parts import Filling, nodal_thickness, parts_of
 from contiga.dynamics.free import Dependent, Number, _velocity
@@ -161,14 +161,8 @@ class Deforming(Dependent):
             raise InputError("matter of one's own has its masses", where="mass_scaling")
         if not (np.isfinite(self.damping) and self.damping >= 0.0):
             raise InputError("must be 0 or more", where="damping", found=damping)
-        for k, load in enumerate(self.loads):
-            if not isinstance(load, NodalLoad):
-                raise InputError(
-                    "must be a load on nodes",
-                    where=f"loads[{k}]",
-                    found=type(load).__name__,
-                    allowed="contiga.motion.Pressure, NodalForce",
-                )
+        kinds = "contiga.motion.Pressure, NodalForce"
+        all_of(NodalLoad, self.loads, "loads", "must be a load on nodes", kinds)
 
     @property
     def kinks(self) -> FloatArray:
@@ -194,8 +188,7 @@ class Deforming(Dependent):
     def nodes(self, where: str, slave: Slave, number: Number) -> NodeMover:
         """Nodes of elements, those that no element has held where they are."""
         shape = slave.points.shape
-        rest = slave.points if self.rest is None else self.rest
-        _check_rows(where, "rest", rest, shape)
+        _check_rows(where, "rest", self._rest_of(slave), shape)
         if self.velocity.ndim == 2:
             _check_rows(where, "velocity", self.velocity, shape)
         held = held_ways(self.fixed, slave, f"{where}: fixed")
@@ -205,7 +198,7 @@ class Deforming(Dependent):
         hosts = attached_to(self.attached, held, number, slave, f"{where}: attached")
         held[hosts >= 0] = True
         loads = [load.nodes(slave, f"{where}: loads[{k}]") for k, load in enumerate(self.loads)]
-        matter, rows = self._matter(where, slave, rest, np.any(~held, axis=1))
+        matter, rows = self._matter(where, slave, np.any(~held, axis=1))
         bare = np.ones(len(slave), np.bool_)
         bare[rows] = False
         held[bare] = True
@@ -236,8 +229,7 @@ class Deforming(Dependent):
         InputError
             A slave without elements.
         """
-        rest = slave.points if self.rest is None else self.rest
-        matter, rows = self._matter("masses", slave, rest)
+        matter, rows = self._matter("masses", slave)
         return slave.with_mass(_masses(matter, rows, len(slave)))
 
     def nodal_thickness(self, slave: Slave) -> FloatArray:
@@ -277,25 +269,23 @@ class Deforming(Dependent):
                 where="contact_stiffness(slave)",
                 found=slave.name or "a cloud",
             )
-        rest = slave.points if self.rest is None else self.rest
-        matter, rows = self._matter("contact_stiffness", slave, rest)
+        matter, rows = self._matter("contact_stiffness", slave)
         sums = np.zeros(len(slave))
         sums[rows] = matter.stiffness(matter.start())
         skin = np.unique(slave.facets)
-        return float(sums[skin].sum() / facet_areas(rest, slave.facets).sum())
+        return float(sums[skin].sum() / facet_areas(self._rest_of(slave), slave.facets).sum())
+
+    def _rest_of(self, slave: Slave) -> FloatArray:
+        """(n, 3) nodes where no element is strained."""
+        return slave.points if self.rest is None else self.rest
 
     def _matter(
-        self,
-        where: str,
-        slave: Slave,
-        rest: FloatArray,
-        free: NDArray[np.bool_] | None = None,
+        self, where: str, slave: Slave, free: NDArray[np.bool_] | None = None
     ) -> tuple[Matter, NDArray[np.intp]]:
         """The matter, and the point of the slave for each of its degrees of freedom.
 
         `free` (n,) are nodes that forces move; all if omitted.
         """
-        every = np.arange(len(slave), dtype=np.intp)
         if hasattr(self.material, "forces"):
             matter: Any = self.material
             if np.shape(matter.mass) != (len(slave),):
@@ -305,7 +295,7 @@ class Deforming(Dependent):
                     found=f"{np.shape(matter.mass)} masses",
                     allowed=f"({len(slave)},)",
                 )
-            return matter, every
+            return matter, np.arange(len(slave), dtype=np.intp)
         parts = parts_of(slave, self.parts, self._filling(), where)
         rows = np.unique(np.concatenate([part.elements.ravel() for part in parts]))
         lower = np.zeros(len(slave), np.int32)
@@ -315,7 +305,8 @@ class Deforming(Dependent):
         if facets is not None:
             facets = lower[facets[np.isin(facets, rows).all(axis=1)]]
         scale, moved = self.mass_scaling, None if free is None else free[rows]
-        matter = assemble(rest[rows], inner, facets=facets, mass_scaling=scale, free=moved)
+        rest = self._rest_of(slave)[rows]
+        matter = assemble(rest, inner, facets=facets, mass_scaling=scale, free=moved)
         return matter, rows.astype(np.intp)
 
     def _filling(self) -> Filling | None:
@@ -360,14 +351,7 @@ def _viscosity(given: Sequence[float]) -> tuple[float, float]:
 
 def _as_parts(given: Sequence[Part], own: bool) -> tuple[Part, ...]:
     parts = tuple(given)
-    for k, part in enumerate(parts):
-        if not isinstance(part, Part):
-            raise InputError(
-                "must be a part",
-                where=f"parts[{k}]",
-                found=type(part).__name__,
-                allowed="contiga.matter.Part",
-            )
+    all_of(Part, parts, "parts", "must be a part", "contiga.matter.Part")
     if parts and own:
         raise InputError("matter of one's own has no parts here", where="parts")
     return parts
@@ -376,14 +360,8 @@ def _as_parts(given: Sequence[Part], own: bool) -> tuple[Part, ...]:
 def _as_tables(given: Any, name: str, key: str, what: str) -> list[dict[str, Any]]:
     """One table, or several, as a list."""
     tables = [given] if isinstance(given, Mapping) else list(given or ())
-    for k, table in enumerate(tables):
-        if not isinstance(table, Mapping):
-            raise InputError(
-                "must be tables",
-                where=f"{name}[{k}]",
-                found=type(table).__name__,
-                allowed=f'{{"plane": …, "{key}": {what}}}, or a list of such tables',
-            )
+    allowed = f'{{"plane": …, "{key}": {what}}}, or a list of such tables'
+    all_of(Mapping, tables, name, "must be tables", allowed)
     return [dict(table) for table in tables]
 
 

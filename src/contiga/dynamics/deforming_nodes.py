@@ -8,7 +8,7 @@ at both ends, which is what a leapfrog does.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
 
@@ -28,9 +28,9 @@ from contiga.dynamics.nodes import (
     Imbalance,
     Instant,
     Joint,
+    NodeMover,
     SlaveState,
     Stored,
-    Unmoved,
     work_of_weight,
 )
 from contiga.errors import ElementError
@@ -72,16 +72,15 @@ def _acting(inside: Arrays, forces: Forces, gravity: FloatArray) -> Acting:
 
 
 @dataclass(frozen=True, eq=False)
-class DeformingNodes(Unmoved):
+class DeformingNodes(NodeMover):
     """Nodes of elements."""
 
-    host: ClassVar[None] = None
     joined: ClassVar[bool] = True
     where: str
     matter: Matter
     rows: NDArray[np.intp]
     """(m,) node of each degree of freedom."""
-    mass: FloatArray
+    mass: FloatArray = field()  # of others it is None, of the class
     """(n,)."""
     rest: FloatArray
     """(n, 3) at the start."""
@@ -95,7 +94,7 @@ class DeformingNodes(Unmoved):
     """What was given, for the digest."""
     loads: tuple[NodalForces, ...] = ()
     drives: tuple[Drive, ...] = ()
-    joints: tuple[Joint, ...] = ()  # type: ignore[misc]  # of others it is of the class
+    joints: tuple[Joint, ...] = ()
 
     @cached_property
     def bare(self) -> NDArray[np.bool_]:  # type: ignore[override]  # of others it is of the class
@@ -234,12 +233,12 @@ class DeformingNodes(Unmoved):
         """½ Σ m v² of nodes that forces move."""
         return node_steps.kinetic(self._masses, velocities)
 
-    def _at_nodes(self, force: FloatArray) -> FloatArray:
-        """(n, 3) of the slave's nodes."""
+    def _at_nodes(self, values: FloatArray) -> FloatArray:
+        """(n, …) of the slave's nodes, of the degrees of freedom (m, …); zero of others."""
         if self._whole:
-            return force
-        every = np.zeros(self.rest.shape)
-        every[self.rows] = force
+            return values
+        every = np.zeros((len(self.rest), *values.shape[1:]))
+        every[self.rows] = values
         return every
 
     def _bounds(self, state: MatterState, interval: float) -> dict[str, FloatArray]:
@@ -251,9 +250,8 @@ class DeformingNodes(Unmoved):
         """
         sums = self.matter.stiffness(state)
         square = max(self._square(sums), self._at_rest)
-        every = np.zeros(len(self.rest))
-        every[self.rows] = MARGIN * sums
-        return {"limit": np.array(_Limit(square, interval, interval)), "stiffness": every}
+        limit = np.array(_Limit(square, interval, interval))
+        return {"limit": limit, "stiffness": self._at_nodes(MARGIN * sums)}
 
     @cached_property
     def _at_rest(self) -> float:

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import positive, read_only
+from contiga.arrays.layout import as_numbers, positive, read_only
+from contiga.dynamics.holding import names_held
 from contiga.dynamics.nodes import NodeMover
 from contiga.dynamics.point_nodes import CarriedNodes, FreeNodes
 from contiga.dynamics.prescribed import is_still
@@ -117,7 +118,7 @@ class Free(Dependent):
         put(self, "centre", None if centre is None else read_only(vector(centre, "centre")))
         put(self, "velocity", _velocity(velocity))
         put(self, "spin", read_only(vector(spin, "spin")))
-        put(self, "hold", _hold(hold))
+        put(self, "hold", names_held(hold, HOLDS, "hold"))
         moving = np.broadcast_to(self.velocity, (3,)) if self.velocity.ndim == 1 else np.zeros(3)
         for name, rate in zip(HOLDS, (*moving, *self.spin), strict=True):
             if name in self.hold and rate != 0.0:
@@ -222,10 +223,7 @@ def _mass(mass: float | ArrayLike | None) -> float | FloatArray | None:
     """One number, or one a node."""
     if mass is None or np.ndim(mass) == 0:
         return None if mass is None else positive(mass, "mass")
-    try:
-        each = np.array(mass, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError("must be numbers", where="mass", found=mass) from error
+    each = as_numbers(mass, "mass")
     if each.ndim != 1 or not (np.isfinite(each).all() and (each > 0.0).all()):
         raise InputError(
             "must be finite and above zero at every node", where="mass", found=each.shape
@@ -234,10 +232,7 @@ def _mass(mass: float | ArrayLike | None) -> float | FloatArray | None:
 
 
 def _velocity(velocity: ArrayLike) -> FloatArray:
-    try:
-        vectors = np.array(velocity, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError("must be numbers", where="velocity", found=velocity) from error
+    vectors = as_numbers(velocity, "velocity")
     if vectors.ndim not in (1, 2) or vectors.shape[-1] != 3 or not np.isfinite(vectors).all():
         raise InputError(
             "must be finite numbers",
@@ -246,16 +241,3 @@ def _velocity(velocity: ArrayLike) -> FloatArray:
             allowed="(3,), or (n, 3) of the nodes of a slave",
         )
     return read_only(vectors)
-
-
-def _hold(hold: Iterable[str]) -> tuple[str, ...]:
-    names = (hold,) if isinstance(hold, str) else tuple(hold)
-    for name in names:
-        if name not in HOLDS:
-            raise InputError(
-                "nothing of this name can be held",
-                where="hold",
-                found=name,
-                allowed=", ".join(HOLDS),
-            )
-    return tuple(name for name in HOLDS if name in names)

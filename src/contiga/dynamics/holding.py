@@ -73,25 +73,24 @@ def held_ways(fixed: Any, slave: Slave, where: str) -> Ways:
     return held
 
 
-def drives_of(driven: Any, held: Ways, slave: Slave, where: str) -> tuple[Drive, ...]:
+def drives_of(
+    driven: Sequence[Mapping[str, Any]], held: Ways, slave: Slave, where: str
+) -> tuple[Drive, ...]:
     """What drives nodes of a slave of which `held` ways are held.
 
     Parameters
     ----------
-    driven : a table as of `held_ways` with a ``"motion"``, of `contiga.motion`; or a list of them
+    driven : tables as of `held_ways` with a ``"motion"``, of `contiga.motion`
 
     Raises
     ------
     InputError
-        It is neither, a way is held and driven at once, or driven twice.
+        No motion, a way is held and driven at once, or driven twice.
     """
-    if driven is None:
-        return ()
-    tables = [driven] if isinstance(driven, Mapping) else list(driven)
     drives: list[Drive] = []
     taken = held.copy()
-    for k, table in enumerate(tables):
-        here = f"{where}[{k}]" if len(tables) > 1 else where
+    for k, table in enumerate(driven):
+        here = f"{where}[{k}]" if len(driven) > 1 else where
         motion: Any = table.get("motion")
         if not (callable(getattr(motion, "pose", None)) and callable(getattr(motion, "twist", 0))):
             raise InputError(
@@ -145,9 +144,7 @@ def attached_to(
         if not isinstance(body, str):
             raise InputError("must be the name of a body", where=f"{here}: body", found=body)
         key = place_of(table, ("body",), here)
-        there = np.ones(len(slave), np.bool_)
-        if key is not None:
-            there = nodes_at(key, table[key], slave, here)
+        there = nodes_at(key, table.get(key or ""), slave, here)
         host = number(body)
         twice = np.flatnonzero(there & (others | ((hosts >= 0) & (hosts != host))))
         if twice.size:
@@ -176,20 +173,26 @@ def _held_by(table: Mapping[str, Any], slave: Slave, where: str) -> Ways:
 def _of_table(table: Mapping[str, Any], others: tuple[str, ...], slave: Slave, where: str) -> Ways:
     """(n, 3) of one table."""
     key = place_of(table, ("hold", *others), where)
-    ways = _ways(table.get("hold", WAYS), f"{where}: hold")
-    if key is None:
-        return np.broadcast_to(ways, slave.points.shape).copy()
-    return nodes_at(key, table[key], slave, where)[:, None] & ways
+    held = names_held(table.get("hold", WAYS), WAYS, f"{where}: hold")
+    ways = np.array([way in held for way in WAYS])
+    return nodes_at(key, table.get(key or ""), slave, where)[:, None] & ways
 
 
-def _ways(hold: Any, where: str) -> NDArray[np.bool_]:
+def names_held(hold: Any, known: tuple[str, ...], where: str) -> tuple[str, ...]:
+    """Those of the names `known` that are to be held, in their order.
+
+    Raises
+    ------
+    InputError
+        Another name.
+    """
     names = (hold,) if isinstance(hold, str) else tuple(hold)
     for name in names:
-        if name not in WAYS:
+        if name not in known:
             raise InputError(
                 "nothing of this name can be held",
                 where=where,
                 found=name,
-                allowed=", ".join(WAYS),
+                allowed=", ".join(known),
             )
-    return np.array([way in names for way in WAYS])
+    return tuple(name for name in known if name in names)

@@ -90,7 +90,13 @@ class Pressure(_OverTime):
         """The load with the facets of a slave."""
         key = place_of(self.on, (), where)
         facets = facets_at(key, self.on.get(key or ""), slave, where)
-        _check_some(len(facets), where, self.on)
+        if len(facets) == 0:
+            raise InputError(
+                "no facet has all its corners there",
+                where=where,
+                found=self.on,
+                allowed="a larger place",
+            )
         return _OnFacets(self, facets)
 
 
@@ -130,9 +136,7 @@ class NodalForce(_OverTime):
     def nodes(self, slave: Slave, where: str) -> NodalForces:
         """The load with the nodes of a slave."""
         key = place_of(self.on, (), where)
-        rows = np.ones(len(slave), np.bool_)
-        if key is not None:
-            rows = nodes_at(key, self.on[key], slave, where)
+        rows = nodes_at(key, self.on.get(key or ""), slave, where)
         shares = rows / rows.sum()
         if slave.facets is not None:
             facets = facets_at(key, self.on.get(key or ""), slave, where)
@@ -192,10 +196,3 @@ def _number_over_time(given: ArrayLike, smooth: bool) -> FloatArray | Pieces:
     rows = as_rows(given, ("t", "p"), "pressure")
     padded = np.concatenate([rows[:, 1:], np.zeros((len(rows), 2))], axis=1)
     return pieces_between(read_only(rows[:, 0]), padded, smooth=smooth)
-
-
-def _check_some(count: int, where: str, on: Mapping[str, Any]) -> None:
-    if count == 0:
-        raise InputError(
-            "no facet has all its corners there", where=where, found=on, allowed="a larger place"
-        )

@@ -1,4 +1,4 @@
-"""What moves the nodes of a slave: a motion, a body, or the forces on them. One protocol for all.
+"""What moves the nodes of a slave: a motion, a body, or the forces on them. One base for all.
 
 A step is a velocity Verlet's: `drift` takes the nodes to its end and foresees their velocities
 there, the contacts answer with forces, `kick` ends it with those.
@@ -129,165 +129,97 @@ class Joint(NamedTuple):
         points[self.rows], velocities[self.rows] = on_body(now, self.host, self.points_B)
 
 
-class NodeMover(Protocol):
-    """What moves the nodes of a slave."""
+class NodeMover:
+    """What moves the nodes of a slave; most movers have nothing of what is answered here."""
 
-    @property
-    def host(self) -> int | None:
-        """Number of the body that they are fixed to, and that feels their forces."""
-
-    @property
-    def mass(self) -> FloatArray | None:
-        """(n,) of nodes that forces move, else None."""
+    host: int | None = None
+    """Number of the body that they are fixed to, and that feels their forces."""
+    mass: FloatArray | None = None
+    """(n,) of nodes that forces move, else None."""
+    joined: ClassVar[bool] = False
+    """Whether they are parts of a whole, whose vibrations steps do not follow one by one."""
+    bare: NDArray[np.bool_] = np.zeros(0, np.bool_)
+    """(n,) nodes of what is joined that are in no element, and stay."""
+    joints: tuple[Joint, ...] = ()
+    """Which of the nodes of what deforms are attached to bodies."""
 
     @property
     def flight(self) -> FloatArray | None:
         """(3,) or (n, 3) velocity at the start of what flies on so until it touches something."""
+        return None
 
     def start(self, now: Instant) -> SlaveState:
         """The nodes at the start."""
+        raise NotImplementedError
 
     def drift(self, last: SlaveState, forces: Forces, now: Instant) -> SlaveState:
         """Where they go in a step from `last`, in which `forces` acted."""
+        raise NotImplementedError
 
     def kick(
         self, last: SlaveState, drifted: SlaveState, forces: Forces, now: Instant
     ) -> SlaveState:
-        """The end of the step of `drift`, with the forces that act there."""
+        """The end of the step of `drift`, with the forces that act there: as it was foreseen."""
+        return drifted
 
     def energy(self, state: SlaveState) -> Stored:
-        """What is in them."""
-
-    @property
-    def joined(self) -> bool:
-        """Whether they are parts of a whole, whose vibrations steps do not follow one by one."""
-
-    @property
-    def bare(self) -> NDArray[np.bool_]:
-        """(n,) nodes of what is joined that are in no element, and stay."""
-
-    @property
-    def joints(self) -> Sequence[Joint]:
-        """Which of the nodes of what deforms are attached to bodies."""
+        """What is in them that the ledger counts: nothing where something else moves them."""
+        return Stored()
 
     def acting(self, state: SlaveState, forces: Forces) -> FloatArray:
         """(n, 3) on the nodes: `forces` of contacts, and those of elements and loads."""
+        return forces()
 
     def stiffness(self, state: SlaveState) -> FloatArray:
         """(n,) that elements hold each node with at most: see `Matter.stiffness`."""
+        return np.zeros(len(state.points))
 
     def kick_energy(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
         """Σ F²/(8 m) of nodes whose kinetic energy is that between steps: what it stands below
         that of their velocities, over the square of the step before."""
+        return 0.0
 
     def inside(self, state: SlaveState) -> Sequence[Inside]:
         """What its elements tell, which are rows of its nodes; nothing of what has none."""
+        return ()
 
     def rates(self, state: SlaveState) -> tuple[float, float]:
         """ω² and decay rate γ of what is fastest in them, beside their contacts."""
+        return 0.0, 0.0
 
     def by_gravity(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
         """Work of gravity on them in a step."""
+        return 0.0
 
     def by_motion(self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces) -> float:
         """Work of what drives them in a step, against the forces before and after it."""
+        return 0.0
 
     def stopped(self, state: SlaveState) -> SlaveState:
         """The same without velocities, where forces move them."""
-
-    def taken_up(self, rest: SlaveState, now: Instant) -> SlaveState:
-        """The nodes at the start of a run that begins from where they rest."""
-
-    def imbalance(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> Imbalance:
-        """How far they are from rest."""
-
-    def steered(
-        self, state: SlaveState, forces: Forces, gravity: FloatArray, share: float
-    ) -> SlaveState:
-        """The same with a share of the velocities turned to where the forces pull."""
-
-    def shaken(self, state: SlaveState) -> float:
-        """Kinetic energy of what forces move, by the velocities of a state."""
-
-    def digest(self, digest: Any, times: FloatArray) -> None:
-        """Adds all that decides their way."""
-
-
-class Unmoved:
-    """What most movers have nothing of."""
-
-    joined: ClassVar[bool] = False
-    bare: ClassVar[NDArray[np.bool_]] = np.zeros(0, np.bool_)
-    joints: ClassVar[Sequence[Joint]] = ()
-
-    def stopped(self, state: SlaveState) -> SlaveState:
-        """As they are."""
         return state
 
     def taken_up(self, rest: SlaveState, now: Instant) -> SlaveState:
-        """As they start."""
+        """The nodes at the start of a run that begins from where they rest."""
         return self.start(now)
 
-    def start(self, now: Instant) -> SlaveState:
-        """See `NodeMover`."""
-        raise NotImplementedError
-
     def imbalance(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> Imbalance:
-        """None: something else moves them."""
+        """How far they are from rest; none where something else moves them."""
         return Imbalance()
 
     def steered(
         self, state: SlaveState, forces: Forces, gravity: FloatArray, share: float
     ) -> SlaveState:
-        """As they are."""
+        """The same with a share of the velocities turned to where the forces pull."""
         return state
 
-    def acting(self, state: SlaveState, forces: Forces) -> FloatArray:
-        """Of contacts alone."""
-        return forces()
-
-    def stiffness(self, state: SlaveState) -> FloatArray:
-        """None."""
-        return np.zeros(len(state.points))
-
-    def kick_energy(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
-        """None: their kinetic energy is that of their velocities."""
-        return 0.0
-
-    def inside(self, state: SlaveState) -> Sequence[Inside]:
-        """Nothing."""
-        return ()
-
     def shaken(self, state: SlaveState) -> float:
-        """As the ledger has it."""
+        """Kinetic energy of what forces move, by the velocities of a state."""
         return self.energy(state).kinetic
 
-    def rates(self, state: SlaveState) -> tuple[float, float]:
-        """None."""
-        return 0.0, 0.0
-
-    @property
-    def flight(self) -> FloatArray | None:
-        """None."""
-        return None
-
-    def kick(
-        self, last: SlaveState, drifted: SlaveState, forces: Forces, now: Instant
-    ) -> SlaveState:
-        """As it was foreseen."""
-        return drifted
-
-    def energy(self, state: SlaveState) -> Stored:
-        """None that the ledger counts: what moves them has it."""
-        return Stored()
-
-    def by_gravity(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
-        """None."""
-        return 0.0
-
-    def by_motion(self, last: SlaveState, now: SlaveState, before: Forces, forces: Forces) -> float:
-        """None."""
-        return 0.0
+    def digest(self, digest: Any, times: FloatArray) -> None:
+        """Adds all that decides their way."""
+        raise NotImplementedError
 
 
 def on_body(now: Instant, host: int, points_B: FloatArray) -> SlaveState:

@@ -47,8 +47,8 @@ def place_of(table: Mapping[str, Any], others: tuple[str, ...], where: str) -> s
     return places[0] if places else None
 
 
-def nodes_at(key: str, value: Any, slave: Slave, where: str) -> Rows:
-    """(n,) nodes of a slave at a place.
+def nodes_at(key: str | None, value: Any, slave: Slave, where: str) -> Rows:
+    """(n,) nodes of a slave at a place; all nodes where `key` is None.
 
     Parameters
     ----------
@@ -63,6 +63,8 @@ def nodes_at(key: str, value: Any, slave: Slave, where: str) -> Rows:
         It is no such place, or no node is there.
     """
     points, where = slave.points, f"{where}: {key}"
+    if key is None:
+        return np.ones(len(points), np.bool_)
     if key == "nodes":
         rows = nodes_given(np.asarray(value), len(points), where)
     elif key == "side":
@@ -77,10 +79,15 @@ def nodes_at(key: str, value: Any, slave: Slave, where: str) -> Rows:
             "no node of the slave is there",
             where=where,
             found=value,
-            allowed=f"nodes from {np.round(points.min(axis=0), 6).tolist()} to "
-            f"{np.round(points.max(axis=0), 6).tolist()}",
+            allowed=f"nodes {box_told(points)}",
         )
     return rows
+
+
+def box_told(points: FloatArray) -> str:
+    """From where to where points (n, 3) reach, in words."""
+    low, high = np.round([points.min(axis=0), points.max(axis=0)], 6).tolist()
+    return f"from {low} to {high}"
 
 
 def facets_at(key: str | None, value: Any, slave: Slave, where: str) -> IntArray:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -11,9 +11,9 @@ from contiga.arrays.ordered import row_products
 from contiga.dynamics.nodes import (
     Forces,
     Instant,
+    NodeMover,
     SlaveState,
     Stored,
-    Unmoved,
     on_body,
     work_of_weight,
 )
@@ -27,11 +27,9 @@ to be read again for more."""
 
 
 @dataclass(frozen=True, eq=False)
-class DrivenNodes(Unmoved):
+class DrivenNodes(NodeMover):
     """Nodes that go where a motion says, whatever the forces on them."""
 
-    host: ClassVar[None] = None
-    mass: ClassVar[None] = None
     where: str
     motion: SlaveMotion
     shape: tuple[int, ...]
@@ -81,11 +79,10 @@ def _digest_motion(digest: Any, motion: SlaveMotion, times: FloatArray) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class CarriedNodes(Unmoved):
+class CarriedNodes(NodeMover):
     """Nodes that are fixed to a body, which feels their forces."""
 
-    mass: ClassVar[None] = None
-    host: int
+    host: int = field()  # of others it is None, of the class
     points_B: FloatArray
     """(n, 3) in the axes of the body."""
     motion: object
@@ -105,11 +102,10 @@ class CarriedNodes(Unmoved):
 
 
 @dataclass(frozen=True, eq=False)
-class FreeNodes(Unmoved):
+class FreeNodes(NodeMover):
     """Nodes that are each a free mass."""
 
-    host: ClassVar[None] = None
-    mass: FloatArray
+    mass: FloatArray = field()  # of others it is None, of the class
     rest: FloatArray
     """(n, 3) at the start."""
     velocity: FloatArray

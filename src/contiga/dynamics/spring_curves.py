@@ -154,10 +154,8 @@ class TensileTable(_Tensile):
 
     def __init__(self, hysteresis: Hysteresis) -> None:
         super().__init__(hysteresis)
-        self._upper, self._lower = (
-            _Met(curve, hysteresis.slope) for curve in (hysteresis.loading, hysteresis.unloading)
-        )
-        curves = (hysteresis.loading, hysteresis.unloading)
+        curves = hysteresis.loading, hysteresis.unloading
+        self._upper, self._lower = (_Met(curve, hysteresis.slope) for curve in curves)
         ends = [float(c.x[-1]) for c in curves if c.extrapolation == "error"]
         self._end = min(ends, default=np.inf)
 

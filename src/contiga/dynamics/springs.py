@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import read_only
+from contiga.arrays.layout import as_numbers, one_of, read_only
 from contiga.criteria.filters import NAMES as FILTERS
 from contiga.dynamics.spring_curves import Axial, SpringLaw, spring_law
 from contiga.errors import InputError
@@ -137,7 +137,7 @@ class Spring:
         put(self, "damping", c)
         put(self, "length", rest)
         put(self, "name", name or "-".join(pair))
-        put(self, "filter", _filter(filter))
+        put(self, "filter", None if filter is None else one_of("filter", filter, FILTERS))
 
     def start(self, ends_W: ArrayLike, velocities_W: ArrayLike) -> SpringState:
         """The state at the start: energy stored before it, none dissipated yet.
@@ -146,14 +146,9 @@ class Spring:
         ----------
         ends_W, velocities_W : (2, 3) of the two points, world axes
         """
-        ends = np.array(ends_W, dtype=np.float64)
-        length, rate = _axial(ends, velocities_W)
-        moved = self._law.move(0.0, 0.0, length - self.length)
-        damper = self._damper(rate, length, moved)
-        return SpringState(
-            ends, length, moved.force + damper, damper, moved.stiffness, moved.force, moved.stored,
-            0.0, 0.0,
-        )  # fmt: skip
+        at_rest = SpringState(self.at, self.length, *7 * (0.0,))
+        begun = self.step(at_rest, ends_W, velocities_W)
+        return begun._replace(hysteresis=0.0, damping=0.0)
 
     def step(self, last: SpringState, ends_W: ArrayLike, velocities_W: ArrayLike) -> SpringState:
         """The state after a step from `last`, with the ends where they are now.
@@ -227,10 +222,7 @@ def _pair(between: Sequence[str]) -> tuple[str, str]:
 
 
 def _ends(at: ArrayLike) -> FloatArray:
-    try:
-        ends = np.array(at, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError("must be two points", where="at", found=at, allowed="(2, 3)") from error
+    ends = as_numbers(at, "at", "must be two points", allowed="(2, 3)")
     if ends.shape != (2, 3) or not np.isfinite(ends).all():
         raise InputError("must be two finite points", where="at", found=at, allowed="(2, 3)")
     if math.dist(*ends.tolist()) <= _SAME_POINT * float(np.abs(ends).max()):
@@ -238,14 +230,6 @@ def _ends(at: ArrayLike) -> FloatArray:
             "the two points are one: a spring between them has no direction", where="at", found=at
         )
     return read_only(ends)
-
-
-def _filter(name: str | None) -> str | None:
-    if name is not None and name not in FILTERS:
-        raise InputError(
-            "is not known", where="filter", found=name, allowed=", ".join(map(repr, FILTERS))
-        )
-    return name
 
 
 def _check_damper_alone(

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import read_only
+from contiga.arrays.layout import as_numbers, read_only
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
@@ -190,10 +190,7 @@ class GivenTimes:
     times: FloatArray
 
     def __init__(self, times: ArrayLike) -> None:
-        try:
-            instants = np.array(times, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise InputError("the times must be numbers", where="times", found=times) from error
+        instants = as_numbers(times, "times", "the times must be numbers")
         if instants.ndim != 1 or len(instants) == 0 or not np.isfinite(instants).all():
             raise InputError(
                 "the times must be finite numbers, one or more", where="times", found=instants.shape

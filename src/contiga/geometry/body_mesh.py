@@ -14,15 +14,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.arrays.disk_cache import DiskCache
 from contiga.arrays.threads import map_threads
 from contiga.errors import ContigaWarning, GeometryError
+from contiga.geometry.body_key import key_of
 from contiga.geometry.border import NEAR, Borders, Side, borders_of, corners, path_points
 from contiga.geometry.chains import EdgeShape, chain_shares, pole_shares
 from contiga.geometry.face_mesh import ANYWHERE, FaceMesh, Ints, Polygons
 from contiga.geometry.faces_like import FacesLike
 from contiga.geometry.tessellate import MAX_CELLS, check_request, net_grid
 from contiga.geometry.trim import LARGEST_GAP, parameter_box
-from contiga.records import FloatArray
+from contiga.records import FloatArray, IntArray
 from contiga.triangles.kernels.mesh_sides_nb import side_numbers
 from contiga.triangles.trimesh import TriMesh
 
@@ -38,6 +40,16 @@ ALONG = 0.9
 """Share of the tolerance that is used along edges, so that triangles beside them keep it."""
 MEET = 1e-9
 """Ends of p-curves closer than this share of the domain are one place of the polygon."""
+_MESHES = DiskCache("meshes", __file__)
+
+
+class _Meshed(NamedTuple):
+    """What a mesh is made of, as it is kept on the disk."""
+
+    points: FloatArray
+    triangles: IntArray
+    crossed: list[int]
+    """Faces whose borders cross each other."""
 
 
 def body_mesh(body: FacesLike, tol: float, method: str = "chord") -> TriMesh:
@@ -66,7 +78,20 @@ def body_mesh(body: FacesLike, tol: float, method: str = "chord") -> TriMesh:
         number = fewest_triangles(body, tol)
         if number > MOST:
             raise too_many(tol, number)
-    return _Mesher(body, tol, method == "net").mesh()
+    key = key_of(body)
+    points, triangles, crossed = _MESHES.kept(
+        None if key is None else f"{key} {method} {tol!r}",
+        lambda: _Mesher(body, tol, method == "net").mesh(),
+    )
+    if crossed:
+        warnings.warn(
+            f"{body.name}: the borders of face {crossed[0]} cross each other"
+            + (f", so do those of {len(crossed) - 1} others" if len(crossed) > 1 else "")
+            + "; they get triangles, but none inside, so the tolerance may not be kept there",
+            ContigaWarning,
+            stacklevel=4,
+        )
+    return TriMesh(points, triangles)
 
 
 class Line(NamedTuple):
@@ -113,9 +138,12 @@ class _Mesher:
         share = np.unique(share)
         return share[np.append(np.diff(share) > MEET, True)]
 
-    def mesh(self) -> TriMesh:
+    def mesh(self) -> _Meshed:
         """Triangles of all faces over one set of vertices."""
         faces = self._bordered()
+        crossed = [k for k, face in enumerate(faces) if not face.whole]
+        for k in crossed:
+            faces[k].cut_ears()
         map_threads(lambda k: self._fill(k, faces[k]), range(len(faces)))
         if sum(len(face.triangles()) for face in faces) > MOST:
             raise too_many(self.tol, MOST)
@@ -125,7 +153,8 @@ class _Mesher:
                 break
         points = np.concatenate([self._border_points(), *(face.own_points() for face in faces)])
         whole = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
-        return TriMesh(points, triangles[whole].astype(np.int32)).compact()
+        mesh = TriMesh(points, triangles[whole].astype(np.int32)).compact()
+        return _Meshed(mesh.vertices, mesh.triangles, crossed)
 
     def _fill(self, k: int, face: FaceMesh) -> None:
         """Put vertices in a face: where it misses, or those of its net's grid."""
@@ -159,22 +188,7 @@ class _Mesher:
                         crossed.setdefault(e, set()).add(part)
             if attempt == ROUNDS or not self._cut(crossed):
                 break
-        result = [face for face in faces if face is not None]
-        self._clip_ears(result)
-        return result
-
-    def _clip_ears(self, faces: list[FaceMesh]) -> None:
-        crossed = [k for k, face in enumerate(faces) if not face.whole]
-        for k in crossed:
-            faces[k].cut_ears()
-        if crossed:
-            warnings.warn(
-                f"{self.body.name}: the borders of face {crossed[0]} cross each other"
-                + (f", so do those of {len(crossed) - 1} others" if len(crossed) > 1 else "")
-                + "; they get triangles, but none inside, so the tolerance may not be kept there",
-                ContigaWarning,
-                stacklevel=5,
-            )
+        return [face for face in faces if face is not None]
 
     def _numbered(self) -> dict[int, Ints]:
         """Vertices of the mesh along each edge."""

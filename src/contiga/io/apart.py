@@ -26,8 +26,7 @@ from typing import Any
 from contiga.errors import ContigaWarning, FileError
 from contiga.io import child_process
 from contiga.io.child_process import Outcome, Request
-from contiga.io.limits import Limits, limits_for, too_large, too_slow
-from contiga.io.outcome import content_of
+from contiga.io.limits import limits_for, too_large, too_slow
 
 _BOOT = (
     "import json, sys; sys.path[:] = json.loads(sys.stdin.buffer.readline()); "
@@ -96,7 +95,7 @@ class _Child:
             self.end()
             raise
 
-    def ask(self, request: Request, limits: Limits, needs: str) -> Outcome:
+    def ask(self, request: Request, needs: str) -> Outcome:
         """What the child makes of a file.
 
         Raises
@@ -110,7 +109,7 @@ class _Child:
             kind, content = self._frame()
         if kind == child_process.RESULT:
             return _outcome(content)
-        clock = limits.seconds * (_CLOCK_FACTOR if os.name == "posix" else 1.0)
+        clock = request.seconds * (_CLOCK_FACTOR if os.name == "posix" else 1.0)
         try:
             with self._ended_after(clock):
                 kind, content = self._frame()
@@ -119,13 +118,11 @@ class _Child:
         except _GoneError as gone:
             if self.expired:
                 return Outcome("error", too_slow(str(request.path), clock), [])
-            return Outcome("error", _ended(request, limits, gone.code, 0), [])
+            return Outcome("error", _ended(request, gone.code, 0), [])
         if kind == child_process.RESULT:
             return _outcome(content)
         status, peak = pickle.loads(content)
-        return Outcome(
-            "error", _ended(request, limits, os.waitstatus_to_exitcode(status), peak), []
-        )
+        return Outcome("error", _ended(request, os.waitstatus_to_exitcode(status), peak), [])
 
     def load(self, target: str) -> None:
         """Have the child load a reader, without waiting for it."""
@@ -134,14 +131,19 @@ class _Child:
     def end(self) -> None:
         """End the child and what it has forked, at once."""
         with contextlib.suppress(OSError):
-            if self.process.poll() is None and os.name == "posix":
-                os.killpg(self.process.pid, signal.SIGKILL)
-            self.process.kill()
+            if self.process.poll() is None:
+                self._kill()
         for stream in (self.process.stdin, self.process.stdout):
             with contextlib.suppress(OSError), _no_broken_pipe_signal():
                 if stream is not None:
                     stream.close()  # writes what is left
         self.process.wait()
+
+    def _kill(self) -> None:
+        if os.name == "posix":
+            os.killpg(self.process.pid, signal.SIGKILL)
+        else:
+            self.process.kill()
 
     def forget(self) -> None:
         """Let go of a child that belongs to the process this one was forked from."""
@@ -179,10 +181,7 @@ class _Child:
 
         def expire() -> None:
             self.expired = True
-            if os.name == "posix":
-                os.killpg(self.process.pid, signal.SIGKILL)
-            else:
-                self.process.kill()
+            self._kill()
 
         timer = threading.Timer(seconds, expire)
         timer.daemon = True
@@ -305,19 +304,18 @@ def read_apart(target: str, path: Path, *args: object, needs: str = "numpy") -> 
     outcome = ask_apart(target, path, *args, needs=needs)
     for said in outcome.warnings:
         warnings.warn(said, ContigaWarning, stacklevel=3)
-    return content_of(outcome, path)
+    return outcome.value(path)
 
 
 def ask_apart(target: str, path: Path, *args: object, needs: str = "numpy") -> Outcome:
     """What becomes of a call of `read_apart`, with what the reader warns of; nothing is raised."""
-    limits = limits_for(path)
-    request = Request(target, path, args, *limits, _folder(), _modules())
+    request = Request(target, path, args, *limits_for(path), _folder(), _modules())
     while True:
         child = _idle.take()
         if child is None:
             return child_process.attempt(target, path, args)
         try:
-            outcome = child.ask(request, limits, needs)
+            outcome = child.ask(request, needs)
         except _GoneError as gone:
             child.end()
             if gone.code != child_process.IDLE_CODE:
@@ -336,13 +334,13 @@ def _outcome(content: bytes) -> Outcome:
     return outcome
 
 
-def _ended(request: Request, limits: Limits, code: int, peak: int) -> FileError:
+def _ended(request: Request, code: int, peak: int) -> FileError:
     """What is said of a file that ended its reader."""
     where = str(request.path)
     if code == -getattr(signal, "SIGXCPU", 0):
-        return too_slow(where, limits.seconds)
-    if code == -getattr(signal, "SIGKILL", 0) or peak > _NEAR * limits.memory:
-        return too_large(where, limits.memory)
+        return too_slow(where, request.seconds)
+    if code == -getattr(signal, "SIGKILL", 0) or peak > _NEAR * request.memory:
+        return too_large(where, request.memory)
     return FileError(
         f"the reader crashed on this file ({_how(code)})",
         where=where,

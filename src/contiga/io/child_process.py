@@ -21,7 +21,8 @@ from io import RawIOBase
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from contiga.errors import ContigaError, ContigaWarning
+from contiga.errors import ContigaError, ContigaWarning, FileError
+from contiga.io.limits import limits_for, too_large
 
 HELLO, READY, RESULT, ENDED = b"h", b"y", b"r", b"e"
 """Frames: started; the reader is loaded; an `Outcome`; the fork's status and peak memory."""
@@ -31,6 +32,8 @@ HEADER = struct.Struct("<cQ")
 IDLE_SECONDS = 60.0
 IDLE_CODE = 75
 """Exit code of a process that was not needed any more."""
+_SAID = 300
+"""Characters of what a reader says that are passed on."""
 
 
 class Request(NamedTuple):
@@ -56,6 +59,21 @@ class Outcome(NamedTuple):
     content: Any
     """The value, the exception, or what a failed reader said and its traceback."""
     warnings: list[str]
+
+    def value(self, path: Path) -> Any:
+        """What was read; raises as `contiga.io.apart.read_apart`."""
+        if self.kind == "value":
+            return self.content
+        if self.kind == "error":
+            raise self.content
+        if self.kind == "memory":
+            raise too_large(str(path), limits_for(path).memory)
+        said, trace = self.content
+        raise FileError(
+            f"cannot be read: {' '.join(said.split())[:_SAID]}",
+            where=str(path),
+            allowed=f"an undamaged {path.suffix} file",
+        ) from RuntimeError(trace)
 
 
 def attempt(target: str, path: Path, args: tuple[object, ...]) -> Outcome:
@@ -84,7 +102,7 @@ def _function(target: str) -> Callable[..., Any]:
     return function
 
 
-def serve(idle: float = IDLE_SECONDS) -> None:
+def serve() -> None:
     """Read files until nobody asks any more."""
     requests = os.fdopen(os.dup(0), "rb", buffering=0)  # what is buffered is not waited for
     replies = os.dup(1)
@@ -92,7 +110,7 @@ def serve(idle: float = IDLE_SECONDS) -> None:
     for stream in (0, 1, 2):  # native libraries print as they please
         os.dup2(nowhere, stream)
     write_frame(replies, HELLO, b"")
-    while _somebody_asks(requests, idle):
+    while _somebody_asks(requests):
         frame = _all_of(requests, HEADER.size)
         if len(frame) < HEADER.size:
             return
@@ -129,13 +147,13 @@ def _all_of(stream: RawIOBase, size: int) -> bytes:
     return content
 
 
-def _somebody_asks(requests: RawIOBase, idle: float) -> bool:
+def _somebody_asks(requests: RawIOBase) -> bool:
     """Wait for a request; a process that is not needed for long gives its memory back."""
     if os.name != "posix":
         return True
     import select
 
-    if select.select([requests], [], [], idle)[0]:
+    if select.select([requests], [], [], IDLE_SECONDS)[0]:
         return True
     sys.exit(IDLE_CODE)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Literal
 
 from contiga.errors import UnitError
@@ -14,6 +13,7 @@ from contiga.io.units import (
     stress_size,
     time_factor,
     velocity_factor,
+    without_noise,
 )
 
 Quantity = Literal["ratio", "length", "time", "rate", "force", "stress", "velocity", "acceleration"]
@@ -71,10 +71,7 @@ def quantity_factor(unit: str, quantity: Quantity, units: Units, where: str | No
     size = force_size(unit) if quantity == "force" else stress_size(unit)
     if size is None:
         raise _no_unit(unit, quantity, where)
-    factor = size / (m * l / t**2 if quantity == "force" else m / (l * t**2))
-    # No unit is known to more digits: 1e6 / 1e9 is 0.001, not its neighbour.
-    short = float(f"{factor:.15g}")
-    return short if math.isclose(short, factor, rel_tol=4e-16) else factor
+    return without_noise(size / (m * l / t**2 if quantity == "force" else m / (l * t**2)))
 
 
 def _no_unit(unit: str, quantity: str, where: str | None) -> UnitError:

@@ -19,7 +19,6 @@ COMMON = {
     "mass": ("kg", "g", "mg", "t", "lb", "slug"),
     "time": ("s", "ms", "us", "min", "h"),
 }
-_DIMENSIONS = {"length": "[length]", "mass": "[mass]", "time": "[time]"}
 _BASE = {"length": "m", "mass": "kg", "time": "s"}
 _NAMES = {
     "length": (*COMMON["length"], "millimetre", "metre", "centimetre", "inch", "foot", "mile"),
@@ -109,7 +108,7 @@ def base_factor(unit: str, dimension: str, where: str | None = None) -> float:
         return plain
     readings = _readings(text)
     for quantity in readings:
-        if quantity.check(_DIMENSIONS[dimension]):
+        if quantity.check(f"[{dimension}]"):
             return float(quantity.to(_BASE[dimension]).magnitude)
     known = f"a unit of {dimension}, such as {', '.join(COMMON[dimension])}"
     if readings:
@@ -145,11 +144,6 @@ def length_factor(from_unit: str, to_unit: str, where: str | None = None) -> flo
     25.4
     """
     return _ratio(from_unit, to_unit, "length", where)
-
-
-def mass_factor(from_unit: str, to_unit: str, where: str | None = None) -> float:
-    """What a mass in `from_unit` is multiplied by to be in `to_unit`."""
-    return _ratio(from_unit, to_unit, "mass", where)
 
 
 def time_factor(from_unit: str, to_unit: str, where: str | None = None) -> float:
@@ -197,8 +191,14 @@ def acceleration_factor(unit: str, length: str, time: str, where: str | None = N
 
 def _rate_ratio(unit: str, power: int, length: str, time: str, where: str | None) -> float:
     case = base_factor(length, "length") / base_factor(time, "time") ** power
-    factor = _rate_in_si(unit, power, where) / case
-    # As in `_ratio`, but 1/3.6 is no number of 15 digits.
+    return without_noise(_rate_in_si(unit, power, where) / case)
+
+
+def without_noise(factor: float) -> float:
+    """The neighbour of 15 digits, to which units are known, if there is one: 0.001 of 1e6 / 1e9.
+
+    1 / 3.6 is no number of 15 digits, and stays.
+    """
     short = float(f"{factor:.15g}")
     return short if math.isclose(short, factor, rel_tol=4e-16) else factor
 
@@ -298,14 +298,14 @@ def _named(value: float, names: dict[str, float]) -> str | None:
     return None
 
 
-def short_name(unit: str, dimension: str = "length") -> str:
-    """The usual short name of a unit: "millimetre" and "MM" are "mm"; others stay as they are.
+def short_name(unit: str) -> str:
+    """The usual short name of a length: "millimetre" and "MM" are "mm"; others stay as they are.
 
     >>> short_name("INCH")
     'in'
     """
-    size = base_factor(unit, dimension)
-    for name in COMMON[dimension]:
-        if math.isclose(base_factor(name, dimension), size, rel_tol=1e-12):
+    size = base_factor(unit, "length")
+    for name in COMMON["length"]:
+        if math.isclose(base_factor(name, "length"), size, rel_tol=1e-12):
             return name
     return unit

@@ -52,8 +52,8 @@ def write_report(folder: str | Path) -> Path:
     from contiga.report.peak import at_frame, peak_frame
     from contiga.report.places import ties_of
     from contiga.report.run_folder import read_fields, read_outlines, read_run
-    from contiga.report.scene import draw_still
     from contiga.report.space import view_of
+    from contiga.report.still import draw_still
 
     run = read_run(Path(folder))
     series = read_fields(run)

@@ -18,10 +18,10 @@ from contiga.report.lines import PLOT_CONFIG
 from contiga.report.motion import body_figures, criteria_table, extremes_table, sensor_figures
 from contiga.report.plots import energy_figure, history_figures, touched
 from contiga.report.run_folder import Run
-from contiga.report.scene import halves
 from contiga.report.space import VIEW_CONFIG, View
 from contiga.report.springs import spring_figures, spring_table
 from contiga.report.steps import steps_section
+from contiga.report.still import halves
 from contiga.report.style import number
 from contiga.report.style import page as styled
 

@@ -1,39 +1,21 @@
-"""The still picture of the peak: the scene as it stands, and the contact seen through the body."""
+"""The two views of the peak: the scene as it stands, and the contact seen through the body."""
 
 from __future__ import annotations
-
-from io import BytesIO
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from contiga.records import FloatArray
 from contiga.report import shading
-from contiga.report.camera import Camera, look, project, unit
-from contiga.report.coloured import ColouredField, fields_of, first_field, region_colours
+from contiga.report.camera import Camera, look, unit
+from contiga.report.coloured import ColouredField, region_colours
 from contiga.report.colours import channels, scale_colours
-from contiga.report.labels import spread
 from contiga.report.peak import Peak
-from contiga.report.run_folder import Units
 from contiga.report.shading import Picture
-from contiga.report.style import SPRING, colour_map, number
+from contiga.report.style import SPRING
 
 BODY = np.array([0.56, 0.62, 0.69])
 SLAVE = np.array([0.90, 0.88, 0.83])
 INK = np.array([0.13, 0.15, 0.18])
-_SAMPLES = 2
-"""Pixels drawn per pixel shown, in each direction."""
-_CHARACTER = np.array([9.0, 18.0])
-"""Width and height of a character of the labels, pixels shown."""
-_BAR = 0.04
-"""Of the width, for a colour bar."""
-SPLIT = 0.4697
-"""Where a picture of two views comes apart, of its width: between them."""
-_QUICKLY = {"compress_level": 1}
-"""How PNG is packed: in a fifth of the time, and two fifths larger."""
-_LABELS = 12
-"""Regions that are named in the picture; more names would hide it."""
 
 
 def upwards(peak: Peak) -> FloatArray:
@@ -178,104 +160,9 @@ def _draw_ties(
         picture[shading.thickened(ink, max(1, camera.size[0] // 480))] = channels(SPRING)
 
 
-def _label_outlines(axes: Any, camera: Camera, peak: Peak) -> None:
-    """The number of each region beside the line around it."""
-    from matplotlib.patheffects import withStroke
-
-    colours = region_colours(peak.outlines)
-    several = len({contact for contact, _ in colours}) > 1
-    names, tops = [], np.zeros((0, 2))
-    for key in list(colours)[:_LABELS]:
-        lines = [o.points for o in peak.outlines if (o.contact, o.cluster) == key]
-        screen = project(camera, np.concatenate(lines)) / _SAMPLES
-        top = screen[np.argmin(screen[:, 1])]
-        tops = np.concatenate([tops, [[top[0], top[1] - 16.0]]])
-        names.append(f"cluster {key[0]}.{key[1]}" if several else f"cluster {key[1]}")
-    sizes = np.array([[len(name), 1.0] for name in names]).reshape(-1, 2) * _CHARACTER
-    places = spread(tops, sizes, np.array(camera.size[::-1]) / _SAMPLES)
-    for name, at, colour in zip(names, places, colours.values(), strict=False):
-        axes.text(
-            *at,
-            name,
-            color=colour,
-            fontsize=12,
-            ha="center",
-            va="center",
-            path_effects=[withStroke(linewidth=3.0, foreground="white", alpha=0.85)],
-        )
-
-
 def _draw_dots(camera: Camera, peak: Peak, picture: Picture) -> None:
     patch = peak.slave_points[peak.in_contact]
     if len(patch):
         radius = float(np.clip(0.07 * camera.size[0] / np.sqrt(len(patch)), 1.2, 5.0))
         dots = shading.cloud_layer(camera, patch, radius).seen
         picture[dots] = 0.45 * picture[dots] + 0.55 * INK
-
-
-def draw_still(peak: Peak, path: Path, units: Units) -> None:
-    """Write the picture of `peak` as PNG to `path`."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    rows, columns = 720, 760
-    size = (rows * _SAMPLES, columns * _SAMPLES)
-    touches = bool(peak.in_contact.any())
-    when = f"At t = {number(peak.time)} {units.time}".rstrip()
-    views = [(outside_view(peak, size), False, when if touches else f"{when}, nothing touches")]
-    if touches:
-        views.append((through_view(peak, size), True, "The contact, seen through the body"))
-    field, stress = first_field(peak, units), fields_of(peak, units).get("von_mises")
-    inside = stress if len(peak.slave_triangles) else None
-    figure = Figure(figsize=(16.4 if touches else 7.7, 8.4), dpi=100, facecolor="white")
-    FigureCanvasAgg(figure)
-    for k, (camera, through, title) in enumerate(views):
-        left, width = 0.005 + 0.466 * k, 0.4634 if touches else 0.99
-        figure.text(left + 0.03 * width, 0.913, title, fontsize=15, color=INK, va="bottom")
-        if inside is not None and not through:  # beside its bar
-            left, width = left + _BAR, width - _BAR
-        axes = figure.add_axes((left, 0.03, width, 0.857))
-        shown = field if through or inside is None else inside
-        picture = render(camera, peak, shown, through=through)
-        axes.imshow(shading.shrunk(picture, _SAMPLES))
-        axes.set_axis_off()
-        if through:
-            _label_outlines(axes, camera, peak)
-    if touches:
-        _colour_bar(figure, field, 0.948)
-    if inside is not None:
-        _colour_bar(figure, inside, 0.012)
-    figure.savefig(path, format="png", pil_kwargs=_QUICKLY)
-
-
-def halves(picture: bytes) -> list[bytes]:
-    """Both views of a still picture (PNG), to stand side by side or one over the other."""
-    from matplotlib.image import imread, imsave
-
-    pixels = imread(BytesIO(picture))
-    parts = []
-    for part in np.split(pixels, [round(SPLIT * pixels.shape[1])], axis=1):
-        file = BytesIO()
-        imsave(file, np.ascontiguousarray(part), format="png", pil_kwargs=_QUICKLY)
-        parts.append(file.getvalue())
-    return parts
-
-
-def _colour_bar(figure: Any, field: ColouredField, left: float) -> None:
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
-
-    bar = figure.add_axes((left, 0.2, 0.011, 0.52))
-    mappable = ScalarMappable(Normalize(0.0, field.top), colour_map())
-    figure.colorbar(mappable, cax=bar, extend="max" if field.cut else "neither")
-    bar.set_title(f"{field.label}\n{field.unit}", fontsize=11, color=INK, loc="left", pad=10)
-    bar.tick_params(labelsize=11, colors=tuple(INK), length=3)
-    bar.yaxis.set_major_locator(_few_ticks())
-    for spine in bar.spines.values():
-        spine.set_visible(False)
-
-
-def _few_ticks() -> Any:
-    from matplotlib.ticker import MaxNLocator
-
-    return MaxNLocator(5)

@@ -88,7 +88,7 @@ def as_pose(X: ArrayLike, where: str = "pose") -> FloatArray:
         Not a finite (4, 4) matrix with last row 0, 0, 0, 1, or its 3 × 3 part is not a rotation.
     """
     try:
-        pose = np.array(X, dtype=np.float64)
+        pose = np.array(X, dtype=np.float64, order="C")  # as kernels read it
     except (TypeError, ValueError) as error:
         raise InputError("a pose must be an array of numbers", where=where) from error
     rows = pose.tolist()

@@ -71,36 +71,28 @@ Of = Literal["all", "lasting", "following"]
 alone whose stiffness follows the step, of which no step is short enough if one is not."""
 
 
-class _Known:
-    """Limits of states that steps ask for again: by what these have at a time and place.
-
-    A state that differs in what steps know of one another has the same limit. They are forgotten
-    with the state's array of free bodies.
-    """
-
-    def __init__(self) -> None:
-        self._kept: dict[int, dict[str, tuple[tuple[object, ...], Limit]]] = {}
-
-    def of(self, model: Model, state: SystemState, of: Of) -> Limit:
-        """That of a state, worked out where it was not asked for before."""
-        key, rigid = id(state.rigid), state.rigid
-        if key not in self._kept:
-            self._kept[key] = {}
-            weakref.finalize(rigid, self._kept.pop, key, None)
-        what = model, state.contacts, state.springs, state.slaves, state.bodies
-        before, limit = self._kept[key].get(of, ((), Limit(math.inf, "", Rates())))
-        if len(before) != len(what) or any(a is not b for a, b in zip(before, what, strict=True)):
-            limit = _worked_out(model, state, of)
-            self._kept[key][of] = what, limit
-        return limit
-
-
-_KNOWN = _Known()
+_KNOWN: dict[int, dict[Of, tuple[tuple[object, ...], Limit]]] = {}
+"""Limits of states that steps ask for again, by the state's array of free bodies, with which they
+are forgotten."""
 
 
 def limit_of(model: Model, state: SystemState, of: Of = "all") -> Limit:
-    """The critical step of what touches and pulls in `state`."""
-    return _KNOWN.of(model, state, of)
+    """The critical step of what touches and pulls in `state`.
+
+    Worked out where it was not asked for before: a state that differs in what steps know of one
+    another has the same limit.
+    """
+    key, rigid = id(state.rigid), state.rigid
+    if key not in _KNOWN:
+        _KNOWN[key] = {}
+        weakref.finalize(rigid, _KNOWN.pop, key, None)
+    what = model, state.contacts, state.springs, state.slaves, state.bodies
+    known = _KNOWN[key].get(of)
+    if known is not None and all(a is b for a, b in zip(known[0], what, strict=True)):
+        return known[1]
+    limit = _worked_out(model, state, of)
+    _KNOWN[key][of] = what, limit
+    return limit
 
 
 def _worked_out(model: Model, state: SystemState, of: Of) -> Limit:
@@ -180,11 +172,7 @@ def _spring_ends(system: Mechanism, name: str, state: SystemState) -> list[_End]
     way = now.ends[1:] - now.ends[:1]
     axis = way / now.length if now.length > 0.0 else np.array([[1.0, 0.0, 0.0]])
     ends: list[_End] = []
-    for k, body in enumerate(spring.between):
-        number = system.number(body)
-        row = None if number is None else system.row.get(number)
-        if row is None:
-            continue
+    for k, row in system.free_ends(spring):
         place, body_row = now.ends[k : k + 1], _row(system, state, row)
         rates = Rates(
             fastest(place, axis, np.array([along]), np.array([across]), *body_row),
@@ -214,8 +202,7 @@ def _contact_ends(
     if of != "following":
         across = kept.part_or_zero("tangential", rows)
     dragging = _dragging(part, rows, state)
-    sides = int(system.root[system.index[part.master]]), system.carried.get(part.slave)
-    bodies = [system.row[side] for side in sides if side is not None and side in system.row]
+    bodies = system.free_sides(part.master, part.slave)
     if bodies:
         points = to_world(contact.pose, contact.points_B[rows])
         normals = turn_to_world(contact.pose, kept.part("normal_B", rows))

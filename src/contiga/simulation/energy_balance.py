@@ -8,7 +8,7 @@ from contiga.dynamics.stepping import AutoSteps
 from contiga.laws.by_face import FaceLaws
 from contiga.records import FloatArray
 from contiga.simulation.critical import has_energy
-from contiga.simulation.model import Model
+from contiga.simulation.model import Model, column_prefixes
 from contiga.simulation.step_columns import ENERGY_ERROR
 
 LARGE = 0.01
@@ -76,7 +76,7 @@ def energy_text(balance: dict[str, float], time: float, cause: str) -> str:
 
 def _blamed(model: Model, history: dict[str, FloatArray], at: int) -> str:
     """The contact that is the likely cause, with what about it; empty where none is."""
-    several = len(model.contacts) > 1
+    prefixes = column_prefixes(model)
     for part in model.contacts:
         if part.contact.weights == "area":
             return (
@@ -84,7 +84,6 @@ def _blamed(model: Model, history: dict[str, FloatArray], at: int) -> str:
                 " which are the gradient of no energy"
             )
     for part in model.contacts:
-        prefix = f"{part.name}." if several else ""
         for column, text in (
             ("n_through", "points tunnelled"),
             ("n_lost", "points were lost"),
@@ -92,12 +91,12 @@ def _blamed(model: Model, history: dict[str, FloatArray], at: int) -> str:
             ("n_found", "points were found inside"),
             ("n_slid_off", "points slid off over a border"),
         ):
-            count = int(history[prefix + column][max(at - 1, 0) : at + 2].sum())
+            count = int(history[prefixes[part.name] + column][max(at - 1, 0) : at + 2].sum())
             if count:
                 return f"contact {part.name}: {count} {text} there"
     works = {}
     for part in model.contacts:
-        work = history[f"{part.name}.work" if several else "work"]
+        work = history[prefixes[part.name] + "work"]
         works[part.name] = abs(float(work[at] - work[max(at - 1, 0)]))
     if works and max(works.values()) > 0.0:
         name = max(works, key=lambda key: works[key])

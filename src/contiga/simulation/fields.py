@@ -11,8 +11,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.area.method import Outlines
 from contiga.contact.state import State
 from contiga.errors import InputError
+from contiga.io.out.outlines import Loops, OutlinesWriter
 from contiga.io.out.vtkhdf import FieldsWriter, Part
 from contiga.io.units import derived_units
 from contiga.masters.protocol import Master
@@ -21,7 +23,6 @@ from contiga.matter.element_fields import FIELDS, TENSORS, Inside, at_facets, at
 from contiga.records import FloatArray
 from contiga.rigid.frames import to_world
 from contiga.simulation.model import Model
-from contiga.simulation.outlines_file import OutlinesFile
 from contiga.simulation.system_state import SystemState
 from contiga.slaves.slave import Slave
 from contiga.triangles.trimesh import TriMesh
@@ -66,7 +67,7 @@ class Fields:
             if written is None
             else FieldsWriter.reopen(path, written)
         )
-        self._outlines = OutlinesFile(outlines, written) if has_outlines(model) else None
+        self._outlines = _outlines_writer(outlines, written) if has_outlines(model) else None
 
     @property
     def n_bytes(self) -> int:
@@ -103,7 +104,7 @@ class Fields:
             outlines = [
                 part.contact.outlines(state.contacts[part.name]) for part in self._model.contacts
             ]
-            self._outlines.append(state.time, outlines)
+            self._outlines.append(state.time, _loops_of(outlines))
         self._writer.append(state.time, points, data, self._stacked(cells))
 
     def _blank(self, n: int, first_slave: int) -> dict[str, NDArray[np.generic]]:
@@ -171,6 +172,24 @@ def _drawn(name: str, body: Master, size: float | None) -> TriMesh:
             allowed=f"{least:.3g} or more",
         )
     return refined(body, mesh, size)
+
+
+def _outlines_writer(path: Path, written: int | None) -> OutlinesWriter:
+    return OutlinesWriter(path) if written is None else OutlinesWriter.reopen(path, written)
+
+
+def _loops_of(found: Sequence[Outlines | None]) -> Loops:
+    """The outlines of all contacts at one step, None of those that have none."""
+    points, counts = [np.zeros((0, 3))], [np.zeros(0, np.int64)]
+    clusters, contacts = [np.zeros(0, np.int32)], [np.zeros(0, np.int32)]
+    for k, lines in enumerate(found):
+        if lines is not None:
+            points.append(lines.points)
+            counts.append(np.diff(lines.first))
+            clusters.append(lines.clusters)
+            contacts.append(np.full(len(lines.clusters), k, np.int32))
+    first = np.concatenate(([0], np.cumsum(np.concatenate(counts)))).astype(np.int64)
+    return Loops(np.concatenate(points), first, np.concatenate(clusters), np.concatenate(contacts))
 
 
 def _units(units: tuple[str, str, str]) -> dict[str, str]:

@@ -11,7 +11,7 @@ from contiga.dynamics.rigid_bodies import add_gravity
 from contiga.dynamics.springs import SpringState
 from contiga.records import FloatArray
 from contiga.rigid.vectors import cross
-from contiga.simulation.load_forces import load_point, loaded, point_of
+from contiga.simulation.load_forces import load_point, loaded, point_of, turned
 from contiga.simulation.model import Model
 from contiga.simulation.place import Placement, forces_on
 from contiga.simulation.system_state import SystemState
@@ -53,23 +53,21 @@ def wrenches(
     system, poses = model.mechanism, standing.bodies.poses
     total = np.zeros((len(system.index), 6))
     for part in model.contacts:
-        state, i = contacts[part.name], int(system.root[system.index[part.master]])
+        state, i = contacts[part.name], system.root_of(part.master)
         if state.wrench.any():
             reference = model.bodies[part.master].body.reference_point
-            arm = _turned(poses[i], reference)
+            arm = turned(poses[i, :3, :3], reference)
             _add(total[i], state.wrench[:3], arm, state.wrench[3:])
         host = system.carried.get(part.slave)
         if host is not None and state.force.any():
-            arms = standing.slaves[part.slave].points - poses[host, :3, 3]
-            total[host, :3] += state.force.sum(axis=0)
-            total[host, 3:] += cross(arms, state.force).sum(axis=0)
+            points = standing.slaves[part.slave].points
+            add_forces(total[host], points, state.force, poses[host, :3, 3])
     for name, nodes in system.nodes.items():
         for joint in nodes.joints:
             slave = standing.slaves[name]
             force = nodes.acting(slave, forces_on(model, name, contacts))[joint.rows]
-            arms = slave.points[joint.rows] - poses[joint.host, :3, 3]
-            total[joint.host, :3] += force.sum(axis=0)
-            total[joint.host, 3:] += cross(arms, force).sum(axis=0)
+            points = slave.points[joint.rows]
+            add_forces(total[joint.host], points, force, poses[joint.host, :3, 3])
     for name, spring in springs.items():
         pull = spring.pull
         for k, body in enumerate(system.springs[name].between):
@@ -78,7 +76,7 @@ def wrenches(
                 sign = 1.0 if k == 0 else -1.0
                 _add(total[end], sign * pull, spring.ends[k] - poses[end, :3, 3])
     for load in system.loads:
-        i = int(system.root[system.index[load.body]])
+        i = system.root_of(load.body)
         force, moment = loaded(load, poses[i], model.origins[i], time)
         _add(
             total[i],
@@ -92,8 +90,12 @@ def wrenches(
     return total
 
 
-def _turned(pose: FloatArray, arm: FloatArray) -> FloatArray:
-    return pose[:3, 0] * arm[0] + pose[:3, 1] * arm[1] + pose[:3, 2] * arm[2]
+def add_forces(
+    wrench: FloatArray, points: FloatArray, forces: FloatArray, about: FloatArray
+) -> None:
+    """Add forces (k, 3) at points (k, 3) to a wrench, with their moments about a point."""
+    wrench[:3] += forces.sum(axis=0)
+    wrench[3:] += cross(points - about, forces).sum(axis=0)
 
 
 def _add(

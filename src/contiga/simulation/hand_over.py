@@ -27,7 +27,7 @@ from contiga.contact.state_rows import kept_of
 from contiga.rigid.frames import to_world
 from contiga.rigid.rigid_lanes import CENTRE, FORCE, MASS, MOMENTS, TORQUE
 from contiga.simulation.model import ContactPart, Model
-from contiga.simulation.place import nodal_force
+from contiga.simulation.place import change_of_nodes
 from contiga.simulation.system_state import SystemState
 
 OWN = 1.0 / 24.0
@@ -71,17 +71,11 @@ def hand_over(model: Model, last: SystemState, state: SystemState) -> HandOver:
 def _mass(model: Model, part: ContactPart) -> float:
     """The least mass that a contact moves at either side; 0 where it moves none."""
     system = model.mechanism
-    masses = [float(system.fixed[row, MASS]) for row in _bodies(model, part)]
+    rows = system.free_sides(part.master, part.slave)
+    masses = [float(system.fixed[row, MASS]) for row in rows]
     if part.slave in system.masses:
         masses.append(float(system.masses[part.slave].sum()))
     return min(masses, default=0.0)
-
-
-def _bodies(model: Model, part: ContactPart) -> list[int]:
-    """Rows of the free bodies at either side of a contact."""
-    system = model.mechanism
-    sides = int(system.root[system.index[part.master]]), system.carried.get(part.slave)
-    return [system.row[side] for side in sides if side is not None and side in system.row]
 
 
 def _change(model: Model, part: ContactPart, last: SystemState, state: SystemState) -> float:
@@ -90,11 +84,12 @@ def _change(model: Model, part: ContactPart, last: SystemState, state: SystemSta
     now = state.contacts[part.name]
     if not (last.contacts[part.name].n_contact or now.n_contact):
         return 0.0
-    changes = [_change_of_body(model, row, now, last, state) for row in _bodies(model, part)]
+    rows = model.mechanism.free_sides(part.master, part.slave)
+    changes = [_change_of_body(model, row, now, last, state) for row in rows]
     if part.slave in model.mechanism.loose:
         mass = model.mechanism.loose[part.slave]
-        both = (nodal_force(model, part.slave, at.contacts) for at in (last, state))
-        changes.append(float((np.sqrt(np.square(np.subtract(*both)).sum(axis=1)) / mass).max()))
+        change = change_of_nodes(model, part.slave, last, state)
+        changes.append(float((np.sqrt(np.square(change).sum(axis=1)) / mass).max()))
     return sum(changes)
 
 

@@ -13,10 +13,14 @@ from contiga.dynamics.stepping import AutoSteps
 from contiga.records import IN_CONTACT, ContactStatus, FloatArray
 from contiga.rigid import rigid_lanes as lanes
 from contiga.rigid.frames import turn_to_world
-from contiga.simulation.model import Model
+from contiga.simulation.model import Model, column_prefixes
 from contiga.simulation.relative_sensors import relative_columns
-from contiga.simulation.sensors import sensor_columns
-from contiga.simulation.slave_sensors import slave_columns
+from contiga.simulation.sensors import (
+    centre_acceleration,
+    sensor_columns,
+    slave_columns,
+    vector_columns,
+)
 from contiga.simulation.springs import spring_columns
 from contiga.simulation.step import Stepped
 from contiga.simulation.step_columns import step_columns
@@ -38,6 +42,13 @@ COUNTED = {
 
 Turned = Callable[[FloatArray], FloatArray]
 _MEASURED = ("area", "n_clusters", "mean_pressure")
+_OF_SYSTEM = (
+    *("kinetic", "strain", "contact", "friction", "damping", "hysteresis"),
+    *("external", "total", "error"),
+)
+"""Energies of a system, in the order of their columns."""
+_OF_CONTACT = ("stored", "hysteresis", "damping", "friction", "error")
+"""And of a contact."""
 OF_BODIES = (
     *("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"),
     *("qw", "qx", "qy", "qz", "wx", "wy", "wz"),
@@ -54,7 +65,7 @@ def history_row(
     `measured` is said; else they are NaN.
     """
     row: dict[str, float] = {"time": stepped.state.time}
-    for contact, prefix in _prefixes(model).items():
+    for contact, prefix in column_prefixes(model).items():
         columns = contact_columns(
             stepped.state.contacts[contact], stepped.walls[contact], measured=measured
         )
@@ -76,16 +87,17 @@ def measured_columns(model: Model, state: SystemState) -> dict[str, float]:
     """What a row of `history_row` lacks that was not measured."""
     return {
         prefix + name: value
-        for contact, prefix in _prefixes(model).items()
+        for contact, prefix in column_prefixes(model).items()
         for name, value in _measured(state.contacts[contact]).items()
     }
 
 
 def unmeasured_names(model: Model) -> list[str]:
     """Columns that are NaN in a row that was not measured."""
+    prefixes = column_prefixes(model)
     return [
-        prefix + name
-        for part, prefix in zip(model.contacts, _prefixes(model).values(), strict=True)
+        prefixes[part.name] + name
+        for part in model.contacts
         if part.contact.weights != "area"
         for name in _MEASURED
     ]
@@ -93,13 +105,7 @@ def unmeasured_names(model: Model) -> list[str]:
 
 def total_force(model: Model, row: dict[str, float]) -> float:
     """Sum of the magnitudes of all contacts' forces in a row."""
-    return sum(row[prefix + "force"] for prefix in _prefixes(model).values())
-
-
-def _prefixes(model: Model) -> dict[str, str]:
-    """What stands before the names of a contact's columns, by contact."""
-    several = len(model.contacts) > 1
-    return {part.name: f"{part.name}." if several else "" for part in model.contacts}
+    return sum(row[prefix + "force"] for prefix in column_prefixes(model).values())
 
 
 def _body_columns(model: Model, state: SystemState) -> dict[str, float]:
@@ -108,13 +114,10 @@ def _body_columns(model: Model, state: SystemState) -> dict[str, float]:
     columns: dict[str, float] = {}
     for k, i in enumerate(system.free):
         row, one = state.rigid[k], system.fixed[k]
-        # Held ways have no acceleration, whatever the force.
-        acceleration = row[lanes.FORCE : lanes.FORCE + 3] / one[lanes.MASS]
-        acceleration = acceleration * one[lanes.WAYS : lanes.WAYS + 3]
         values = (
             *row[lanes.CENTRE : lanes.CENTRE + 3],
             *row[lanes.VELOCITY : lanes.VELOCITY + 3],
-            *acceleration,
+            *centre_acceleration(row, one),
             *row[lanes.TURN : lanes.TURN + 4],
             *state.bodies[names[i]].twist.spin,
         )
@@ -124,17 +127,7 @@ def _body_columns(model: Model, state: SystemState) -> dict[str, float]:
 
 def energy_columns(energy: Energy) -> dict[str, float]:
     """Energies of a whole system."""
-    return {
-        "energy.kinetic": energy.kinetic,
-        "energy.strain": energy.strain,
-        "energy.contact": energy.contact,
-        "energy.friction": energy.friction,
-        "energy.damping": energy.damping,
-        "energy.hysteresis": energy.hysteresis,
-        "energy.external": energy.external,
-        "energy.total": energy.total,
-        "energy.error": energy.error,
-    }
+    return {f"energy.{name}": getattr(energy, name) for name in _OF_SYSTEM}
 
 
 def element_columns(energy: Energy) -> dict[str, float]:
@@ -147,27 +140,20 @@ def contact_columns(state: State, wall: float, *, measured: bool) -> dict[str, f
 
     `wall` are the seconds its step took; contact areas are NaN where not `measured`.
     """
-    force, moment_about = _total(state, "force"), state.wrench[3:]
-    centre = kept_of(state).centre_of_pressure
+    force = _total(state, "force")
     measured = measured or state.contact.weights == "area"
     counts = np.bincount(state.status, minlength=len(ContactStatus)).tolist()
     touching = sum(counts[status] for status in IN_CONTACT)
     columns: dict[str, float] = {
         "n_contact": touching,
         "max_penetration": state.max_penetration,
-        "force_x": force[0],
-        "force_y": force[1],
-        "force_z": force[2],
+        **vector_columns("force_", force),
         "force": length(force),
-        "moment_x": moment_about[0],
-        "moment_y": moment_about[1],
-        "moment_z": moment_about[2],
+        **vector_columns("moment_", state.wrench[3:]),
         **_friction_columns(state),
         **(_measured(state) if measured else dict.fromkeys(_MEASURED, np.nan)),
         "max_pressure": state.max_pressure,
-        "centre_x": centre[0],
-        "centre_y": centre[1],
-        "centre_z": centre[2],
+        **vector_columns("centre_", kept_of(state).centre_of_pressure),
         **_energy_columns(state),
         "wall_time": wall,
     }
@@ -187,7 +173,7 @@ def _friction_columns(state: State) -> dict[str, float]:
     if kept_of(state).shape("traction_B")[0] == 0:
         return {}
     total = _total(state, "traction_B", lambda own: turn_to_world(state.pose, own))
-    return {f"friction_{axis}": float(value) for axis, value in zip("xyz", total, strict=True)}
+    return vector_columns("friction_", total)
 
 
 def _total(state: State, name: str, turned: Turned = lambda own: own) -> FloatArray:
@@ -205,11 +191,5 @@ def _total(state: State, name: str, turned: Turned = lambda own: own) -> FloatAr
 def _energy_columns(state: State) -> dict[str, float]:
     """Where the work done on the contact went since the start."""
     energy = state.energy
-    return {
-        "work": energy.work,
-        "energy_stored": energy.stored,
-        "energy_hysteresis": energy.hysteresis,
-        "energy_damping": energy.damping,
-        "energy_friction": energy.friction,
-        "energy_error": energy.error,
-    }
+    parts = {f"energy_{name}": getattr(energy, name) for name in _OF_CONTACT}
+    return {"work": energy.work} | parts

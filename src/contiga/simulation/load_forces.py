@@ -20,9 +20,13 @@ from contiga.simulation.system_state import SystemState
 
 def point_of(pose: FloatArray, origin: FloatArray, at: FloatArray) -> FloatArray:
     """Where a point of a body is that was `at` (3,) when its frame stood at `origin` (4, 4)."""
-    d = at - origin[:3, 3]
-    turned = origin[0, :3] * d[0] + origin[1, :3] * d[1] + origin[2, :3] * d[2]
-    return pose[:3, 0] * turned[0] + pose[:3, 1] * turned[1] + pose[:3, 2] * turned[2] + pose[:3, 3]
+    own = turned(origin[:3, :3].T, at - origin[:3, 3])
+    return turned(pose[:3, :3], own) + pose[:3, 3]
+
+
+def turned(R: FloatArray, v: FloatArray) -> FloatArray:
+    """A vector (3,) turned by a rotation (3, 3)."""
+    return np.asarray(R[:, 0] * v[0] + R[:, 1] * v[1] + R[:, 2] * v[2])
 
 
 def loaded(
@@ -32,7 +36,7 @@ def loaded(
     force, moment = load.force_at(time), load.moment_at(time)
     if load.follow:
         R = product(pose[:3, :3], origin[:3, :3].T)
-        force, moment = (R[:, 0] * v[0] + R[:, 1] * v[1] + R[:, 2] * v[2] for v in (force, moment))
+        force, moment = turned(R, force), turned(R, moment)
     return force, moment
 
 
@@ -52,7 +56,7 @@ def foresee_loads(model: Model, last: SystemState, free: Placed, time: float) ->
     with what else acted in `last`."""
     change = np.zeros((len(free.rows), 6))
     for load in model.mechanism.loads:
-        i = int(model.mechanism.root[model.mechanism.index[load.body]])
+        i = model.mechanism.root_of(load.body)
         k = model.mechanism.row.get(i)
         if k is not None:
             now = _about_centre(model, load, i, free.poses[k], free.rows, time)

@@ -16,14 +16,12 @@ from contiga.dynamics.nodes import NodeMover
 from contiga.dynamics.point_nodes import DrivenNodes
 from contiga.dynamics.prescribed import BodyMotion, SlaveMotion
 from contiga.dynamics.rigid_bodies import fixed_of, row_of, with_attached
-from contiga.dynamics.springs import Spring
+from contiga.dynamics.springs import GROUND, Spring
 from contiga.errors import InputError
 from contiga.records import FloatArray, MassProperties
 from contiga.rigid.inertia import of_points
 from contiga.rigid.rigid_lanes import FIXED, STATE
 from contiga.slaves.slave import Slave
-
-GROUND = "ground"
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,9 +63,14 @@ class Mechanism:
         return {name: mass for name, mass in self.masses.items() if not self.nodes[name].joined}
 
     @cached_property
+    def joined(self) -> Mapping[str, NodeMover]:
+        """What moves the nodes of slaves that are made of elements."""
+        return {name: one for name, one in self.nodes.items() if one.joined}
+
+    @cached_property
     def deforms(self) -> bool:
-        """Whether any slave is made of elements."""
-        return any(nodes.joined for nodes in self.nodes.values())
+        """Whether any slave is."""
+        return len(self.joined) > 0
 
     @cached_property
     def attached(self) -> bool:
@@ -79,10 +82,28 @@ class Mechanism:
         """Whether forces move anything, or springs take part."""
         return len(self.free) > 0 or len(self.masses) > 0 or len(self.springs) > 0
 
+    def root_of(self, name: str) -> int:
+        """Number of the body that one is fixed to in the end, by its name."""
+        return int(self.root[self.index[name]])
+
     def number(self, name: str) -> int | None:
         """The root of a body, by its name; None of the ground."""
         world = name == GROUND and name not in self.index
-        return None if world else int(self.root[self.index[name]])
+        return None if world else self.root_of(name)
+
+    def free_ends(self, spring: Spring) -> list[tuple[int, int]]:
+        """Numbers of the ends of a spring that are on free bodies, and rows of these."""
+        numbers = enumerate(map(self.number, spring.between))
+        return [(end, self.row[i]) for end, i in numbers if i is not None and i in self.row]
+
+    def sides(self, master: str, slave: str) -> tuple[int, int | None]:
+        """Bodies at the two sides of a contact: its master's root, and what carries its slave."""
+        return self.root_of(master), self.carried.get(slave)
+
+    def free_sides(self, master: str, slave: str) -> list[int]:
+        """Rows of those of them that are free."""
+        sides = self.sides(master, slave)
+        return [self.row[side] for side in sides if side is not None and side in self.row]
 
 
 def mechanism_of(

@@ -186,6 +186,12 @@ class Model(Displayed):
         ]
 
 
+def column_prefixes(model: Model) -> dict[str, str]:
+    """What stands before the names of a contact's columns in the history, by contact."""
+    several = len(model.contacts) > 1
+    return {part.name: f"{part.name}." if several else "" for part in model.contacts}
+
+
 def _check_name(role: str, name: str, known: Iterable[str], where: str = "") -> None:
     if name not in list(known):
         raise InputError(
@@ -330,7 +336,7 @@ def check_movers(model: Model) -> None:
     system = model.mechanism
     for part in model.contacts:
         host = system.carried.get(part.slave)
-        if host is not None and host == system.root[system.index[part.master]]:
+        if host is not None and host == system.root_of(part.master):
             raise InputError(
                 "its slave is attached to its master: they never touch anew",
                 where=f"contacts: {part.name}",
@@ -349,8 +355,7 @@ def check_movers(model: Model) -> None:
     for name, slave in model.slaves.items():
         on_nodes = getattr(slave.motion, "loads", ())
         loads += [(f"slaves[{name!r}]: loads[{i}]", load) for i, load in enumerate(on_nodes)]
-        driven = getattr(slave.motion, "driven", None) or ()
-        driven = [driven] if isinstance(driven, Mapping) else driven
+        driven = getattr(slave.motion, "driven", ())
         loads += [
             (f"slaves[{name!r}]: driven[{i}]", one.get("motion")) for i, one in enumerate(driven)
         ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
+from contiga.arrays.layout import all_of
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Dependent
 from contiga.dynamics.prescribed import Fixed, Moved
@@ -143,12 +144,6 @@ def spring_parts(given: Any) -> dict[str, Spring]:
 def parts_of_kind(where: str, given: Any, *kinds: type[Part]) -> tuple[Part, ...]:
     """Loads or sensors as they were given, each checked to be one."""
     parts = tuple(given) if isinstance(given, Sequence) else (given,)
-    for i, one in enumerate(parts):
-        if not isinstance(one, kinds):
-            raise InputError(
-                f"must be {where}",
-                where=f"{where}[{i}]",
-                found=type(one).__name__,
-                allowed=f"a list of contiga.{' or contiga.'.join(k.__name__ for k in kinds)}",
-            )
+    allowed = f"a list of contiga.{' or contiga.'.join(kind.__name__ for kind in kinds)}"
+    all_of(kinds, parts, where, f"must be {where}", allowed)
     return parts

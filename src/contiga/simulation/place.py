@@ -117,6 +117,11 @@ def nodal_force(model: Model, name: str, contacts: Mapping[str, State]) -> Float
     return np.asarray(sum(forces[1:], forces[0]))
 
 
+def change_of_nodes(model: Model, name: str, last: SystemState, state: SystemState) -> FloatArray:
+    """(n, 3) by which that changes from one state to another."""
+    return nodal_force(model, name, last.contacts) - nodal_force(model, name, state.contacts)
+
+
 def kicked_nodes(
     model: Model, last: SystemState, standing: Placement, contacts: Mapping[str, State]
 ) -> dict[str, SlaveState]:

@@ -14,8 +14,10 @@ from contiga.simulation.sensor import CUT, RATES, RelativeSensor
 from contiga.simulation.sensors import (
     acceleration,
     first_place,
+    measure_columns,
     point_acceleration,
     point_velocity,
+    vector_columns,
 )
 from contiga.simulation.system_state import SystemState
 
@@ -36,7 +38,7 @@ _Step = tuple[SystemState | None, SystemState]
 
 def _values(model: Model, sensor: RelativeSensor, step: _Step) -> dict[str, float]:
     state = step[1]
-    roots = [int(model.mechanism.root[model.mechanism.index[body]]) for body in sensor.between]
+    roots = [model.mechanism.root_of(body) for body in sensor.between]
     starts = [model.origins[i] for i in roots]
     poses = [state.bodies.poses[i] for i in roots]
     firsts = [
@@ -54,12 +56,12 @@ def _values(model: Model, sensor: RelativeSensor, step: _Step) -> dict[str, floa
         now = product(poses[0][:3, :3].T, way) if in_body_axes else way
         before = firsts[1] - firsts[0]
         moved = now - (product(starts[0][:3, :3].T, before) if in_body_axes else before)
-        values |= dict(zip("xyz", map(float, moved), strict=True))
+        values |= measure_columns("", "displacement", moved)
     if "angle" in sensor.measures:
         now, before = (product(pair[0][:3, :3].T, pair[1][:3, :3]) for pair in (poses, starts))
         turn = _turned(product(now, before.T))
         values["angle"] = length(turn)
-        values |= {f"angle_{axis}": float(v) for axis, v in zip("xyz", turn, strict=True)}
+        values |= vector_columns("angle_", turn)
     values |= _rates(model, sensor, (roots, places), step)
     return values | _cut(model, sensor, state, poses[0], places[0])
 
@@ -87,8 +89,7 @@ def _rates(
                 way = there - here
                 value = value - cross(turning, way) - cross(spin, cross(spin, way))
         value = product(state.bodies.poses[i, :3, :3].T, value) if on_body else value
-        values |= {f"{measure[0]}{axis}": float(v) for axis, v in zip("xyz", value, strict=True)}
-        values[measure[0]] = length(value)
+        values |= measure_columns("", measure, value)
     return values
 
 
@@ -104,10 +105,7 @@ def _cut(
         if measure not in sensor.measures:
             continue
         value = product(pose[:3, :3].T, world) if sensor.axes == "body" else world
-        named = zip("xyz", value, strict=True)
-        values |= {f"{measure[0]}{axis}": float(v) for axis, v in named}
-        if measure == "force":
-            values["f"] = length(value)
+        values |= measure_columns("", measure, value)
     return values
 
 
@@ -118,10 +116,10 @@ def _carried(
     force, moment = np.zeros(3), np.zeros(3)
     for name, spring in model.springs.items():
         now = state.springs.get(name)
-        if now is None or set(spring.between) != set(between) or now.length == 0.0:
+        if now is None or set(spring.between) != set(between):
             continue
         end = spring.between.index(between[0])
-        pull = now.force / now.length * (now.ends[1 - end] - now.ends[end])
+        pull = -now.pull if end else now.pull
         force = force + pull
         moment = moment + cross(now.ends[end] - about, pull)
     return force, moment

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import read_only
+from contiga.arrays.layout import one_of, read_only
 from contiga.criteria.bands import Bands
 from contiga.criteria.dummies import DUMMIES
 from contiga.criteria.filters import NAMES as FILTERS
@@ -99,9 +99,9 @@ class Sensor:
         put(self, "name", name)
         put(self, "body", body)
         put(self, "at", None if at is None else read_only(vector(at, "at")))
-        put(self, "axes", _one_of("axes", axes, ("world", "body")))
+        put(self, "axes", one_of("axes", axes, ("world", "body")))
         put(self, "measures", _several("measures", measures, MEASURES))
-        put(self, "filter", None if filter is None else _one_of("filter", filter, FILTERS))
+        put(self, "filter", None if filter is None else one_of("filter", filter, FILTERS))
         put(self, "criteria", _several("criteria", criteria, CRITERIA))
         put(self, "bands", dict(bands or {}))
         put(self, "code", _checked_code(code))
@@ -181,11 +181,11 @@ class RelativeSensor:
         put(self, "name", name)
         put(self, "between", pair)
         put(self, "at", None if at is None else _two_points(at))
-        put(self, "axes", _one_of("axes", axes, ("world", "body")))
+        put(self, "axes", one_of("axes", axes, ("world", "body")))
         put(self, "measures", _several("measures", measures, (*RELATIVE_MEASURES, *RATES, *CUT)))
         put(self, "criteria", _several("criteria", criteria, RELATIVE_CRITERIA))
         put(self, "bands", dict(bands or {}))
-        put(self, "dummy", _one_of("dummy", dummy, tuple(DUMMIES)))
+        put(self, "dummy", one_of("dummy", dummy, tuple(DUMMIES)))
         put(self, "code", _checked_code(code))
         _check_criteria(self)
         if "Nij" in self.criteria and DUMMIES[dummy].neck is None:
@@ -202,7 +202,7 @@ class RelativeSensor:
 def _check_criteria(sensor: Sensor | RelativeSensor) -> None:
     """Refuse bands of what is not asked for, and criteria without what they are about."""
     for which in sensor.bands:
-        _one_of("bands", which, sensor.criteria)
+        one_of("bands", which, sensor.criteria)
     for one in sensor.criteria:
         _check_measured(sensor, "criteria", _NEEDED.get(one, ("acceleration",)))
         if one in _IN_BODY_AXES and sensor.axes != "body":
@@ -243,15 +243,7 @@ def _two_points(at: ArrayLike, where: str = "at") -> FloatArray:
     return read_only(np.array([vector(point, where) for point in points]))
 
 
-def _one_of(where: str, value: object, allowed: tuple[str, ...]) -> str:
-    if not isinstance(value, str) or value not in allowed:
-        raise InputError(
-            "is not known", where=where, found=value, allowed=", ".join(map(repr, allowed))
-        )
-    return value
-
-
 def _several(where: str, values: Iterable[str], allowed: tuple[str, ...]) -> tuple[str, ...]:
     given = (values,) if isinstance(values, str) else tuple(values)
-    chosen = [_one_of(where, value, allowed) for value in given]
+    chosen = [one_of(where, value, allowed) for value in given]
     return tuple(name for name in allowed if name in chosen)

@@ -166,7 +166,7 @@ def _found(
 
 def _first_axis(model: Model, sensor: RelativeSensor) -> FloatArray:
     """(3,) from the first point to the second at the start, in the axes of the first body."""
-    i = int(model.mechanism.root[model.mechanism.index[sensor.between[0]]])
+    i = model.mechanism.root_of(sensor.between[0])
     assert sensor.at is not None
     way = model.origins[i, :3, :3].T @ (sensor.at[1] - sensor.at[0])
     return np.asarray(way / length(way))

@@ -1,4 +1,4 @@
-"""What sensors say at each step: how points of bodies move, and what acts on the bodies."""
+"""What sensors say at each step: how points move, what acts on bodies, what elements carry."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from contiga.rigid.vectors import cross
 from contiga.simulation.load_forces import point_of
 from contiga.simulation.model import Model
 from contiga.simulation.sensor import Sensor
+from contiga.simulation.slave_sensor import NodeSensor, SlaveSensor, slave_of
 from contiga.simulation.system_state import SystemState
 
 _COLUMNS = {
@@ -33,19 +34,37 @@ def sensor_columns(model: Model, state: SystemState, last: SystemState | None) -
     columns: dict[str, float] = {}
     for sensor in model.point_sensors:
         for measure, values in _measured(model, sensor, state, last).items():
-            letter = _COLUMNS[measure]
-            named = zip("xyz", values, strict=True)
-            columns |= {f"{sensor.name}.{letter}{axis}": float(v) for axis, v in named}
-            if measure in _SUMMED:
-                columns[f"{sensor.name}.{letter}"] = length(values)
+            columns |= measure_columns(f"{sensor.name}.", measure, values)
     return columns
+
+
+def slave_columns(model: Model, state: SystemState) -> dict[str, float]:
+    """What all sensors of slaves say of `state`."""
+    columns: dict[str, float] = {}
+    for sensor in model.slave_sensors:
+        for measure in sensor.measures:
+            values = _measured_on_slave(model, sensor, measure, state)
+            columns |= measure_columns(f"{sensor.name}.", measure, values)
+    return columns
+
+
+def measure_columns(owner: str, measure: str, values: FloatArray) -> dict[str, float]:
+    """Columns of a measure (3,), called after `owner`, with the length of most of them."""
+    name = owner + _COLUMNS[measure]
+    columns = vector_columns(name, values)
+    return columns | {name: length(values)} if measure in _SUMMED else columns
+
+
+def vector_columns(name: str, values: FloatArray) -> dict[str, float]:
+    """The three columns of a vector (3,)."""
+    return {f"{name}{axis}": float(v) for axis, v in zip("xyz", values, strict=True)}
 
 
 def _measured(
     model: Model, sensor: Sensor, state: SystemState, last: SystemState | None
 ) -> Mapping[str, FloatArray]:
     """The vectors of a sensor in the axes it asks for."""
-    i = int(model.mechanism.root[model.mechanism.index[sensor.body]])
+    i = model.mechanism.root_of(sensor.body)
     pose, twist = state.bodies.poses[i], state.bodies.twists[i]
     first = first_place(model, i, sensor.at)
     place = point_of(pose, model.origins[i], first)
@@ -66,6 +85,22 @@ def _measured(
             value = state.wrenches[i, 3:] - cross(arm, state.wrenches[i, :3])
         values[measure] = product(pose[:3, :3].T, value) if sensor.axes == "body" else value
     return values
+
+
+def _measured_on_slave(
+    model: Model, sensor: SlaveSensor, measure: str, state: SystemState
+) -> FloatArray:
+    """(3,) along the axes of the world."""
+    name, nodes = slave_of(sensor), model.sensor_nodes[sensor.name]
+    now = state.slaves[name]
+    if isinstance(sensor, NodeSensor):
+        if measure == "velocity":
+            return np.asarray(now.velocities[nodes[0]])
+        return np.asarray(now.points[nodes[0]] - model.slaves[name].slave.points[nodes[0]])
+    force = now.matter["force"][nodes]
+    if measure == "moment":
+        force = np.cross(now.points[nodes] - sensor.plane[0], force)
+    return np.asarray(force.sum(axis=0))
 
 
 def first_place(model: Model, i: int, at: FloatArray | None) -> FloatArray:
@@ -117,8 +152,6 @@ def _of_free(model: Model, i: int, state: SystemState) -> tuple[FloatArray, Floa
     k = model.mechanism.row[i]
     row, one = state.rigid[k], model.mechanism.fixed[k]
     spin = state.bodies.twists[i, 3:]
-    centre = row[lanes.FORCE : lanes.FORCE + 3] / one[lanes.MASS]
-    centre = centre * one[lanes.WAYS : lanes.WAYS + 3]
     R = quaternion.to_matrix(row[lanes.TURN : lanes.TURN + 4])
     axes = product(R, one[lanes.AXES : lanes.AXES + 9].reshape(3, 3))
     moments = one[lanes.MOMENTS : lanes.MOMENTS + 3]
@@ -129,8 +162,14 @@ def _of_free(model: Model, i: int, state: SystemState) -> tuple[FloatArray, Floa
     else:
         angular = _about_free_axes(product(axes * moments, axes.T), torque, one)
     arm = state.bodies.poses[i, :3, 3] - row[lanes.CENTRE : lanes.CENTRE + 3]
-    linear = centre + cross(angular, arm) + cross(spin, cross(spin, arm))
+    linear = centre_acceleration(row, one) + cross(angular, arm) + cross(spin, cross(spin, arm))
     return linear, angular
+
+
+def centre_acceleration(row: FloatArray, one: FloatArray) -> FloatArray:
+    """(3,) of a free body; held ways have none, whatever the force."""
+    force, ways = row[lanes.FORCE : lanes.FORCE + 3], one[lanes.WAYS : lanes.WAYS + 3]
+    return np.asarray(force / one[lanes.MASS] * ways)
 
 
 def _about_free_axes(inertia: FloatArray, torque: FloatArray, fixed: FloatArray) -> FloatArray:

@@ -54,9 +54,7 @@ OnSettle = Callable[[int, float], Any]
 """Called with the number of each step and the residual after it."""
 
 
-def settled(
-    model: Model, clock: Clock, on_settle: OnSettle | None = None, settle: Settle | None = None
-) -> Stepped:
+def settled(model: Model, clock: Clock, on_settle: OnSettle | None = None) -> Stepped:
     """The state at the start of `model`, once it has come to rest as its `settling` says.
 
     Raises
@@ -66,7 +64,7 @@ def settled(
     RunError
         It has not come to rest in so many steps, or elements are unstable or inside out.
     """
-    settle = settle or model.settling or Settle()
+    settle = model.settling or Settle()
     resting = _resting(model, settle)
     if not (resting.mechanism.deforms or len(resting.mechanism.free)):
         raise InputError(

@@ -23,11 +23,11 @@ from contiga.laws.friction import ViscousFriction
 from contiga.records import FloatArray, IndexArray
 from contiga.rigid.frames import to_world, turn_to_world
 from contiga.rigid.rigid_lanes import AXES, CENTRE, FORCE, MASS, MOMENTS, SPINS, WAYS
-from contiga.rigid.vectors import cross
 from contiga.simulation.critical import follows_step
+from contiga.simulation.forces import add_forces
 from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import ContactPart, Model
-from contiga.simulation.place import nodal_force
+from contiga.simulation.place import change_of_nodes
 from contiga.simulation.system_state import SystemState
 
 
@@ -52,7 +52,8 @@ def shaking_of(model: Model, last: SystemState, state: SystemState, decay: float
     rates = np.zeros((len(system.free), 6))
     for part in model.contacts:
         if not follows_step(part.contact.law):
-            _add_contact(rates, system, part, last, state, decay)
+            for felt in _rates(part, last, state, decay):
+                _add_felt(rates, system, part, felt, state)
     for name in state.springs:
         _add_spring(rates, system, name, last, state, decay)
     return max(_over_mass(system, k, rate, state) for k, rate in enumerate(rates))
@@ -66,11 +67,7 @@ def shaking_of_nodes(model: Model, last: SystemState, state: SystemState, decay:
         for part in model.contacts:
             if part.slave != name or follows_step(part.contact.law):
                 continue
-            before, now = last.contacts[part.name], state.contacts[part.name]
-            for felt in (
-                _elastic(before, now, state.step, decay),
-                _gripped(before, now, state.step),
-            ):
+            for felt in _rates(part, last, state, decay):
                 for k, values in enumerate(felt.forces.T):
                     rates[:, k] += part.contact.nodal_sum(felt.rows, np.ascontiguousarray(values))
         most = max(most, math.sqrt(float((np.square(rates).sum(axis=1) / mass).sum())))
@@ -96,8 +93,7 @@ def changes_of_points(model: Model, last: SystemState, state: SystemState) -> fl
     a free slave, or of points that share one on the body they stand on."""
     system, most = model.mechanism, 0.0
     for name, mass in system.loose.items():
-        both = (nodal_force(model, name, at.contacts) for at in (last, state))
-        change = np.subtract(*both)
+        change = change_of_nodes(model, name, last, state)
         most = max(most, math.sqrt(float((np.square(change).sum(axis=1) / mass).sum())))
     changes = np.zeros((len(system.free), 6))
     for part in model.contacts:
@@ -133,36 +129,25 @@ def _over_mass(system: Mechanism, k: int, rate: FloatArray, state: SystemState) 
     return math.sqrt(float(square + (moment * moment / one[MOMENTS : MOMENTS + 3]).sum()))
 
 
-def _add_contact(
-    rates: FloatArray,
-    system: Mechanism,
-    part: ContactPart,
-    last: SystemState,
-    state: SystemState,
-    decay: float,
-) -> None:
-    """Rates of what a contact does to the free bodies at its two sides."""
+def _rates(
+    part: ContactPart, last: SystemState, state: SystemState, decay: float
+) -> tuple[_Felt, _Felt]:
+    """Rates of what a contact does to its slave: of its normal forces, and of friction."""
     before, now = last.contacts[part.name], state.contacts[part.name]
-    for felt in (_elastic(before, now, state.step, decay), _gripped(before, now, state.step)):
-        _add_felt(rates, system, part, felt, state)
+    return _elastic(before, now, state.step, decay), _gripped(before, now, state.step)
 
 
 def _add_felt(
-    rates: FloatArray,
-    system: Mechanism,
-    part: ContactPart,
-    felt: _Felt,
-    state: SystemState,
+    rates: FloatArray, system: Mechanism, part: ContactPart, felt: _Felt, state: SystemState
 ) -> None:
     """Add what acts on the slave, and against it on the master, where these are free."""
     contact = state.contacts[part.name]
     places = to_world(contact.pose, contact.points_B[felt.rows])
-    sides = (int(system.root[system.index[part.master]]), -1.0), (system.carried.get(part.slave), 1)
-    for side, sign in sides:
+    for side, sign in zip(system.sides(part.master, part.slave), (-1.0, 1.0), strict=True):
         if side is None or side not in system.row:
             continue
         k = system.row[side]
-        _add(rates[k], places, sign * felt.forces, state.rigid[k, CENTRE : CENTRE + 3])
+        add_forces(rates[k], places, sign * felt.forces, state.rigid[k, CENTRE : CENTRE + 3])
 
 
 def _elastic(before: State, now: State, step: float, decay: float) -> _Felt:
@@ -189,12 +174,6 @@ def _gripped(before: State, now: State, step: float) -> _Felt:
     return _Felt(rows, turn_to_world(now.pose, rate))
 
 
-def _add(rate: FloatArray, places: FloatArray, forces: FloatArray, centre: FloatArray) -> None:
-    """Add forces (k, 3) at places (k, 3) to those on a body, and their moments."""
-    rate[:3] += forces.sum(axis=0)
-    rate[3:] += cross(places - centre, forces).sum(axis=0)
-
-
 def _add_spring(
     rates: FloatArray,
     system: Mechanism,
@@ -205,11 +184,7 @@ def _add_spring(
 ) -> None:
     """Rates of what a spring does to the free bodies at its two ends."""
     both = [(last.springs[name], -1.0, last), (state.springs[name], 1.0, state)]
-    for end, body in enumerate(system.springs[name].between):
-        number = system.number(body)
-        if number is None or number not in system.row:
-            continue
-        k = system.row[number]
+    for end, k in system.free_ends(system.springs[name]):
         for spring, sign, at in both:
             if spring.length == 0.0:
                 continue
@@ -218,4 +193,4 @@ def _add_spring(
             if sign > 0.0:
                 size += decay * spring.damper
             place, force = spring.ends[end : end + 1], (size * axis)[None]
-            _add(rates[k], place, force, at.rigid[k, CENTRE : CENTRE + 3])
+            add_forces(rates[k], place, force, at.rigid[k, CENTRE : CENTRE + 3])

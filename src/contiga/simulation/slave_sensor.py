@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from contiga.arrays.layout import read_only
 from contiga.arrays.ordered import length
 from contiga.criteria.bands import Bands
+from contiga.dynamics.places import box_told
 from contiga.errors import InputError
 from contiga.records import FloatArray, IndexArray
 from contiga.rigid.transform import vector
@@ -158,8 +159,7 @@ def nodes_of(sensor: SlaveSensor, points: FloatArray) -> IndexArray:
                 where=f"sensor {sensor.name!r}: at",
                 found=sensor.at.tolist(),
                 allowed=f"a place within {ASIDE * size:.6g} of a node of the slave, which reaches "
-                f"from {np.round(points.min(axis=0), 6).tolist()} to "
-                f"{np.round(points.max(axis=0), 6).tolist()}",
+                + box_told(points),
             )
         return nearest
     point, normal = sensor.plane
@@ -170,9 +170,7 @@ def nodes_of(sensor: SlaveSensor, points: FloatArray) -> IndexArray:
             "all nodes of the slave are on one side of it",
             where=f"sensor {sensor.name!r}: plane",
             found=sensor.plane.tolist(),
-            allowed="a plane through the slave: nodes from "
-            f"{np.round(points.min(axis=0), 6).tolist()} to "
-            f"{np.round(points.max(axis=0), 6).tolist()}",
+            allowed=f"a plane through the slave: nodes {box_told(points)}",
         )
     return beyond
 

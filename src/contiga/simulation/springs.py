@@ -8,8 +8,8 @@ import numpy as np
 
 from contiga.dynamics.springs import Spring, SpringState
 from contiga.records import FloatArray
-from contiga.rigid.vectors import cross
 from contiga.simulation.model import Model
+from contiga.simulation.sensors import point_velocity
 from contiga.simulation.system_state import SystemState
 
 OF_SPRINGS = (
@@ -51,10 +51,7 @@ def _rate(model: Model, spring: Spring, now: SpringState, state: SystemState) ->
 def _velocity(model: Model, body: str, at: FloatArray, state: SystemState) -> FloatArray:
     """(3,) of a point of a body; none of the ground."""
     i = model.mechanism.number(body)
-    if i is None:
-        return np.zeros(3)
-    pose, twist = state.bodies.poses[i], state.bodies.twists[i]
-    return np.asarray(twist[:3] + cross(twist[3:], at - pose[:3, 3]))
+    return np.zeros(3) if i is None else point_velocity(state, i, at)
 
 
 def spring_summary(model: Model) -> dict[str, dict[str, Any]]:

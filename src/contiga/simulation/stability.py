@@ -27,7 +27,7 @@ def check_stable(model: Model, state: SystemState) -> None:
     """
     energy = state.energy
     gained, came = -energy.error, max(energy.initial + energy.external, 0.0)
-    joined = {name: one for name, one in model.mechanism.nodes.items() if one.joined}
+    joined = model.mechanism.joined
     for name, nodes in joined.items():
         # What counts as their kinetic energy is kept by unstable steps, too.
         slave = state.slaves[name]

@@ -15,7 +15,7 @@ from contiga.simulation.clock import Clock
 from contiga.simulation.column_units import column_units
 from contiga.simulation.energy_balance import energy_summary, energy_warnings
 from contiga.simulation.history import COUNTED
-from contiga.simulation.model import Model
+from contiga.simulation.model import Model, column_prefixes
 from contiga.simulation.sensor_criteria import sensor_summary, sensors_told
 from contiga.simulation.settle import Rest
 from contiga.simulation.signals import filtered_columns, signal_warnings
@@ -48,13 +48,8 @@ def summarise(
     `ends` are times at which it had ended before, by steps that are not those of one run; `rest`
     how it had come to rest before it.
     """
-    several = len(model.contacts) > 1
-    statuses = {
-        part.name: _statuses(history, f"{part.name}." if several else "") for part in model.contacts
-    }
-    proved = {
-        part.name: _proved(history, f"{part.name}." if several else "") for part in model.contacts
-    }
+    statuses = _statuses(model, history)
+    proved = {name: _proved(history, prefix) for name, prefix in column_prefixes(model).items()}
     few, many = _reacquired(statuses, proved)
     return {
         "title": model.title,
@@ -99,10 +94,7 @@ def summary_so_far(
     """The summary of a run that has not ended; criteria of sensors only where it has `stopped`."""
     if stopped:
         history = history | filtered_columns(model, history)
-    several = len(model.contacts) > 1
-    statuses = {
-        part.name: _statuses(history, f"{part.name}." if several else "") for part in model.contacts
-    }
+    statuses = _statuses(model, history)
     time, end = float(history["time"][-1]), model.stepping.end
     return {
         "title": model.title,
@@ -135,10 +127,13 @@ def _mass_scaling(model: Model) -> dict[str, list[dict[str, Any]]]:
     }
 
 
-def _statuses(history: dict[str, FloatArray], prefix: str) -> dict[str, int]:
-    """Points that took each status, summed over the steps."""
+def _statuses(model: Model, history: dict[str, FloatArray]) -> dict[str, dict[str, int]]:
+    """By contact, points that took each status, summed over the steps."""
     return {
-        status.name: int(np.sum(history[prefix + column])) for column, status in COUNTED.items()
+        name: {
+            status.name: int(np.sum(history[prefix + column])) for column, status in COUNTED.items()
+        }
+        for name, prefix in column_prefixes(model).items()
     }
 
 
@@ -172,9 +167,9 @@ def _flaws(model: Model) -> list[str]:
 
 def _measured_weights(model: Model, history: dict[str, FloatArray]) -> list[str]:
     """What measured areas as weights of the force have done to the energy."""
-    texts = []
+    texts, prefixes = [], column_prefixes(model)
     for part in model.contacts:
-        prefix = f"{part.name}." if len(model.contacts) > 1 else ""
+        prefix = prefixes[part.name]
         work, error = (history[prefix + name] for name in ("work", "energy_error"))
         if part.contact.weights == "area":
             texts.append(

@@ -85,8 +85,7 @@ def _ways(model: Model, part: ContactPart, last: SystemState, state: SystemState
 def _driven(model: Model, part: ContactPart) -> bool:
     """Whether a motion that is prescribed moves one of the two sides."""
     system = model.mechanism
-    sides = int(system.root[system.index[part.master]]), system.carried.get(part.slave)
-    if any(side in system.driven for side in sides):
+    if any(side in system.driven for side in system.sides(part.master, part.slave)):
         return True
     return is_driven(model.slaves[part.slave].motion)
 

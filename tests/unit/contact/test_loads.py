@@ -42,10 +42,12 @@ def test_what_the_next_step_asks_is_the_same_of_whole_arrays(
 ) -> None:
     kept, whole = states(damping=damping, friction=friction)
     rows, same = kept_of(kept), kept_of(whole)
-    assert rows.widths == same.widths == (0, friction.n_memory if friction else 0)
     for one, other in zip((rows.deep, *rows.carried), (same.deep, *same.carried), strict=True):
         np.testing.assert_array_equal(as_whole(one), as_whole(other))
     assert "_sparse" not in vars(kept)  # nothing has been made for that
+    width = friction.n_memory if friction else 0
+    for name, columns in (("memory", 0), ("friction_memory", width)):
+        assert rows.shape(name) == same.shape(name) == (N, columns)
 
 
 def test_of_what_there_is_not_the_arrays_are_empty() -> None:

@@ -1,13 +1,11 @@
-"""The still picture shows the contact where it is."""
+"""The views of the peak show the contact where it is."""
 
 from __future__ import annotations
 
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.image import imread
 
 from contiga.io.out.vtkhdf import read_fields
 from contiga.report.camera import look, project
@@ -17,8 +15,6 @@ from contiga.report.run_folder import Units
 from contiga.report.scene import (
     SLAVE,
     _slave_layer,
-    draw_still,
-    halves,
     outside_direction,
     outside_view,
     render,
@@ -109,14 +105,6 @@ def test_plane_problems_are_seen_along_z(tmp_path: Path) -> None:
     assert np.isfinite(outside_direction(plane._replace(direction=np.array(flat)))).all()
 
 
-def test_picture_is_a_png_of_its_size(tmp_path: Path) -> None:
-    path = tmp_path / "peak.png"
-    draw_still(peak_at(tmp_path, 2), path, UNITS)
-    head = path.read_bytes()[:24]
-    assert head[:8] == b"\x89PNG\r\n\x1a\n"
-    assert (int.from_bytes(head[16:20]), int.from_bytes(head[20:24])) == (1640, 840)
-
-
 def test_pressure_is_shown_where_there_is_some(tmp_path: Path) -> None:
     peak = peak_at(tmp_path, 2)
     assert first_field(peak, UNITS).label == "Penetration"
@@ -158,19 +146,3 @@ def test_thick_lines_stay_in_the_picture() -> None:
     assert thick[0, 1]
     assert thick[3, 6]
     assert not thick[1, 1]
-
-
-def test_picture_with_outlines_and_labels_is_written(tmp_path: Path) -> None:
-    peak = peak_at(tmp_path, 2)
-    draw_still(peak._replace(outlines=outlined()), tmp_path / "lines.png", UNITS)
-    draw_still(peak, tmp_path / "bare.png", UNITS)
-    assert (tmp_path / "lines.png").read_bytes() != (tmp_path / "bare.png").read_bytes()
-
-
-def test_a_picture_of_two_views_comes_apart_between_them(tmp_path: Path) -> None:
-    draw_still(peak_at(tmp_path, 2), tmp_path / "p.png", UNITS)
-    whole = imread(tmp_path / "p.png")
-    left, right = (imread(BytesIO(part)) for part in halves((tmp_path / "p.png").read_bytes()))
-    assert np.array_equal(np.concatenate([left, right], axis=1), whole)
-    # Nothing is cut: beside the seam all is white.
-    assert left[:, -1:, :3].min() == right[:, :1, :3].min() == 1.0

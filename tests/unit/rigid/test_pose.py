@@ -66,3 +66,10 @@ def test_interpolation_is_even_and_exact_at_the_ends() -> None:
 def test_what_is_no_pose_is_refused(call, message: str) -> None:
     with pytest.raises(InputError, match=message):
         call()
+
+
+def test_a_pose_in_columns_is_read_as_kernels_read_it() -> None:
+    turn = np.array([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    in_columns = pose.as_pose(np.asfortranarray(turn))
+    assert in_columns.flags.c_contiguous
+    np.testing.assert_array_equal(in_columns, turn)

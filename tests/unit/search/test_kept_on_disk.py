@@ -14,7 +14,9 @@ from tests.unit.search.holed import holed_plate
 import contiga as cg
 from contiga.arrays import disk_cache
 from contiga.arrays.cache_folder import FOLDER
-from contiga.geometry import body_key, faces
+from contiga.errors import ContigaWarning
+from contiga.geometry import body_key, body_mesh, faces
+from contiga.geometry.face_mesh import FaceMesh
 from contiga.masters import body as masters
 from contiga.search import tables
 from contiga.search.balls import radii as ball
@@ -126,3 +128,18 @@ def test_lists_of_pieces_are_read_where_they_took_long(
     again = piece_lists.lists_of(egg().surface.tables, piece_lists.WORTH)
     assert len(first.pieces) > 0
     assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=True))
+
+
+def test_a_mesh_is_read_with_its_warning(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(body_key, "PATCHES", 1)
+    monkeypatch.setattr(disk_cache, "LONG", -1.0)
+    monkeypatch.setattr(body_mesh._Mesher, "_cut", lambda *of: False)
+    monkeypatch.setattr(FaceMesh, "_between", lambda face: (np.zeros(0, dtype=bool), False))
+    with pytest.warns(ContigaWarning, match="egg: the borders of face 0 cross each other"):
+        first = egg().renamed("egg").tessellate(0.1)
+    monkeypatch.setattr(body_mesh, "_Mesher", None)  # which would not do
+    with pytest.warns(ContigaWarning, match="other: the borders of face 0 cross each other"):
+        again = egg().renamed("other").tessellate(0.1)
+    assert again.name == "other"
+    assert np.array_equal(first.vertices, again.vertices)
+    assert np.array_equal(first.triangles, again.triangles)

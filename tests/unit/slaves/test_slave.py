@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from contiga.errors import MeshError
-from contiga.io.mesh.read_mesh import Slave, mesh_summary
+from contiga.slaves.mesh_summary import mesh_summary
+from contiga.slaves.slave import Slave
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [5, 5, 5]], float)
 FACETS = np.array([[0, 1, 2], [0, 2, 3]])

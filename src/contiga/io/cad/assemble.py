@@ -52,9 +52,6 @@ class Assembly:
         self._trims: list[list[list[NurbsCurve]] | None] = []
         self._uses: dict[int, list[_Use]] = {}
 
-    def __len__(self) -> int:
-        return len(self._patches)
-
     def add_trimmed(
         self, surface: NurbsSurface, loops: list[Loop], where: str, *, flip: bool = False
     ) -> None:

@@ -112,11 +112,13 @@ def read_cad_file(
     file = Path(path)
     reader = reader_of(file, "list", file_unit, unit)
     given = file_unit, unit, solids
-
-    def check(inventory: Inventory) -> None:
-        check_body(inventory.body, file)
-
-    inventory: Inventory = read_kept(reader, file, *given, needs=_LOOKED_AT_WITH, check=check)
+    inventory: Inventory = read_kept(
+        reader,
+        file,
+        *given,
+        needs=_LOOKED_AT_WITH,
+        check=lambda inventory: check_body(inventory.body, file),
+    )
     check_joints(inventory.body, file)
     return CadFile(inventory.body, inventory.numbers, _parts(inventory), inventory.said)
 

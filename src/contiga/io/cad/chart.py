@@ -9,6 +9,7 @@ import numpy as np
 from contiga.arrays.ordered import solve
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
+from contiga.io.cad.loops import whole_periods
 from contiga.records import FloatArray
 
 STEPS = 30
@@ -124,8 +125,7 @@ class Chart:
                 nearest = known[np.abs(rows[:, None] - known).argmin(axis=1)]
                 uv[:, axis] = uv[nearest, axis]
         step = np.diff(uv, axis=0)
-        safe = np.where(self.periods > 0.0, self.periods, 1.0)
-        step -= np.where(self.periods > 0.0, np.round(step / safe) * self.periods, 0.0)
+        step -= whole_periods(step, self.periods)
         return np.concatenate([uv[:1], uv[0] + np.cumsum(step, axis=0)])
 
     def unrolled(self, box: FloatArray) -> NurbsSurface:
@@ -157,8 +157,8 @@ def _step(along_u: FloatArray, along_v: FloatArray, way: FloatArray) -> FloatArr
     return np.where(length > 0.0, step, 0.0)
 
 
-def flat_map(surface: NurbsSurface) -> tuple[FloatArray, FloatArray] | None:
-    """Origin (3,) and matrix (2, 3) from places to parameters if the patch is a parallelogram."""
+def flat_image(surface: NurbsSurface, edge: NurbsCurve) -> NurbsCurve | None:
+    """The p-curve of `edge` on a parallelogram, exact; None on other patches."""
     points = surface.control_points
     if surface.degrees != (1, 1) or points.shape[:2] != (2, 2) or surface.is_rational:
         return None
@@ -169,18 +169,20 @@ def flat_map(surface: NurbsSurface) -> tuple[FloatArray, FloatArray] | None:
     product = along.T @ along
     if twist > 1e-12 * size or np.linalg.det(product) <= 1e-20 * size**4:
         return None
-    return points[0, 0], np.diag([u1 - u0, v1 - v0]) @ solve(product, along.T)
-
-
-def flat_image(surface: NurbsSurface, edge: NurbsCurve) -> NurbsCurve | None:
-    """The p-curve of `edge` on a parallelogram, exact; None on other patches."""
-    flat = flat_map(surface)
-    if flat is None:
-        return None
-    origin, matrix = flat
-    start = np.array(surface.domain)[:, 0]
-    uv = start + (edge.control_points - origin) @ matrix.T
+    matrix = np.diag([u1 - u0, v1 - v0]) @ solve(product, along.T)  # from places to parameters
+    uv = np.array([u0, v0]) + (edge.control_points - points[0, 0]) @ matrix.T
     return NurbsCurve(edge.degree, edge.knots, uv, edge.weights)
+
+
+def cut_down(patch: NurbsSurface, box: FloatArray) -> NurbsSurface:
+    """A patch over `box` (2, 2); bounds within rounding of its own are its own."""
+    low, high = np.array(patch.domain).T
+    near = 1e-9 * (high - low)
+    a = np.where(box[0] - low <= near, low, box[0])
+    b = np.where(high - box[1] <= near, high, box[1])
+    if (a == low).all() and (b == high).all():
+        return patch
+    return patch.restricted((float(a[0]), float(b[0])), (float(a[1]), float(b[1])))
 
 
 def _closes(chart: Chart, axis: int) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
 from contiga.io.cad.assemble import Assembly, warn
-from contiga.io.cad.chart import Chart, flat_image
+from contiga.io.cad.chart import Chart, cut_down, flat_image
 from contiga.io.cad.loops import (
     OPEN,
     THIN,
@@ -28,6 +28,7 @@ from contiga.io.cad.loops import (
     joined,
     moved,
     rectangle_sides,
+    whole_periods,
 )
 from contiga.io.cad.warp import on_edge
 from contiga.records import FloatArray
@@ -152,8 +153,7 @@ def _closed_up(loops: list[_Runs], chart: Chart) -> list[Loop]:
 def _turns(loop: Loop, periods: FloatArray) -> FloatArray:
     """By how much of whole periods (2,) a loop ends farther on than it begins."""
     gap = ends(loop[-1])[1] - ends(loop[0])[0]
-    safe = np.where(periods > 0.0, periods, 1.0)
-    near = np.round(gap / safe) * periods
+    near = whole_periods(gap, periods)
     meets = np.abs(gap - near).max() <= 1e-3 * periods.max(initial=0.0)
     return np.where(meets, near, 0.0)
 
@@ -209,8 +209,7 @@ def _line(start: FloatArray, end: FloatArray) -> Loop:
 def _added(assembly: Assembly, face: DrawnFace, loops: list[Loop], chart: Chart) -> bool:
     loops = [_brought_back(loop, chart) for loop in loops]
     loops = aligned(loops, chart.periods)
-    boxes = np.array([exact_box(loop) for loop in loops])
-    box = np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+    box = exact_box([pcurve for loop in loops for pcurve in loop])
     open_ways = chart.periods == 0.0
     box = np.where(open_ways, np.clip(box, chart.low, chart.high), box)
     speed = _speed(chart, box)
@@ -228,9 +227,9 @@ def _added(assembly: Assembly, face: DrawnFace, loops: list[Loop], chart: Chart)
             f"{face.where}: a trimming loop is open by {worst:.3g}; the face is kept as the "
             "rectangle around its loops"
         )
-        assembly.add_whole(_cut(patch, box), flip=face.turned)
+        assembly.add_whole(cut_down(patch, box), flip=face.turned)
     elif sides is not None:
-        assembly.add_whole(_cut(patch, box), loops[0], sides, flip=face.turned)
+        assembly.add_whole(cut_down(patch, box), loops[0], sides, flip=face.turned)
     else:
         assembly.add_trimmed(patch, loops, face.where, flip=face.turned)
     return True
@@ -242,17 +241,6 @@ def _brought_back(loop: Loop, chart: Chart) -> Loop:
     safe = np.where(chart.periods > 0.0, chart.periods, 1.0)
     turns = np.floor((low - chart.low) / safe + 1e-9) * chart.periods
     return [moved(pcurve, -turns) for pcurve in loop]
-
-
-def _cut(patch: NurbsSurface, box: FloatArray) -> NurbsSurface:
-    """A patch cut down to `box`; within rounding of its own bounds it stays as it is."""
-    low, high = np.array(patch.domain).T
-    near = 1e-9 * (high - low)
-    a = np.where(box[0] - low <= near, low, box[0])
-    b = np.where(high - box[1] <= near, high, box[1])
-    if (a == low).all() and (b == high).all():
-        return patch
-    return patch.restricted((float(a[0]), float(b[0])), (float(a[1]), float(b[1])))
 
 
 def _speed(chart: Chart, box: FloatArray) -> FloatArray:

@@ -13,7 +13,7 @@ import numpy as np
 
 from contiga.errors import FileError, GeometryError
 from contiga.geometry.surface import NurbsSurface
-from contiga.io.cad.assemble import Assembly, Edge, warn
+from contiga.io.cad.assemble import Assembly, warn
 from contiga.io.cad.parts import (
     ALL,
     Choice,
@@ -89,12 +89,8 @@ def _gathered(
     sides, edges = coincident_sides(surfaces)
     for surface, (loop, neighbours) in zip(surfaces, sides, strict=True):
         assembly.add_whole(surface, loop, neighbours)
-
-    def edge_of(number: int) -> Edge | None:
-        return edges[number]
-
     unit_name = short_name(unit or file_unit) if file_unit else None
-    return assembly.body(path.stem, edge_of, unit_name), label
+    return assembly.body(path.stem, edges.get, unit_name), label
 
 
 def _root(path: Path) -> ElementTree.Element:

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from contiga.errors import ContigaWarning
 from contiga.io.apart import ask_apart
 from contiga.io.cad.formats import PACKAGES, READERS, kept_as
-from contiga.io.outcome import content_of
 
 if TYPE_CHECKING:
     from contiga.arrays.disk_cache import DiskCache
@@ -64,7 +63,7 @@ def read_kept(
     outcome = ask_apart(target, file, *args, needs=needs)
     said = list(outcome.warnings)
     _warn(said)
-    content = content_of(outcome, file)
+    content = outcome.value(file)
     check(content)
     if kept_as(file) == read:  # nobody has written it anew meanwhile
         files.put(key, (content, said))

@@ -124,12 +124,12 @@ def loop_box(loop: Loop) -> FloatArray:
     return np.array([np.min(lows, axis=0), np.max(highs, axis=0)])
 
 
-def exact_box(loop: Loop) -> FloatArray:
-    """(2, 2) box of a loop itself, found at the turning points of its p-curves."""
+def exact_box(pcurves: Loop) -> FloatArray:
+    """(2, 2) box of p-curves themselves, of one loop or several, found at their turning points."""
     from contiga.geometry.kernels.trim_build_nb import monotone_pieces
 
     points = []
-    for pcurve in loop:
+    for pcurve in pcurves:
         coefs = np.ascontiguousarray(extract_curve(pcurve.curve).coefs[..., [0, 1, 3]])
         degrees = np.full(len(coefs), coefs.shape[1] - 1, dtype=np.int32)
         pieces = monotone_pieces(coefs, degrees)[0]

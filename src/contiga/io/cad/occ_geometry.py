@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
+from contiga.io.cad.chart import cut_down
+from contiga.io.cad.loops import whole_periods
 from contiga.io.cad.occ_approximation import approximated, largest_miss
 from contiga.io.cad.warp import AngleMap, Map, identity
 from contiga.records import FloatArray
@@ -193,7 +196,8 @@ def patch_from(surface: Any, box: FloatArray, whole: bool, scale: float) -> Patc
 
         surface = GeomConvert.SurfaceToBSplineSurface_s(surface)
     if isinstance(surface, Geom_BSplineSurface):
-        return Patch(_spline(surface, box, whole, scale), (identity, identity))
+        spline = surface_from(*_opened(surface, box), scale)
+        return Patch(spline if whole else cut_down(spline, box), (identity, identity))
     return _analytic(surface, box, scale)
 
 
@@ -205,21 +209,6 @@ def _plane(plane: Any, box: FloatArray, scale: float) -> NurbsSurface:
             point = plane.Value(float(u), float(v))
             net[i, j] = point.X(), point.Y(), point.Z()
     return NurbsSurface((1, 1), ([u0, u0, u1, u1], [v0, v0, v1, v1]), net * scale)
-
-
-def _spline(surface: Any, box: FloatArray, whole: bool, scale: float) -> NurbsSurface:
-    result = surface_from(*_opened(surface, box), scale)
-    (u0, u1), (v0, v1) = result.domain
-    if whole:
-        return result
-    # Bounds within rounding of the natural ones are the natural ones.
-    low, high = np.array([u0, v0]), np.array([u1, v1])
-    near = 1e-9 * (high - low)
-    a = np.where(box[0] - low <= near, low, box[0])
-    b = np.where(high - box[1] <= near, high, box[1])
-    if np.array_equal(a, low) and np.array_equal(b, high):
-        return result
-    return result.restricted((float(a[0]), float(b[0])), (float(a[1]), float(b[1])))
 
 
 def _opened(surface: Any, box: FloatArray) -> tuple[Any, FloatArray]:
@@ -237,19 +226,17 @@ def _opened(surface: Any, box: FloatArray) -> tuple[Any, FloatArray]:
     part = np.where(periods > 0.0, box, natural)
     part[1] = np.where(periods > 0.0, np.minimum(part[1], part[0] + periods), part[1])
     spline.Segment(*(float(x) for x in (part[0, 0], part[1, 0], part[0, 1], part[1, 1])))
+    return spline, _unrolled(spline, part[0], periods)
+
+
+def _unrolled(spline: Any, start: FloatArray, periods: FloatArray) -> FloatArray:
+    """Make a spline not periodic; whole periods that bring its first knots to `start` (u, v)."""
     if spline.IsUPeriodic():
         spline.SetUNotPeriodic()
     if spline.IsVPeriodic():
         spline.SetVNotPeriodic()
-    return spline, _shift_to(spline, part[0], periods)
-
-
-def _shift_to(spline: Any, start: FloatArray, periods: FloatArray) -> FloatArray:
-    """Whole periods that bring the first knots of `spline` to `start` (u, v)."""
     u0, _, v0, _ = spline.Bounds()
-    safe = np.where(periods > 0.0, periods, 1.0)
-    turns = np.round((start - np.array([u0, v0])) / safe)
-    return np.where(periods > 0.0, turns * periods, 0.0)
+    return whole_periods(start - np.array([u0, v0]), periods)
 
 
 def _analytic(surface: Any, box: FloatArray, scale: float) -> Patch:
@@ -289,11 +276,7 @@ def _exact_form(
         spline = GeomConvert.SurfaceToBSplineSurface_s(trimmed)
     except Exception:  # OpenCASCADE raises its own kinds for surfaces without an exact form
         return None
-    if spline.IsUPeriodic():
-        spline.SetUNotPeriodic()
-    if spline.IsVPeriodic():
-        spline.SetVNotPeriodic()
-    shift = _shift_to(spline, box[0], periods_of(surface))
+    shift = _unrolled(spline, box[0], periods_of(surface))
     for maps in _possible_maps(spline, shift):
         if _agrees(surface, spline, maps, (box, shift)):
             return spline, shift, maps
@@ -326,17 +309,14 @@ def _joined_patches(one: Patch, two: Patch, axis: int) -> Patch | None:
 
 
 def _possible_maps(spline: Any, shift: FloatArray) -> list[tuple[Map, Map]]:
-    """Parameter maps a conversion may have made: angles in u, in v, in both, in none."""
-    u = AngleMap(_values(spline.UKnots()) + shift[0]) if spline.UDegree() == 2 else None
-    v = AngleMap(_values(spline.VKnots()) + shift[1]) if spline.VDegree() == 2 else None
-    candidates: list[tuple[Map, Map]] = []
-    if u is not None and v is not None:
-        candidates.append((u, v))
-    if u is not None:
-        candidates.append((u, identity))
-    if v is not None:
-        candidates.append((identity, v))
-    return [*candidates, (identity, identity)]
+    """Parameter maps a conversion may have made: angles in both, in u, in v, in none."""
+    of_u: list[Map] = [identity]
+    of_v: list[Map] = [identity]
+    if spline.UDegree() == 2:
+        of_u.insert(0, AngleMap(_values(spline.UKnots()) + shift[0]))
+    if spline.VDegree() == 2:
+        of_v.insert(0, AngleMap(_values(spline.VKnots()) + shift[1]))
+    return list(product(of_u, of_v))
 
 
 def _agrees(

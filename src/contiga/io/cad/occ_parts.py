@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.io.cad.parts import FaceLabel, PartLabel
-from contiga.io.cad.sew import Sewn, subshapes
+from contiga.io.cad.sew import Sewn, members, subshapes
 
 _SURFACES = {
     "Geom_Plane": "plane",
@@ -79,21 +79,19 @@ def pieces_of(document: Any) -> list[Piece]:
     """All pieces of a document in the order of the file."""
     from OCP.collections import Sequence_TDF_Label
     from OCP.TopLoc import TopLoc_Location
+    from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
-    walk = _Walk(document)
+    shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     free = Sequence_TDF_Label()
-    walk.shapes.GetFreeShapes(free)
-    start = _Way(TopLoc_Location())
+    shapes.GetFreeShapes(free)
+    walk, start = _Walk(shapes), _Way(TopLoc_Location())
     return [piece for label in _listed(free) for piece in walk.under(label, start)]
 
 
-class _Walk:
+class _Walk(NamedTuple):
     """Goes down the labels of a document."""
 
-    def __init__(self, document: Any) -> None:
-        from OCP.XCAFDoc import XCAFDoc_DocumentTool
-
-        self.shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+    shapes: Any
 
     def under(self, label: Any, way: _Way) -> Iterator[Piece]:
         """Pieces of a label that may refer to a product which stands elsewhere."""
@@ -176,7 +174,6 @@ class _Inner:
 def _split(shape: Any) -> Iterator[tuple[str, Any]]:
     """Solids, shells and faces of a shape, each once, what a solid consists of not again."""
     from OCP.TopAbs import TopAbs_ShapeEnum
-    from OCP.TopoDS import TopoDS_Iterator
 
     if shape.IsNull():
         return
@@ -189,10 +186,8 @@ def _split(shape: Any) -> Iterator[tuple[str, Any]]:
     if kind in kinds:
         yield kinds[kind], shape
     elif kind in (TopAbs_ShapeEnum.TopAbs_COMPOUND, TopAbs_ShapeEnum.TopAbs_COMPSOLID):
-        iterator = TopoDS_Iterator(shape)
-        while iterator.More():
-            yield from _split(iterator.Value())
-            iterator.Next()
+        for member in members(shape):
+            yield from _split(member)
 
 
 def compound_of(shapes: Iterable[Any]) -> Any:

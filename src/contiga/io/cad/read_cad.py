@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from contiga.errors import ContigaWarning, FileError
 from contiga.extras import require
@@ -19,9 +19,6 @@ from contiga.io.units import base_factor
 
 if TYPE_CHECKING:
     from contiga.masters.body import Body
-    from contiga.masters.body_summary import body_summary
-
-__all__ = ["SUFFIXES", "body_summary", "read_cad"]
 
 _BODY = "contiga.masters.body"
 FARTHEST = 1e100
@@ -178,15 +175,6 @@ def _check_crossing(body: Body, file: Path) -> None:
             remedy="Make bends wider or cut it there in the program that wrote the file, "
             "or choose other parts",
         )
-
-
-def __getattr__(name: str) -> Any:
-    # Geometry is imported while the file is read, not before.
-    if name == "body_summary":
-        from contiga.masters.body_summary import body_summary
-
-        return body_summary
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def _check_suffix(file: Path) -> None:

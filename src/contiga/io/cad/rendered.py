@@ -86,12 +86,12 @@ def _farthest(body: Body, k: int, mesh: RenderMesh) -> float:
         out = ~points_in_trim(body.trim_tables, k, uv)
         for curve in (curve for loop in loops for curve in loop) if out.any() else ():
             border = chart.points(curve.evaluate(np.linspace(*curve.domain, ALONG))[:, :2])
-            apart[out] = np.minimum(apart[out], _to_polyline(points[out], border))
+            apart[out] = np.minimum(apart[out], to_polyline(points[out], border))
         off[out] = np.maximum(off[out], apart[out])
     return float(off.max())
 
 
-def _to_polyline(points: FloatArray, corners: FloatArray) -> FloatArray:
+def to_polyline(points: FloatArray, corners: FloatArray) -> FloatArray:
     """(n,) distances of points (n, 3) to a chain of lines (m, 3)."""
     start, along = corners[:-1], np.diff(corners, axis=0)
     way = points[:, None] - start

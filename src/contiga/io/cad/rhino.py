@@ -27,7 +27,7 @@ from contiga.io.cad.parts import (
     Solids,
     chosen_faces,
 )
-from contiga.io.cad.rendered import doubts, render_mesh
+from contiga.io.cad.rendered import doubts, render_mesh, to_polyline
 from contiga.io.cad.stitch import side_curve
 from contiga.io.cad.unite_body import united
 from contiga.io.naming import listed
@@ -84,32 +84,17 @@ def read_rhino(
     FileError
         Not a 3DM file, or one without surfaces.
     """
-    gathered = _Model(path, file_unit, unit).gathered(choice, solids)
-    if gathered.said:
-        warn(f"{path}: solids {gathered.said}")
-    return gathered.body
+    inventory = _Model(path, file_unit, unit).inventory(choice, solids)
+    if inventory.said:
+        warn(f"{path}: solids {inventory.said}")
+    return inventory.body
 
 
 def list_rhino(
     path: Path, file_unit: str | None, unit: str | None, solids: Solids | None = None
 ) -> Inventory:
     """All of a 3DM file with what it says of its objects."""
-    model = _Model(path, file_unit, unit)
-    gathered = model.gathered(ALL, solids)
-    labels = [item.label for item in model.items]
-    return Inventory(gathered.body, gathered.numbers, labels, gathered.apart, gathered.said)
-
-
-class _Gathered(NamedTuple):
-    """What is chosen of a file."""
-
-    body: Body
-    numbers: list[int]
-    """Of the face that each patch is."""
-    apart: dict[int, Body]
-    """By number the objects that others touch or overlap, as they are alone."""
-    said: str
-    """Of them."""
+    return _Model(path, file_unit, unit).inventory(ALL, solids)
 
 
 class _Model:
@@ -132,16 +117,17 @@ class _Model:
         self._scale = length_factor(unit_name, unit, str(path)) if unit_name and unit else 1.0
         self._unit = short_name(unit or unit_name) if unit_name else None
         self._tolerance = max(float(model.Settings.ModelAbsoluteTolerance), 1e-9)
-        self.items = _items(model, path)
+        self._items = _items(model, path)
 
-    def gathered(self, choice: Choice, solids: Solids | None) -> _Gathered:
+    def inventory(self, choice: Choice, solids: Solids | None) -> Inventory:
         """What is chosen as a body, objects that meet dealt with as asked for."""
-        chosen = chosen_faces([item.label for item in self.items], choice, str(self._path))
+        labels = [item.label for item in self._items]
+        chosen = chosen_faces(labels, choice, str(self._path))
         alone: dict[int, Body] = {}
         pieces: list[IndexArray] = []
         numbers: list[int] = []
         owner: list[int] = []
-        for k, item in enumerate(self.items):
+        for k, item in enumerate(self._items):
             wanted = [face.number in chosen for face in item.label.faces]
             body, kept = self._body(item, wanted) if any(wanted) else (None, [])
             if body is not None:
@@ -153,7 +139,7 @@ class _Model:
         whole = merged(list(alone.values()), self._path, self._unit)
 
         def title(patches: Sequence[int]) -> str:
-            return self.items[owner[patches[0]]].label.title
+            return labels[owner[patches[0]]].title
 
         union = united(
             whole,
@@ -164,8 +150,9 @@ class _Model:
             describe=lambda some: listed(dict.fromkeys(map(title, some))),
         )
         met = {owner[patches[0]] for some in union.met for patches in some}
-        apart = {self.items[k].label.number: alone[k] for k in sorted(met)}
-        return _Gathered(union.body, [numbers[k] for k in union.origin], apart, union.said)
+        apart = {labels[k].number: alone[k] for k in sorted(met)}
+        origin = [numbers[k] for k in union.origin]
+        return Inventory(union.body, origin, labels, apart, union.said)
 
     def _body(self, item: _Item, wanted: list[bool]) -> tuple[Body | None, list[int]]:
         """The faces wanted of an object, unplaced, and which of them have an extent."""
@@ -298,10 +285,9 @@ def _brep(
         elif add_drawn(assembly, DrawnFace(surface, trims, turned, name), curves, tolerance):
             kept.append(i)
 
-    def edge_of(number: int) -> Edge | None:
-        return Edge(curves[number], tolerance)
-
-    return (assembly.body("brep", edge_of, None) if kept else None), kept
+    if not kept:
+        return None, kept
+    return assembly.body("brep", lambda number: Edge(curves[number], tolerance), None), kept
 
 
 def _named(name: str, made: Callable[[Any], _Made], geometry: Any) -> _Made:
@@ -353,11 +339,6 @@ def _fits(
         points = points[::-1]
     if np.abs(points[[0, -1]] - fine[[0, -1]]).max() > near:
         return False
-    a, b = fine[:-1], fine[1:]
-    along = b - a
-    share = np.einsum("kid,id->ki", points[:, None] - a, along)
-    share = np.clip(share / np.maximum(np.einsum("id,id->i", along, along), 1e-300), 0.0, 1.0)
-    miss = np.linalg.norm(points[:, None] - (a + share[..., None] * along), axis=2).min(axis=1)
     # The chords of the sampled side are off its curve by their sagitta.
     sagitta = float(np.linalg.norm(fine[:-2] - 2.0 * fine[1:-1] + fine[2:], axis=1).max())
-    return bool(miss.max() <= near + 0.25 * sagitta)
+    return bool(to_polyline(points, fine).max() <= near + 0.25 * sagitta)

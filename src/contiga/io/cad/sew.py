@@ -7,6 +7,7 @@ that coincide; surfaces and p-curves stay as the file has them, only edges are g
 from __future__ import annotations
 
 from collections import Counter, defaultdict
+from collections.abc import Iterator
 from typing import Any
 
 COINCIDENT = 1e-6
@@ -231,6 +232,16 @@ def subshapes(shape: Any, kind: str) -> list[Any]:
         shapes.append(explorer.Current())
         explorer.Next()
     return shapes
+
+
+def members(shape: Any) -> Iterator[Any]:
+    """What a shape is made of itself, in its order: edges of a wire, wires of a face."""
+    from OCP.TopoDS import TopoDS_Iterator
+
+    iterator = TopoDS_Iterator(shape)
+    while iterator.More():
+        yield iterator.Value()
+        iterator.Next()
 
 
 def _sewing(shape: Any) -> Any:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -35,7 +35,7 @@ from contiga.io.cad.occ_parts import compound_of, labelled
 from contiga.io.cad.occ_piercing import refuse_pierced
 from contiga.io.cad.occ_transfer import transferred
 from contiga.io.cad.parts import ALL, Choice, Inventory, PartLabel, Solids, chosen_faces
-from contiga.io.cad.sew import Sewn
+from contiga.io.cad.sew import Sewn, members
 from contiga.io.cad.unite import Meeting, Numbered, Placed, placed_of, said_of
 from contiga.io.cad.warp import AngleMap, bent
 from contiga.io.naming import listed
@@ -48,13 +48,6 @@ OCC_UNIT = "mm"
 ROUNDED = 1e-11
 """Share of a face within which its bounds are the surface's own: OpenCASCADE rounds them more than
 float64 would."""
-
-
-class Numbers(Protocol):
-    """What numbers the edges of faces."""
-
-    def add(self, edge: Any) -> tuple[int, bool]:
-        """Number of a TopoDS_Edge, and whether it runs against the edge of that number."""
 
 
 class RawFace(NamedTuple):
@@ -126,20 +119,18 @@ class _Model:
         placed, said = self._placed(choice)
         if said:
             warn(f"{self._path}: solids {said}")
-        sewn = self._sewn_of(placed)
-        assembly, _ = self._gathered(placed, sewn)
-        return self._made(assembly, sewn, placed)
+        body, _, _ = self._gathered(placed)
+        return body
 
     def inventory(self) -> Inventory:
         """Everything, and parts that share faces or edges with others apart, too."""
         placed, said = self._placed(ALL)
-        sewn = self._sewn_of(placed)
-        assembly, numbers = self._gathered(placed, sewn)
+        body, numbers, assembly = self._gathered(placed)
         owner = {face.number: part.number for part in self._parts for face in part.faces}
         mixed = set(assembly.entangled([owner[number] for number in numbers]))
         mixed |= {part.number for meeting in placed.meetings for part in self._parts_of(meeting)}
         apart = {number: self.body(Choice(parts=(number,))) for number in sorted(mixed)}
-        return Inventory(self._made(assembly, sewn, placed), numbers, self._parts, apart, said)
+        return Inventory(body, numbers, self._parts, apart, said)
 
     def _placed(self, choice: Choice) -> tuple[Placed, str]:
         """The faces chosen, solids that meet dealt with as asked for, and what is said of them."""
@@ -159,21 +150,17 @@ class _Model:
     def _at(self, meeting: Meeting) -> str:
         return "({:.6g}, {:.6g}, {:.6g})".format(*(self._scale * c for c in meeting.place))
 
-    def _sewn_of(self, placed: Placed) -> Sewn:
-        """What numbers the edges of faces."""
+    def _gathered(self, placed: Placed) -> tuple[Body, list[int], Assembly]:
+        """The faces as a body, the number in the file of each patch, and what it is made by."""
         whole = len(placed.faces) == sum(len(piece.faces) for piece in self._pieces)
-        return self._sewn if whole and not placed.meetings else Sewn(placed.shape)
-
-    def _gathered(self, placed: Placed, sewn: Sewn) -> tuple[Assembly, list[int]]:
-        """The faces, and the number in the file of each patch made of one."""
+        sewn = self._sewn if whole and not placed.meetings else Sewn(placed.shape)
         assembly = Assembly(str(self._path))
         numbers = gather(assembly, placed.faces, sewn, self._scale, f"{self._path}, face")
-        return assembly, numbers
-
-    def _made(self, assembly: Assembly, sewn: Sewn, placed: Placed) -> Body:
         edges = partial(edge_of, sewn, self._scale, self._accuracy)
         body = assembly.body(self._path.stem, edges, self._unit)
-        return body.known_apart() if placed.embedded and placed.solids_only else body
+        if placed.embedded and placed.solids_only:
+            body = body.known_apart()
+        return body, numbers, assembly
 
 
 def gather(
@@ -204,7 +191,7 @@ def edge_of(sewn: Sewn, scale: float, accuracy: float, number: int) -> Edge | No
     """Curve and tolerances of an edge by its number; None where it has no curve in space."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepLib import BRepLib
-    from OCP.TopoDS import TopoDS, TopoDS_Iterator
+    from OCP.TopoDS import TopoDS
 
     edge = sewn.edge(number)
     curve = BRep_Tool.Curve_s(edge, 0.0, 0.0)
@@ -214,15 +201,13 @@ def edge_of(sewn: Sewn, scale: float, accuracy: float, number: int) -> Edge | No
         return None
     first, last = BRep_Tool.Range_s(edge)
     corner = accuracy
-    vertices = TopoDS_Iterator(edge)
-    while vertices.More():
-        corner = max(corner, BRep_Tool.Tolerance_s(TopoDS.Vertex(vertices.Value())))
-        vertices.Next()
+    for vertex in members(edge):
+        corner = max(corner, BRep_Tool.Tolerance_s(TopoDS.Vertex(vertex)))
     tolerance = BRep_Tool.Tolerance_s(edge) * scale
     return Edge(occ.curve3d_from(curve, first, last, scale), tolerance, corner * scale)
 
 
-def add_face(assembly: Assembly, face: Any, edges: Numbers, scale: float, where: str) -> bool:
+def add_face(assembly: Assembly, face: Any, edges: Sewn, scale: float, where: str) -> bool:
     """Convert a TopoDS_Face and add it, if it has an extent; `edges` numbers its edges."""
     raw = _raw_face(face, edges)
     if raw is None or _is_thin(raw):
@@ -296,11 +281,11 @@ def _mapped_sides(sides: Sides, patch: occ.Patch) -> Sides:
     return sides._replace(span=spans)
 
 
-def _raw_face(face: Any, edges: Numbers) -> RawFace | None:
+def _raw_face(face: Any, edges: Sewn) -> RawFace | None:
     """Surface, ordered loops and bounds of a face; None if it has no extent."""
     from OCP.BRep import BRep_Tool
     from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
-    from OCP.TopoDS import TopoDS, TopoDS_Iterator
+    from OCP.TopoDS import TopoDS
 
     surface = occ.base_surface(BRep_Tool.Surface_s(face))
     if surface is None:
@@ -309,13 +294,11 @@ def _raw_face(face: Any, edges: Numbers) -> RawFace | None:
     forward = TopoDS.Face(face.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
     periods = occ.periods_of(surface)
     loops = []
-    wires = TopoDS_Iterator(forward)
-    while wires.More():
-        if wires.Value().ShapeType() == TopAbs_ShapeEnum.TopAbs_WIRE:
-            pcurves = _pcurves(TopoDS.Wire(wires.Value()), forward, edges)
+    for wire in members(forward):
+        if wire.ShapeType() == TopAbs_ShapeEnum.TopAbs_WIRE:
+            pcurves = _pcurves(TopoDS.Wire(wire), forward, edges)
             if pcurves:
                 loops.append(chained(pcurves, periods))
-        wires.Next()
     loops = aligned(loops, periods)
     box = _box(surface, loops, periods)
     if not np.isfinite(box).all():
@@ -332,8 +315,7 @@ def _box(surface: Any, loops: list[Loop], periods: FloatArray) -> FloatArray:
     natural[0][np.isinf(natural[0])] = -np.inf
     if not loops:
         return natural
-    boxes = np.array([exact_box(loop) for loop in loops])
-    box = np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+    box = exact_box([pcurve for loop in loops for pcurve in loop])
     periodic = periods > 0.0
     box[0] = np.where(periodic, box[0], np.maximum(box[0], natural[0]))
     box[1] = np.where(
@@ -346,38 +328,29 @@ def _box(surface: Any, loops: list[Loop], periods: FloatArray) -> FloatArray:
     return box
 
 
-def _pcurves(wire: Any, face: Any, edges: Numbers) -> Loop:
+def _pcurves(wire: Any, face: Any, edges: Sewn) -> Loop:
     """The p-curves of a wire in its order, each running the wire's way."""
-    pcurves = []
-    for edge in _wire_edges(wire, face):
-        pcurve = _pcurve(edge, face, edges)
-        if pcurve is not None:
-            pcurves.append(pcurve)
-    return pcurves
+    pcurves = [_pcurve(edge, face, edges) for edge in _wire_edges(wire, face)]
+    return [pcurve for pcurve in pcurves if pcurve is not None]
 
 
 def _wire_edges(wire: Any, face: Any) -> list[Any]:
     """Edges in order of connection, or as stored where the explorer cannot follow the wire."""
     from OCP.BRepTools import BRepTools_WireExplorer
     from OCP.TopAbs import TopAbs_Orientation
-    from OCP.TopoDS import TopoDS, TopoDS_Iterator
+    from OCP.TopoDS import TopoDS
 
     ordered = []
     explorer = BRepTools_WireExplorer(wire, face)
     while explorer.More():
         ordered.append(explorer.Current())
         explorer.Next()
-    stored = []
-    iterator = TopoDS_Iterator(wire)
     borders = (TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopAbs_REVERSED)
-    while iterator.More():
-        if iterator.Value().Orientation() in borders:
-            stored.append(TopoDS.Edge(iterator.Value()))
-        iterator.Next()
+    stored = [TopoDS.Edge(edge) for edge in members(wire) if edge.Orientation() in borders]
     return ordered if len(ordered) == len(stored) else stored
 
 
-def _pcurve(edge: Any, face: Any, edges: Numbers) -> PCurve | None:
+def _pcurve(edge: Any, face: Any, edges: Sewn) -> PCurve | None:
     from OCP.BRep import BRep_Tool
     from OCP.ShapeFix import ShapeFix_Edge
     from OCP.TopAbs import TopAbs_Orientation

@@ -54,7 +54,6 @@ class United(NamedTuple):
     """Patches, before, of pieces that touch or overlap one another."""
     said: str
     """Of them, "" if there are none."""
-    made_one: bool
 
 
 def unite(*bodies: Body) -> Body:
@@ -150,7 +149,7 @@ def united(
         met = [[tuple(pieces[k].tolist()) for k in some] for some in groups]
         places = [between(boxes, some) for some in groups]
         said = kept_apart(_texts(met, places, describe)) if met else ""
-        return United(body, as_it_is, met, said, made_one=False)
+        return United(body, as_it_is, met, said)
     require("uniting pieces that touch or overlap", "OCP")
     from contiga.io.cad.occ_geometry import quiet
 
@@ -165,7 +164,7 @@ def united(
         places = [(x / scale, y / scale, z / scale) for _, (x, y, z) in placed.meetings]
         said = said_of(placed, _texts(met, places, describe), solids, where)
         if not (met and placed.embedded):
-            return United(body, as_it_is, met, said, made_one=False)
+            return United(body, as_it_is, met, said)
         gone = {patch for some in met for piece in some for patch in piece}
         faces = [(owner[n - 1], face) for n, face in placed.faces if owner[n - 1] in gone]
         new, origin = _patches(faces, placed.shape, scale, where, body.unit)
@@ -173,7 +172,7 @@ def united(
     origin += kept
     order = np.argsort(origin, kind="stable").tolist()
     whole = merged([new, piece_of(body, kept)] if kept else [new], Path(where), body.unit)
-    return United(piece_of(whole, order), [origin[k] for k in order], met, said, made_one=True)
+    return United(piece_of(whole, order), [origin[k] for k in order], met, said)
 
 
 def _texts(

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from contiga.errors import ContigaWarning, MeshError
-from contiga.io.mesh.abaqus_cards import Keyword, Line, read_keywords, whole
+from contiga.io.mesh.abaqus_cards import Keyword, Line, read_keywords
 from contiga.io.mesh.abaqus_elements import moves_to_contact, touches_no_mesh
 from contiga.io.mesh.abaqus_mesh import assembled, told
 from contiga.io.mesh.abaqus_scope import (
@@ -28,6 +28,7 @@ from contiga.io.mesh.abaqus_scope import (
     read_nodes,
     read_system,
 )
+from contiga.io.mesh.deck_text import whole
 from contiga.io.mesh.raw import RawMesh
 
 SUFFIXES = (".inp",)

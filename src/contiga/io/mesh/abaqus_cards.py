@@ -6,16 +6,13 @@ parameters parted by commas, which goes on where its line ends with one; ``**`` 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 from contiga.errors import FileError, MeshError
 from contiga.io.limits import watched_lines
-from contiga.io.mesh.lsdyna_parameters import fortran_number
-
-LARGEST = 2**62
+from contiga.io.mesh.deck_text import included, real
 
 
 class Line(NamedTuple):
@@ -79,7 +76,8 @@ def read_keywords(path: Path, open_files: tuple[Path, ...] = ()) -> Iterator[Key
     for bare in _split(path):
         keyword = bare
         if "INPUT" in bare.options and bare.name in ("INCLUDE", "NODE", "ELEMENT", "NSET", "ELSET"):
-            inner = _beside(bare, open_files)
+            folder = bare.path.parent
+            inner = included(bare.options["INPUT"], [folder], open_files, bare.where)
             if bare.name == "INCLUDE":
                 yield from read_keywords(inner, open_files)
                 continue
@@ -89,40 +87,6 @@ def read_keywords(path: Path, open_files: tuple[Path, ...] = ()) -> Iterator[Key
         raise FileError(
             "not an Abaqus input file", where=str(path), allowed="keywords such as *NODE"
         )
-
-
-def whole(text: str, where: str) -> int:
-    """A whole number.
-
-    Raises
-    ------
-    MeshError
-        It is none, or counts nothing.
-    """
-    try:
-        value = int(text)
-    except ValueError:
-        value = LARGEST + 1
-    if abs(value) > LARGEST:
-        raise MeshError("not a whole number", where=where, found=text)
-    return value
-
-
-def real(text: str, where: str) -> float:
-    """A number in any way Fortran writes it; empty is 0.
-
-    Raises
-    ------
-    MeshError
-        It is none, or not finite.
-    """
-    try:
-        value = fortran_number(text or "0")
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise MeshError("not a finite number", where=where, found=text)
-    return value
 
 
 def reals(line: Line, count: int) -> list[float]:
@@ -183,13 +147,3 @@ def _data(path: Path) -> Iterator[Line]:
         for number, text in watched_lines(stream, path):
             if text.strip() and not text.strip().startswith("**"):
                 yield _line(text.strip(), path, number)
-
-
-def _beside(keyword: Keyword, open_files: tuple[Path, ...]) -> Path:
-    name = keyword.options["INPUT"]
-    file = keyword.path.parent / name
-    if not file.is_file():
-        raise FileError("no such included file", where=keyword.where, found=name)
-    if file.resolve() in open_files:
-        raise FileError("a file includes itself", where=keyword.where, found=name)
-    return file

@@ -10,8 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.errors import MeshError
-from contiga.io.mesh.abaqus_cards import Keyword, Line, reals, whole
+from contiga.io.mesh.abaqus_cards import Keyword, Line, reals
 from contiga.io.mesh.abaqus_elements import cell_of
+from contiga.io.mesh.deck_text import whole
 from contiga.records import FloatArray
 from contiga.slaves.cells import N_NODES
 
@@ -139,7 +140,7 @@ def _placed(scope: Scope, kind: str, given: Place) -> Place:
 def read_system(keyword: Keyword, scope: Scope) -> None:
     """*SYSTEM: an origin, a point on x and one in the x-y plane, for the nodes that follow."""
     keyword.understood()
-    numbers = [number for line in keyword.lines[:2] for number in _padded(line, 6)]
+    numbers = [number for line in keyword.lines[:2] for number in reals(line, 6)]
     if not numbers:
         scope.system = None
         return
@@ -155,10 +156,6 @@ def read_system(keyword: Keyword, scope: Scope) -> None:
         raise MeshError("the three points of a system lie on a line", where=keyword.where)
     x, z = along / np.linalg.norm(along), normal / np.linalg.norm(normal)
     scope.system = (a, np.array([x, np.cross(z, x), z]))
-
-
-def _padded(line: Line, count: int) -> list[float]:
-    return reals(line, count)
 
 
 def read_elements(keyword: Keyword, scope: Scope) -> None:

@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import ContigaWarning, FileError, MeshError
-from contiga.io.mesh.lsdyna_cards import Block, Card, fields, read_blocks, real, whole
+from contiga.io.mesh.lsdyna_cards import Block, read_blocks, row_of
 from contiga.io.mesh.lsdyna_parts import Parts, read_parts
 from contiga.io.mesh.lsdyna_sets import read_sets, set_name
 from contiga.io.mesh.lsdyna_ties import tied_nodes
-from contiga.io.mesh.numbered import Int64Array, Rows
+from contiga.io.mesh.numbered import Rows
 from contiga.io.mesh.raw import Group, RawMesh
 from contiga.records import FloatArray
-from contiga.slaves.skin import CellBlock
+from contiga.slaves.skin import CellBlock, Int64Array
 
 SUFFIXES = (".k", ".key", ".dyn", ".dyna")
 
@@ -172,13 +172,13 @@ def _column(table: NDArray[np.bytes_], start: int, width: int) -> NDArray[np.byt
 
 def _node_cards(block: Block) -> tuple[Int64Array, FloatArray]:
     ids: list[int] = []
-    points: list[list[float]] = []
+    points: list[tuple[float, ...]] = []
     for card in block.cards:
-        node, *xyz = fields(card, block, _NODE)
-        if not node and not any(xyz):
+        row = row_of(card, block, _NODE)
+        if not any(row.texts):
             continue
-        ids.append(whole(node, block, card))
-        points.append([real(value, block, card) for value in xyz])
+        ids.append(row.whole(0))
+        points.append(row.reals(1, 4))
     array = np.array(points, dtype=np.float64).reshape(-1, 3)
     return np.array(ids, dtype=np.int64), array
 
@@ -201,13 +201,12 @@ def _shell_cards(block: Block) -> _Table:
             found=f"{len(cards)} cards",
         )
     for i in range(0, len(cards), step):
-        numbers = [whole(field, block, cards[i]) for field in fields(cards[i], block, _ELEMENT)]
+        numbers = row_of(cards[i], block, _ELEMENT).wholes(0, 10)
         part.append(numbers[1])
         nodes.append(numbers[2:])
-        corners = [0.0] * 4
+        corners: tuple[float, ...] = (0.0,) * 4
         if with_thickness:
-            values = fields(cards[i + 1], block, _THICKNESSES)
-            corners = [real(value, block, cards[i + 1]) for value in values]
+            corners = row_of(cards[i + 1], block, _THICKNESSES).reals(0, 4)
         thickness.append(corners)
     return _table(part, nodes, thickness, 8)
 
@@ -219,23 +218,24 @@ def _solid_cards(block: Block) -> _Table:
     """
     if block.keyword not in _SOLIDS:
         raise _unknown_element(block, _SOLIDS)
-    part, nodes = [], []
+    part: list[int] = []
+    nodes: list[tuple[int, ...]] = []
     cards = iter([card for card in block.cards if card.text.strip()])
     for card in cards:
-        numbers = [whole(field, block, card) for field in fields(card, block, _ELEMENT)]
+        numbers = row_of(card, block, _ELEMENT).wholes(0, 10)
         part.append(numbers[1])
         if any(numbers[2:]):
-            nodes.append([*numbers[2:], 0, 0])
+            nodes.append((*numbers[2:], 0, 0))
             continue
         second = next(cards, None)
         if second is None:
             raise MeshError("the card with the element's nodes is missing", where=block.where(card))
-        nodes.append([whole(field, block, second) for field in fields(second, block, _ELEMENT)])
-    return _table(part, nodes, [[0.0] * 4] * len(part), 10)
+        nodes.append(row_of(second, block, _ELEMENT).wholes(0, 10))
+    return _table(part, nodes, [(0.0,) * 4] * len(part), 10)
 
 
 def _table(
-    part: list[int], nodes: list[list[int]], thickness: list[list[float]], width: int
+    part: list[int], nodes: list[tuple[int, ...]], thickness: list[tuple[float, ...]], width: int
 ) -> _Table:
     return _Table(
         np.array(part, dtype=np.int64),
@@ -349,18 +349,15 @@ def _mass(blocks: Iterable[Block], rows: Rows, count: int) -> FloatArray | None:
     """(n,) from *ELEMENT_MASS: eid, node, mass; None if the deck has none."""
     ids: list[int] = []
     values: list[float] = []
-    last: tuple[Block, Card] | None = None
     for block in blocks:
         if block.keyword != "ELEMENT_MASS":
             continue
         for card in block.cards:
-            if not card.text.strip():
-                continue
-            _, node, mass, _ = fields(card, block, _ELEMENT_MASS)
-            ids.append(whole(node, block, card))
-            values.append(real(mass, block, card))
-            last = (block, card)
-    if last is None:
+            if card.text.strip():
+                row = row_of(card, block, _ELEMENT_MASS)
+                ids.append(row.whole(1))
+                values.append(row.real(2))
+    if not ids:
         return None
     at = rows(np.array(ids, dtype=np.int64))
     return np.bincount(at, weights=np.array(values), minlength=count).astype(np.float64)

@@ -14,42 +14,16 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from contiga.errors import FileError, MeshError
-from contiga.io.mesh.lsdyna_card import Card as Card
-from contiga.io.mesh.lsdyna_parameters import Parameters, fortran_number, is_parameters
+from contiga.errors import MeshError
+from contiga.io.mesh.deck_text import LARGEST, fortran_number, included
+from contiga.io.mesh.lsdyna_parameters import Block as Block
+from contiga.io.mesh.lsdyna_parameters import Card as Card
+from contiga.io.mesh.lsdyna_parameters import Parameters, is_parameters
 
 _LONG_WIDTH = 20
-_LARGEST = 2**62
+_USUAL = (10,) * 8
+"""Widths of the fields of most cards."""
 _TEN = re.compile(r"I10\s*=\s*Y")
-
-
-class Block(NamedTuple):
-    """A keyword and its cards, comments left out."""
-
-    keyword: str
-    """Upper case, without the star: "ELEMENT_SHELL"."""
-    cards: list[Card]
-    long: bool
-    """In the long format, fields 20 wide."""
-    path: Path
-    line: int = 0
-    """Of the keyword."""
-    parameters: Parameters = Parameters()
-    """What stands for names after & in its cards."""
-
-    def title_and_cards(self) -> tuple[str, list[Card]]:
-        """Title and cards that are not blank; of a keyword in _TITLE the first card is the title.
-
-        A blank title is a card, too, so that it goes before blank cards do.
-        """
-        titled = self.keyword.endswith("_TITLE") and len(self.cards) > 0
-        title = self.cards[0].text.strip() if titled else ""
-        return title, [card for card in self.cards[titled:] if card.text.strip()]
-
-    def where(self, card: Card | None = None) -> str:
-        """File, line and keyword, for messages."""
-        line = f", line {card.line}" if card else ""
-        return f"{self.path}{line}: *{self.keyword}"
 
 
 def read_blocks(path: Path) -> Iterator[Block]:
@@ -74,8 +48,7 @@ def _blocks_of(
 ) -> Iterator[Block]:
     # An unreadable byte can only be in a title or comment that matters to nobody.
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
-    for bare in _split(lines, path, long):
-        block = bare._replace(parameters=parameters)
+    for block in _split(lines, path, long, parameters):
         if block.keyword == "KEYWORD":
             continue
         if block.keyword == "END":
@@ -88,7 +61,7 @@ def _blocks_of(
             yield block
 
 
-def _split(lines: list[str], path: Path, long: bool) -> Iterator[Block]:
+def _split(lines: list[str], path: Path, long: bool, parameters: Parameters) -> Iterator[Block]:
     block: Block | None = None
     for number, line in enumerate(lines, start=1):
         if line.startswith("$"):
@@ -111,7 +84,7 @@ def _split(lines: list[str], path: Path, long: bool) -> Iterator[Block]:
         if word == "KEYWORD":
             long = long or re.search(r"LONG\s*=\s*Y", rest) is not None
         this_long = (long or word.endswith("+")) and not word.endswith("-")
-        block = Block(word.rstrip("+-"), [], this_long, path, number)
+        block = Block(word.rstrip("+-"), [], this_long, path, number, parameters)
     if block is not None:
         yield block
 
@@ -133,11 +106,7 @@ def _included(block: Block, folders: list[Path], open_files: tuple[Path, ...]) -
         name = card.text.strip()
         if not name:
             continue
-        file = next((f / name for f in folders if (f / name).is_file()), None)
-        if file is None:
-            raise FileError("no such included file", where=block.where(card), found=name)
-        if file.resolve() in open_files:
-            raise FileError("a file includes itself", where=block.where(card), found=name)
+        file = included(name, folders, open_files, block.where(card))
         inner = Parameters(block.parameters)
         yield from _blocks_of(file, block.long, folders, inner, open_files)
 
@@ -160,10 +129,65 @@ def leaving_parameters(block: Block, leave: Leave | None) -> Iterator[None]:
         leave(block, "a parameter without a value")
 
 
-def fields(card: Card, block: Block, widths: Sequence[int]) -> list[str]:
-    """The card's fields, stripped, with parameters filled in; those past its end are empty."""
+class Row(NamedTuple):
+    """A card cut into its fields."""
+
+    card: Card
+    block: Block
+    texts: list[str]
+    """Of the fields, stripped, with parameters filled in; those past the card's end are empty."""
+
+    def whole(self, k: int) -> int:
+        """Field `k` as a whole number; empty is 0."""
+        text = self.texts[k]
+        try:
+            value = int(text or "0")
+        except ValueError:
+            value = int(self._number(text, "a whole number"))
+        if abs(value) > LARGEST:
+            raise MeshError(
+                "a field of the card is not a valid count",
+                where=self.block.where(self.card),
+                found=text,
+                allowed=f"a whole number of at most {LARGEST}",
+            )
+        return value
+
+    def real(self, k: int) -> float:
+        """Field `k` as a number, in any way Fortran writes it; empty is 0."""
+        return self._number(self.texts[k] or "0", "a number")
+
+    def wholes(self, start: int, stop: int) -> tuple[int, ...]:
+        """Fields `start` to `stop`, without that, as whole numbers."""
+        return tuple(self.whole(k) for k in range(start, stop))
+
+    def reals(self, start: int, stop: int) -> tuple[float, ...]:
+        """Fields `start` to `stop`, without that, as numbers."""
+        return tuple(self.real(k) for k in range(start, stop))
+
+    def _number(self, text: str, allowed: str) -> float:
+        try:
+            value = fortran_number(text)
+            if not math.isfinite(value):
+                raise ValueError
+            return value
+        except ValueError:
+            remedy = "No *PARAMETER that is understood gives it a value: write the deck out flat."
+            raise MeshError(
+                "a field of the card is not a number",
+                where=self.block.where(self.card),
+                found=text,
+                allowed=allowed,
+                remedy=remedy if "&" in text else None,
+            ) from None
+
+
+def row_of(card: Card, block: Block, widths: Sequence[int] = _USUAL) -> Row:
+    """The card of a block cut into fields of these widths."""
     cells = _cells(card.text, block.long, widths)
-    return list(map(block.parameters.filled, cells)) if "&" in card.text else cells
+    if "&" in card.text:
+        cells = list(map(block.parameters.filled, cells))
+    return Row(card, block, cells)
 
 
 def _cells(text: str, long: bool, widths: Sequence[int]) -> list[str]:
@@ -177,41 +201,3 @@ def _cells(text: str, long: bool, widths: Sequence[int]) -> list[str]:
         texts.append(text[start : start + width].strip())
         start += width
     return texts
-
-
-def whole(field: str, block: Block, card: Card) -> int:
-    """An integer field; empty is 0."""
-    try:
-        value = int(field or "0")
-    except ValueError:
-        value = int(_number(field, block, card, "a whole number"))
-    if abs(value) > _LARGEST:
-        raise MeshError(
-            "a field of the card is not a valid count",
-            where=block.where(card),
-            found=field,
-            allowed=f"a whole number of at most {_LARGEST}",
-        )
-    return value
-
-
-def real(field: str, block: Block, card: Card) -> float:
-    """A real field in any way Fortran writes it; empty is 0."""
-    return _number(field or "0", block, card, "a number")
-
-
-def _number(field: str, block: Block, card: Card, allowed: str) -> float:
-    try:
-        value = fortran_number(field)
-        if not math.isfinite(value):
-            raise ValueError
-        return value
-    except ValueError:
-        remedy = "No *PARAMETER that is understood gives it a value: write the deck out flat."
-        raise MeshError(
-            "a field of the card is not a number",
-            where=block.where(card),
-            found=field,
-            allowed=allowed,
-            remedy=remedy if "&" in field else None,
-        ) from None

@@ -12,18 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.errors import FileError
-from contiga.io.mesh.lsdyna_cards import (
-    Block,
-    Leave,
-    fields,
-    leaving_parameters,
-    read_blocks,
-    real,
-    whole,
-)
+from contiga.io.mesh.lsdyna_cards import Block, Leave, leaving_parameters, read_blocks, row_of
 from contiga.records import FloatArray
 
-_TEN = (10,) * 8
 _POINT = (20, 20)
 
 
@@ -68,20 +59,20 @@ def _curve(block: Block) -> DeckCurve | None:
     if not cards:
         return None
     head, *points = cards
-    number, _, *scales = fields(head, block, _TEN)
-    sfa, sfo, offa, offo = (real(text, block, head) for text in scales[:4])
-    rows = [[real(text, block, card) for text in fields(card, block, _POINT)] for card in points]
+    first = row_of(head, block)
+    sfa, sfo, offa, offo = first.reals(2, 6)
+    rows = [row_of(card, block, _POINT).reals(0, 2) for card in points]
     table = np.array(rows, np.float64).reshape(-1, 2)
     table = (table + np.array([offa, offo])) * np.array([sfa or 1.0, sfo or 1.0])
     if sfa < 0.0:
         table = table[::-1]
-    return DeckCurve(whole(number, block, head), title, table, block.where(head))
+    return DeckCurve(first.whole(0), title, table, block.where(head))
 
 
 def number_of(block: Block) -> int:
     """The number of a curve that is not read; 0 where it has none that can be told."""
     _, cards = block.title_and_cards()
-    text = fields(cards[0], block, _TEN)[0] if cards else ""
+    text = row_of(cards[0], block).texts[0] if cards else ""
     return int(text) if text.isdecimal() else 0
 
 

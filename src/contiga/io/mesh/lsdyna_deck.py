@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from contiga.io.mesh.lsdyna_card import KeywordCards
 from contiga.io.mesh.lsdyna_cards import Block
 from contiga.io.mesh.lsdyna_curves import DeckCurve, number_of, read_curves
 from contiga.io.mesh.lsdyna_parts import Parts, read_parts
@@ -103,7 +102,7 @@ class DeckModel:
     unknown: dict[str, list[int]] = field(default_factory=dict)
     """Lines of what is not understood, by keyword, in brackets what of it, and included file."""
 
-    def leave(self, block: KeywordCards, why: str = "", line: int = 0) -> None:
+    def leave(self, block: Block, why: str = "", line: int = 0) -> None:
         """Note that a keyword, or something of it, is not understood."""
         text = f"*{block.keyword}{f' ({why})' if why else ''}{self._file_of(block)}"
         lines = self.unknown.setdefault(text, [])
@@ -123,7 +122,7 @@ class DeckModel:
         """Where a keyword, or a card of it, stands: its line, and an included file's name."""
         return f"line {line or block.line}{self._file_of(block)}"
 
-    def _file_of(self, block: KeywordCards) -> str:
+    def _file_of(self, block: Block) -> str:
         return "" if block.path == self.path else f" of {block.path.name}"
 
     def curve(self, number: int) -> DeckCurve | None:

@@ -12,15 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from contiga.errors import FileError
-from contiga.io.mesh.lsdyna_cards import (
-    Block,
-    Card,
-    fields,
-    leaving_parameters,
-    read_blocks,
-    real,
-    whole,
-)
+from contiga.io.mesh.lsdyna_cards import Block, Row, leaving_parameters, read_blocks, row_of
 from contiga.io.mesh.lsdyna_curves import is_curve, read_curves
 from contiga.io.mesh.lsdyna_deck import (
     DeckContact,
@@ -36,7 +28,6 @@ from contiga.io.mesh.lsdyna_sets import is_set, read_sets
 from contiga.io.mesh.lsdyna_soft import SOFT, SoftLaw
 from contiga.io.mesh.lsdyna_ties import is_tie, read_ties
 
-_TEN = (10,) * 8
 _MESH = ("NODE", "ELEMENT_MASS", "TITLE")
 _MESH_STARTS = ("ELEMENT_SHELL", "ELEMENT_SOLID", "ELEMENT_TSHELL", "SECTION_")
 # Materials whose first card begins with number, density, modulus; the share says whether Poisson's
@@ -128,39 +119,30 @@ def _take(block: Block, model: DeckModel) -> None:
         reader(block, model)
 
 
-_Row = tuple[Card, list[str]]
-
-
-def _rows(block: Block) -> list[_Row]:
+def _rows(block: Block) -> list[Row]:
     """Cards with their fields; one that is empty in the midst of others has all its defaults."""
-    return [(card, fields(card, block, _TEN)) for card in block.cards]
-
-
-def _reals(block: Block, card: Card, texts: list[str]) -> tuple[float, ...]:
-    return tuple(real(text, block, card) for text in texts)
+    return [row_of(card, block) for card in block.cards]
 
 
 def _material(block: Block, model: DeckModel) -> None:
     kind = block.keyword.removeprefix("MAT_").removesuffix("_TITLE")
     rows = _rows(block)[block.keyword.endswith("_TITLE") :]
-    soft = _soft(kind, block, rows)
+    soft = _soft(kind, rows)
     why, soft = (soft, None) if isinstance(soft, str) else ("", soft)
     if not rows or (kind not in _ELASTIC and soft is None):
         model.leave(block, why)
         return
-    card, texts = rows[0]
-    density, modulus, poisson = _reals(block, card, texts[1:4])
+    density, modulus, poisson = rows[0].reals(1, 4)
     if soft is not None:
         modulus, poisson = soft.modulus, soft.poisson
     rigid, held = kind in _RIGID, (0, 0)
     if rigid and len(rows) > 1:
-        card_2, constraint = rows[1]
-        code, ways, turns = (int(real(text, block, card_2)) for text in constraint[:3])
+        code, ways, turns = map(int, rows[1].reals(0, 3))
         if code > 0:
             held = ways, turns
         elif code < 0:
             model.leave(block, "held in axes of its own")
-    model.materials[whole(texts[0], block, card)] = Material(
+    model.materials[rows[0].whole(0)] = Material(
         density,
         modulus,
         poisson if _ELASTIC.get(kind, True) else 0.0,
@@ -172,7 +154,7 @@ def _material(block: Block, model: DeckModel) -> None:
     )
 
 
-def _soft(kind: str, block: Block, rows: list[_Row]) -> SoftLaw | str | None:
+def _soft(kind: str, rows: list[Row]) -> SoftLaw | str | None:
     """What a part of the material is made of where it deforms, or why of nothing; None where there
     is no such here."""
     soft = SOFT.get(kind)
@@ -180,11 +162,7 @@ def _soft(kind: str, block: Block, rows: list[_Row]) -> SoftLaw | str | None:
         return None
     numbers: list[float] = []
     for k, places in enumerate(soft.cards):
-        if k < len(rows):
-            card, texts = rows[k]
-            numbers += _reals(block, card, texts[places])
-        else:
-            numbers += [0.0] * len(range(8)[places])
+        numbers += [rows[k].real(i) if k < len(rows) else 0.0 for i in range(8)[places]]
     return soft.law(*numbers)
 
 
@@ -209,26 +187,24 @@ def _contact(block: Block, model: DeckModel) -> None:
     if not known or any(word in words for word in _OTHER_CONTACTS) or len(rows) < 2:
         model.leave(block)
         return
-    (first, who), (second, rub) = rows[:2]
-    a, b, kind_a, kind_b = (whole(text, block, first) for text in who[:4])
-    scale = _reals(block, rows[2][0], rows[2][1][:1])[0] if len(rows) > 2 else 0.0
+    a, b, kind_a, kind_b = rows[0].wholes(0, 4)
+    scale = rows[2].real(0) if len(rows) > 2 else 0.0
     if words.endswith("SINGLE_SURFACE"):
         b, kind_b = a, kind_a
-    for why in _left_of_contact(block, rows[:2], model):
+    for why in _left_of_contact(rows, model):
         model.leave(block, why)
-    static, dynamic, decay = _reals(block, second, rub[:3])
+    static, dynamic, decay = rows[1].reals(0, 3)
     model.contacts.append(
         DeckContact(block, ((kind_a, a), (kind_b, b)), (static, dynamic, decay), scale or 1.0)
     )
 
 
-def _left_of_contact(block: Block, rows: list[_Row], model: DeckModel) -> Iterator[str]:
+def _left_of_contact(rows: list[Row], model: DeckModel) -> Iterator[str]:
     """What the first two cards say that a case has no word for."""
-    (first, who), (second, rub) = rows
-    for name, text in zip(("SBOXID", "MBOXID"), who[4:6], strict=True):
-        if whole(text, block, first):
+    for k, name in ((4, "SBOXID"), (5, "MBOXID")):
+        if rows[0].whole(k):
             yield f"box {name}, it is everywhere"
-    static, dynamic, decay, viscous, damping, _, birth, death = _reals(block, second, rub)
+    static, dynamic, decay, viscous, damping, _, birth, death = rows[1].reals(0, 8)
     if static < 0.0:
         yield f"FS {static:g}, friction of parts or by a table"
     elif decay > 0.0 and not 0.0 <= dynamic <= static:
@@ -244,45 +220,46 @@ def _prescribed(block: Block, model: DeckModel) -> None:
         model.leave(block)
         return
     rows = _rows(block)
-    for card, texts in rows[1::2] if block.keyword.endswith("_ID") else rows:
-        if not card.text.strip():
+    for row in rows[1::2] if block.keyword.endswith("_ID") else rows:
+        line = row.card.line
+        if not row.card.text.strip():
             continue
-        part, way, kind, curve = (whole(text, block, card) for text in texts[:4])
-        (scale,) = _reals(block, card, texts[4:5])
+        part, way, kind, curve = row.wholes(0, 4)
+        scale = row.real(4)
         if way not in (1, 2, 3) or kind not in (0, 1, 2):
             model.leave(block, f"part {part}, DOF {way}, VAD {kind}")
             continue
-        death, birth = _reals(block, card, texts[6:8])
+        death, birth = row.reals(6, 8)
         if model.ends_after(death):
-            model.leave(block, f"part {part}, DEATH {death:g}: the motion goes on", card.line)
+            model.leave(block, f"part {part}, DEATH {death:g}: the motion goes on", line)
         if birth > 0.0:
-            model.leave(block, f"part {part}, BIRTH {birth:g}: it moves before, too", card.line)
-        model.motions.append(Prescribed(part, way, kind, curve, scale or 1.0, block, card.line))
+            model.leave(block, f"part {part}, BIRTH {birth:g}: it moves before, too", line)
+        model.motions.append(Prescribed(part, way, kind, curve, scale or 1.0, block, line))
 
 
 def _initial(block: Block, model: DeckModel) -> None:
     rows = _rows(block)
     if block.keyword == "INITIAL_VELOCITY_RIGID_BODY":
-        for card, texts in rows:
-            part = whole(texts[0], block, card)
-            if whole(texts[7], block, card):
-                model.leave(block, f"part {part}, in axes of its own, ICID", card.line)
+        for row in rows:
+            part = row.whole(0)
+            if row.whole(7):
+                model.leave(block, f"part {part}, in axes of its own, ICID", row.card.line)
             elif part:
-                model.velocities[part] = Start(_reals(block, card, texts[1:7]), (part,), block)
+                model.velocities[part] = Start(row.reals(1, 7), (part,), block)
     elif block.keyword == "INITIAL_VELOCITY_GENERATION":
         for head, tail in zip(rows[::2], rows[1::2], strict=False):
-            _generated(block, head, tail, model)
+            _generated(head, tail, model)
     elif block.keyword == "INITIAL_VELOCITY" and len(rows) > 1:
-        _of_all(block, rows, model)
+        _of_all(rows, model)
     elif block.keyword == "INITIAL_VELOCITY_NODE":
-        _of_nodes(block, rows, model)
+        _of_nodes(rows, model)
     else:
         model.leave(block)
 
 
-def _of_all(block: Block, rows: list[_Row], model: DeckModel) -> None:
-    (card, texts), (card_2, rates) = rows[:2]
-    nodes, exempt, box, over, axes = (whole(text, block, card) for text in texts[:5])
+def _of_all(rows: list[Row], model: DeckModel) -> None:
+    block = rows[0].block
+    nodes, exempt, box, over, axes = rows[0].wholes(0, 5)
     for said, why in (
         (nodes, "of a set of nodes"),
         (box, f"in box {box} only, BOXID"),
@@ -294,39 +271,37 @@ def _of_all(block: Block, rows: list[_Row], model: DeckModel) -> None:
     if exempt:
         model.leave(block, f"all but set of nodes {exempt}, NSIDEX: these, too")
     replaced = [0] * (over < 0) if over <= 0 else model.part_sets.get(over, [])
-    model.velocities[0] = Start(_reals(block, card_2, rates[:6]), tuple(replaced), block)
+    model.velocities[0] = Start(rows[1].reals(0, 6), tuple(replaced), block)
 
 
-def _of_nodes(block: Block, rows: list[_Row], model: DeckModel) -> None:
-    for card, texts in rows:
-        node = whole(texts[0], block, card)
-        if node and whole(texts[7], block, card):
-            model.leave(block, f"node {node}, in axes of its own, ICID", card.line)
+def _of_nodes(rows: list[Row], model: DeckModel) -> None:
+    for row in rows:
+        node, line = row.whole(0), row.card.line
+        if node and row.whole(7):
+            model.leave(row.block, f"node {node}, in axes of its own, ICID", line)
         elif node:
-            rates = _reals(block, card, texts[1:7])
-            model.node_velocities[node] = NodeStart(rates, block, card.line)
+            model.node_velocities[node] = NodeStart(row.reals(1, 7), row.block, line)
 
 
-def _generated(block: Block, head: _Row, tail: _Row, model: DeckModel) -> None:
-    card, texts = head
-    number, kind = (whole(text, block, card) for text in texts[:2])
-    omega, *velocity = _reals(block, card, texts[2:6])
+def _generated(head: Row, tail: Row, model: DeckModel) -> None:
+    number, kind = head.wholes(0, 2)
+    omega, *velocity = head.reals(2, 6)
     parts = [number] if kind == 2 or number == 0 else model.part_sets.get(number, [])
     why = ""
     if omega:
         why = "a turn"
     elif number and kind not in (1, 2):
         why = "of a set of nodes"
-    elif whole(texts[7], block, card):
+    elif head.whole(7):
         why = "in axes of its own, ICID"
     elif not parts:
         why = f"there is no set of parts {number}"
     if why:
-        model.leave(block, why, card.line)
+        model.leave(head.block, why, head.card.line)
         return
-    over = (0,) if whole(tail[1][7], block, tail[0]) == 1 else ()
+    over = (0,) if tail.whole(7) == 1 else ()
     for part in parts:
-        model.velocities[part] = Start((*velocity, 0.0, 0.0, 0.0), over, block)
+        model.velocities[part] = Start((*velocity, 0.0, 0.0, 0.0), over, head.block)
 
 
 def _gravity(block: Block, model: DeckModel) -> None:
@@ -335,15 +310,13 @@ def _gravity(block: Block, model: DeckModel) -> None:
     if axis < 0 or len(block.keyword) != len("LOAD_BODY_X") or not rows:
         model.leave(block)
         return
-    card, texts = rows[0]
-    (scale,) = _reals(block, card, texts[1:2])
-    model.gravity[axis] = whole(texts[0], block, card), scale or 1.0, block
+    scale = rows[0].real(1)
+    model.gravity[axis] = rows[0].whole(0), scale or 1.0, block
 
 
 def _termination(block: Block, model: DeckModel) -> None:
-    for card, texts in _rows(block):
-        (model.end,) = _reals(block, card, texts[:1])
-        return
+    for card in block.cards[:1]:
+        model.end = row_of(card, block).real(0)
 
 
 _TERMINATION = "CONTROL_TERMINATION"

@@ -1,5 +1,6 @@
 """``*PARAMETER`` and ``*PARAMETER_EXPRESSION`` of LS-DYNA keyword decks: what ``&name`` stands for.
 
+Parameters are read from blocks of cards, and fill the fields of others: both stand here.
 Card layouts: LS-DYNA Keyword User's Manual, volume I, *PARAMETER. A name counts in small letters
 and capitals alike; of two definitions the first stands, as by default there. A parameter that is
 local (``_LOCAL``) is known in its file and those it includes.
@@ -12,9 +13,10 @@ import math
 import operator
 import re
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import NamedTuple
 
-from contiga.io.mesh.lsdyna_card import KeywordCards
+from contiga.io.mesh.deck_text import fortran_number
 
 _PAIRS = 4
 _WIDTH, _LONG_WIDTH = 10, 20
@@ -22,8 +24,6 @@ _OPTIONS = {"LOCAL", "EXPRESSION"}
 _KINDS = "ric"
 _REFERENCE = re.compile(r"(-?)\s*&\s*(\w+)", re.ASCII)
 _DOUBLE = re.compile(r"(?<=[\d.])[dD](?=[+-]?\d)")
-# Fortran lets a number do without the E of its exponent (1.5-3) and write D for it.
-_EXPONENT = re.compile(r"(?<=[\d.])[dDeE]?([+-]\d+)$|(?<=[\d.])[dD](\d+)$")
 _WHOLE = 2.0**53
 """Whole numbers up to this one are exact."""
 
@@ -56,10 +56,46 @@ _FUNCTIONS: dict[str, Callable[..., Value]] = {
 }
 
 
+class Card(NamedTuple):
+    """One data line."""
+
+    text: str
+    line: int
+
+
+class Block(NamedTuple):
+    """A keyword and its cards, comments left out."""
+
+    keyword: str
+    """Upper case, without the star: "ELEMENT_SHELL"."""
+    cards: list[Card]
+    long: bool
+    """In the long format, fields 20 wide."""
+    path: Path
+    line: int
+    """Of the keyword."""
+    parameters: Parameters
+    """What stands for names after & in its cards."""
+
+    def title_and_cards(self) -> tuple[str, list[Card]]:
+        """Title and cards that are not blank; of a keyword in _TITLE the first card is the title.
+
+        A blank title is a card, too, so that it goes before blank cards do.
+        """
+        titled = self.keyword.endswith("_TITLE") and len(self.cards) > 0
+        title = self.cards[0].text.strip() if titled else ""
+        return title, [card for card in self.cards[titled:] if card.text.strip()]
+
+    def where(self, card: Card | None = None) -> str:
+        """File, line and keyword, for messages."""
+        line = f", line {card.line}" if card else ""
+        return f"{self.path}{line}: *{self.keyword}"
+
+
 class Left(NamedTuple):
     """A parameter that is not understood."""
 
-    block: KeywordCards
+    block: Block
     why: str
     line: int
     """Of its card in the deck."""
@@ -91,7 +127,7 @@ class Parameters:
             return self._own[name]
         return None if self._outer is None else self._outer._value(name)
 
-    def read(self, block: KeywordCards) -> None:
+    def read(self, block: Block) -> None:
         """Take the parameters of a block for which `is_parameters` holds."""
         expressions = "EXPRESSION" in block.keyword
         for line, name, text in _expressions(block) if expressions else _pairs(block):
@@ -135,21 +171,13 @@ class Parameters:
         raise ValueError(ast.dump(node))
 
 
-def is_parameters(block: KeywordCards) -> bool:
+def is_parameters(block: Block) -> bool:
     """Whether a keyword gives parameters in a way that is understood."""
     first, *options = block.keyword.split("_")
     return first == "PARAMETER" and set(options) <= _OPTIONS
 
 
-def fortran_number(text: str) -> float:
-    """A number in any way Fortran writes it; a ValueError where it is none."""
-    try:
-        return float(text)
-    except ValueError:
-        return float(_EXPONENT.sub(lambda m: f"e{m[1] or m[2]}", text))
-
-
-def _pairs(block: KeywordCards) -> Iterator[tuple[int, str, str]]:
+def _pairs(block: Block) -> Iterator[tuple[int, str, str]]:
     """Line, name, its kind in front, and text of the value: four pairs a card."""
     width = _LONG_WIDTH if block.long else _WIDTH
     for card in block.cards:
@@ -163,7 +191,7 @@ def _pairs(block: KeywordCards) -> Iterator[tuple[int, str, str]]:
                 yield card.line, name, value
 
 
-def _expressions(block: KeywordCards) -> Iterator[tuple[int, str, str]]:
+def _expressions(block: Block) -> Iterator[tuple[int, str, str]]:
     """Line, name, its kind in front, and expression: one a card, which goes on under an empty
     name."""
     width = _LONG_WIDTH if block.long else _WIDTH

@@ -13,18 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.io.mesh.lsdyna_cards import (
-    Block,
-    Card,
-    Leave,
-    fields,
-    leaving_parameters,
-    real,
-    whole,
-)
+from contiga.io.mesh.lsdyna_cards import Block, Card, Leave, leaving_parameters, row_of
 from contiga.records import FloatArray
 
-_TEN = (10,) * 8
 # Cards that follow the one with the part's number, by option of the keyword.
 _PART_OPTIONS = {"INERTIA": 3, "REPOSITION": 1, "CONTACT": 1, "PRINT": 1, "FIELD": 1}
 _ANGLES_A_CARD = 8
@@ -98,7 +89,7 @@ def _read_part(block: Block, parts: Parts) -> None:
         card = next(cards, None)
         if card is None:
             return
-        number, section, material = (whole(f, block, card) for f in fields(card, block, _TEN)[:3])
+        number, section, material = row_of(card, block).wholes(0, 3)
         # What can fail comes first: a part is known with all its cards, or not at all.
         for option in options if is_part(block) else ():
             extra = [next(cards, None) for _ in range(_PART_OPTIONS[option])]
@@ -117,14 +108,14 @@ def _read_part(block: Block, parts: Parts) -> None:
 
 
 def _inertia(cards: list[Card], block: Block) -> Inertia:
-    first, tensor, rates = (fields(card, block, _TEN) for card in cards)
-    x, y, z, mass = (real(text, block, cards[0]) for text in first[:4])
-    xx, xy, xz, yy, yz, zz = (real(text, block, cards[1]) for text in tensor[:6])
-    vx, vy, vz, wx, wy, wz = (real(text, block, cards[2]) for text in rates[:6])
+    first, tensor, rates = (row_of(card, block) for card in cards)
+    x, y, z, mass = first.reals(0, 4)
+    xx, xy, xz, yy, yz, zz = tensor.reals(0, 6)
+    vx, vy, vz, wx, wy, wz = rates.reals(0, 6)
     return Inertia(
         mass,
         (x, y, z),
-        whole(first[5], block, cards[0]),
+        first.whole(5),
         (xx, xy, xz, yy, yz, zz),
         (vx, vy, vz),
         (wx, wy, wz),
@@ -134,7 +125,7 @@ def _inertia(cards: list[Card], block: Block) -> Inertia:
 
 def _has_local_axes(card: Card, block: Block) -> bool:
     """IRCS = 1 on the first inertia card: one more card with the axes follows."""
-    return whole(fields(card, block, _TEN)[4], block, card) == 1
+    return row_of(card, block).whole(4) == 1
 
 
 def _read_section(block: Block, parts: Parts) -> None:
@@ -152,14 +143,14 @@ def _read_section(block: Block, parts: Parts) -> None:
         first, second = next(cards, None), next(cards, None)
         if first is None or second is None:
             return
-        head = fields(first, block, _TEN)
-        number, layers = whole(head[0], block, first), whole(head[3], block, first)
-        values = [real(field, block, second) for field in fields(second, block, _TEN)[:4]]
+        head = row_of(first, block)
+        number, layers = head.whole(0), head.whole(3)
+        values = row_of(second, block).reals(0, 4)
         t1, t2, t3, t4 = (value if value > 0.0 else values[0] for value in values)
         parts.thickness[number] = (t1, t2, t3, t4)
         if single:
             # Options bring cards of their own, so that only the first section is certain.
             return
-        if whole(head[6], block, first) == 1:
+        if head.whole(6) == 1:
             # No more cards than there are, however many layers the card claims.
             deque(islice(cards, -(-max(layers, 2) // _ANGLES_A_CARD)), maxlen=0)

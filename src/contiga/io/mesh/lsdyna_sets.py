@@ -7,9 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from contiga.io.mesh.lsdyna_cards import Block, Card, Leave, fields, leaving_parameters, whole
+from contiga.io.mesh.lsdyna_cards import Block, Card, Leave, leaving_parameters, row_of
 
-_TEN = (10,) * 8
 _OPTIONS = {"LIST", "GENERATE", "TITLE"}
 
 
@@ -44,7 +43,7 @@ def read_sets(
         if not cards:
             continue
         with leaving_parameters(block, leave):
-            number = whole(fields(cards[0], block, _TEN)[0], block, cards[0])
+            number = row_of(cards[0], block).whole(0)
             members = _members(block, cards[1:])
             sets.setdefault(number, []).extend(members)
     return sets
@@ -53,7 +52,7 @@ def read_sets(
 def _members(block: Block, cards: list[Card]) -> list[int]:
     members: list[int] = []
     for card in cards:
-        numbers = [n for text in fields(card, block, _TEN) if (n := whole(text, block, card))]
+        numbers = [number for number in row_of(card, block).wholes(0, 8) if number]
         if "GENERATE" in block.keyword:
             for first, last in zip(numbers[::2], numbers[1::2], strict=False):
                 members += range(first, last + 1)

@@ -10,10 +10,9 @@ from contextlib import suppress
 from typing import NamedTuple
 
 from contiga.errors import MeshError
-from contiga.io.mesh.lsdyna_cards import Block, fields, whole
+from contiga.io.mesh.lsdyna_cards import Block, row_of
 from contiga.io.mesh.lsdyna_sets import set_name
 
-_TEN = (10,) * 8
 _HELD = ("BOUNDARY_SPC_SET", "BOUNDARY_SPC_NODE")
 _EXTRA = ("CONSTRAINED_EXTRA_NODES_SET", "CONSTRAINED_EXTRA_NODES_NODE")
 
@@ -63,12 +62,12 @@ def read_ties(block: Block) -> Iterator[NodeTie]:
     word, one = block.keyword.removesuffix("_ID"), block.keyword.endswith(("_NODE", "_NODE_ID"))
     cards = block.cards[1::2] if block.keyword.endswith("_ID") else block.cards
     for card in cards:
-        texts = fields(card, block, _TEN)
+        row = row_of(card, block)
         if word in _EXTRA:
-            part, number = (whole(text, block, card) for text in texts[:2])
+            part, number = row.wholes(0, 2)
             tie = NodeTie(_name(one, number, f"with part {part}"), number, one, "", part, block, 0)
         else:
-            number, axes, *holds = (whole(text, block, card) for text in texts[:5])
+            number, axes, *holds = row.wholes(0, 5)
             ways = "".join(axis for axis, hold in zip("xyz", holds, strict=True) if hold)
             problem = "in axes of its own, CID" if axes else "" if ways else "turns alone"
             name = _name(one, number, f"held in {ways}")

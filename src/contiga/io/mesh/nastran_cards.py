@@ -5,17 +5,15 @@ Rules of layout: MSC Nastran Quick Reference Guide, "Bulk Data Entries", format 
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from contiga.errors import FileError, MeshError
+from contiga.errors import MeshError
 from contiga.io.limits import watched_lines
-from contiga.io.mesh.lsdyna_parameters import fortran_number
+from contiga.io.mesh.deck_text import included, real, whole
 
-LARGEST = 2**62
 _INCLUDE = re.compile(r"\s*INCLUDE\s+(.*)", re.IGNORECASE)
 _BEGIN = re.compile(r"\s*BEGIN\s+(?:BULK\b)?(.*)", re.IGNORECASE)
 
@@ -43,13 +41,7 @@ class Card(NamedTuple):
             It is none, or counts nothing.
         """
         text = self.text(k)
-        try:
-            value = int(text) if text else default
-        except ValueError:
-            value = LARGEST + 1
-        if abs(value) > LARGEST:
-            raise MeshError("not a whole number", where=self.where, found=text)
-        return value
+        return whole(text, self.where) if text else default
 
     def real(self, k: int) -> float:
         """A number in any way Nastran writes it; empty is 0.
@@ -59,14 +51,7 @@ class Card(NamedTuple):
         MeshError
             It is none, or not finite.
         """
-        text = self.text(k)
-        try:
-            value = fortran_number(text or "0")
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            raise MeshError("not a finite number", where=self.where, found=text)
-        return value
+        return real(self.text(k), self.where)
 
     def place(self, k: int) -> tuple[float, float, float]:
         """Three numbers from field `k` on."""
@@ -151,12 +136,7 @@ def _lines(path: Path, open_files: tuple[Path, ...]) -> Iterator[_Line]:
 def _included(line: _Line, open_files: tuple[Path, ...]) -> Iterator[_Line]:
     match = _INCLUDE.match(line.text)
     name = match[1].strip().strip("'\"").strip() if match else ""
-    inner = line.path.parent / name
-    if not inner.is_file():
-        raise FileError("no such included file", where=line.where, found=name)
-    if inner.resolve() in open_files:
-        raise FileError("a file includes itself", where=line.where, found=name)
-    yield from _lines(inner, open_files)
+    yield from _lines(included(name, [line.path.parent], open_files, line.where), open_files)
 
 
 def _bulk(lines: list[_Line]) -> Iterator[_Line]:

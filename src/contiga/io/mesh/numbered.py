@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 from contiga.errors import MeshError
 from contiga.io.mesh.raw import Group, RawMesh
 from contiga.records import FloatArray
-from contiga.slaves.skin import CellBlock
-
-Int64Array = NDArray[np.int64]
+from contiga.slaves.skin import CellBlock, Int64Array
 
 
 class Rows:

@@ -23,7 +23,7 @@ _HEADS = ("OFF", "COFF", "NOFF", "CNOFF", "STOFF", "STCOFF", "STNOFF")
 
 
 class _Line(NamedTuple):
-    number: int
+    where: str
     words: list[str]
 
 
@@ -49,11 +49,11 @@ def _lines(path: Path, numbered: Iterator[tuple[int, str]]) -> Iterator[_Line]:
     for number, text in numbered:
         words = text.partition("#")[0].split()
         if words:
-            yield _Line(number, words)
+            yield _Line(f"{path}, line {number}", words)
 
 
 def _off(path: Path, lines: Iterator[_Line]) -> RawMesh:
-    head = next(lines, _Line(1, []))
+    head = next(lines, _Line(str(path), []))
     words = head.words
     if not words or words[0] not in _HEADS or "BINARY" in words:
         raise FileError(
@@ -62,42 +62,40 @@ def _off(path: Path, lines: Iterator[_Line]) -> RawMesh:
             found=" ".join(words)[:24],
             allowed=f"a file that begins with {', '.join(_HEADS)}",
         )
-    same_line = _Line(head.number, words[1:])
+    same_line = head._replace(words=words[1:])
     counts = same_line if same_line.words else _next(path, lines, "its counts")
     two = (*counts.words[:2], "", "")[:2]
-    n_points, n_faces = (_whole(path, counts.number, word) for word in two)
-    points = [
-        _numbers(path, _next(path, lines, f"point {k + 1} of {n_points}")) for k in range(n_points)
-    ]
+    n_points, n_faces = (_whole(counts.where, word) for word in two)
+    points = [_numbers(_next(path, lines, f"point {k + 1} of {n_points}")) for k in range(n_points)]
     faces = []
     for k in range(n_faces):
         line = _next(path, lines, f"face {k + 1} of {n_faces}")
-        size = _whole(path, line.number, line.words[0])
+        size = _whole(line.where, line.words[0])
         corners = line.words[1 : 1 + size]
         if len(corners) < size:
-            raise _bad(path, line.number, f"a face of {size} corners names fewer", line.words)
-        faces.append([_corner(path, line.number, word, n_points) for word in corners])
+            raise _bad(line.where, f"a face of {size} corners names fewer", line.words)
+        faces.append([_corner(line.where, word, n_points) for word in corners])
     return _mesh(path, points, faces, [])
 
 
 def _obj(path: Path, lines: Iterator[_Line]) -> RawMesh:
     points: list[list[float]] = []
     faces: list[list[int]] = []
-    numbers: list[int] = []
+    places: list[str] = []
     names: list[tuple[str, int]] = []
     """Each group that begins, and the face it begins at."""
     for line in lines:
         key, *words = line.words
         if key == "v":
-            points.append(_numbers(path, _Line(line.number, words)))
+            points.append(_numbers(line._replace(words=words)))
         elif key == "f":
-            faces.append([_obj_corner(path, line.number, word, len(points)) for word in words])
-            numbers.append(line.number)
+            faces.append([_obj_corner(line.where, word, len(points)) for word in words])
+            places.append(line.where)
         elif key in ("g", "o") and words:
             names.append((" ".join(words), len(faces)))
-    for face, number in zip(faces, numbers, strict=True):
+    for face, where in zip(faces, places, strict=True):
         if max(face, default=-1) >= len(points):
-            raise _not_there(path, number, max(face) + 1, f"1 to {len(points)}")
+            raise _not_there(where, max(face) + 1, f"1 to {len(points)}")
     return _mesh(path, points, faces, names)
 
 
@@ -123,44 +121,44 @@ def _next(path: Path, lines: Iterator[_Line], what: str) -> _Line:
     return line
 
 
-def _numbers(path: Path, line: _Line) -> list[float]:
+def _numbers(line: _Line) -> list[float]:
     try:
         x, y, z = (float(word) for word in line.words[:3])
     except ValueError as error:
-        raise _bad(path, line.number, "a point needs three numbers", line.words) from error
+        raise _bad(line.where, "a point needs three numbers", line.words) from error
     return [x, y, z]
 
 
-def _whole(path: Path, number: int, word: str) -> int:
+def _whole(where: str, word: str) -> int:
     if not word.isdecimal():
-        raise _bad(path, number, "a count must be a whole number", word)
+        raise _bad(where, "a count must be a whole number", word)
     return int(word)
 
 
-def _corner(path: Path, number: int, word: str, count: int) -> int:
-    row = _whole(path, number, word)
+def _corner(where: str, word: str, count: int) -> int:
+    row = _whole(where, word)
     if row >= count:
-        raise _not_there(path, number, row, f"0 to {count - 1}")
+        raise _not_there(where, row, f"0 to {count - 1}")
     return row
 
 
-def _obj_corner(path: Path, number: int, word: str, count: int) -> int:
+def _obj_corner(where: str, word: str, count: int) -> int:
     """Row of a point from "7", "7/1", "7//3", or "-1" for the last point so far."""
     text = word.partition("/")[0]
     try:
         value = int(text)
     except ValueError as error:
-        raise _bad(path, number, "a corner of a face must be a whole number", word) from error
+        raise _bad(where, "a corner of a face must be a whole number", word) from error
     row = value - 1 if value > 0 else count + value
     if value == 0 or row < 0:
-        raise _not_there(path, number, value, f"1 to {count}, or −{count} to −1 from the last")
+        raise _not_there(where, value, f"1 to {count}, or −{count} to −1 from the last")
     return row
 
 
-def _bad(path: Path, number: int, what: str, given: object) -> FileError:
-    return FileError(what, where=f"{path}, line {number}", found=given)
+def _bad(where: str, what: str, given: object) -> FileError:
+    return FileError(what, where=where, found=given)
 
 
-def _not_there(path: Path, number: int, index: int, allowed: str) -> MeshError:
+def _not_there(where: str, index: int, allowed: str) -> MeshError:
     what = "a face names a node that is not there"
-    return MeshError(what, where=f"{path}, line {number}", found=index, allowed=allowed)
+    return MeshError(what, where=where, found=index, allowed=allowed)

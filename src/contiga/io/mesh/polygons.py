@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 from contiga.errors import ContigaWarning
 from contiga.records import FloatArray
 from contiga.slaves.polygons import split_polygon
-from contiga.slaves.skin import CellBlock
-
-Int64Array = NDArray[np.int64]
+from contiga.slaves.skin import CellBlock, Int64Array
 
 
 class Blocks(NamedTuple):

@@ -21,11 +21,8 @@ from contiga.records import FloatArray, IntArray
 from contiga.slaves.cells import SHELLS
 from contiga.slaves.checks import check_points
 from contiga.slaves.elements import elements_of
-from contiga.slaves.mesh_summary import mesh_summary
 from contiga.slaves.skin import CellBlock, mend_degenerate, skin
-from contiga.slaves.slave import MeshPart, Slave
-
-__all__ = ["MeshPart", "Slave", "mesh_summary", "read_mesh", "read_raw"]
+from contiga.slaves.slave import Slave
 
 
 def read_mesh(

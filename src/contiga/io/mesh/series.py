@@ -53,8 +53,7 @@ class MeshSeries:
     Parameters
     ----------
     files : mesh or cloud files with the same nodes in the same order
-    times : (k,) the instants, rising; by default 0, `step`, 2 `step` … in the order of the files
-    step : time between files
+    times : (k,) the instants, rising
     factor : what the coordinates are multiplied by (a change of unit)
 
     Raises
@@ -69,16 +68,15 @@ class MeshSeries:
     def __init__(
         self,
         files: Sequence[str | Path],
-        times: ArrayLike | None = None,
+        times: ArrayLike,
         *,
-        step: float = 1.0,
         factor: float = 1.0,
     ) -> None:
         self.files = tuple(Path(file) for file in files)
         self.factor = float(factor)
         if not self.files:
             raise MeshError("a series needs at least one file", where="series")
-        self.times = _as_times(times, step, len(self.files))
+        self.times = _as_times(times, len(self.files))
         # All files are read now, so that a bad one stops a run before it starts.
         self._kept: dict[int, FloatArray] = {}
         first = self._read(0)
@@ -95,9 +93,6 @@ class MeshSeries:
                 )
             if self._keep_all:
                 self._kept[i] = points
-
-    def __len__(self) -> int:
-        return len(self.files)
 
     @property
     def kinks(self) -> FloatArray:
@@ -139,13 +134,7 @@ class MeshSeries:
         return read_only(mesh.points * self.factor)
 
 
-def _as_times(times: ArrayLike | None, step: float, count: int) -> FloatArray:
-    if times is None:
-        if not (np.isfinite(step) and step > 0.0):
-            raise MeshError(
-                "the step of a series must be positive", where="series", found=step, allowed="> 0"
-            )
-        return read_only(step * np.arange(count, dtype=np.float64))
+def _as_times(times: ArrayLike, count: int) -> FloatArray:
     array = np.asarray(times, dtype=np.float64)
     if array.shape != (count,):
         raise MeshError(

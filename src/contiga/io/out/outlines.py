@@ -15,13 +15,21 @@ from numpy.typing import NDArray
 
 from contiga.errors import FileError
 from contiga.io.out.hdf5 import ReadFile, open_file, whole_file
-from contiga.io.out.vtkhdf_layout import Growing, Steps
+from contiga.io.out.vtkhdf_layout import (
+    CELLS,
+    Growing,
+    Steps,
+    check_steps,
+    create_growing,
+    create_root,
+    create_steps,
+    times_of,
+    truncate_steps,
+)
 from contiga.records import FloatArray, IntArray
 
-_CELLS = ("Vertices", "Lines", "Polygons", "Strips")
-_LINES = _CELLS.index("Lines")
+_LINES = CELLS.index("Lines")
 _LABELS = ("cluster", "contact")
-_CHUNK = 256
 _PARTS_OF_A_STEP = 3
 """Bytes written of a step are fewer than this many times those of its lines."""
 
@@ -57,7 +65,7 @@ class OutlinesWriter:
         self.n_steps = 0
         self._steps = Steps(self.path)
         with whole_file(self.path) as file:
-            _write_frame(file.create_group("VTKHDF"))
+            _write_frame(create_root(file))
 
     @classmethod
     def reopen(cls, path: str | Path, n_steps: int) -> OutlinesWriter:
@@ -68,14 +76,7 @@ class OutlinesWriter:
         FileError
             The file is missing, not of this kind, or has fewer steps.
         """
-        there = len(read_outlines(path).times)
-        if not 0 <= n_steps <= there:
-            raise FileError(
-                "the file has fewer steps than it is to go on from",
-                where=str(path),
-                found=n_steps,
-                allowed=f"0 to {there}",
-            )
+        check_steps(n_steps, len(read_outlines(path).times), path)
         writer = cls.__new__(cls)
         writer.path, writer.n_steps = Path(path), n_steps
         writer._steps = Steps(writer.path)
@@ -110,7 +111,7 @@ class OutlinesWriter:
             ("CellOffsets", steps["Lines/Offsets"].length - self.n_steps),
             ("ConnectivityIdOffsets", steps["Lines/Connectivity"].length),
         ):
-            row = np.zeros((1, len(_CELLS)), np.int64)
+            row = np.zeros((1, len(CELLS)), np.int64)
             row[0, _LINES] = value
             steps[f"Steps/{name}"].extend(row)
         steps["Points"].extend(points)
@@ -128,7 +129,7 @@ class OutlinesWriter:
 def _append_cells(steps: Steps, first: NDArray[np.int64]) -> None:
     """A step's cells: closed lines points[first[i]:first[i + 1]], and none of the other kinds."""
     count = len(first) - 1
-    for name in _CELLS:
+    for name in CELLS:
         is_lines = name == "Lines"
         steps[f"{name}/NumberOfCells"].extend([count if is_lines else 0])
         steps[f"{name}/NumberOfConnectivityIds"].extend([int(first[-1]) + count if is_lines else 0])
@@ -176,8 +177,7 @@ def read_outlines(path: str | Path) -> OutlineSeries:
     with open_file(path, "r") as file:
         try:
             root = file["VTKHDF"]
-            count = int(root["Steps"].attrs["NSteps"])
-            times = np.array(root["Steps/Values"][:count], dtype=np.float64)
+            times = times_of(root)
             whole = all(f"PointData/{name}" in root for name in _LABELS)
         except KeyError:
             whole = False
@@ -193,31 +193,17 @@ def _closed(first: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _write_frame(root: Any) -> None:
-    root.attrs["Version"] = np.array((2, 2), dtype=np.int64)
-    root.attrs["Type"] = np.bytes_("PolyData")
-    _growing(root, "NumberOfPoints", (), np.int64)
-    _growing(root, "Points", (3,), np.float64)
-    for name in _CELLS:
+    create_growing(root, "NumberOfPoints", (), np.int64)
+    create_growing(root, "Points", (3,), np.float64)
+    for name in CELLS:
         group = root.create_group(name)
         for array in ("NumberOfCells", "NumberOfConnectivityIds", "Offsets", "Connectivity"):
-            _growing(group, array, (), np.int64)
+            create_growing(group, array, (), np.int64)
     Growing(root["Lines/Offsets"]).extend([0])  # so that no step starts at 0
-    data, steps = root.create_group("PointData"), root.create_group("Steps")
-    steps.attrs["NSteps"] = np.int64(0)
+    create_steps(root)
     for name in _LABELS:
-        _growing(data, name, (), np.int32)
-        _growing(steps, f"PointDataOffsets/{name}", (), np.int64)
-    for name in ("PartOffsets", "NumberOfParts", "PointOffsets"):
-        _growing(steps, name, (), np.int64)
-    for name in ("CellOffsets", "ConnectivityIdOffsets"):
-        _growing(steps, name, (len(_CELLS),), np.int64)
-    _growing(steps, "Values", (), np.float64)
-
-
-def _growing(group: Any, name: str, columns: tuple[int, ...], dtype: Any) -> None:
-    group.create_dataset(
-        name, (0, *columns), dtype, maxshape=(None, *columns), chunks=(_CHUNK, *columns)
-    )
+        create_growing(root, f"PointData/{name}", (), np.int32)
+        create_growing(root, f"Steps/PointDataOffsets/{name}", (), np.int64)
 
 
 def _truncate(root: Any, n: int) -> None:
@@ -225,17 +211,12 @@ def _truncate(root: Any, n: int) -> None:
     points = int(root["NumberOfPoints"][:n].sum())
     lengths = {"NumberOfPoints": n, "Points": points}
     lengths |= {f"PointData/{name}": points for name in _LABELS}
-    for name in _CELLS:
+    for name in CELLS:
         cells = int(root[f"{name}/NumberOfCells"][:n].sum())
         ids = int(root[f"{name}/NumberOfConnectivityIds"][:n].sum())
         lengths |= {f"{name}/NumberOfCells": n, f"{name}/NumberOfConnectivityIds": n}
         lead = int(name == "Lines")
         lengths |= {f"{name}/Offsets": lead + cells + n, f"{name}/Connectivity": ids}
-    steps = root["Steps"]
-    for name in ("PartOffsets", "NumberOfParts", "PointOffsets", "CellOffsets"):
-        lengths[f"Steps/{name}"] = n
-    for name in ("ConnectivityIdOffsets", "Values", *(f"PointDataOffsets/{k}" for k in _LABELS)):
-        lengths[f"Steps/{name}"] = n
     for name, length in lengths.items():
         root[name].resize(length, axis=0)
-    steps.attrs["NSteps"] = np.int64(n)
+    truncate_steps(root, n)

@@ -12,7 +12,7 @@ sizes of the parts.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,11 +27,13 @@ from contiga.io.out.vtkhdf_layout import (
     Part,
     Steps,
     arrays_of,
+    check_steps,
     checked_part,
     create_array,
     offsets_of,
     read_parts,
-    truncate,
+    times_of,
+    truncate_steps,
     write_frame,
 )
 from contiga.records import FloatArray
@@ -87,13 +89,7 @@ class FieldsWriter:
             The file is missing, not of this kind, or has fewer steps.
         """
         series = read_fields(path)
-        if not 0 <= n_steps <= len(series.times):
-            raise FileError(
-                "the file has fewer steps than it is to go on from",
-                where=str(path),
-                found=n_steps,
-                allowed=f"0 to {len(series.times)}",
-            )
+        check_steps(n_steps, len(series.times), path)
         writer = cls.__new__(cls)
         writer.path = Path(path)
         writer._units = series.units
@@ -105,7 +101,7 @@ class FieldsWriter:
         writer._last = {}
         writer._steps = Steps(writer.path)
         with writer._steps.changing() as root:
-            truncate(root, n_steps, writer._rows)
+            _truncate(root, n_steps, writer._rows)
             if n_steps:
                 for name, values, offsets in arrays_of(root):
                     start = int(offsets[n_steps - 1])
@@ -277,12 +273,7 @@ class FieldSeries:
             There is no such step or name.
         """
         if name not in self.names:
-            raise InputError(
-                "no point data of that name",
-                where=str(self.path),
-                found=name,
-                allowed=", ".join(self.names),
-            )
+            raise self._unknown("point data", name, ", ".join(self.names))
         return self._read(i, f"PointData/{name}")
 
     def cell_data(self, i: int, name: str) -> NDArray[Any]:
@@ -294,12 +285,7 @@ class FieldSeries:
             There is no such step or name.
         """
         if name not in self.cell_names:
-            raise InputError(
-                "no data of cells of that name",
-                where=str(self.path),
-                found=name,
-                allowed=", ".join(self.cell_names) or "none",
-            )
+            raise self._unknown("data of cells", name, ", ".join(self.cell_names) or "none")
         return self._read(i, f"CellData/{name}")
 
     def rows(self, part: str) -> slice:
@@ -309,12 +295,11 @@ class FieldSeries:
             if entry.name == part:
                 return slice(start, start + entry.n_points)
             start += entry.n_points
-        raise InputError(
-            "no part of that name",
-            where=str(self.path),
-            found=part,
-            allowed=", ".join(entry.name for entry in self.parts),
-        )
+        raise self._unknown("part", part, ", ".join(entry.name for entry in self.parts))
+
+    def _unknown(self, what: str, found: str, allowed: str) -> InputError:
+        where = str(self.path)
+        return InputError(f"no {what} of that name", where=where, found=found, allowed=allowed)
 
     def _read(self, i: int, name: str) -> NDArray[Any]:
         if not -len(self.times) <= i < len(self.times):
@@ -349,8 +334,7 @@ def read_fields(path: str | Path) -> FieldSeries:
     with open_file(path, "r") as file:
         try:
             root, ours = file["VTKHDF"], file["contiga"]
-            count = int(root["Steps"].attrs["NSteps"])
-            times = np.array(root["Steps/Values"][:count], dtype=np.float64)
+            times = times_of(root)
             units = {name: values.attrs.get("units") for name, values, _ in arrays_of(root)}
             parts = read_parts(root, ours)
         except (KeyError, ValueError) as error:
@@ -360,6 +344,21 @@ def read_fields(path: str | Path) -> FieldSeries:
                 allowed="fields.vtkhdf of an output folder",
             ) from error
     return FieldSeries(path, times, parts, units)
+
+
+def _truncate(root: Any, n_steps: int, sizes: Callable[[str], int]) -> None:
+    """Drop all steps after the first `n_steps`; the space is used again by later ones.
+
+    `sizes` has the rows of a step of each array, by its name.
+    """
+    for name, values, offsets in arrays_of(root):
+        if n_steps > 0:
+            values.resize(int(offsets[:n_steps].max()) + sizes(name), axis=0)
+            continue
+        del root[name]
+        if name != "Points":
+            del root["Steps"][offsets_of(name)]
+    truncate_steps(root, n_steps)
 
 
 def _as_rows(name: str, values: ArrayLike, count: int, columns: int | None) -> NDArray[Any]:

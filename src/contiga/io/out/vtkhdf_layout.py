@@ -7,7 +7,7 @@ values start, and that its topology starts at the beginning.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,13 +15,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.errors import InputError, OutputError
+from contiga.errors import FileError, InputError, OutputError
 from contiga.io.out.full_disk import full_disk
 from contiga.io.out.hdf5 import close_file, open_file, set_aside
-from contiga.records import IntArray
+from contiga.records import FloatArray, IntArray
 
 _VERSION = (2, 2)
-_CELLS = ("Vertices", "Lines", "Polygons", "Strips")
+CELLS = ("Vertices", "Lines", "Polygons", "Strips")
 _KINDS = ("body", "slave")
 _DATA = ("PointData", "CellData")
 # Rows of a chunk: some hundred kB each, so that one step is a few chunks.
@@ -72,9 +72,7 @@ def checked_part(part: Part) -> Part:
 
 def write_frame(file: Any, parts: tuple[Part, ...]) -> None:
     """Everything but the steps: type, parts, topology."""
-    root = file.create_group("VTKHDF")
-    root.attrs["Version"] = np.array(_VERSION, dtype=np.int64)
-    root.attrs["Type"] = np.bytes_("PolyData")
+    root = create_root(file)
     count = sum(part.n_points for part in parts)
     root["NumberOfPoints"] = np.array([count], dtype=np.int64)
     starts = np.cumsum([0, *(part.n_points for part in parts)])
@@ -85,25 +83,32 @@ def write_frame(file: Any, parts: tuple[Part, ...]) -> None:
         else:
             triangles.append(start + part.triangles)
     cells = {"Vertices": np.concatenate(vertices), "Polygons": np.concatenate(triangles)}
-    for name in _CELLS:
+    for name in CELLS:
         _write_cells(root.create_group(name), cells.get(name, np.empty((0, 1), np.int64)))
+    create_steps(root)
     for kind in _DATA:
         root.create_group(kind)
-    _write_steps(root)
+        root.create_group(f"Steps/{kind}Offsets")
     _write_names(file, parts)
 
 
-def _write_steps(root: Any) -> None:
-    """What grows with each step, empty."""
+def create_root(file: Any) -> Any:
+    """The group that VTK reads, with what it is."""
+    root = file.create_group("VTKHDF")
+    root.attrs["Version"] = np.array(_VERSION, dtype=np.int64)
+    root.attrs["Type"] = np.bytes_("PolyData")
+    return root
+
+
+def create_steps(root: Any) -> None:
+    """What grows with each step, whatever data there are, empty."""
     steps = root.create_group("Steps")
     steps.attrs["NSteps"] = np.int64(0)
-    for kind in _DATA:
-        steps.create_group(f"{kind}Offsets")
     for name in ("PartOffsets", "NumberOfParts", "PointOffsets"):
-        _create_growing(steps, name, (), np.int64)
+        create_growing(steps, name, (), np.int64)
     for name in ("CellOffsets", "ConnectivityIdOffsets"):
-        _create_growing(steps, name, (len(_CELLS),), np.int64)
-    _create_growing(steps, "Values", (), np.float64)
+        create_growing(steps, name, (len(CELLS),), np.int64)
+    create_growing(steps, "Values", (), np.float64)
 
 
 def _write_names(file: Any, parts: tuple[Part, ...]) -> None:
@@ -147,7 +152,31 @@ def read_parts(root: Any, ours: Any) -> tuple[Part, ...]:
     return tuple(parts)
 
 
-def _create_growing(group: Any, name: str, columns: tuple[int, ...], dtype: Any) -> None:
+def times_of(root: Any) -> FloatArray:
+    """Times of the steps that are counted."""
+    count = int(root["Steps"].attrs["NSteps"])
+    return np.array(root["Steps/Values"][:count], dtype=np.float64)
+
+
+def check_steps(n_steps: int, there: int, path: str | Path) -> None:
+    """Refuse to go on from steps that are not there.
+
+    Raises
+    ------
+    FileError
+        As said.
+    """
+    if not 0 <= n_steps <= there:
+        raise FileError(
+            "the file has fewer steps than it is to go on from",
+            where=str(path),
+            found=n_steps,
+            allowed=f"0 to {there}",
+        )
+
+
+def create_growing(group: Any, name: str, columns: tuple[int, ...], dtype: Any) -> None:
+    """An empty array that grows by few rows a step."""
     group.create_dataset(
         name, (0, *columns), dtype, maxshape=(None, *columns), chunks=(_STEP_CHUNK, *columns)
     )
@@ -168,7 +197,7 @@ def create_array(root: Any, name: str, values: NDArray[Any]) -> None:
             **_PACKED,
         )
     if offsets_of(name) not in root["Steps"]:
-        _create_growing(root["Steps"], offsets_of(name), (), np.int64)
+        create_growing(root["Steps"], offsets_of(name), (), np.int64)
 
 
 def offsets_of(name: str) -> str:
@@ -272,7 +301,10 @@ class Steps:
     def _opened(self) -> Any:
         if self._file is None:
             self._file = open_file(self._path, "r+")
-            self._count = count_of(self._file["VTKHDF/Steps"])
+            from h5py import h5a
+
+            # As h5py changes an attribute, it makes one anew.
+            self._count = h5a.open(self._file["VTKHDF/Steps"].id, b"NSteps")
         return self._file
 
     def __getitem__(self, name: str) -> Growing:
@@ -354,32 +386,12 @@ class Steps:
             raise full or OutputError(text, where=str(self._path)) from error
 
 
-def count_of(steps: Any) -> Any:
-    """The attribute that counts steps, of their group: h5py makes one anew to change it."""
-    from h5py import h5a
-
-    return h5a.open(steps.id, b"NSteps")
-
-
-def truncate(root: Any, n_steps: int, sizes: Callable[[str], int]) -> None:
-    """Drop all steps after the first `n_steps`; the space is used again by later ones.
-
-    `sizes` has the rows of a step of each array, by its name.
-    """
-    for name, values, offsets in arrays_of(root):
-        if n_steps == 0:
-            del root[name]
-            continue
-        values.resize(int(offsets[:n_steps].max()) + sizes(name), axis=0)
+def truncate_steps(root: Any, n_steps: int) -> None:
+    """Drop what is said of all steps after the first `n_steps`."""
     steps = root["Steps"]
-    if n_steps == 0:
-        for kind in _DATA:
-            for name in list(steps[f"{kind}Offsets"]):
-                del steps[f"{kind}Offsets"][name]
     steps.attrs["NSteps"] = np.int64(n_steps)
-    for name in ("Values", "PartOffsets", "NumberOfParts", "CellOffsets", "ConnectivityIdOffsets"):
-        steps[name].resize(n_steps, axis=0)
-    steps["PointOffsets"].resize(n_steps, axis=0)
-    for kind in _DATA:
-        for offsets in steps[f"{kind}Offsets"].values():
-            offsets.resize(n_steps, axis=0)
+    names: list[str] = []
+    steps.visit(names.append)
+    for name in names:
+        if hasattr(steps[name], "resize"):  # an array, no group of some
+            steps[name].resize(n_steps, axis=0)

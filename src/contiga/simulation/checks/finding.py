@@ -63,9 +63,7 @@ class Said:
 
     def __call__(self, value: float, quantity: str = "length") -> str:
         """`value` in words, of "length", "time", "velocity", "force", "stress", "energy"…"""
-        base_units = dict(zip(("length", "mass", "time"), self._units, strict=True))
-        unit = base_units.get(quantity) or self._names.get(quantity, "")
-        return f"{value:.4g} {unit}".rstrip()
+        return f"{value:.4g} {self._name(quantity)}".rstrip()
 
     def si(self, length: int, mass: int, time: int) -> float:
         """How many SI units one of these powers is; 1 where the units are not known."""
@@ -79,5 +77,8 @@ class Said:
 
     def unit(self, kind: str) -> str:
         """The name of a unit, or "units of" it."""
-        units = dict(zip(("length", "mass", "time"), self._units, strict=True))
-        return units.get(kind) or self._names.get(kind, "") or f"units of {kind}"
+        return self._name(kind) or f"units of {kind}"
+
+    def _name(self, quantity: str) -> str:
+        base_units = dict(zip(("length", "mass", "time"), self._units, strict=True))
+        return base_units.get(quantity) or self._names.get(quantity, "")

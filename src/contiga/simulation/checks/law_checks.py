@@ -8,6 +8,7 @@ import numpy as np
 
 from contiga.area.nodal import NodalArea
 from contiga.contact.contact import Contact
+from contiga.contact.dry_run import spread
 from contiga.laws.by_face import FaceLaws
 from contiga.laws.friction import Coulomb
 from contiga.laws.normal import PenaltyLaw
@@ -177,6 +178,5 @@ def _apart(points: FloatArray) -> float:
     from scipy.spatial import cKDTree  # which takes as long to load as numba
 
     tree = cKDTree(points)
-    some = points[np.linspace(0, len(points) - 1, min(len(points), _MOST_POINTS)).astype(np.intp)]
-    apart, _ = tree.query(some, k=2)
+    apart, _ = tree.query(spread(points, _MOST_POINTS), k=2)
     return float(np.median(apart[:, 1]))

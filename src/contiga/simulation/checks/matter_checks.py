@@ -40,11 +40,10 @@ def _heavier(slave: str, added: tuple[AddedMass, ...]) -> Iterator[Finding]:
 def check_matter(scene: Scene) -> Iterator[Finding]:
     """What a run would refuse at its first step, and what nothing moves."""
     model, stepping = scene.model, scene.model.stepping
-    joined = {name: one for name, one in model.mechanism.nodes.items() if one.joined}
-    if not joined:
+    if not model.mechanism.deforms:
         return
     standing = place(model, None, stepping.start)
-    for name, nodes in joined.items():
+    for name, nodes in model.mechanism.joined.items():
         critical = Rates(*nodes.rates(standing.slaves[name])).critical
         step = stepping.step if isinstance(stepping, EqualSteps) else 0.0
         if step > critical and not model.allow_unstable:

@@ -103,7 +103,7 @@ def _never(pair: Pair, said: Said) -> Iterator[Finding]:
         yield Finding(
             "apart",
             pair.where,
-            f"{near} {said(distance)}{flight}, {when}" + _wide_apart(pair, distance, said),
+            f"{near} {said(distance)}{flight}, {when}" + _wide_apart(pair, distance),
             "Look at where they are placed, at their units and at the direction of their motion"
             + _between_nodes(pair, closest.distance),
         )
@@ -121,7 +121,7 @@ def _between_nodes(pair: Pair, distance: float) -> str:
     return "; facets are larger than that: quadrature = 6 puts points of contact on them"
 
 
-def _wide_apart(pair: Pair, distance: float, said: Said) -> str:
+def _wide_apart(pair: Pair, distance: float) -> str:
     """Compares a distance with what it lies between."""
     size = min(pair.body.size, pair.slave_size or np.inf)
     if not distance > size:

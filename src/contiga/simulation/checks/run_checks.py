@@ -19,7 +19,7 @@ from contiga.simulation.checks.scene import Pair, Scene
 from contiga.simulation.checks.spring_checks import check_springs_ran
 from contiga.simulation.checks.turned import ran_from_behind
 from contiga.simulation.checks.wall_checks import jump_columns, jumped
-from contiga.simulation.model import Model
+from contiga.simulation.model import Model, column_prefixes
 from contiga.simulation.system_state import SystemState
 
 Columns = Mapping[str, FloatArray]
@@ -77,7 +77,7 @@ def notes_on(model: Model, history: Columns) -> list[str]:
 
 def _columns(model: Model, pair: Pair, history: Columns) -> dict[str, FloatArray]:
     """The history of one contact, and the times."""
-    prefix = f"{pair.part.name}." if len(model.contacts) > 1 else ""
+    prefix = column_prefixes(model)[pair.part.name]
     names = (
         *("n_contact", "n_released", "max_penetration", "force"),
         *("energy_stored", "energy_damping", "energy_hysteresis", "energy_friction"),

@@ -8,13 +8,11 @@ from __future__ import annotations
 
 from functools import cached_property
 from itertools import pairwise
-from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contiga.arrays.ordered import length
-from contiga.contact.dry_run import DryRun
+from contiga.contact.dry_run import DryRun, spread
 from contiga.dynamics.free import Dependent, Free
 from contiga.dynamics.nodes import NodeMover
 from contiga.dynamics.prescribed import BodyMotion, Moved, is_told, rows_in
@@ -27,7 +25,6 @@ from contiga.simulation.checks.finding import Said
 from contiga.simulation.model import ContactPart, Model
 from contiga.slaves.slave import Slave
 
-_T = TypeVar("_T", np.float64, np.int64)
 # Standings a motion is gone through in, and points of contact that take part in that.
 STANDINGS = 25
 MOST_POINTS = 2_000
@@ -64,8 +61,7 @@ class Pair:
     @cached_property
     def _host(self) -> int:
         """Number of the master, or of the body it is attached to."""
-        system = self.model.mechanism
-        return int(system.root[system.index[self.part.master]])
+        return self.model.mechanism.root_of(self.part.master)
 
     @cached_property
     def free(self) -> bool:
@@ -241,9 +237,3 @@ class Scene:
         self.model = model
         self.said = Said(model.units)
         self.pairs = [Pair(model, part) for part in model.contacts]
-
-
-def spread(values: NDArray[_T], most: int) -> NDArray[_T]:
-    """At most `most` of the values, the first and the last with them."""
-    rows = np.linspace(0, len(values) - 1, min(len(values), most)).astype(np.intp)
-    return np.asarray(values[rows])

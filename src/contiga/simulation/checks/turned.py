@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from contiga.arrays.ordered import product
-from contiga.contact.dry_run import ON_IT
+from contiga.contact.dry_run import ON_IT, spread
 from contiga.records import FloatArray, empty_projection
 from contiga.rigid.frames import to_body
 from contiga.simulation.checks.finding import Finding, Said
-from contiga.simulation.checks.scene import MOST_POINTS, Pair, spread
+from contiga.simulation.checks.scene import MOST_POINTS, Pair
 from contiga.simulation.system_state import SystemState
 from contiga.statuses import Status
 

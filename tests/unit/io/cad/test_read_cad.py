@@ -12,8 +12,8 @@ import pytest
 import contiga as cg
 from contiga.errors import ContigaWarning, FileError, UnitError
 from contiga.io.cad.loops import PCurve, aligned, chained, ends, rectangle_sides
-from contiga.io.cad.read_cad import body_summary
 from contiga.io.cad.warp import AngleMap, bent, identity
+from contiga.masters.body_summary import body_summary
 
 PATCH = """
  <Geometry type="TensorBSpline2" id="{id}">

@@ -8,7 +8,8 @@ import pytest
 from contiga.errors import FileError, MeshError
 from contiga.io.mesh import lsdyna
 from contiga.io.mesh.lsdyna_cards import read_blocks
-from contiga.io.mesh.read_mesh import mesh_summary, read_mesh
+from contiga.io.mesh.read_mesh import read_mesh
+from contiga.slaves.mesh_summary import mesh_summary
 
 NODES = """*NODE
 $#   nid               x               y               z      tc      rc

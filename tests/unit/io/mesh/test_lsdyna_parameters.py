@@ -7,16 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from contiga.io.mesh.lsdyna_cards import fields, read_blocks, real
-
-TEN = (10,) * 8
+from contiga.io.mesh.lsdyna_cards import Block, read_blocks, row_of
 
 
 def values(folder: Path, text: str, *names: str) -> list[str]:
     """What stands for names in a card at the end of a deck."""
     (folder / "a.k").write_text(f"*KEYWORD\n{text}\n*LAST\n{','.join(names)}\n*END\n", "utf-8")
-    last = list(read_blocks(folder / "a.k"))[-1]
-    return fields(last.cards[0], last, TEN)[: len(names)]
+    last = at_end(folder)
+    return row_of(last.cards[0], last).texts[: len(names)]
 
 
 @pytest.mark.parametrize(
@@ -30,13 +28,13 @@ def values(folder: Path, text: str, *names: str) -> list[str]:
 def test_expressions_are_worked_out(tmp_path: Path, expression: str, value: float) -> None:
     given = "*PARAMETER\nR a,1.5,I b,4,R c,1.5-3\n*PARAMETER_EXPRESSION\n"
     for line in (f"R x       {expression}", f"R x, {expression}"):
-        (text,) = values(tmp_path, given + line, "&x")
-        assert math.isclose(real(text, *at_end(tmp_path)), value, rel_tol=1e-15)
+        values(tmp_path, given + line, "&x")
+        last = at_end(tmp_path)
+        assert math.isclose(row_of(last.cards[0], last).real(0), value, rel_tol=1e-15)
 
 
-def at_end(folder: Path):
-    last = list(read_blocks(folder / "a.k"))[-1]
-    return last, last.cards[0]
+def at_end(folder: Path) -> Block:
+    return list(read_blocks(folder / "a.k"))[-1]
 
 
 @pytest.mark.parametrize(
@@ -46,7 +44,7 @@ def at_end(folder: Path):
 def test_what_is_no_number_is_left(tmp_path: Path, expression: str) -> None:
     text = f"*PARAMETER\nR a,1.5\n*PARAMETER_EXPRESSION\nR x, {expression}"
     assert values(tmp_path, text, "&x") == ["&x"]
-    (left,) = at_end(tmp_path)[0].parameters.left
+    (left,) = at_end(tmp_path).parameters.left
     assert (left.block.line, left.line, left.why) == (4, 5, f"&x = {expression}")
 
 
@@ -68,5 +66,5 @@ def test_the_first_definition_stands_and_local_ones_stay_in_their_file(tmp_path:
     assert values(tmp_path, text, "&a", "&b", "&c") == ["1.0", "&b", "7.0"]
     blocks = list(read_blocks(tmp_path / "a.k"))
     inside = next(block for block in blocks if block.keyword == "INSIDE")
-    assert fields(inside.cards[0], inside, TEN)[:2] == ["5.0", "6.0"]
+    assert row_of(inside.cards[0], inside).texts[:2] == ["5.0", "6.0"]
     assert [one.why for one in inside.parameters.left] == ["&a again, the first one stands"]

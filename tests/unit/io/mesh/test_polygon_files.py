@@ -178,7 +178,7 @@ SECOND_ORDER = [
 @pytest.mark.parametrize(("name", "kind"), SECOND_ORDER)
 def test_mid_side_nodes_are_on_facets_and_told_of(tmp_path: Path, name: str, kind: str) -> None:
     """A ten-node tetrahedron: four nodes of corners, six between, all on the surface."""
-    from contiga.io.mesh.read_mesh import mesh_summary
+    from contiga.slaves.mesh_summary import mesh_summary
 
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float)
     pairs = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]

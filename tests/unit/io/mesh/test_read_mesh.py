@@ -11,7 +11,8 @@ import pytest
 
 from contiga.errors import ContigaError, FileError, MeshError, UnitError
 from contiga.io.mesh.meshio_files import read_with_meshio
-from contiga.io.mesh.read_mesh import mesh_summary, read_mesh
+from contiga.io.mesh.read_mesh import read_mesh
+from contiga.slaves.mesh_summary import mesh_summary
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
 CUBE = np.vstack([SQUARE, SQUARE + np.array([0, 0, 1.0])])

@@ -1,0 +1,73 @@
+"""What decks of several programs write alike: numbers, and the files that they include."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from contiga.errors import FileError, MeshError
+
+LARGEST = 2**62
+"""Whole numbers above this one count nothing."""
+# Fortran lets a number do without the E of its exponent (1.5-3) and write D for it.
+_EXPONENT = re.compile(r"(?<=[\d.])[dDeE]?([+-]\d+)$|(?<=[\d.])[dD](\d+)$")
+
+
+def fortran_number(text: str) -> float:
+    """A number in any way Fortran writes it; a ValueError where it is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return float(_EXPONENT.sub(lambda m: f"e{m[1] or m[2]}", text))
+
+
+def whole(text: str, where: str) -> int:
+    """A whole number.
+
+    Raises
+    ------
+    MeshError
+        It is none, or counts nothing.
+    """
+    try:
+        value = int(text)
+    except ValueError:
+        value = LARGEST + 1
+    if abs(value) > LARGEST:
+        raise MeshError("not a whole number", where=where, found=text)
+    return value
+
+
+def real(text: str, where: str) -> float:
+    """A number in any way Fortran writes it; empty is 0.
+
+    Raises
+    ------
+    MeshError
+        It is none, or not finite.
+    """
+    try:
+        value = fortran_number(text or "0")
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise MeshError("not a finite number", where=where, found=text)
+    return value
+
+
+def included(name: str, folders: Sequence[Path], open_files: Sequence[Path], where: str) -> Path:
+    """The file of a name in the first folder that has it; `open_files` are those it stands in.
+
+    Raises
+    ------
+    FileError
+        There is none, or it includes itself.
+    """
+    file = next((folder / name for folder in folders if (folder / name).is_file()), None)
+    if file is None:
+        raise FileError("no such included file", where=where, found=name)
+    if file.resolve() in open_files:
+        raise FileError("a file includes itself", where=where, found=name)
+    return file
