@@ -9,8 +9,8 @@ import numpy as np
 
 from contiga.area.cluster import is_positive
 from contiga.area.facet import measure_facets
-from contiga.area.feet import Web, web_of
-from contiga.area.method import AreaInput, Areas, Outlines, Rest, no_patch
+from contiga.area.feet import Web, unbridged, web_of
+from contiga.area.method import AreaInput, Areas, Outlines, Rest, check_side, no_patch
 from contiga.area.outline import facet_outlines, no_outlines
 from contiga.area.profile import profile_depth
 from contiga.area.regions import Graph, Topology, neighbours_of, regions, topology_of
@@ -91,13 +91,7 @@ class CloudArea:
                 found=self.by,
                 allowed='"rest", "feet"',
             )
-        if self.on not in (None, "slave", "master"):
-            raise InputError(
-                "unknown side to measure the area on",
-                where="on",
-                found=self.on,
-                allowed='"slave", "master", or None',
-            )
+        check_side(self.on)
         if not (is_positive(self.bridge) and self.bridge > 1.0):
             raise InputError(
                 "bridge must be above 1", where="bridge", found=self.bridge, allowed="> 1"
@@ -174,7 +168,7 @@ def is_line(points: FloatArray) -> bool:
     return len(points) < 3 or bool(spread[1] <= LINE * spread[0])
 
 
-def triangles_of(points: FloatArray, bridge: float = BRIDGE) -> IntArray:
+def triangles_of(points: FloatArray, bridge: float) -> IntArray:
     """(m, 3) Delaunay triangles of a cloud (n, 3), no line, in its best-fit plane.
 
     Raises
@@ -182,18 +176,13 @@ def triangles_of(points: FloatArray, bridge: float = BRIDGE) -> IntArray:
     InputError
         Points over one another, seen along the plane's normal.
     """
-    from scipy.spatial import Delaunay, cKDTree
+    from scipy.spatial import Delaunay
 
     centred = points - points.mean(axis=0)
     axes = principal_axes(centred)[1]
     chart = product(centred, axes[:2].T)
-    k = min(4, len(points))
-    spacing = cKDTree(points).query(points, k=k)[0][:, -1]
     triangles = Delaunay(chart).simplices.astype(np.int32)
-    p = points[triangles]
-    side = np.linalg.norm(p - np.roll(p, -1, axis=1), axis=2)
-    local = spacing[triangles].min(axis=1)
-    kept = triangles[side.max(axis=1) <= bridge * local]
+    kept = unbridged(points, triangles, bridge)
     # A cloud seen edge-on or in several sheets makes triangles far longer than its spacing.
     if len(kept) < 0.5 * len(triangles) or 2 * len(np.unique(kept)) < len(points):
         raise InputError(

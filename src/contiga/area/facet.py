@@ -8,16 +8,12 @@ import numpy as np
 
 from contiga.area.cuts import Parts, cut_parts, parts_of
 from contiga.area.kernels import components_nb, facet_area_nb, image_nb, touch_nb
-from contiga.area.method import AreaInput, Areas, Outlines, Rest
+from contiga.area.method import AreaInput, Areas, Outlines, Rest, check_side
 from contiga.area.outline import facet_outlines
 from contiga.area.regions import Topology, topology_of
 from contiga.arrays.threads import run_ranges, started
 from contiga.errors import InputError
-from contiga.records import (
-    FloatArray,
-    IntArray,
-    stacked,
-)
+from contiga.records import FloatArray, IntArray, stacked
 
 # Facets, and cut facets on the master, below which a second thread does not pay.
 FACETS = 4096
@@ -73,13 +69,7 @@ class FacetArea:
     on: str | None = None
 
     def __post_init__(self) -> None:
-        if self.on not in (None, "slave", "master"):
-            raise InputError(
-                "unknown side to measure the area on",
-                where="on",
-                found=self.on,
-                allowed='"slave", "master", or None',
-            )
+        check_side(self.on)
 
     def prepare(self, rest: Rest) -> Topology:
         """The facets that meet at each point."""

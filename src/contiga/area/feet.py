@@ -12,7 +12,14 @@ from contiga.area.method import AreaInput
 from contiga.area.regions import Graph, Topology, regions, topology_of
 from contiga.arrays.ordered import length, principal_axes, product
 from contiga.geometry.faces import Faces
-from contiga.records import FloatArray, IntArray, Projection, empty_projection
+from contiga.records import (
+    FloatArray,
+    IntArray,
+    Projection,
+    empty_projection,
+    rows_of,
+    stacked,
+)
 
 # Cosine of the angle to their mean that no normal of a region exceeds where it is seen from there.
 SEEN = 0.5
@@ -45,9 +52,7 @@ def web_of(inp: AreaInput, graph: Graph, bridge: float) -> Web:
         patch, uv = inp.feet.patch[start], inp.feet.uv[start]
         inp.body.surface.track(np.ascontiguousarray(inp.points[ring]), patch, uv, out)
     known = np.flatnonzero(np.isfinite(out.point).all(axis=1))
-    feet = Projection(
-        *(np.concatenate([getattr(inp.feet, f), getattr(out, f)[known]]) for f in out._fields)
-    )
+    feet = stacked(inp.feet, rows_of(out, known))
     region = np.concatenate([label, label[start[known]]])
     facets = [np.zeros((0, 3), np.int32)]
     for rows_in_chart, chart in _charts(inp.exact, feet, region):
@@ -104,7 +109,7 @@ def _laid_out(body: Faces, feet: Projection, part: IntArray) -> FloatArray:
 
 def _triangles(chart: FloatArray, points: FloatArray, bridge: float) -> IntArray:
     """(m, 3) Delaunay triangles in the chart whose sides in space bridge no gap."""
-    from scipy.spatial import Delaunay, QhullError, cKDTree
+    from scipy.spatial import Delaunay, QhullError
 
     none = np.zeros((0, 3), np.int32)
     if len(chart) < 3:
@@ -113,8 +118,16 @@ def _triangles(chart: FloatArray, points: FloatArray, bridge: float) -> IntArray
         simplices = Delaunay(chart).simplices
     except QhullError:  # all on a line
         return none
+    return unbridged(points, simplices.astype(np.int32), bridge)
+
+
+def unbridged(points: FloatArray, triangles: IntArray, bridge: float) -> IntArray:
+    """Triangles (m, 3) of points (n, 3) without a side longer than `bridge` times the local
+    spacing, the distance to the third neighbour."""
+    from scipy.spatial import cKDTree
+
     spacing = cKDTree(points).query(points, k=min(4, len(points)))[0][:, -1]
-    p = points[simplices]
+    p = points[triangles]
     side = np.linalg.norm(p - np.roll(p, -1, axis=1), axis=2).max(axis=1)
-    kept: IntArray = simplices[side <= bridge * spacing[simplices].min(axis=1)].astype(np.int32)
+    kept: IntArray = triangles[side <= bridge * spacing[triangles].min(axis=1)]
     return kept

@@ -68,6 +68,17 @@ def no_patch() -> InputError:
     )
 
 
+def check_side(on: str | None) -> None:
+    """Refuse what is no side to measure an area on."""
+    if on not in (None, "slave", "master"):
+        raise InputError(
+            "unknown side to measure the area on",
+            where="on",
+            found=on,
+            allowed='"slave", "master", or None',
+        )
+
+
 class Areas(NamedTuple):
     """Nodal contact areas, and the connected regions they belong to."""
 
@@ -103,7 +114,6 @@ class AreaMethod(Protocol):
 
     def measure(self, inp: AreaInput) -> Areas:
         """Areas of the points in contact; empty arrays where there are none."""
-        ...  # pragma: no cover
 
 
 def prepared(method: AreaMethod, rest: Rest) -> Any:

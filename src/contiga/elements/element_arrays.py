@@ -14,12 +14,6 @@ from numpy.typing import NDArray
 from contiga.pointer_records import pass_by_pointer
 from contiga.records import ByteArray, FloatArray, IntArray
 
-# Kinds of element side.
-
-# States of an element against the trimming loops (as `box_state` of the trims returns them).
-
-# Form an element is evaluated in.
-
 Records = NDArray[Any]
 
 ELEMENT = np.dtype(

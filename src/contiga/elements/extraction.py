@@ -50,7 +50,7 @@ def elements_of(body: Faces, trims: TrimTables) -> tuple[Elements, Grid]:
         rows["patch"] = k
         rows["degree"] = patch.degrees
         rows["components"] = 4 if patch.is_rational else 3
-        rows["box"] = _parameter_boxes(g.u_breaks, g.v_breaks)
+        rows["box"] = g.boxes()
         rows["trim"] = [trim_nb.box_state(trims, k, *b) for b in rows["box"].tolist()]
         for part in _fill(rows, g.coefs, used):
             coefs.append(part)
@@ -98,10 +98,3 @@ def _fill(rows: Records, coefs: FloatArray, used: int) -> list[FloatArray]:
         form = np.where(rows["components"] == 4, RATIONAL_CUBIC, CUBIC)
         rows["form"] = np.where(uneven, GENERAL, form)
     return [net.ravel(), monomial.ravel()]
-
-
-def _parameter_boxes(u: FloatArray, v: FloatArray) -> FloatArray:
-    """(nu*nv, 4) u0, u1, v0, v1 of the elements between the breaks."""
-    low_u, low_v = np.meshgrid(u[:-1], v[:-1], indexing="ij")
-    high_u, high_v = np.meshgrid(u[1:], v[1:], indexing="ij")
-    return np.stack([a.ravel() for a in (low_u, high_u, low_v, high_v)], axis=1)

@@ -9,12 +9,13 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.arrays.codes import BORDER, CREASE, POLE, SHARED, SMOOTH
+from contiga.arrays.groups import groups_of
 from contiga.arrays.near_pairs import near_pairs
 from contiga.elements.element_arrays import Elements, Grid
 from contiga.elements.kernels import sides_nb
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import gaping_edges
-from contiga.records import FloatArray, IndexArray, IntArray
+from contiga.records import FloatArray, IntArray
 
 # Sides closer than this share of the body's size are one side.
 MATCH = 1e-7
@@ -111,23 +112,13 @@ def _rings(corner: FloatArray, collapsed: np.ndarray, tolerance: float) -> IntAr
     e, s = np.nonzero(collapsed)
     if len(e) == 0:
         return ring
-    label = _first_of_group(near_pairs(corner[e, s], tolerance), len(e))
+    first, second = near_pairs(corner[e, s], tolerance).T
+    label = groups_of(first, second, len(e))
     for pole in np.unique(label):
         elements = np.flatnonzero(label == pole)
         after = np.roll(elements, -1)
         ring[e[elements], s[elements]] = 4 * e[after] + s[after]
     return ring
-
-
-def _first_of_group(pairs: IndexArray, n: int) -> IndexArray:
-    """(n,) the first row of those that each row is joined to by `pairs`, directly or not."""
-    first = np.arange(n)
-    while True:
-        before = first.copy()
-        for a, b in (pairs.T, pairs.T[::-1]):
-            np.minimum.at(first, a, first[b])
-        if (first == before).all():
-            return first
 
 
 def _mark_shared(patch_of: IntArray, body: Faces, kind: IntArray) -> None:

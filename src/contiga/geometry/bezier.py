@@ -21,6 +21,13 @@ class BezierGrid(NamedTuple):
     v_breaks: FloatArray
     """(nv + 1,) borders of the elements in v."""
 
+    def boxes(self) -> FloatArray:
+        """(nu · nv, 4) u0, u1, v0, v1 of each element."""
+        u, v = self.u_breaks, self.v_breaks
+        low_u, low_v = np.meshgrid(u[:-1], v[:-1], indexing="ij")
+        high_u, high_v = np.meshgrid(u[1:], v[1:], indexing="ij")
+        return np.stack([a.ravel() for a in (low_u, high_u, low_v, high_v)], axis=1)
+
 
 class BezierCurve(NamedTuple):
     """The elements of a curve."""

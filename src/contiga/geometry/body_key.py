@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from weakref import WeakKeyDictionary
-
 from contiga.arrays.digest import Digest
+from contiga.arrays.once import once
 from contiga.geometry.faces_like import FacesLike
 
 PATCHES, POINTS = 8, 1_000
@@ -12,21 +11,15 @@ PATCHES, POINTS = 8, 1_000
 work it out anew."""
 
 
-_KEYS: WeakKeyDictionary[FacesLike, str] = WeakKeyDictionary()
-
-
 def key_of(body: FacesLike) -> str | None:
     """Digest of all that a body is made of; None of a small one, of which nothing is kept."""
-    if len(body.patches) < PATCHES and _points(body) < POINTS:
-        return None
-    key = _KEYS.get(body)
-    if key is None:
-        digest = Digest()
-        body.digest(digest)
-        digest.text(repr((body.unit, body.pieces_apart, [edge.gap for edge in body.edges])))
-        key = _KEYS[body] = digest.hexdigest()
-    return key
+    points = sum(patch.control_points[..., 0].size for patch in body.patches)
+    return None if len(body.patches) < PATCHES and points < POINTS else _digest_of(body)
 
 
-def _points(body: FacesLike) -> int:
-    return sum(patch.control_points[..., 0].size for patch in body.patches)
+@once
+def _digest_of(body: FacesLike) -> str:
+    digest = Digest()
+    body.digest(digest)
+    digest.text(repr((body.unit, body.pieces_apart, [edge.gap for edge in body.edges])))
+    return digest.hexdigest()

@@ -23,7 +23,7 @@ from contiga.geometry.chains import EdgeShape, chain_shares, pole_shares
 from contiga.geometry.face_mesh import ANYWHERE, FaceMesh, Ints, Polygons
 from contiga.geometry.faces_like import FacesLike
 from contiga.geometry.tessellate import MAX_CELLS, check_request, net_grid
-from contiga.geometry.trim import LARGEST_GAP
+from contiga.geometry.trim import LARGEST_GAP, parameter_box
 from contiga.records import FloatArray, IntArray
 from contiga.triangles.kernels.mesh_sides_nb import side_numbers
 from contiga.triangles.trimesh import TriMesh
@@ -109,8 +109,7 @@ class _Mesher:
     def __init__(self, body: FacesLike, tol: float, net: bool = False) -> None:
         self.body, self.tol = body, tol
         self.borders: Borders = borders_of(body)
-        _, ends = np.unique(corners(self.borders), return_inverse=True)
-        self.ends: Ints = ends.reshape(-1, 2)
+        self.ends: Ints = corners(self.borders).astype(np.int64)
         self.grids = [net_grid(patch, tol) for patch in body.patches] if net else None
         # An area over the patch's extent is the length that the edges of a net may miss.
         self.sags = [
@@ -328,10 +327,7 @@ def fewest_triangles(body: FacesLike, tol: float) -> float:
     share = (np.arange(COARSE) + 0.5) / COARSE
     total = 0.0
     for patch, loops in zip(body.patches, body.trims, strict=True):
-        low, high = np.array(patch.domain).T
-        if loops is not None:
-            reach = np.concatenate([curve.bounds()[:, :2] for loop in loops for curve in loop])
-            low, high = np.maximum(low, reach.min(axis=0)), np.minimum(high, reach.max(axis=0))
+        low, high = parameter_box(patch, loops)
         uv = np.stack(np.meshgrid(*(low + share[:, None] * (high - low)).T), axis=-1)
         d = patch.derivatives(uv.reshape(-1, 2), 2)
         n = np.cross(d[:, 1, 0], d[:, 0, 1])

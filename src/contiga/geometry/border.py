@@ -11,12 +11,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from contiga.arrays.groups import groups_of
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.faces_like import FacesLike
 from contiga.geometry.surface import NurbsSurface
-from contiga.records import FloatArray
+from contiga.records import FloatArray, IntArray
 
 NEAR = 1e-9
 """Places closer than this share of the body's size are one."""
@@ -127,8 +127,8 @@ def _uses(body: FacesLike) -> dict[tuple[int, int, int], list[Use]]:
     uses: dict[tuple[int, int, int], list[Use]] = {}
     for e, edge in enumerate(body.edges):
         for i, use in enumerate(edge.uses):
-            span = edge.spans[i] if edge.spans else None
-            uses.setdefault((use.patch, use.loop, use.index), []).append((e, use.reversed, span))
+            given = e, use.reversed, edge.span(i)
+            uses.setdefault((use.patch, use.loop, use.index), []).append(given)
     return uses
 
 
@@ -215,27 +215,14 @@ def _pair(body: FacesLike, result: Borders) -> None:
             ]
 
 
-def corners(result: Borders) -> NDArray[np.int64]:
+def corners(result: Borders) -> IntArray:
     """(e, 2) number of the corner at the start and the end of each edge.
 
     A corner is where one side of a loop ends and the next one starts.
     """
-    root = np.arange(2 * len(result.sides))
-
-    def find(i: int) -> int:
-        while root[i] != i:
-            root[i] = root[root[i]]
-            i = int(root[i])
-        return i
-
-    def unite(i: int, j: int) -> None:
-        a, b = find(i), find(j)
-        root[max(a, b)] = min(a, b)
-
+    met = [(2 * e, 2 * e + 1) for e, is_pole in enumerate(result.pole) if is_pole]
     for loop in (loop for loops in result.loops for loop in loops):
         for side, after in zip(loop, loop[1:] + loop[:1], strict=True):
-            unite(2 * side.edge + (not side.reversed), 2 * after.edge + after.reversed)
-    for e, is_pole in enumerate(result.pole):
-        if is_pole:
-            unite(2 * e, 2 * e + 1)
-    return np.array([find(i) for i in range(root.size)]).reshape(-1, 2)
+            met.append((2 * side.edge + (not side.reversed), 2 * after.edge + after.reversed))
+    first, second = np.array(met, np.int64).reshape(-1, 2).T
+    return groups_of(first, second, 2 * len(result.sides)).reshape(-1, 2)

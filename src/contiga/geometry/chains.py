@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,17 +35,6 @@ EVEN = 0.96
 WITHIN = np.array([0.25, 0.5, 0.75])
 INSIDE = (0.03, 0.1, 0.2)
 """How far inside a face, as a share of the way to its middle, its bend counts for its border."""
-
-Evaluate = Callable[[FloatArray], FloatArray]
-
-
-class Chain(NamedTuple):
-    """Vertices along an edge."""
-
-    share: FloatArray
-    """(n,) increasing, 0 … 1 of the edge's parameter range."""
-    points: FloatArray
-    """(n, 3) on the edge's curve."""
 
 
 class EdgeShape:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,11 +13,12 @@ from contiga.geometry import knots as kv
 from contiga.geometry import refine
 from contiga.geometry.kernels.evaluate_nb import CurveArrays, curve_range
 from contiga.geometry.quadrature import curve_length
+from contiga.geometry.spline import Spline, cartesian, homogeneous
 from contiga.records import FloatArray
 from contiga.rigid import transform
 
 
-class NurbsCurve:
+class NurbsCurve(Spline[CurveArrays]):
     """A B-spline curve, or with weights a NURBS curve. It never changes; methods return new ones.
 
     The domain is ``[U_p, U_n]``. Knots that are not clamped there are clamped by knot insertion,
@@ -40,8 +41,7 @@ class NurbsCurve:
     array([[1., 0., 0.]])
     """
 
-    __slots__ = ("__weakref__", "_arrays")
-    _arrays: CurveArrays
+    __slots__ = ()
 
     def __init__(
         self,
@@ -76,19 +76,22 @@ class NurbsCurve:
         object.__setattr__(self, "_arrays", arrays)
 
     @classmethod
-    def _from_homogeneous(
-        cls, degree: int, knots: FloatArray, points: FloatArray, rational: bool
-    ) -> NurbsCurve:
-        """A curve from parts that are known to fit: clamped knots and (n, 4) (wx, wy, wz, w)."""
+    def _from_net(cls, degree: int, knots: FloatArray, net: FloatArray, rational: bool) -> Self:
+        """A curve from parts that are known to fit: clamped knots and (n, 4) (x, y, z, w)."""
         curve = cls.__new__(cls)
-        curve._set(degree, knots, cartesian(points, rational), rational)
+        curve._set(degree, knots, net, rational)
         return curve
 
-    def __setattr__(self, name: str, value: object) -> None:
-        raise AttributeError(f"a NurbsCurve cannot be changed: {name}")
+    @classmethod
+    def _from_homogeneous(
+        cls, degree: int, knots: FloatArray, points: FloatArray, rational: bool
+    ) -> Self:
+        """The same from (n, 4) (wx, wy, wz, w)."""
+        return cls._from_net(degree, knots, cartesian(points, rational), rational)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _unpickled, (self.degree, self.knots, self._arrays.net, self.is_rational)
+        # Through its own net, not through weights divided out: the copy has the same bits.
+        return self._from_net, (self.degree, self.knots, self._arrays.net, self.is_rational)
 
     def __repr__(self) -> str:
         kind = "NURBS" if self.is_rational else "B-spline"
@@ -96,11 +99,6 @@ class NurbsCurve:
         return (
             f"<{kind} curve, degree {self.degree}, {len(self.control_points)} points, [{a}, {b}]>"
         )
-
-    @property
-    def arrays(self) -> CurveArrays:
-        """The arrays that kernels take."""
-        return self._arrays
 
     @property
     def degree(self) -> int:
@@ -112,31 +110,8 @@ class NurbsCurve:
         return self._arrays.knots
 
     @property
-    def control_points(self) -> FloatArray:
-        """(n, 3), read-only."""
-        return self._arrays.net[:, :3]
-
-    @property
-    def weights(self) -> FloatArray | None:
-        """(n,), read-only; None for a B-spline."""
-        return self._arrays.net[:, 3] if self.is_rational else None
-
-    @property
-    def is_rational(self) -> bool:
-        return self._arrays.rational
-
-    @property
-    def homogeneous(self) -> FloatArray:
-        """(n, 4) control points (wx, wy, wz, w), a new array."""
-        return homogeneous(self._arrays.net)
-
-    @property
     def domain(self) -> tuple[float, float]:
         return float(self.knots[0]), float(self.knots[-1])
-
-    def bounds(self) -> FloatArray:
-        """(2, 3) lower and upper corner of the control points, which hold the curve."""
-        return np.array([self.control_points.min(axis=0), self.control_points.max(axis=0)])
 
     def evaluate(self, u: ArrayLike) -> FloatArray:
         """Points (k, 3) at the parameters `u` (k,) or a single one."""
@@ -158,16 +133,16 @@ class NurbsCurve:
         curve_range(self._arrays, t, order, out)
         return out
 
-    def insert_knots(self, u: ArrayLike) -> NurbsCurve:
+    def insert_knots(self, u: ArrayLike) -> Self:
         """The same curve with the knots `u` inserted (several at once, existing ones too)."""
         refined = refine.with_inserted(self.knots, self.degree, u, "u")
         return self._refined(refined)
 
-    def _refined(self, refined: FloatArray) -> NurbsCurve:
+    def _refined(self, refined: FloatArray) -> Self:
         points = refine.refine_points(self.knots, self.degree, self.homogeneous, refined)
         return self._from_homogeneous(self.degree, refined, points, self.is_rational)
 
-    def elevate(self, t: int = 1) -> NurbsCurve:
+    def elevate(self, t: int = 1) -> Self:
         """The same curve with its degree `t` higher and its smoothness kept."""
         kv.check_degree(self.degree + kv.check_order(t), "degree after elevation")
         knots, points = self.knots, self.homogeneous
@@ -175,11 +150,11 @@ class NurbsCurve:
             knots, points = refine.elevate_points(knots, degree, points)
         return self._from_homogeneous(self.degree + t, knots, points, self.is_rational)
 
-    def k_refined(self, t: int, u: ArrayLike = ()) -> NurbsCurve:
+    def k_refined(self, t: int, u: ArrayLike = ()) -> Self:
         """The degree raised by `t`, then the knots `u` inserted (k-refinement)."""
         return self.elevate(t).insert_knots(u)
 
-    def restricted(self, low: float, high: float) -> NurbsCurve:
+    def restricted(self, low: float, high: float) -> Self:
         """The part over ``[low, high]``, with its parameters unchanged."""
         a, b = self.domain
         if not a <= low < high <= b:
@@ -188,67 +163,23 @@ class NurbsCurve:
             )
         return self._refined(kv.clamped(self.knots, self.degree, float(low), float(high)))
 
-    def split(self, u: float) -> tuple[NurbsCurve, NurbsCurve]:
+    def split(self, u: float) -> tuple[Self, Self]:
         """The parts before and after the parameter `u`."""
         t = kv.check_inner_parameter(u, self.domain, "u")
         a, b = self.domain
         return self.restricted(a, t), self.restricted(t, b)
 
-    def reversed(self) -> NurbsCurve:
+    def reversed(self) -> Self:
         """The same curve reversed over the same domain: u becomes ``u0 + u1 - u``."""
-        curve = type(self).__new__(type(self))
-        curve._set(self.degree, kv.mirrored(self.knots), self._arrays.net[::-1], self.is_rational)
-        return curve
+        return self._from_net(
+            self.degree, kv.mirrored(self.knots), self._arrays.net[::-1], self.is_rational
+        )
 
-    def transformed(self, matrix: ArrayLike) -> NurbsCurve:
-        """The curve moved by a regular affine (4, 4) matrix."""
-        return self._moved(transform.affine(matrix))
-
-    def _moved(self, matrix: FloatArray) -> NurbsCurve:
+    def _moved(self, matrix: FloatArray) -> Self:
         net = np.array(self._arrays.net)
         net[:, :3] = transform.apply(matrix, self.control_points)
-        curve = type(self).__new__(type(self))
-        curve._set(self.degree, self.knots, net, self.is_rational)
-        return curve
-
-    def translated(self, d: ArrayLike) -> NurbsCurve:
-        """The curve moved by the vector `d`."""
-        return self._moved(transform.translation(d))
-
-    def rotated(
-        self, axis: transform.Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)
-    ) -> NurbsCurve:
-        """The curve turned by `angle` (radians) about `axis` ("x", "y", "z" or a vector)."""
-        return self._moved(transform.rotation(axis, angle, origin))
-
-    def scaled(self, s: float | ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0)) -> NurbsCurve:
-        """The curve scaled by `s` > 0, one number or one for each axis."""
-        return self._moved(transform.scaling(s, origin))
+        return self._from_net(self.degree, self.knots, net, self.is_rational)
 
     def length(self, rtol: float = 1e-10) -> float:
         """Arc length, to the relative tolerance `rtol` (adaptive Gauss quadrature)."""
         return curve_length(self, rtol)
-
-
-def homogeneous(net: FloatArray) -> FloatArray:
-    """(..., 4) (x, y, z, w) as (wx, wy, wz, w)."""
-    out = np.array(net)
-    out[..., :3] *= net[..., 3:]
-    return out
-
-
-def cartesian(points: FloatArray, rational: bool = True) -> FloatArray:
-    """(..., 4) (wx, wy, wz, w) as (x, y, z, w); for a B-spline the weights are exactly one."""
-    out = np.array(points)
-    if rational:
-        out[..., :3] /= points[..., 3:]
-    else:
-        out[..., 3] = 1.0
-    return out
-
-
-def _unpickled(degree: int, knots: FloatArray, net: FloatArray, rational: bool) -> NurbsCurve:
-    """A curve with the very arrays of another."""
-    curve = NurbsCurve.__new__(NurbsCurve)
-    curve._set(degree, knots, net, rational)
-    return curve

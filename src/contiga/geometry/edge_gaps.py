@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.geometry.curve import NurbsCurve
-from contiga.geometry.edges import BodyEdge, EdgeUse
+from contiga.geometry.edges import BodyEdge
 from contiga.geometry.kernels.edge_gap_nb import image_gap
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import Loop
@@ -38,15 +38,13 @@ class Image(NamedTuple):
 
 def image_of(edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims: Trims) -> Image:
     """The image of `edge` by its use `k`, measured at samples refined around the worst."""
-    use = edge.uses[k]
-    patch = patches[use.patch]
-    span = edge.spans[k] if edge.spans else None
+    patch = patches[edge.uses[k].patch]
     (u0, u1), (v0, v1) = patch.domain
     near = BELIEVED * float(np.ptp(edge.curve.bounds(), axis=0).max())
     out = np.empty(4)
     image_gap(
         patch.arrays,
-        image_curve(use, span, patch, trims[use.patch]).arrays,
+        image_curve(edge, k, patches, trims).arrays,
         edge.curve.arrays,
         np.array([u0, u1, v0, v1]),
         near,
@@ -58,9 +56,8 @@ def image_of(edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims: Tri
 
 def image_length(edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims: Trims) -> float:
     """Length of the image of `edge` by its use `k`, by chords."""
-    use = edge.uses[k]
-    patch = patches[use.patch]
-    curve = image_curve(use, edge.spans[k] if edge.spans else None, patch, trims[use.patch])
+    patch = patches[edge.uses[k].patch]
+    curve = image_curve(edge, k, patches, trims)
     low, high = np.transpose(patch.domain)
     uv = curve.evaluate(np.linspace(*curve.domain, CHORDS + 1))[:, :2]
     points = patch.evaluate(np.clip(uv, low, high))
@@ -68,17 +65,15 @@ def image_length(edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims:
 
 
 def image_curve(
-    use: EdgeUse,
-    span: tuple[float, float] | None,
-    patch: NurbsSurface,
-    loops: tuple[Loop, ...] | None,
+    edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims: Trims
 ) -> NurbsCurve:
-    """The p-curve of a use; of a natural side the line between the ends of its span."""
+    """The p-curve of use `k`; of a natural side the line between the ends of its span."""
+    use = edge.uses[k]
+    loops, domain = trims[use.patch], patches[use.patch].domain
     if loops is not None:
         return loops[use.loop][use.index]
-    domain = patch.domain
     across, along = use.index // 2, 1 - use.index // 2
-    low, high = domain[along] if span is None else span
+    low, high = edge.span(k) or domain[along]
     points = np.empty((2, 2))
     points[:, across] = domain[across][use.index % 2]
     points[:, along] = low, high

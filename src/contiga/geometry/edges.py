@@ -48,6 +48,10 @@ class BodyEdge(NamedTuple):
     gap: float = math.nan
     """The distance as `Body.edges` has measured it, length."""
 
+    def span(self, k: int) -> tuple[float, float] | None:
+        """The interval of its use `k`; None where that is all of the p-curve or side."""
+        return self.spans[k] if self.spans else None
+
 
 def moved_edge(edge: BodyEdge, matrix: FloatArray) -> BodyEdge:
     """`edge` after an affine (4, 4) matrix: its tolerances grow as much as any length does.
@@ -81,7 +85,7 @@ def flipped_edge(edge: BodyEdge, patches: Sequence[NurbsSurface]) -> BodyEdge:
     uses: list[EdgeUse] = []
     spans: list[tuple[float, float]] = []
     for k, use in enumerate(edge.uses):
-        span = edge.spans[k] if edge.spans else None
+        span = edge.span(k)
         if use.loop != UNTRIMMED:
             uses.append(use)
         elif use.index < 2:

@@ -16,13 +16,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays.codes import OUT
 from contiga.arrays.layout import as_contiguous
 from contiga.geometry.bezier import extract
 from contiga.geometry.curve import NurbsCurve
-from contiga.geometry.kernels.trim_nb import points_in_trim
+from contiga.geometry.kernels.trim_nb import box_state, points_in_trim
 from contiga.geometry.slopes import numerator
 from contiga.geometry.surface import NurbsSurface
-from contiga.geometry.trim import OUT, Loop, TrimTables, box_state, build_trim_tables
+from contiga.geometry.trim import Loop, TrimTables, build_trim_tables, parameter_box
 from contiga.records import FloatArray
 
 _CLOSE = 1e-14
@@ -61,13 +62,9 @@ class _Face:
     def __init__(self, patch: NurbsSurface, loops: tuple[Loop, ...] | None) -> None:
         self.patch = patch
         self.loops = loops
-        self.patches, self.trims, self.edges = (patch,), (loops,), ()
         grid = extract(_within_reach(patch, loops))
         self.coefs = grid.coefs.reshape(-1, *grid.coefs.shape[2:])
-        u, v = grid.u_breaks, grid.v_breaks
-        u0, v0 = (part.ravel() for part in np.meshgrid(u[:-1], v[:-1], indexing="ij"))
-        u1, v1 = (part.ravel() for part in np.meshgrid(u[1:], v[1:], indexing="ij"))
-        self.box = np.stack([u0, u1, v0, v1], axis=1)
+        self.box = grid.boxes()
         points = (self.coefs[..., :3] / self.coefs[..., 3:]).reshape(-1, 3)
         self.hull = np.array([points.min(axis=0), points.max(axis=0)])
         """(2, 3) box of the Bézier points."""
@@ -75,7 +72,7 @@ class _Face:
     @cached_property
     def tables(self) -> TrimTables:
         """What tells inside from outside."""
-        return build_trim_tables(self)
+        return build_trim_tables((self.patch,), (self.loops,))
 
     def known(self) -> FloatArray:
         """(n, 3) some points of the face: corners of its elements, or of its loops."""
@@ -188,15 +185,10 @@ def bounds_of(
 
 def _within_reach(patch: NurbsSurface, loops: tuple[Loop, ...] | None) -> NurbsSurface:
     """The part of a patch that its loops reach."""
-    if loops is None:
+    (u0, v0), (u1, v1) = (corner.tolist() for corner in parameter_box(patch, loops))
+    if loops is None or not (u0 < u1 and v0 < v1):
         return patch
-    reach = np.concatenate([curve.bounds()[:, :2] for loop in loops for curve in loop])
-    low, high = np.array(patch.domain).T
-    a = np.clip(reach.min(axis=0), low, high)
-    b = np.clip(reach.max(axis=0), low, high)
-    if not np.all(a < b):
-        return patch
-    return patch.restricted((float(a[0]), float(b[0])), (float(a[1]), float(b[1])))
+    return patch.restricted((u0, u1), (v0, v1))
 
 
 def _halved(parts: _Parts) -> _Parts:

@@ -35,6 +35,7 @@ from contiga.geometry.trim_area import body_area, body_volume
 from contiga.old_names import OldName
 from contiga.records import FloatArray
 from contiga.rigid import transform
+from contiga.rigid.movable import Movable
 
 if TYPE_CHECKING:
     from contiga.triangles.trimesh import TriMesh
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
 _BOXES, _TRIMS = DiskCache("boxes", face_box.__file__), DiskCache("trims", trim.__file__)
 
 
-class Faces(Displayed):
+class Faces(Displayed, Movable):
     """Oriented NURBS patches with their trims and shared edges: the geometry of a `Body`.
 
     The parameters are those of a `Body`. Faces never change; methods return new ones, of the same
@@ -174,7 +175,8 @@ class Faces(Displayed):
     def trim_tables(self) -> TrimTables:
         """Tables for `point_in_trim` and `box_state`, built when first asked for."""
         if self._tables is None:
-            self._tables = _TRIMS.kept(key_of(self), lambda: build_trim_tables(self))
+            faces = self.patches, self.trims, self.edges
+            self._tables = _TRIMS.kept(key_of(self), lambda: build_trim_tables(*faces))
         return self._tables
 
     def bounds(self) -> FloatArray:
@@ -214,10 +216,11 @@ class Faces(Displayed):
         trims: Trims | None = None,
         edges: Sequence[BodyEdge] | None = None,
         reference_point: FloatArray | None = None,
+        name: str | None = None,
     ) -> Self:
         made = type(self)(
             patches,
-            name=self._name,
+            name=self._name if name is None else name,
             trims=self._trims if trims is None else trims,
             edges=self.edges if edges is None else edges,
             unit=self._unit,
@@ -228,16 +231,7 @@ class Faces(Displayed):
 
     def renamed(self, name: str) -> Self:
         """The same body under another name."""
-        made = type(self)(
-            self._patches,
-            name=name,
-            trims=self._trims,
-            edges=self._edges,
-            unit=self._unit,
-            reference_point=self._reference_point,
-        )
-        made._pieces_apart = self._pieces_apart
-        return made
+        return self._with(self._patches, edges=self._edges, name=name)
 
     def known_apart(self) -> Self:
         """The same body, its pieces taken not to touch or overlap: the check is left out."""
@@ -266,10 +260,6 @@ class Faces(Displayed):
         )
         return trims, [flipped_edge(edge, self._patches) for edge in self.edges]
 
-    def transformed(self, matrix: ArrayLike) -> Self:
-        """The body moved by a regular affine (4, 4) matrix; the free side stays the free side."""
-        return self._moved(transform.affine(matrix))
-
     def _moved(self, matrix: FloatArray) -> Self:
         # A patch that is reflected has its u reversed, so what is drawn on it follows.
         trims, edges = self._mirrored() if transform.reflects(matrix) else (None, self.edges)
@@ -279,20 +269,6 @@ class Faces(Displayed):
             [moved_edge(edge, matrix) for edge in edges],
             transform.apply(matrix, self._reference_point[None, :])[0],
         )
-
-    def translated(self, d: ArrayLike) -> Self:
-        """The body moved by the vector `d` (3,), length."""
-        return self._moved(transform.translation(d))
-
-    def rotated(
-        self, axis: transform.Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)
-    ) -> Self:
-        """The body turned by `angle` (radians) about `axis` ("x", "y", "z" or a vector)."""
-        return self._moved(transform.rotation(axis, angle, origin))
-
-    def scaled(self, s: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> Self:
-        """The body scaled by `s` > 0 about `origin`."""
-        return self._moved(transform.scaling(s, origin))
 
     def digest(self, digest: Digest) -> None:
         """Add geometry, trims and shared edges to a digest."""

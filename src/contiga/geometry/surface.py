@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,9 +13,10 @@ from contiga.arrays.threads import run_ranges
 from contiga.errors import GeometryError
 from contiga.geometry import knots as kv
 from contiga.geometry import refine, tessellate
-from contiga.geometry.curve import NurbsCurve, cartesian, homogeneous
+from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.kernels import evaluate_nb as nb
 from contiga.geometry.quadrature import surface_area
+from contiga.geometry.spline import Spline, cartesian, homogeneous
 from contiga.records import FloatArray
 from contiga.rigid import transform
 
@@ -28,7 +29,7 @@ POINTS = 2048
 Pair = tuple[FloatArray, FloatArray]
 
 
-class NurbsSurface:
+class NurbsSurface(Spline[nb.SurfaceArrays]):
     """A B-spline surface, or with weights a NURBS surface. It never changes.
 
     The normal ``S_u × S_v`` points to the free side (see `contiga.conventions`). The domain is
@@ -53,8 +54,7 @@ class NurbsSurface:
     array([[0., 0., 1.]])
     """
 
-    __slots__ = ("__weakref__", "_arrays")
-    _arrays: nb.SurfaceArrays
+    __slots__ = ()
 
     def __init__(
         self,
@@ -99,14 +99,11 @@ class NurbsSurface:
     @classmethod
     def _from_net(
         cls, degrees: tuple[int, int], knots: Pair, net: FloatArray, rational: bool
-    ) -> NurbsSurface:
+    ) -> Self:
         """A surface from parts that are known to fit: clamped knots and (n, m, 4) (x, y, z, w)."""
         surface = cls.__new__(cls)
         surface._set(degrees, knots, net, rational)
         return surface
-
-    def __setattr__(self, name: str, value: object) -> None:
-        raise AttributeError(f"a NurbsSurface cannot be changed: {name}")
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Through its own net, not through weights divided out: the copy has the same bits.
@@ -118,11 +115,6 @@ class NurbsSurface:
         return f"<{kind} surface, degrees {self.degrees}, {n} x {m} points>"
 
     @property
-    def arrays(self) -> nb.SurfaceArrays:
-        """The arrays that kernels take."""
-        return self._arrays
-
-    @property
     def degrees(self) -> tuple[int, int]:
         return self._arrays.p, self._arrays.q
 
@@ -132,34 +124,10 @@ class NurbsSurface:
         return self._arrays.U, self._arrays.V
 
     @property
-    def control_points(self) -> FloatArray:
-        """(n, m, 3), read-only."""
-        return self._arrays.net[..., :3]
-
-    @property
-    def weights(self) -> FloatArray | None:
-        """(n, m), read-only; None for a B-spline."""
-        return self._arrays.net[..., 3] if self._arrays.rational else None
-
-    @property
-    def is_rational(self) -> bool:
-        return self._arrays.rational
-
-    @property
-    def homogeneous(self) -> FloatArray:
-        """(n, m, 4) control points (wx, wy, wz, w), a new array."""
-        return homogeneous(self._arrays.net)
-
-    @property
     def domain(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """((u0, u1), (v0, v1))."""
         U, V = self.knots
         return (float(U[0]), float(U[-1])), (float(V[0]), float(V[-1]))
-
-    def bounds(self) -> FloatArray:
-        """(2, 3) lower and upper corner of the control points, which hold the surface."""
-        points = self.control_points.reshape(-1, 3)
-        return np.array([points.min(axis=0), points.max(axis=0)])
 
     def checked(self, uv: ArrayLike) -> FloatArray:
         """`uv` as a new (k, 2) array inside the domain; raises if it is not."""
@@ -207,7 +175,7 @@ class NurbsSurface:
         run_ranges(nb.normal_range, len(pairs), POINTS, self._arrays, pairs, out)
         return out
 
-    def _refined(self, U: FloatArray, V: FloatArray) -> NurbsSurface:
+    def _refined(self, U: FloatArray, V: FloatArray) -> Self:
         """The same surface, or a part of it, on finer clamped knots."""
         points = self.homogeneous
         for axis, old, new in ((0, self.knots[0], U), (1, self.knots[1], V)):
@@ -217,12 +185,12 @@ class NurbsSurface:
             self.degrees, (U, V), cartesian(points, self.is_rational), self.is_rational
         )
 
-    def insert_knots(self, u: ArrayLike = (), v: ArrayLike = ()) -> NurbsSurface:
+    def insert_knots(self, u: ArrayLike = (), v: ArrayLike = ()) -> Self:
         """The same surface with knots inserted (several at once, existing ones too)."""
         (p, q), (U, V) = self.degrees, self.knots
         return self._refined(refine.with_inserted(U, p, u, "u"), refine.with_inserted(V, q, v, "v"))
 
-    def elevate(self, u: int = 0, v: int = 0) -> NurbsSurface:
+    def elevate(self, u: int = 0, v: int = 0) -> Self:
         """The same surface with its degrees `u` and `v` higher and its smoothness kept."""
         points, degrees, knots = self.homogeneous, list(self.degrees), list(self.knots)
         for axis, steps in enumerate((u, v)):
@@ -239,13 +207,11 @@ class NurbsSurface:
             self.is_rational,
         )
 
-    def k_refined(
-        self, degrees: tuple[int, int], u: ArrayLike = (), v: ArrayLike = ()
-    ) -> NurbsSurface:
+    def k_refined(self, degrees: tuple[int, int], u: ArrayLike = (), v: ArrayLike = ()) -> Self:
         """The degrees raised by `degrees`, then knots inserted (k-refinement)."""
         return self.elevate(*degrees).insert_knots(u, v)
 
-    def restricted(self, u: tuple[float, float], v: tuple[float, float]) -> NurbsSurface:
+    def restricted(self, u: tuple[float, float], v: tuple[float, float]) -> Self:
         """The part over the box `u` × `v`, with its parameters unchanged."""
         for (low, high), (a, b), name in zip((u, v), self.domain, "uv", strict=True):
             if not a <= low < high <= b:
@@ -260,9 +226,7 @@ class NurbsSurface:
             kv.clamped(U, p, float(u[0]), float(u[1])), kv.clamped(V, q, float(v[0]), float(v[1]))
         )
 
-    def split(
-        self, *, u: float | None = None, v: float | None = None
-    ) -> tuple[NurbsSurface, NurbsSurface]:
+    def split(self, *, u: float | None = None, v: float | None = None) -> tuple[Self, Self]:
         """The two parts on either side of the iso-line at `u` or at `v`."""
         axis, t = _one_of(u, v)
         inner = kv.check_inner_parameter(t, self.domain[axis], "uv"[axis])
@@ -281,46 +245,23 @@ class NurbsSurface:
             self.degrees[1 - axis], self.knots[1 - axis], points, self.is_rational
         )
 
-    def flipped(self) -> NurbsSurface:
+    def flipped(self) -> Self:
         """The same surface with its sides swapped: u is reversed over the same domain."""
         U, V = self.knots
         return self._from_net(
             self.degrees, (kv.mirrored(U), V), self._arrays.net[::-1], self.is_rational
         )
 
-    def transposed(self) -> NurbsSurface:
+    def transposed(self) -> Self:
         """The same surface with u and v exchanged, which swaps its sides too."""
         (p, q), (U, V) = self.degrees, self.knots
         return self._from_net((q, p), (V, U), self._arrays.net.transpose(1, 0, 2), self.is_rational)
 
-    def transformed(self, matrix: ArrayLike) -> NurbsSurface:
-        """The surface moved by a regular affine (4, 4) matrix.
-
-        The free side stays the free side: the image of a point on the free side is on the free
-        side of the image. A reflecting matrix alone would swap the sides, so the result of one
-        is flipped as well (its u runs backwards).
-        """
-        return self._moved(transform.affine(matrix))
-
-    def _moved(self, matrix: FloatArray) -> NurbsSurface:
+    def _moved(self, matrix: FloatArray) -> Self:
         net = np.array(self._arrays.net)
         net[..., :3] = transform.apply(matrix, self.control_points)
         moved = self._from_net(self.degrees, self.knots, net, self.is_rational)
         return moved.flipped() if transform.reflects(matrix) else moved
-
-    def translated(self, d: ArrayLike) -> NurbsSurface:
-        """The surface moved by the vector `d`."""
-        return self._moved(transform.translation(d))
-
-    def rotated(
-        self, axis: transform.Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)
-    ) -> NurbsSurface:
-        """The surface turned by `angle` (radians) about `axis` ("x", "y", "z" or a vector)."""
-        return self._moved(transform.rotation(axis, angle, origin))
-
-    def scaled(self, s: float | ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0)) -> NurbsSurface:
-        """The surface scaled by `s` > 0, one number or one for each axis."""
-        return self._moved(transform.scaling(s, origin))
 
     def area(self, rtol: float = 1e-10) -> float:
         """Area to the relative tolerance `rtol` (adaptive Gauss quadrature on each element)."""

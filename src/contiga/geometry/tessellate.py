@@ -57,31 +57,18 @@ def check_request(tol: float, method: str) -> None:
         raise InputError("not a method", where="method", found=method, allowed="'net', 'chord'")
 
 
-def net_tessellation(surface: SurfaceLike, tol: float) -> TriMesh:
-    """``tessellate(surface, tol, "net")``."""
-    return tessellate(surface, tol, "net")
-
-
-def grid_mesh(surface: SurfaceLike, u: FloatArray, v: FloatArray, weld: bool = True) -> TriMesh:
+def grid_mesh(surface: SurfaceLike, u: FloatArray, v: FloatArray) -> TriMesh:
     """The mesh over the grid `u` × `v`, two triangles a cell, cut from (i, j) to (i + 1, j + 1).
 
-    With `weld`, sides that meet (a seam) share vertices and a collapsed side is one vertex, so
-    that a closed patch gives a closed mesh; without it, vertex ``i · len(v) + j`` is (u_i, v_j).
+    Sides that meet (a seam) share vertices and a collapsed side is one vertex, so that a closed
+    patch gives a closed mesh.
     """
     points = surface.evaluate(np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2))
-    ids = np.arange(u.size * v.size).reshape(u.size, v.size)
-    if weld:
-        ids = _welded(points, ids)
+    ids = _welded(points, np.arange(u.size * v.size).reshape(u.size, v.size))
     a, b, c, d = ids[:-1, :-1], ids[1:, :-1], ids[1:, 1:], ids[:-1, 1:]
     triangles = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], axis=2).reshape(-1, 3)
-    whole = (
-        (triangles[:, 0] != triangles[:, 1])
-        & (triangles[:, 1] != triangles[:, 2])
-        & (triangles[:, 2] != triangles[:, 0])
-    )
+    whole = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
     used, new = np.unique(triangles[whole], return_inverse=True)
-    if not weld:
-        return TriMesh(points, triangles)
     return TriMesh(points[used], new.reshape(-1, 3).astype(np.int32))
 
 

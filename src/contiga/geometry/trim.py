@@ -9,30 +9,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
-from contiga.arrays.codes import CUT, IN, OUT
 from contiga.errors import GeometryError
 from contiga.geometry.bezier import extract_curve
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edges import BodyEdge
 from contiga.geometry.kernels import trim_build_nb as build_nb
-from contiga.geometry.kernels.trim_nb import TrimTables, box_state, point_in_trim
+from contiga.geometry.kernels.trim_nb import TrimTables as TrimTables
 from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
-
-__all__ = [
-    "CUT",
-    "IN",
-    "OUT",
-    "TrimTables",
-    "box_state",
-    "build_trim_tables",
-    "check_loops",
-    "point_in_trim",
-]
 
 Loop = tuple[NurbsCurve, ...]
 Domain = tuple[tuple[float, float], tuple[float, float]]
@@ -45,29 +33,12 @@ OUTSIDE = 1e-3
 """How far, as a share of the domain, a p-curve may reach over the rectangle, which cuts it off."""
 
 
-class Trimmed(Protocol):
-    """Faces as the tables take them: those of a body, or a few of them."""
-
-    @property
-    def patches(self) -> Sequence[NurbsSurface]:
-        """Of the faces."""
-
-    @property
-    def trims(self) -> Sequence[tuple[Loop, ...] | None]:
-        """For each patch None, or its loops."""
-
-    @property
-    def edges(self) -> Sequence[BodyEdge]:
-        """Those that are known."""
-
-
 class _Pieces(NamedTuple):
     """Pieces of one loop in order."""
 
     coefs: list[FloatArray]
     ends: FloatArray
     curve: list[int]
-    interval: list[tuple[float, float]]
 
 
 def check_loops(loops: tuple[Loop, ...], domain: Domain, where: str) -> None:
@@ -104,6 +75,17 @@ def check_loops(loops: tuple[Loop, ...], domain: Domain, where: str) -> None:
             )
 
 
+def parameter_box(
+    patch: NurbsSurface, loops: tuple[Loop, ...] | None
+) -> tuple[FloatArray, FloatArray]:
+    """Low and high (u, v) of what its loops reach of a patch, of all of one without."""
+    low, high = np.array(patch.domain).T
+    if loops is None:
+        return low, high
+    reach = np.concatenate([curve.bounds()[:, :2] for loop in loops for curve in loop])
+    return np.maximum(low, reach.min(axis=0)), np.minimum(high, reach.max(axis=0))
+
+
 def _end_points(curve: NurbsCurve) -> FloatArray:
     points = curve.control_points
     return np.array([points[0, :2], points[-1, :2]])
@@ -113,21 +95,15 @@ def _loop_pieces(loop: Loop, low: FloatArray, high: FloatArray) -> _Pieces:
     """Monotone pieces of one loop, closed up, straight pieces added over gaps."""
     coefs: list[FloatArray] = []
     curve_of: list[int] = []
-    interval: list[tuple[float, float]] = []
     for index, curve in enumerate(loop):
-        bezier = extract_curve(curve)
-        segments = np.ascontiguousarray(bezier.coefs[:, :, [0, 1, 3]])
+        segments = np.ascontiguousarray(extract_curve(curve).coefs[:, :, [0, 1, 3]])
         degree = segments.shape[1] - 1
         degrees = np.full(segments.shape[0], degree, dtype=np.int32)
-        pieces, source, part = build_nb.monotone_pieces(segments, degrees)
-        breaks = np.asarray(bezier.breaks)
-        for piece, s, (a, b) in zip(pieces, source, part, strict=True):
-            width = breaks[s + 1] - breaks[s]
-            coefs.append(piece)
-            curve_of.append(index)
-            interval.append((float(breaks[s] + a * width), float(breaks[s] + b * width)))
+        pieces = build_nb.monotone_pieces(segments, degrees)[0]
+        coefs += list(pieces)
+        curve_of += [index] * len(pieces)
     ends = np.array([[*(c[0, :2] / c[0, 2]), *(c[-1, :2] / c[-1, 2])] for c in coefs])
-    return _close(_Pieces(coefs, ends, curve_of, interval), low, high)
+    return _close(_Pieces(coefs, ends, curve_of), low, high)
 
 
 def _close(pieces: _Pieces, low: FloatArray, high: FloatArray) -> _Pieces:
@@ -135,7 +111,6 @@ def _close(pieces: _Pieces, low: FloatArray, high: FloatArray) -> _Pieces:
     coefs: list[FloatArray] = []
     ends: list[FloatArray] = []
     curve_of: list[int] = []
-    interval: list[tuple[float, float]] = []
     clamped = np.clip(pieces.ends, np.tile(low, 2), np.tile(high, 2))
     n = len(pieces.coefs)
     for i in range(n):
@@ -145,52 +120,55 @@ def _close(pieces: _Pieces, low: FloatArray, high: FloatArray) -> _Pieces:
         ends.append(np.concatenate([clamped[i, :2], end if bridge else start]))
         coefs.append(pieces.coefs[i])
         curve_of.append(pieces.curve[i])
-        interval.append(pieces.interval[i])
         if bridge:
             coefs.append(np.array([[*end, 1.0], [*start, 1.0]]))
             ends.append(np.concatenate([end, start]))
             curve_of.append(-1)
-            interval.append((0.0, 0.0))
-    return _Pieces(coefs, np.array(ends), curve_of, interval)
+    return _Pieces(coefs, np.array(ends), curve_of)
 
 
-def build_trim_tables(body: Trimmed) -> TrimTables:
-    """Tables for `point_in_trim` and `box_state` over all patches of `body`.
+def build_trim_tables(
+    patches: Sequence[NurbsSurface],
+    trims: Sequence[tuple[Loop, ...] | None],
+    edges: Sequence[BodyEdge] = (),
+) -> TrimTables:
+    """Tables for `point_in_trim` and `box_state` over all patches of a body, or a few of them.
+
+    Parameters
+    ----------
+    trims : for each patch None, or its loops
+    edges : those that are known
 
     Returns
     -------
     TrimTables
         Flat arrays; patches without trims take no cells and are inside everywhere.
     """
-    edge_of = {
-        (use[0], use[1], use[2]): k for k, edge in enumerate(body.edges) for use in edge.uses
-    }
+    edge_of = {(use[0], use[1], use[2]): k for k, edge in enumerate(edges) for use in edge.uses}
     coefs: list[FloatArray] = []
     ends: list[FloatArray] = [np.empty((0, 4))]
-    intervals: list[tuple[float, float]] = []
     keys: list[tuple[int, int, int, int]] = []
-    counts = np.zeros(len(body.patches), dtype=np.int64)
-    for k, (patch, loops) in enumerate(zip(body.patches, body.trims, strict=True)):
+    counts = np.zeros(len(patches), dtype=np.int64)
+    for k, (patch, loops) in enumerate(zip(patches, trims, strict=True)):
         (u0, u1), (v0, v1) = patch.domain
         for m, loop in enumerate(loops or ()):
             part = _loop_pieces(loop, np.array([u0, v0]), np.array([u1, v1]))
             coefs += part.coefs
             ends.append(part.ends)
-            intervals += part.interval
             keys += [(k, m, c, edge_of.get((k, m, c), -1)) for c in part.curve]
             counts[k] += len(part.coefs)
     key_array = np.array(keys, dtype=np.int32).reshape(-1, 4)
     padded, degree = _stack(coefs)
     return _with_cells(
-        body,
         counts,
+        trimmed=np.array([loops is not None for loops in trims], dtype=np.int8),
+        domain=np.array([[*p.domain[0], *p.domain[1]] for p in patches]),
         piece_coefs=padded,
         piece_degree=degree,
         piece_ends=np.concatenate(ends),
         piece_patch=key_array[:, 0].copy(),
         piece_edge=key_array[:, 3].copy(),
         piece_loop=key_array[:, 1:3].copy(),
-        piece_range=np.array(intervals).reshape(-1, 2),
     )
 
 
@@ -202,18 +180,15 @@ def _stack(coefs: list[FloatArray]) -> tuple[FloatArray, np.ndarray]:
     return padded, degree
 
 
-def _with_cells(body: Trimmed, counts: np.ndarray, **pieces: np.ndarray) -> TrimTables:
+def _with_cells(counts: np.ndarray, **pieces: np.ndarray) -> TrimTables:
     """The full tables: grids sized by the number of pieces, cells filled."""
-    trimmed = np.array([loops is not None for loops in body.trims], dtype=np.int8)
     side = [min(max(math.ceil(3.0 * math.sqrt(c)), 4), 512) if c else 0 for c in counts]
     grid_shape = np.array([[s, s] for s in side], dtype=np.int64)
-    cells_of = np.where(trimmed > 0, grid_shape.prod(axis=1), 0)
+    cells_of = np.where(pieces["trimmed"] > 0, grid_shape.prod(axis=1), 0)
     total = int(cells_of.sum())
     tables = TrimTables(
         **pieces,
         patch_start=np.concatenate([[0], np.cumsum(counts)]),
-        trimmed=trimmed,
-        domain=np.array([[*p.domain[0], *p.domain[1]] for p in body.patches]),
         grid_shape=grid_shape,
         grid_start=np.concatenate([[0], np.cumsum(cells_of)]),
         cell_state=np.zeros(total, dtype=np.int8),

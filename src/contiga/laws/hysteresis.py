@@ -223,9 +223,20 @@ class Hysteresis:
     ) -> FloatArray:
         """(n,) where the line through `point` (x, F) meets the curve, kept in [low, high].
 
-        The curve is above the line left of it and below the line right of it.
+        The curve is above the line left of it and below the line right of it. By bracketing; one
+        of the ends where the line does not meet the curve.
         """
-        return np.clip(_meet_function(curve, self.slope, point, low, high), low, high)
+        from scipy.optimize.elementwise import find_root
+
+        def above(x: FloatArray, x_line: FloatArray, f_line: FloatArray) -> FloatArray:
+            return curve.carried(x) - f_line - self.slope * (x - x_line)
+
+        meet = np.where(above(low, *point) > 0.0, high, low)
+        inner = (above(low, *point) > 0.0) & (above(high, *point) < 0.0)
+        if inner.any():
+            rows = tuple(values[inner] for values in point)
+            meet[inner] = find_root(above, (low[inner], high[inner]), args=rows).x
+        return np.clip(meet, low, high)
 
     def _check_tables(self) -> None:
         loading, unloading = self.loading, self.unloading
@@ -303,24 +314,3 @@ def _check_start(curve: Characteristic) -> None:
 def _handed(x: FloatArray) -> FloatArray:
     """As kernels take it."""
     return locked(np.ascontiguousarray(x))
-
-
-def _meet_function(
-    curve: Characteristic,
-    slope: float,
-    point: tuple[FloatArray, FloatArray],
-    low: FloatArray,
-    high: FloatArray,
-) -> FloatArray:
-    """By bracketing in [low, high]; one of the ends where the line does not meet the curve."""
-    from scipy.optimize.elementwise import find_root
-
-    def above(x: FloatArray, x_line: FloatArray, f_line: FloatArray) -> FloatArray:
-        return curve.carried(x) - f_line - slope * (x - x_line)
-
-    meet = np.where(above(low, *point) > 0.0, high, low)
-    inner = (above(low, *point) > 0.0) & (above(high, *point) < 0.0)
-    if inner.any():
-        rows = tuple(values[inner] for values in point)
-        meet[inner] = find_root(above, (low[inner], high[inner]), args=rows).x
-    return meet

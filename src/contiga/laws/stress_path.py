@@ -8,7 +8,7 @@ place on the polyline, whatever its thickness: no iteration, and plateaus are pl
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -141,12 +141,9 @@ def _not_below_zero(x: FloatArray, y: FloatArray, slope: float) -> _Side:
     )
 
 
-def _inverse(side: _Side, stress: FloatArray, end: str) -> FloatArray:
+def _inverse(side: _Side, stress: FloatArray, end: Literal["left", "right"]) -> FloatArray:
     """The first (`end` "left") or last ("right") strain at which the side carries `stress`."""
-    if end == "left":
-        upper = np.searchsorted(side.y, stress, side="left")
-    else:
-        upper = np.searchsorted(side.y, stress, side="right")
+    upper = np.searchsorted(side.y, stress, side=end)
     within = np.clip(upper, 1, max(len(side.x) - 1, 1))
     lower = within - 1
     if len(side.x) > 1:

@@ -30,26 +30,21 @@ class Surface(Protocol):
     @property
     def closed(self) -> bool:
         """Whether the surface has no border anywhere."""
-        ...  # pragma: no cover
 
     @property
     def has_edges(self) -> bool:
         """Whether faces meet at an angle anywhere."""
-        ...  # pragma: no cover
 
     def are_joined(self, first: IntArray, second: IntArray) -> NDArray[np.bool_]:
         """Whether patches `first` and `second` (n,) are of one connected sheet."""
-        ...  # pragma: no cover
 
     @property
     def n_elements(self) -> int:
         """Pieces the search works on."""
-        ...  # pragma: no cover
 
     @property
     def nbytes(self) -> int:
         """Memory of what the search has built, bytes."""
-        ...  # pragma: no cover
 
     def closest(
         self,
@@ -63,7 +58,6 @@ class Surface(Protocol):
         `within` (len(rows),) are distances to points of the surface that are known, infinite where
         none is: what is farther need not be looked at.
         """
-        ...  # pragma: no cover
 
     def closest_facing(
         self,
@@ -79,7 +73,6 @@ class Surface(Protocol):
         without any are MAX_ITERATIONS. At a kink the normal leads from the point to the foot.
         `starts` are feet to look about first.
         """
-        ...  # pragma: no cover
 
     def track(
         self,
@@ -94,22 +87,18 @@ class Surface(Protocol):
         `before` (n, 3) is where the points were when their feet were (patch, uv): needed for
         tracked feet to be certified.
         """
-        ...  # pragma: no cover
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
         """First entries of the segments a_B[rows] → b_B[rows], one row an entry of `rows`."""
-        ...  # pragma: no cover
 
     def last_crossings(
         self, a_B: FloatArray, b_B: FloatArray, rows: IntArray
     ) -> tuple[Hit, ByteArray]:
         """Crossings of either sense nearest to the ends of a_B[rows] → b_B[rows], and whether the
         path enters there (1), leaves (−1), or crosses nothing (0)."""
-        ...  # pragma: no cover
 
     def safe_distance(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
         """Lower bounds of the distance of p_B[rows] into lengths[rows]; zero when near."""
-        ...  # pragma: no cover
 
     def sides(self, p_B: FloatArray, rows: IntArray) -> KnownSides:
         """Sides of p_B[rows] as far as they are known at once: 1 outside, −1 inside, else 0; and
@@ -117,25 +106,21 @@ class Surface(Protocol):
 
         Closed surfaces only.
         """
-        ...  # pragma: no cover
 
     def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
         """(len(rows),) True where a_B[rows] → b_B[rows] is known to meet no surface.
 
         Closed surfaces only.
         """
-        ...  # pragma: no cover
 
     def places(self, p_B: FloatArray, rows: IntArray) -> tuple[KnownSides, SurfacePlaces]:
         """The `sides` of p_B[rows], and places (patch, uv) on the surface not far from those that
         lie near it; patch −1 for others. Closed surfaces only."""
-        ...  # pragma: no cover
 
     @property
     def contact_tables(self) -> ContactTables | None:
         """What kernels of contact may ask themselves; None where there is nothing of the kind, or
         not yet. Closed surfaces only."""
-        ...  # pragma: no cover
 
     def touching_ball(
         self, patch: IntArray, uv: FloatArray, rows: IntArray, sides: ByteArray
@@ -145,7 +130,6 @@ class Surface(Protocol):
 
         Such a ball, and every smaller one, holds no other point of the surface.
         """
-        ...  # pragma: no cover
 
 
 class Master(Protocol):
@@ -154,92 +138,72 @@ class Master(Protocol):
     @property
     def name(self) -> str:
         """What reports and messages call it."""
-        ...  # pragma: no cover
 
     @property
     def reference_point(self) -> FloatArray:
         """(3,) point the wrench is taken about."""
-        ...  # pragma: no cover
 
     @property
     def size(self) -> float:
         """Length of the diagonal of `bounds`."""
-        ...  # pragma: no cover
 
     @property
     def closed(self) -> bool:
         """Whether the surface has no border."""
-        ...  # pragma: no cover
 
     @property
     def n_pieces(self) -> int:
         """Patches or triangles: what the `patch` of a foot counts."""
-        ...  # pragma: no cover
 
     @property
     def surface(self) -> Surface:
         """The search on it; its tables are built at first use."""
-        ...  # pragma: no cover
 
     @property
     def faces(self) -> Faces | None:
         """The exact geometry, for work in the (u, v) of patches; None for triangles."""
-        ...  # pragma: no cover
 
     @property
     def flaws(self) -> list[str]:
         """Faults where faces meet, a sentence each."""
-        ...  # pragma: no cover
 
     def bounds(self) -> FloatArray:
         """(2, 3) low and high corner of a box that holds it."""
-        ...  # pragma: no cover
 
     def tessellate(self, tol: float) -> TriMesh:
         """Triangles at most `tol` off it, length."""
-        ...  # pragma: no cover
 
     def transformed(self, matrix: ArrayLike) -> Master:
         """The same master moved by a regular affine (4, 4) matrix."""
-        ...  # pragma: no cover
 
     def with_reference_point(self, point: ArrayLike) -> Master:
         """The same master with another reference point (3,)."""
-        ...  # pragma: no cover
 
     def project(
         self, points: ArrayLike, *, start: Projection | None = None, mode: str = "global"
     ) -> Projection:
         """Feet of `points` (n, 3): the closest points, or those continued from `start`."""
-        ...  # pragma: no cover
 
     def first_hit(self, p0: ArrayLike, p1: ArrayLike) -> Hit:
         """Where points that move from `p0` to `p1` (n, 3) first enter."""
-        ...  # pragma: no cover
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """(n,) which points (n, 3) lie on the contact side."""
-        ...  # pragma: no cover
 
     def mass_properties(self, density: float) -> MassProperties:
         """Mass, centre and inertia of what a closed master encloses."""
-        ...  # pragma: no cover
 
     def check(self) -> None:
         """Raise a `GeometryError` or a `MeshError` if it cannot serve as a master."""
-        ...  # pragma: no cover
 
     def digest(self, digest: Digest) -> None:
         """Add what decides results to a digest."""
-        ...  # pragma: no cover
 
     def facts(self) -> dict[str, Any]:
         """Facts on it for a run's summary."""
-        ...  # pragma: no cover
 
     def condition_rows(self) -> list[tuple[str, str]]:
         """A summary of its quality as a master: (label, text)."""
-        ...  # pragma: no cover
 
 
 _ASKED = [name for name in vars(Master) if not name.startswith("_")]

@@ -167,7 +167,7 @@ class Assembled:
     def _taken_apart(self, group: Group) -> Apart:
         gradients = self._gradients(group)
         still = metric(self.nodes[group.elements], gradients)
-        return apart(group.kind, group.elements, group.tables, gradients, still)
+        return apart(group.elements, group.tables, gradients, still)
 
     def _gradients(self, group: Group) -> FloatArray:
         """(e, k, 3) of all corners' shape functions at rest, in space."""

@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.matter.blocks import block_sums, nodes_in_lanes
-from contiga.matter.parts import CORNERS
 from contiga.matter.shapes import measures
 from contiga.matter.tables import ElementTables
 from contiga.records import FloatArray, IntArray
@@ -36,12 +35,11 @@ class Apart(NamedTuple):
 
 
 def apart(
-    kind: str, elements: IntArray, tables: ElementTables, gradients: FloatArray, still: FloatArray
+    elements: IntArray, tables: ElementTables, gradients: FloatArray, still: FloatArray
 ) -> Apart:
     """The elements of a group, taken apart."""
     corners = np.arange(elements.size, dtype=np.int32).reshape(elements.shape)
     sums, rows = block_sums(corners, elements.size)
-    assert elements.shape[1] == CORNERS[kind]
     tables_apart = tables._replace(nodes=nodes_in_lanes(corners), sums=sums)
     return Apart(elements.ravel(), tables_apart, rows, gradients, still)
 

@@ -81,9 +81,8 @@ class Fabric:
 
     def coefficients(self, kind: str, across: float) -> Coefficients:
         """See `Material`."""
-        tables = self.warp, self.weft
-        assert tables[1] is not None
-        first = [float(table[1, 1] / table[1, 0]) for table in (self.warp, tables[1])]
+        assert self.weft is not None
+        first = [float(table[1, 1] / table[1, 0]) for table in (self.warp, self.weft)]
         blocks = [self._block(name) for name in ("warp", "weft")]
         points = [(len(block) - 1) // 6 for block in blocks]
         head = [across, *(self.compression * slope for slope in first), *points, len(self.shear)]

@@ -16,7 +16,7 @@ from contiga.arrays.ordered import length, product
 from contiga.records import FloatArray
 from contiga.rigid import quaternion
 from contiga.rigid.pose import identity, relative
-from contiga.rigid.vectors import cross
+from contiga.rigid.vectors import cross, cross_matrix
 
 _NO_TURN = np.array([1.0, 0.0, 0.0, 0.0])
 
@@ -32,7 +32,7 @@ class Screw(NamedTuple):
     def pose(self, s: float) -> FloatArray:
         """(4, 4) the frame after the part `s` of the motion, in the frame at s = 0."""
         turn = s * self.turn
-        angle, K = length(turn), _cross_matrix(turn)
+        angle, K = length(turn), cross_matrix(turn)
         K2 = product(K, K)
         # 1 − cos from the half angle; what is lost in θ − sin θ is multiplied by θ² again.
         a = 0.5 * float(np.sinc(0.5 * angle / np.pi)) ** 2
@@ -55,8 +55,3 @@ def screw_between(X_WA: FloatArray, X_WB: FloatArray) -> Screw:
     c = (1.0 - half / math.tan(half)) / (4.0 * half * half) if half > 0.0 else 1.0 / 12.0
     across = cross(turn, way)
     return Screw(turn, way - 0.5 * across + c * cross(turn, across))
-
-
-def _cross_matrix(k: FloatArray) -> FloatArray:
-    """(3, 3) the matrix of k × ."""
-    return np.array([[0.0, -k[2], k[1]], [k[2], 0.0, -k[0]], [-k[1], k[0], 0.0]])

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from contiga.arrays.ordered import length, product
 from contiga.errors import GeometryError
 from contiga.records import FloatArray
+from contiga.rigid.vectors import cross_matrix
 
 Axis = str | ArrayLike
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -59,9 +60,8 @@ def rotation(axis: Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> F
         raise GeometryError("the angle must be finite", where="angle", found=angle)
     k = unit_axis(axis)
     cosine, sine = cos_sin(angle)
-    cross = np.array([[0.0, -k[2], k[1]], [k[2], 0.0, -k[0]], [-k[1], k[0], 0.0]])
     matrix = np.eye(4)
-    matrix[:3, :3] = cosine * np.eye(3) + sine * cross + (1.0 - cosine) * np.outer(k, k)
+    matrix[:3, :3] = cosine * np.eye(3) + sine * cross_matrix(k) + (1.0 - cosine) * np.outer(k, k)
     centre = vector(origin, "origin")
     matrix[:3, 3] = centre - product(matrix[:3, :3], centre)
     return matrix

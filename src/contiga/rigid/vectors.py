@@ -7,6 +7,11 @@ import numpy as np
 from contiga.records import FloatArray
 
 
+def cross_matrix(k: FloatArray) -> FloatArray:
+    """(3, 3) the matrix of k × ."""
+    return np.array([[0.0, -k[2], k[1]], [k[2], 0.0, -k[0]], [-k[1], k[0], 0.0]])
+
+
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:
     """``np.cross`` of vectors (3,) or of rows (n, 3), the same bits.
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from contiga.arrays.codes import CREASE
+from contiga.arrays.groups import groups_of
 from contiga.arrays.layout import bytes_of
+from contiga.arrays.once import once
+from contiga.arrays.threads import run_ranges
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import stitches
 from contiga.records import (
@@ -26,7 +26,8 @@ from contiga.records import (
 )
 from contiga.search.balls import radii as ball
 from contiga.search.borders.openings import openings_of
-from contiga.search.closest import closest, safe_distance
+from contiga.search.closest.closest import closest_of_rows
+from contiga.search.closest.kernels import facing_nb, safe_distance_nb
 from contiga.search.contact_tables import ContactTables
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.sides import side_grid
@@ -35,6 +36,9 @@ from contiga.search.sweep import hits
 from contiga.search.tables import tables_of
 from contiga.search.track import project
 
+# Points below which a second thread does not pay.
+POINTS = 1024
+GUARDED = 16
 SHARP = 0.02
 """Radians by which faces turn at an edge that is not meant to be smooth."""
 
@@ -74,7 +78,7 @@ class ExactSurface(NamedTuple):
         within: FloatArray | None = None,
     ) -> None:
         """Closest points of the body."""
-        closest.closest_of_rows(self.tables, p_B, rows, out, within)
+        closest_of_rows(self.tables, p_B, rows, out, within)
 
     def closest_facing(
         self,
@@ -85,7 +89,8 @@ class ExactSurface(NamedTuple):
         out: Projection,
     ) -> None:
         """Closest feet by branch and bound."""
-        closest.closest_facing(self.tables, p_B, guards, limits, starts, out)
+        given = self.tables, p_B, guards, limits, starts, out
+        run_ranges(facing_nb.project_facing, len(p_B), GUARDED, *given)
 
     def track(
         self,
@@ -110,7 +115,8 @@ class ExactSurface(NamedTuple):
 
     def safe_distance(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
         """Distances to the nearest box of a leaf."""
-        safe_distance.box_distance(self.tables, p_B, rows, lengths)
+        given = self.tables.tree, p_B, rows, lengths
+        run_ranges(safe_distance_nb.box_distance, len(rows), POINTS, *given)
 
     def sides(self, p_B: FloatArray, rows: IntArray) -> KnownSides:
         """By the cells of a grid."""
@@ -141,29 +147,21 @@ class ExactSurface(NamedTuple):
         return ball.touching_radius(self.tables, patch, uv, rows, sides)
 
 
-_KEPT: WeakKeyDictionary[Faces, ExactSurface] = WeakKeyDictionary()
-
-
+@once
 def exact_surface(faces: Faces) -> ExactSurface:
     """The search on `faces`; its tables are built at the first call and kept."""
-    surface = _KEPT.get(faces)
-    if surface is None:
-        openings = openings_of(faces)
-        # Faces are off the edges they share, and their loops off themselves where they close.
-        slit = openings.slit + float(stitches(faces)[0].max(initial=0.0))
-        tables = tables_of(faces)
-        edges = _sheets(tables), _has_edges(tables)
-        surface = ExactSurface(tables, openings.closed, slit, *edges)
-        _KEPT[faces] = surface
-    return surface
+    openings = openings_of(faces)
+    # Faces are off the edges they share, and their loops off themselves where they close.
+    slit = openings.slit + float(stitches(faces)[0].max(initial=0.0))
+    tables = tables_of(faces)
+    return ExactSurface(tables, openings.closed, slit, _sheets(tables), _has_edges(tables))
 
 
 def _sheets(tables: Tables) -> IntArray:
     """Numbers of connected sheets, by patch."""
     first, past = tables.grid.patches["adjacent"].T
     patch = np.repeat(np.arange(len(first)), past - first)
-    graph = coo_array((np.ones(len(patch), np.int8), (patch, tables.grid.adjacent)))
-    return np.asarray(connected_components(graph, directed=False)[1], np.int32)
+    return groups_of(patch, tables.grid.adjacent, len(first))
 
 
 def _has_edges(tables: Tables) -> bool:

@@ -5,12 +5,11 @@ The tables of a body are kept as long as the body lives (`tables_of`).
 
 from __future__ import annotations
 
-from weakref import WeakKeyDictionary
-
 import numpy as np
 
 from contiga.arrays.codes import BORDER, SHARED
 from contiga.arrays.disk_cache import DiskCache
+from contiga.arrays.once import once
 from contiga.elements.element_arrays import Elements
 from contiga.elements.extraction import elements_of
 from contiga.elements.neighbours import join
@@ -34,17 +33,14 @@ SMALLEST, LARGEST = 1e-60, 1e60
 NEAR = 1e-3
 
 _DISK = DiskCache("tables", __file__)
-_KEPT: WeakKeyDictionary[Faces, Tables] = WeakKeyDictionary()
 
 
+@once
 def tables_of(body: Faces) -> Tables:
     """The search tables of `body`, built at the first call."""
-    tables = _KEPT.get(body)
-    if tables is None:
-        check_size(body)
-        kept = _DISK.kept(key_of(body), lambda: _build(body))
-        tables = _KEPT[body] = kept._replace(trims=body.trim_tables)
-    return tables
+    check_size(body)
+    tables = _DISK.kept(key_of(body), lambda: _build(body))
+    return tables._replace(trims=body.trim_tables)
 
 
 def check_size(body: Faces) -> None:

@@ -58,7 +58,6 @@ class SolidKind(NamedTuple):
     """A kind of solid cell."""
 
     n_nodes: int
-    n_corners: int
     corner_faces: tuple[Face, ...]
     """Corners of each face, outward."""
     faces: tuple[Face, ...]
@@ -81,7 +80,7 @@ def _solid(
         centred = (centre[frozenset(face)],) if frozenset(face) in centre else ()
         faces.append(face + middles + centred)
     n_nodes = n_corners + len(edges) + len(centres) + extra_nodes
-    return SolidKind(n_nodes, n_corners, corner_faces, tuple(faces))
+    return SolidKind(n_nodes, corner_faces, tuple(faces))
 
 
 SOLIDS: dict[str, SolidKind] = {

@@ -236,7 +236,8 @@ class Slave(Displayed):
                 found=factor,
                 allowed="> 0",
             )
-        return self._copy(self.points * factor, self.facets, factor, unit or self.unit, {})
+        label = unit or self.unit
+        return self._copy(self.points * factor, self.facets, factor, label, self.elements)
 
     def with_mass(self, mass: ArrayLike) -> Slave:
         """A copy whose points have the masses `mass`: one for all or (n,), in the unit of mass.
@@ -259,19 +260,12 @@ class Slave(Displayed):
         unit: str | None,
         elements: Mapping[str, IntArray],
     ) -> Slave:
-        return Slave(
-            points,
-            facets,
-            area=None if self.area is None else self.area * factor**2,
-            thickness=None if self.thickness is None else self.thickness * factor,
-            mass=self.mass,
-            active=self.active,
-            name=self.name,
-            unit=unit,
-            cells=self.cells,
-            parts=self.parts,
-            elements=elements or self.elements,
-        )
+        lengths = {
+            "area": None if self.area is None else self.area * factor**2,
+            "thickness": None if self.thickness is None else self.thickness * factor,
+        }
+        given = {"points": points, "facets": facets, "unit": unit, "elements": elements}
+        return Slave(**(self._values() | given | lengths))
 
 
 _FIELDS = tuple(key for key in Slave.__slots__ if key != "__weakref__")

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from contiga.arrays.codes import NO_TRIANGLE
+from contiga.arrays.groups import groups_of
+from contiga.arrays.once import once
 from contiga.arrays.ordered import length
 from contiga.errors import MeshError
 from contiga.pointer_records import pass_by_pointer
@@ -37,8 +36,6 @@ class Tables(NamedTuple):
     """No edge belongs to one triangle only."""
     turned: int
     """Edges at which two triangles face opposite ways."""
-    crowded: int
-    """Edges at which more than two triangles meet."""
     back_to_back: IntArray
     """(k, 2) triangles with the same corners that face opposite ways."""
     sheet: IntArray
@@ -47,9 +44,7 @@ class Tables(NamedTuple):
     """Two triangles meet at more than `SHARP`."""
 
 
-_KEPT: WeakKeyDictionary[TriangleArrays, Tables] = WeakKeyDictionary()
-
-
+@once
 def tables_of(mesh: TriangleArrays) -> Tables:
     """The search tables of `mesh`, built at the first call.
 
@@ -58,13 +53,6 @@ def tables_of(mesh: TriangleArrays) -> Tables:
     MeshError
         The mesh has no triangle with an area.
     """
-    tables = _KEPT.get(mesh)
-    if tables is None:
-        tables = _KEPT[mesh] = _build(mesh)
-    return tables
-
-
-def _build(mesh: TriangleArrays) -> Tables:
     if len(mesh.triangles) == 0:
         raise MeshError("a mesh without triangles has no surface", where=mesh.name)
     topology = topology_of(mesh)
@@ -83,8 +71,7 @@ def _build(mesh: TriangleArrays) -> Tables:
     facets, slot = _facets(topology, order, box, child)
     closed = not bool((facets.link[:, :3] == NO_TRIANGLE).any())
     folded = topology.back_to_back.astype(np.int32)
-    counts = closed, topology.turned, topology.crowded, folded
-    return Tables(facets, slot, *counts, *_sheets(facets, slot))
+    return Tables(facets, slot, closed, topology.turned, folded, *_sheets(facets, slot))
 
 
 def _sheets(facets: Facets, slot: IntArray) -> tuple[IntArray, bool]:
@@ -92,9 +79,7 @@ def _sheets(facets: Facets, slot: IntArray) -> tuple[IntArray, bool]:
     next_to = facets.link[:, NEIGHBOUR:VERTICES]
     row, side = np.nonzero(next_to >= 0)
     other = next_to[row, side]
-    n = len(next_to)
-    graph = coo_array((np.ones(len(row), np.int8), (row, other)), shape=(n, n))
-    number = connected_components(graph, directed=False)[1]
+    number = groups_of(row, other, len(next_to))
     normal = facets.shape[:, N : N + 3]
     cosine = (normal[row] * normal[other]).sum(axis=1)
     sheet = np.where(slot >= 0, number[slot], -1).astype(np.int32)

@@ -56,13 +56,15 @@ def _senses(first: Ints, second: Ints, same: Ints, m: int) -> tuple[int, Ints, I
     graph = coo_matrix((np.ones(len(first)), (first, second)), (m, m)).tocsr()
     count, piece = connected_components(graph, directed=False)
     flip = np.full(m, -1)
-    alike = _Alike(first, second, same, m)
+    pairs = zip(first.tolist(), second.tolist(), strict=True)
+    alike = dict(zip(pairs, same.tolist(), strict=True))
     for k in range(count):
         seed = int(np.argmax(piece == k))
         order, parent = breadth_first_order(graph, seed, directed=False)
         flip[seed] = 0
-        for t in order[1:]:
-            flip[t] = flip[parent[t]] ^ alike[parent[t], t]
+        for t in order[1:].tolist():
+            before = int(parent[t])
+            flip[t] = flip[before] ^ alike[min(before, t), max(before, t)]
     return count, piece, flip
 
 
@@ -81,16 +83,3 @@ def _joints(points: FloatArray, triangles: IntArray) -> tuple[Ints, Ints, Ints, 
     single = np.zeros(len(triangles), bool)
     single[order[start[size == 1]] // 3] = True
     return x // 3, y // 3, same, single
-
-
-class _Alike:
-    """Looks up whether two triangles run alike along the edge they share."""
-
-    def __init__(self, first: Ints, second: Ints, same: Ints, m: int) -> None:
-        key = np.minimum(first, second) * m + np.maximum(first, second)
-        order = np.argsort(key)
-        self._key, self._same, self._m = key[order], same[order], m
-
-    def __getitem__(self, pair: tuple[int, int]) -> int:
-        low, high = min(pair), max(pair)
-        return int(self._same[np.searchsorted(self._key, low * self._m + high)])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +16,7 @@ from contiga.old_names import OldName
 from contiga.records import FloatArray, Hit, IntArray, MassProperties, Projection
 from contiga.rigid import transform
 from contiga.rigid.inertia import of_volume
+from contiga.rigid.movable import Movable
 from contiga.triangles.condition import Condition, condition_of
 from contiga.triangles.exchange import Exchanged
 from contiga.triangles.facet_feet import contains, project
@@ -26,7 +27,7 @@ from contiga.triangles.moments import moments
 from contiga.triangles.orientation import turned_triangles
 
 
-class TriMesh(Displayed, Queries, Exchanged):
+class TriMesh(Displayed, Movable, Queries, Exchanged):
     """Triangles over shared vertices. It never changes; methods return new ones.
 
     Parameters
@@ -64,9 +65,9 @@ class TriMesh(Displayed, Queries, Exchanged):
 
     def _with(
         self, vertices: ArrayLike | None = None, triangles: ArrayLike | None = None, **options: Any
-    ) -> TriMesh:
+    ) -> Self:
         """A copy with some of it replaced."""
-        return TriMesh(
+        return type(self)(
             self.vertices if vertices is None else vertices,
             self.triangles if triangles is None else triangles,
             **(self._options() | options),
@@ -102,21 +103,21 @@ class TriMesh(Displayed, Queries, Exchanged):
         middle = self.bounds().mean(axis=0)
         return of_volume(moments(self.corners() - middle), middle, rho, self.name)
 
-    def flipped(self) -> TriMesh:
+    def flipped(self) -> Self:
         """The same mesh with its sides swapped."""
         return self._with(triangles=self.triangles[:, ::-1])
 
-    def renamed(self, name: str) -> TriMesh:
+    def renamed(self, name: str) -> Self:
         """The same mesh under another name."""
         return self._with(name=name)
 
-    def compact(self) -> TriMesh:
+    def compact(self) -> Self:
         """The same triangles over the vertices they use."""
         used = np.zeros(len(self.vertices), dtype=bool)
         used[self.triangles] = True
         return self._with(self.vertices[used], (np.cumsum(used) - 1)[self.triangles])
 
-    def oriented(self) -> TriMesh:
+    def oriented(self) -> Self:
         """The same triangles, turned so that neighbours face the same way.
 
         Of each connected piece the way of most area is kept; a closed piece faces outward.
@@ -128,43 +129,27 @@ class TriMesh(Displayed, Queries, Exchanged):
         """
         return self._with(triangles=turned_triangles(self.vertices, self.triangles, self.name))
 
-    def with_reference_point(self, point: ArrayLike) -> TriMesh:
+    def with_reference_point(self, point: ArrayLike) -> Self:
         """The same mesh with another reference point (3,)."""
         return self._with(reference_point=point)
 
     about = OldName("with_reference_point")
 
-    def like(self, name: str, unit: str | None, reference_point: ArrayLike) -> TriMesh:
+    def like(self, name: str, unit: str | None, reference_point: ArrayLike) -> Self:
         """The same mesh with the name, unit and reference point of a body that it replaces."""
         return self._with(name=name, unit=unit, reference_point=reference_point)
 
-    def tessellate(self, tol: float) -> TriMesh:
+    def tessellate(self, tol: float) -> Self:
         """The mesh itself: it has no finer shape, whatever `tol`."""
         return self
 
-    def transformed(self, matrix: ArrayLike) -> TriMesh:
-        """The mesh moved by a regular affine (4, 4) matrix; the free side stays the free side."""
-        regular = transform.affine(matrix)
-        order = -1 if transform.reflects(regular) else 1
+    def _moved(self, matrix: FloatArray) -> Self:
+        order = -1 if transform.reflects(matrix) else 1
         return self._with(
-            transform.apply(regular, self.vertices),
+            transform.apply(matrix, self.vertices),
             self.triangles[:, ::order],
-            reference_point=transform.apply(regular, self.reference_point[None, :])[0],
+            reference_point=transform.apply(matrix, self.reference_point[None, :])[0],
         )
-
-    def translated(self, d: ArrayLike) -> TriMesh:
-        """The mesh moved by the vector `d`."""
-        return self.transformed(transform.translation(d))
-
-    def rotated(
-        self, axis: transform.Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)
-    ) -> TriMesh:
-        """The mesh turned by `angle` (radians) about `axis` ("x", "y", "z" or a vector)."""
-        return self.transformed(transform.rotation(axis, angle, origin))
-
-    def scaled(self, s: float | ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0)) -> TriMesh:
-        """The mesh scaled by `s` > 0, one number or one for each axis."""
-        return self.transformed(transform.scaling(s, origin))
 
     def project(
         self,

@@ -115,14 +115,6 @@ def test_triangles_face_the_free_side():
     assert (inward.normals() * inward.corners().mean(axis=1)).sum(axis=1).max() < -0.9
 
 
-def test_unwelded_grid_keeps_one_vertex_for_each_parameter():
-    surface = shapes.sphere()
-    u, v = np.linspace(0, 1, 9), np.linspace(0, 1, 5)
-    mesh = ts.grid_mesh(surface, u, v, weld=False)
-    assert len(mesh.vertices) == 45
-    np.testing.assert_array_equal(mesh.vertices[2 * 5 + 3], surface.evaluate([[u[2], v[3]]])[0])
-
-
 def test_net_and_base_area_of_known_nets():
     """A quarter cylinder: its net has two legs of length r, its base one chord of √2 r."""
     quarter = shapes.cylinder(radius=2.0, height=3.0, angle=0.5 * math.pi)

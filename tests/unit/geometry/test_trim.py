@@ -6,14 +6,15 @@ import math
 
 import numpy as np
 import pytest
+from numba import njit
 
+from contiga.arrays.codes import CUT, IN, OUT
 from contiga.errors import GeometryError
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edges import BodyEdge, EdgeUse
 from contiga.geometry.kernels import trim_build_nb as build_nb
 from contiga.geometry.kernels import trim_nb as nb
 from contiga.geometry.surface import NurbsSurface
-from contiga.geometry.trim import CUT, IN, OUT, build_trim_tables
 from contiga.geometry.trim_area import patch_areas
 from contiga.masters.body import Body
 
@@ -49,7 +50,7 @@ def in_annulus(uv: np.ndarray, slack: float = 0.0) -> np.ndarray:
 
 @pytest.mark.parametrize("turn", [0.0, 0.1, math.pi / 4, 1.0])
 def test_annulus_is_classified_without_a_miss(turn):
-    tables = build_trim_tables(annulus(turn))
+    tables = annulus(turn).trim_tables
     uv = 4.0 * np.random.default_rng(0).random((50_000, 2))
     assert np.array_equal(nb.points_in_trim(tables, 0, uv), in_annulus(uv))
 
@@ -57,7 +58,7 @@ def test_annulus_is_classified_without_a_miss(turn):
 @pytest.mark.parametrize("turn", [0.0, 0.1, math.pi / 4])
 @pytest.mark.parametrize("away", [1e-10, 1e-7])
 def test_points_close_to_a_trim_fall_on_their_side(turn, away):
-    tables = build_trim_tables(annulus(turn))
+    tables = annulus(turn).trim_tables
     angle = np.random.default_rng(1).random(20_000) * 2 * math.pi
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     assert nb.points_in_trim(tables, 0, 2 + (1.5 - away) * ring).all()
@@ -67,7 +68,7 @@ def test_points_close_to_a_trim_fall_on_their_side(turn, away):
 
 
 def test_points_on_a_trim_are_inside():
-    tables = build_trim_tables(annulus(0.3))
+    tables = annulus(0.3).trim_tables
     angle = np.random.default_rng(2).random(20_000) * 2 * math.pi
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     assert nb.points_in_trim(tables, 0, 2 + 1.5 * ring).all()
@@ -77,7 +78,7 @@ def test_points_on_a_trim_are_inside():
 def test_rays_through_corners_turning_points_and_level_sides_count_right():
     # Levels are those of corners, of turning points and of whole sides of the loops.
     star = polygon((0, 0), (2, 0), (2, 1), (3, 1), (3, 0), (4, 0), (4, 4), (2, 2), (0, 4))
-    tables = build_trim_tables(Body(plate(4, 4), trims=[[star]]))
+    tables = Body(plate(4, 4), trims=[[star]]).trim_tables
     levels = np.array([0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5])
     x, y = np.meshgrid(np.linspace(0.01, 3.99, 200), levels)
     uv = np.stack([x.ravel(), y.ravel()], axis=1)
@@ -87,7 +88,7 @@ def test_rays_through_corners_turning_points_and_level_sides_count_right():
     on = np.isclose(v, 1) & (u > 2) & (u < 3)
     expected = ~(notch & ~on) & ~valley
     assert np.array_equal(nb.points_in_trim(tables, 0, uv), expected)
-    ring = build_trim_tables(annulus())
+    ring = annulus().trim_tables
     uv = np.array([[a, b] for b in (0.5, 1.5, 2.0, 2.5, 3.5) for a in np.linspace(0, 4, 401)])
     assert np.array_equal(nb.points_in_trim(ring, 0, uv), in_annulus(uv, 1e-13))
 
@@ -104,7 +105,7 @@ def test_the_border_of_any_domain_is_out_beside_the_corner_that_touches_it():
         top, bottom = u0 + turn * width, u1 - turn * width
         left, right = v0 + 0.02 * height, v1 - 0.02 * height
         tilted = polygon((u0, left), (bottom, v0), (u1, right), (top, v1))
-        tables = build_trim_tables(Body([patch], trims=[[tilted]]))
+        tables = Body([patch], trims=[[tilted]]).trim_tables
         share = np.linspace(0.0, 0.95, 7)
         above = np.column_stack([u0 + share * (top - u0), np.full(7, v1)])
         below = np.column_stack([u1 - share * (u1 - bottom), np.full(7, v0)])
@@ -118,7 +119,7 @@ def test_arc_that_turns_exactly_in_its_middle_is_split_there():
     bow = NurbsCurve(2, [0, 0, 0, 1, 1, 1], [[0.0, 1.0], [1.0, 0.0], [0.0, -1.0]])
     back = NurbsCurve(1, [0, 0, 1, 1], [[0.0, -1.0], [0.0, 1.0]])
     body = Body(plate(2, 2, at=(-1.0, -1.0)), trims=[[(bow, back)]])
-    tables = build_trim_tables(body)
+    tables = body.trim_tables
     assert len(tables.piece_degree) == 3
     uv = np.random.default_rng(0).uniform(-1, 1, (20_000, 2))
     # The parabola u = (1 − v²) / 2.
@@ -137,12 +138,22 @@ def test_grid_agrees_with_every_piece_tested_on_wild_loops(degree, rational):
         knots = np.repeat([0.0, 1.0], degree + 1)
         wild = NurbsCurve(degree, knots, points, weights)
         back = NurbsCurve(1, [0, 0, 1, 1], points[[-1, 0]])
-        tables = build_trim_tables(Body(plate(), trims=[[(wild, back)]]))
+        tables = Body(plate(), trims=[[(wild, back)]]).trim_tables
         uv = rng.random((3000, 2))
-        plain = [build_nb.plain_point_in_trim(tables, 0, *row) == 1 for row in uv]
+        plain = [plain_point_in_trim(tables, 0, *row) == 1 for row in uv]
         assert np.array_equal(nb.points_in_trim(tables, 0, uv), plain)
         line = wild.evaluate(np.linspace(0, 1, 4001))[:, :2]
         assert np.array_equal(plain, winding_parity(np.vstack([line, line[:1]]), uv))
+
+
+@njit
+def plain_point_in_trim(tables, patch, u, v):
+    """The rival without a grid: every piece of the patch against the ray (no on-curve rule)."""
+    parity = 0
+    for p in range(tables.patch_start[patch], tables.patch_start[patch + 1]):
+        if nb._crosses_right(tables, p, u, v):
+            parity ^= 1
+    return parity
 
 
 def winding_parity(line: np.ndarray, uv: np.ndarray) -> np.ndarray:
@@ -169,7 +180,7 @@ def test_a_thousand_holes_are_classified_and_subtracted():
 
 
 def test_boxes_that_are_in_or_out_hold_no_point_of_the_other_side():
-    tables = build_trim_tables(annulus(0.2))
+    tables = annulus(0.2).trim_tables
     rng = np.random.default_rng(3)
     counts = {IN: 0, OUT: 0, CUT: 0}
     for _ in range(1500):
@@ -185,7 +196,7 @@ def test_boxes_that_are_in_or_out_hold_no_point_of_the_other_side():
 
 @pytest.mark.interpreted
 def test_boxes_that_a_trim_crosses_by_a_hair_are_cut_and_others_are_not():
-    tables = build_trim_tables(Body(plate(4, 4), trims=[[circle(2, 2, 1.0)]]))
+    tables = Body(plate(4, 4), trims=[[circle(2, 2, 1.0)]]).trim_tables
     assert nb.box_state(tables, 0, 3.0 - 1e-9, 3.5, 1.9, 2.1) == CUT
     assert nb.box_state(tables, 0, 3.0 + 1e-9, 3.5, 1.9, 2.1) == OUT
     assert nb.box_state(tables, 0, 1.5, 2.5, 1.5, 2.5) == IN
@@ -245,16 +256,12 @@ def test_loops_outside_the_rectangle_are_errors():
 
 
 @pytest.mark.interpreted
-def test_pieces_know_their_edge_loop_and_parameters():
+def test_pieces_know_their_edge_and_loop():
     outer, inner = circle(2, 2, 1.5), circle(2, 2, 0.5)
     edge = BodyEdge(inner[0], 0.0, (EdgeUse(0, 1, 0, False),))
-    tables = build_trim_tables(Body(plate(4, 4), trims=[[outer, inner]], edges=[edge]))
+    tables = Body(plate(4, 4), trims=[[outer, inner]], edges=[edge]).trim_tables
     assert set(tables.piece_edge[tables.piece_loop[:, 0] == 1]) == {0}
     assert set(tables.piece_edge[tables.piece_loop[:, 0] == 0]) == {-1}
-    for k, (a, b) in enumerate(tables.piece_range):
-        curve = (outer, inner)[tables.piece_loop[k, 0]][0]
-        ends = curve.evaluate(np.array([a, b]))[:, :2].ravel()
-        assert np.allclose(ends, tables.piece_ends[k], atol=1e-14)
     # Head to tail, bit by bit.
     first = tables.piece_ends[tables.piece_loop[:, 0] == 0]
     assert np.array_equal(first[:, 2:], np.roll(first[:, :2], -1, axis=0))

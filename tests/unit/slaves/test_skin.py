@@ -31,7 +31,7 @@ def cell(kind):
     corners = SHAPES[shape][0]
     solid = SOLIDS[kind]
     points = np.full((solid.n_nodes, 3), np.nan)
-    points[: solid.n_corners] = corners
+    points[: len(corners)] = corners
     for face, on_corners in zip(solid.faces, solid.corner_faces, strict=True):
         n = len(on_corners)
         for i, node in enumerate(face[n : 2 * n]):

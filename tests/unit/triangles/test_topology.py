@@ -9,6 +9,7 @@ import contiga as cg
 from contiga import Status, TriMesh
 from contiga.errors import MeshError
 from contiga.triangles.facet_tables import tables_of
+from contiga.triangles.topology import topology_of
 
 SLAVE = cg.Slave([[0.0, 0.0, 1.0]], area=[1.0])
 LAW = cg.PenaltyLaw(1.0)
@@ -47,7 +48,7 @@ def test_triangles_given_twice_count_once(oracle):
     twice = TriMesh(box.vertices, np.vstack([box.triangles, np.roll(box.triangles, 1, axis=1)]))
     tables = tables_of(twice)
     assert tables.closed
-    assert tables.crowded == 0
+    assert topology_of(twice).crowded == 0
     assert len(tables.facets.link) == 12
     points = np.random.default_rng(1).normal(size=(50, 3))
     feet = twice.project(points)
@@ -90,7 +91,7 @@ def test_where_three_triangles_meet_the_walk_tries_all():
     vertices = [[x, y, z] for x, z in ((0, 0), (1, 0), (-1, 0), (0, 1)) for y in (0, 1)]
     leaves = [[0, 2, 1], [2, 3, 1], [0, 1, 4], [1, 5, 4], [0, 6, 1], [6, 7, 1]]
     mesh = TriMesh(vertices, leaves)
-    assert tables_of(mesh).crowded == 1
+    assert topology_of(mesh).crowded == 1
     start = mesh.project([[0.5, 0.5, -0.1]])
     assert start.patch[0] < 2
     for point, expected in (([-0.6, 0.5, -0.1], {2, 3}), ([-0.02, 0.5, 0.7], {4, 5})):

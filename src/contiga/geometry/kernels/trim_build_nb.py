@@ -8,7 +8,7 @@ import numpy as np
 
 from contiga.arrays.codes import CUT
 from contiga.arrays.kernels.sort_nb import sort
-from contiga.geometry.kernels.trim_nb import MARGIN, _crosses_right, _range_in_row
+from contiga.geometry.kernels.trim_nb import MARGIN, _range_in_row
 from contiga.jit import inner, kernel
 
 ROOT_WIDTH = 1e-14
@@ -300,13 +300,3 @@ def fill_cells(tables):
                 cell_start[cell + 1] = n_listed
                 toggle_start[cell + 1] = n_flips
     return cell_start, listed[:n_listed].copy(), toggle_start, flips[:n_flips].copy()
-
-
-@kernel()
-def plain_point_in_trim(tables, patch, u, v):
-    """The rival without a grid: every piece of the patch against the ray (no on-curve rule)."""
-    parity = 0
-    for p in range(tables.patch_start[patch], tables.patch_start[patch + 1]):
-        if _crosses_right(tables, p, u, v):
-            parity ^= 1
-    return parity

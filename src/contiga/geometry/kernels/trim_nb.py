@@ -38,8 +38,6 @@ class TrimTables(NamedTuple):
     """(n,) int32 index into ``body.edges``, −1 where the p-curve belongs to none."""
     piece_loop: np.ndarray
     """(n, 2) int32 loop and index of the p-curve in it."""
-    piece_range: np.ndarray
-    """(n, 2) parameter interval of the piece on its p-curve."""
     patch_start: np.ndarray
     """(m + 1,) int64 pieces of a patch are ``patch_start[k]:patch_start[k + 1]``."""
     trimmed: np.ndarray

@@ -21,8 +21,8 @@ from contiga.search.balls.ball_bound_records import BallLimits, CellBounds, Cell
 from contiga.search.balls.ball_caps import Caps, find_caps
 from contiga.search.balls.ball_records import CELL, HOME
 from contiga.search.balls.kernels import ball_block_nb, ball_bound_nb, ball_cell_nb, ball_plane_nb
-from contiga.search.hierarchy.kernels import tree_nb
-from contiga.search.hierarchy.table_types import NODE, Tables
+from contiga.search.hierarchy.build import tree_over
+from contiga.search.hierarchy.table_types import Tables
 
 # Largest radius looked for, and the one up to which cells are cut for it, as shares of the size.
 CAP = 0.25
@@ -368,9 +368,7 @@ def _bound(place: _Place, all_cells: _Cells, rows: Places) -> None:
     corner, bulge = cells["corner"][leaves], cells["bulge"][leaves, None]
     margin = bulge + ball_plane_nb.ROUNDING * place.size
     low, high = corner.min(axis=1) - margin, corner.max(axis=1) + margin
-    node_low, node_high, first, count, order = tree_nb.build(low, high)
-    tree = np.zeros(len(first), NODE)
-    tree["low"], tree["high"], tree["first"], tree["count"] = node_low, node_high, first, count
+    tree, order = tree_over(low, high)
     rows = np.intersect1d(rows, leaves)
     body = CellTree(cells, tree, leaves[order])
     surface = CentredSurface(place.tables.elements, place.tables.trims, place.centre)

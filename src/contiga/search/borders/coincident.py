@@ -12,6 +12,7 @@ import numpy as np
 from contiga.arrays.layout import as_contiguous
 from contiga.geometry.faces import Faces
 from contiga.geometry.kernels.trim_nb import points_in_trim
+from contiga.geometry.trim import parameter_box
 from contiga.records import FloatArray, IndexArray
 from contiga.search.track.project import project
 from contiga.statuses import Feature
@@ -42,10 +43,7 @@ def _places(body: Faces) -> tuple[IndexArray, FloatArray, FloatArray]:
     rng = np.random.default_rng(0)
     patch, places, normals = [], [], []
     for k, (surface, loops) in enumerate(zip(body.patches, body.trims, strict=True)):
-        low, high = np.array(surface.domain).T
-        if loops is not None:
-            ends = np.concatenate([curve.bounds()[:, :2] for loop in loops for curve in loop])
-            low, high = np.maximum(low, ends.min(axis=0)), np.minimum(high, ends.max(axis=0))
+        low, high = parameter_box(surface, loops)
         uv = low + (high - low) * rng.random((TAKEN if loops is None else DRAWN, 2))
         if loops is not None:
             uv = uv[points_in_trim(body.trim_tables, k, as_contiguous(uv, np.float64))][:TAKEN]

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from contiga.arrays.codes import BORDER, CREASE
 from contiga.arrays.disk_cache import DiskCache
+from contiga.arrays.groups import groups_of
+from contiga.arrays.once import once
 from contiga.geometry.body_key import key_of
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edge_gaps import image_of
@@ -147,9 +148,9 @@ def _several(count: int, what: str) -> str:
 
 
 _DISK = DiskCache("openings", __file__)
-_KEPT: WeakKeyDictionary[Faces, Openings] = WeakKeyDictionary()
 
 
+@once
 def openings_of(body: Faces) -> Openings:
     """Where `body` is open or unsound: nothing of a closed one.
 
@@ -157,10 +158,7 @@ def openings_of(body: Faces) -> Openings:
     apart. Sides of untrimmed patches that no edge names are matched in space. A flood over the
     joints tells which faces disagree on the free side. Worked out at the first call and kept.
     """
-    openings = _KEPT.get(body)
-    if openings is None:
-        openings = _KEPT[body] = _DISK.kept(key_of(body), lambda: _found(body))
-    return openings
+    return _DISK.kept(key_of(body), lambda: _found(body))
 
 
 def _found(body: Faces) -> Openings:
@@ -206,12 +204,8 @@ def pieces_of(body: Faces) -> list[IndexArray]:
 
 def _pieces(n: int, joints: list[Joint]) -> IntArray:
     """(n,) numbers of the pieces that patches hang together in."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    ends = np.array([joint[:2] for joint in joints], np.int64).reshape(-1, 2).T
-    graph = coo_array((np.ones(ends.shape[1]), (ends[0], ends[1])), shape=(n, n))
-    return np.asarray(connected_components(graph, directed=False)[1])
+    first, second = np.array([joint[:2] for joint in joints], np.int64).reshape(-1, 2).T
+    return groups_of(first, second, n)
 
 
 def _worst(body: Faces) -> tuple[float, tuple[int, ...], tuple[float, float, float]]:
@@ -262,7 +256,7 @@ def _unnamed_sides(body: Faces) -> tuple[list[float], list[Joint]]:
         if len(free):
             axis = 2 * (1 - side // 2)
             spans = table["box"][free][:, axis : axis + 2]
-            parts = [_side_length(body, k, side, (low, high)) for low, high in spans.tolist()]
+            parts = (_side_length(body.patches[k], side, span) for span in spans.tolist())
             lengths.append(sum(parts))
         joints |= dict.fromkeys(_joints_over(table, rows[kind <= CREASE], side))
     return lengths, list(joints)
@@ -280,14 +274,11 @@ def _net_length(patch: NurbsSurface, side: int) -> float:
     return float(np.linalg.norm(np.diff(net, axis=0), axis=1).sum())
 
 
-def _side_length(
-    body: Faces, patch: int, side: int, span: tuple[float, float] | None = None
-) -> float:
-    surface = body.patches[patch]
+def _side_length(surface: NurbsSurface, side: int, span: tuple[float, float]) -> float:
     (u0, u1), (v0, v1) = surface.domain
     end = (u0, u1, v0, v1)[side]
     curve = surface.isocurve(u=end) if side < 2 else surface.isocurve(v=end)
-    return _length(curve if span is None else curve.restricted(*span))
+    return _length(curve.restricted(*span))
 
 
 def _length(curve: NurbsCurve) -> float:

@@ -1,19 +1,17 @@
-"""Closest points of a body: of some rows of many points, and of what does not face away."""
+"""Closest points of a body, of some rows of many points."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from contiga.arrays.threads import run_ranges
-from contiga.records import FacingLimits, FloatArray, IntArray, Projection, SurfacePlaces
+from contiga.records import FloatArray, IntArray, Projection
 from contiga.search.balls.radii import known_balls
-from contiga.search.closest.kernels import facing_nb, nearest_nb
+from contiga.search.closest.kernels import nearest_nb
 from contiga.search.hierarchy.table_types import Tables
 
 # Rows below which a second thread does not pay.
 POINTS = 256
-GUARDED = 16
-"""The same of searches for feet that do not face away."""
 
 
 def closest_of_rows(
@@ -35,20 +33,3 @@ def closest_of_rows(
         run_ranges(nearest_nb.project_global, len(rows), POINTS, tables, *known)
     else:
         run_ranges(nearest_nb.project_proved, len(rows), POINTS, tables, balls, *known)
-
-
-def closest_facing(
-    tables: Tables,
-    p_B: FloatArray,
-    guards: FloatArray,
-    limits: FacingLimits,
-    starts: SurfacePlaces,
-    out: Projection,
-) -> None:
-    """Closest feet, into `out`, that do not face away from `guards` (n, 3).
-
-    The point is behind them. Feet are minima of the distance along the surface. Rows without any
-    are MAX_ITERATIONS. `starts` are feet to look about first.
-    """
-    given = tables, p_B, guards, limits, starts, out
-    run_ranges(facing_nb.project_facing, len(p_B), GUARDED, *given)

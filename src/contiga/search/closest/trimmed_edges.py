@@ -70,7 +70,7 @@ def _sides(body: Faces, tables: Tables, edges: Records) -> IntArray:
             end = body.patches[use.patch].domain[use.index // 2][use.index % 2]
             along = 1 - use.index // 2
             box = table["box"][:, 2 * along : 2 * along + 2]
-            low, high = edge.spans[i] if edge.spans else (-np.inf, np.inf)
+            low, high = edge.span(i) or (-np.inf, np.inf)
             hair = HAIR * float(np.ptp(body.patches[use.patch].domain[along]))
             rows = (table["patch"] == use.patch) & (table["box"][:, use.index] == end)
             rows &= (box[:, 0] >= low - hair) & (box[:, 1] <= high + hair)

@@ -70,17 +70,13 @@ def _sides_of_edges(body: Faces, elements: Elements, of_edge: FloatArray) -> Non
         for k, use in enumerate(edge.uses):
             if use.loop >= 0:
                 continue
+            end = body.patches[use.patch].domain[use.index // 2][use.index % 2]
             along = 1 - use.index // 2
             box = table["box"][:, 2 * along : 2 * along + 2]
-            low, high = edge.spans[k] if edge.spans else (-np.inf, np.inf)
+            low, high = edge.span(k) or (-np.inf, np.inf)
             within = (table["patch"] == use.patch) & (box[:, 0] < high) & (box[:, 1] > low)
-            rows = np.flatnonzero(within & _at_rim(body, elements, use.patch, use.index))
+            rows = np.flatnonzero(within & (table["box"][:, use.index] == end))
             table["width"][rows, use.index] = np.maximum(table["width"][rows, use.index], width)
-
-
-def _at_rim(body: Faces, elements: Elements, patch: int, side: int) -> np.ndarray:
-    end = body.patches[patch].domain[side // 2][side % 2]
-    return np.asarray(elements.table["box"][:, side] == end)
 
 
 def _sides_that_match(elements: Elements, least: float) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from contiga.elements.element_arrays import Elements, Grid, Records
 from contiga.geometry.trim import TrimTables
+from contiga.records import FloatArray, IntArray
 from contiga.search.hierarchy.kernels import curve_leaves_nb, hierarchy_nb, plates_nb, tree_nb
 from contiga.search.hierarchy.table_types import LEAF, NODE, PLATE, Seeds
 
@@ -39,9 +40,7 @@ def build_hierarchy(
     high[on_face] += edge_tolerance
     reach = max(float(np.abs(low).max(initial=0.0)), float(np.abs(high).max(initial=0.0)))
     margin = 4.0 * np.finfo(float).eps * reach
-    node_low, node_high, first, count, order = tree_nb.build(low - margin, high + margin)
-    tree = np.zeros(len(first), NODE)
-    tree["low"], tree["high"], tree["first"], tree["count"] = node_low, node_high, first, count
+    tree, order = tree_over(low - margin, high + margin)
     leaves = np.zeros(len(order), LEAF)
     leaves["element"], leaves["box"], leaves["bound"] = element[order], box[order], bound[order]
     on_face = leaves["element"] >= 0
@@ -50,6 +49,14 @@ def build_hierarchy(
     plates = np.zeros(len(leaves), PLATE)
     plates_nb.fill_plates(elements, grid, trims, leaves, margin, plates)
     return leaves, plates, tree
+
+
+def tree_over(low: FloatArray, high: FloatArray) -> tuple[Records, IntArray]:
+    """Nodes of a hierarchy over boxes (n, 3), and the boxes in its order."""
+    *columns, order = tree_nb.build(low, high)
+    tree = np.zeros(len(columns[0]), NODE)
+    tree["low"], tree["high"], tree["first"], tree["count"] = columns
+    return tree, order
 
 
 def empty_seeds(tree: Records) -> Seeds:

@@ -1,0 +1,69 @@
+"""What curves and surfaces have in common: a net of control points that never changes."""
+
+from __future__ import annotations
+
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from contiga.geometry.kernels.evaluate_nb import CurveArrays, SurfaceArrays
+from contiga.records import FloatArray
+from contiga.rigid.movable import Movable
+
+Arrays = TypeVar("Arrays", CurveArrays, SurfaceArrays)
+
+
+class Spline(Movable, Generic[Arrays]):
+    """A B-spline, or with weights a NURBS, known by the arrays that kernels take."""
+
+    __slots__ = ("__weakref__", "_arrays")
+    _arrays: Arrays
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a {type(self).__name__} cannot be changed: {name}")
+
+    @property
+    def arrays(self) -> Arrays:
+        """The arrays that kernels take."""
+        return self._arrays
+
+    @property
+    def control_points(self) -> FloatArray:
+        """(n, 3), of a surface (n, m, 3); read-only."""
+        return self._arrays.net[..., :3]
+
+    @property
+    def weights(self) -> FloatArray | None:
+        """(n,), of a surface (n, m); read-only; None for a B-spline."""
+        return self._arrays.net[..., 3] if self.is_rational else None
+
+    @property
+    def is_rational(self) -> bool:
+        return self._arrays.rational
+
+    @property
+    def homogeneous(self) -> FloatArray:
+        """(n, 4), of a surface (n, m, 4), control points (wx, wy, wz, w), a new array."""
+        return homogeneous(self._arrays.net)
+
+    def bounds(self) -> FloatArray:
+        """(2, 3) lower and upper corner of the control points, which hold the spline."""
+        points = self.control_points.reshape(-1, 3)
+        return np.array([points.min(axis=0), points.max(axis=0)])
+
+
+def homogeneous(net: FloatArray) -> FloatArray:
+    """(..., 4) (x, y, z, w) as (wx, wy, wz, w)."""
+    out = np.array(net)
+    out[..., :3] *= net[..., 3:]
+    return out
+
+
+def cartesian(points: FloatArray, rational: bool = True) -> FloatArray:
+    """(..., 4) (wx, wy, wz, w) as (x, y, z, w); for a B-spline the weights are exactly one."""
+    out = np.array(points)
+    if rational:
+        out[..., :3] /= points[..., 3:]
+    else:
+        out[..., 3] = 1.0
+    return out

@@ -1,0 +1,42 @@
+"""What can be moved by an affine map: by vectors, about axes, and larger or smaller."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from numpy.typing import ArrayLike
+
+from contiga.records import FloatArray
+from contiga.rigid import transform
+
+
+class Movable:
+    """Mixed in: what says by `_moved` what a matrix makes of it."""
+
+    __slots__ = ()
+
+    def _moved(self, matrix: FloatArray) -> Self:
+        raise NotImplementedError
+
+    def transformed(self, matrix: ArrayLike) -> Self:
+        """The same moved by a regular affine (4, 4) matrix; the free side stays the free side.
+
+        The image of a point on the free side is on the free side of the image. A reflecting matrix
+        alone would swap the sides, so what has sides is flipped as well: the u of patches runs
+        backwards, and so do the corners of triangles.
+        """
+        return self._moved(transform.affine(matrix))
+
+    def translated(self, d: ArrayLike) -> Self:
+        """The same moved by the vector `d` (3,), length."""
+        return self._moved(transform.translation(d))
+
+    def rotated(
+        self, axis: transform.Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)
+    ) -> Self:
+        """The same turned by `angle` (radians) about `axis` ("x", "y", "z" or a vector)."""
+        return self._moved(transform.rotation(axis, angle, origin))
+
+    def scaled(self, s: float | ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0)) -> Self:
+        """The same scaled by `s` > 0 about `origin`, one number or one for each axis."""
+        return self._moved(transform.scaling(s, origin))
