@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
     ConfigDict,
@@ -25,8 +25,8 @@ from contiga.case.spec import (
     Parts,
     Positive,
     Spec,
+    TellApart,
     Vector,
-    by_key,
     listed_choice,
     numbers_in,
     suggest,
@@ -144,12 +144,8 @@ class _SurfaceNurbs(Spec):
         return NurbsSurface(degrees, knots, v.control_points, v.weights)
 
 
-if TYPE_CHECKING:
-    CurveSpec = _CurveShape | _CurveNurbs
-    PatchSpec = _ShapeSpec | _SurfaceNurbs
-else:
-    CurveSpec = by_key(shape=_CurveShape, nurbs=_CurveNurbs)
-    PatchSpec = by_key(shape=_ShapeSpec, nurbs=_SurfaceNurbs)
+CurveSpec = Annotated[_CurveShape | _CurveNurbs, TellApart("shape", "nurbs")]
+PatchSpec = Annotated[_ShapeSpec | _SurfaceNurbs, TellApart("shape", "nurbs")]
 
 
 class _Geometry(Placed):
@@ -310,24 +306,10 @@ class PatchesGeometry(_Geometry):
         return f"{len(self.patches)} patches"
 
 
-if TYPE_CHECKING:
-    GeometrySpec = (
-        FileGeometry
-        | MeshGeometry
-        | ShapeGeometry
-        | NurbsGeometry
-        | ProfileGeometry
-        | PatchesGeometry
-    )
-else:
-    GeometrySpec = by_key(
-        file=FileGeometry,
-        mesh=MeshGeometry,
-        shape=ShapeGeometry,
-        nurbs=NurbsGeometry,
-        profile=ProfileGeometry,
-        patches=PatchesGeometry,
-    )
+GeometrySpec = Annotated[
+    FileGeometry | MeshGeometry | ShapeGeometry | NurbsGeometry | ProfileGeometry | PatchesGeometry,
+    TellApart("file", "mesh", "shape", "nurbs", "profile", "patches"),
+]
 
 
 def shape_catalogue(made: type) -> dict[str, Callable[..., Any]]:

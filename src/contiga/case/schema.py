@@ -42,6 +42,7 @@ from contiga.case.spec import (
     Spec,
     TimeUnit,
     Vector,
+    is_number,
     raise_together,
     suggest,
 )
@@ -55,7 +56,7 @@ _LARGEST_CASE = 32 * 1024**2  # bytes; the parser takes a second, ten times the 
 
 
 def _number_or_auto(value: Any) -> Any:
-    if value == "auto" or (isinstance(value, int | float) and not isinstance(value, bool)):
+    if value == "auto" or is_number(value):
         if value != "auto" and not value > 0.0:
             raise CaseError("is too small", found=value, allowed='> 0, or "auto"')
         return value

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from contiga.errors import InputError
 from contiga.running.interrupts import stoppable
@@ -67,20 +67,24 @@ def run(
     """
     from contiga.case import build
     from contiga.report import write_report
+    from contiga.simulation.run import RunOptions
 
     checked = _with_packages(_checked(case), out)
     with stoppable() as stopped, progress_bar(checked.title, quiet=quiet) as show:
         progress = Progress(show, stopped)
-        return build.run(
-            checked,
-            out,
+        how = RunOptions(
             resume=resume,
             strict=strict,
             settle_only=settle_only,
             keep=keep,
+            progress=progress.step,
+            on_check=None if quiet else _warn_of,
             on_finish=write_report,
-            **progress.calls(quiet),
+            on_pace=progress.keep_reason,
+            on_slow=None if quiet else _warn,
+            on_settle=progress.settle,
         )
+        return build.run(checked, out, how)
 
 
 def _with_packages(case: Case, out: str | Path | None) -> Case:
@@ -108,16 +112,6 @@ class Progress:
     def __init__(self, show: Show, stopped: Callable[[], bool]) -> None:
         self._show, self._stopped = show, stopped
         self._reason = ""
-
-    def calls(self, quiet: bool) -> dict[str, Any]:
-        """What a run is to call."""
-        return {
-            "progress": self.step,
-            "on_check": None if quiet else _warn_of,
-            "on_pace": self.keep_reason,
-            "on_slow": None if quiet else _warn,
-            "on_settle": self.settle,
-        }
 
     def keep_reason(self, reason: str) -> None:
         """What set the length of the step, to be shown with it."""
