@@ -159,8 +159,8 @@ class _Geometry(Placed):
             body = body.transformed(self.matrix)
         return body.flipped() if self.flip else body
 
-    def raw(self, name: str, unit: str) -> Body:
-        """A body of patches before it is placed and oriented."""
+    def raw(self, name: str, unit: str) -> Body | TriMesh:
+        """The body before it is placed and oriented."""
         raise NotImplementedError
 
 
@@ -219,8 +219,8 @@ class MeshGeometry(_Geometry):
     orient: bool = False
     """Turns triangles that face other ways than their neighbours."""
 
-    def body(self, name: str, unit: str) -> TriMesh:
-        """The triangles, placed and oriented, lengths in `unit`."""
+    def raw(self, name: str, unit: str) -> TriMesh:
+        """The triangles of the file."""
         from contiga.io.cad.formats import SUFFIXES
         from contiga.io.mesh.read_master import read_master
 
@@ -234,11 +234,7 @@ class MeshGeometry(_Geometry):
         mesh = read_master(
             self.mesh, unit=unit, file_unit=self.unit, parts=self.parts, normals=self.normals
         ).renamed(name)
-        if self.orient:
-            mesh = mesh.oriented()
-        if self.transform:
-            mesh = mesh.transformed(self.matrix)
-        return mesh.flipped() if self.flip else mesh
+        return mesh.oriented() if self.orient else mesh
 
     def describe(self) -> str:
         """In words."""
