@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from contiga.case.schema import Case
     from contiga.simulation.checks.finding import Finding
     from contiga.simulation.result import Result
+    from contiga.simulation.run import RunOptions
 
 
 SHOWN = 20
@@ -73,18 +74,9 @@ def run(
     with stoppable() as stopped, progress_bar(checked.title, quiet=quiet) as show:
         progress = Progress(show, stopped)
         how = RunOptions(
-            resume=resume,
-            strict=strict,
-            settle_only=settle_only,
-            keep=keep,
-            progress=progress.step,
-            on_check=None if quiet else _warn_of,
-            on_finish=write_report,
-            on_pace=progress.keep_reason,
-            on_slow=None if quiet else _warn,
-            on_settle=progress.settle,
+            resume=resume, strict=strict, settle_only=settle_only, keep=keep, on_finish=write_report
         )
-        return build.run(checked, out, how)
+        return build.run(checked, out, progress.told_by(how, quiet))
 
 
 def _with_packages(case: Case, out: str | Path | None) -> Case:
@@ -112,6 +104,16 @@ class Progress:
     def __init__(self, show: Show, stopped: Callable[[], bool]) -> None:
         self._show, self._stopped = show, stopped
         self._reason = ""
+
+    def told_by(self, how: RunOptions, quiet: bool) -> RunOptions:
+        """How a run is carried out that tells this of its steps."""
+        return how._replace(
+            progress=self.step,
+            on_check=None if quiet else _warn_of,
+            on_pace=self.keep_reason,
+            on_slow=None if quiet else _warn,
+            on_settle=self.settle,
+        )
 
     def keep_reason(self, reason: str) -> None:
         """What set the length of the step, to be shown with it."""
