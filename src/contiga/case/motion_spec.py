@@ -9,15 +9,7 @@ from pydantic import Field, model_validator
 
 from contiga.case.deform_spec import DeformSpec
 from contiga.case.rigid_spec import RigidMotionSpec, ToldMotionSpec
-from contiga.case.spec import (
-    BY_KIND,
-    FilePattern,
-    LengthUnit,
-    MotionSpec,
-    Name,
-    Positive,
-    Vector,
-)
+from contiga.case.spec import BY_KIND, FilePattern, LengthUnit, MotionSpec, Name, Positive, Vector
 from contiga.dynamics.free import Free
 from contiga.errors import CaseError
 from contiga.records import MassProperties

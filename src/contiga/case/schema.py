@@ -19,11 +19,7 @@ from contiga.case.deform_spec import with_quadrature
 from contiga.case.geometry_spec import GeometrySpec
 from contiga.case.load_spec import LoadSpec
 from contiga.case.mass_spec import MassSpec
-from contiga.case.motion_spec import (
-    BodyMotionSpec,
-    SeriesSpec,
-    SlaveMotionSpec,
-)
+from contiga.case.motion_spec import BodyMotionSpec, SeriesSpec, SlaveMotionSpec
 from contiga.case.names import check_apart, check_defined, check_unique
 from contiga.case.output_spec import OutputSpec
 from contiga.case.points_spec import BodyPoints, PointsSpec

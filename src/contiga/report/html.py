@@ -8,12 +8,7 @@ from importlib.resources import files
 from json import dumps
 from typing import Any
 
-from contiga.report.html_tables import (
-    inputs_table,
-    key_figures,
-    status_table,
-    timings_table,
-)
+from contiga.report.html_tables import inputs_table, key_figures, status_table, timings_table
 from contiga.report.lines import PLOT_CONFIG, embedded
 from contiga.report.motion import body_figures, criteria_table, extremes_table, sensor_figures
 from contiga.report.plots import energy_figure, history_figures, touched

@@ -10,14 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import contiga as cg
-from contiga_validation.closed_forms.case import (
-    ROUNDING,
-    TOLERANCE,
-    Answer,
-    Cases,
-    relative,
-    zero,
-)
+from contiga_validation.closed_forms.case import ROUNDING, TOLERANCE, Answer, Cases, relative, zero
 from contiga_validation.closed_forms.pictures import compared, errors_over
 from contiga_validation.closed_forms.scenes import (
     STILL,

@@ -7,14 +7,7 @@ import math
 import numpy as np
 
 import contiga as cg
-from contiga_validation.closed_forms.case import (
-    ROUNDING,
-    Answer,
-    Cases,
-    order_of,
-    relative,
-    zero,
-)
+from contiga_validation.closed_forms.case import ROUNDING, Answer, Cases, order_of, relative, zero
 from contiga_validation.closed_forms.pictures import compared
 from contiga_validation.closed_forms.rotation import about
 from contiga_validation.closed_forms.scenes import (

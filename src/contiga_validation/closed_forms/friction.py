@@ -8,14 +8,7 @@ from typing import Any
 import numpy as np
 
 import contiga as cg
-from contiga_validation.closed_forms.case import (
-    TOLERANCE,
-    Answer,
-    Cases,
-    order_of,
-    relative,
-    zero,
-)
+from contiga_validation.closed_forms.case import TOLERANCE, Answer, Cases, order_of, relative, zero
 from contiga_validation.closed_forms.pictures import compared
 from contiga_validation.closed_forms.scenes import ball, floor, run_of, solid_ball, when
 from contiga_validation.engine.arrays import FloatArray
