@@ -46,7 +46,7 @@ class _ShapeSpec(Spec):
     """`shape = "name"` with the shape's own keyword arguments beside it (angles in radians)."""
 
     model_config = ConfigDict(extra="allow")
-    made: ClassVar[type] = NurbsSurface
+    wanted: ClassVar[type] = NurbsSurface
     """What the shape must make: a curve or a surface."""
 
     shape: str
@@ -54,11 +54,11 @@ class _ShapeSpec(Spec):
     @classmethod
     def known_keys(cls, data: dict[str, Any]) -> list[str]:
         """Keys of the table and arguments of the shape it names."""
-        catalogue = shape_catalogue(cls.made)
+        catalogue = shape_catalogue(cls.wanted)
         name = data.get("shape")
         if not isinstance(name, str) or name not in catalogue:
             raise CaseError(
-                f"there is no such {'curve' if cls.made is NurbsCurve else 'surface'}",
+                f"there is no such {'curve' if cls.wanted is NurbsCurve else 'surface'}",
                 where="shape",
                 found=name,
                 allowed=", ".join(sorted(catalogue)),
@@ -74,7 +74,7 @@ class _ShapeSpec(Spec):
 
     def make(self, context: Any = None) -> Any:
         """The curve or surface."""
-        function = shape_catalogue(self.made)[self.shape]
+        function = shape_catalogue(self.wanted)[self.shape]
         arguments = dict(self.model_extra or {})
         for name, parameter in inspect.signature(function).parameters.items():
             if parameter.default is parameter.empty and name not in arguments:
@@ -95,7 +95,7 @@ class _ShapeSpec(Spec):
 
 
 class _CurveShape(_ShapeSpec):
-    made: ClassVar[type] = NurbsCurve
+    wanted: ClassVar[type] = NurbsCurve
 
 
 class _CurveNurbs(Spec):
