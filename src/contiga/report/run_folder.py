@@ -69,6 +69,10 @@ class Run(NamedTuple):
     steps: Columns = {}  # noqa: RUF012 (read only)
     """Why steps were as long as they were, by name; empty of steps that were given."""
 
+    def told(self, part: str) -> dict[str, Any]:
+        """A part of the summary; empty where it has none."""
+        return self.summary.get(part) or {}
+
     def total(self, column: str) -> FloatArray:
         """(n,) sum of one column over the contacts."""
         columns = [c[column] for c in self.contacts.values() if column in c]

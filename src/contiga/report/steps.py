@@ -21,7 +21,7 @@ PIXEL = 5e-4
 
 def steps_section(run: Run, peak_time: float | None) -> str:
     """The strip and the table of reasons; empty of steps that were given."""
-    reasons = run.summary.get("step_reasons") or {}
+    reasons = run.told("step_reasons")
     if not reasons or not run.steps:
         return ""
     figure = steps_figure(run, reasons, peak_time)
