@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from html import escape
+from typing import TypeVar
 
+Class = TypeVar("Class", bound=type)
 Facts = list[tuple[str, object]]
 """What an object prints of itself: (label, value), the most important first."""
 
@@ -51,3 +53,10 @@ class Displayed:
 
     def _repr_html_(self) -> str:
         return table_of(type(self).__name__, self._facts(), getattr(self, "name", ""))
+
+
+def displayed(tuple_class: Class) -> Class:
+    """The same of a class of named tuples, which nothing can be mixed into; a decorator."""
+    for name in ("__repr__", "_repr_html_"):
+        setattr(tuple_class, name, getattr(Displayed, name))
+    return tuple_class

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.display import Facts, counted, line_of, table_of
+from contiga.display import Facts, counted, displayed
 from contiga.pointer_records import pass_by_pointer
 from contiga.statuses import Advised, Status
 
@@ -71,6 +71,7 @@ IN_CONTACT = (
 )
 
 
+@displayed
 @pass_by_pointer
 class Projection(NamedTuple):
     """Feet of n points on a body, in the frame the points came in.
@@ -105,12 +106,6 @@ class Projection(NamedTuple):
         proved = int(np.count_nonzero(self.certified))
         return [("points", len(self.status)), *_statuses(self.status), ("certified", proved)]
 
-    def __repr__(self) -> str:
-        return line_of("Projection", self._facts())
-
-    def _repr_html_(self) -> str:
-        return table_of("Projection", self._facts())
-
 
 class SurfacePlaces(NamedTuple):
     """Places on a surface, one row each."""
@@ -143,6 +138,7 @@ class FacingLimits(NamedTuple):
     """(n,) how near they may be, length."""
 
 
+@displayed
 @pass_by_pointer
 class Hit(NamedTuple):
     """First entry of n swept points into a body.
@@ -169,13 +165,8 @@ class Hit(NamedTuple):
     def _facts(self) -> Facts:
         return [("segments", len(self.status)), *_statuses(self.status)]
 
-    def __repr__(self) -> str:
-        return line_of("Hit", self._facts())
 
-    def _repr_html_(self) -> str:
-        return table_of("Hit", self._facts())
-
-
+@displayed
 class RayHit(NamedTuple):
     """What n rays hit first, on whichever side.
 
@@ -201,12 +192,6 @@ class RayHit(NamedTuple):
 
     def _facts(self) -> Facts:
         return [("rays", len(self.status)), *_statuses(self.status)]
-
-    def __repr__(self) -> str:
-        return line_of("RayHit", self._facts())
-
-    def _repr_html_(self) -> str:
-        return table_of("RayHit", self._facts())
 
 
 def _statuses(codes: ByteArray) -> Facts:
@@ -264,6 +249,7 @@ class LawOutput(NamedTuple):
     of laws whose force on a point depends on its own penetration alone: that is `stiffness`."""
 
 
+@displayed
 class MassProperties(NamedTuple):
     """Mass, centre of mass and inertia of a rigid body.
 
@@ -289,21 +275,6 @@ class MassProperties(NamedTuple):
             ("Ixx Iyy Izz", (float(I[0, 0]), float(I[1, 1]), float(I[2, 2]))),
             ("Ixy Iyz Ixz", (float(I[0, 1]), float(I[1, 2]), float(I[0, 2]))),
         ]
-
-    def __repr__(self) -> str:
-        return line_of("MassProperties", self._facts())
-
-    def _repr_html_(self) -> str:
-        return table_of("MassProperties", self._facts())
-
-
-class Triangles(NamedTuple):
-    """A plain triangulation."""
-
-    vertices: FloatArray
-    """(n, 3)."""
-    triangles: IntArray
-    """(m, 3) counter-clockwise seen from the free side."""
 
 
 def empty_projection(n: int) -> Projection:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from importlib import import_module
 
-from contiga.errors import InputError
+from contiga_validation.engine import suite
 from contiga_validation.engine.experiment import Experiment, Options
 
 MODULES = (
@@ -67,22 +67,5 @@ def chosen(only: Sequence[str] | None, options: Options = DEFAULT) -> tuple[Expe
     InputError
         An entry that names no experiment, or no entries.
     """
-    every = experiments(options)
-    if only is None:
-        return every
-    words = [word.strip() for word in only]
-    for word in words or [""]:
-        if not any(_is_meant(experiment.key, word) for experiment in every):
-            raise InputError(
-                "no experiment has this name",
-                where="only",
-                found=word,
-                allowed=", ".join(experiment.key for experiment in every),
-                remedy="A chapter or section such as 5 or 5.1 stands for all of it",
-            )
-    return tuple(e for e in every if any(_is_meant(e.key, word) for word in words))
-
-
-def _is_meant(key: str, word: str) -> bool:
-    """Whether `word` is `key` or a whole part of it from its start."""
-    return bool(word) and (key == word or key.startswith((f"{word}.", f"{word}-")))
+    remedy = "A chapter or section such as 5 or 5.1 stands for all of it"
+    return suite.chosen(experiments(options), only, ".-", "experiment", remedy)

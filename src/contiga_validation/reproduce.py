@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from time import perf_counter
 
@@ -15,12 +15,10 @@ from contiga_validation.catalogue import chapter_title, chosen
 from contiga_validation.engine.drawing import png
 from contiga_validation.engine.experiment import Experiment, Found, Options
 from contiga_validation.engine.page import page
+from contiga_validation.engine.suite import Progress, in_turn, opened, told_in
 from contiga_validation.engine.table_files import as_json, machine, tidy_csv
 
 PAGE, CSV, JSON, FIGURES = "report.html", "tables.csv", "tables.json", "figures"
-
-Progress = Callable[[int, int, str], None]
-"""Called with how many experiments are done, how many there are, and which comes next."""
 
 
 def reproduce(
@@ -65,15 +63,8 @@ def reproduce(
     if part is not None and not part.is_file():
         raise FileError("no such file", where=str(part))
     wanted = chosen(only, Options(full, part, None if data is None else Path(data)))
-    folder = Path(out)
-    made = files.open_folder(folder, (CSV, JSON), "reproduction")
-    try:
-        found = run_all(wanted, progress)
-        return _write(folder, found)
-    except BaseException:
-        if made and not any(folder.iterdir()):
-            folder.rmdir()
-        raise
+    with opened(out, (CSV, JSON), "reproduction") as folder:
+        return _write(folder, run_all(wanted, progress))
 
 
 def run_all(
@@ -88,14 +79,10 @@ def run_all(
     """
     found = []
     with compiling_ahead(experiments) as wait:
-        for done, experiment in enumerate(experiments):
-            if progress is not None:
-                progress(done, len(experiments), f"{experiment.key} {experiment.title}")
+        for experiment in in_turn(experiments, progress, lambda one: f"{one.key} {one.title}"):
             if experiment.chapter >= BEFORE:
                 wait()
             found.append(_run(experiment))
-    if progress is not None:
-        progress(len(experiments), len(experiments), "done")
     return tuple(found)
 
 
@@ -107,17 +94,13 @@ def broken_claims(folder: str | Path) -> list[str]:
     FileError
         The folder holds no reproduction.
     """
-    path = Path(folder) / JSON
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+    with told_in(Path(folder) / JSON, "the tables of a reproduction") as content:
         return [
             f"{experiment['key']}: {claim['text']} ({claim['measured']})"
             for experiment in content["experiments"]
             for claim in experiment["claims"]
             if not claim["holds"]
         ]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise FileError("not the tables of a reproduction", where=str(path)) from error
 
 
 def _run(experiment: Experiment) -> Found:
@@ -153,9 +136,7 @@ def _write(folder: Path, found: tuple[Found, ...]) -> Path:
 
 def _pictures_of(folder: Path) -> set[str]:
     """Names of the pictures an earlier reproduction says it has written."""
-    try:
-        content = json.loads((folder / JSON).read_text(encoding="utf-8"))
+    with suppress(FileError), told_in(folder / JSON, "the tables of a reproduction") as content:
         listed = [p["file"] for e in content["experiments"] for p in e["pictures"]]
         return {Path(file).name for file in listed}
-    except (OSError, ValueError, KeyError, TypeError):
-        return set()
+    return set()

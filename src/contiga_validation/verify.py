@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 from contiga import files
-from contiga.errors import FileError, RunError
+from contiga.errors import RunError
 from contiga.extras import require
 from contiga_validation.closed_forms.case import Case
 from contiga_validation.closed_forms.catalogue import chosen
 from contiga_validation.closed_forms.page import SIZE, Shown, page
 from contiga_validation.engine.drawing import png
 from contiga_validation.engine.experiment import Picture
+from contiga_validation.engine.suite import Progress, in_turn, opened, told_in
 from contiga_validation.engine.table_files import machine, plain
 
 PAGE, JSON = "verification.html", "verification.json"
-
-Progress = Callable[[int, int, str], None]
-"""Called with how many cases are done, how many there are, and which comes next."""
 
 
 def verify(
@@ -53,24 +50,12 @@ def verify(
     """
     require("a verification", "matplotlib")
     wanted = chosen(only)
-    folder = Path(out)
-    made = files.open_folder(folder, (JSON,), "verification")
-    try:
-        shown = []
-        for done, case in enumerate(wanted):
-            if progress is not None:
-                progress(done, len(wanted), case.title)
-            shown.append(_run(case))
-        if progress is not None:
-            progress(len(wanted), len(wanted), "done")
+    with opened(out, (JSON,), "verification") as folder:
+        shown = [_run(case) for case in in_turn(wanted, progress, lambda case: case.title)]
         facts = machine()
         files.write_json(folder / JSON, {**facts, "cases": [_entry(entry) for entry in shown]})
         files.write_text(folder / PAGE, page(shown, facts))
         return folder / PAGE
-    except BaseException:
-        if made and not any(folder.iterdir()):
-            folder.rmdir()
-        raise
 
 
 def broken_cases(folder: str | Path) -> list[str]:
@@ -81,12 +66,8 @@ def broken_cases(folder: str | Path) -> list[str]:
     FileError
         The folder holds no verification.
     """
-    path = Path(folder) / JSON
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+    with told_in(Path(folder) / JSON, "the numbers of a verification") as content:
         return [_said(case) for case in content["cases"] if not case["holds"]]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise FileError("not the numbers of a verification", where=str(path)) from error
 
 
 def _said(case: dict[str, Any]) -> str:

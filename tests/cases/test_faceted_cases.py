@@ -161,9 +161,10 @@ def test_a_stopped_run_on_a_mesh_goes_on_with_the_same_bits(tmp_path: Path) -> N
             raise KeyboardInterrupt
 
     from contiga.case.build import run
+    from contiga.simulation.run import RunOptions
 
     with pytest.raises(KeyboardInterrupt):
-        run(cg.load_case(case), tmp_path / "parts", progress=stop)
+        run(cg.load_case(case), tmp_path / "parts", RunOptions(progress=stop))
     again = cg.run(case, out=tmp_path / "parts", resume=True)
     for name, column in whole.history.items():
         if not name.endswith("wall_time"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -40,6 +40,8 @@ from contiga.simulation.simulation import Simulation
 from contiga.slaves.slave import Slave
 from contiga.triangles.trimesh import TriMesh
 
+DEFAULT = RunOptions()
+
 
 def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
     """The simulation a case describes.
@@ -66,10 +68,10 @@ def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
     return Simulation(
         gravity=case.world.gravity,
         allow_unstable=case.time.allow_unstable,
-        settling=None if case.settle is None else case.settle.settle,
-        loads=[spec.load for spec in case.load],
+        settling=None if case.settle is None else case.settle.made,
+        loads=[spec.made for spec in case.load],
         springs=made.springs,
-        sensors=[spec.sensor for spec in case.sensor],
+        sensors=[spec.made for spec in case.sensor],
         title=case.title,
         units=(case.units.length, case.units.mass, case.units.time),
         stepping=case.time.stepping(),
@@ -121,17 +123,8 @@ def faults_of(case: Case) -> tuple[tuple[Fault, str], ...]:
 def run(
     case: Case,
     out: str | Path | None = None,
+    how: RunOptions = DEFAULT,
     *,
-    resume: bool = False,
-    strict: bool = False,
-    keep: int | None = None,
-    progress: Callable[[int, int, int], None] | None = None,
-    on_check: Callable[[tuple[Finding, ...]], Any] | None = None,
-    on_finish: Callable[[Path], Any] | None = None,
-    on_pace: Callable[[str], Any] | None = None,
-    on_slow: Callable[[str], Any] | None = None,
-    on_settle: Callable[[int, float], Any] | None = None,
-    settle_only: bool = False,
     parts: PartCache | None = None,
 ) -> Result:
     """Build a case and run it.
@@ -139,16 +132,7 @@ def run(
     Parameters
     ----------
     out : folder for the results; None keeps them in memory only
-    resume : go on from the checkpoint in `out`
-    strict : refuse a model that looks wrong; stop at the first point that is not certified
-    keep : as `Simulation.run`
-    progress : called with steps done, steps in all, points in contact
-    on_check : called before the first step with what looks wrong about the model
-    on_finish : called with `out` after a run that is to have a report
-    on_pace : called with what set each step that chose itself
-    on_slow : called once, with why, where the end is out of reach
-    on_settle : called with the number of each step to rest, and the residual after it
-    settle_only : end where the run would begin, once all is at rest
+    how : its clock is that of building, too; its `on_finish` is for a run that is to have a report
     parts : as `build`
 
     Raises
@@ -161,11 +145,8 @@ def run(
         simulation = build(case, parts=parts)
         if out is not None:
             keep_case_file(Path(out), case.file, simulation.case_text)
-    wanted = on_finish if case.output.report else None
-    how = RunOptions(resume=resume, strict=strict, keep=keep, progress=progress, clock=clock)
-    how = how._replace(on_check=on_check, on_finish=wanted, on_pace=on_pace, on_slow=on_slow)
-    how = how._replace(on_settle=on_settle, settle_only=settle_only)
-    return carry_out(simulation, out, how)
+    wanted = how.on_finish if case.output.report else None
+    return carry_out(simulation, out, how._replace(clock=clock, on_finish=wanted))
 
 
 def _contacts(
@@ -308,7 +289,7 @@ def _springs(case: Case, wrong: Together) -> dict[str, Spring]:
                     found=name,
                     remedy="Give each spring a name of its own",
                 )
-            springs[name] = spec.spring
+            springs[name] = spec.made
     return springs
 
 

@@ -60,7 +60,7 @@ def columns_of_case(case: Case) -> list[str]:
         columns += [f"{contact.title}.{name}" for name in names]
     for sensor in case.sensor:
         columns += [f"{sensor.name}.{name}" for name in _of_sensor(sensor)]
-    for spring in (spec.spring for spec in case.spring):
+    for spring in (spec.made for spec in case.spring):
         names = [*OF_SPRINGS, *(["filtered_force"] if spring.filter else [])]
         columns += [f"{spring.name}.{name}" for name in names]
     free = [body.name for body in case.body if body.motion.by_forces]
@@ -75,7 +75,7 @@ def columns_of_case(case: Case) -> list[str]:
 
 def criteria_of_case(case: Case) -> list[str]:
     """Criteria that sensors of a case ask for: ``<sensor>.<criterion>``."""
-    sensors = [one.sensor for one in case.sensor]
+    sensors = [one.made for one in case.sensor]
     return [f"{one.name}.{name}" for one in sensors for name in one.criteria]
 
 
@@ -87,7 +87,7 @@ def _of_contact(contact: ContactSpec) -> Iterator[str]:
 
 def _of_sensor(sensor: SensorSpec) -> Iterator[str]:
     names = _OF_RELATIVE if isinstance(sensor, RelativeSensorSpec) else _OF_SENSORS
-    for measure in sensor.sensor.measures:
+    for measure in sensor.made.measures:
         yield from names[measure]
     if isinstance(sensor, PointSensorSpec) and sensor.filter is not None:
         yield from ("filtered_ax", "filtered_ay", "filtered_az", "filtered_a")

@@ -28,7 +28,7 @@ from contiga.slaves.slave import Slave
 def area_of(spec: ContactSpec, slave: Slave, given: bool) -> AreaMethod:
     """The method the case asks for; facets, unless the case gave the nodes an area."""
     if isinstance(spec.area, FacetAreaSpec | CloudAreaSpec | HullAreaSpec):
-        return spec.area.method
+        return spec.area.made
     if isinstance(spec.area, ConstantAreaSpec):
         return NodalArea(spec.area.value)
     if spec.area is None and slave.facets is not None and not given:
@@ -95,7 +95,7 @@ def contact_of(
         weights=spec.weights,
         quadrature=spec.quadrature,
         shell_thickness=_thickness_of(spec, slave),
-        friction=None if spec.friction is None else spec.friction.friction,
+        friction=None if spec.friction is None else spec.friction.made,
         master_law=sides.master_law,  # type: ignore[arg-type]  # the schema refuses others
         depth=spec.depth,
     )

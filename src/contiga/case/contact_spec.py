@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, model_validator
 
@@ -13,7 +12,7 @@ from contiga.area.facet import FacetArea
 from contiga.area.hull import HullArea
 from contiga.area.method import AreaMethod
 from contiga.case.law_spec import FrictionSpec, LawSpec
-from contiga.case.spec import Name, Positive, Spec, by_kind
+from contiga.case.spec import BY_KIND, MadeSpec, Name, Positive, Spec
 from contiga.errors import CaseError
 from contiga.slaves.sampling import QUADRATURES
 
@@ -39,39 +38,26 @@ class TributaryAreaSpec(Spec):
         return "tributary"
 
 
-class FacetAreaSpec(Spec):
+class FacetAreaSpec(MadeSpec[AreaMethod]):
     """`{ kind = "facet", on }`: `FacetArea`."""
 
+    makes = FacetArea
     kind: Literal["facet"] = "facet"
     on: Literal["slave", "master"] | None = None
-
-    @cached_property
-    def method(self) -> AreaMethod:
-        """The method."""
-        return FacetArea(self.on)
 
     def describe(self) -> str:
         """In words."""
         return "facets cut where contact ends" + (f", on the {self.on}" if self.on else "")
 
 
-class CloudAreaSpec(Spec):
+class CloudAreaSpec(MadeSpec[AreaMethod]):
     """`{ kind = "cloud", on, bridge, by }`: `CloudArea`."""
 
+    makes = CloudArea
     kind: Literal["cloud"] = "cloud"
     on: Literal["slave", "master"] | None = None
     bridge: Positive = 3.0
     by: Literal["rest", "feet"] = "rest"
-
-    @cached_property
-    def method(self) -> AreaMethod:
-        """The method."""
-        return CloudArea(self.on, bridge=self.bridge, by=self.by)
-
-    @model_validator(mode="after")
-    def _method_is_possible(self) -> Self:
-        assert self.method is not None
-        return self
 
     def describe(self) -> str:
         """In words."""
@@ -90,9 +76,10 @@ def _name_or_number(value: Any) -> Any:
     )
 
 
-class HullAreaSpec(Spec):
+class HullAreaSpec(MadeSpec[AreaMethod]):
     """`{ kind = "hull", clusters, mapping, k, eps, min_points, tolerance }`: `HullArea`."""
 
+    makes = HullArea
     kind: Literal["hull"] = "hull"
     clusters: Annotated[str | int, BeforeValidator(_name_or_number)] = "auto"
     mapping: Literal["linear", "exact"] = "linear"
@@ -101,34 +88,14 @@ class HullAreaSpec(Spec):
     min_points: int = 4
     tolerance: Positive | None = None
 
-    @cached_property
-    def method(self) -> AreaMethod:
-        """The method."""
-        return HullArea(
-            self.clusters,
-            mapping=self.mapping,
-            k=self.k,
-            eps=self.eps,
-            min_points=self.min_points,
-            tolerance=self.tolerance,
-        )
-
-    @model_validator(mode="after")
-    def _method_is_possible(self) -> Self:
-        assert self.method is not None
-        return self
-
     def describe(self) -> str:
         """In words."""
         return f"hulls of clusters ({self.clusters}), {self.mapping} map"
 
 
-if TYPE_CHECKING:
-    AreaSpec = ConstantAreaSpec | TributaryAreaSpec | FacetAreaSpec | CloudAreaSpec | HullAreaSpec
-else:
-    AreaSpec = by_kind(
-        ConstantAreaSpec, TributaryAreaSpec, FacetAreaSpec, CloudAreaSpec, HullAreaSpec
-    )
+AreaSpec = Annotated[
+    ConstantAreaSpec | TributaryAreaSpec | FacetAreaSpec | CloudAreaSpec | HullAreaSpec, BY_KIND
+]
 
 
 def _as_quadrature(value: Any) -> Any:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import BeforeValidator, ValidationError, ValidationInfo
 
 from contiga.case.problems import first_problem
-from contiga.case.spec import ExistingFile, Spec
+from contiga.case.spec import ExistingFile, Spec, is_number
 from contiga.errors import CaseError, InputError
 from contiga.io.curves import read_curve
 from contiga.io.quantities import Quantity, Units
@@ -55,7 +55,7 @@ def _curve_of(x: Quantity, y: Quantity) -> Any:
 def _as_table(kinds: tuple[Quantity, Quantity]) -> Callable[[Any, ValidationInfo], Any]:
     def check(value: Any, info: ValidationInfo) -> Any:
         # Numbers and plain tables are short forms: a line through the origin, and linear ends.
-        if isinstance(value, int | float) and not isinstance(value, bool):
+        if is_number(value):
             return {"points": [[0.0, 0.0], [1.0, value]]}
         if isinstance(value, list):
             return {"points": value}
@@ -118,11 +118,11 @@ else:
     BeltCurve = _curve_of("ratio", "force")
 
 
-def characteristic_of(curve: CurveTable, name: str) -> Characteristic:
-    """The curve, called `name` in errors."""
-    return Characteristic(curve.points, extrapolation=curve.extrapolation, name=name)
-
-
-def if_given(curve: CurveTable | None, name: str) -> Characteristic | None:
-    """The same of a key that may be left out."""
-    return None if curve is None else characteristic_of(curve, name)
+def with_characteristics(arguments: dict[str, Any]) -> dict[str, Any]:
+    """Arguments by name, with curves among them as characteristics called so in errors."""
+    return {
+        name: Characteristic(one.points, extrapolation=one.extrapolation, name=name)
+        if isinstance(one, CurveTable)
+        else one
+        for name, one in arguments.items()
+    }

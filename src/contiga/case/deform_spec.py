@@ -63,7 +63,7 @@ class MadeOfSpec(_MadeOf):
         return Part(
             kind=kind,
             elements=elements,
-            material=self.material.material,
+            material=self.material.made,
             density=self.density,
             thickness=(self.thickness or thickness) if dimension == 2 else None,
             section=self.section if dimension == 1 else None,
@@ -131,7 +131,7 @@ class DeformSpec(_MadeOf, MotionSpec):
     ) -> Deforming:
         """The motion; `motion_of` answers motions in the units of the case."""
         return Deforming(
-            material=None if self.material is None else self.material.material,
+            material=None if self.material is None else self.material.made,
             density=self.density,
             thickness=self.thickness,
             section=self.section,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
     ConfigDict,
@@ -25,8 +25,8 @@ from contiga.case.spec import (
     Parts,
     Positive,
     Spec,
+    TellApart,
     Vector,
-    by_key,
     listed_choice,
     numbers_in,
     suggest,
@@ -46,7 +46,7 @@ class _ShapeSpec(Spec):
     """`shape = "name"` with the shape's own keyword arguments beside it (angles in radians)."""
 
     model_config = ConfigDict(extra="allow")
-    made: ClassVar[type] = NurbsSurface
+    wanted: ClassVar[type] = NurbsSurface
     """What the shape must make: a curve or a surface."""
 
     shape: str
@@ -54,11 +54,11 @@ class _ShapeSpec(Spec):
     @classmethod
     def known_keys(cls, data: dict[str, Any]) -> list[str]:
         """Keys of the table and arguments of the shape it names."""
-        catalogue = shape_catalogue(cls.made)
+        catalogue = shape_catalogue(cls.wanted)
         name = data.get("shape")
         if not isinstance(name, str) or name not in catalogue:
             raise CaseError(
-                f"there is no such {'curve' if cls.made is NurbsCurve else 'surface'}",
+                f"there is no such {'curve' if cls.wanted is NurbsCurve else 'surface'}",
                 where="shape",
                 found=name,
                 allowed=", ".join(sorted(catalogue)),
@@ -74,7 +74,7 @@ class _ShapeSpec(Spec):
 
     def make(self, context: Any = None) -> Any:
         """The curve or surface."""
-        function = shape_catalogue(self.made)[self.shape]
+        function = shape_catalogue(self.wanted)[self.shape]
         arguments = dict(self.model_extra or {})
         for name, parameter in inspect.signature(function).parameters.items():
             if parameter.default is parameter.empty and name not in arguments:
@@ -95,7 +95,7 @@ class _ShapeSpec(Spec):
 
 
 class _CurveShape(_ShapeSpec):
-    made: ClassVar[type] = NurbsCurve
+    wanted: ClassVar[type] = NurbsCurve
 
 
 class _CurveNurbs(Spec):
@@ -144,12 +144,8 @@ class _SurfaceNurbs(Spec):
         return NurbsSurface(degrees, knots, v.control_points, v.weights)
 
 
-if TYPE_CHECKING:
-    CurveSpec = _CurveShape | _CurveNurbs
-    PatchSpec = _ShapeSpec | _SurfaceNurbs
-else:
-    CurveSpec = by_key(shape=_CurveShape, nurbs=_CurveNurbs)
-    PatchSpec = by_key(shape=_ShapeSpec, nurbs=_SurfaceNurbs)
+CurveSpec = Annotated[_CurveShape | _CurveNurbs, TellApart("shape", "nurbs")]
+PatchSpec = Annotated[_ShapeSpec | _SurfaceNurbs, TellApart("shape", "nurbs")]
 
 
 class _Geometry(Placed):
@@ -163,8 +159,8 @@ class _Geometry(Placed):
             body = body.transformed(self.matrix)
         return body.flipped() if self.flip else body
 
-    def raw(self, name: str, unit: str) -> Body:
-        """A body of patches before it is placed and oriented."""
+    def raw(self, name: str, unit: str) -> Body | TriMesh:
+        """The body before it is placed and oriented."""
         raise NotImplementedError
 
 
@@ -223,8 +219,8 @@ class MeshGeometry(_Geometry):
     orient: bool = False
     """Turns triangles that face other ways than their neighbours."""
 
-    def body(self, name: str, unit: str) -> TriMesh:
-        """The triangles, placed and oriented, lengths in `unit`."""
+    def raw(self, name: str, unit: str) -> TriMesh:
+        """The triangles of the file."""
         from contiga.io.cad.formats import SUFFIXES
         from contiga.io.mesh.read_master import read_master
 
@@ -238,11 +234,7 @@ class MeshGeometry(_Geometry):
         mesh = read_master(
             self.mesh, unit=unit, file_unit=self.unit, parts=self.parts, normals=self.normals
         ).renamed(name)
-        if self.orient:
-            mesh = mesh.oriented()
-        if self.transform:
-            mesh = mesh.transformed(self.matrix)
-        return mesh.flipped() if self.flip else mesh
+        return mesh.oriented() if self.orient else mesh
 
     def describe(self) -> str:
         """In words."""
@@ -310,24 +302,10 @@ class PatchesGeometry(_Geometry):
         return f"{len(self.patches)} patches"
 
 
-if TYPE_CHECKING:
-    GeometrySpec = (
-        FileGeometry
-        | MeshGeometry
-        | ShapeGeometry
-        | NurbsGeometry
-        | ProfileGeometry
-        | PatchesGeometry
-    )
-else:
-    GeometrySpec = by_key(
-        file=FileGeometry,
-        mesh=MeshGeometry,
-        shape=ShapeGeometry,
-        nurbs=NurbsGeometry,
-        profile=ProfileGeometry,
-        patches=PatchesGeometry,
-    )
+GeometrySpec = Annotated[
+    FileGeometry | MeshGeometry | ShapeGeometry | NurbsGeometry | ProfileGeometry | PatchesGeometry,
+    TellApart("file", "mesh", "shape", "nurbs", "profile", "patches"),
+]
 
 
 def shape_catalogue(made: type) -> dict[str, Callable[..., Any]]:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-from typing import TYPE_CHECKING, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import model_validator
 
@@ -13,10 +12,9 @@ from contiga.case.curve_spec import (
     DampingCurve,
     ForceCurve,
     StressCurve,
-    characteristic_of,
-    if_given,
+    with_characteristics,
 )
-from contiga.case.spec import NotNegative, Positive, Spec, by_kind
+from contiga.case.spec import BY_KIND, Made, MadeSpec, NotNegative, Positive
 from contiga.errors import CaseError
 from contiga.laws.force import ForceLaw
 from contiga.laws.friction import Coulomb, Friction, ViscousFriction
@@ -25,7 +23,7 @@ from contiga.laws.normal import AdaptiveLaw, PenaltyLaw
 from contiga.laws.stress import StressLaw
 
 
-class _KindSpec(Spec):
+class _KindSpec(MadeSpec[Made]):
     kind: str
 
     def describe(self) -> str:
@@ -40,21 +38,16 @@ class _KindSpec(Spec):
         return f"{self.kind}: {'; '.join(given)}" if given else self.kind
 
 
-class _LawSpec(_KindSpec):
-    @cached_property
-    def law(self) -> Law:
-        """The law."""
-        raise NotImplementedError
-
-    @model_validator(mode="after")
-    def _law_is_possible(self) -> Self:
-        assert self.law is not None
-        return self
+class _LawSpec(_KindSpec[Law]):
+    def arguments(self) -> dict[str, Any]:
+        """As laws take them."""
+        return with_characteristics(super().arguments())
 
 
 class ForceSpec(_LawSpec):
     """`{ kind = "force", curve, unloading, hysteresis_slope, share }`: `ForceLaw`."""
 
+    makes = ForceLaw
     kind: Literal["force"] = "force"
     curve: ForceCurve
     """Force over greatest penetration."""
@@ -62,20 +55,11 @@ class ForceSpec(_LawSpec):
     hysteresis_slope: Positive | None = None
     share: Literal["deepest", "penetration"] = "deepest"
 
-    @cached_property
-    def law(self) -> Law:
-        """The law."""
-        return ForceLaw(
-            characteristic_of(self.curve, "curve"),
-            unloading=if_given(self.unloading, "unloading"),
-            hysteresis_slope=self.hysteresis_slope,
-            share=self.share,
-        )
-
 
 class StressSpec(_LawSpec):
     """`{ kind = "stress", elastic, thickness, damping, … }`: `StressLaw`, with all its options."""
 
+    makes = StressLaw
     kind: Literal["stress"] = "stress"
     elastic: StressCurve
     thickness: Positive | None = None
@@ -86,20 +70,6 @@ class StressSpec(_LawSpec):
     unloading: StressCurve | None = None
     hysteresis_slope: Positive | None = None
 
-    @cached_property
-    def law(self) -> Law:
-        """The law."""
-        return StressLaw(
-            characteristic_of(self.elastic, "elastic"),
-            self.thickness,
-            damping=self.damping,
-            damping_ratio=self.damping_ratio,
-            damping_curve=if_given(self.damping_curve, "damping_curve"),
-            amplification=if_given(self.amplification, "amplification"),
-            unloading=if_given(self.unloading, "unloading"),
-            hysteresis_slope=self.hysteresis_slope,
-        )
-
 
 class PenaltySpec(_LawSpec):
     """`{ kind = "penalty", stiffness, per_area, damping, damping_ratio }`: `PenaltyLaw`.
@@ -108,6 +78,7 @@ class PenaltySpec(_LawSpec):
     of its area with.
     """
 
+    makes = PenaltyLaw
     kind: Literal["penalty"] = "penalty"
     stiffness: Positive | None = None
     scale: Positive | None = None
@@ -115,20 +86,16 @@ class PenaltySpec(_LawSpec):
     damping: NotNegative = 0.0
     damping_ratio: NotNegative = 0.0
 
-    @cached_property
-    def law(self) -> Law:
-        """The law."""
-        return self.scaled(1.0)
+    def arguments(self, of_slave: float = 1.0) -> dict[str, Any]:
+        """As `PenaltyLaw` takes them; `of_slave` is what `scale` is of, a force over a volume."""
+        arguments = super().arguments()
+        scale = arguments.pop("scale")
+        stiffness = self.stiffness or (scale or 1.0) * of_slave
+        return arguments | {"stiffness": stiffness, "per_area": self.per_area or scale is not None}
 
     def scaled(self, of_slave: float) -> Law:
-        """The law; `of_slave` is what `scale` is of, a force over a volume."""
-        stiffness = self.stiffness or (self.scale or 1.0) * of_slave
-        return PenaltyLaw(
-            stiffness,
-            per_area=self.per_area or self.scale is not None,
-            damping=self.damping,
-            damping_ratio=self.damping_ratio,
-        )
+        """The law, with what `scale` is of."""
+        return PenaltyLaw(**self.arguments(of_slave))
 
     @model_validator(mode="after")
     def _one_stiffness(self) -> Self:
@@ -143,30 +110,15 @@ class PenaltySpec(_LawSpec):
 class AdaptiveSpec(_LawSpec):
     """`{ kind = "adaptive", scale = 0.1 }`."""
 
+    makes = AdaptiveLaw
     kind: Literal["adaptive"] = "adaptive"
     scale: Positive = 0.1
 
-    @cached_property
-    def law(self) -> Law:
-        """The law."""
-        return AdaptiveLaw(self.scale)
 
-
-class _FrictionSpec(_KindSpec):
-    @cached_property
-    def friction(self) -> Friction:
-        """The friction."""
-        raise NotImplementedError
-
-    @model_validator(mode="after")
-    def _friction_is_possible(self) -> Self:
-        assert self.friction is not None
-        return self
-
-
-class CoulombSpec(_FrictionSpec):
+class CoulombSpec(_KindSpec[Friction]):
     """`{ kind = "coulomb", static, dynamic, decay, stiffness, per_area }`: `Coulomb`."""
 
+    makes = Coulomb
     kind: Literal["coulomb"] = "coulomb"
     static: NotNegative
     dynamic: NotNegative | None = None
@@ -175,34 +127,15 @@ class CoulombSpec(_FrictionSpec):
     """0: from the law of normal force."""
     per_area: bool = False
 
-    @cached_property
-    def friction(self) -> Friction:
-        """The friction."""
-        return Coulomb(
-            self.static,
-            self.dynamic,
-            decay=self.decay,
-            stiffness=self.stiffness,
-            per_area=self.per_area,
-        )
 
-
-class ViscousSpec(_FrictionSpec):
+class ViscousSpec(_KindSpec[Friction]):
     """`{ kind = "viscous-regularised", coefficient, speed }`: `ViscousFriction`."""
 
+    makes = ViscousFriction
     kind: Literal["viscous-regularised"] = "viscous-regularised"
     coefficient: NotNegative
     speed: Positive
 
-    @cached_property
-    def friction(self) -> Friction:
-        """The friction."""
-        return ViscousFriction(self.coefficient, self.speed)
 
-
-if TYPE_CHECKING:
-    LawSpec = ForceSpec | StressSpec | PenaltySpec | AdaptiveSpec
-    FrictionSpec = CoulombSpec | ViscousSpec
-else:
-    LawSpec = by_kind(ForceSpec, StressSpec, PenaltySpec, AdaptiveSpec)
-    FrictionSpec = by_kind(CoulombSpec, ViscousSpec)
+LawSpec = Annotated[ForceSpec | StressSpec | PenaltySpec | AdaptiveSpec, BY_KIND]
+FrictionSpec = Annotated[CoulombSpec | ViscousSpec, BY_KIND]

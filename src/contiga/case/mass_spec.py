@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import Annotated, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from contiga.case.spec import Positive, Spec, Vector, by_key
+from contiga.case.spec import Positive, Spec, TellApart, Vector
 from contiga.errors import CaseError
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray, MassProperties
@@ -105,7 +105,4 @@ class TotalMassSpec(Spec):
         )
 
 
-if TYPE_CHECKING:
-    MassSpec = DensityMassSpec | TotalMassSpec
-else:
-    MassSpec = by_key(density=DensityMassSpec, total=TotalMassSpec)
+MassSpec = Annotated[DensityMassSpec | TotalMassSpec, TellApart("density", "total")]

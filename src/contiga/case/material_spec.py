@@ -2,44 +2,35 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-from typing import TYPE_CHECKING, Literal, Self
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from contiga.case.curve_spec import BeltCurve, StressCurve
-from contiga.case.spec import Positive, Spec, Vector, by_kind
+from contiga.case.curve_spec import BeltCurve, CurveTable, StressCurve
+from contiga.case.spec import BY_KIND, MadeSpec, Positive, Spec, Vector
 from contiga.matter.coefficients import Material
 from contiga.matter.foam import Foam
 from contiga.matter.materials import Elastic, NeoHooke
 from contiga.matter.woven import Belt, Fabric
 
 
-class _MaterialSpec(Spec):
-    @cached_property
-    def material(self) -> Material:
-        """The material."""
-        raise NotImplementedError
-
-    @model_validator(mode="after")
-    def _material_is_possible(self) -> Self:
-        assert self.material is not None
-        return self
+class _MaterialSpec(MadeSpec[Material]):
+    def arguments(self) -> dict[str, Any]:
+        """As materials take them: curves as arrays."""
+        arguments = super().arguments()
+        curves = {k: one for k, one in arguments.items() if isinstance(one, CurveTable)}
+        return arguments | {name: np.array(one.points) for name, one in curves.items()}
 
 
 class ElasticSpec(_MaterialSpec):
     """`{ kind = "elastic", young, poisson, compression }`: `contiga.materials.Elastic`."""
 
+    makes = Elastic
     kind: Literal["elastic"] = "elastic"
     young: Positive
     poisson: float = 0.0
     compression: bool = True
-
-    @cached_property
-    def material(self) -> Material:
-        """The material."""
-        return Elastic(young=self.young, poisson=self.poisson, compression=self.compression)
 
     def describe(self) -> str:
         """In words."""
@@ -49,15 +40,11 @@ class ElasticSpec(_MaterialSpec):
 class NeoHookeSpec(_MaterialSpec):
     """`{ kind = "neo-hooke", young, poisson, volume }`: `contiga.materials.NeoHooke`."""
 
+    makes = NeoHooke
     kind: Literal["neo-hooke"] = "neo-hooke"
     young: Positive
     poisson: float
     volume: str = "element"
-
-    @cached_property
-    def material(self) -> Material:
-        """The material."""
-        return NeoHooke(young=self.young, poisson=self.poisson, volume=self.volume)
 
     def describe(self) -> str:
         """In words."""
@@ -74,6 +61,7 @@ class RateSpec(Spec):
 class FoamSpec(_MaterialSpec):
     """`{ kind = "foam", loading, hysteresis, shape, tension, rates, filter }`: `Foam`."""
 
+    makes = Foam
     kind: Literal["foam"] = "foam"
     loading: StressCurve
     """Stress over strain in compression, both nominal."""
@@ -83,17 +71,10 @@ class FoamSpec(_MaterialSpec):
     rates: list[RateSpec] = Field(default_factory=list)
     filter: Positive | None = None
 
-    @cached_property
-    def material(self) -> Material:
-        """The material."""
-        return Foam(
-            loading=np.array(self.loading.points),
-            hysteresis=self.hysteresis,
-            shape=self.shape,
-            tension=self.tension,
-            rates=tuple((one.rate, np.array(one.loading.points)) for one in self.rates),
-            filter=self.filter,
-        )
+    def arguments(self) -> dict[str, Any]:
+        """As `Foam` takes them."""
+        rates = tuple((one.rate, np.array(one.loading.points)) for one in self.rates)
+        return super().arguments() | {"rates": rates}
 
     def describe(self) -> str:
         """In words."""
@@ -104,21 +85,12 @@ class FoamSpec(_MaterialSpec):
 class BeltSpec(_MaterialSpec):
     """`{ kind = "belt", loading, unloading, hysteresis_slope }`: `Belt`."""
 
+    makes = Belt
     kind: Literal["belt"] = "belt"
     loading: BeltCurve
     """Force over strain."""
     unloading: BeltCurve | None = None
     hysteresis_slope: Positive | None = None
-
-    @cached_property
-    def material(self) -> Material:
-        """The material."""
-        unloading = None if self.unloading is None else np.array(self.unloading.points)
-        return Belt(
-            loading=np.array(self.loading.points),
-            unloading=unloading,
-            hysteresis_slope=self.hysteresis_slope,
-        )
 
     def describe(self) -> str:
         """In words."""
@@ -128,6 +100,7 @@ class BeltSpec(_MaterialSpec):
 class FabricSpec(_MaterialSpec):
     """`{ kind = "fabric", warp, weft, shear, direction, compression, … }`: `Fabric`."""
 
+    makes = Fabric
     kind: Literal["fabric"] = "fabric"
     warp: StressCurve
     weft: StressCurve | None = None
@@ -139,26 +112,13 @@ class FabricSpec(_MaterialSpec):
     weft_unloading: StressCurve | None = None
     hysteresis_slope: Positive | None = None
 
-    @cached_property
-    def material(self) -> Material:
-        """The material."""
-        names = ("weft", "warp_unloading", "weft_unloading")
-        curves = {name: getattr(self, name) for name in names}
-        return Fabric(
-            warp=np.array(self.warp.points),
-            shear=np.array(self.shear.points),
-            direction=np.array(self.direction),
-            compression=self.compression,
-            hysteresis_slope=self.hysteresis_slope,
-            **{k: None if one is None else np.array(one.points) for k, one in curves.items()},
-        )
+    def arguments(self) -> dict[str, Any]:
+        """As `Fabric` takes them."""
+        return super().arguments() | {"direction": np.array(self.direction)}
 
     def describe(self) -> str:
         """In words."""
         return f"fabric: warp {self.warp.describe()}"
 
 
-if TYPE_CHECKING:
-    MaterialSpec = ElasticSpec | NeoHookeSpec | FoamSpec | FabricSpec | BeltSpec
-else:
-    MaterialSpec = by_kind(ElasticSpec, NeoHookeSpec, FoamSpec, FabricSpec, BeltSpec)
+MaterialSpec = Annotated[ElasticSpec | NeoHookeSpec | FoamSpec | FabricSpec | BeltSpec, BY_KIND]

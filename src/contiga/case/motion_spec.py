@@ -3,22 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from contiga.case.deform_spec import DeformSpec
-from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
-from contiga.case.rigid_spec import RIGID, RigidMotionSpec
-from contiga.case.spec import (
-    FilePattern,
-    LengthUnit,
-    MotionSpec,
-    Name,
-    Positive,
-    Vector,
-    by_kind,
-)
+from contiga.case.rigid_spec import RigidMotionSpec, ToldMotionSpec
+from contiga.case.spec import BY_KIND, FilePattern, LengthUnit, MotionSpec, Name, Positive, Vector
 from contiga.dynamics.free import Free
 from contiga.errors import CaseError
 from contiga.records import MassProperties
@@ -102,12 +93,5 @@ class AttachedSpec(MotionSpec):
         return f"attached to {self.body}"
 
 
-if TYPE_CHECKING:
-    BodyMotionSpec = RigidMotionSpec | VelocitySpec | AccelerationSpec | FreeSpec | AttachedSpec
-    SlaveMotionSpec = BodyMotionSpec | SeriesSpec | DeformSpec
-else:
-    _BODY = (*RIGID, VelocitySpec, AccelerationSpec, FreeSpec, AttachedSpec)
-    BodyMotionSpec = by_kind(*_BODY)
-    SlaveMotionSpec = by_kind(*_BODY, SeriesSpec, DeformSpec)
-
-SeriesSpec.model_rebuild()
+BodyMotionSpec = Annotated[ToldMotionSpec | FreeSpec | AttachedSpec, BY_KIND]
+SlaveMotionSpec = Annotated[BodyMotionSpec | SeriesSpec | DeformSpec, BY_KIND]

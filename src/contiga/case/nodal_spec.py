@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from contiga.case.load_spec import OverTime
 from contiga.case.points_spec import SideSpec
 from contiga.case.rigid_spec import ToldMotionSpec
-from contiga.case.spec import NotNegative, Spec, Vector
+from contiga.case.spec import NotNegative, Pair, Spec, Vector, is_number
 from contiga.dynamics.nodal_loads import NodalForce, Pressure
 from contiga.errors import CaseError
 
@@ -19,21 +19,16 @@ Way = Literal["x", "y", "z"]
 _ALL: tuple[Way, ...] = ("x", "y", "z")
 NodesOf = Callable[[str | int], Any]
 """(n,) whether nodes of a slave are in the set of a name or number."""
-Corners = Annotated[list[Vector], Field(min_length=2, max_length=2)]
 
 
 def _number_or_rows(value: Any) -> Any:
     # One message where a union of types would give one for each.
     rows = value if isinstance(value, list) else []
-    if not (_is_number(value) or (rows and all(isinstance(row, list) for row in rows))):
+    if not (is_number(value) or (rows and all(isinstance(row, list) for row in rows))):
         raise CaseError(
             "must be a number, or rows over time", found=value, allowed="p or [[t, p], …]"
         )
     return value
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 class LayerSpec(Spec):
@@ -46,9 +41,9 @@ class LayerSpec(Spec):
 class NodesSpec(Spec):
     """One of `box`, `plane`, `set`, `side`, `layer`: which nodes are meant."""
 
-    box: Corners | None = None
+    box: Pair | None = None
     """Lowest and highest corner."""
-    plane: Corners | None = None
+    plane: Pair | None = None
     """A point and the normal."""
     set: str | int | None = None
     """A set, part or group of the mesh file."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -15,11 +15,12 @@ from contiga.case.spec import (
     ExistingFile,
     LengthUnit,
     Name,
+    Pair,
     Parts,
     Positive,
     Spec,
+    TellApart,
     Vector,
-    by_key,
     listed_choice,
     numbers_in,
 )
@@ -51,7 +52,7 @@ class SideSpec(Spec):
 
 
 class _Points(Placed):
-    box: Annotated[list[Vector], Field(min_length=2, max_length=2)] | None = None
+    box: Pair | None = None
     """Two corners; of the placed points only those within take part."""
     side: SideSpec | None = None
     """Of the placed facets only those that face this way take part."""
@@ -179,7 +180,7 @@ class RandomOnShape(_ShapeSpec):
 class RandomInBox(Spec):
     """Random points in the box between two corners."""
 
-    box: Annotated[list[Vector], Field(min_length=2, max_length=2)]
+    box: Pair
     n: Count
     seed: Seed = 0
 
@@ -197,10 +198,7 @@ class RandomInBox(Spec):
         return f"{self.n} random points in the box {self.box[0]} to {self.box[1]}"
 
 
-if TYPE_CHECKING:
-    RandomValues = RandomOnShape | RandomInBox
-else:
-    RandomValues = by_key(shape=RandomOnShape, box=RandomInBox)
+RandomValues = Annotated[RandomOnShape | RandomInBox, TellApart("shape", "box")]
 
 
 class RandomPoints(_Points):
@@ -306,17 +304,10 @@ class BodyPoints(_Points):
         return f"the surface of {self.body}, sampled to {tolerance}{size}"
 
 
-if TYPE_CHECKING:
-    PointsSpec = FilePoints | SamplePoints | GridPoints | RandomPoints | GivenPoints | BodyPoints
-else:
-    PointsSpec = by_key(
-        file=FilePoints,
-        sample=SamplePoints,
-        grid=GridPoints,
-        random=RandomPoints,
-        coordinates=GivenPoints,
-        body=BodyPoints,
-    )
+PointsSpec = Annotated[
+    FilePoints | SamplePoints | GridPoints | RandomPoints | GivenPoints | BodyPoints,
+    TellApart("file", "sample", "grid", "random", "coordinates", "body"),
+]
 
 
 def _along(corners: FloatArray, segments: int) -> FloatArray:

@@ -37,7 +37,7 @@ def case_error(error: ValidationError, data: object, file: str) -> InputError:
     problems = [problem_of(detail, data) for detail in details]
     problems += [one.error for one in misnamed_in(data, details)]
     if len(problems) == 1:
-        return _problem(details[0], data, "", file)
+        return problem_of(details[0], data, file=file)
     return listed(problems, file)
 
 
@@ -45,11 +45,6 @@ def misnamed_in(data: object, details: Sequence[ErrorDetails]) -> list[Misnamed]
     """Tables that name what is not there, which pydantic does not come to where others are
     wrong."""
     return misnamed(data, [one["loc"] for one in details]) if isinstance(data, Mapping) else []
-
-
-def problem_of(detail: ErrorDetails, data: object) -> InputError:
-    """One thing that pydantic found wrong in `data`."""
-    return _problem(detail, data, "")
 
 
 def listed(problems: Sequence[Fault], file: str) -> InputError:
@@ -105,7 +100,7 @@ class Together:
 
 def first_problem(error: ValidationError, data: object, key: str) -> InputError:
     """The first thing wrong in the table under `key`."""
-    return _problem(error.errors(include_url=False)[0], data, key)
+    return problem_of(error.errors(include_url=False)[0], data, key)
 
 
 def placed(fault: Fault, key: str, file: str) -> Fault:
@@ -124,7 +119,8 @@ def relocated(error: InputError, key: str, file: str) -> InputError:
     return kind(error.what, where=_join(file, _inside(key, error.where)), **details)
 
 
-def _problem(detail: ErrorDetails, data: object, key: str, file: str = "") -> InputError:
+def problem_of(detail: ErrorDetails, data: object, key: str = "", file: str = "") -> InputError:
+    """One thing that pydantic found wrong in `data`, which stands under `key` in `file`."""
     path = key_path(detail["loc"], data, key)
     inner = (detail.get("ctx") or {}).get("error")
     if isinstance(inner, InputError):

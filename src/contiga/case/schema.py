@@ -19,11 +19,7 @@ from contiga.case.deform_spec import with_quadrature
 from contiga.case.geometry_spec import GeometrySpec
 from contiga.case.load_spec import LoadSpec
 from contiga.case.mass_spec import MassSpec
-from contiga.case.motion_spec import (
-    BodyMotionSpec,
-    SeriesSpec,
-    SlaveMotionSpec,
-)
+from contiga.case.motion_spec import BodyMotionSpec, SeriesSpec, SlaveMotionSpec
 from contiga.case.names import check_apart, check_defined, check_unique
 from contiga.case.output_spec import OutputSpec
 from contiga.case.points_spec import BodyPoints, PointsSpec
@@ -42,6 +38,7 @@ from contiga.case.spec import (
     Spec,
     TimeUnit,
     Vector,
+    is_number,
     raise_together,
     suggest,
 )
@@ -55,7 +52,7 @@ _LARGEST_CASE = 32 * 1024**2  # bytes; the parser takes a second, ten times the 
 
 
 def _number_or_auto(value: Any) -> Any:
-    if value == "auto" or (isinstance(value, int | float) and not isinstance(value, bool)):
+    if value == "auto" or is_number(value):
         if value != "auto" and not value > 0.0:
             raise CaseError("is too small", found=value, allowed='> 0, or "auto"')
         return value

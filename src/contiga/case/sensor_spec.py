@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from contiga.case.spec import Name, Spec, Vector, by_key
+from contiga.case.spec import MadeSpec, Name, Pair, TellApart, Vector
 from contiga.criteria.bands import Bands
 from contiga.simulation.sensor import RELATIVE_MEASURES, RelativeSensor, Sensor
 from contiga.simulation.slave_sensor import (
@@ -18,26 +17,18 @@ from contiga.simulation.slave_sensor import (
 )
 
 
-class BandsSpec(Spec):
+class BandsSpec(MadeSpec[Bands]):
     """`{ limits, names }`: `Bands` of a criterion."""
 
+    makes = Bands
     limits: list[float]
     names: list[str]
 
-    @cached_property
-    def bands(self) -> Bands:
-        """The bands."""
-        return Bands(self.limits, self.names)
 
-    @model_validator(mode="after")
-    def _bands_are_possible(self) -> Self:
-        assert self.bands is not None
-        return self
-
-
-class PointSensorSpec(Spec):
+class PointSensorSpec(MadeSpec[Sensor]):
     """A `[[sensor]]`: `Sensor`, with all its options."""
 
+    makes = Sensor
     name: Name
     body: Name
     at: Vector | None = None
@@ -51,26 +42,6 @@ class PointSensorSpec(Spec):
     code: str | None = None
     """Of its channels in ISO-MME files."""
 
-    @cached_property
-    def sensor(self) -> Sensor:
-        """The sensor."""
-        return Sensor(
-            self.name,
-            self.body,
-            at=self.at,
-            axes=self.axes,
-            measures=self.measures,
-            filter=self.filter,
-            criteria=self.criteria,
-            bands={name: one.bands for name, one in (self.bands or {}).items()},
-            code=self.code,
-        )
-
-    @model_validator(mode="after")
-    def _sensor_is_possible(self) -> Self:
-        assert self.sensor is not None
-        return self
-
     def describe(self) -> str:
         """In words."""
         at = "" if self.at is None else f" at {self.at}"
@@ -78,13 +49,14 @@ class PointSensorSpec(Spec):
         return f"on {self.body}{at}, {self.axes} axes: {', '.join(outputs)}"
 
 
-class RelativeSensorSpec(Spec):
+class RelativeSensorSpec(MadeSpec[RelativeSensor]):
     """A `[[sensor]]` with `between`: `RelativeSensor`, with all its options."""
 
+    makes = RelativeSensor
     name: Name
     between: Annotated[list[Name], Field(min_length=2, max_length=2)]
     """Two bodies, the first of which sees the second."""
-    at: Annotated[list[Vector], Field(min_length=2, max_length=2)] | None = None
+    at: Pair | None = None
     axes: str = "body"
     measures: list[str] = Field(default_factory=lambda: list(RELATIVE_MEASURES))
     criteria: list[str] = Field(default_factory=list)
@@ -93,26 +65,6 @@ class RelativeSensorSpec(Spec):
     """Whose neck and chest criteria are of."""
     code: str | None = None
 
-    @cached_property
-    def sensor(self) -> RelativeSensor:
-        """The sensor."""
-        return RelativeSensor(
-            self.name,
-            self.between,
-            at=self.at,
-            axes=self.axes,
-            measures=self.measures,
-            criteria=self.criteria,
-            bands={name: one.bands for name, one in (self.bands or {}).items()},
-            dummy=self.dummy,
-            code=self.code,
-        )
-
-    @model_validator(mode="after")
-    def _sensor_is_possible(self) -> Self:
-        assert self.sensor is not None
-        return self
-
     def describe(self) -> str:
         """In words."""
         at = "" if self.at is None else f" at {self.at}"
@@ -120,9 +72,10 @@ class RelativeSensorSpec(Spec):
         return f"between {' and '.join(self.between)}{at}: {outputs}"
 
 
-class NodeSensorSpec(Spec):
+class NodeSensorSpec(MadeSpec[NodeSensor]):
     """A `[[sensor]]` with `node`: `NodeSensor`, with all its options."""
 
+    makes = NodeSensor
     name: Name
     node: Name
     """A slave."""
@@ -131,43 +84,22 @@ class NodeSensorSpec(Spec):
     measures: list[str] = Field(default_factory=lambda: list(NODE_MEASURES))
     code: str | None = None
 
-    @cached_property
-    def sensor(self) -> NodeSensor:
-        """The sensor."""
-        return NodeSensor(self.name, self.node, at=self.at, measures=self.measures, code=self.code)
-
-    @model_validator(mode="after")
-    def _sensor_is_possible(self) -> Self:
-        assert self.sensor is not None
-        return self
-
     def describe(self) -> str:
         """In words."""
         return f"of the node of {self.node} at {self.at}: {', '.join(self.measures)}"
 
 
-class SectionSensorSpec(Spec):
+class SectionSensorSpec(MadeSpec[SectionSensor]):
     """A `[[sensor]]` with `section`: `SectionSensor`, with all its options."""
 
+    makes = SectionSensor
     name: Name
     section: Name
     """A slave that deforms."""
-    plane: Annotated[list[Vector], Field(min_length=2, max_length=2)]
+    plane: Pair
     """A point and the normal."""
     measures: list[str] = Field(default_factory=lambda: list(SECTION_MEASURES))
     code: str | None = None
-
-    @cached_property
-    def sensor(self) -> SectionSensor:
-        """The sensor."""
-        return SectionSensor(
-            self.name, self.section, plane=self.plane, measures=self.measures, code=self.code
-        )
-
-    @model_validator(mode="after")
-    def _sensor_is_possible(self) -> Self:
-        assert self.sensor is not None
-        return self
 
     def describe(self) -> str:
         """In words."""
@@ -176,12 +108,7 @@ class SectionSensorSpec(Spec):
         return f"of {self.section} cut by {where}: {', '.join(self.measures)}"
 
 
-if TYPE_CHECKING:
-    SensorSpec = PointSensorSpec | RelativeSensorSpec | NodeSensorSpec | SectionSensorSpec
-else:
-    SensorSpec = by_key(
-        body=PointSensorSpec,
-        between=RelativeSensorSpec,
-        node=NodeSensorSpec,
-        section=SectionSensorSpec,
-    )
+SensorSpec = Annotated[
+    PointSensorSpec | RelativeSensorSpec | NodeSensorSpec | SectionSensorSpec,
+    TellApart("body", "between", "node", "section"),
+]

@@ -2,28 +2,22 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
 from pydantic import Field
 
-from contiga.case.spec import Count, Name, Positive, Spec
+from contiga.case.spec import Count, MadeSpec, Name, Positive
 from contiga.simulation.settle import Settle
 
 
-class SettleSpec(Spec):
+class SettleSpec(MadeSpec[Settle]):
     """`[settle]`: `contiga.Settle`, with all its options."""
 
+    makes = Settle
     tolerance: Positive = 1e-3
     """Unbalanced forces over loads at which it rests."""
     steps: Count = 20_000
     """Most that it may take."""
     bodies: list[Name] = Field(default_factory=list)
     """Free bodies that come to rest as well."""
-
-    @cached_property
-    def settle(self) -> Settle:
-        """How it comes to rest."""
-        return Settle(tolerance=self.tolerance, steps=self.steps, bodies=self.bodies)
 
     def describe(self) -> str:
         """In words."""

@@ -40,9 +40,9 @@ class LayeredSpec(Spec):
     def gives_way(self) -> Law | None:
         """The law of its surface; None of a rigid one."""
         if self.layer is None or not self.face_layer:
-            return None if self.layer is None else self.layer.law
-        laws = {tuple(face - 1 for face in one.faces): one.law.law for one in self.face_layer}
-        return FaceLaws(self.layer.law, laws)  # type: ignore[arg-type]
+            return None if self.layer is None else self.layer.made
+        laws = {tuple(face - 1 for face in one.faces): one.law.made for one in self.face_layer}
+        return FaceLaws(self.layer.made, laws)  # type: ignore[arg-type]
 
     def layers(self) -> str:
         """In words."""
@@ -91,9 +91,9 @@ def sides_of(contact: ContactSpec, master: LayeredSpec, slave: LayeredSpec | Non
     InputError
         A side that is to give way has no law; laws that do not go together.
     """
-    whole = None if contact.law is None else contact.law.law
+    whole = None if contact.law is None else contact.law.made
     front = whole if whole is not None or slave is None else _of_slave(slave)
-    back = master.gives_way if contact.master_law is None else contact.master_law.law
+    back = master.gives_way if contact.master_law is None else contact.master_law.made
     kind = contact.type
     if kind is None:
         kind = "slave" if back is None else "master" if front is None else "combined"

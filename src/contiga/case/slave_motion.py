@@ -52,7 +52,7 @@ def slave_motion(
             found=f"{count} points",
             allowed=f"{len(slave)}",
         )
-    return series if motion.then is None else Moved(series, motion.then.motion)
+    return series if motion.then is None else Moved(series, motion.then.made)
 
 
 def deforming_of(
@@ -77,7 +77,7 @@ def prescribed(spec: ToldMotionSpec, case: Case) -> BodyMotion:
         motion = spec.motion_in((case.units.length, case.units.mass, case.units.time))
         check_covers(motion.span, case.time.start, case.time.end, "table")
         return motion
-    return spec.motion
+    return spec.made
 
 
 def _nodes_of_set(spec: SlaveSpec, key: str | int) -> NDArray[np.bool_]:

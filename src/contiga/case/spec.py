@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import reduce
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cached_property, reduce
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Generic, Self, TypeVar, get_args
 
 from pydantic import (
     AfterValidator,
@@ -15,6 +15,7 @@ from pydantic import (
     ConfigDict,
     Discriminator,
     Field,
+    GetCoreSchemaHandler,
     ModelWrapValidatorHandler,
     Tag,
     ValidationError,
@@ -25,6 +26,8 @@ from pydantic_core import ErrorDetails, InitErrorDetails
 
 from contiga.errors import CaseError, FileError, InputError
 from contiga.io.naming import closest, closest_name
+
+Made = TypeVar("Made")
 
 
 class Spec(BaseModel):
@@ -57,6 +60,37 @@ class Spec(BaseModel):
     def known_keys(cls, data: dict[str, Any]) -> list[str]:
         """Keys this table may have."""
         return list(cls.model_fields)
+
+
+class MadeSpec(Spec, Generic[Made]):
+    """A table that says one object of the library; where it cannot be made, the table is wrong."""
+
+    makes: ClassVar[Callable[..., Any]]
+    """Makes it, given what the keys of the table say by their names."""
+
+    @cached_property
+    def made(self) -> Made:
+        """The object, made once."""
+        made: Made = type(self).makes(**self.arguments())
+        return made
+
+    def arguments(self) -> dict[str, Any]:
+        """What the keys say, but for the kind of table; objects of tables in it."""
+        names = (name for name in type(self).model_fields if name != "kind")
+        return {name: _object_of(getattr(self, name)) for name in names}
+
+    @model_validator(mode="after")
+    def _can_be_made(self) -> Self:
+        assert self.made is not None
+        return self
+
+
+def _object_of(value: Any) -> Any:
+    if isinstance(value, MadeSpec):
+        return value.made
+    if isinstance(value, dict):
+        return {name: _object_of(one) for name, one in value.items()}
+    return value
 
 
 def unknown_keys(data: dict[str, Any], known: Iterable[str]) -> dict[str, CaseError]:
@@ -107,6 +141,11 @@ def _again(detail: ErrorDetails) -> InitErrorDetails:
     )
 
 
+def is_number(value: Any) -> bool:
+    """Whether a file has a number there; true and false are none."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
 def suggest(given: object, allowed: Iterable[str]) -> str | None:
     """A question after the closest of `allowed`, None where nothing is close."""
     return closest(given, allowed)
@@ -122,7 +161,36 @@ def numbers_in(unit: str | None, otherwise: str) -> str:
     return f"numbers in {otherwise if unit is None else unit}"
 
 
-def by_kind(*models: type[Spec]) -> Any:
+class TellApart:
+    """In `Annotated` beside a union of tables: how one of them is told from the others.
+
+    Parameters
+    ----------
+    keys : that only one of the tables has each, in the order of the union; their `kind` if none
+    """
+
+    def __init__(self, *keys: str) -> None:
+        self._keys = keys
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> Any:
+        models = list(_tables_of(source))
+        if self._keys:
+            return handler.generate_schema(_by_key(dict(zip(self._keys, models, strict=True))))
+        return handler.generate_schema(_by_kind(models))
+
+
+BY_KIND = TellApart()
+
+
+def _tables_of(union: Any) -> Iterator[type[Spec]]:
+    """The tables of a union, and of unions in it."""
+    if isinstance(union, type):
+        yield union
+    for part in get_args(union):
+        yield from () if isinstance(part, TellApart) else _tables_of(part)
+
+
+def _by_kind(models: Sequence[type[Spec]]) -> Any:
     """A union of tables told apart by their `kind`."""
     kinds = {model.model_fields["kind"].default: model for model in models}
 
@@ -150,7 +218,7 @@ def by_kind(*models: type[Spec]) -> Any:
     return _union({f"<{kind}>": model for kind, model in kinds.items()}, tag, check)
 
 
-def by_key(**models: type[Spec]) -> Any:
+def _by_key(models: Mapping[str, type[Spec]]) -> Any:
     """A union of tables told apart by the one key that only they have."""
 
     def check(value: Any) -> Any:
@@ -249,6 +317,8 @@ Count = Annotated[int, Field(ge=1)]
 Parts = Annotated[list[str | int], Field(min_length=1)]
 """Names or numbers of parts of a file."""
 Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
+Pair = Annotated[list[Vector], Field(min_length=2, max_length=2)]
+"""Two points, or a point and a direction."""
 Axis = str | Vector
 Name = Annotated[str, Field(pattern=r"^\w[\w \-]*$")]
 """Letters, digits, spaces, _ and -: names become column heads and part names."""

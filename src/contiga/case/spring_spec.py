@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-from typing import Self
+from typing import Any
 
-from pydantic import model_validator
-
-from contiga.case.curve_spec import ForceCurve, if_given
-from contiga.case.spec import Name, NotNegative, Positive, Spec
+from contiga.case.curve_spec import ForceCurve, with_characteristics
+from contiga.case.spec import MadeSpec, Name, NotNegative, Positive
 from contiga.dynamics.springs import Spring
 
 
-class SpringSpec(Spec):
+class SpringSpec(MadeSpec[Spring]):
     """A `[[spring]]`: `Spring`, with all its options."""
 
+    makes = Spring
     name: Name | None = None
     """How results call it; "<first>-<second>" if omitted."""
     between: list[str]
@@ -29,25 +27,9 @@ class SpringSpec(Spec):
     filter: str | None = None
     """Of the force that results tell."""
 
-    @cached_property
-    def spring(self) -> Spring:
-        """The spring."""
-        return Spring(
-            self.between,
-            at=self.at,
-            curve=if_given(self.curve, "curve"),
-            unloading=if_given(self.unloading, "unloading"),
-            hysteresis_slope=self.hysteresis_slope,
-            damping=self.damping,
-            length=self.length,
-            name=self.name or "",
-            filter=self.filter,
-        )
-
-    @model_validator(mode="after")
-    def _spring_is_possible(self) -> Self:
-        assert self.spring is not None
-        return self
+    def arguments(self) -> dict[str, Any]:
+        """As `Spring` takes them."""
+        return with_characteristics(super().arguments()) | {"name": self.name or ""}
 
     def describe(self) -> str:
         """In words."""

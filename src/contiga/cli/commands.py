@@ -15,7 +15,7 @@ from contiga.cli.compiling import watch_compiling
 from contiga.cli.convert import convert
 from contiga.cli.export import export
 from contiga.cli.help_pages import Command, Group, epilog
-from contiga.cli.options import WITH_CASE, CaseFile, Settings, load
+from contiga.cli.options import WITH_CASE, CaseFile, Quiet, Settings, load
 from contiga.cli.preview_case import preview_path, write_preview
 from contiga.cli.study import study
 from contiga.cli.verify import verify
@@ -104,7 +104,7 @@ def run(
         bool,
         typer.Option("--settle-only", help="Come to rest, write that state, and do not run."),
     ] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Run a case: forces, fields and a report into the output folder."""
     from contiga.running import run_case
@@ -370,7 +370,7 @@ def reproduce(
         Path | None,
         typer.Option("--data", metavar="DIR", help="Folder of public CAD files to take it from."),
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Run the experiments of the thesis: a page, tables and pictures beside its own numbers."""
     from contiga_validation.reproduce import broken_claims

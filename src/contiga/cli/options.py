@@ -24,6 +24,8 @@ Settings = Annotated[
 ]
 """What `load` takes."""
 
+Quiet = Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")]
+
 WITH_CASE = ("run", "check", "preview")
 """Commands that begin with `load`."""
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from contiga.cli.options import Quiet
 from contiga.running.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ def study(
     resume: Annotated[
         bool, typer.Option("--resume", help="Run what is missing in the folder.")
     ] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Run many cases of one base case: a table, a page, and the report of each."""
     from contiga.studies.spec import load_study

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from contiga.cli.options import Quiet
 from contiga.errors import RunError
 from contiga.running.progress import progress_bar
 
@@ -23,7 +24,7 @@ def verify(
             help="Cases, or the first words of their names, separated by commas; all if left out.",
         ),
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Check motion, forces and criteria against closed forms: a page and its numbers."""
     from contiga_validation.verify import broken_cases

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from contiga.cli.options import Quiet
 from contiga.errors import RunError
 from contiga.running.progress import Show, progress_bar
 
@@ -25,7 +26,7 @@ def warmup(
         int | None,
         typer.Option("--jobs", min=1, metavar="N", help="Processes; one a core if left out."),
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Compile all kernels now, on all cores, so that no run has to wait for them."""
     from contiga.arrays.threads import thread_count

@@ -11,8 +11,8 @@ from contiga.previewing.stage import CONTACT_SIDE, Drawn, Gap, Stage
 from contiga.previewing.words import gap_text, legend, speed_text, way_in_text
 from contiga.records import FloatArray
 from contiga.report.camera import unit
-from contiga.report.lines import CONFIG, FONT, with_unit
-from contiga.report.space import dots, mesh_trace, space_axis
+from contiga.report.lines import FONT, embedded, with_unit
+from contiga.report.space import VIEW_CONFIG, dots, line_in_space, mesh_trace, space_axis
 from contiga.report.style import INK, LINES, MUTED, SPRING, page
 
 RED = LINES[1]
@@ -26,10 +26,7 @@ def page_of(stage: Stage) -> str:
     """The whole page as one text that reads offline."""
     from plotly.offline import get_plotlyjs
 
-    figure = figure_of(stage)
-    scene = figure.to_html(
-        full_html=False, include_plotlyjs=False, div_id="scene", config=_config()
-    )
+    scene = embedded(figure_of(stage), "scene", VIEW_CONFIG)
     body = (
         '<div class="maker"><b>contiga</b> · preview</div>'
         f'<h1>{escape(stage.title)}</h1><p class="under">Where all stands at the start. '
@@ -40,11 +37,6 @@ def page_of(stage: Stage) -> str:
         f"{_gaps(stage)}{_parts(stage)}"
     )
     return page(stage.title, body, css=_CSS, script=get_plotlyjs())
-
-
-def _config() -> dict[str, Any]:
-    buttons = [["toImage", "orbitRotation", "pan3d", "resetCameraDefault3d"]]
-    return {**CONFIG, "scrollZoom": True, "modeBarButtons": buttons}
 
 
 def figure_of(stage: Stage) -> Any:
@@ -58,15 +50,15 @@ def figure_of(stage: Stage) -> Any:
     figure.add_traces(_normals(stage))
     for k, way in enumerate(stage.ways):
         look = {"color": LINES[k % len(LINES)], "width": 4, "dash": "dash"}
-        figure.add_traces([_line(f"{way.name}: way", line, look) for line in way.lines])
+        figure.add_traces([line_in_space(f"{way.name}: way", line, look) for line in way.lines])
     for arrow in stage.velocities:
         reach = 0.6 * float(np.linalg.norm(np.ptp(stage.part(arrow.name).box, axis=0)))
         ends = np.stack([arrow.at, arrow.at + reach * unit(arrow.vector)])
         name = f"{arrow.name}: {speed_text(arrow, stage.units)}"
-        figure.add_trace(_line(name, ends, {"color": INK, "width": 6}))
+        figure.add_trace(line_in_space(name, ends, {"color": INK, "width": 6}))
         figure.add_trace(_cones(name, ends[1:], 0.12 * reach * unit(arrow.vector)[None], INK))
     look = {"color": SPRING, "width": 5}
-    figure.add_traces([_line(f"spring {tie.name}", tie.ends, look) for tie in stage.ties])
+    figure.add_traces([line_in_space(f"spring {tie.name}", tie.ends, look) for tie in stage.ties])
     figure.add_traces([_gap(gap, stage) for gap in stage.gaps])
     _in_space(figure, stage)
     return figure
@@ -116,16 +108,9 @@ def _normals(stage: Stage) -> list[Any]:
             gaps = np.full_like(at, np.nan)
             path = np.stack([at, tips, gaps], axis=1).reshape(-1, 3)
             name = f"{part.name}: free side"
-            traces.append(_line(name, path, {"color": LINES[0], "width": 3}))
+            traces.append(line_in_space(name, path, {"color": LINES[0], "width": 3}))
             traces.append(_cones(name, tips, 0.3 * (tips - at), LINES[0]))
     return traces
-
-
-def _line(name: str, points: FloatArray, look: dict[str, Any]) -> Any:
-    import plotly.graph_objects as go
-
-    x, y, z = points.astype(np.float32).T
-    return go.Scatter3d(x=x, y=y, z=z, name=name, mode="lines", line=look, hoverinfo="name")
 
 
 def _cones(name: str, tips: FloatArray, vectors: FloatArray, colour: str) -> Any:
@@ -142,7 +127,7 @@ def _cones(name: str, tips: FloatArray, vectors: FloatArray, colour: str) -> Any
 
 def _gap(gap: Gap, stage: Stage) -> Any:
     text = f"{gap.contact}: {gap_text(gap, stage.units)}"
-    trace = _line(text, gap.ends, {"color": RED, "width": 7})
+    trace = line_in_space(text, gap.ends, {"color": RED, "width": 7})
     return trace.update(
         mode="lines+markers+text",
         marker={"size": 4, "color": RED},

@@ -239,18 +239,18 @@ def _flat(value: Any, key: str = "") -> dict[str, Any]:
 def _criteria(run: Run) -> dict[str, float]:
     return {
         f"{sensor}: {name}": float(values["value"])
-        for sensor, facts in (run.summary.get("sensors") or {}).items()
+        for sensor, facts in run.told("sensors").items()
         for name, values in facts["criteria"].items()
     }
 
 
 def _energies(run: Run) -> dict[str, float]:
-    energy = run.summary.get("energy") or {}
+    energy = run.told("energy")
     return {key: float(energy[key]) for key in ("relative", "most") if key in energy}
 
 
 def _timings(run: Run) -> dict[str, float]:
-    timings = {k: float(v) for k, v in (run.summary.get("timings") or {}).items()}
+    timings = {k: float(v) for k, v in run.told("timings").items()}
     return {"steps": float(run.summary.get("steps") or len(run.times) - 1), **timings}
 
 

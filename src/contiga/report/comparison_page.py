@@ -12,7 +12,7 @@ from contiga.records import FloatArray
 from contiga.report import require_packages
 from contiga.report.comparison import Comparison, Pair, columns_of
 from contiga.report.html_tables import STAGES
-from contiga.report.lines import PLOT_CONFIG, add_line, finish, largest, with_unit
+from contiga.report.lines import PLOT_CONFIG, add_line, embedded, finish, largest, with_unit
 from contiga.report.run_folder import Run
 from contiga.report.style import LINES, number
 from contiga.report.style import page as styled
@@ -135,9 +135,7 @@ def _panels(comparison: Comparison) -> Iterator[str]:
             continue
         unit = getattr(comparison.runs[0].units, panel[2])
         figure = _figure(comparison, pair, (f"{owner}: {panel[1].lower()}", unit))
-        html = figure.to_html(
-            full_html=False, include_plotlyjs=False, div_id=f"both-{shown}", config=PLOT_CONFIG
-        )
+        html = embedded(figure, f"both-{shown}", PLOT_CONFIG)
         shown += 1
         yield f'<div class="frame">{html}</div>'
 

@@ -22,6 +22,10 @@ class Focus(NamedTuple):
     corners: FloatArray
     """(k, 3) corners of the pieces of larger ones."""
 
+    def points(self, parts: list[FloatArray]) -> FloatArray:
+        """(n, 3) of it, of the points of all parts."""
+        return np.concatenate([*(parts[k] for k in self.parts), self.corners])
+
 
 def focus_of(parts: list[FloatArray], patch: FloatArray, depth: float) -> Focus | None:
     """What to look at where points (k, 3) of `patch` are in contact; None where none are.

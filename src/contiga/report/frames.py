@@ -119,7 +119,7 @@ def frames_of(
         )
         seen = seen_parts(series, step)
         ends += _ends(np.concatenate([*seen, frames[-1].ties.reshape(-1, 3)]))
-        near += _ends(_in_focus(seen, peak))
+        near += _ends(np.concatenate(seen) if peak.focus is None else peak.focus.points(seen))
         # a few nodes at a rim say nothing of the rest, as in a picture of one step
         for name, field in fields_of(touched, units).items():
             if field.everywhere or len(rows) >= MANY:
@@ -136,13 +136,6 @@ def frames_of(
         spans=spans(np.array(ends)),
         near=spans(np.array(near)),
     )
-
-
-def _in_focus(parts: list[FloatArray], peak: Peak) -> FloatArray:
-    """Where the parts that the peak is framed by are, of those that are seen; all without one."""
-    if peak.focus is None:
-        return np.concatenate(parts)
-    return np.concatenate([*(parts[k] for k in peak.focus.parts), peak.focus.corners])
 
 
 def _ends(points: FloatArray) -> list[FloatArray]:

@@ -8,13 +8,8 @@ from importlib.resources import files
 from json import dumps
 from typing import Any
 
-from contiga.report.html_tables import (
-    inputs_table,
-    key_figures,
-    status_table,
-    timings_table,
-)
-from contiga.report.lines import PLOT_CONFIG
+from contiga.report.html_tables import inputs_table, key_figures, status_table, timings_table
+from contiga.report.lines import PLOT_CONFIG, embedded
 from contiga.report.motion import body_figures, criteria_table, extremes_table, sensor_figures
 from contiga.report.plots import energy_figure, history_figures, touched
 from contiga.report.run_folder import Run
@@ -144,7 +139,7 @@ def _view(view: View) -> str:
         steps = f" It shows {shown} recorded steps; play takes them as far apart as they were."
     return (
         f"{_BODY_BUTTONS}{_FRAME_BUTTONS if 'spans' in view.data else ''}{_field_buttons(view)}"
-        f'<div class="frame">{_figure(view.figure, "view", VIEW_CONFIG)}{slider}</div>'
+        f'<div class="frame">{embedded(view.figure, "view", VIEW_CONFIG)}{slider}</div>'
         f'<script type="application/json" id="view-data">{data}</script><script>{script}</script>'
         '<p class="caption">Drag to turn, scroll to come closer; the house goes back.'
         f"{steps}</p>"
@@ -177,7 +172,7 @@ def _energy(run: Run, peak_time: float | None) -> str:
     figure = energy_figure(run, peak_time)
     if figure is None:
         return ""
-    energy = run.summary.get("energy") or {}
+    energy = run.told("energy")
     share = (
         f" The energy balance error is at most {number(100.0 * energy['relative'], 2)} % of the "
         f"largest energy, {number(energy['most'])} {escape(run.units.energy)}."
@@ -185,7 +180,7 @@ def _energy(run: Run, peak_time: float | None) -> str:
         else ""
     )
     return (
-        f'<h2>Energy</h2><div class="frame">{_figure(figure, "energy", PLOT_CONFIG)}</div>'
+        f'<h2>Energy</h2><div class="frame">{embedded(figure, "energy", PLOT_CONFIG)}</div>'
         '<p class="caption">Stacked, where the energy is and what has been lost; dashed, what was '
         f"there at the start and came in from outside since.{share}</p>"
     )
@@ -243,14 +238,10 @@ def _over_time(run: Run, peak_time: float | None) -> str:
 
 def _panels(figures: list[Any], name: str) -> str:
     panels = "".join(
-        f'<div class="frame">{_figure(figure, f"{name}-{k}", PLOT_CONFIG)}</div>'
+        f'<div class="frame">{embedded(figure, f"{name}-{k}", PLOT_CONFIG)}</div>'
         for k, figure in enumerate(figures)
     )
     return f'<div class="panels">{panels}</div>'
-
-
-def _figure(figure: Any, name: str, config: dict[str, Any]) -> str:
-    return str(figure.to_html(full_html=False, include_plotlyjs=False, div_id=name, config=config))
 
 
 def _peak_note(peak_time: float | None) -> str:

@@ -47,7 +47,7 @@ def key_figures(run: Run) -> str:
         tiles.append(_tile(number(value), unit, label, at))
     tiles += _criteria(run)
     tiles.append(_tile(number(float(run.summary.get("steps") or len(run.times) - 1)), "", "Steps"))
-    total = (run.summary.get("timings") or {}).get("total")
+    total = run.told("timings").get("total")
     if total is not None:
         tiles.append(_tile(number(float(total), 3), "s", "Wall time"))
     return f'<div class="figures">{"".join(tiles)}</div>'
@@ -62,7 +62,7 @@ def _criteria(run: Run) -> list[str]:
             f"{criterion} of {sensor}",
             f"t = {span_of(result)} {run.units.time}".strip(),
         )
-        for sensor, facts in (run.summary.get("sensors") or {}).items()
+        for sensor, facts in run.told("sensors").items()
         for criterion, result in (facts.get("criteria") or {}).items()
     ][:_CRITERIA]
 
@@ -70,7 +70,7 @@ def _criteria(run: Run) -> list[str]:
 def inputs_table(run: Run) -> str:
     """Bodies and slaves with their counts."""
     rows = []
-    for name, facts in (run.summary.get("inputs") or {}).items():
+    for name, facts in run.told("inputs").items():
         kind = escape(str(facts.get("kind", "")))
         said = [
             f"{escape(_words(key))} {escape(_shown(value))}"
@@ -110,10 +110,10 @@ def _shown(value: Any) -> str:
 
 def status_table(run: Run) -> str:
     """How many points took each status, summed over the steps, and what those counted mean."""
-    statuses = run.summary.get("statuses") or {}
+    statuses = run.told("statuses")
     if not statuses:
         return ""
-    advice = run.summary.get("advice") or {}
+    advice = run.told("advice")
     names = list(dict.fromkeys(name for counts in statuses.values() for name in counts))
     head = "".join(f'<th class="number">{escape(contact)}</th>' for contact in statuses)
     rows = "".join(
@@ -130,7 +130,7 @@ def status_table(run: Run) -> str:
 
 def timings_table(run: Run) -> str:
     """Seconds by stage; what is lost to compiling stands apart."""
-    timings = {k: float(v) for k, v in (run.summary.get("timings") or {}).items()}
+    timings = {k: float(v) for k, v in run.told("timings").items()}
     total = timings.pop("total", sum(timings.values()))
     if not timings or total <= 0.0:
         return ""

@@ -31,6 +31,11 @@ _NOTHING = 1e-6
 """Share of the largest component below which one is not drawn: it would lie on the axis."""
 
 
+def embedded(figure: Any, name: str, config: dict[str, Any]) -> str:
+    """A figure of plotly as HTML of a page that has the script of plotly."""
+    return str(figure.to_html(full_html=False, include_plotlyjs=False, div_id=name, config=config))
+
+
 def with_unit(label: str, unit: str) -> str:
     """``label [unit]``, or the bare label where there is no unit."""
     return f"{label} [{unit}]" if unit else label

@@ -146,7 +146,7 @@ def _acceleration_figure(run: Run, sensor: str, peak_time: float | None) -> Any 
 
 
 def _told(run: Run, sensor: str) -> dict[str, Any]:
-    return dict((run.summary.get("sensors") or {}).get(sensor) or {})
+    return dict(run.told("sensors").get(sensor) or {})
 
 
 def _mark_criteria(figure: Any, criteria: dict[str, dict[str, float]]) -> None:

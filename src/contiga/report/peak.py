@@ -201,7 +201,7 @@ def _focus(
     focus = focus_of(parts, patch, depth)
     if focus is None:
         return None, None
-    framed = np.concatenate([*(parts[k] for k in focus.parts), focus.corners])
+    framed = focus.points(parts)
     return focus, framed[np.isfinite(framed).all(axis=1)]
 
 

@@ -6,14 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from contiga.report.lines import (
-    add_components,
-    add_line,
-    finish,
-    largest,
-    rows_drawn,
-    with_unit,
-)
+from contiga.report.lines import add_components, add_line, finish, largest, rows_drawn, with_unit
 from contiga.report.run_folder import Run
 from contiga.report.style import INK, LINES, MUTED
 
@@ -122,16 +115,7 @@ def _stack(run: Run, layers: dict[str, Any], top: Any, name: str = "work") -> An
     rows = rows_drawn(top, *shown.values())  # the layers of a stack have their rows in common
     for i, (layer, values) in enumerate(layers.items()):
         if layer in shown:
-            colour = LINES[i % len(LINES)]
-            add_line(
-                figure,
-                run.times[rows],
-                values[rows],
-                layer,
-                unit,
-                color=colour,
-                width=0.8,
-                stackgroup="energy",
-            )
+            look = {"color": LINES[i % len(LINES)], "width": 0.8, "stackgroup": "energy"}
+            add_line(figure, run.times[rows], values[rows], layer, unit, **look)
     add_line(figure, run.times[rows], top[rows], name, unit, color=INK, width=1.6, dash="dash")
     return figure

@@ -69,6 +69,10 @@ class Run(NamedTuple):
     steps: Columns = {}  # noqa: RUF012 (read only)
     """Why steps were as long as they were, by name; empty of steps that were given."""
 
+    def told(self, part: str) -> dict[str, Any]:
+        """A part of the summary; empty where it has none."""
+        return self.summary.get(part) or {}
+
     def total(self, column: str) -> FloatArray:
         """(n,) sum of one column over the contacts."""
         columns = [c[column] for c in self.contacts.values() if column in c]
@@ -105,15 +109,10 @@ def read_run(folder: Path) -> Run:
         folder=folder,
         summary=summary,
         times=history.get("time", np.zeros(0)),
-        contacts=owners.contacts,
         case_text=case.read_text(encoding="utf-8") if case.is_file() else "",
         units=units_of(summary.get("units") or {}),
-        bodies=owners.bodies,
-        sensors=owners.sensors,
-        energy=owners.energy,
-        springs=owners.springs,
         finished=stored.finished,
-        steps=owners.steps,
+        **owners._asdict(),
     )
 
 
@@ -155,10 +154,16 @@ def sort_columns(
     return owners
 
 
+def _written(run: Run, name: str) -> Path | None:
+    """A file of the folder, under the name it has until the run has ended; None where it is not."""
+    path = run.folder / (name if run.finished else f"{name}.part")
+    return path if path.is_file() else None
+
+
 def read_fields(run: Run) -> RecordedFields | None:
     """The fields over time, None where the run wrote none."""
-    path = run.folder / ("fields.vtkhdf" if run.finished else "fields.vtkhdf.part")
-    if not path.is_file():
+    path = _written(run, "fields.vtkhdf")
+    if path is None:
         return None
     from contiga.io.out.vtkhdf import read_fields as read
     from contiga.report.fields import ReadOnce
@@ -169,8 +174,8 @@ def read_fields(run: Run) -> RecordedFields | None:
 
 def read_outlines(run: Run) -> OutlineSeries | None:
     """The outlines of the regions of contact over time, None where the run wrote none."""
-    path = run.folder / ("outlines.vtkhdf" if run.finished else "outlines.vtkhdf.part")
-    if not path.is_file():
+    path = _written(run, "outlines.vtkhdf")
+    if path is None:
         return None
     from contiga.io.out.outlines import read_outlines as read
 

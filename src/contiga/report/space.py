@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.records import FloatArray
 from contiga.report.coloured import ColouredField, fields_of, region_colours
 from contiga.report.frames import Frames, closed, packed, parted
 from contiga.report.lines import CONFIG, FONT, with_unit
@@ -100,9 +101,9 @@ def _in_space(figure: Any, peak: Peak, frames: Frames, units: Units) -> None:
         scene={
             "aspectmode": "data",
             "camera": {
-                "eye": _xyz(eye),
-                "center": _xyz(-0.12 * up),  # room for the labels under the scene
-                "up": _xyz(up),
+                "eye": xyz(eye),
+                "center": xyz(-0.12 * up),  # room for the labels under the scene
+                "up": xyz(up),
                 "projection": {"type": "perspective"},
             },
             **{
@@ -191,41 +192,30 @@ def _restyle(mesh: dict[str, Any], marker: dict[str, Any]) -> dict[str, Any]:
 
 def _outline(peak: Peak, regions: tuple[Outline, ...], key: tuple[int, int], colour: str) -> Any:
     """All lines around one region at the peak; its name has the region's number."""
-    import plotly.graph_objects as go
-
     lines = [closed(o.points) for o in peak.outlines if (o.contact, o.cluster) == key]
-    x, y, z = np.concatenate([*lines, np.zeros((0, 3))]).T
     several = len({o.contact for o in regions}) > 1
     name = f"cluster {key[0]}.{key[1]}" if several else f"cluster {key[1]}"
-    return go.Scatter3d(
-        x=x.astype(np.float32),
-        y=y.astype(np.float32),
-        z=z.astype(np.float32),
-        name=name,
-        mode="lines",
-        line={"color": colour, "width": 5},
-        hoverinfo="name",
-    )
+    points = np.concatenate([*lines, np.zeros((0, 3))])
+    return line_in_space(name, points, {"color": colour, "width": 5})
 
 
 def _ties(peak: Peak, names: Sequence[str]) -> Any:
     """Springs, each a line with its name."""
+    text = [name for name in names for _ in range(3)]
+    look = {"color": SPRING, "width": 5}
+    return line_in_space("springs", parted(peak.ties), look, text=text, hoverinfo="text")
+
+
+def line_in_space(name: str, points: FloatArray, look: dict[str, Any], **more: Any) -> Any:
+    """A line through points (n, 3), broken at NaN; the mouse tells its name."""
     import plotly.graph_objects as go
 
-    x, y, z = parted(peak.ties).astype(np.float32).T
-    return go.Scatter3d(
-        x=x,
-        y=y,
-        z=z,
-        name="springs",
-        mode="lines",
-        line={"color": SPRING, "width": 5},
-        text=[name for name in names for _ in range(3)],
-        hoverinfo="text",
-    )
+    x, y, z = points.astype(np.float32).T
+    more = {"hoverinfo": "name", **more}
+    return go.Scatter3d(x=x, y=y, z=z, name=name, mode="lines", line=look, **more)
 
 
-def _xyz(vector: Any) -> dict[str, float]:
+def xyz(vector: Any) -> dict[str, float]:
     return dict(zip("xyz", (float(c) for c in vector), strict=True))
 
 

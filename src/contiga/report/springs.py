@@ -47,7 +47,7 @@ def spring_table(run: Run) -> str:
 
 
 def _row(run: Run, name: str, columns: Columns) -> str:
-    facts = (run.summary.get("springs") or {}).get(name) or {}
+    facts = run.told("springs").get(name) or {}
     between, cls = " – ".join(facts.get("between") or ()), facts.get("filter")
     force, units = _force(columns), run.units
     at = int(np.argmax(np.abs(force)))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.records import FloatArray
-from contiga.report.lines import PLOT_CONFIG, finish
+from contiga.report.lines import PLOT_CONFIG, embedded, finish
 from contiga.report.run_folder import Run
 from contiga.report.style import LINES, number
 
@@ -21,13 +21,11 @@ PIXEL = 5e-4
 
 def steps_section(run: Run, peak_time: float | None) -> str:
     """The strip and the table of reasons; empty of steps that were given."""
-    reasons = run.summary.get("step_reasons") or {}
+    reasons = run.told("step_reasons")
     if not reasons or not run.steps:
         return ""
     figure = steps_figure(run, reasons, peak_time)
-    drawn = figure.to_html(
-        full_html=False, include_plotlyjs=False, div_id="steps", config=PLOT_CONFIG
-    )
+    drawn = embedded(figure, "steps", PLOT_CONFIG)
     count, unit = sum(one["steps"] for one in reasons["reasons"]), escape(run.units.time)
     said = (
         f"Which reason had the last word on each of {count} steps, and when. The shortest is "

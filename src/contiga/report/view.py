@@ -118,9 +118,8 @@ class View:
             # a piece belongs to the part that either of its ends is in
             kept = part | np.roll(part, 1) | np.roll(part, -1) if opacity == 1.0 else part
             shown = np.where(kept[:, None], at, np.nan)
-            self._axes.plot(
-                *shown.T, alpha=opacity * look_.get("alpha", 1.0), **_without_alpha(look_)
-            )
+            faint = opacity * look_.get("alpha", 1.0)
+            self._axes.plot(*shown.T, **{**look_, "alpha": faint})
         if label:
             self._axes.plot([], [], label=label, **look_)
         return self
@@ -203,10 +202,6 @@ class View:
         with np.errstate(invalid="ignore"):
             seen = screen[:, 2] <= self._depth[row, column] + 6e-3 * self._span
         return screen[:, :2] / _SAMPLES, seen
-
-
-def _without_alpha(style: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in style.items() if name != "alpha"}
 
 
 def _fine(points: FloatArray, step: float) -> FloatArray:

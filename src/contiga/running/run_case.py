@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from contiga.errors import InputError
 from contiga.running.interrupts import stoppable
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from contiga.case.schema import Case
     from contiga.simulation.checks.finding import Finding
     from contiga.simulation.result import Result
+    from contiga.simulation.run import RunOptions
 
 
 SHOWN = 20
@@ -67,20 +68,15 @@ def run(
     """
     from contiga.case import build
     from contiga.report import write_report
+    from contiga.simulation.run import RunOptions
 
     checked = _with_packages(_checked(case), out)
     with stoppable() as stopped, progress_bar(checked.title, quiet=quiet) as show:
         progress = Progress(show, stopped)
-        return build.run(
-            checked,
-            out,
-            resume=resume,
-            strict=strict,
-            settle_only=settle_only,
-            keep=keep,
-            on_finish=write_report,
-            **progress.calls(quiet),
+        how = RunOptions(
+            resume=resume, strict=strict, settle_only=settle_only, keep=keep, on_finish=write_report
         )
+        return build.run(checked, out, progress.told_by(how, quiet))
 
 
 def _with_packages(case: Case, out: str | Path | None) -> Case:
@@ -109,15 +105,15 @@ class Progress:
         self._show, self._stopped = show, stopped
         self._reason = ""
 
-    def calls(self, quiet: bool) -> dict[str, Any]:
-        """What a run is to call."""
-        return {
-            "progress": self.step,
-            "on_check": None if quiet else _warn_of,
-            "on_pace": self.keep_reason,
-            "on_slow": None if quiet else _warn,
-            "on_settle": self.settle,
-        }
+    def told_by(self, how: RunOptions, quiet: bool) -> RunOptions:
+        """How a run is carried out that tells this of its steps."""
+        return how._replace(
+            progress=self.step,
+            on_check=None if quiet else _warn_of,
+            on_pace=self.keep_reason,
+            on_slow=None if quiet else _warn,
+            on_settle=self.settle,
+        )
 
     def keep_reason(self, reason: str) -> None:
         """What set the length of the step, to be shown with it."""

@@ -11,7 +11,7 @@ from contiga.case.build import build
 from contiga.io.out.files import atomic_write
 from contiga.records import FloatArray, IntArray
 from contiga.report.lines import with_unit
-from contiga.report.space import dots, mesh_trace, space_axis
+from contiga.report.space import dots, mesh_trace, space_axis, xyz
 from contiga.report.style import BODY, INK
 from contiga.report.view import View
 from contiga.rigid.frames import to_world
@@ -268,13 +268,7 @@ def map_figure(colour_map: ColourMap, rows: dict[int, int]) -> dict[str, Any]:
     points.hovertemplate = f"%{{text}}<br>{colour_map.label} %{{hovertext}}<extra></extra>"
     points.hovertext = [f"{value:.5g}" for value in colour_map.hit]
     figure = go.Figure([mesh, points])
-    eye = dict(
-        zip(
-            "xyz",
-            (-1.9 * colour_map.towards / np.linalg.norm(colour_map.towards)).tolist(),
-            strict=True,
-        )
-    )
+    eye = xyz(-1.9 * colour_map.towards / np.linalg.norm(colour_map.towards))
     figure.update_layout(
         height=620,
         margin={"l": 0, "r": 0, "t": _BUTTONS, "b": 0},

@@ -17,6 +17,7 @@ from contiga.case.part_cache import PartCache
 from contiga.case.schema import Case, parse_case
 from contiga.errors import ContigaError, ContigaWarning
 from contiga.report import write_report
+from contiga.simulation.run import RunOptions
 from contiga.studies.cases import StudyCase
 from contiga.studies.quantities import Quantity
 from contiga.studies.row import DONE, FAILED, LOST, Row, read_row
@@ -108,9 +109,8 @@ def _run(case: Case, folder: Path, progress: Progress | None) -> Result:
     """As `contiga.run`, but for the parts that cases have in common."""
     with warnings.catch_warnings():  # told in the summary, not on the stream of each worker
         warnings.simplefilter("ignore", ContigaWarning)
-        return run(
-            case, folder, progress=progress, on_finish=write_report, parts=parts_of_process()
-        )
+        how = RunOptions(progress=progress, on_finish=write_report)
+        return run(case, folder, how, parts=parts_of_process())
 
 
 def _collected(base: Base, result: Result) -> dict[str, float]:

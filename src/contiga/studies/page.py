@@ -164,7 +164,7 @@ def page_of(study: StudySpec, data: dict[str, Any], rows: Sequence[Row], picture
 
 
 def _under(study: StudySpec, rows: Sequence[Row]) -> str:
-    failed = sum(row.status != DONE for row in rows)
+    failed = _failed(rows)
     of = "" if study.base is None else f" of {escape(Path(study.base).name)}"
     said = [f"{len(rows)} cases{of}"]
     said += [f"{failed} failed"] if failed else []

@@ -94,22 +94,3 @@ def table_of(
     }
     given = {name: unit for name, unit in (units or {}).items() if unit}
     return Table(columns, tuple(variables), tuple(quantities), given)
-
-
-def read_table(path: Path) -> dict[str, list[Any]]:
-    """Columns of a table of HDF5 by name, in their order."""
-    import h5py
-
-    with h5py.File(path) as file:
-        group = file[_GROUP]
-        names = [str(name) for name in group.attrs["columns"]]
-        return {name: _list(group[name]) for name in names}
-
-
-def _list(dataset: Any) -> list[Any]:
-    import h5py
-
-    if h5py.check_string_dtype(dataset.dtype) is not None:
-        return list(dataset.asstr()[()])
-    values: list[Any] = dataset[()].tolist()
-    return values

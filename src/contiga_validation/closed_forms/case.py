@@ -70,6 +70,9 @@ class Answer(NamedTuple):
         )
 
 
+Run = Callable[[], Answer]
+
+
 class Case(NamedTuple):
     """One comparison with a closed form."""
 
@@ -80,7 +83,29 @@ class Case(NamedTuple):
     formula: str
     scene: str
     """What is set up and how it is measured, a sentence or two."""
-    run: Callable[[], Answer]
+    run: Run
+
+
+class Cases(list[Case]):
+    """The cases of a module, in the order in which it finds their answers.
+
+    Parameters
+    ----------
+    group : of all of them
+    """
+
+    def __init__(self, group: str) -> None:
+        super().__init__()
+        self._group = group
+
+    def add(self, key: str, title: str, formula: str, scene: str) -> Callable[[Run], Run]:
+        """Over a function that answers: the case is one of these."""
+
+        def added(run: Run) -> Run:
+            self.append(Case(key, self._group, title, formula, scene, run))
+            return run
+
+        return added
 
 
 def relative(
@@ -101,6 +126,11 @@ def absolute(what: str, measured: float, expected: float, tolerance: float) -> C
     """A check of the difference itself."""
     error = abs(float(measured) - float(expected))
     return Check(what, float(measured), float(expected), error, float(tolerance))
+
+
+def zero(what: str, measured: float, tolerance: float) -> Check:
+    """A check of what is to be zero."""
+    return absolute(what, measured, 0.0, tolerance)
 
 
 def order_of(of: str, longest: float, error_at: Callable[[float], float], count: int = 3) -> Order:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from importlib import import_module
 
-from contiga.errors import InputError
 from contiga_validation.closed_forms.case import Case
+from contiga_validation.engine import suite
 
 MODULES = (
     "mass",
@@ -46,21 +46,5 @@ def chosen(only: Sequence[str] | None) -> tuple[Case, ...]:
     InputError
         An entry that names no case, or no entries.
     """
-    every = cases()
-    if only is None:
-        return every
-    words = [word.strip() for word in only]
-    for word in words or [""]:
-        if not any(_is_meant(case.key, word) for case in every):
-            raise InputError(
-                "no case has this name",
-                where="only",
-                found=word,
-                allowed=", ".join(case.key for case in every),
-                remedy="The first word of names with a dash stands for all of them",
-            )
-    return tuple(case for case in every if any(_is_meant(case.key, word) for word in words))
-
-
-def _is_meant(key: str, word: str) -> bool:
-    return bool(word) and (key == word or key.startswith(f"{word}-"))
+    remedy = "The first word of names with a dash stands for all of them"
+    return suite.chosen(cases(), only, "-", "case", remedy)

@@ -10,26 +10,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import contiga as cg
-from contiga_validation.closed_forms.case import (
-    ROUNDING,
-    TOLERANCE,
-    Answer,
-    Case,
-    absolute,
-    relative,
-)
+from contiga_validation.closed_forms.case import ROUNDING, TOLERANCE, Answer, Cases, relative, zero
 from contiga_validation.closed_forms.pictures import compared, errors_over
 from contiga_validation.closed_forms.scenes import (
     STILL,
     ball,
     positions,
+    run_of,
     solid_ball,
     spins,
     velocities,
 )
 from contiga_validation.engine.arrays import FloatArray
 
-GROUP = "Collisions"
+CASES = Cases("Collisions")
 RADIUS, APART = 1.0, 1e-3
 ANGLE = math.radians(30.0)
 STIFFNESS = 4000.0
@@ -106,17 +100,18 @@ def meet(
         solid_ball(masses[0], RADIUS, velocity=way, hold=hold),
         solid_ball(masses[1], RADIUS, centre=towards, hold=hold),
     ]
-    simulation = cg.Simulation(
+    run = run_of(
         bodies={"one": (one, free[0]), "two": (ball(), free[1])},
         slaves={"points": (slave, cg.motion.Attached("two"))},
         contacts=[cg.Contact(one, slave, law=law, **options)],
         end=0.3,
         step=step,
     )
-    return Meeting(masses, simulation.run().history)
+    return Meeting(masses, run.history)
 
 
 DOWN = np.array([0.0, 0.0, -1.0])
+_PAIR = "One ball is exact, the points on the other ride with it (Attached)"
 
 
 def _head_on(masses: tuple[float, float], speed: float = 2.0) -> Answer:
@@ -129,10 +124,9 @@ def _head_on(masses: tuple[float, float], speed: float = 2.0) -> Answer:
     checks = (
         relative("speed of the first after it", one[-1], expected[0], scale=speed),
         relative("speed of the second after it", two[-1], expected[1], scale=speed),
-        absolute("momentum, all times", np.abs(momentum - momentum[0]).max() / (m * speed), 0.0,
-                 ROUNDING),
-        absolute("energy balance error after it, by that at the start",
-                 abs(history["energy.error"][-1]) / (0.5 * m * speed**2), 0.0, TOLERANCE),
+        zero("momentum, all times", np.abs(momentum - momentum[0]).max() / (m * speed), ROUNDING),
+        zero("energy balance error after it, by that at the start",
+             abs(history["energy.error"][-1]) / (0.5 * m * speed**2), TOLERANCE),
     )  # fmt: skip
     ends = np.array([t[0], t[-1]])
     draw = compared(
@@ -144,14 +138,32 @@ def _head_on(masses: tuple[float, float], speed: float = 2.0) -> Answer:
     return Answer(checks, draw)
 
 
+@CASES.add(
+    "collision-equal",
+    "Equal balls exchange their velocities",
+    "v₁' = 0, v₂' = v₁",
+    f"{_PAIR}, in rings about the line of centres.",
+)
 def _equal() -> Answer:
     return _head_on((1.5, 1.5))
 
 
+@CASES.add(
+    "collision-unequal",
+    "Unequal balls",
+    "v₁' = v (m − M)/(m + M), v₂' = 2 m v/(m + M)",
+    f"{_PAIR}; the second has three times the mass.",
+)
 def _unequal() -> Answer:
     return _head_on((1.5, 4.5))
 
 
+@CASES.add(
+    "collision-oblique",
+    "Oblique collision of equal balls",
+    "v₁' · v₂' = 0: smooth balls that do not turn part at a right angle",
+    f"{_PAIR}; the line of centres is 30° off the way.",
+)
 def _oblique() -> Answer:
     speed, mass = 2.0, 1.5
     line = np.array([math.sin(ANGLE), 0.0, -math.cos(ANGLE)])
@@ -163,8 +175,8 @@ def _oblique() -> Answer:
     checks = (
         relative("angle between the ways after it, degrees", between, 90.0),
         relative("v₁² + v₂²", sizes[0][-1] ** 2 + sizes[1][-1] ** 2, speed**2),
-        absolute("momentum, all times", np.abs(momentum - momentum[0]).max() / (mass * speed), 0.0,
-                 ROUNDING),
+        zero("momentum, all times", np.abs(momentum - momentum[0]).max() / (mass * speed),
+             ROUNDING),
     )  # fmt: skip
     t = run.history["time"]
     draw = compared(
@@ -175,6 +187,12 @@ def _oblique() -> Answer:
     return Answer(checks, draw)
 
 
+@CASES.add(
+    "closed-system",
+    "Momentum of a closed system",
+    "Σ m v and Σ (x × m v + I ω) constant",
+    f"{_PAIR}, a mesh all over it; with friction, spin and an oblique way.",
+)
 def _closed_system() -> Answer:
     """Friction, spin, an oblique way: all forces are between the two."""
     speed, masses = 2.0, (1.5, 2.5)
@@ -189,47 +207,10 @@ def _closed_system() -> Answer:
     p = np.abs(momentum - momentum[0]).max(axis=1) / size
     L = np.abs(turning - turning[0]).max(axis=1) / size / RADIUS
     checks = (
-        absolute("momentum, all times", p.max(), 0.0, ROUNDING),
-        absolute("angular momentum, all times", L.max(), 0.0, ROUNDING),
-        absolute("energy balance error at the end, by that at the start",
-                 abs(history["energy.error"][-1]) / history["energy.total"][0], 0.0, TOLERANCE),
+        zero("momentum, all times", p.max(), ROUNDING),
+        zero("angular momentum, all times", L.max(), ROUNDING),
+        zero("energy balance error at the end, by that at the start",
+             abs(history["energy.error"][-1]) / history["energy.total"][0], TOLERANCE),
     )  # fmt: skip
     draw = errors_over(("t", "error"), [("momentum", t, p), ("angular momentum", t, L)])
     return Answer(checks, draw)
-
-
-_PAIR = "One ball is exact, the points on the other ride with it (Attached)"
-CASES = (
-    Case(
-        "collision-equal",
-        GROUP,
-        "Equal balls exchange their velocities",
-        "v₁' = 0, v₂' = v₁",
-        f"{_PAIR}, in rings about the line of centres.",
-        _equal,
-    ),
-    Case(
-        "collision-unequal",
-        GROUP,
-        "Unequal balls",
-        "v₁' = v (m − M)/(m + M), v₂' = 2 m v/(m + M)",
-        f"{_PAIR}; the second has three times the mass.",
-        _unequal,
-    ),
-    Case(
-        "collision-oblique",
-        GROUP,
-        "Oblique collision of equal balls",
-        "v₁' · v₂' = 0: smooth balls that do not turn part at a right angle",
-        f"{_PAIR}; the line of centres is 30° off the way.",
-        _oblique,
-    ),
-    Case(
-        "closed-system",
-        GROUP,
-        "Momentum of a closed system",
-        "Σ m v and Σ (x × m v + I ω) constant",
-        f"{_PAIR}, a mesh all over it; with friction, spin and an oblique way.",
-        _closed_system,
-    ),
-)

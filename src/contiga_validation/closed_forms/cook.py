@@ -8,10 +8,12 @@ import numpy as np
 
 import contiga as cg
 from contiga_validation.closed_forms.at_rest import resting
-from contiga_validation.closed_forms.case import Answer, Case, relative
+from contiga_validation.closed_forms.case import Answer, Cases, relative
 from contiga_validation.closed_forms.foam import bricks
 from contiga_validation.closed_forms.matter import GROUP
 from contiga_validation.closed_forms.pictures import compared
+
+CASES = Cases(GROUP)
 
 ELASTIC = cg.materials.Elastic(young=1.0, poisson=1.0 / 3.0)
 RUBBER = cg.materials.NeoHooke(young=240.565, poisson=0.4999)
@@ -59,6 +61,13 @@ def panel(cells: int, *, strain: bool, tolerance: float) -> Raised:
     )
 
 
+@CASES.add(
+    "matter-cook",
+    "Cook's panel in plane stress",
+    "u = 23.965 F/(E t) in the middle of the right side, ν = 1/3",
+    "48 wide, 44 high at the left, 16 at the right, from 44 to 60; one layer of hexahedra of "
+    "one point each, under a small load. Meshes of 2 to 16 cells a side.",
+)
 def _elastic() -> Answer:
     meshes = np.array([2, 4, 8, 16])
     raised = np.array([panel(int(n), strain=False, tolerance=1e-4).middle for n in meshes])
@@ -74,6 +83,12 @@ def _elastic() -> Answer:
     return Answer(checks, draw)
 
 
+@CASES.add(
+    "matter-cook-volume",
+    "Cook's panel that keeps its volume",
+    "u = 7.671 and 8.039 at F = 100, E = 240.565, ν = 0.4999",
+    "The same panel in plane strain, linear as well: what locks goes up by a quarter of it.",
+)
 def _kept() -> Answer:
     meshes = np.array([2, 6])
     raises = [panel(int(n), strain=True, tolerance=2e-3) for n in meshes]
@@ -91,24 +106,3 @@ def _kept() -> Answer:
          for k, name in enumerate(("middle", "corner"))],
     )  # fmt: skip
     return Answer(checks, draw)
-
-
-CASES = (
-    Case(
-        "matter-cook",
-        GROUP,
-        "Cook's panel in plane stress",
-        "u = 23.965 F/(E t) in the middle of the right side, ν = 1/3",
-        "48 wide, 44 high at the left, 16 at the right, from 44 to 60; one layer of hexahedra of "
-        "one point each, under a small load. Meshes of 2 to 16 cells a side.",
-        _elastic,
-    ),
-    Case(
-        "matter-cook-volume",
-        GROUP,
-        "Cook's panel that keeps its volume",
-        "u = 7.671 and 8.039 at F = 100, E = 240.565, ν = 0.4999",
-        "The same panel in plane strain, linear as well: what locks goes up by a quarter of it.",
-        _kept,
-    ),
-)

@@ -7,30 +7,30 @@ import math
 import numpy as np
 
 import contiga as cg
-from contiga_validation.closed_forms.case import (
-    ROUNDING,
-    Answer,
-    Case,
-    absolute,
-    order_of,
-    relative,
-)
+from contiga_validation.closed_forms.case import ROUNDING, Answer, Cases, order_of, relative, zero
 from contiga_validation.closed_forms.pictures import compared
 from contiga_validation.closed_forms.rotation import about
 from contiga_validation.closed_forms.scenes import (
     STILL,
     alone,
     positions,
+    run_of,
     spins,
     turns,
     velocities,
 )
 from contiga_validation.engine.arrays import FloatArray
 
-GROUP = "Flight and loads"
+CASES = Cases("Flight and loads")
 G = 9.81
 
 
+@CASES.add(
+    "ballistic",
+    "Flight with spin",
+    "x = v t + g t²/2, R = exp(ω t) about a principal axis",
+    'Moments 1, 2, 3; step "auto". Exact but for rounding.',
+)
 def _ballistic() -> Answer:
     v, g = np.array([3.0, 1.0, 4.0]), np.array([0.0, 0.0, -G])
     spin = np.array([0.0, 6.0, 0.0])
@@ -40,16 +40,14 @@ def _ballistic() -> Answer:
     way, exact = positions(history), v * t + 0.5 * g * t * t
     turned = about(np.array([0.0, 1.0, 0.0]), 6.0 * t[:, 0])
     checks = (
-        absolute("way, all times", np.abs(way - exact).max(), 0.0, ROUNDING),
-        absolute("velocity, all times", np.abs(velocities(history) - v - g * t).max(), 0.0,
-                 ROUNDING),
-        absolute("orientation, all entries, all times", np.abs(turns(history) - turned).max(), 0.0,
-                 ROUNDING),
-        absolute(
+        zero("way, all times", np.abs(way - exact).max(), ROUNDING),
+        zero("velocity, all times", np.abs(velocities(history) - v - g * t).max(), ROUNDING),
+        zero("orientation, all entries, all times", np.abs(turns(history) - turned).max(),
+             ROUNDING),
+        zero(
             "energy balance error, by the energy at the start",
             np.abs(history["energy.error"]).max() / history["energy.total"][0],
-            0.0,
-            ROUNDING,
+            ROUNDING
         ),
     )  # fmt: skip
     draw = compared(
@@ -68,6 +66,12 @@ def _push(step: float | str) -> dict[str, FloatArray]:
     return alone(motion, end=1.0, step=step, loads=[load]).run().history
 
 
+@CASES.add(
+    "load",
+    "Load over time",
+    "m Δv = ∫F dt, m Δx = ∫(T − t) F dt, C ω = ∫M dt",
+    "Force from a table of three rows (0, 60, 20 N), and a constant moment.",
+)
 def _load() -> Answer:
     history = _push("auto")
     t, x = history["time"], history["body.x"]
@@ -109,6 +113,12 @@ def _circling(t: FloatArray | float) -> tuple[FloatArray, FloatArray]:
     return a / w**2 * (1.0 - np.cos(phase)), a / w**2 * (phase - np.sin(phase))
 
 
+@CASES.add(
+    "follower",
+    "Follower force on a body that turns",
+    "x = F/(m ω²) (1 − cos ω t), y = F/(m ω²) (ω t − sin ω t)",
+    "The force stays along an axis of the body.",
+)
 def _follower() -> Answer:
     history = _rocket("auto")
     t, way = history["time"], positions(history)
@@ -121,9 +131,7 @@ def _follower() -> Answer:
         )
 
     checks = (
-        absolute(
-            "way, all times, by its largest", np.abs(way[:, :2] - exact).max() / size, 0.0, 1e-4
-        ),
+        zero("way, all times, by its largest", np.abs(way[:, :2] - exact).max() / size, 1e-4),
         relative("speed at the end", np.hypot(*velocities(history)[-1, :2]),
                  10.0 / 2.0 / 2.0 * 2.0 * abs(math.sin(5.0))),
     )  # fmt: skip
@@ -136,6 +144,12 @@ def _follower() -> Answer:
 # ---------------------------------------------------------------- load off the centre
 
 
+@CASES.add(
+    "off-centre",
+    "Force beside the centre of mass",
+    "C ω' = F e",
+    "The body's frame is not at its centre of mass; one axis is free.",
+)
 def _off_centre() -> Answer:
     """A force beside the centre of a body that may turn about one axis: it accelerates both."""
     motion = cg.motion.Free(
@@ -153,10 +167,9 @@ def _off_centre() -> Answer:
             2.0 * math.atan2(abs(history["body.qz"][-1]), abs(history["body.qw"][-1])),
             math.pi - abs(0.5 * exact[-1] * t[-1] - math.pi),
         ),
-        absolute(
+        zero(
             "energy less the work of the force",
             np.abs(energy).max() / history["energy.total"][-1],
-            0.0,
             1e-4,
         ),
     )
@@ -166,6 +179,12 @@ def _off_centre() -> Answer:
 # ---------------------------------------------------------------- sled
 
 
+@CASES.add(
+    "sled",
+    "Sled pulse",
+    "Δv = ∫a dt, Δx = v₀ T + ∬a dt²; ΔE = work of the sled",
+    "A trapezoid of deceleration, ms and mm-based units; a body of 75 kg held by a belt.",
+)
 def _sled() -> Answer:
     rows = [[0.0, 0.0], [20.0, -0.15], [60.0, -0.15], [80.0, 0.0]]
     pulse = cg.motion.Accelerated(rows, direction="x", velocity=[12.0, 0.0, 0.0])
@@ -175,15 +194,8 @@ def _sled() -> Answer:
     spring = cg.Spring(
         ("sled", "body"), at=[[-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]], curve=60.0, damping=60.0
     )
-    simulation = cg.Simulation(
-        bodies={"sled": (body, pulse), "body": (body, held)},
-        slaves={},
-        contacts=[],
-        springs=[spring],
-        end=80.0,
-        step="auto",
-    )
-    result = simulation.run(keep=1)
+    bodies = {"sled": (body, pulse), "body": (body, held)}
+    result = run_of(bodies=bodies, springs=[spring], end=80.0, step="auto", keep=1)
     history = result.history
     t = history["time"]
     sled = np.array([state.bodies["sled"].twist.velocity[0] for state in result.states])
@@ -204,47 +216,3 @@ def _sled() -> Answer:
         [("sled, run", t, sled), ("held body, run", t, history["body.vx"])],
     )
     return Answer(checks, draw)
-
-
-CASES = (
-    Case(
-        "ballistic",
-        GROUP,
-        "Flight with spin",
-        "x = v t + g t²/2, R = exp(ω t) about a principal axis",
-        'Moments 1, 2, 3; step "auto". Exact but for rounding.',
-        _ballistic,
-    ),
-    Case(
-        "load",
-        GROUP,
-        "Load over time",
-        "m Δv = ∫F dt, m Δx = ∫(T − t) F dt, C ω = ∫M dt",
-        "Force from a table of three rows (0, 60, 20 N), and a constant moment.",
-        _load,
-    ),
-    Case(
-        "follower",
-        GROUP,
-        "Follower force on a body that turns",
-        "x = F/(m ω²) (1 − cos ω t), y = F/(m ω²) (ω t − sin ω t)",
-        "The force stays along an axis of the body.",
-        _follower,
-    ),
-    Case(
-        "off-centre",
-        GROUP,
-        "Force beside the centre of mass",
-        "C ω' = F e",
-        "The body's frame is not at its centre of mass; one axis is free.",
-        _off_centre,
-    ),
-    Case(
-        "sled",
-        GROUP,
-        "Sled pulse",
-        "Δv = ∫a dt, Δx = v₀ T + ∬a dt²; ΔE = work of the sled",
-        "A trapezoid of deceleration, ms and mm-based units; a body of 75 kg held by a belt.",
-        _sled,
-    ),
-)

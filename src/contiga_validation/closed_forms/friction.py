@@ -8,19 +8,12 @@ from typing import Any
 import numpy as np
 
 import contiga as cg
-from contiga_validation.closed_forms.case import (
-    TOLERANCE,
-    Answer,
-    Case,
-    absolute,
-    order_of,
-    relative,
-)
+from contiga_validation.closed_forms.case import TOLERANCE, Answer, Cases, order_of, relative, zero
 from contiga_validation.closed_forms.pictures import compared
-from contiga_validation.closed_forms.scenes import ball, floor, solid_ball, when
+from contiga_validation.closed_forms.scenes import ball, floor, run_of, solid_ball, when
 from contiga_validation.engine.arrays import FloatArray
 
-GROUP = "Friction"
+CASES = Cases("Friction")
 G, MASS = 9.81, 2.0
 STIFF = 1e3
 UPRIGHT = ("y", "rx", "ry", "rz")
@@ -39,29 +32,27 @@ def block(
     feet = cg.Slave([(x, y, -sink) for x, y in corners], area=np.ones(4), name="feet")
     plate = floor()
     motion = cg.motion.Free(MASS, velocity=(speed, 0.0, 0.0), centre=(0.0, 0.0, 1.0), hold=UPRIGHT)
-    return (
-        cg.Simulation(
-            bodies={"floor": plate, "block": (ball(centre=(0.0, 0.0, 1.0)), motion)},
-            slaves={"feet": (feet, cg.motion.Attached("block"))},
-            contacts=[
-                cg.Contact(
-                    plate, feet, law=cg.PenaltyLaw(STIFF), friction=friction,
-                    search="penetration",
-                )
-            ],
-            gravity=pull,
-            end=end,
-            step=step,
-        )
-        .run()
-        .history
-    )  # fmt: skip
+    law = cg.PenaltyLaw(STIFF)
+    return run_of(
+        bodies={"floor": plate, "block": (ball(centre=(0.0, 0.0, 1.0)), motion)},
+        slaves={"feet": (feet, cg.motion.Attached("block"))},
+        contacts=[cg.Contact(plate, feet, law=law, friction=friction, search="penetration")],
+        gravity=pull,
+        end=end,
+        step=step,
+    ).history
 
 
 # Coulomb's law sticks by springs as stiff as the normal ones: a foot that is pushed slides once it
 # has gone by δ = μ N/k.
 
 
+@CASES.add(
+    "block-stops",
+    "Block stopped by friction",
+    "x = v²/(2 μ g) + δ/2, δ = μ N/k_t",
+    "Four feet on a plane; each sticks by a spring that slides once it is stretched by δ.",
+)
 def _stops() -> Answer:
     mu, speed, soft = 0.3, 1.0, 0.25 * STIFF
     slide, lasts = speed**2 / (2.0 * mu * G), speed / (mu * G)
@@ -80,6 +71,12 @@ def _stops() -> Answer:
     return Answer(checks, draw)
 
 
+@CASES.add(
+    "block-slips",
+    "Block that slides down an incline",
+    "a = g (sin θ − μ cos θ), from where the springs of its feet let it go",
+    "θ = 30°, μ = 0.3; the block hangs on the springs of its feet first.",
+)
 def _slips() -> Answer:
     mu, slope, end = 0.3, math.radians(30.0), 0.5
     pull = G * (math.sin(slope) - mu * math.cos(slope))
@@ -116,6 +113,12 @@ def _slips() -> Answer:
     )
 
 
+@CASES.add(
+    "block-sticks",
+    "Block that sticks on an incline",
+    "x = (m g sin θ/k_t) (1 − cos ω t), no heat",
+    "θ = 15°, μ = 0.7: it swings on the springs of its feet, and never slides.",
+)
 def _sticks() -> Answer:
     mu, slope = 0.7, math.radians(15.0)
     sag, omega = MASS * G * math.sin(slope) / (4.0 * STIFF), math.sqrt(4.0 * STIFF / MASS)
@@ -130,10 +133,10 @@ def _sticks() -> Answer:
 
     checks = (
         relative("largest way", x.max(), 2.0 * sag),
-        absolute("way in half a period, by the largest",
-                 np.abs(x - exact)[t <= 0.5 * end].max() / (2.0 * sag), 0.0, TOLERANCE),
-        absolute("heat, by the energy in the springs",
-                 history["energy.friction"][-1] / (0.5 * 4.0 * STIFF * sag**2), 0.0, TOLERANCE),
+        zero("way in half a period, by the largest",
+             np.abs(x - exact)[t <= 0.5 * end].max() / (2.0 * sag), TOLERANCE),
+        zero("heat, by the energy in the springs",
+             history["energy.friction"][-1] / (0.5 * 4.0 * STIFF * sag**2), TOLERANCE),
     )  # fmt: skip
     draw = compared(("t", "x"), [("formula", t, exact)], [("run", t, x)])
     return Answer(checks, draw, order_of("way after a quarter of a period", end / 40, error))
@@ -165,17 +168,23 @@ def roll(
     contact = cg.Contact(
         plate, arc, law=cg.PenaltyLaw(each), friction=cg.Coulomb(friction), search="penetration"
     )
-    return (
-        cg.Simulation(
-            bodies={"floor": plate, "ball": (ball(), motion)},
-            slaves={"arc": (arc, cg.motion.Attached("ball"))},
-            contacts=[contact], gravity=pull, end=end, step=step,
-        )
-        .run()
-        .history
-    )  # fmt: skip
+    return run_of(
+        bodies={"floor": plate, "ball": (ball(), motion)},
+        slaves={"arc": (arc, cg.motion.Attached("ball"))},
+        contacts=[contact],
+        gravity=pull,
+        end=end,
+        step=step,
+    ).history
 
 
+@CASES.add(
+    "roll-sliding",
+    "Ball that slides and comes to roll",
+    "v = 5/7 v₀ after 2 v₀/(7 μ g)",
+    "Points on an arc under the ball; sunk in by 1e-4 of its radius. Until they slide, points "
+    "go by μ λ: half of 4/5 of that counts as time.",
+)
 def _comes_to_roll() -> Answer:
     mu, speed = 0.5, 1.0
     slide = 2.0 * speed / (7.0 * mu * G)
@@ -200,6 +209,12 @@ def _comes_to_roll() -> Answer:
     return Answer(checks, draw)
 
 
+@CASES.add(
+    "roll-down",
+    "Ball that rolls down an incline",
+    "a = 5/7 g sin θ",
+    "sin θ = 0.02, 800 equal steps; on an elastic bed it creeps by a share of sin θ √(d/R).",
+)
 def _rolls_down() -> Answer:
     slope, end, step = 0.02, 0.4, 5e-4
     pull = 5.0 / 7.0 * G * math.sin(slope)
@@ -213,48 +228,3 @@ def _rolls_down() -> Answer:
     return Answer(
         checks, compared(("t", "x"), [("formula", t, 0.5 * pull * t * t)], [("run", t, x)])
     )
-
-
-CASES = (
-    Case(
-        "block-stops",
-        GROUP,
-        "Block stopped by friction",
-        "x = v²/(2 μ g) + δ/2, δ = μ N/k_t",
-        "Four feet on a plane; each sticks by a spring that slides once it is stretched by δ.",
-        _stops,
-    ),
-    Case(
-        "block-slips",
-        GROUP,
-        "Block that slides down an incline",
-        "a = g (sin θ − μ cos θ), from where the springs of its feet let it go",
-        "θ = 30°, μ = 0.3; the block hangs on the springs of its feet first.",
-        _slips,
-    ),
-    Case(
-        "block-sticks",
-        GROUP,
-        "Block that sticks on an incline",
-        "x = (m g sin θ/k_t) (1 − cos ω t), no heat",
-        "θ = 15°, μ = 0.7: it swings on the springs of its feet, and never slides.",
-        _sticks,
-    ),
-    Case(
-        "roll-sliding",
-        GROUP,
-        "Ball that slides and comes to roll",
-        "v = 5/7 v₀ after 2 v₀/(7 μ g)",
-        "Points on an arc under the ball; sunk in by 1e-4 of its radius. Until they slide, points "
-        "go by μ λ: half of 4/5 of that counts as time.",
-        _comes_to_roll,
-    ),
-    Case(
-        "roll-down",
-        GROUP,
-        "Ball that rolls down an incline",
-        "a = 5/7 g sin θ",
-        "sin θ = 0.02, 800 equal steps; on an elastic bed it creeps by a share of sin θ √(d/R).",
-        _rolls_down,
-    ),
-)

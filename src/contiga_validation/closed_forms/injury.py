@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from contiga import criteria
-from contiga_validation.closed_forms.case import Answer, Case, Check, order_of, relative
+from contiga_validation.closed_forms.case import Answer, Cases, Check, order_of, relative
 from contiga_validation.closed_forms.pictures import Drawing, compared
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import INK, LINES
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 EXACT = 1e-12
-GROUP = "Injury criteria"
+CASES = Cases("Injury criteria")
 PEAK, LENGTH = 100.0, 0.02
 
 
@@ -27,6 +27,12 @@ def _half_sine(n: int) -> tuple[FloatArray, FloatArray]:
     return t, np.abs(PEAK * np.sin(math.pi * t / LENGTH))
 
 
+@CASES.add(
+    "hic-sine",
+    "HIC of a half sine",
+    "cos φ = 0.6 sin φ / φ, HIC = (2 φ T/π) (A sin φ / φ)^2.5",
+    f"{PEAK:g} g for {1e3 * LENGTH:g} ms, sampled; the window is searched, not given.",
+)
 def _hic_sine() -> Answer:
     # The best window is symmetric, and the signal at its ends 0.6 of the mean (Chou and Nyquist).
     half = brentq(lambda x: math.cos(x) - 0.6 * math.sin(x) / x, 0.1, 1.5, xtol=1e-15)
@@ -60,6 +66,12 @@ def _window(t: FloatArray, a: FloatArray, start: float, end: float) -> Drawing:
     return draw
 
 
+@CASES.add(
+    "hic-lines",
+    "HIC of a triangle and of a constant",
+    "triangle: window 4/7 of the base, HIC = (4 T/7) (5 A/7)^2.5; constant: T₁₅ A^2.5",
+    "Straight lines between samples are exact.",
+)
 def _hic_lines() -> Answer:
     base, share = 0.02, 4.0 / 7.0
     t, a = np.array([0.0, base / 2, base]), np.array([0.0, PEAK, 0.0])
@@ -78,6 +90,12 @@ def _hic_lines() -> Answer:
     return Answer(checks, _window(fine, np.interp(fine, t, a), found.start, found.end))
 
 
+@CASES.add(
+    "clip",
+    "3 ms value",
+    "triangle: A (1 − 3 ms/T); half sine: A cos(π · 3 ms / 2 T)",
+    "The largest level that the signal stays above for 3 ms.",
+)
 def _clip() -> Answer:
     base = 0.02
     t, a = np.array([0.0, base / 2, base]), np.array([0.0, PEAK, 0.0])
@@ -110,6 +128,12 @@ def _gain(cls: int, frequency: float) -> float:
     return float(np.hypot(*np.linalg.lstsq(basis, passed, rcond=None)[0]))
 
 
+@CASES.add(
+    "cfc",
+    "Filters CFC 60 to 1000 at their corner",
+    "|H(CFC / 0.6)| = 1/√2 (SAE J211-1)",
+    "A long sine, 1000 samples a period, through each filter; amplitude by least squares.",
+)
 def _cfc() -> Answer:
     checks: list[Check] = []
     for cls in (60, 180, 600, 1000):
@@ -130,39 +154,3 @@ def _cfc() -> Answer:
             [("measured", asked, gains)],
         ),
     )
-
-
-CASES = (
-    Case(
-        "hic-sine",
-        GROUP,
-        "HIC of a half sine",
-        "cos φ = 0.6 sin φ / φ, HIC = (2 φ T/π) (A sin φ / φ)^2.5",
-        f"{PEAK:g} g for {1e3 * LENGTH:g} ms, sampled; the window is searched, not given.",
-        _hic_sine,
-    ),
-    Case(
-        "hic-lines",
-        GROUP,
-        "HIC of a triangle and of a constant",
-        "triangle: window 4/7 of the base, HIC = (4 T/7) (5 A/7)^2.5; constant: T₁₅ A^2.5",
-        "Straight lines between samples are exact.",
-        _hic_lines,
-    ),
-    Case(
-        "clip",
-        GROUP,
-        "3 ms value",
-        "triangle: A (1 − 3 ms/T); half sine: A cos(π · 3 ms / 2 T)",
-        "The largest level that the signal stays above for 3 ms.",
-        _clip,
-    ),
-    Case(
-        "cfc",
-        GROUP,
-        "Filters CFC 60 to 1000 at their corner",
-        "|H(CFC / 0.6)| = 1/√2 (SAE J211-1)",
-        "A long sine, 1000 samples a period, through each filter; amplitude by least squares.",
-        _cfc,
-    ),
-)

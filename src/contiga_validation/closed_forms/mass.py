@@ -9,13 +9,14 @@ from itertools import product
 import numpy as np
 
 import contiga as cg
-from contiga_validation.closed_forms.case import Answer, Case, Check, absolute, relative
+from contiga_validation.closed_forms.case import Answer, Cases, Check, relative, zero
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import INK, LINES
 
 DENSITY = 2.5
 EXACT = 1e-12
-GROUP = "Mass properties"
+CASES = Cases("Mass properties")
+_HOW = "Gauss's rule on the exact faces, by the divergence theorem; all ten numbers."
 
 
 def box(a: float, b: float, c: float) -> cg.Body:
@@ -54,12 +55,12 @@ def _answer(body: cg.Body, volume: float, centre: FloatArray, inertia: FloatArra
     miss = np.abs(found.inertia - truth).max() / np.abs(truth).max()
     checks: tuple[Check, ...] = (
         relative("mass", found.mass, DENSITY * volume, EXACT),
-        absolute("centre, by the size", np.abs(found.centre - centre).max() / size, 0.0, EXACT),
+        zero("centre, by the size", np.abs(found.centre - centre).max() / size, EXACT),
         *(
             relative(f"I{axis}{axis}", found.inertia[k, k], truth[k, k], EXACT)
             for k, axis in enumerate("xyz")
         ),
-        absolute("inertia, all entries", miss, 0.0, EXACT),
+        zero("inertia, all entries", miss, EXACT),
     )
     return Answer(checks, _outline(body, found.centre))
 
@@ -79,6 +80,7 @@ def _outline(body: cg.Body, centre: FloatArray) -> Callable[..., None]:
     return draw
 
 
+@CASES.add("mass-box", "Box", "m = ρ a b c, I_xx = m (b² + c²)/12", _HOW)
 def _box() -> Answer:
     a, b, c = 3.0, 2.0, 1.2
     V = a * b * c
@@ -86,6 +88,9 @@ def _box() -> Answer:
     return _answer(box(a, b, c), V, np.zeros(3), I)
 
 
+@CASES.add(
+    "mass-torus", "Torus", "m = 2 π² ρ R r², I_zz = m (R² + 3 r²/4), I_xx = m (R²/2 + 5 r²/8)", _HOW
+)
 def _torus() -> Answer:
     R, r = 3.0, 1.0
     V = 2.0 * math.pi**2 * R * r * r
@@ -94,6 +99,12 @@ def _torus() -> Answer:
     return _answer(cg.Body(cg.shapes.torus(major=R, minor=r)), V, np.zeros(3), I)
 
 
+@CASES.add(
+    "mass-cone",
+    "Cone",
+    "m = ρ π r² h/3, z = h/4, I_zz = 3 m r²/10, I_xx = m (3 r²/20 + 3 h²/80)",
+    _HOW,
+)
 def _cone() -> Answer:
     r, h = 1.5, 2.0
     V = math.pi * r * r * h / 3.0
@@ -103,6 +114,12 @@ def _cone() -> Answer:
     )
 
 
+@CASES.add(
+    "mass-void",
+    "Ball with a void off its centre",
+    "m = ρ 4 π (R³ − r³)/3, x = −r³ e/(R³ − r³), inertia by the parallel axes",
+    _HOW,
+)
 def _hollow() -> Answer:
     R, r, e = 2.0, 0.7, 1.0
     outer, void = (4.0 / 3.0 * math.pi * s**3 for s in (R, r))
@@ -112,33 +129,3 @@ def _hollow() -> Answer:
     across = np.diag([0.0, 1.0, 1.0])
     I += (outer * x * x - void * (e - x) ** 2) * across
     return _answer(hollow_ball(R, r, e), V, np.array([x, 0.0, 0.0]), I)
-
-
-_HOW = "Gauss's rule on the exact faces, by the divergence theorem; all ten numbers."
-CASES = (
-    Case("mass-box", GROUP, "Box", "m = ρ a b c, I_xx = m (b² + c²)/12", _HOW, _box),
-    Case(
-        "mass-torus",
-        GROUP,
-        "Torus",
-        "m = 2 π² ρ R r², I_zz = m (R² + 3 r²/4), I_xx = m (R²/2 + 5 r²/8)",
-        _HOW,
-        _torus,
-    ),
-    Case(
-        "mass-cone",
-        GROUP,
-        "Cone",
-        "m = ρ π r² h/3, z = h/4, I_zz = 3 m r²/10, I_xx = m (3 r²/20 + 3 h²/80)",
-        _HOW,
-        _cone,
-    ),
-    Case(
-        "mass-void",
-        GROUP,
-        "Ball with a void off its centre",
-        "m = ρ 4 π (R³ − r³)/3, x = −r³ e/(R³ − r³), inertia by the parallel axes",
-        _HOW,
-        _hollow,
-    ),
-)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from base64 import b64encode
 from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
@@ -12,6 +11,7 @@ from typing import Any, NamedTuple
 
 from contiga import style
 from contiga_validation.closed_forms.case import LEAST_ORDER, Answer, Case, Check, Order
+from contiga_validation.engine.page import heading, image
 
 _TITLE = "contiga against closed forms"
 _ABOUT = (
@@ -43,7 +43,9 @@ def page(shown: Sequence[Shown], facts: dict[str, Any]) -> str:
     shown : the cases in the order of the page
     facts : version and machine, from `contiga_validation.engine.table_files.machine`
     """
-    parts = [_heading(shown, facts), _summary(shown)]
+    took = f" · {style.number(sum(entry.seconds for entry in shown), 3)} s"
+    head = heading("verification", _TITLE, _ABOUT, facts, took)
+    parts = [head + _verdict(shown), _summary(shown)]
     for group, entries in groupby(shown, lambda entry: entry.case.group):
         parts.append(f"<h2>{escape(group)}</h2>")
         parts += [_section(entry) for entry in entries]
@@ -54,23 +56,12 @@ def page(shown: Sequence[Shown], facts: dict[str, Any]) -> str:
     return style.page(_TITLE, "\n".join(parts), css=css)
 
 
-def _heading(shown: Sequence[Shown], facts: dict[str, Any]) -> str:
-    said = (
-        f"finished {facts['finished']} · {facts['processor']}, {facts['threads']} threads · "
-        f"{facts['system']} · Python {facts['python']}, NumPy {facts['numpy']}, "
-        f"Numba {facts['numba']} · {style.number(sum(e.seconds for e in shown), 3)} s"
-    )
+def _verdict(shown: Sequence[Shown]) -> str:
     broken = [entry for entry in shown if not entry.answer.holds]
-    verdict = f'<p class="verdict">✓ All {len(shown)} cases hold.</p>'
-    if broken:
-        names = ", ".join(_link(entry.case) for entry in broken)
-        verdict = (
-            f'<p class="verdict bad">✗ {len(broken)} of {len(shown)} cases do not hold: {names}</p>'
-        )
-    return (
-        f'<div class="maker"><b>contiga</b> {escape(facts["version"])} · verification</div>'
-        f'<h1>{_TITLE}</h1><p class="under">{escape(said)}</p><p>{_ABOUT}</p>{verdict}'
-    )
+    if not broken:
+        return f'<p class="verdict">✓ All {len(shown)} cases hold.</p>'
+    names = ", ".join(_link(entry.case) for entry in broken)
+    return f'<p class="verdict bad">✗ {len(broken)} of {len(shown)} cases do not hold: {names}</p>'
 
 
 def _link(case: Case) -> str:
@@ -115,14 +106,12 @@ def _summary(shown: Sequence[Shown]) -> str:
 
 def _section(entry: Shown) -> str:
     case, answer = entry.case, entry.answer
-    image = b64encode(entry.picture).decode("ascii")
     rows = "".join(_check_row(check) for check in answer.checks)
     parts = [
         f'<section id="{escape(case.key)}">',
         f'<h3 class="title">{_mark(answer.holds)} {escape(case.title)}</h3>',
         f'<p class="formula">{escape(case.formula)}</p><p>{escape(case.scene)}</p>',
-        f'<figure><img alt="{escape(case.title)}" width="{round(132 * SIZE[0])}" '
-        f'src="data:image/png;base64,{image}"></figure>',
+        f"<figure>{image(case.title, SIZE[0], entry.picture)}</figure>",
         '<div class="wide"><table><thead><tr><th></th><th>Number</th>'
         '<th class="number">Measured</th><th class="number">Formula</th>'
         '<th class="number">Error</th><th class="number">Tolerance</th></tr></thead>'

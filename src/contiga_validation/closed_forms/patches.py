@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import contiga as cg
-from contiga_validation.closed_forms.case import Answer, Case, absolute
+from contiga_validation.closed_forms.case import Answer, Cases, zero
 from contiga_validation.closed_forms.foam import bricks
 from contiga_validation.closed_forms.matter import GROUP
 from contiga_validation.closed_forms.pictures import errors_over
 from contiga_validation.engine.arrays import FloatArray, IntArray
+
+CASES = Cases(GROUP)
 
 EXACT = 1e-12
 """By the largest force that the same strain makes anywhere."""
@@ -133,6 +135,13 @@ def _turned(patch: Patch, angles: FloatArray, size: float) -> Missed:
     return Missed(*missed / size)
 
 
+@CASES.add(
+    "matter-patch",
+    "Even strains, rigid motions and turned scenes",
+    "Σ f = 0 inside,  f(R X + c) = 0,  f(R x + c) = R f(x)",
+    "Three elements each way with nodes anywhere inside, of each kind and material: forces by "
+    "the largest of an even strain of a fifth, at twelve turns and places.",
+)
 def _patch() -> Answer:
     angles = np.linspace(0.0, 2.0 * np.pi, 13)
     uneven, found = 0.0, {}
@@ -141,11 +150,11 @@ def _patch() -> Answer:
         uneven = max(uneven, inside / size)
         found[patch.name] = _turned(patch, angles, size)
     checks = (
-        absolute("patch test: force on an inner node under an even strain", uneven, 0.0, EXACT),
-        absolute("rigid motions: force on any node",
-                 max(one.rigid.max() for one in found.values()), 0.0, EXACT),
-        absolute("turned as a whole: force off the one turned along",
-                 max(one.carried.max() for one in found.values()), 0.0, EXACT),
+        zero("patch test: force on an inner node under an even strain", uneven, EXACT),
+        zero("rigid motions: force on any node",
+             max(one.rigid.max() for one in found.values()), EXACT),
+        zero("turned as a whole: force off the one turned along",
+             max(one.carried.max() for one in found.values()), EXACT),
     )  # fmt: skip
     worst = {
         kind: np.max([one.carried for name, one in found.items() if name.startswith(kind)], axis=0)
@@ -156,16 +165,3 @@ def _patch() -> Answer:
         [(kind, angles, errors) for kind, errors in worst.items()],
     )
     return Answer(checks, draw)
-
-
-CASES = (
-    Case(
-        "matter-patch",
-        GROUP,
-        "Even strains, rigid motions and turned scenes",
-        "Σ f = 0 inside,  f(R X + c) = 0,  f(R x + c) = R f(x)",
-        "Three elements each way with nodes anywhere inside, of each kind and material: forces by "
-        "the largest of an even strain of a fifth, at twelve turns and places.",
-        _patch,
-    ),
-)

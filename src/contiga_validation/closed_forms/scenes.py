@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -35,6 +35,21 @@ def solid_ball(mass: float, radius: float, **motion: Any) -> cg.motion.Free:
 def floor(size: float = 40.0, height: float = 0.0) -> cg.Body:
     """A large plane face, free above."""
     return cg.Body([cg.shapes.plane(width=size, length=size, centre=(0.0, 0.0, height))])
+
+
+def run_of(
+    *,
+    bodies: Mapping[str, Any] | None = None,
+    slaves: Mapping[str, Any] | None = None,
+    contacts: Sequence[cg.Contact] = (),
+    keep: int | None = None,
+    **options: Any,
+) -> cg.Result:
+    """A run of what there is."""
+    simulation = cg.Simulation(
+        bodies=bodies or {}, slaves=slaves or {}, contacts=contacts, **options
+    )
+    return simulation.run(keep=keep)
 
 
 def alone(motion: cg.motion.Free, **options: Any) -> cg.Simulation:
@@ -82,12 +97,7 @@ def when(times: FloatArray, values: FloatArray, rates: FloatArray, *, after: int
     h = float(times[i + 1] - times[i])
 
     def at(s: float) -> float:
-        return float(
-            (1 + 2 * s) * (1 - s) ** 2 * values[i]
-            + s * (1 - s) ** 2 * h * rates[i]
-            + s * s * (3 - 2 * s) * values[i + 1]
-            - s * s * (1 - s) * h * rates[i + 1]
-        )
+        return _cubic(values[i : i + 2], rates[i : i + 2], h, s)
 
     return float(times[i]) + h * float(brentq(at, 0.0, 1.0, xtol=1e-14))
 
@@ -96,10 +106,14 @@ def value_at(times: FloatArray, values: FloatArray, rates: FloatArray, t: float)
     """What Hermite's cubic has at the time `t`."""
     i = min(max(int(np.searchsorted(times, t)) - 1, 0), len(times) - 2)
     h = times[i + 1] - times[i]
-    s = (t - times[i]) / h
+    return _cubic(values[i : i + 2], rates[i : i + 2], h, (t - times[i]) / h)
+
+
+def _cubic(values: FloatArray, rates: FloatArray, h: float, s: float) -> float:
+    """Hermite's, at a share of the way between two rows that are `h` apart."""
     return float(
-        (1 + 2 * s) * (1 - s) ** 2 * values[i]
-        + s * (1 - s) ** 2 * h * rates[i]
-        + s * s * (3 - 2 * s) * values[i + 1]
-        - s * s * (1 - s) * h * rates[i + 1]
+        (1 + 2 * s) * (1 - s) ** 2 * values[0]
+        + s * (1 - s) ** 2 * h * rates[0]
+        + s * s * (3 - 2 * s) * values[1]
+        - s * s * (1 - s) * h * rates[1]
     )

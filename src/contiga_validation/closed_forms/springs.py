@@ -13,16 +13,24 @@ from contiga_validation.closed_forms.case import (
     ROUNDING,
     TOLERANCE,
     Answer,
-    Case,
-    absolute,
+    Cases,
     order_of,
     relative,
+    zero,
 )
 from contiga_validation.closed_forms.pictures import compared
-from contiga_validation.closed_forms.scenes import STILL, alone, ball, positions, velocities, when
+from contiga_validation.closed_forms.scenes import (
+    STILL,
+    alone,
+    ball,
+    positions,
+    run_of,
+    velocities,
+    when,
+)
 from contiga_validation.engine.arrays import FloatArray
 
-GROUP = "Springs and the critical step"
+CASES = Cases("Springs and the critical step")
 STIFFNESS, MASS = 80.0, 5.0
 OMEGA = math.sqrt(STIFFNESS / MASS)
 ALONG_X = ("y", "z", *STILL)
@@ -36,6 +44,12 @@ def _on_spring(damping: float = 0.0, speed: float = 2.0, **options: Any) -> cg.S
     return alone(motion, springs=[spring], **options)
 
 
+@CASES.add(
+    "spring",
+    "Mass on a spring",
+    "x = v₀/ω sin ω t, ω = √(k/m)",
+    'One mass, one spring to the ground; step "auto" lags by some 3e-5 of the time.',
+)
 def _swing() -> Answer:
     period = 2.0 * math.pi / OMEGA
     history = _on_spring(end=2.0 * period, step="auto").run().history
@@ -50,8 +64,8 @@ def _swing() -> Answer:
         return abs(float(run["body.x"][-1])) / size
 
     checks = (
-        absolute("way in the first half period, by the amplitude",
-                 np.abs(x - exact)[half].max() / size, 0.0, TOLERANCE),
+        zero("way in the first half period, by the amplitude",
+             np.abs(x - exact)[half].max() / size, TOLERANCE),
         relative("period", (last - when(t, v, a)) / 1.5, period),
         relative("amplitude", np.abs(x).max(), size),
         relative("energy, at the end", history["energy.total"][-1], history["energy.total"][0]),
@@ -60,6 +74,12 @@ def _swing() -> Answer:
     return Answer(checks, draw, order_of("way after two periods", period / 50, error))
 
 
+@CASES.add(
+    "damper",
+    "Mass on a spring and a damper",
+    "x = v₀/β e^(−δ t) sin β t, δ = c/2m, β = √(ω² − δ²)",
+    "As before, with a damper of 15 % of the critical one.",
+)
 def _decay() -> Answer:
     damping, end = 6.0, 3.0
     rate = 0.5 * damping / MASS
@@ -78,8 +98,8 @@ def _decay() -> Answer:
         return abs(float(run["body.x"][-1] - exact(end))) / size
 
     checks = (
-        absolute("way in the first half period, by its largest",
-                 np.abs(x - exact(t))[t <= math.pi / beat].max() / size, 0.0, TOLERANCE),
+        zero("way in the first half period, by its largest",
+             np.abs(x - exact(t))[t <= math.pi / beat].max() / size, TOLERANCE),
         relative("energy the damper took", history["energy.damping"][-1], lost),
     )  # fmt: skip
     draw = compared(("t", "x"), [("formula", t, exact(t))], [("run", t, x)])
@@ -96,6 +116,12 @@ def _pendulum_run(end: float, step: float | str) -> dict[str, FloatArray]:
     )
 
 
+@CASES.add(
+    "pendulum",
+    "Spring pendulum",
+    "x = x₀ + (x(0) − x₀) cos ω t + v₀/ω sin ω t, x₀ = hook − g m/k",
+    "A spring of no length at rest under gravity: the mass goes on an ellipse.",
+)
 def _pendulum() -> Answer:
     end = math.pi / OMEGA
     history = _pendulum_run(end, "auto")
@@ -116,9 +142,9 @@ def _pendulum() -> Answer:
         return float(np.abs(positions(_pendulum_run(end, step))[-1] - exact(end)).max()) / size
 
     checks = (
-        absolute("place in half a period, by the swing", np.abs(way - exact(t)).max() / size, 0.0,
-                 TOLERANCE),
-        absolute("angular momentum about the rest", kept, 0.0, ROUNDING),
+        zero("place in half a period, by the swing", np.abs(way - exact(t)).max() / size,
+             TOLERANCE),
+        zero("angular momentum about the rest", kept, ROUNDING),
     )  # fmt: skip
     draw = compared(
         ("y", "z"),
@@ -135,16 +161,16 @@ def _pair_run(end: float, step: float | str) -> dict[str, FloatArray]:
     spring = cg.Spring(("one", "two"), at=[[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]], curve=STIFFNESS)
     one = cg.motion.Free(2.0, velocity=(3.0, 0.0, 0.0), hold=STILL)
     two = cg.motion.Free(6.0, centre=(3.0, 0.0, 0.0), hold=STILL)
-    return (
-        cg.Simulation(
-            bodies={"one": (ball(), one), "two": (ball(centre=(3.0, 0.0, 0.0)), two)},
-            slaves={}, contacts=[], springs=[spring], end=end, step=step,
-        )
-        .run()
-        .history
-    )  # fmt: skip
+    bodies = {"one": (ball(), one), "two": (ball(centre=(3.0, 0.0, 0.0)), two)}
+    return run_of(bodies=bodies, springs=[spring], end=end, step=step).history
 
 
+@CASES.add(
+    "spring-pair",
+    "Two bodies and a spring",
+    "s = s₀ sin ω t, ω² = k (1/m₁ + 1/m₂); m₁ v₁ + m₂ v₂ constant",
+    "One is pushed, the other follows.",
+)
 def _pair() -> Answer:
     omega = math.sqrt(STIFFNESS * (1.0 / 2.0 + 1.0 / 6.0))
     end = math.pi / omega
@@ -158,9 +184,9 @@ def _pair() -> Answer:
         return abs(float(run["two.x"][-1] - run["one.x"][-1] - 3.0)) * omega / 3.0
 
     checks = (
-        absolute("stretch in half a period, by its largest",
-                 np.abs(stretch - exact).max() * omega / 3.0, 0.0, TOLERANCE),
-        absolute("momentum", np.abs(momentum - momentum[0]).max() / 6.0, 0.0, ROUNDING),
+        zero("stretch in half a period, by its largest",
+             np.abs(stretch - exact).max() * omega / 3.0, TOLERANCE),
+        zero("momentum", np.abs(momentum - momentum[0]).max() / 6.0, ROUNDING),
         relative("way of the centre of mass", (2.0 * one[-1] + 6.0 * two[-1]) / 8.0,
                  2.25 + 0.75 * end, ROUNDING),
     )  # fmt: skip
@@ -185,12 +211,16 @@ def _restraint_run(step: float | str, end: float) -> cg.Result:
         curve=[[0.0, 0.0], [10.0, 10.0 * BELT]], unloading=[[0.0, 0.0], [10.0, 10.0 * SOFT]],
         hysteresis_slope=STEEP,
     )  # fmt: skip
-    return cg.Simulation(
-        bodies={"sled": (ball(), brake), "body": (ball(), body)},
-        slaves={}, contacts=[], springs=[belt], end=end, step=step,
-    ).run(keep=1)  # fmt: skip
+    bodies = {"sled": (ball(), brake), "body": (ball(), body)}
+    return run_of(bodies=bodies, springs=[belt], end=end, step=step, keep=1)
 
 
+@CASES.add(
+    "restraint",
+    "Body held by a belt on a braked sled",
+    "x = a/ω² (1 − cos ω t), x_max = 2 a/ω², F_max = 2 m a; loss between the curves",
+    "A belt with loading and unloading lines, that carries tension only.",
+)
 def _restraint() -> Answer:
     omega = math.sqrt(BELT / DUMMY)
     farthest = 2.0 * PULSE / omega**2
@@ -211,11 +241,10 @@ def _restraint() -> Answer:
     checks = (
         relative("largest stretch of the belt", stretch.max(), farthest),
         relative("largest force of the belt", force.max(), 2.0 * DUMMY * PULSE),
-        absolute(
+        zero(
             "stretch until then, all times, by its largest",
             np.abs(stretch - 0.5 * farthest * (1.0 - np.cos(omega * t)))[loading].max() / farthest,
-            0.0,
-            TOLERANCE,
+            TOLERANCE
         ),
         relative("energy the belt kept", history["energy.hysteresis"].max(),
                  0.5 * BELT * farthest**2 - back),
@@ -251,6 +280,12 @@ def _belt_run(zeta: float, end: float, step: float | str) -> dict[str, FloatArra
     return alone(motion, springs=[belt], end=end, step=step).run().history
 
 
+@CASES.add(
+    "restitution",
+    "Restitution of a damper that does not pull",
+    "e = exp(−ζ θ), θ = ω T = (1/β) atan2(2 ζ β, 2 ζ² − 1), β = √(1 − ζ²)",
+    "A belt of spring and damper, ζ = 0.2, that lets go where its force is zero.",
+)
 def _restitution(zeta: float = 0.2) -> Answer:
     beat = math.sqrt(1.0 - zeta * zeta)
     # k x + c v is zero first, before x is: tan(β θ) = −2 ζ β/(1 − 2 ζ²).
@@ -269,8 +304,8 @@ def _restitution(zeta: float = 0.2) -> Answer:
         relative("restitution", -v[-1] / 2.0, e),
         relative("energy the damper took", history["energy.damping"][-1],
                  0.5 * MASS * 4.0 * (1.0 - e * e)),
-        absolute("pull of the damper after its end, by its largest",
-                 max(float(a.max()), 0.0) / float(np.abs(a).max()), 0.0, ROUNDING),
+        zero("pull of the damper after its end, by its largest",
+             max(float(a.max()), 0.0) / float(np.abs(a).max()), ROUNDING),
     )  # fmt: skip
     draw = compared(("t", "velocity"), [("formula", fine / OMEGA, exact)], [("run", t, v)])
     return Answer(checks, draw, order_of("speed after it", angle / OMEGA / 25, error))
@@ -307,6 +342,12 @@ def _swings(share: float, count: int = 120) -> FloatArray:
     return np.abs(simulation.run().history["body.x"])
 
 
+@CASES.add(
+    "critical-step",
+    "Critical step",
+    "h = 2/ω; with a damper 2/(γ + √(γ² + ω²)), γ = c/m; growth μ + √(μ² − 1) beyond",
+    "The bound is found by bisection of what is refused; then runs just below and just above.",
+)
 def _critical() -> Answer:
     damping = 20.0
     decay = damping / MASS
@@ -331,63 +372,3 @@ def _critical() -> Answer:
          ("1.001 of it", n, above)],
     )  # fmt: skip
     return Answer(checks, draw)
-
-
-CASES = (
-    Case(
-        "spring",
-        GROUP,
-        "Mass on a spring",
-        "x = v₀/ω sin ω t, ω = √(k/m)",
-        'One mass, one spring to the ground; step "auto" lags by some 3e-5 of the time.',
-        _swing,
-    ),
-    Case(
-        "damper",
-        GROUP,
-        "Mass on a spring and a damper",
-        "x = v₀/β e^(−δ t) sin β t, δ = c/2m, β = √(ω² − δ²)",
-        "As before, with a damper of 15 % of the critical one.",
-        _decay,
-    ),
-    Case(
-        "pendulum",
-        GROUP,
-        "Spring pendulum",
-        "x = x₀ + (x(0) − x₀) cos ω t + v₀/ω sin ω t, x₀ = hook − g m/k",
-        "A spring of no length at rest under gravity: the mass goes on an ellipse.",
-        _pendulum,
-    ),
-    Case(
-        "spring-pair",
-        GROUP,
-        "Two bodies and a spring",
-        "s = s₀ sin ω t, ω² = k (1/m₁ + 1/m₂); m₁ v₁ + m₂ v₂ constant",
-        "One is pushed, the other follows.",
-        _pair,
-    ),
-    Case(
-        "restraint",
-        GROUP,
-        "Body held by a belt on a braked sled",
-        "x = a/ω² (1 − cos ω t), x_max = 2 a/ω², F_max = 2 m a; loss between the curves",
-        "A belt with loading and unloading lines, that carries tension only.",
-        _restraint,
-    ),
-    Case(
-        "restitution",
-        GROUP,
-        "Restitution of a damper that does not pull",
-        "e = exp(−ζ θ), θ = ω T = (1/β) atan2(2 ζ β, 2 ζ² − 1), β = √(1 − ζ²)",
-        "A belt of spring and damper, ζ = 0.2, that lets go where its force is zero.",
-        _restitution,
-    ),
-    Case(
-        "critical-step",
-        GROUP,
-        "Critical step",
-        "h = 2/ω; with a damper 2/(γ + √(γ² + ω²)), γ = c/m; growth μ + √(μ² − 1) beyond",
-        "The bound is found by bisection of what is refused; then runs just below and just above.",
-        _critical,
-    ),
-)

@@ -10,11 +10,14 @@ from scipy.special import j0
 
 import contiga as cg
 from contiga_validation.closed_forms.at_rest import disc
-from contiga_validation.closed_forms.case import Answer, Case, order_of, relative
+from contiga_validation.closed_forms.case import Answer, Cases, order_of, relative
 from contiga_validation.closed_forms.foam import bricks
 from contiga_validation.closed_forms.matter import GROUP
 from contiga_validation.closed_forms.pictures import Drawing, compared
+from contiga_validation.closed_forms.scenes import run_of
 from contiga_validation.engine.arrays import FloatArray
+
+CASES = Cases(GROUP)
 
 YOUNG, DENSITY = 3.0, 2.0
 BEAM = 1.8751040687
@@ -52,14 +55,9 @@ def _swung(
 ) -> Swing:
     """A run of a slave that begins at rest's place with the speeds of a mode."""
     end = PERIODS * 2.0 * math.pi / exact
-    history = cg.Simulation(
-        bodies={},
-        slaves={"it": (slave, motion)},
-        contacts=[],
-        end=end,
-        step="auto",
-        sensors=[cg.NodeSensor("node", "it", at=at)],
-    ).run().history  # fmt: skip
+    sensor = cg.NodeSensor("node", "it", at=at)
+    run = run_of(slaves={"it": (slave, motion)}, end=end, step="auto", sensors=[sensor])
+    history = run.history
     axis = int(np.argmax([np.abs(history[f"node.{name}"]).max() for name in "xyz"]))
     times, ways = history["time"], history[f"node.{'xyz'[axis]}"] / largest
     (last,) = np.flatnonzero((ways[1:-1] > 0.0) & (ways[2:] <= 0.0))[-1:] + 1
@@ -122,6 +120,14 @@ def _swings(what: str, swing: Swing) -> Drawing:
     )
 
 
+@CASES.add(
+    "matter-cantilever",
+    "A cantilever swings",
+    "ω = 1.8751² √(E I/(ρ A L⁴))",
+    "One layer of hexahedra of ν = 0, twenty times as long as high, held at one end; it starts "
+    "with the speeds of its first mode. The formula is Bernoulli's: shear and the turning of "
+    "sections slow the beam by a thousandth.",
+)
 def _cantilever() -> Answer:
     coarse, fine = _cantilever_of(10), _cantilever_of(20)
     checks = (
@@ -132,6 +138,13 @@ def _cantilever() -> Answer:
     return Answer(checks, _swings("20 × 2 hexahedra", fine))
 
 
+@CASES.add(
+    "matter-drum",
+    "A drum swings",
+    "ω = 2.404826/a √(N/(ρ t))",
+    "A round membrane of triangles, stretched by a thousandth and held at its border; it "
+    "starts with the speeds of its first mode.",
+)
 def _drum() -> Answer:
     swings = {rings: _drum_of(rings) for rings in (3, 6, 12)}
     fine, coarse = swings[12].frequency, swings[6].frequency
@@ -145,26 +158,3 @@ def _drum() -> Answer:
         lambda width: abs(swings[round(1.0 / width)].frequency - 1.0),
     )
     return Answer(checks, _swings("12 rings", swings[12]), order)
-
-
-CASES = (
-    Case(
-        "matter-cantilever",
-        GROUP,
-        "A cantilever swings",
-        "ω = 1.8751² √(E I/(ρ A L⁴))",
-        "One layer of hexahedra of ν = 0, twenty times as long as high, held at one end; it starts "
-        "with the speeds of its first mode. The formula is Bernoulli's: shear and the turning of "
-        "sections slow the beam by a thousandth.",
-        _cantilever,
-    ),
-    Case(
-        "matter-drum",
-        GROUP,
-        "A drum swings",
-        "ω = 2.404826/a √(N/(ρ t))",
-        "A round membrane of triangles, stretched by a thousandth and held at its border; it "
-        "starts with the speeds of its first mode.",
-        _drum,
-    ),
-)

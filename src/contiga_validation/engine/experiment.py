@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -64,19 +65,39 @@ class Outcome(NamedTuple):
     """Why our numbers differ from the thesis', a sentence or two."""
 
 
+Run = Callable[[], Outcome]
+
+
 class Experiment(NamedTuple):
     """One experiment of the thesis."""
 
     key: str
     """Such as "5.4-area"; unique."""
-    chapter: int
     title: str
     where: str
     """Section, figures and tables of the thesis."""
-    run: Callable[[], Outcome]
+    run: Run
     thesis: str = ""
     """What the thesis shows or claims there, a sentence or two; where it gives no geometry, what
     scene was designed instead."""
+
+    @property
+    def chapter(self) -> int:
+        """The number that its key begins with."""
+        return int(re.split(r"\D", self.key)[0])
+
+
+class Experiments(list[Experiment]):
+    """The experiments of a module, in the order in which it runs them."""
+
+    def add(self, key: str, title: str, where: str, thesis: str = "") -> Callable[[Run], Run]:
+        """Over a function that finds an outcome: the experiment is one of these."""
+
+        def added(run: Run) -> Run:
+            self.append(Experiment(key, title, where, run, thesis))
+            return run
+
+        return added
 
 
 class Found(NamedTuple):

@@ -34,24 +34,34 @@ def page(found: Sequence[Found], facts: dict[str, Any], heading_of: Callable[[in
     """
     groups = groupby(found, lambda f: f.experiment.chapter)
     chapters = [(heading_of(k), list(group)) for k, group in groups]
-    parts = [_heading(found, facts), _contents(chapters)]
-    for heading, entries in chapters:
-        parts.append(f"<h2>{escape(heading)}</h2>")
+    head = heading("reproduction", _TITLE, _ABOUT, facts)
+    parts = [head + _verdict(found), _contents(chapters)]
+    for chapter, entries in chapters:
+        parts.append(f"<h2>{escape(chapter)}</h2>")
         parts += [_section(entry) for entry in entries]
     parts.append(_timings(found))
     css = files("contiga_validation.engine").joinpath("style.css").read_text(encoding="utf-8")
     return style.page(_TITLE, "\n".join(parts), css=css)
 
 
-def _heading(found: Sequence[Found], facts: dict[str, Any]) -> str:
+def heading(kind: str, title: str, about: str, facts: dict[str, Any], more: str = "") -> str:
+    """The head of a page: what it is, when and on what it was made, and what it is about."""
     said = (
         f"finished {facts['finished']} · {facts['processor']}, {facts['threads']} threads · "
         f"{facts['system']} · Python {facts['python']}, NumPy {facts['numpy']}, "
-        f"Numba {facts['numba']}"
+        f"Numba {facts['numba']}{more}"
     )
     return (
-        f'<div class="maker"><b>contiga</b> {escape(facts["version"])} · reproduction</div>'
-        f'<h1>{_TITLE}</h1><p class="under">{escape(said)}</p><p>{_ABOUT}</p>{_verdict(found)}'
+        f'<div class="maker"><b>contiga</b> {escape(facts["version"])} · {kind}</div>'
+        f'<h1>{title}</h1><p class="under">{escape(said)}</p><p>{about}</p>'
+    )
+
+
+def image(alt: str, width: float, content: bytes) -> str:
+    """A picture (PNG) on a page, its width in inch."""
+    data = b64encode(content).decode("ascii")
+    return (
+        f'<img alt="{escape(alt)}" width="{round(132 * width)}" src="data:image/png;base64,{data}">'
     )
 
 
@@ -70,8 +80,8 @@ def _verdict(found: Sequence[Found]) -> str:
 
 def _contents(chapters: Sequence[tuple[str, list[Found]]]) -> str:
     parts = []
-    for heading, entries in chapters:
-        parts.append(f"<h3>{escape(heading)}</h3>")
+    for chapter, entries in chapters:
+        parts.append(f"<h3>{escape(chapter)}</h3>")
         for entry in entries:
             key, title = escape(entry.experiment.key), escape(entry.experiment.title)
             # the part of a key after the section tells experiments of one section apart
@@ -98,13 +108,9 @@ def _section(entry: Found) -> str:
 
 
 def _picture(picture: Picture, content: bytes) -> str:
-    image = b64encode(content).decode("ascii")
-    width = round(132 * picture.size[0])
-    return (
-        f'<figure><img alt="{escape(picture.caption)}" width="{width}" '
-        f'src="data:image/png;base64,{image}"><figcaption><b>{escape(_label(picture))}</b> '
-        f"{escape(picture.caption)}</figcaption></figure>"
-    )
+    shown = image(picture.caption, picture.size[0], content)
+    caption = f"<b>{escape(_label(picture))}</b> {escape(picture.caption)}"
+    return f"<figure>{shown}<figcaption>{caption}</figcaption></figure>"
 
 
 def _label(picture: Picture) -> str:

@@ -246,12 +246,12 @@ def experiments(options: Options) -> tuple[Experiment, ...]:
     """Those beyond the thesis."""
     return (
         Experiment(
-            "8-accuracy", 8, "Accuracy against time", "beyond chapter 6",
+            "8-accuracy", "Accuracy against time", "beyond chapter 6",
             lambda: compare(options),
             "The thesis claims 50 to 60 % of the time saved at equal accuracy.",
         ),
         Experiment(
-            "8-noise", 8, "Force noise of a turning body", "beyond chapter 6", turning,
+            "8-noise", "Force noise of a turning body", "beyond chapter 6", turning,
             "The thesis does not look at it.",
         ),
     )  # fmt: skip

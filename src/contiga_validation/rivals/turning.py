@@ -92,25 +92,21 @@ def turning() -> Outcome:
             ),
         ),
         pictures=(Picture("8.2", _CAPTION, lambda f: _draw(f, found), (6.8, 4.2)),),
-        claims=_turning_claims(spread),
+        claims=(
+            Claim(
+                "The exact master's force is constant to 1e-9 while the torus turns.",
+                spread[NURBS] < 1e-9,
+                f"{spread[NURBS]:.1e} of the force",
+            ),
+            Claim(
+                "Every mesh is noisier, and a finer one less so.",
+                list(spread.values())[1:] == sorted(spread.values(), reverse=True)[:-1],
+                ", ".join(f"{name}: {value:.1e}" for name, value in spread.items()),
+            ),
+        ),
         difference=(
             "Not in the thesis. A facet's middle lies deeper than its edges: each that comes by "
             "makes a tooth of a saw. Finer meshes have smaller teeth, and more of them."
-        ),
-    )
-
-
-def _turning_claims(spread: dict[str, float]) -> tuple[Claim, ...]:
-    return (
-        Claim(
-            "The exact master's force is constant to 1e-9 while the torus turns.",
-            spread[NURBS] < 1e-9,
-            f"{spread[NURBS]:.1e} of the force",
-        ),
-        Claim(
-            "Every mesh is noisier, and a finer one less so.",
-            list(spread.values())[1:] == sorted(spread.values(), reverse=True)[:-1],
-            ", ".join(f"{name}: {value:.1e}" for name, value in spread.items()),
         ),
     )
 

@@ -12,10 +12,12 @@ from contiga import NurbsCurve
 from contiga import knots as kv
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, MUTED, draw_curve, draw_polygon, plane
-from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
+from contiga_validation.engine.experiment import Claim, Experiments, Outcome, Picture, Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+EXPERIMENTS = Experiments()
 
 _FINE = 2001
 _UNIFORM = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
@@ -56,6 +58,13 @@ def _ratio(above: FloatArray, below: FloatArray) -> FloatArray:
     return np.divide(above, below, out=out, where=below > 0.0)
 
 
+@EXPERIMENTS.add(
+    "2.2-bases",
+    "Basis functions add up to one and are never negative",
+    "Section 2.2.1, Eq. 2.1–2.4, Fig. 2.1",
+    "Basis functions come from the Cox–de Boor recursion, are non-negative, have compact "
+    "support and add up to 1.",
+)
 def _bases() -> Outcome:
     u = np.linspace(0.0, 1.0, _FINE)
     rows: list[tuple[int, float, float, float, float]] = []
@@ -69,8 +78,29 @@ def _bases() -> Outcome:
     worst = [max(row[k] for row in rows) for k in (1, 3, 4)]
     least = min(row[2] for row in rows)
     return Outcome(
-        tables=_bases_tables(rows),
-        pictures=_BASES_PICTURES,
+        tables=(
+            Table(
+                "2.2.1 bases",
+                "Open uniform knots, six functions more than the degree, 2001 parameters.",
+                (
+                    "degree",
+                    "largest |sum − 1|",
+                    "smallest value",
+                    "from the recursion Eq. 2.2",
+                    "sum of slopes / largest slope",
+                ),
+                tuple(rows),
+            ),
+        ),
+        pictures=(
+            Picture(
+                "2.1",
+                "Basis functions of degree 0, 1 and 2 on the uniform knots 0, 1, 2, …; each is "
+                "the one before it moved by one knot.",
+                _draw_bases,
+                (8.2, 2.5),
+            ),
+        ),
         claims=_bases_claims(least, u, worst),
         difference=(
             "The thesis gives no numbers here. Its list of properties repeats the recursion in a "
@@ -100,23 +130,6 @@ def _bases_claims(least: float, u: FloatArray, worst: list[float]) -> tuple[Clai
     )
 
 
-def _bases_tables(rows: list[tuple[int, float, float, float, float]]) -> tuple[Table, ...]:
-    return (
-        Table(
-            "2.2.1 bases",
-            "Open uniform knots, six functions more than the degree, 2001 parameters.",
-            (
-                "degree",
-                "largest |sum − 1|",
-                "smallest value",
-                "from the recursion Eq. 2.2",
-                "sum of slopes / largest slope",
-            ),
-            tuple(rows),
-        ),
-    )
-
-
 def _bernstein_error(u: FloatArray) -> tuple[float, float]:
     """Largest miss of the short recursion without and with an interior knot, degree 2."""
     misses = []
@@ -142,20 +155,15 @@ def _draw_bases(figure: Figure) -> None:
         axes.legend(loc="upper right" if p else "center right", handlelength=1.2)
 
 
-_BASES_PICTURES = (
-    Picture(
-        "2.1",
-        "Basis functions of degree 0, 1 and 2 on the uniform knots 0, 1, 2, …; each is "
-        "the one before it moved by one knot.",
-        _draw_bases,
-        (8.2, 2.5),
-    ),
-)
-
-
 # ---------------------------------------------------------------- properties of curves (2.2.2)
 
 
+@EXPERIMENTS.add(
+    "2.2-hull",
+    "A curve lies in the convex hull of its control points",
+    "Section 2.2.2, Fig. 2.2",
+    "Over the knot span [u_i, u_i+1] the curve lies in the convex hull of P_i−p … P_i.",
+)
 def _hull() -> Outcome:
     from scipy.spatial import ConvexHull
 
@@ -178,7 +186,15 @@ def _hull() -> Outcome:
                 tuple(misses),
             ),
         ),
-        pictures=_HULL_PICTURES,
+        pictures=(
+            Picture(
+                "2.2",
+                "The piece of a cubic B-spline curve over one knot span lies in the convex hull "
+                "of four neighbouring control points; so does every other piece in its own.",
+                _draw_hull,
+                (6.4, 3.2),
+            ),
+        ),
         claims=(
             Claim(
                 "For u in [u_i, u_i+1] the curve lies in the hull of P_i−p … P_i.",
@@ -207,23 +223,19 @@ def _draw_hull(figure: Figure) -> None:
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
-_HULL_PICTURES = (
-    Picture(
-        "2.2",
-        "The piece of a cubic B-spline curve over one knot span lies in the convex hull "
-        "of four neighbouring control points; so does every other piece in its own.",
-        _draw_hull,
-        (6.4, 3.2),
-    ),
-)
-
-
 def _crossings(values: FloatArray) -> NDArray[np.intp]:
     """(k,) sign changes along each row of (k, n) `values`."""
     signs = np.sign(values)
     return np.asarray((signs[:, 1:] * signs[:, :-1] < 0.0).sum(axis=1))
 
 
+@EXPERIMENTS.add(
+    "2.2-variation",
+    "A curve varies no more than its control polygon",
+    "Section 2.2.2, Fig. 2.3",
+    "As the degree rises the curve departs from its polygon and stays inside its hull; this "
+    "is given as the variation diminishing property.",
+)
 def _variation() -> Outcome:
     rng = np.random.default_rng(7)
     polygon = EIGHT.control_points[:, :2]
@@ -242,8 +254,31 @@ def _variation() -> Outcome:
         more = int((most > cuts).sum())
         rows.append((p, float(cuts.mean()), float(least.mean()), float(most.mean()), more))
     return Outcome(
-        tables=_variation_tables(rows),
-        pictures=_VARIATION_PICTURES,
+        tables=(
+            Table(
+                "2.2.2 variation",
+                "2000 random lines against curves of rising degree on the same eight control "
+                "points: how often they cut, on average.",
+                (
+                    "degree",
+                    "cuts with the polygon",
+                    "cuts with the curve, at least",
+                    "at most",
+                    "lines that cut the curve more often than the polygon",
+                ),
+                tuple(rows),
+            ),
+        ),
+        pictures=(
+            Picture(
+                "2.3",
+                "The same control points with curves of rising degree: the higher it is, the "
+                "less of the polygon's variation is left. The line cuts none more often than the "
+                "polygon.",
+                _draw_variation,
+                (6.4, 3.2),
+            ),
+        ),
         claims=_variation_claims(rows),
         difference=(
             "The text under the heading “variation diminishing” explains the convex hull property "
@@ -269,24 +304,6 @@ def _variation_claims(rows: list[tuple[int, float, float, float, int]]) -> tuple
     )
 
 
-def _variation_tables(rows: list[tuple[int, float, float, float, int]]) -> tuple[Table, ...]:
-    return (
-        Table(
-            "2.2.2 variation",
-            "2000 random lines against curves of rising degree on the same eight control "
-            "points: how often they cut, on average.",
-            (
-                "degree",
-                "cuts with the polygon",
-                "cuts with the curve, at least",
-                "at most",
-                "lines that cut the curve more often than the polygon",
-            ),
-            tuple(rows),
-        ),
-    )
-
-
 def _draw_variation(figure: Figure) -> None:
     axes = plane(figure.subplots())
     draw_polygon(axes, EIGHT, color=MUTED)
@@ -297,18 +314,12 @@ def _draw_variation(figure: Figure) -> None:
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
-_VARIATION_PICTURES = (
-    Picture(
-        "2.3",
-        "The same control points with curves of rising degree: the higher it is, the "
-        "less of the polygon's variation is left. The line cuts none more often than the "
-        "polygon.",
-        _draw_variation,
-        (6.4, 3.2),
-    ),
+@EXPERIMENTS.add(
+    "2.2-affine",
+    "Affine maps of the control points are affine maps of the curve",
+    "Section 2.2.2",
+    "Translation, rotation and scaling of the control points move the curve alike.",
 )
-
-
 def _affine() -> Outcome:
     rng = np.random.default_rng(3)
     worst = 0.0
@@ -331,41 +342,3 @@ def _affine() -> Outcome:
         ),
         difference="The thesis states it without an example; curve and maps are chosen here.",
     )
-
-
-EXPERIMENTS: tuple[Experiment, ...] = (
-    Experiment(
-        "2.2-bases",
-        2,
-        "Basis functions add up to one and are never negative",
-        "Section 2.2.1, Eq. 2.1–2.4, Fig. 2.1",
-        _bases,
-        "Basis functions come from the Cox–de Boor recursion, are non-negative, have compact "
-        "support and add up to 1.",
-    ),
-    Experiment(
-        "2.2-hull",
-        2,
-        "A curve lies in the convex hull of its control points",
-        "Section 2.2.2, Fig. 2.2",
-        _hull,
-        "Over the knot span [u_i, u_i+1] the curve lies in the convex hull of P_i−p … P_i.",
-    ),
-    Experiment(
-        "2.2-variation",
-        2,
-        "A curve varies no more than its control polygon",
-        "Section 2.2.2, Fig. 2.3",
-        _variation,
-        "As the degree rises the curve departs from its polygon and stays inside its hull; this "
-        "is given as the variation diminishing property.",
-    ),
-    Experiment(
-        "2.2-affine",
-        2,
-        "Affine maps of the control points are affine maps of the curve",
-        "Section 2.2.2",
-        _affine,
-        "Translation, rotation and scaling of the control points move the curve alike.",
-    ),
-)

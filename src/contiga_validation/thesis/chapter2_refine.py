@@ -10,10 +10,12 @@ from contiga import NurbsCurve
 from contiga import knots as kv
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, MUTED, draw_curve, draw_polygon, plane
-from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
+from contiga_validation.engine.experiment import Claim, Experiments, Outcome, Picture, Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+EXPERIMENTS = Experiments()
 
 CUBIC = NurbsCurve(3, [0, 0, 0, 0, 1, 1, 1, 1], [[0.0, 0.0], [0.6, 1.6], [2.0, 1.9], [3.0, 0.2]])
 """On the knots of the thesis' example; it gives no control points."""
@@ -41,6 +43,13 @@ def _moved(curve: NurbsCurve, other: NurbsCurve) -> float:
     return float(np.linalg.norm(curve.evaluate(_U) - other.evaluate(_U), axis=1).max())
 
 
+@EXPERIMENTS.add(
+    "2.4-insertion",
+    "Knot insertion: 0.5, and several knots",
+    "Section 2.4, Fig. 2.4 and 2.5",
+    "Inserting knots adds basis functions and control points and changes neither the curve "
+    "nor its parameters. Its example is the cubic knot vector 0 0 0 0 1 1 1 1 with 0.5.",
+)
 def _insertion() -> Outcome:
     one, several = CUBIC.insert_knots(0.5), CUBIC.insert_knots(SEVERAL)
     through = CUBIC.insert_knots([0.5, 0.5, 0.5])
@@ -64,7 +73,23 @@ def _insertion() -> Outcome:
                 _points_beside(CUBIC, one),
             ),
         ),
-        pictures=_INSERTION_PICTURES,
+        pictures=(
+            Picture(
+                "2.4",
+                "Knot 0.5 inserted: one control point more, the same curve. Below, the basis "
+                "before and after.",
+                lambda figure: _draw_insertion(figure, CUBIC.insert_knots(0.5), "0.5 inserted"),
+                (7.4, 4.4),
+            ),
+            Picture(
+                "2.5",
+                "Knots 0.2, 0.4, 0.6 and 0.8 inserted: the polygon comes closer to the curve.",
+                lambda figure: _draw_insertion(
+                    figure, CUBIC.insert_knots(SEVERAL), "four knots inserted"
+                ),
+                (7.4, 4.4),
+            ),
+        ),
         claims=_insertion_claims(one, rows, through),
         difference=(
             "The thesis shows pictures only. Its steps are garbled (weights swapped, a "
@@ -125,23 +150,6 @@ def _draw_insertion(figure: Figure, after: NurbsCurve, title: str) -> None:
         draw_basis_functions(below, curve.knots, curve.degree)
 
 
-_INSERTION_PICTURES = (
-    Picture(
-        "2.4",
-        "Knot 0.5 inserted: one control point more, the same curve. Below, the basis "
-        "before and after.",
-        lambda figure: _draw_insertion(figure, CUBIC.insert_knots(0.5), "0.5 inserted"),
-        (7.4, 4.4),
-    ),
-    Picture(
-        "2.5",
-        "Knots 0.2, 0.4, 0.6 and 0.8 inserted: the polygon comes closer to the curve.",
-        lambda figure: _draw_insertion(figure, CUBIC.insert_knots(SEVERAL), "four knots inserted"),
-        (7.4, 4.4),
-    ),
-)
-
-
 def draw_basis_functions(axes: object, knots: FloatArray, degree: int) -> None:
     """All basis functions on `knots`, which are ticked on the axis."""
     values = kv.basis(knots, degree, _U)[:, 0]
@@ -150,6 +158,12 @@ def draw_basis_functions(axes: object, knots: FloatArray, degree: int) -> None:
     axes.set_xticks(np.unique(knots))  # type: ignore[attr-defined]
 
 
+@EXPERIMENTS.add(
+    "2.4-elevation",
+    "Degree elevation, k-refinement and splitting",
+    "Section 2.4",
+    "There are three refinements: knot insertion, order elevation and k-refinement.",
+)
 def _elevation() -> Outcome:
     rows = []
     h = CUBIC.insert_knots([0.5]).elevate(1)
@@ -173,7 +187,15 @@ def _elevation() -> Outcome:
                 tuple(rows),
             ),
         ),
-        pictures=_ELEVATION_PICTURES,
+        pictures=(
+            Picture(
+                "2.4-elevation",
+                "Degree 3, 4 and 5 of the same curve: each elevation adds a control point and "
+                "brings the polygon closer.",
+                _draw_elevation,
+                (6.4, 3.2),
+            ),
+        ),
         claims=_elevation_claims(h, k, rows),
         difference="Named in 2.4 but not carried out there: the thesis uses knot insertion only.",
     )
@@ -213,35 +235,3 @@ def _draw_elevation(figure: Figure) -> None:
         draw_polygon(axes, curve, color=colour, label=f"polygon at degree {curve.degree}")
     draw_curve(axes, CUBIC)
     axes.legend(loc="lower center")
-
-
-_ELEVATION_PICTURES = (
-    Picture(
-        "2.4-elevation",
-        "Degree 3, 4 and 5 of the same curve: each elevation adds a control point and "
-        "brings the polygon closer.",
-        _draw_elevation,
-        (6.4, 3.2),
-    ),
-)
-
-
-EXPERIMENTS: tuple[Experiment, ...] = (
-    Experiment(
-        "2.4-insertion",
-        2,
-        "Knot insertion: 0.5, and several knots",
-        "Section 2.4, Fig. 2.4 and 2.5",
-        _insertion,
-        "Inserting knots adds basis functions and control points and changes neither the curve "
-        "nor its parameters. Its example is the cubic knot vector 0 0 0 0 1 1 1 1 with 0.5.",
-    ),
-    Experiment(
-        "2.4-elevation",
-        2,
-        "Degree elevation, k-refinement and splitting",
-        "Section 2.4",
-        _elevation,
-        "There are three refinements: knot insertion, order elevation and k-refinement.",
-    ),
-)

@@ -9,13 +9,15 @@ import numpy as np
 from contiga import AreaMethod, FacetArea, HullArea, NodalArea, Slave, View
 from contiga_validation.engine.arrays import FloatArray, IntArray
 from contiga_validation.engine.drawing import BODY, INK, LINES, MUTED
-from contiga_validation.engine.experiment import Cell, Claim, Experiment, Outcome, Picture, Table
+from contiga_validation.engine.experiment import Cell, Claim, Experiments, Outcome, Picture, Table
 from contiga_validation.thesis.play import Played, played
 from contiga_validation.thesis.variants import ring_facets, simulation_of, slave_of, variant
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+EXPERIMENTS = Experiments()
 
 STEPS = range(6, 15)
 COUNTS = (20, 60, 80, 100, 100, 100, 100, 60, 40)
@@ -26,173 +28,6 @@ THESIS = (0.133, 0.438, 0.394, 0.394, 0.394, 0.394, 0.394, 0.394, 0.263)
 """The thesis' approximated areas."""
 ROWS = 10
 RADIUS, LENGTH = 0.2, 1.0
-
-
-# ---------------------------------------------------------------- Table 5.1
-
-
-class AreaTable(NamedTuple):
-    """Table 5.1, one entry a step."""
-
-    counts: FloatArray
-    strip: FloatArray
-    """Area of the cylinder's section with the master, closed form."""
-    areas: dict[str, FloatArray]
-    """By method."""
-
-
-def methods() -> dict[str, AreaMethod]:
-    """The ways to an area that Table 5.1 is set beside."""
-    return {
-        "hull, linear map": HullArea(1, mapping="linear"),
-        "hull, exact map": HullArea(1, mapping="exact"),
-        "facets, on the master": FacetArea("master"),
-        "facets, on the slave": FacetArea("slave"),
-        "tributary": NodalArea(),
-        "constant 0.1": NodalArea(0.1),
-    }
-
-
-def skin(points: FloatArray) -> Slave:
-    """The cloud with facets on its lower half, the side that meets the master."""
-    facets = ring_facets(ROWS, len(points) // ROWS, range(-2, 3))
-    return Slave(points, facets, active=np.ones(len(points), bool))
-
-
-def strip_area(height: FloatArray) -> FloatArray:
-    """Area in which a cylinder with its axis at `height` over a plane covers it from below.
-
-    The chord at the plane, or the whole width once the axis is through, times the length.
-    """
-    depth = np.clip(height, 0.0, RADIUS)
-    return 2.0 * np.sqrt(RADIUS**2 - depth**2) * LENGTH
-
-
-def area_table() -> AreaTable:
-    """Counts, truth and the areas of every method at steps 6 to 14."""
-    simulation = simulation_of("cylinder_flat")
-    slave = skin(slave_of(simulation).points)
-    runs = {
-        name: played(variant(simulation, area=area, slave=slave))
-        for name, area in methods().items()
-    }
-    first = runs["hull, linear map"]
-    chosen = np.array(STEPS)
-    heights = np.array([first.places[k][:, 2].mean() for k in STEPS])
-    areas = {name: run.history["area"][chosen] for name, run in runs.items()}
-    return AreaTable(first.history["n_contact"][chosen], strip_area(heights), areas)
-
-
-def _table_5_1() -> Outcome:
-    found = area_table()
-    names = tuple(found.areas)
-    rows: list[tuple[Cell, ...]] = []
-    for i, step in enumerate(STEPS):
-        ours = tuple(float(found.areas[name][i]) for name in names)
-        rows.append((step, int(found.counts[i]), TRUE[i], float(found.strip[i]), THESIS[i], *ours))
-    return Outcome(
-        tables=_table_5_1_tables(names, rows),
-        pictures=(
-            Picture("5.1-areas", _CAPTION_AREAS, lambda f: _draw_areas(f, found), (6.8, 3.4)),
-            Picture("5.19-section", _CAPTION_SECTION, _draw_section, (7.2, 2.9)),
-        ),
-        claims=_table_5_1_claims(found, names),
-        difference=(
-            "The thesis gives counts and areas but no geometry. A cloud of ten rows of ten points "
-            "on a cylinder fits all of them: the rows lie symmetric in pairs at 1, 3 and 5 parts "
-            "of the radius, below and above, so that two, four and six rows are 0.08, 0.24 and "
-            "0.40 wide, rows seven to ten lie over narrower places and add no width, and from 100 "
-            "points on the whole cylinder is through. On a plane the linear map is exact, so the "
-            "66 % of the thesis are not the method's: its areas are in the ratio 1 : 2 : 3 where "
-            "the rows are 1 : 3 : 5, which feet that have not converged explain. The constant "
-            "area of 0.1 a point counts each point of the cloud as large as a quarter of the "
-            "contact."
-        ),
-    )
-
-
-def _table_5_1_claims(found: AreaTable, names: tuple[str, ...]) -> tuple[Claim, ...]:
-    exact = [found.areas[n] for n in ("hull, linear map", "hull, exact map", names[2])]
-    miss = max(float(np.abs(area - TRUE).max()) for area in exact)
-    near = float(np.abs(found.strip - TRUE).max())
-    worst = np.abs(np.array(THESIS) / TRUE - 1.0)
-    return (
-        Claim(
-            "20, 60, 80, 100, 100, 100, 100, 60, 40 points are in contact at steps 6 to 14.",
-            tuple(found.counts.astype(int)) == COUNTS,
-            ", ".join(f"{n:.0f}" for n in found.counts),
-        ),
-        Claim(
-            "The true areas are 0.08, 0.40 (seven times) and 0.24.",
-            near < 1e-3,
-            f"the cylinder's own strip differs by at most {near:.1e}",
-        ),
-        Claim(
-            "The thesis' hulls, on exact feet, and the facets give the true area.",
-            miss < 1e-6,
-            f"largest difference {miss:.1e}; the thesis' areas are off by up to "
-            f"{100 * worst.max():.0f} %",
-        ),
-    )
-
-
-def _table_5_1_tables(names: tuple[str, ...], rows: list[tuple[Cell, ...]]) -> tuple[Table, ...]:
-    return (
-        Table(
-            "5.1",
-            "Contact area of the cylinder on the flat master, by every method.",
-            ("step", "points", "true", "true, strip", "thesis", *names),
-            tuple(rows),
-        ),
-    )
-
-
-_CAPTION_AREAS = (
-    "Table 5.1 as a picture: the thesis' areas beside the true ones and ours. Hull and facets lie "
-    "on the truth; the areas of the facets on the slave follow the skin of the cylinder instead."
-)
-_CAPTION_SECTION = (
-    "The cloud seen along its axis at steps 6, 14, 7 and 10, with 20, 40, 60 and 100 of its points "
-    "through the master, and the width they stand for."
-)
-
-
-def _draw_areas(figure: Figure, found: AreaTable) -> None:
-    axes = figure.subplots()
-    steps = np.array(STEPS)
-    axes.step(steps, TRUE, where="mid", color=INK, lw=1.2, label="true")
-    axes.plot(steps, THESIS, "s", color=LINES[1], label="thesis")
-    axes.plot(steps, found.areas["hull, linear map"], "o", color=LINES[0], label="hull on feet")
-    axes.plot(
-        steps, found.areas["facets, on the master"], "+", color=LINES[2], ms=9, mew=1.4,
-        label="facets, on the master",
-    )  # fmt: skip
-    slave = found.areas["facets, on the slave"]
-    axes.plot(steps, slave, "_", color=MUTED, ms=9, mew=1.4, label="facets, on the slave")
-    for step, n in zip(steps, COUNTS, strict=True):
-        axes.annotate(f"{n}", (step, 0.0), (0, 4), textcoords="offset points", ha="center",
-                      fontsize=7.5, color=MUTED)  # fmt: skip
-    axes.set(xlabel="step (above it: points in contact)", ylabel="area", ylim=(0.0, None))
-    axes.legend(ncols=2, loc="lower center", bbox_to_anchor=(0.5, 0.12))
-
-
-def _draw_section(figure: Figure) -> None:
-    run = played(simulation_of("cylinder_flat"))
-    shown = (6, 14, 7, 10)
-    angle = np.linspace(0.0, 2.0 * np.pi, 200)
-    for axes, k in zip(figure.subplots(1, len(shown), sharey=True), shown, strict=True):
-        points, state = run.places[k], run.states[k]
-        height = points[:, 2].mean()
-        on = state.in_contact
-        axes.plot(RADIUS * np.cos(angle), height + RADIUS * np.sin(angle), color=MUTED, lw=0.7)
-        axes.plot([-0.34, 0.34], [0.0, 0.0], color=INK, lw=1.2)
-        axes.plot(*points[~on][:, [0, 2]].T, "o", color=LINES[0], ms=4)
-        axes.plot(*points[on][:, [0, 2]].T, "o", color=LINES[1], ms=4)
-        x = points[on, 0]
-        axes.plot([x.min(), x.max()], [0.0, 0.0], color=LINES[1], lw=3.2, alpha=0.6)
-        axes.set_title(f"step {k}: {on.sum()} points")
-        axes.set(xlim=(-0.34, 0.34), ylim=(-0.56, 0.40), aspect="equal", xlabel="x")
-        axes.grid(visible=False)
 
 
 # ---------------------------------------------------------------- two cylinders, Fig. 5.23
@@ -231,6 +66,13 @@ def two_cylinders() -> Pair:
     return Pair(run, np.array(gap), run.history["n_clusters"], areas, np.array(true))
 
 
+@EXPERIMENTS.add(
+    "5.4-clusters",
+    "Two cylinders side by side",
+    "5.4.1, Fig. 5.23",
+    "Two clusters of points in contact, then one when the gap between them has closed. The "
+    "cylinders here are of eleven rows on each underside, a row's spacing apart.",
+)
 def _pair() -> Outcome:
     pair = two_cylinders()
     counts = pair.run.history["n_contact"]
@@ -316,24 +158,172 @@ def _draw_regions(axes: Axes, uv: FloatArray, clusters: IntArray) -> None:
     axes.set(xlabel="u", ylabel="v", xlim=(0.0, 1.0), ylim=(0.0, 1.0))
 
 
-EXPERIMENTS = (
-    Experiment(
-        "5.4-clusters",
-        5,
-        "Two cylinders side by side",
-        "5.4.1, Fig. 5.23",
-        _pair,
-        "Two clusters of points in contact, then one when the gap between them has closed. The "
-        "cylinders here are of eleven rows on each underside, a row's spacing apart.",
-    ),
-    Experiment(
-        "5.4-area",
-        5,
-        "Contact area of a cylinder",
-        "5.4.1, Table 5.1",
-        _table_5_1,
-        "The area of a cylinder's contact with a flat master at nine steps, approximated and "
-        "analytical: 66 % and 9.5 % too large at first, then 1.5 % too small, 9.6 % too large at "
-        "the end.",
-    ),
+# ---------------------------------------------------------------- Table 5.1
+
+
+class AreaTable(NamedTuple):
+    """Table 5.1, one entry a step."""
+
+    counts: FloatArray
+    strip: FloatArray
+    """Area of the cylinder's section with the master, closed form."""
+    areas: dict[str, FloatArray]
+    """By method."""
+
+
+def methods() -> dict[str, AreaMethod]:
+    """The ways to an area that Table 5.1 is set beside."""
+    return {
+        "hull, linear map": HullArea(1, mapping="linear"),
+        "hull, exact map": HullArea(1, mapping="exact"),
+        "facets, on the master": FacetArea("master"),
+        "facets, on the slave": FacetArea("slave"),
+        "tributary": NodalArea(),
+        "constant 0.1": NodalArea(0.1),
+    }
+
+
+def skin(points: FloatArray) -> Slave:
+    """The cloud with facets on its lower half, the side that meets the master."""
+    facets = ring_facets(ROWS, len(points) // ROWS, range(-2, 3))
+    return Slave(points, facets, active=np.ones(len(points), bool))
+
+
+def strip_area(height: FloatArray) -> FloatArray:
+    """Area in which a cylinder with its axis at `height` over a plane covers it from below.
+
+    The chord at the plane, or the whole width once the axis is through, times the length.
+    """
+    depth = np.clip(height, 0.0, RADIUS)
+    return 2.0 * np.sqrt(RADIUS**2 - depth**2) * LENGTH
+
+
+def area_table() -> AreaTable:
+    """Counts, truth and the areas of every method at steps 6 to 14."""
+    simulation = simulation_of("cylinder_flat")
+    slave = skin(slave_of(simulation).points)
+    runs = {
+        name: played(variant(simulation, area=area, slave=slave))
+        for name, area in methods().items()
+    }
+    first = runs["hull, linear map"]
+    chosen = np.array(STEPS)
+    heights = np.array([first.places[k][:, 2].mean() for k in STEPS])
+    areas = {name: run.history["area"][chosen] for name, run in runs.items()}
+    return AreaTable(first.history["n_contact"][chosen], strip_area(heights), areas)
+
+
+@EXPERIMENTS.add(
+    "5.4-area",
+    "Contact area of a cylinder",
+    "5.4.1, Table 5.1",
+    "The area of a cylinder's contact with a flat master at nine steps, approximated and "
+    "analytical: 66 % and 9.5 % too large at first, then 1.5 % too small, 9.6 % too large at "
+    "the end.",
 )
+def _table_5_1() -> Outcome:
+    found = area_table()
+    names = tuple(found.areas)
+    rows: list[tuple[Cell, ...]] = []
+    for i, step in enumerate(STEPS):
+        ours = tuple(float(found.areas[name][i]) for name in names)
+        rows.append((step, int(found.counts[i]), TRUE[i], float(found.strip[i]), THESIS[i], *ours))
+    return Outcome(
+        tables=(
+            Table(
+                "5.1",
+                "Contact area of the cylinder on the flat master, by every method.",
+                ("step", "points", "true", "true, strip", "thesis", *names),
+                tuple(rows),
+            ),
+        ),
+        pictures=(
+            Picture("5.1-areas", _CAPTION_AREAS, lambda f: _draw_areas(f, found), (6.8, 3.4)),
+            Picture("5.19-section", _CAPTION_SECTION, _draw_section, (7.2, 2.9)),
+        ),
+        claims=_table_5_1_claims(found, names),
+        difference=(
+            "The thesis gives counts and areas but no geometry. A cloud of ten rows of ten points "
+            "on a cylinder fits all of them: the rows lie symmetric in pairs at 1, 3 and 5 parts "
+            "of the radius, below and above, so that two, four and six rows are 0.08, 0.24 and "
+            "0.40 wide, rows seven to ten lie over narrower places and add no width, and from 100 "
+            "points on the whole cylinder is through. On a plane the linear map is exact, so the "
+            "66 % of the thesis are not the method's: its areas are in the ratio 1 : 2 : 3 where "
+            "the rows are 1 : 3 : 5, which feet that have not converged explain. The constant "
+            "area of 0.1 a point counts each point of the cloud as large as a quarter of the "
+            "contact."
+        ),
+    )
+
+
+def _table_5_1_claims(found: AreaTable, names: tuple[str, ...]) -> tuple[Claim, ...]:
+    exact = [found.areas[n] for n in ("hull, linear map", "hull, exact map", names[2])]
+    miss = max(float(np.abs(area - TRUE).max()) for area in exact)
+    near = float(np.abs(found.strip - TRUE).max())
+    worst = np.abs(np.array(THESIS) / TRUE - 1.0)
+    return (
+        Claim(
+            "20, 60, 80, 100, 100, 100, 100, 60, 40 points are in contact at steps 6 to 14.",
+            tuple(found.counts.astype(int)) == COUNTS,
+            ", ".join(f"{n:.0f}" for n in found.counts),
+        ),
+        Claim(
+            "The true areas are 0.08, 0.40 (seven times) and 0.24.",
+            near < 1e-3,
+            f"the cylinder's own strip differs by at most {near:.1e}",
+        ),
+        Claim(
+            "The thesis' hulls, on exact feet, and the facets give the true area.",
+            miss < 1e-6,
+            f"largest difference {miss:.1e}; the thesis' areas are off by up to "
+            f"{100 * worst.max():.0f} %",
+        ),
+    )
+
+
+_CAPTION_AREAS = (
+    "Table 5.1 as a picture: the thesis' areas beside the true ones and ours. Hull and facets lie "
+    "on the truth; the areas of the facets on the slave follow the skin of the cylinder instead."
+)
+_CAPTION_SECTION = (
+    "The cloud seen along its axis at steps 6, 14, 7 and 10, with 20, 40, 60 and 100 of its points "
+    "through the master, and the width they stand for."
+)
+
+
+def _draw_areas(figure: Figure, found: AreaTable) -> None:
+    axes = figure.subplots()
+    steps = np.array(STEPS)
+    axes.step(steps, TRUE, where="mid", color=INK, lw=1.2, label="true")
+    axes.plot(steps, THESIS, "s", color=LINES[1], label="thesis")
+    axes.plot(steps, found.areas["hull, linear map"], "o", color=LINES[0], label="hull on feet")
+    axes.plot(
+        steps, found.areas["facets, on the master"], "+", color=LINES[2], ms=9, mew=1.4,
+        label="facets, on the master",
+    )  # fmt: skip
+    slave = found.areas["facets, on the slave"]
+    axes.plot(steps, slave, "_", color=MUTED, ms=9, mew=1.4, label="facets, on the slave")
+    for step, n in zip(steps, COUNTS, strict=True):
+        axes.annotate(f"{n}", (step, 0.0), (0, 4), textcoords="offset points", ha="center",
+                      fontsize=7.5, color=MUTED)  # fmt: skip
+    axes.set(xlabel="step (above it: points in contact)", ylabel="area", ylim=(0.0, None))
+    axes.legend(ncols=2, loc="lower center", bbox_to_anchor=(0.5, 0.12))
+
+
+def _draw_section(figure: Figure) -> None:
+    run = played(simulation_of("cylinder_flat"))
+    shown = (6, 14, 7, 10)
+    angle = np.linspace(0.0, 2.0 * np.pi, 200)
+    for axes, k in zip(figure.subplots(1, len(shown), sharey=True), shown, strict=True):
+        points, state = run.places[k], run.states[k]
+        height = points[:, 2].mean()
+        on = state.in_contact
+        axes.plot(RADIUS * np.cos(angle), height + RADIUS * np.sin(angle), color=MUTED, lw=0.7)
+        axes.plot([-0.34, 0.34], [0.0, 0.0], color=INK, lw=1.2)
+        axes.plot(*points[~on][:, [0, 2]].T, "o", color=LINES[0], ms=4)
+        axes.plot(*points[on][:, [0, 2]].T, "o", color=LINES[1], ms=4)
+        x = points[on, 0]
+        axes.plot([x.min(), x.max()], [0.0, 0.0], color=LINES[1], lw=3.2, alpha=0.6)
+        axes.set_title(f"step {k}: {on.sum()} points")
+        axes.set(xlim=(-0.34, 0.34), ylim=(-0.56, 0.40), aspect="equal", xlabel="x")
+        axes.grid(visible=False)

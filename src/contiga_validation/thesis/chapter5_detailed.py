@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 from contiga import ContactStatus, State, View
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, plane
-from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
+from contiga_validation.engine.experiment import Claim, Experiments, Outcome, Picture, Table
 from contiga_validation.thesis.play import Played, play
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+EXPERIMENTS = Experiments()
 
 CONTACT, FREE, BEYOND = LINES[1], LINES[0], "#9aa3ad"
 TABLE_5_1 = (20, 60, 80, 100, 100, 100, 100, 60, 40)
@@ -40,6 +42,13 @@ def foot_errors(run: Played) -> tuple[float, float]:
 # ---------------------------------------------------------------- flat master (5.2.3)
 
 
+@EXPERIMENTS.add(
+    "5.2.3-flat",
+    "A cylinder of points through a flat master",
+    "Section 5.2.3, Fig. 5.19, the counts of Table 5.1",
+    "No point is in contact up to t = 5; then 20, 60, 80, 100, 100, 100, 100, 60 and 40 are, "
+    "at steps 6 to 14. Points that move up again are released.",
+)
 def _flat() -> Outcome:
     run = play("cylinder_flat")
     counts = [int(n) for n in run.history["n_contact"]]
@@ -61,32 +70,36 @@ def _flat() -> Outcome:
                 rows,
             ),
         ),
-        pictures=_FLAT_PICTURES,
-        claims=_flat_claims(counts, miss, released),
+        pictures=(
+            Picture(
+                "5.19",
+                "A cylinder of points goes down through a flat master (cut off here) and comes "
+                "back. Red points are in contact.",
+                lambda figure: _panels(figure, "cylinder_flat", (5, 6, 7, 8, 9, 11, 13, 14)),
+                (9.0, 4.6),
+            ),
+        ),
+        claims=(
+            Claim(
+                "Points in contact at steps 6 to 14: 20, 60, 80, 100, 100, 100, 100, 60, 40.",
+                tuple(counts[6:15]) == TABLE_5_1 and sum(counts) == sum(TABLE_5_1),
+                ", ".join(map(str, counts[6:15])) + ", and none before and after",
+            ),
+            Claim(
+                "Each is as deep as it is below the plane.",
+                miss <= 1e-14,
+                f"largest difference {miss:.1e}",
+            ),
+            Claim(
+                "Points that move up to the free side are released (Eq. 4.7, Fig. 5.19 h and i).",
+                released[13] == 40 and released[14] == 20 and released[15] == 40,
+                f"{released[13]}, {released[14]} and {released[15]} at steps 13, 14 and 15",
+            ),
+        ),
         difference=(
             "The thesis gives the counts but not the cylinder or its path; rows of twenty points "
             "and a path that lets as many through are chosen here. Areas and forces of the same "
             "scene are under 5.4."
-        ),
-    )
-
-
-def _flat_claims(counts: list[int], miss: float, released: list[int]) -> tuple[Claim, ...]:
-    return (
-        Claim(
-            "Points in contact at steps 6 to 14: 20, 60, 80, 100, 100, 100, 100, 60, 40.",
-            tuple(counts[6:15]) == TABLE_5_1 and sum(counts) == sum(TABLE_5_1),
-            ", ".join(map(str, counts[6:15])) + ", and none before and after",
-        ),
-        Claim(
-            "Each is as deep as it is below the plane.",
-            miss <= 1e-14,
-            f"largest difference {miss:.1e}",
-        ),
-        Claim(
-            "Points that move up to the free side are released (Eq. 4.7, Fig. 5.19 h and i).",
-            released[13] == 40 and released[14] == 20 and released[15] == 40,
-            f"{released[13]}, {released[14]} and {released[15]} at steps 13, 14 and 15",
         ),
     )
 
@@ -109,6 +122,13 @@ BumpyRow = tuple[int, int, int, int, float, int]
 """Step; points in contact, on the left bump, on the right one; depth; points beyond and low."""
 
 
+@EXPERIMENTS.add(
+    "5.3-bumpy",
+    "A bumpy master, and points out of its boundary",
+    "Section 5.3, Fig. 5.20",
+    "From t = 10 the projections are clearly separate and none shifts from the left to the "
+    "right. Some points are outside the boundary, have no projection and are not in contact.",
+)
 def _bumpy() -> Outcome:
     run = play("out_of_boundary")
     states = run.states
@@ -127,8 +147,30 @@ def _bumpy() -> Outcome:
         for k, state in enumerate(states)
     )
     return Outcome(
-        tables=_bumpy_tables(rows),
-        pictures=_BUMPY_PICTURES,
+        tables=(
+            Table(
+                "5.3 bumpy",
+                "Points in contact with each bump, and points beyond the ends of the master that "
+                "are as low as its bumps.",
+                ("t", "in contact", "left bump", "right bump", "deepest", "beyond and low"),
+                rows,
+            ),
+        ),
+        pictures=(
+            Picture(
+                "5.20",
+                "The cylinder, longer than the master, goes down between two bumps. Red points "
+                "are in contact, grey ones beyond the border: they have no projection.",
+                lambda figure: _panels(figure, "out_of_boundary", (4, 6, 8, 9, 10, 11)),
+                (9.0, 5.4),
+            ),
+            Picture(
+                "5.20-feet",
+                "Feet at the lowest position, seen from above: two groups, one on each bump.",
+                _draw_feet,
+                (5.6, 3.8),
+            ),
+        ),
         claims=_bumpy_claims(run, rows, touched),
         difference=(
             "The thesis gives the knots and the number of control points of its master, not their "
@@ -168,18 +210,6 @@ def _bumpy_claims(run: Played, rows: tuple[BumpyRow, ...], touched: int) -> tupl
     )
 
 
-def _bumpy_tables(rows: tuple[BumpyRow, ...]) -> tuple[Table, ...]:
-    return (
-        Table(
-            "5.3 bumpy",
-            "Points in contact with each bump, and points beyond the ends of the master that "
-            "are as low as its bumps.",
-            ("t", "in contact", "left bump", "right bump", "deepest", "beyond and low"),
-            rows,
-        ),
-    )
-
-
 def _between(state: State) -> float:
     """Gap in x between the feet on the two bumps."""
     x = state.foot[state.in_contact, 0]
@@ -209,6 +239,13 @@ def _frame(corner: tuple[float, float], width: float, height: float) -> Any:
 # ---------------------------------------------------------------- sideways sliding (5.3.1)
 
 
+@EXPERIMENTS.add(
+    "5.3.1-sliding",
+    "Sideways sliding over a border",
+    "Section 5.3.1, Fig. 5.21",
+    "All slave points move north-west. At t = 13 there are 68 in contact; at t = 14 two have "
+    "no projection within the master any more and 66 are left.",
+)
 def _sliding() -> Outcome:
     run = play("sideways_sliding")
     counts = [int(n) for n in run.history["n_contact"]]
@@ -224,7 +261,15 @@ def _sliding() -> Outcome:
                 rows,
             ),
         ),
-        pictures=_SLIDING_PICTURES,
+        pictures=(
+            Picture(
+                "5.21",
+                "The points from above at t = 13 and t = 14: the two in squares leave the master "
+                "over its border.",
+                _draw_sliding,
+                (8.4, 3.2),
+            ),
+        ),
         claims=_sliding_claims(counts, force, run),
         difference="The scene is designed: two rows of 34 points over a flat master.",
     )
@@ -271,17 +316,6 @@ def _draw_sliding(figure: Figure) -> None:
         axes.set(xlim=(-1.15, 0.55), ylim=(-0.55, 0.55))
 
 
-_SLIDING_PICTURES = (
-    Picture(
-        "5.21",
-        "The points from above at t = 13 and t = 14: the two in squares leave the master "
-        "over its border.",
-        _draw_sliding,
-        (8.4, 3.2),
-    ),
-)
-
-
 def _square(axes: Axes, points: FloatArray) -> None:
     """A square around each of the points."""
     axes.plot(*points[:, :2].T, "s", ms=9.0, mfc="none", mec="#21262d", mew=1.0)
@@ -308,62 +342,3 @@ def _panels(figure: Figure, name: str, steps: Sequence[int]) -> None:
             view.dots(points[part], color=colour, ms=size)
         view.show(triad=k == steps[0])
         axes.set_title(f"t = {k}, {int(on.sum())} in contact")
-
-
-_BUMPY_PICTURES = (
-    Picture(
-        "5.20",
-        "The cylinder, longer than the master, goes down between two bumps. Red points "
-        "are in contact, grey ones beyond the border: they have no projection.",
-        lambda figure: _panels(figure, "out_of_boundary", (4, 6, 8, 9, 10, 11)),
-        (9.0, 5.4),
-    ),
-    Picture(
-        "5.20-feet",
-        "Feet at the lowest position, seen from above: two groups, one on each bump.",
-        _draw_feet,
-        (5.6, 3.8),
-    ),
-)
-
-
-_FLAT_PICTURES = (
-    Picture(
-        "5.19",
-        "A cylinder of points goes down through a flat master (cut off here) and comes "
-        "back. Red points are in contact.",
-        lambda figure: _panels(figure, "cylinder_flat", (5, 6, 7, 8, 9, 11, 13, 14)),
-        (9.0, 4.6),
-    ),
-)
-
-
-EXPERIMENTS: tuple[Experiment, ...] = (
-    Experiment(
-        "5.2.3-flat",
-        5,
-        "A cylinder of points through a flat master",
-        "Section 5.2.3, Fig. 5.19, the counts of Table 5.1",
-        _flat,
-        "No point is in contact up to t = 5; then 20, 60, 80, 100, 100, 100, 100, 60 and 40 are, "
-        "at steps 6 to 14. Points that move up again are released.",
-    ),
-    Experiment(
-        "5.3-bumpy",
-        5,
-        "A bumpy master, and points out of its boundary",
-        "Section 5.3, Fig. 5.20",
-        _bumpy,
-        "From t = 10 the projections are clearly separate and none shifts from the left to the "
-        "right. Some points are outside the boundary, have no projection and are not in contact.",
-    ),
-    Experiment(
-        "5.3.1-sliding",
-        5,
-        "Sideways sliding over a border",
-        "Section 5.3.1, Fig. 5.21",
-        _sliding,
-        "All slave points move north-west. At t = 13 there are 68 in contact; at t = 14 two have "
-        "no projection within the master any more and 66 are left.",
-    ),
-)

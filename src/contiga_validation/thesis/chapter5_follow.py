@@ -10,7 +10,7 @@ import numpy as np
 from contiga import ContactStatus, View
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, MUTED, draw_curve, plane
-from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
+from contiga_validation.engine.experiment import Claim, Experiments, Outcome, Picture, Table
 from contiga_validation.thesis.play import Played, play
 
 if TYPE_CHECKING:
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from contiga import NurbsCurve
+
+EXPERIMENTS = Experiments()
 
 CONTACT, FREE, OTHER = LINES[1], LINES[0], LINES[2]
 
@@ -64,6 +66,14 @@ SequenceRow = tuple[int, int, int, int, int, float, float]
 closest points."""
 
 
+@EXPERIMENTS.add(
+    "5.2.2-curve",
+    "Nodes through a curve: local against global minimum",
+    "Section 5.2.2, Fig. 5.14–5.17",
+    "No contact in the first two steps; then two nodes penetrate, then another. Where global "
+    "and local minimum differ (Fig. 5.16) the local one is taken, as the force would leap "
+    "otherwise. From t = 7 the nodes go down and some are released.",
+)
 def _curve_sequence() -> Outcome:
     run = play("curve_sequence")
     turned = _turned(run)
@@ -81,8 +91,39 @@ def _curve_sequence() -> Outcome:
         for k, state in enumerate(run.states)
     )
     return Outcome(
-        tables=_curve_sequence_tables(rows),
-        pictures=_CURVE_SEQUENCE_PICTURES,
+        tables=(
+            Table(
+                "5.2.2 sequence",
+                "Five nodes through the curve, step by step.",
+                (
+                    "t",
+                    "in contact",
+                    "new",
+                    "released",
+                    "closest to the other branch",
+                    "deepest, followed",
+                    "deepest, by closest points",
+                ),
+                rows,
+            ),
+        ),
+        pictures=(
+            Picture(
+                "5.14",
+                "The sequence. Red nodes are in contact, lines lead to their feet. At t = 6 the "
+                "closest points of some (green) are on the other branch; the feet stay "
+                "where they came in. At t = 7 the nodes go back.",
+                lambda figure: _draw_sequence(figure, (1, 2, 3, 4, 6, 7)),
+                (8.4, 6.6),
+            ),
+            Picture(
+                "5.16",
+                "Depth of the third node: followed from step to step, and by the closest point, "
+                "which at t = 6 is on the other branch.",
+                _draw_depths,
+                (6.4, 2.9),
+            ),
+        ),
         claims=(*_sequence_claims(rows), *_following_claims(run)),
         difference=(
             "The curve is designed: it turns back like a hairpin. The thesis says that with the "
@@ -130,25 +171,6 @@ def _following_claims(run: Played) -> tuple[Claim, ...]:
             shift < 0.5 < 2.0 < jump and drop > 0.1,
             f"a foot moves by at most {shift:.2f} of the way its node goes, a closest point by "
             f"{jump:.1f} of it; by the closest point a node would be {drop:.3f} less deep",
-        ),
-    )
-
-
-def _curve_sequence_tables(rows: tuple[SequenceRow, ...]) -> tuple[Table, ...]:
-    return (
-        Table(
-            "5.2.2 sequence",
-            "Five nodes through the curve, step by step.",
-            (
-                "t",
-                "in contact",
-                "new",
-                "released",
-                "closest to the other branch",
-                "deepest, followed",
-                "deepest, by closest points",
-            ),
-            rows,
         ),
     )
 
@@ -202,25 +224,13 @@ def _draw_depths(figure: Figure) -> None:
     axes.legend(loc="upper left")
 
 
-_CURVE_SEQUENCE_PICTURES = (
-    Picture(
-        "5.14",
-        "The sequence. Red nodes are in contact, lines lead to their feet. At t = 6 the "
-        "closest points of some (green) are on the other branch; the feet stay "
-        "where they came in. At t = 7 the nodes go back.",
-        lambda figure: _draw_sequence(figure, (1, 2, 3, 4, 6, 7)),
-        (8.4, 6.6),
-    ),
-    Picture(
-        "5.16",
-        "Depth of the third node: followed from step to step, and by the closest point, "
-        "which at t = 6 is on the other branch.",
-        _draw_depths,
-        (6.4, 2.9),
-    ),
+@EXPERIMENTS.add(
+    "5.2.3-space",
+    "A point into a body: local against global minimum in space",
+    "Section 5.2.3, Fig. 5.18",
+    "A point goes up through the master surface; of two projections the one with the smaller "
+    "shift is taken.",
 )
-
-
 def _space() -> Outcome:
     run = play("point_in_space")
     turned = _turned(run)
@@ -236,8 +246,29 @@ def _space() -> Outcome:
         for k, state in enumerate(run.states)
     )
     return Outcome(
-        tables=_space_tables(rows),
-        pictures=_SPACE_PICTURES,
+        tables=(
+            Table(
+                "5.2.3 space",
+                "The point on its way up.",
+                (
+                    "t",
+                    "z of the point",
+                    "depth, followed",
+                    "depth, by closest point",
+                    "closest side",
+                ),
+                rows,
+            ),
+        ),
+        pictures=(
+            Picture(
+                "5.18",
+                "A point past the middle of a flat body: the foot before (yellow), the foot that "
+                "continues it (red) and the closest point (green), which is on the other side.",
+                _draw_space,
+                (6.2, 3.0),
+            ),
+        ),
         claims=_space_claims(run, turned),
         difference="The body is designed: an ellipsoid with half axes 2, 1.4 and 0.4.",
     )
@@ -266,23 +297,6 @@ def _space_claims(run: Played, turned: list[int]) -> tuple[Claim, ...]:
     )
 
 
-def _space_tables(rows: tuple[tuple[int, float, float, float, str], ...]) -> tuple[Table, ...]:
-    return (
-        Table(
-            "5.2.3 space",
-            "The point on its way up.",
-            (
-                "t",
-                "z of the point",
-                "depth, followed",
-                "depth, by closest point",
-                "closest side",
-            ),
-            rows,
-        ),
-    )
-
-
 def _draw_space(figure: Figure) -> None:
     run = play("point_in_space")
     k = _turned(run).index(1) + 1
@@ -305,37 +319,3 @@ def _draw_space(figure: Figure) -> None:
         view.dots(at, color=colour, ms=6.0, label=name)
     view.show()
     figure.legend(loc="upper center", ncols=4, handletextpad=0.2)
-
-
-_SPACE_PICTURES = (
-    Picture(
-        "5.18",
-        "A point past the middle of a flat body: the foot before (yellow), the foot that "
-        "continues it (red) and the closest point (green), which is on the other side.",
-        _draw_space,
-        (6.2, 3.0),
-    ),
-)
-
-
-EXPERIMENTS: tuple[Experiment, ...] = (
-    Experiment(
-        "5.2.2-curve",
-        5,
-        "Nodes through a curve: local against global minimum",
-        "Section 5.2.2, Fig. 5.14–5.17",
-        _curve_sequence,
-        "No contact in the first two steps; then two nodes penetrate, then another. Where global "
-        "and local minimum differ (Fig. 5.16) the local one is taken, as the force would leap "
-        "otherwise. From t = 7 the nodes go down and some are released.",
-    ),
-    Experiment(
-        "5.2.3-space",
-        5,
-        "A point into a body: local against global minimum in space",
-        "Section 5.2.3, Fig. 5.18",
-        _space,
-        "A point goes up through the master surface; of two projections the one with the smaller "
-        "shift is taken.",
-    ),
-)

@@ -11,7 +11,7 @@ from contiga import AreaInput, AreaMethod, Areas, Contact, ForceLaw, HullArea, N
 from contiga.errors import ContigaError
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import INK, LINES, MUTED
-from contiga_validation.engine.experiment import Cell, Claim, Experiment, Outcome, Picture, Table
+from contiga_validation.engine.experiment import Cell, Claim, Experiments, Outcome, Picture, Table
 from contiga_validation.thesis.chapter5_area import STEPS, THESIS, TRUE
 from contiga_validation.thesis.play import Played, played
 from contiga_validation.thesis.variants import simulation_of, slave_of, variant
@@ -19,6 +19,8 @@ from contiga_validation.thesis.variants import simulation_of, slave_of, variant
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+EXPERIMENTS = Experiments()
 
 COEFFICIENT = 0.5
 NODAL = 0.1
@@ -92,6 +94,13 @@ def forces(law: ForceLaw | StressLaw) -> Forces:
 # ---------------------------------------------------------------- force model, Fig. 5.24 to 5.26
 
 
+@EXPERIMENTS.add(
+    "5.4-force",
+    "Contact model force",
+    "5.4.2, Fig. 5.24 to 5.26, Eq. 3.1 to 3.3",
+    "With the elastic coefficient 0.5 the total force is linear in the largest penetration; "
+    "nodal forces by the approximated area are within O(1e-12) of those by the analytic one.",
+)
 def _force_model() -> Outcome:
     found = forces(ForceLaw(COEFFICIENT, share="penetration"))
     depth = found.depth()
@@ -218,6 +227,13 @@ def _draw_delta(figure: Figure, found: Forces) -> None:
 # ---------------------------------------------------------------- stress model, Fig. 5.27
 
 
+@EXPERIMENTS.add(
+    "5.4-stress",
+    "Contact model stress",
+    "5.4.2, Fig. 5.27, Eq. 3.4",
+    "With C_d = 0.2 and t = 0.1 the approximated area gives the pattern of the analytic one, "
+    "the constant nodal area of 0.1 does not.",
+)
 def _stress_model() -> Outcome:
     damped = forces(StressLaw(MODULUS, THICKNESS, damping=DAMPING))
     plain = forces(StressLaw(MODULUS, THICKNESS))
@@ -328,6 +344,13 @@ def contact_types() -> tuple[list[TypeRow], str]:
     return rows, ""
 
 
+@EXPERIMENTS.add(
+    "3.2-types",
+    "Contact types slave, master and combined",
+    "3.2, Fig. 3.3",
+    "Three contact types: the slave deforms, the master does, or both. The force model does "
+    "not work with the third.",
+)
 def _types() -> Outcome:
     rows, refusal = contact_types()
     force = {row.name: row.force for row in rows}
@@ -366,34 +389,3 @@ def _types_claims(force: dict[str, float], refusal: str) -> tuple[Claim, ...]:
             refusal.splitlines()[0] if refusal else "it was accepted",
         ),
     )
-
-
-EXPERIMENTS = (
-    Experiment(
-        "5.4-force",
-        5,
-        "Contact model force",
-        "5.4.2, Fig. 5.24 to 5.26, Eq. 3.1 to 3.3",
-        _force_model,
-        "With the elastic coefficient 0.5 the total force is linear in the largest penetration; "
-        "nodal forces by the approximated area are within O(1e-12) of those by the analytic one.",
-    ),
-    Experiment(
-        "5.4-stress",
-        5,
-        "Contact model stress",
-        "5.4.2, Fig. 5.27, Eq. 3.4",
-        _stress_model,
-        "With C_d = 0.2 and t = 0.1 the approximated area gives the pattern of the analytic one, "
-        "the constant nodal area of 0.1 does not.",
-    ),
-    Experiment(
-        "3.2-types",
-        3,
-        "Contact types slave, master and combined",
-        "3.2, Fig. 3.3",
-        _types,
-        "Three contact types: the slave deforms, the master does, or both. The force model does "
-        "not work with the third.",
-    ),
-)

@@ -9,11 +9,13 @@ import numpy as np
 from contiga import Body, Hit, NurbsCurve, Projection, View, clouds, shapes
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, draw_curve, plane
-from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
+from contiga_validation.engine.experiment import Claim, Experiments, Outcome, Picture, Table
 from contiga_validation.thesis.chapter5_splines import weighted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+EXPERIMENTS = Experiments()
 
 CONTACT, FREE = LINES[1], LINES[0]
 
@@ -29,6 +31,12 @@ def _height(points: FloatArray) -> FloatArray:
     return np.asarray(points[:, 2] - foot[:, 2])
 
 
+@EXPERIMENTS.add(
+    "5.2.1-grouping",
+    "Slave points grouped by the normal",
+    "Section 5.2.1, Eq. 4.1 and 4.7, Fig. 5.12",
+    "The unit normal points to the non-contact side; slave points there are not in contact.",
+)
 def _grouping() -> Outcome:
     points = clouds.random_in_box((-1.9, -1.4, -0.8), (1.9, 1.4, 0.8), 20000, seed=11)
     body = Body([_HILLS])
@@ -49,7 +57,15 @@ def _grouping() -> Outcome:
                 rows,
             ),
         ),
-        pictures=_GROUPING_PICTURES,
+        pictures=(
+            Picture(
+                "5.12",
+                "Normal N and tangents S_u, S_v at the foot of a point P. N points to the free "
+                "side: P and the blue points are not in contact, the red ones are.",
+                _draw_grouping,
+                (6.2, 4.0),
+            ),
+        ),
         claims=_grouping_claims(points, feet),
         difference="The surface and the points are chosen here; the thesis names neither.",
     )
@@ -92,17 +108,6 @@ def _draw_grouping(figure: Figure) -> None:
         view.arrow(p, tip).text(tip, name)
     view.show()
     figure.legend(loc="upper right", ncols=2, handletextpad=0.2)
-
-
-_GROUPING_PICTURES = (
-    Picture(
-        "5.12",
-        "Normal N and tangents S_u, S_v at the foot of a point P. N points to the free "
-        "side: P and the blue points are not in contact, the red ones are.",
-        _draw_grouping,
-        (6.2, 4.0),
-    ),
-)
 
 
 # ---------------------------------------------------------------- a line meets a curve (5.2.2)
@@ -160,12 +165,28 @@ def _least_as_printed(curve: NurbsCurve) -> float:
     )
 
 
+@EXPERIMENTS.add(
+    "5.2.2-intersection",
+    "A line meets a curve: the initial guess of type a",
+    "Section 5.2.2, Eq. 4.6, Fig. 4.4 and 5.13",
+    "The intersection of the path P_i−1 P_i with the curve starts Newton's method for a point "
+    "that is newly in contact.",
+)
 def _intersection() -> Outcome:
     curve = weighted(2.0)
     found = _entry(curve)
     return Outcome(
         tables=(_intersection_table(found),),
-        pictures=_INTERSECTION_PICTURES,
+        pictures=(
+            Picture(
+                "5.13",
+                "The line from P_i−1 to P_i and the point in which it meets the NURBS curve, the "
+                "initial guess of type a; dotted, the foot of P_i that Newton's method finds from "
+                "there.",
+                _draw_intersection,
+                (6.4, 3.8),
+            ),
+        ),
         claims=_intersection_claims(found, _least_as_printed(curve)),
         difference=(
             "A line and a curve meet at different parameters of their own, so two unknowns are "
@@ -231,40 +252,7 @@ def _draw_intersection(figure: Figure) -> None:
     axes.legend(loc="upper right")
 
 
-_INTERSECTION_PICTURES = (
-    Picture(
-        "5.13",
-        "The line from P_i−1 to P_i and the point in which it meets the NURBS curve, the "
-        "initial guess of type a; dotted, the foot of P_i that Newton's method finds from "
-        "there.",
-        _draw_intersection,
-        (6.4, 3.8),
-    ),
-)
-
-
 def _followed(body: Body, point: FloatArray, hit: Hit) -> FloatArray:
     """Foot of `point`, continued from where its path entered."""
     start = body.project(hit.point)
     return body.project(point[None], start=start, mode="track").point[0]
-
-
-EXPERIMENTS: tuple[Experiment, ...] = (
-    Experiment(
-        "5.2.1-grouping",
-        5,
-        "Slave points grouped by the normal",
-        "Section 5.2.1, Eq. 4.1 and 4.7, Fig. 5.12",
-        _grouping,
-        "The unit normal points to the non-contact side; slave points there are not in contact.",
-    ),
-    Experiment(
-        "5.2.2-intersection",
-        5,
-        "A line meets a curve: the initial guess of type a",
-        "Section 5.2.2, Eq. 4.6, Fig. 4.4 and 5.13",
-        _intersection,
-        "The intersection of the path P_i−1 P_i with the curve starts Newton's method for a point "
-        "that is newly in contact.",
-    ),
-)

@@ -11,11 +11,13 @@ from contiga import NurbsCurve, NurbsSurface, View
 from contiga import knots as kv
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, draw_curve, draw_polygon, plane
-from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
+from contiga_validation.engine.experiment import Claim, Experiments, Outcome, Picture, Table
 from contiga_validation.thesis.chapter2 import cox_de_boor
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+EXPERIMENTS = Experiments()
 
 UNIFORM = np.array([0, 0, 0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1, 1, 1])
 """The knots of 5.1.1, as printed."""
@@ -34,6 +36,13 @@ _FINE = np.linspace(0.0, 1.0, 2001)
 # ---------------------------------------------------------------- B-spline curve (5.1.1)
 
 
+@EXPERIMENTS.add(
+    "5.1.1-curve",
+    "A B-spline curve with ten control points",
+    "Section 5.1.1, Fig. 5.1–5.3",
+    "A quadratic curve on a uniform open knot vector with ten control points: its ends are "
+    "interpolated, and its polygon is tangent to it there.",
+)
 def _bspline_curve() -> Outcome:
     return Outcome(
         tables=(
@@ -45,7 +54,23 @@ def _bspline_curve() -> Outcome:
                 tuple((p, 13 - p - 1, "yes" if 13 - p - 1 == 10 else "no") for p in (1, 2, 3)),
             ),
         ),
-        pictures=_BSPLINE_CURVE_PICTURES,
+        pictures=(
+            Picture("5.1", "Ten control points and their polygon.", _draw_net, (6.4, 3.0)),
+            Picture(
+                "5.2",
+                "The quadratic basis on the printed knots with its first and second derivatives. "
+                "The slopes are continuous with kinks at the knots; the second derivatives jump.",
+                lambda figure: draw_basis(figure, UNIFORM, 2),
+                (7.4, 5.2),
+            ),
+            Picture(
+                "5.3",
+                "The B-spline curve with its control points and polygon: it starts and ends in "
+                "the end points, along the first and last leg.",
+                _draw_bspline,
+                (6.4, 3.0),
+            ),
+        ),
         claims=_bspline_curve_claims(),
         difference=(
             "The text calls the basis of Fig. 5.2 cubic. Its knot vector has 13 entries for 10 "
@@ -125,25 +150,6 @@ def _draw_bspline(figure: Figure) -> None:
     axes.legend(loc="upper right")
 
 
-_BSPLINE_CURVE_PICTURES = (
-    Picture("5.1", "Ten control points and their polygon.", _draw_net, (6.4, 3.0)),
-    Picture(
-        "5.2",
-        "The quadratic basis on the printed knots with its first and second derivatives. "
-        "The slopes are continuous with kinks at the knots; the second derivatives jump.",
-        lambda figure: draw_basis(figure, UNIFORM, 2),
-        (7.4, 5.2),
-    ),
-    Picture(
-        "5.3",
-        "The B-spline curve with its control points and polygon: it starts and ends in "
-        "the end points, along the first and last leg.",
-        _draw_bspline,
-        (6.4, 3.0),
-    ),
-)
-
-
 # ---------------------------------------------------------------- NURBS curve (5.1.2)
 
 
@@ -155,6 +161,13 @@ def weighted(second: float | None) -> NurbsCurve:
     return NurbsCurve(2, NON_UNIFORM, TEN, weights)
 
 
+@EXPERIMENTS.add(
+    "5.1.2-weights",
+    "Weights pull a NURBS curve",
+    "Section 5.1.2, Fig. 5.5–5.7",
+    "With weights 2, 1.5 and 1.5 the curve is pulled to three of its control points; raising "
+    "the second weight from 2 to 5 pulls it further.",
+)
 def _weights() -> Outcome:
     plain_curve = NurbsCurve(2, NON_UNIFORM, TEN)
     one, two, five = (weighted(w).evaluate(_FINE) for w in (None, 2.0, 5.0))
@@ -169,7 +182,27 @@ def _weights() -> Outcome:
                 tuple(zip((1, 2, 5), reach, strict=True)),
             ),
         ),
-        pictures=_WEIGHTS_PICTURES,
+        pictures=(
+            Picture(
+                "5.5",
+                "The quadratic basis on the printed non-uniform knots and its first derivative.",
+                lambda figure: draw_basis(figure, NON_UNIFORM, 1),
+                (7.4, 3.8),
+            ),
+            Picture(
+                "5.6",
+                "All weights 1 (left), and 2, 1.5, 1.5 at the second, fifth and eighth point "
+                "(right): the curve is pulled towards them.",
+                lambda figure: _draw_weights(figure, (None, 2.0)),
+                (8.2, 3.2),
+            ),
+            Picture(
+                "5.7",
+                "The second weight raised from 2 (left) to 5 (right).",
+                lambda figure: _draw_weights(figure, (2.0, 5.0)),
+                (8.2, 3.2),
+            ),
+        ),
         claims=(*_weights_claims(plain_curve, one, reach), *_pull_claims(plain_curve, two, five)),
         difference=(
             "The thesis shows its control points without numbers and three raised weights (2, "
@@ -251,29 +284,6 @@ def _draw_weights(figure: Figure, seconds: tuple[float | None, float | None]) ->
             )
 
 
-_WEIGHTS_PICTURES = (
-    Picture(
-        "5.5",
-        "The quadratic basis on the printed non-uniform knots and its first derivative.",
-        lambda figure: draw_basis(figure, NON_UNIFORM, 1),
-        (7.4, 3.8),
-    ),
-    Picture(
-        "5.6",
-        "All weights 1 (left), and 2, 1.5, 1.5 at the second, fifth and eighth point "
-        "(right): the curve is pulled towards them.",
-        lambda figure: _draw_weights(figure, (None, 2.0)),
-        (8.2, 3.2),
-    ),
-    Picture(
-        "5.7",
-        "The second weight raised from 2 (left) to 5 (right).",
-        lambda figure: _draw_weights(figure, (2.0, 5.0)),
-        (8.2, 3.2),
-    ),
-)
-
-
 # ---------------------------------------------------------------- surfaces (Fig. 5.4 and 5.8)
 
 
@@ -291,9 +301,30 @@ def net_surface(*, weighted_points: bool = False) -> NurbsSurface:
     return NurbsSurface((3, 3), (U, V), net, weights if weighted_points else None)
 
 
+@EXPERIMENTS.add(
+    "5.1.2-surfaces",
+    "A B-spline and a NURBS surface with their nets",
+    "Sections 5.1.1 and 5.1.2, Fig. 5.4 and 5.8",
+    "Twenty control points on U = 0 0 0 0 0.5 1 1 1 1 and V = 0 0 0 0 1 1 1 1, without and "
+    "with weights.",
+)
 def _surfaces() -> Outcome:
     return Outcome(
-        pictures=_SURFACES_PICTURES,
+        pictures=(
+            Picture(
+                "5.4",
+                "The net of 5 × 4 control points (left) and its B-spline surface (right).",
+                lambda figure: _draw_surface(figure, net_surface()),
+                (8.4, 3.4),
+            ),
+            Picture(
+                "5.8",
+                "The same net with weights 3 and 4 on its two highest points, and its NURBS "
+                "surface.",
+                lambda figure: _draw_surface(figure, net_surface(weighted_points=True)),
+                (8.4, 3.4),
+            ),
+        ),
         claims=_surfaces_claims(),
         difference=(
             "Knots and the number of control points are the thesis'; it does not give the points "
@@ -350,50 +381,3 @@ def _draw_surface(figure: Figure, surface: NurbsSurface) -> None:
                     view.text(at, f"w = {surface.weights[i, j]:g}")
         view.show()
         axes.set_title(name)
-
-
-_SURFACES_PICTURES = (
-    Picture(
-        "5.4",
-        "The net of 5 × 4 control points (left) and its B-spline surface (right).",
-        lambda figure: _draw_surface(figure, net_surface()),
-        (8.4, 3.4),
-    ),
-    Picture(
-        "5.8",
-        "The same net with weights 3 and 4 on its two highest points, and its NURBS surface.",
-        lambda figure: _draw_surface(figure, net_surface(weighted_points=True)),
-        (8.4, 3.4),
-    ),
-)
-
-
-EXPERIMENTS: tuple[Experiment, ...] = (
-    Experiment(
-        "5.1.1-curve",
-        5,
-        "A B-spline curve with ten control points",
-        "Section 5.1.1, Fig. 5.1–5.3",
-        _bspline_curve,
-        "A quadratic curve on a uniform open knot vector with ten control points: its ends are "
-        "interpolated, and its polygon is tangent to it there.",
-    ),
-    Experiment(
-        "5.1.2-weights",
-        5,
-        "Weights pull a NURBS curve",
-        "Section 5.1.2, Fig. 5.5–5.7",
-        _weights,
-        "With weights 2, 1.5 and 1.5 the curve is pulled to three of its control points; raising "
-        "the second weight from 2 to 5 pulls it further.",
-    ),
-    Experiment(
-        "5.1.2-surfaces",
-        5,
-        "A B-spline and a NURBS surface with their nets",
-        "Sections 5.1.1 and 5.1.2, Fig. 5.4 and 5.8",
-        _surfaces,
-        "Twenty control points on U = 0 0 0 0 0.5 1 1 1 1 and V = 0 0 0 0 1 1 1 1, without and "
-        "with weights.",
-    ),
-)

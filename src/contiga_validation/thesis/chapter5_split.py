@@ -8,12 +8,14 @@ import numpy as np
 
 from contiga import NurbsSurface, View
 from contiga_validation.engine.drawing import BODY, LINES, MUTED
-from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
+from contiga_validation.engine.experiment import Claim, Experiments, Outcome, Picture, Table
 from contiga_validation.thesis.play import patches_of
 from contiga_validation.thesis.variants import simulation_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+EXPERIMENTS = Experiments()
 
 
 class SplitStep(NamedTuple):
@@ -53,6 +55,13 @@ def _corner_area(surface: NurbsSurface) -> float:
     return float(0.5 * (np.linalg.norm(first) + np.linalg.norm(second)))
 
 
+@EXPERIMENTS.add(
+    "5.4-split",
+    "Splitting the master, net and base area",
+    "5.4.1, Fig. 5.22, Algorithms 2 to 4, Eq. 4.8",
+    "The master is split at u = 0.5 and v = 0.5 so that the areas of its control net and of "
+    "its base agree. The surface here is the bumpy master, on the thesis' knots and 20 points.",
+)
 def _split() -> Outcome:
     (surface,) = patches_of(simulation_of("bumpy_master"))
     steps, true = split_data(surface), surface.area()
@@ -138,16 +147,3 @@ def _draw_convergence(figure: Figure, steps: list[SplitStep], true: float) -> No
     axes.loglog(pieces[1:], line, color=MUTED, lw=0.8, ls=(0, (4, 3)), label="second order")
     axes.set(xlabel="pieces", ylabel="error of the area")
     axes.legend()
-
-
-EXPERIMENTS = (
-    Experiment(
-        "5.4-split",
-        5,
-        "Splitting the master, net and base area",
-        "5.4.1, Fig. 5.22, Algorithms 2 to 4, Eq. 4.8",
-        _split,
-        "The master is split at u = 0.5 and v = 0.5 so that the areas of its control net and of "
-        "its base agree. The surface here is the bumpy master, on the thesis' knots and 20 points.",
-    ),
-)

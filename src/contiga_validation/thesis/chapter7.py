@@ -9,12 +9,14 @@ import numpy as np
 from contiga import Body, State, View, clusters_of, shapes
 from contiga_validation.engine.arrays import FloatArray, IntArray
 from contiga_validation.engine.drawing import BODY, INK, LINES, MUTED
-from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
+from contiga_validation.engine.experiment import Claim, Experiments, Outcome, Picture, Table
 from contiga_validation.thesis.play import Played, play
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+EXPERIMENTS = Experiments()
 
 STEP = 9
 POINTS = 40
@@ -70,13 +72,34 @@ def dbscan_labels(uv: FloatArray, eps: float, least: int) -> IntArray:
     return clusters_of(uv, "dbscan", eps=eps, min_points=least)
 
 
+@EXPERIMENTS.add(
+    "7-clusters",
+    "k-means against DBSCAN",
+    "7.1 to 7.3, Fig. 7.1 to 7.4",
+    "Forty points are in contact in two groups. k-means with k = 2 finds them; DBSCAN with "
+    "P_min = 1 finds from 24 clusters to 1 within 0.1 of the radius, with P_min = 10 it is "
+    "less sensitive and not right. Mean shift is left for later (8.2).",
+)
 def _clusters() -> Outcome:
     study = cluster_data()
     one, ten = study.dbscan[1], study.dbscan[10]
     good_one = [float(e) for e, n in zip(EPS, one, strict=True) if n == 2]
     good_ten = [float(e) for e, n in zip(EPS, ten, strict=True) if n == 2]
     return Outcome(
-        tables=_clusters_tables(study),
+        tables=(
+            Table(
+                "7.3",
+                "Clusters found by DBSCAN over the radius, in the parameter plane.",
+                ("eps", "P_min = 1", "P_min = 10"),
+                tuple(zip(map(float, EPS), study.dbscan[1], study.dbscan[10], strict=True)),
+            ),
+            Table(
+                "7.2",
+                "Clusters found by the methods that take no radius; by eye there are two.",
+                ("method", "clusters"),
+                tuple(study.counts().items()),
+            ),
+        ),
         pictures=(
             Picture("7.1", _CAPTION_SCENE, lambda f: _draw_scene(f, study), (6.4, 3.8)),
             Picture("7.2", _CAPTION_FREE, lambda f: _draw_free(f, study), (7.4, 2.3)),
@@ -125,23 +148,6 @@ def _clusters_claims(study: Study) -> tuple[Claim, ...]:
             "Regions joined over neighbours in space need neither a number nor a radius.",
             counts["auto"] == 2 and _same(study.labels["auto"], study.labels["k-means, k = 2"]),
             f"{counts['auto']} regions, the same as by k-means",
-        ),
-    )
-
-
-def _clusters_tables(study: Study) -> tuple[Table, ...]:
-    return (
-        Table(
-            "7.3",
-            "Clusters found by DBSCAN over the radius, in the parameter plane.",
-            ("eps", "P_min = 1", "P_min = 10"),
-            tuple(zip(map(float, EPS), study.dbscan[1], study.dbscan[10], strict=True)),
-        ),
-        Table(
-            "7.2",
-            "Clusters found by the methods that take no radius; by eye there are two.",
-            ("method", "clusters"),
-            tuple(study.counts().items()),
         ),
     )
 
@@ -258,6 +264,12 @@ def seam_data() -> Seam:
     return Seam(body, rest[rows], uv, labels)
 
 
+@EXPERIMENTS.add(
+    "7-seam",
+    "Clusters over a seam",
+    "beyond chapter 7",
+    "The thesis clusters in the parameter plane.",
+)
 def _seam() -> Outcome:
     found = seam_data()
     counts = {name: _count(label) for name, label in found.labels.items()}
@@ -298,21 +310,3 @@ def _draw_seam(figure: Figure, found: Seam) -> None:
         view.dots(feet[label == c], color=LINES[c], ms=3.4)
     view.show()
     right.set_title("regions in space: 1")
-
-
-EXPERIMENTS = (
-    Experiment(
-        "7-clusters",
-        7,
-        "k-means against DBSCAN",
-        "7.1 to 7.3, Fig. 7.1 to 7.4",
-        _clusters,
-        "Forty points are in contact in two groups. k-means with k = 2 finds them; DBSCAN with "
-        "P_min = 1 finds from 24 clusters to 1 within 0.1 of the radius, with P_min = 10 it is "
-        "less sensitive and not right. Mean shift is left for later (8.2).",
-    ),
-    Experiment(
-        "7-seam", 7, "Clusters over a seam", "beyond chapter 7", _seam,
-        "The thesis clusters in the parameter plane.",
-    ),
-)  # fmt: skip

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from contiga import Master, NurbsSurface, Simulation, State, SystemState, build, load_case
+from contiga import Master, NurbsSurface, Simulation, State, SystemState
 from contiga_validation.engine.arrays import FloatArray
-from contiga_validation.thesis.scenes import scene
+from contiga_validation.thesis.variants import simulation_of
 
 
 class Played(NamedTuple):
@@ -56,7 +56,7 @@ def play(name: str) -> Played:
     FileError
         No such scene.
     """
-    return played(build(load_case(scene(name))))
+    return played(simulation_of(name))
 
 
 def played(simulation: Simulation) -> Played:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from contiga.case.load_spec import LoadSpec
 from contiga.case.problems import case_error
 from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
-from contiga.case.spec import Spec, by_kind
+from contiga.case.spec import BY_KIND, Spec
 from contiga.case.spring_spec import SpringSpec
 from contiga.dynamics import Accelerated, Velocity
 from contiga.errors import InputError
@@ -98,7 +98,7 @@ def test_pulses_are_smooth_on_request(spec, motion, smooth) -> None:
 def test_pulses_are_told_apart_by_their_kind() -> None:
     from pydantic import TypeAdapter
 
-    either = TypeAdapter(by_kind(VelocitySpec, AccelerationSpec))
+    either = TypeAdapter(Annotated[VelocitySpec | AccelerationSpec, BY_KIND])
     table = {"kind": "velocity", "direction": "x", "table": [[0, 0], [1, 1]]}
     assert isinstance(either.validate_python(table), VelocitySpec)
 
@@ -147,7 +147,7 @@ def test_a_load_over_time() -> None:
         follow = true
         """,
     )
-    load = spec.load
+    load = spec.made
     np.testing.assert_array_equal(load.force_at(1.0), [0, 0, 4])
     np.testing.assert_array_equal(load.moment_at(1.0), [1, 0, 0])
     assert (load.body, load.follow, load.span) == ("head", True, (0.0, 2.0))
@@ -196,7 +196,7 @@ def test_a_belt_with_a_damper() -> None:
         length = 4
         """,
     )
-    spring = spec.spring
+    spring = spec.made
     state = spring.start(spring.at, np.zeros((2, 3)))
     assert (spring.name, spring.between) == ("belt", ("dummy", "ground"))
     assert (state.length, state.force, spring.damping) == (5.0, 0.5, 0.5)
@@ -208,10 +208,10 @@ def test_a_belt_with_a_damper() -> None:
 
 def test_a_number_is_a_stiffness_and_a_damper_needs_no_curve() -> None:
     ends = 'between = ["a", "b"]\nat = [[0, 0, 0], [1, 0, 0]]\n'
-    spring = spec_of(SpringSpec, ends + "curve = 7").spring
+    spring = spec_of(SpringSpec, ends + "curve = 7").made
     assert spring.start([[0, 0, 0], [3, 0, 0]], np.zeros((2, 3))).force == 14.0
     assert spring.name == "a-b"
-    damper = spec_of(SpringSpec, ends + "damping = 7").spring
+    damper = spec_of(SpringSpec, ends + "damping = 7").made
     assert damper.curve is None
 
 

@@ -5,17 +5,30 @@ from __future__ import annotations
 import csv
 import math
 from pathlib import Path
+from typing import Any
 
 import h5py
 
 from contiga.studies.row import DONE, FAILED, Row
-from contiga.studies.table import CSV, HDF5, read_table, table_of
+from contiga.studies.table import CSV, HDF5, table_of
 
 ROWS = [
     Row(1, DONE, "", {"speed": -1.0, "at": [1, 2]}, {"force": 0.1 + 0.2}, 9.0),
     Row(2, FAILED, 'a "wrong", thing', {"speed": -2.0, "at": [3, 4]}, {"force": math.nan}, 1.0),
     Row(3, DONE, "", {"speed": -3, "at": "x"}, {"force": 1e-300}, 2.0),
 ]
+
+
+def read_table(path: Path) -> dict[str, list[Any]]:
+    """Columns by name, in their order."""
+    with h5py.File(path) as file:
+        group = file["table"]
+        return {name: _list(group[name]) for name in group.attrs["columns"]}
+
+
+def _list(dataset: Any) -> list[Any]:
+    is_text = h5py.check_string_dtype(dataset.dtype) is not None
+    return list(dataset.asstr()[()]) if is_text else dataset[()].tolist()
 
 
 def test_rows_are_in_the_order_of_their_numbers(tmp_path: Path) -> None:

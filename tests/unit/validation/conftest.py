@@ -36,9 +36,9 @@ def failing() -> Outcome:
     raise ZeroDivisionError("no way")
 
 
-GOOD = Experiment("5.1-good", 5, "All <well>", "Section 5.1", good, "It says so & so.")
-BROKEN = Experiment("6.1-broken", 6, "Not so well", "Section 6.1", broken)
-FAILING = Experiment("7.1-failing", 7, "Not at all", "Chapter 7", failing)
+GOOD = Experiment("5.1-good", "All <well>", "Section 5.1", good, "It says so & so.")
+BROKEN = Experiment("6.1-broken", "Not so well", "Section 6.1", broken)
+FAILING = Experiment("7.1-failing", "Not at all", "Chapter 7", failing)
 
 
 @pytest.fixture

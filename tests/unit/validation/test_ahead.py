@@ -79,7 +79,7 @@ def test_an_experiment_that_fails_ahead_does_not_stop_the_next(
         ran.append(True)
         return GOOD.run()
 
-    late = Experiment("5.2-late", 5, "Late", "5.2", run)
+    late = Experiment("5.2-late", "Late", "5.2", run)
     monkeypatch.setattr("contiga_validation.catalogue.experiments", lambda *_: (FAILING, late))
     ahead.run_ahead((FAILING.key, "no such", late.key))
     assert ran == [True]

@@ -6,11 +6,17 @@ import ast
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 
 import contiga
 
 SOURCE = Path(contiga.__file__).resolve().parents[1] / "contiga_validation"
-MODULES = {name for name, home in contiga._ROOMS.items() if home == f"contiga.{name}"}
+ROOMS = {
+    name: room.__name__
+    for name in contiga.__all__
+    if isinstance(room := getattr(contiga, name), ModuleType)
+}
+MODULES = {name for name, home in ROOMS.items() if home == f"contiga.{name}"}
 """Public names that are modules under that very name; the others come ``from contiga``."""
 
 
@@ -25,7 +31,7 @@ def internals_in(path: Path) -> Iterator[str]:
         elif isinstance(node, ast.ImportFrom) and node.module == "contiga":
             given = {alias.name: alias.asname or alias.name for alias in node.names}
             yield from (f"contiga.{name}" for name in given.keys() - set(contiga.__all__))
-            rooms |= {own for name, own in given.items() if name in contiga._ROOMS}
+            rooms |= {own for name, own in given.items() if name in ROOMS}
         elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("contiga."):
             names = [alias.name for alias in node.names]
             if str(node.module)[8:] not in MODULES or any(name[0] == "_" for name in names):
