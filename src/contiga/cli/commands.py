@@ -15,7 +15,7 @@ from contiga.cli.compiling import watch_compiling
 from contiga.cli.convert import convert
 from contiga.cli.export import export
 from contiga.cli.help_pages import Command, Group, epilog
-from contiga.cli.options import WITH_CASE, CaseFile, Quiet, Settings, load
+from contiga.cli.options import HELPED, WITH_CASE, CaseFile, Quiet, Settings, load
 from contiga.cli.preview_case import preview_path, write_preview
 from contiga.cli.study import study
 from contiga.cli.verify import verify
@@ -78,7 +78,7 @@ def _options(
         ),
     ] = False,
 ) -> None:
-    if context.invoked_subcommand not in WITH_CASE:  # these have CAD loaded first
+    if context.invoked_subcommand not in (*WITH_CASE, *HELPED):
         watch_compiling(context)
 
 
@@ -345,6 +345,7 @@ def report(
 
 @app.command(cls=Command, epilog=epilog("reproduce"))
 def reproduce(
+    context: typer.Context,
     out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Output folder.")] = Path(
         "reproduction"
     ),
@@ -376,6 +377,7 @@ def reproduce(
     from contiga_validation.reproduce import broken_claims
     from contiga_validation.reproduce import reproduce as run_all
 
+    watch_compiling(context, helped=True)
     names = None if only is None else only.split(",")
     with progress_bar("reproduce", quiet=quiet) as show:
         page = run_all(out, only=names, full=full, cad=cad, data=data, progress=show)

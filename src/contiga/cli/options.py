@@ -26,6 +26,8 @@ Settings = Annotated[
 
 Quiet = Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")]
 
+HELPED = ("reproduce", "verify")
+"""Commands that have other processes compile as well once they know what is asked for."""
 WITH_CASE = ("run", "check", "preview")
 """Commands that begin with `load`."""
 

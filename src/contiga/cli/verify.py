@@ -7,12 +7,14 @@ from typing import Annotated
 
 import typer
 
+from contiga.cli.compiling import watch_compiling
 from contiga.cli.options import Quiet
 from contiga.errors import RunError
 from contiga.running.progress import progress_bar
 
 
 def verify(
+    context: typer.Context,
     out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Output folder.")] = Path(
         "verification"
     ),
@@ -30,6 +32,7 @@ def verify(
     from contiga_validation.verify import broken_cases
     from contiga_validation.verify import verify as run_all
 
+    watch_compiling(context, helped=True)
     names = None if only is None else only.split(",")
     with progress_bar("verify", quiet=quiet) as show:
         page = run_all(out, only=names, progress=show)

@@ -10,7 +10,7 @@ import pytest
 import typer
 
 from contiga.cli import commands, compiling
-from contiga.cli.options import WITH_CASE
+from contiga.cli.options import HELPED, WITH_CASE
 from contiga.warmup import compile_pool, record
 from contiga.warmup.listing import Listing
 
@@ -229,6 +229,19 @@ def test_commands_with_a_case_are_helped(
     )
     monkeypatch.setattr("contiga.case.schema.load_case", lambda *_, **__: 1 // 0)
     command(name, case, *(("-o", case.with_suffix(".png")) if name == "preview" else ()))
+    assert asked == [True]
+
+
+@pytest.mark.parametrize("name", HELPED)
+def test_commands_that_run_their_own_cases_are_helped(
+    command: Command, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[bool] = []
+    for home in ("commands", "verify"):
+        monkeypatch.setattr(
+            f"contiga.cli.{home}.watch_compiling", lambda _, helped=False: asked.append(helped)
+        )
+    command(name, "--only", "nothing-of-that-name", "-o", tmp_path / "out")
     assert asked == [True]
 
 
