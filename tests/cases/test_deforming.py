@@ -84,6 +84,7 @@ def _thick_cloth(step: float | str) -> cg.Simulation:
     )
 
 
+@pytest.mark.slow
 def test_the_ledger_of_a_thick_shell_closes_in_second_order() -> None:
     errors = []
     for step in (0.01, 0.005, 0.0025):

@@ -33,6 +33,7 @@ def _signed_distance(mesh: cg.TriMesh, points: np.ndarray) -> np.ndarray:
     return np.array([distance.EvaluateFunction(p.tolist()) for p in points])
 
 
+@pytest.mark.slow
 def test_road_pressed_into_a_tyre_of_solids(
     run_case: Callable, physics: Callable, data_dir: Path
 ) -> None:

@@ -19,7 +19,13 @@ def _no_fine_meshes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("contiga_validation.rivals.comparison_page.MOST_TRIANGLES", 70_000)
 
 
-@pytest.mark.parametrize("experiment", experiments(), ids=lambda experiment: experiment.key)
+@pytest.mark.parametrize(
+    "experiment",
+    [
+        pytest.param(one, marks=[pytest.mark.slow] if one.key == "8-accuracy" else [], id=one.key)
+        for one in experiments()
+    ],
+)
 def test_experiment_holds(experiment: Experiment) -> None:
     outcome = experiment.run()
     assert outcome.claims

@@ -12,7 +12,7 @@ from contiga_validation.engine.experiment import Picture
 
 SLOW = (
     *("roll-down", "block-slips", "winkler-deep", "matter-cook-volume", "matter-ball-on-membrane"),
-    *("top-kept", "matter-hertz"),
+    *("top-kept", "matter-hertz", "matter-catenary"),
 )
 """Of those with others of their kind."""
 
