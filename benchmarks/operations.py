@@ -125,7 +125,7 @@ def main() -> None:
     proof = _count(_named(branch_nb, "seen_from"), *three, one)
     box = (-1.0, 1.0, -1.0, 1.0)
     proof += _count(_named(branch_nb, "way_within"), ring, box, uv, uv)
-    proof += _count(_named(branch_nb, "by_ring"), ring, box, uv, one, seen, one)
+    proof += _count(_named(branch_nb, "by_neighbourhood"), ring, box, uv, one, seen, one)
     counts = {
         "round": _count(_named(lanes_nb, "newton_rational"), *of_lanes) / lanes_nb.LANES,
         "record": _count(_named(lanes_nb, "finish_rational"), *of_lanes) / lanes_nb.LANES,

@@ -9,7 +9,7 @@ from contiga.geometry.kernels.evaluate_nb import curve_range, surface_range
 from contiga.geometry.kernels.trim_build_nb import fill_cells, monotone_pieces
 from contiga.geometry.kernels.trim_nb import box_state
 from contiga.jit.preload import preload
-from contiga.search.certify.kernels.ring_nb import bends_of_parts, join_parts
+from contiga.search.certify.kernels.neighbourhood_nb import bends_of_parts, join_parts
 from contiga.search.closest.kernels.joint_nb import measure_pieces
 from contiga.search.closest.kernels.nearest_nb import project_global
 from contiga.search.hierarchy.kernels.curve_leaves_nb import curve_leaves

@@ -19,7 +19,7 @@ from contiga.geometry.body_key import key_of
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import gaping_edges, stitches
 from contiga.records import FloatArray
-from contiga.search.certify.rings import build_rings
+from contiga.search.certify.neighbourhoods import build_neighbourhoods
 from contiga.search.closest.trimmed_edges import build_joints
 from contiga.search.closest.widths import edge_widths
 from contiga.search.hierarchy.build import build_hierarchy, empty_seeds
@@ -71,10 +71,10 @@ def _build(body: Faces) -> Tables:
     piece_width = edge_widths(body, elements, trims)
     leaves, plates, tree = build_hierarchy(elements, grid, trims)
     scale = np.array([body.size, RELATIVE_TOLERANCE * body.size])
-    rings = build_rings(elements)
+    neighbourhoods = build_neighbourhoods(elements)
     none = Joints(np.zeros(0, JOINT), np.zeros((0, 4), np.int32))
     known = elements, grid, leaves, plates, tree, empty_seeds(tree), trims, is_open, piece_width
-    tables = Tables(*known, scale, rings, none)
+    tables = Tables(*known, scale, neighbourhoods, none)
     return tables._replace(joints=build_joints(body, tables))
 
 

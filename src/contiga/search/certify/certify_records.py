@@ -17,7 +17,7 @@ class Near(NamedTuple):
     as a proof."""
 
     elements: Elements
-    rings: FloatArray
+    neighbourhoods: FloatArray
     """What is kept around the parts of elements."""
     trimmed: IntArray
     """(patches,) 1 where a patch is trimmed."""
@@ -52,7 +52,7 @@ class Cells(NamedTuple):
     proof holds if nothing is trimmed away from them."""
 
 
-class Strand(NamedTuple):
+class EdgeSegment(NamedTuple):
     """The stretches of one edge in a cell, as Bézier curves in its parameters."""
 
     coefs: FloatArray
@@ -62,10 +62,11 @@ class Strand(NamedTuple):
 
 
 class EdgeWork(NamedTuple):
-    """The cells on both sides of an edge, its strand in the first, and a place to search into."""
+    """The cells on both sides of an edge, its edge segment in the first, and a place to search
+    into."""
 
     cells: Cells
-    strand: Strand
+    segment: EdgeSegment
     place: FloatArray
     """(4,) what `closest` finds."""
 
@@ -176,5 +177,5 @@ class TakenOut(NamedTuple):
     grid: Grid
     table: NDArray[Any]
     """Of the elements."""
-    rings: FloatArray
+    neighbourhoods: FloatArray
     """What is kept around the parts of elements."""

@@ -15,9 +15,9 @@ from contiga.geometry.trim import TrimTables
 from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IntArray
 
-RING = np.dtype(
+NEIGHBOURHOOD = np.dtype(
     [
-        # Over a part of an element and those around it (see `ring_nb`):
+        # Over a part of an element and those around it (see `neighbourhood_nb`):
         ("curvature", "f8", 2),  # largest towards the normal and away from it, each 0 at least
         ("room", "f8"),  # a way shorter than this does not lead out of them
         ("speed", "f8", 2),  # |S_u|, |S_v| at most, within `block`
@@ -118,6 +118,6 @@ class Tables(NamedTuple):
     """(pieces,) width of the edge along a trimming piece, length; 0 where no second face joins."""
     scale: FloatArray
     """(2,) size of the body, tangential tolerance of a foot; lengths."""
-    rings: Records
-    """(elements, 16) `RING`."""
+    neighbourhoods: Records
+    """(elements, 16) `NEIGHBOURHOOD`."""
     joints: Joints

@@ -31,7 +31,7 @@ class FlatTables(NamedTuple):
     elements: Any
     grid: Any
     trims: Any
-    rings: Any
+    neighbourhoods: Any
     scale: Any
 
 
@@ -68,7 +68,9 @@ def start(tables: Tables, feet: Projection, points: Any) -> Tracked:
 
 def flat(tables: Tables) -> FlatTables:
     """What threads read of the tables, on the device."""
-    read = FlatTables(tables.elements, tables.grid, tables.trims, tables.rings, tables.scale)
+    read = FlatTables(
+        tables.elements, tables.grid, tables.trims, tables.neighbourhoods, tables.scale
+    )
     return FlatTables(*resident(read))
 
 

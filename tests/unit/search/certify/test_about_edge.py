@@ -17,7 +17,7 @@ from tests.unit.search.folds import (
 import contiga as cg
 from contiga.elements.extraction import elements_of
 from contiga.search.certify.certify_records import Bending, Cells
-from contiga.search.certify.kernels import about_edge_nb, bend_nb, strand_nb
+from contiga.search.certify.kernels import about_edge_nb, bend_nb, edge_segment_nb
 from contiga.search.tables import tables_of
 
 pytestmark = pytest.mark.interpreted
@@ -175,14 +175,14 @@ def test_no_way_as_long_as_the_reach_leaves_the_cell_about_a_foot():
 
 @njit
 def along(coefs, foot, cell, bending):
-    work = strand_nb.strand_work()
+    work = edge_segment_nb.segment_work()
     work.coefs[0, : len(coefs)] = coefs
     work.degree[0] = len(coefs) - 1
     return about_edge_nb.along(work, 1, foot, cell, bending)
 
 
 @pytest.mark.skipif(not config.DISABLE_JIT, reason="compiles for ten seconds: run interpreted")
-def test_a_strand_is_no_longer_either_way_than_told():
+def test_a_edge_segment_is_no_longer_either_way_than_told():
     """A straight one across a square sheet, from the place next to the foot."""
     body = cg.Body([cg.shapes.bilinear([0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0])])
     elements, bending = tables_of(body).elements, bend_nb.bend_work()

@@ -164,8 +164,8 @@ def continued(patch, uv, a, b, steps):
     """
     low, high = np.transpose(patch.domain)
     edge = patch.evaluate(np.array([low, [high[0], low[1]], [low[0], high[1]]]))
-    ring = [np.linalg.norm(edge[1 + k] - edge[0]) < 1e-9 for k in range(2)]
-    ring[1] = ring[1] and not np.allclose(
+    neighbourhood = [np.linalg.norm(edge[1 + k] - edge[0]) < 1e-9 for k in range(2)]
+    neighbourhood[1] = neighbourhood[1] and not np.allclose(
         patch.evaluate(np.column_stack([[0.3, 0.6], [low[1]] * 2]))[0],
         patch.evaluate(np.column_stack([[0.3, 0.6], [low[1]] * 2]))[1],
     )
@@ -186,7 +186,7 @@ def continued(patch, uv, a, b, steps):
             stays &= np.abs(step / (high - low)).max(axis=1) < 0.05  # else it has jumped
             uv[stays] += step[stays]
             for k in range(2):
-                if ring[k]:
+                if neighbourhood[k]:
                     uv[:, k] = low[k] + (uv[:, k] - low[k]) % (high[k] - low[k])
                 stays &= (uv[:, k] >= low[k] - 1e-12) & (uv[:, k] <= high[k] + 1e-12)
             uv = np.clip(uv, low, high)
@@ -239,8 +239,8 @@ def test_what_is_certified_over_joints_is_where_a_thousand_small_steps_lead(name
 
 
 @njit
-def way_beyond(table, rings, foot, start):
-    return branch_nb.way_beyond(table, rings, foot, start)
+def way_beyond(table, neighbourhoods, foot, start):
+    return branch_nb.way_beyond(table, neighbourhoods, foot, start)
 
 
 SIDES = {
@@ -284,7 +284,7 @@ def test_a_way_over_a_side_is_no_shorter_than_on_the_surface(name):
         foot = np.array(foot) * np.where(np.abs(foot) == 0.5, rng.uniform(0.4, 1.0), 1.0)
         start = np.array(SIDES[there](x0))
         start *= np.where(np.abs(start) == 0.5, rng.uniform(0.4, 1.0), 1.0)
-        way = way_beyond(table, tables.rings, (e, *foot), (n, *start))
+        way = way_beyond(table, tables.neighbourhoods, (e, *foot), (n, *start))
         here, beyond = corners_of_way(row, foot, side, start)
         lines = [along(e, here[0], here[1]), along(e, here[1], here[2]), along(n, *beyond)]
         np.testing.assert_allclose(lines[1][-1], lines[2][0], atol=1e-9)
@@ -345,11 +345,13 @@ def test_a_foot_that_runs_over_seams_knots_and_joints_is_certified():
             part = patch.restricted((u[i], u[i + 1]), (v[j], v[j + 1]))
             parts.append(part.transposed().flipped() if (i + j) % 2 else part)
     angle = np.linspace(0.0, 2.0 * np.pi, 41)
-    ring = np.column_stack([1.4 * np.cos(angle), 1.4 * np.sin(angle), 0.2 * np.sin(3 * angle)])
+    neighbourhood = np.column_stack(
+        [1.4 * np.cos(angle), 1.4 * np.sin(angle), 0.2 * np.sin(3 * angle)]
+    )
     arc = np.column_stack([0.9 * np.sin(angle), 0.0 * angle, 0.9 * np.cos(angle)])
     for body, path in (
-        (cg.Body([patch]), ring),
-        (cg.Body(parts), ring),
+        (cg.Body([patch]), neighbourhood),
+        (cg.Body(parts), neighbourhood),
         (cg.Body([SURFACES["sphere"]]), arc),
     ):
         feet = body.project(path[:1])
@@ -365,5 +367,5 @@ def test_where_two_patches_meet_at_a_border_feet_need_not_be_followed():
     (u0, u1), _ = plane.domain
     left, right = plane.split(u=0.5 * (u0 + u1))
     for other in (right, right.transposed().flipped()):
-        rings = tables_of(cg.Body([left, other])).rings
-        assert (rings["room"] > 0.1).all()
+        neighbourhoods = tables_of(cg.Body([left, other])).neighbourhoods
+        assert (neighbourhoods["room"] > 0.1).all()

@@ -28,7 +28,7 @@ def over_crease(near, foot, last, path):
 
 def near(body):
     tables = tables_of(body)
-    return Near(tables.elements, tables.rings, tables.trims.trimmed, tables.scale[1])
+    return Near(tables.elements, tables.neighbourhoods, tables.trims.trimmed, tables.scale[1])
 
 
 def joined(body, foot, last, before, after=None):

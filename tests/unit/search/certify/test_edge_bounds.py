@@ -16,11 +16,11 @@ pytestmark = pytest.mark.interpreted
 
 
 @njit
-def reach_of(tangent, strand, joint, ends):
+def reach_of(tangent, segment, joint, ends):
     nothing = (0.0, 0.0, 0.0)
     frame = EdgeFrame(nothing, tangent, nothing, nothing)
     there, own = (0, 0.0, 0.0), EdgeJoint(joint[0], joint[1], joint[2])
-    fold = EdgeFold(True, frame, frame, 0.0, strand[0], strand[1], strand[2], there, own)
+    fold = EdgeFold(True, frame, frame, 0.0, segment[0], segment[1], segment[2], there, own)
     return edge_nb._reach_of(fold, ends)
 
 
@@ -39,26 +39,26 @@ def least_of(bend, way, arc, ends, r):
 
 
 @njit
-def least_and_drop(curvature, strand_bend, half, joint, ends, r):
+def least_and_drop(curvature, segment_bend, half, joint, ends, r):
     """μ and D of a roof along x: its faces bend up by curvature[0] and [1], its edge, of length
-    0.02, by `strand_bend`; each leans down by `half`."""
+    0.02, by `segment_bend`; each leans down by `half`."""
     work = about_edge_nb.edge_work()
-    bends, strand, _ = work
+    bends, segment, _ = work
     h, rest = bends[3][0], bends[3][1]
     h[:] = 0.0
     rest[:] = 0.0
     h[0, 1] = h[1, 2] = 0.01
-    h[2, 3] = 1e-4 * strand_bend
+    h[2, 3] = 1e-4 * segment_bend
     bends[0][:] = 0.0
     bends[1][:] = 0.0
     bends[0][0], bends[1][0] = curvature
-    n = about_edge_nb.side_strand(2, strand)
+    n = about_edge_nb.side_segment(2, segment)
     c, s = math.cos(half), math.sin(half)
     nothing, e = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)
     first = EdgeFrame(nothing, e, (0.0, -c, -s), (0.0, -s, c))
     second = EdgeFrame(nothing, e, (0.0, c, -s), (0.0, s, c))
     there, own = (0, 0.0, 0.0), EdgeJoint(joint[0], joint[1], joint[2])
-    fold = EdgeFold(True, first, second, 0.0, 0.01, strand_bend, n, there, own)
+    fold = EdgeFold(True, first, second, 0.0, 0.01, segment_bend, n, there, own)
     return edge_nb._least_and_drop(fold, ends, r, work)
 
 
@@ -79,16 +79,16 @@ def test_f_is_as_convex_beside_an_edge_as_told():
         assert told <= truth[k] + 1e-12
 
 
-@pytest.mark.parametrize("part", ["first", "second", "strand"])
+@pytest.mark.parametrize("part", ["first", "second", "edge segment"])
 @pytest.mark.parametrize("half", [0.0, 0.3])
 def test_both_faces_and_the_edge_are_asked_how_convex_f_is(part, half):
     """Of a point at height one; 1 − κ m ends in each where it bends up by 1/m."""
     ends = ((0.0, 0.0, 1.0), (0.0, 0.0, 1.0))
-    height = 1.0 if part == "strand" else np.cos(half)
+    height = 1.0 if part == "edge segment" else np.cos(half)
     for bent, good in ((0.8, True), (1.1, False)):
         curvature = [bent / height if part == name else 0.0 for name in ("first", "second")]
-        strand = bent if part == "strand" else 0.0
-        told = least_and_drop(tuple(curvature), strand, half, (0.0, 0.0, 0.0), ends, 0.01)[0]
+        segment = bent if part == "edge segment" else 0.0
+        told = least_and_drop(tuple(curvature), segment, half, (0.0, 0.0, 0.0), ends, 0.01)[0]
         assert told <= 1.0 - bent + 1e-9
         assert (told > 0.0) == good
 
@@ -115,7 +115,8 @@ def test_slopes_fall_by_the_width_of_an_edge_and_on_its_inner_side_by_its_turn_t
 
 
 def test_what_is_seen_from_an_edge_is_no_farther_off_and_leads_no_more_along_it_than_told():
-    """From a strand within its bend, off by its width, whose tangents are off by its slip or turn.
+    """From an edge segment within its bend, off by its width, whose tangents are off by its slip or
+    turn.
 
     A face that is off by one of these and not by the other is not off by more.
     """

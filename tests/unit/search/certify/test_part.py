@@ -1,4 +1,4 @@
-"""Parts of elements, and what a ring takes over of them."""
+"""Parts of elements, and what a neighbourhood takes over of them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tests.unit.search import plain
 
 import contiga as cg
 from contiga.search.certify.kernels import part_nb
-from contiga.search.hierarchy.table_types import RING
+from contiga.search.hierarchy.table_types import NEIGHBOURHOOD
 
 pytestmark = pytest.mark.interpreted
 
@@ -20,9 +20,9 @@ def part_of(s, t):
 
 
 @njit
-def take(ring, bend, scale_s, scale_t):
-    part_nb.take_curvature(ring, bend)
-    part_nb.take_metric(ring, bend, scale_s, scale_t)
+def take(neighbourhood, bend, scale_s, scale_t):
+    part_nb.take_curvature(neighbourhood, bend)
+    part_nb.take_metric(neighbourhood, bend, scale_s, scale_t)
 
 
 @njit
@@ -37,13 +37,13 @@ def test_parts_are_numbered_along_t_first_and_sides_belong_to_the_last():
     assert part_of(-0.7, 0.9) == 3
 
 
-def test_a_ring_takes_the_largest_curvatures_and_speeds_and_the_least_widths():
-    ring = np.zeros(1, RING)[0]
-    ring["width"] = np.inf
-    take(ring, np.array([1.0, 0.0, 3.0, 4.0, 2.0, 3.0]), 1.0, 2.0)
-    take(ring, np.array([0.5, 0.7, 1.0, 9.0, 5.0, 0.5]), 2.0, 1.0)
+def test_a_neighbourhood_takes_the_largest_curvatures_and_speeds_and_the_least_widths():
+    neighbourhood = np.zeros(1, NEIGHBOURHOOD)[0]
+    neighbourhood["width"] = np.inf
+    take(neighbourhood, np.array([1.0, 0.0, 3.0, 4.0, 2.0, 3.0]), 1.0, 2.0)
+    take(neighbourhood, np.array([0.5, 0.7, 1.0, 9.0, 5.0, 0.5]), 2.0, 1.0)
     for name, told in (("curvature", [1.0, 0.7]), ("speed", [3.0, 9.0]), ("width", [2.0, 0.5])):
-        np.testing.assert_array_equal(ring[name], told)
+        np.testing.assert_array_equal(neighbourhood[name], told)
 
 
 def test_elements_adjoin_within_a_patch_and_not_over_its_seam():

@@ -15,14 +15,14 @@ from contiga.search.tables import tables_of
 def pointed(turn):
     """A bowl, its rim a random closed curve, whose side is a pole; the tip leans by `turn`."""
     rng = np.random.default_rng(5)
-    rings = [np.zeros((4, 3))]
+    neighbourhoods = [np.zeros((4, 3))]
     for k, height in ((1, 0.0), (2, 0.2), (3, 0.5)):
         x = np.linspace(0.0, 1.0, 4)
-        ring = k * np.column_stack([np.cos(x), np.sin(x), 0 * x])
-        ring[:, 2] = height + 0.05 * (k - 1) * rng.normal(size=4) + turn * k * x
-        rings.append(ring)
+        neighbourhood = k * np.column_stack([np.cos(x), np.sin(x), 0 * x])
+        neighbourhood[:, 2] = height + 0.05 * (k - 1) * rng.normal(size=4) + turn * k * x
+        neighbourhoods.append(neighbourhood)
     knots = np.repeat([0.0, 1.0], 4)
-    net = np.stack(rings, axis=1)
+    net = np.stack(neighbourhoods, axis=1)
     return cg.NurbsSurface((3, 3), (knots, knots), net, rng.uniform(0.8, 1.2, (4, 4)))
 
 

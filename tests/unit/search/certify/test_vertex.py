@@ -17,7 +17,7 @@ from tests.unit.search.folds import at_crease, focal, natural_fold, ring
 import contiga as cg
 from contiga.search.certify.certify_records import Near
 from contiga.search.certify.kernels import joined_nb, vertex_nb
-from contiga.search.certify.rings import build_rings
+from contiga.search.certify.neighbourhoods import build_neighbourhoods
 from contiga.search.tables import RELATIVE_TOLERANCE
 from contiga.statuses import Feature, Status
 
@@ -40,8 +40,11 @@ def leaves_vertex(near, foot, path):
 @lru_cache(1)
 def near(body):
     tables = plain.joined(body)
-    rings, tolerance = build_rings(tables.elements), RELATIVE_TOLERANCE * body.size
-    return Near(tables.elements, rings, tables.trims.trimmed, tolerance)
+    neighbourhoods, tolerance = (
+        build_neighbourhoods(tables.elements),
+        RELATIVE_TOLERANCE * body.size,
+    )
+    return Near(tables.elements, neighbourhoods, tables.trims.trimmed, tolerance)
 
 
 def pyramid(slopes=(1.0, 1.0, 1.0, 1.0)):

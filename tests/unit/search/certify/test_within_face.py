@@ -22,7 +22,7 @@ from tests.unit.search.folds import (
 )
 
 import contiga as cg
-from contiga.search.certify.kernels import about_edge_nb, edge_nb, strand_nb, within_face_nb
+from contiga.search.certify.kernels import about_edge_nb, edge_nb, edge_segment_nb, within_face_nb
 from contiga.search.tables import tables_of
 from contiga.statuses import Feature, Status
 
@@ -42,11 +42,11 @@ def over_edge(tables, foot, last, path):
 
 @njit
 def is_between(points, start, end):
-    strand = strand_nb.strand_work()
+    segment = edge_segment_nb.segment_work()
     n = len(points) - 1
-    strand.coefs[0, : n + 1] = points
-    strand.degree[0] = n
-    return within_face_nb._is_between(strand, start, end)
+    segment.coefs[0, : n + 1] = points
+    segment.degree[0] = n
+    return within_face_nb._is_between(segment, start, end)
 
 
 def joined(body, foot, last, before, after=None, at=at_fold):

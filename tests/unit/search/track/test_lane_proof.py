@@ -12,7 +12,7 @@ from tests.unit.search.folds import ring
 import contiga as cg
 from contiga.records import empty_projection
 from contiga.search.certify.kernels import branch_nb
-from contiga.search.hierarchy.table_types import RING
+from contiga.search.hierarchy.table_types import NEIGHBOURHOOD
 from contiga.search.tables import tables_of
 from contiga.search.track.kernels import lane_proof_nb, lanes_nb
 from contiga.search.track.track_records import Left
@@ -27,7 +27,7 @@ BODIES = {
 
 
 def test_numbers_of_a_record_are_where_lanes_look_for_them():
-    places = {name: RING.fields[name][1] for name in RING.names}
+    places = {name: NEIGHBOURHOOD.fields[name][1] for name in NEIGHBOURHOOD.names}
     rows = lane_proof_nb
     expected = {
         "curvature": rows.CURVATURE,
@@ -38,9 +38,9 @@ def test_numbers_of_a_record_are_where_lanes_look_for_them():
         "ends": rows.ENDS,
     }
     assert {name: places[name] for name in expected} == {n: 8 * r for n, r in expected.items()}
-    assert RING.itemsize == 8 * rows.NUMBERS
-    assert RING["ends"].shape == (4,)
-    assert RING["ends"].base == np.int8
+    assert NEIGHBOURHOOD.itemsize == 8 * rows.NUMBERS
+    assert NEIGHBOURHOOD["ends"].shape == (4,)
+    assert NEIGHBOURHOOD["ends"].base == np.int8
 
 
 @pytest.mark.parametrize("kind", BODIES)

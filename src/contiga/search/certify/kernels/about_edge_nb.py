@@ -1,11 +1,11 @@
 """The fold next to a foot: two faces that end at one edge, with cells of both and their bounds.
 
-The edge may be one of a trimmed face, a natural side that the topology knows as a part of one, or
-a crease between two elements that are linked along a side. In both cells it is one strand
-(`strand_nb`), and nothing else is trimmed away or ends there. A way of length r from the foot
-stays in both: a part of it that runs in the other face between two places of the strand is longer
-than the strand between them by no less than cos(1/2), for the strand turns by no more than one
-radian.
+The edge may be one of a trimmed face, a natural side that the topology knows as a part of one, or a
+crease between two elements that are linked along a side. In both cells it is one segment
+(`edge_segment_nb`), and nothing else is trimmed away or ends there. A way of length r from the foot
+stays in both: a part of it that runs in the other face between two places of the edge segment is
+longer than the edge segment between them by no less than cos(1/2), for the edge segment turns by no
+more than one radian.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ from contiga.search.certify.kernels.bend_nb import (
     principal,
 )
 from contiga.search.certify.kernels.cells_nb import CELL, SNAP, cell_about
-from contiga.search.certify.kernels.joined_nb import prove_work
-from contiga.search.certify.kernels.strand_nb import (
+from contiga.search.certify.kernels.edge_segment_nb import (
     anchor,
     place_on,
-    side_strand,
-    strand_in,
-    strand_work,
+    segment_in,
+    segment_work,
+    side_segment,
     stretch_bend,
 )
+from contiga.search.certify.kernels.joined_nb import prove_work
 from contiga.search.closest.kernels.around_nb import cross as beyond_side
 from contiga.search.closest.kernels.global_among_nb import on_patch
 from contiga.search.closest.kernels.global_nb import closest
@@ -48,7 +48,8 @@ from contiga.search.hierarchy.kernels.face_nb import in_face
 NONE, LINKED = -1, -2
 """Instead of an edge: there is none, or it is a crease between linked elements."""
 BENT = 1.2
-"""Ways along a strand are so many times as long as their chords at most: 1/cos(1/2) = 1.14."""
+"""Ways along an edge segment are so many times as long as their chords at most: 1/cos(1/2) =
+1.14."""
 NOWHERE = (0.0, 0.0, 0.0)
 NO_FRAME = EdgeFrame(NOWHERE, NOWHERE, NOWHERE, NOWHERE)
 UNKNOWN = EdgeJoint(0.0, 0.0, 0.0)
@@ -60,7 +61,7 @@ ASIDE = 0.25
 @inner(error_model="numpy")
 def edge_work():
     """Work of `over_edge`, nothing in it."""
-    return EdgeWork(prove_work(), strand_work(), np.empty(4))
+    return EdgeWork(prove_work(), segment_work(), np.empty(4))
 
 
 @inner(error_model="numpy")
@@ -71,8 +72,9 @@ def at_rim(tables, e, side):
 
 
 @inner(error_model="numpy")
-def _strand_of(tables, e, cell, work):
-    """(The edge of the strand in a cell of element e, or NONE or LINKED; its number of stretches;
+def _segment_of(tables, e, cell, work):
+    """(The edge of the edge segment in a cell of element e, or NONE or LINKED; its number of
+    stretches;
     the side of the element that the cell touches)."""
     row = tables.elements.table[e]
     whole = tables.trims.trimmed[row["patch"]] == 0
@@ -86,14 +88,14 @@ def _strand_of(tables, e, cell, work):
     if not whole:
         u0, v0 = parameters(tables.elements, e, cell[0], cell[2])
         u1, v1 = parameters(tables.elements, e, cell[1], cell[3])
-        edge, n = strand_in(tables.trims, row["patch"], (u0, u1, v0, v1), work)
+        edge, n = segment_in(tables.trims, row["patch"], (u0, u1, v0, v1), work)
         return edge if edge >= 0 else NONE, n, touched
     if touched < 0:
         return NONE, 0, -1
     edge = tables.joints.sides[e, touched]
     if edge < 0:
         edge = LINKED if row["kind"][touched] == CREASE else NONE
-    return edge, side_strand(touched, work), touched
+    return edge, side_segment(touched, work), touched
 
 
 @inner(error_model="numpy")
@@ -153,8 +155,9 @@ def cell_of(tables, foot, reach, bend, bending):
 
 
 @inner(error_model="numpy")
-def along(strand, n, foot, cell, bending):
-    """The place y of a strand next to a foot, as (s, t), its slope there, and (longest way along it
+def along(segment, n, foot, cell, bending):
+    """The place y of an edge segment next to a foot, as (s, t), its slope there, and (longest way
+    along it
     from y, largest curvature)."""
     _, s, t = foot
     h = bending.derivatives
@@ -168,15 +171,15 @@ def along(strand, n, foot, cell, bending):
         xy += h[c, 1] * h[c, 2]
         yy += h[c, 2] * h[c, 2]
     at = ((s - middle_s) / half_s, (t - middle_t) / half_t)
-    k, where = anchor(strand, n, at, (xx, xy, yy))
-    x, y, dx, dy = place_on(strand, k, where)
+    k, where = anchor(segment, n, at, (xx, xy, yy))
+    x, y, dx, dy = place_on(segment, k, where)
     before = after = bent = 0.0
     for i in range(n):
-        most, bent_here = stretch_bend(strand, i, bending)[3:]
+        most, bent_here = stretch_bend(segment, i, bending)[3:]
         bent = max(bent, bent_here)
         before += most if i < k else (most * where if i == k else 0.0)
         after += most if i > k else (most * (1.0 - where) if i == k else 0.0)
-    # Rounding of the strand may lie beyond a rim.
+    # Rounding of the edge segment may lie beyond a rim.
     y_s = min(max(middle_s + x * half_s, -0.5), 0.5)
     y_t = min(max(middle_t + y * half_t, -0.5), 0.5)
     return (y_s, y_t), (dx * half_s, dy * half_t), (max(before, after), bent)
@@ -225,16 +228,17 @@ def _across(tables, foot, at, edge, side, point, work):
 
 @inner(error_model="numpy")
 def _goes_on(tables, there, reach, edge, work):
-    """Whether about the place `there` of the second face the edge is its strand, and nothing else
+    """Whether about the place `there` of the second face the edge is its edge segment, and nothing
+    else
     ends; bounds of the cell into the work tables."""
-    cells, strand = work.cells, work.strand
+    cells, segment = work.cells, work.segment
     cell = cell_of(tables, there, reach, cells.beyond, cells.bending_beyond)
     if cell[1] == cell[0]:
         return False
-    coefs, degree = strand.coefs.copy(), strand.degree.copy()
-    same = _strand_of(tables, there[0], cell, strand)[0] == edge
-    strand.coefs[:] = coefs
-    strand.degree[:] = degree
+    coefs, degree = segment.coefs.copy(), segment.degree.copy()
+    same = _segment_of(tables, there[0], cell, segment)[0] == edge
+    segment.coefs[:] = coefs
+    segment.degree[:] = degree
     return same
 
 
@@ -242,11 +246,11 @@ def _goes_on(tables, there, reach, edge, work):
 def _fold_of(tables, foot, r, seen, work):
     """As `fold_about`, where there is an edge; `seen` is (cell, edge, number of its stretches, side
     of the element)."""
-    cells, strand = work.cells, work.strand
+    cells, segment = work.cells, work.segment
     h = cells.derivatives
     cell, edge, n, side = seen
     e = foot[0]
-    at, slope, (arc, bent) = along(strand, n, foot, cell, cells.bending)
+    at, slope, (arc, bent) = along(segment, n, foot, cell, cells.bending)
     if not arc * bent <= 1.0:
         return NOTHING
     way = abs(at[0] - foot[1]) * cells.here[SPEED_S] + abs(at[1] - foot[2]) * cells.here[SPEED_T]
@@ -269,13 +273,14 @@ def _fold_of(tables, foot, r, seen, work):
 def fold_about(tables, foot, r, work):
     """The `EdgeFold` next to a foot, no farther than r, with the cells of both faces.
 
-    The bounds of the cells are left in the work tables, and the strand as the first face has it.
+    The bounds of the cells are left in the work tables, and the edge segment as the first face has
+    it.
     """
-    cells, strand = work.cells, work.strand
+    cells, segment = work.cells, work.segment
     cell = cell_of(tables, foot, BENT * r, cells.here, cells.bending)
     if cell[1] == cell[0]:
         return NOTHING
-    edge, n, side = _strand_of(tables, foot[0], cell, strand)
+    edge, n, side = _segment_of(tables, foot[0], cell, segment)
     if edge == NONE:
         return NOTHING
     return _fold_of(tables, foot, r, (cell, edge, n, side), work)

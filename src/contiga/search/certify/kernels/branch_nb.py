@@ -21,7 +21,7 @@ x_0. Nothing but first and second derivatives has been used: knot lines where th
 seams and smooth joints of patches are nothing special.
 
 The curvatures are rigorous bounds (`bend_nb`, `pole_nb`), here those kept of the surroundings of
-every foot (`ring_nb`). What they do not prove is left to `follow_nb`.
+every foot (`neighbourhood_nb`). What they do not prove is left to `follow_nb`.
 """
 
 from __future__ import annotations
@@ -80,27 +80,27 @@ def is_whole(tables, patch, foot, far_u, far_v):
 
 
 @inner(error_model="numpy")
-def _by_pole(ring, box, u, v, u0, v0):
+def _by_pole(neighbourhood, box, u, v, u0, v0):
     """Length of the way from (u0, v0) to (u, v) by the pole, at most."""
-    side = ring["pole"]
+    side = neighbourhood["pole"]
     edge = box[side]
     if side < 2:
-        return (abs(u - edge) + abs(u0 - edge)) * ring["speed"][0]
-    return (abs(v - edge) + abs(v0 - edge)) * ring["speed"][1]
+        return (abs(u - edge) + abs(u0 - edge)) * neighbourhood["speed"][0]
+    return (abs(v - edge) + abs(v0 - edge)) * neighbourhood["speed"][1]
 
 
 @inner(error_model="numpy")
-def way_within(ring, box, foot, start):
+def way_within(neighbourhood, box, foot, start):
     """Length of a way from a foot (u, v) to a start (u, v) of its patch, at most; infinite where
     that is not in its surroundings."""
     u, v = foot
     u0, v0 = start
-    block = ring["block"]
+    block = neighbourhood["block"]
     if not (block[0] <= u0 <= block[1] and block[2] <= v0 <= block[3]):
         return math.inf
-    way = abs(u0 - u) * ring["speed"][0] + abs(v0 - v) * ring["speed"][1]
-    if ring["pole"] >= 0:
-        way = min(way, _by_pole(ring, box, u, v, u0, v0))
+    way = abs(u0 - u) * neighbourhood["speed"][0] + abs(v0 - v) * neighbourhood["speed"][1]
+    if neighbourhood["pole"] >= 0:
+        way = min(way, _by_pole(neighbourhood, box, u, v, u0, v0))
     return way
 
 
@@ -122,7 +122,7 @@ def _from_side(row, speed, side, s, t):
 
 
 @inner(error_model="numpy")
-def _speeds_to(rings, n, place, sides):
+def _speeds_to(neighbourhoods, n, place, sides):
     """Speeds (two) in the parts of element n from place = (s, t) to two of its sides, or to one."""
     home = part_of(place[0], place[1])
     i, j = home // PARTS, home % PARTS
@@ -134,13 +134,13 @@ def _speeds_to(rings, n, place, sides):
     speed_s, speed_t = 0.0, 0.0
     for a in range(first_i, last_i + 1):
         for b in range(first_j, last_j + 1):
-            speed = rings[n, a * PARTS + b]["speed"]
+            speed = neighbourhoods[n, a * PARTS + b]["speed"]
             speed_s, speed_t = max(speed_s, speed[0]), max(speed_t, speed[1])
     return speed_s, speed_t
 
 
 @inner(linked=False, error_model="numpy")
-def way_beyond(table, rings, foot, start):
+def way_beyond(table, neighbourhoods, foot, start):
     """Length of a way from a foot to a start, (element, s, t) each, over a smooth side, at most;
     infinite where that is not in the surroundings of the foot.
 
@@ -150,9 +150,12 @@ def way_beyond(table, rings, foot, start):
     e, s, t = foot
     n, s0, t0 = start
     element, other = table[e], table[n]
-    ring, ring0 = rings[e, part_of(s, t)], rings[n, part_of(s0, t0)]
+    neighbourhood, neighbourhood0 = (
+        neighbourhoods[e, part_of(s, t)],
+        neighbourhoods[n, part_of(s0, t0)],
+    )
     way = math.inf
-    if ring["pole"] >= 0 or ring0["pole"] >= 0:
+    if neighbourhood["pole"] >= 0 or neighbourhood0["pole"] >= 0:
         return way
     for side in range(4):
         if element["neighbour"][side] != n or element["kind"][side] != SMOOTH:
@@ -164,29 +167,29 @@ def way_beyond(table, rings, foot, start):
         if element["flip"][side] == 1:
             k0 = PARTS - 1 - k0
             x0 = -x0
-        if off0 >= ring["reach"][side] or abs(k - k0) > 1:
+        if off0 >= neighbourhood["reach"][side] or abs(k - k0) > 1:
             continue
         axis = 1 if side < 2 else 0
         aside = abs(x - x0) * (element["box"][2 * axis + 1] - element["box"][2 * axis])
-        speed = (ring["speed"][0], ring["speed"][1])
-        speeds = _speeds_to(rings, n, (s0, t0), (there, there))
+        speed = (neighbourhood["speed"][0], neighbourhood["speed"][1])
+        speeds = _speeds_to(neighbourhoods, n, (s0, t0), (there, there))
         over = _from_side(element, speed, side, s, t) + _from_side(other, speeds, there, s0, t0)
-        way = min(way, aside * ring["speed"][axis] + over + element["width"][side])
-    return way if way < math.inf else _way_round(table, rings, foot, start)
+        way = min(way, aside * neighbourhood["speed"][axis] + over + element["width"][side])
+    return way if way < math.inf else _way_round(table, neighbourhoods, foot, start)
 
 
 @inner(error_model="numpy")
-def _way_round(table, rings, foot, start):
+def _way_round(table, neighbourhoods, foot, start):
     """The same over a corner where four elements meet, by way of that."""
     e, s, t = foot
     n, s0, t0 = start
     element, other = table[e], table[n]
-    ring = rings[e, part_of(s, t)]
+    neighbourhood = neighbourhoods[e, part_of(s, t)]
     way = math.inf
     for pair in range(4):
         side, beside = pair & 1, 2 + (pair >> 1)
         smooth = element["kind"][side] == SMOOTH and element["kind"][beside] == SMOOTH
-        if not smooth or ring["reach"][side] == 0 or ring["reach"][beside] == 0:
+        if not smooth or neighbourhood["reach"][side] == 0 or neighbourhood["reach"][beside] == 0:
             continue
         between, first = table[element["neighbour"][side]], element["neighbour_side"][side]
         on = (2 if first < 2 else 0) + ((beside & 1) ^ element["flip"][side])
@@ -196,10 +199,10 @@ def _way_round(table, rings, foot, start):
         back = (2 if there < 2 else 0) + ((first & 1) ^ between["flip"][on])
         off, _ = _part_along(back, s0, t0)
         off_beside, _ = _part_along(there, s0, t0)
-        if off >= ring["reach"][side] or off_beside >= ring["reach"][beside]:
+        if off >= neighbourhood["reach"][side] or off_beside >= neighbourhood["reach"][beside]:
             continue
-        speed = (ring["speed"][0], ring["speed"][1])
-        speeds = _speeds_to(rings, n, (s0, t0), (there, back))
+        speed = (neighbourhood["speed"][0], neighbourhood["speed"][1])
+        speeds = _speeds_to(neighbourhoods, n, (s0, t0), (there, back))
         to = _from_side(element, speed, side, s, t) + _from_side(element, speed, beside, s, t)
         on_from = _from_side(other, speeds, there, s0, t0)
         on_from += _from_side(other, speeds, back, s0, t0)
@@ -208,7 +211,7 @@ def _way_round(table, rings, foot, start):
 
 
 @inner(error_model="numpy")
-def by_ring(ring, box, foot, way, seen, tolerance):
+def by_neighbourhood(neighbourhood, box, foot, way, seen, tolerance):
     """`ball_radius` about a foot (u, v) by the bounds kept around it, of an element in `box`.
 
     Trims are left to be looked at.
@@ -216,8 +219,8 @@ def by_ring(ring, box, foot, way, seen, tolerance):
     if way == math.inf:
         return 0.0
     u, v = foot
-    ends = ring["ends"]
-    width_u, width_v = ring["width"][0], ring["width"][1]
+    ends = neighbourhood["ends"]
+    width_u, width_v = neighbourhood["width"][0], neighbourhood["width"][1]
     margin = math.inf
     if ends[0]:
         margin = min(margin, (u - box[0]) * width_u)
@@ -227,8 +230,8 @@ def by_ring(ring, box, foot, way, seen, tolerance):
         margin = min(margin, (v - box[2]) * width_v)
     if ends[3]:
         margin = min(margin, (box[3] - v) * width_v)
-    curvature = (ring["curvature"][0], ring["curvature"][1])
-    return ball_radius(curvature, ring["room"], margin, way, seen, tolerance)
+    curvature = (neighbourhood["curvature"][0], neighbourhood["curvature"][1])
+    return ball_radius(curvature, neighbourhood["room"], margin, way, seen, tolerance)
 
 
 @inlined()
@@ -253,23 +256,23 @@ def kept_ball(tables, taken, patches, foot, start, seen):
     """Radius of a ball that proves a foot (u, v) by the bounds kept around it, or 0.
 
     `patches` are those of the start and of the foot, `taken` is `TakenOut` of `tables`: where many
-    feet are asked for that is done once. `start` is its (u, v), `seen` as in `by_ring`.
+    feet are asked for that is done once. `start` is its (u, v), `seen` as in `by_neighbourhood`.
     """
-    grid, table, rings = taken.grid, taken.table, taken.rings
+    grid, table, neighbourhoods = taken.grid, taken.table, taken.neighbourhoods
     before, patch = patches
     trimmed = tables.trims.trimmed
     e, s, t = locate(grid, patch, foot[0], foot[1])
-    ring = rings[e, part_of(s, t)]
+    neighbourhood = neighbourhoods[e, part_of(s, t)]
     box = table[e]["box"]
     way = math.inf
     if patch == before:
-        way = way_within(ring, box, foot, start)
+        way = way_within(neighbourhood, box, foot, start)
     if way == math.inf and trimmed[before] == 0 and trimmed[patch] == 0:
         last = locate(grid, before, start[0], start[1])
-        way = way_beyond(table, rings, (e, s, t), last)
-    r = by_ring(ring, box, foot, way, seen, tables.scale[1])
+        way = way_beyond(table, neighbourhoods, (e, s, t), last)
+    r = by_neighbourhood(neighbourhood, box, foot, way, seen, tables.scale[1])
     if r > 0.0 and trimmed[patch] != 0:
-        width = ring["width"]
+        width = neighbourhood["width"]
         r = r if is_whole(tables, patch, foot, r / width[0], r / width[1]) else 0.0
     return r
 
@@ -284,7 +287,7 @@ def certify_rows(tables, points, left, m, out):
     rows, flags, before, patch, uv = left.rows, left.flags, left.before, left.patch, left.uv
     to_follow = 0
     # Taken out of their tuples once: to hand those on costs more than the test.
-    taken = TakenOut(tables.grid, tables.elements.table, tables.rings)
+    taken = TakenOut(tables.grid, tables.elements.table, tables.neighbourhoods)
     tolerance = tables.scale[1]
     for j in range(m):
         k = rows[j]

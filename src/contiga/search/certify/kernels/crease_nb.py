@@ -163,7 +163,7 @@ def reach_along(tangent, ends, arc, bent, given):
 
 @inner(error_model="numpy")
 def seen_along(bend, b, ends, reach, bent):
-    """w·b of a face along a strand, a `Range` at either end of the motion."""
+    """w·b of a face along an edge segment, a `Range` at either end of the motion."""
     torsion = 0.5 * (bend[INNER] + bend[OUTER])
     change = reach.arc * (bent * reach.along + torsion * reach.far)
     first = dot(ends[0], b)

@@ -8,16 +8,16 @@ the place y of the edge next to it (`about_edge_nb`).
 every surface of two faces that are joined exactly, whose points are no farther from those of the
 file than the width δ of the edge, and whose tangents and normals along it differ from those of the
 file by no more than its slip σ (or, where faces are joined smoothly, its turn) as it was measured
-when the body was built (`trimmed_edges`). Where a way crosses the strand at an angle φ, the slope
-of f may then fall by δ, if w·(b_1 + b_2) + 2 |w| σ ≤ 0 there; else by δ + sin φ |w| α, where the
-faces turn by α at most, outer side or inner. That is used for joints meant to be smooth only, with
-α ≤ `FOLD`: beside a real fold two minima that were as good as one may part later, and which of them
-is followed would not be known. Beside a smooth joint they stay within |w| α/μ. The angles under
-which a shortest way can cross again and again add up to less than 1 + 2 k r, for between two
-crossings the strand turns by their sum. So on all shortest ways the slope of f falls by D in all at
-most, and grows by μ a length otherwise. Then the minima of f_τ in the ball lie within D/μ of each
-other: **the branch is known to D/μ**, and that must be no more than `SHARP` allows. All else is as
-there, with t + D in place of t.
+when the body was built (`trimmed_edges`). Where a way crosses the edge segment at an angle φ, the
+slope of f may then fall by δ, if w·(b_1 + b_2) + 2 |w| σ ≤ 0 there; else by δ + sin φ |w| α, where
+the faces turn by α at most, outer side or inner. That is used for joints meant to be smooth only,
+with α ≤ `FOLD`: beside a real fold two minima that were as good as one may part later, and which of
+them is followed would not be known. Beside a smooth joint they stay within |w| α/μ. The angles
+under which a shortest way can cross again and again add up to less than 1 + 2 k r, for between two
+crossings the edge segment turns by their sum. So on all shortest ways the slope of f falls by D in
+all at most, and grows by μ a length otherwise. Then the minima of f_τ in the ball lie within D/μ of
+each other: **the branch is known to D/μ**, and that must be no more than `SHARP` allows. All else
+is as there, with t + D in place of t.
 
 **A branch that ends at a fold.** On the inner side of a fold a minimum x_0 of f_0 in A may run
 into the edge. Let B be the ball of radius r about x_0, f_τ convex with modulus μ > 0 along the
@@ -56,8 +56,8 @@ from contiga.search.certify.kernels.crease_nb import (
     reach_along,
     seen_along,
 )
+from contiga.search.certify.kernels.edge_segment_nb import stretch_bend
 from contiga.search.certify.kernels.joined_nb import least_bend
-from contiga.search.certify.kernels.strand_nb import stretch_bend
 
 SHARP = 1e-6
 """A branch is known if it is to this share of the body's size, or to a few widths of the edge."""
@@ -104,7 +104,7 @@ def _slip_at(tables, foot, fold, ends, path, h):
 
 @inner(error_model="numpy")
 def _reach_of(fold, ends):
-    """As `reach_along`, of the strand of a fold."""
+    """As `reach_along`, of the edge segment of a fold."""
     given = (fold.joint.width, _give(fold.joint))
     return reach_along(fold.first.tangent, ends, fold.arc, fold.bent, given)
 
@@ -118,12 +118,12 @@ def _least_of(fold, bend, frame, ends, r):
 
 
 @inner(error_model="numpy")
-def _least_on_strand(fold, ends, work):
-    """Least curvature of f along the strand of a fold."""
-    cells, strand = work.cells, work.strand
+def _least_on_segment(fold, ends, work):
+    """Least curvature of f along the edge segment of a fold."""
+    cells, segment = work.cells, work.segment
     least = 1.0
     for k in range(fold.stretches):
-        c, rest, slowest, _, bent = stretch_bend(strand, k, cells.bending)
+        c, rest, slowest, _, bent = stretch_bend(segment, k, cells.bending)
         curve = Curve(c, rest, slowest, bent)
         least = min(least, least_along(curve, ends, _reach_of(fold, ends)))
     return least
@@ -138,7 +138,7 @@ def _least_and_drop(fold, ends, r, work):
     least = min(
         _least_of(fold, cells.here, first, ends, r),
         _least_of(fold, cells.beyond, second, ends, r),
-        _least_on_strand(fold, ends, work),
+        _least_on_segment(fold, ends, work),
     )
     faces = (first.across, second.across)
     jump = most_jump((cells.here, cells.beyond), faces, ends, reach, bent)
@@ -229,7 +229,7 @@ def runs_into_fold(tables, last, path, work):
         ends = (minus(path[0], first.point), minus(path[1], first.point))
         reach = _reach_of(fold, ends)
         least = _least_of(fold, work.cells.here, first, ends, r)
-        least = min(least, _least_on_strand(fold, ends, work))
+        least = min(least, _least_on_segment(fold, ends, work))
         slack = joint.width + reach.far * joint.slip
         before, after = seen_along(work.cells.beyond, second.across, ends, reach, bent)
         falls = min(before.least, after.least) - slack

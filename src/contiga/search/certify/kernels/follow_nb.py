@@ -140,7 +140,7 @@ def _go_on(tables, last, path, work):
     cells = work.cells
     elements = tables.elements
     tolerance = tables.scale[1]
-    near = Near(elements, tables.rings, tables.trims.trimmed, tolerance)
+    near = Near(elements, tables.neighbourhoods, tables.trims.trimmed, tolerance)
     status, e, s, t, feature = walk(elements, last, path[1], tolerance, cells.derivatives)
     stays = status != AT_BORDER and (
         elements.table[e]["trim"] == IN or in_face(elements, tables.trims, e, s, t)
@@ -168,7 +168,7 @@ def follow(tables, last, path, step, work):
     The first part tried is the share `step` of the motion; `work` is of `edge_work`. Returns
     (UNPROVED, PROVED, ENDED or FELL, e, s, t, feature): the foot at the end of what was proved.
     """
-    near = Near(tables.elements, tables.rings, tables.trims.trimmed, tables.scale[1])
+    near = Near(tables.elements, tables.neighbourhoods, tables.trims.trimmed, tables.scale[1])
     h = work.cells.derivatives
     done = 0.0
     kind = FACE
@@ -271,7 +271,7 @@ def follow_rows(tables, points, left, m, out):
     work = edge_work()
     cells = work.cells
     elements = tables.elements
-    near = Near(elements, tables.rings, tables.trims.trimmed, tables.scale[1])
+    near = Near(elements, tables.neighbourhoods, tables.trims.trimmed, tables.scale[1])
     rows, flags, before, patch, uv = left.rows, left.flags, left.before, left.patch, left.uv
     ended = 0
     for j in range(m):

@@ -1,7 +1,7 @@
 """Whether one branch joins two feet: a part of a motion, proved at once.
 
-By the bounds kept around the foot (`ring_nb`), or by those of a cell about it that is just large
-enough. The theorem stands in `branch_nb`.
+By the bounds kept around the foot (`neighbourhood_nb`), or by those of a cell about it that is just
+large enough. The theorem stands in `branch_nb`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from contiga.search.certify.certify_records import Cells
 from contiga.search.certify.kernels.bend_nb import BENDS, INNER, OUTER, bend_work, principal
 from contiga.search.certify.kernels.branch_nb import (
     WIDER,
-    by_ring,
+    by_neighbourhood,
     holds,
     seen_from,
     way_beyond,
@@ -64,24 +64,29 @@ def least_bend(curvature, m):
 
 
 @inner(error_model="numpy")
-def _by_ring(near, foot, last, seen, off, boxes):
+def _by_neighbourhood(near, foot, last, seen, off, boxes):
     """Whether the bounds kept around the foot prove the start `last`, given to within `off`."""
-    elements, rings, trimmed, tolerance = near.elements, near.rings, near.trimmed, near.tolerance
+    elements, neighbourhoods, trimmed, tolerance = (
+        near.elements,
+        near.neighbourhoods,
+        near.trimmed,
+        near.tolerance,
+    )
     e, s, t = foot
     table = elements.table
     patch, other = table[e]["patch"], table[last[0]]["patch"]
     at = parameters(elements, e, s, t)
-    ring = rings[e, part_of(s, t)]
+    neighbourhood = neighbourhoods[e, part_of(s, t)]
     box = table[e]["box"]
     way = math.inf
     if patch == other:
-        way = way_within(ring, box, at, parameters(elements, last[0], last[1], last[2]))
+        way = way_within(neighbourhood, box, at, parameters(elements, last[0], last[1], last[2]))
     if way == math.inf and trimmed[patch] == 0 and trimmed[other] == 0:
-        way = way_beyond(table, rings, foot, last)
-    r = by_ring(ring, box, at, way, seen, tolerance + off)
+        way = way_beyond(table, neighbourhoods, foot, last)
+    r = by_neighbourhood(neighbourhood, box, at, way, seen, tolerance + off)
     boxes[0, 0], boxes[0, 1], boxes[0, 2] = e, s, t
-    boxes[0, 3] = r / (ring["width"][0] * (box[1] - box[0]))
-    boxes[0, 4] = r / (ring["width"][1] * (box[3] - box[2]))
+    boxes[0, 3] = r / (neighbourhood["width"][0] * (box[1] - box[0]))
+    boxes[0, 4] = r / (neighbourhood["width"][1] * (box[3] - box[2]))
     return r > 0.0
 
 
@@ -142,7 +147,7 @@ def _by_surroundings(near, foot, start, path, work):
     m = seen.heights
     # Twice the speeds at the foot: within a hair of the start they are not much larger.
     off = 2.0 * moved * (metric[0] + metric[1])
-    if _by_ring(near, foot, last, seen, off, work.boxes):
+    if _by_neighbourhood(near, foot, last, seen, off, work.boxes):
         return True
     if not metric[2] > 0.0:
         return False

@@ -1,4 +1,4 @@
-"""Parts of elements, sixteen each, and what the record of a ring takes over of one."""
+"""Parts of elements, sixteen each, and what the record of a neighbourhood takes over of one."""
 
 from __future__ import annotations
 
@@ -52,16 +52,16 @@ def scales(elements, e, n):
 
 
 @inner(error_model="numpy")
-def take_curvature(ring, bend):
+def take_curvature(neighbourhood, bend):
     """Take over the curvatures that bound a part."""
-    ring["curvature"][0] = max(ring["curvature"][0], bend[INNER])
-    ring["curvature"][1] = max(ring["curvature"][1], bend[OUTER])
+    neighbourhood["curvature"][0] = max(neighbourhood["curvature"][0], bend[INNER])
+    neighbourhood["curvature"][1] = max(neighbourhood["curvature"][1], bend[OUTER])
 
 
 @inner(error_model="numpy")
-def take_metric(ring, bend, scale_s, scale_t):
+def take_metric(neighbourhood, bend, scale_s, scale_t):
     """Take over speeds and widths, measured in parameters `scale` times as long as e's own."""
-    ring["speed"][0] = max(ring["speed"][0], bend[SPEED_S] * scale_s)
-    ring["speed"][1] = max(ring["speed"][1], bend[SPEED_T] * scale_t)
-    ring["width"][0] = min(ring["width"][0], bend[WIDTH_S] * scale_s)
-    ring["width"][1] = min(ring["width"][1], bend[WIDTH_T] * scale_t)
+    neighbourhood["speed"][0] = max(neighbourhood["speed"][0], bend[SPEED_S] * scale_s)
+    neighbourhood["speed"][1] = max(neighbourhood["speed"][1], bend[SPEED_T] * scale_t)
+    neighbourhood["width"][0] = min(neighbourhood["width"][0], bend[WIDTH_S] * scale_s)
+    neighbourhood["width"][1] = min(neighbourhood["width"][1], bend[WIDTH_T] * scale_t)

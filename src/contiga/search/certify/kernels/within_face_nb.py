@@ -37,25 +37,26 @@ from contiga.search.certify.kernels.about_edge_nb import along, at_rim, cell_of,
 from contiga.search.certify.kernels.bend_nb import INNER, OUTER, SPEED_S, SPEED_T, principal
 from contiga.search.certify.kernels.branch_nb import WIDER, holds, seen_from
 from contiga.search.certify.kernels.crease_nb import SAME, reach_along, seen_along
-from contiga.search.certify.kernels.joined_nb import least_bend
-from contiga.search.certify.kernels.strand_nb import (
+from contiga.search.certify.kernels.edge_segment_nb import (
     AT_END,
     place_on,
-    side_strand,
+    side_segment,
     stretch,
     through,
     with_hair,
 )
+from contiga.search.certify.kernels.joined_nb import least_bend
 
 BESIDE = 1e-3
 """How far beside an edge, in halves of the cell, it is asked where the face is."""
 
 
 @inner(error_model="numpy")
-def _parts(strand, axis, start, end):
-    """Whether the square of the direction `axis` parts the first stretch of a strand from the
+def _parts(segment, axis, start, end):
+    """Whether the square of the direction `axis` parts the first stretch of an edge segment from
+    the
     straight way from `start` to `end`: its control points are told to be beyond it."""
-    coefs, degree = strand.coefs, strand.degree
+    coefs, degree = segment.coefs, segment.degree
     low, high = math.inf, -math.inf
     for i in range(degree[0] + 1):
         off = (axis[0] * coefs[0, i, 1] - axis[1] * coefs[0, i, 0]) / coefs[0, i, 2]
@@ -66,10 +67,10 @@ def _parts(strand, axis, start, end):
 
 
 @inner(error_model="numpy")
-def _is_between(strand, start, end):
+def _is_between(segment, start, end):
     """Whether the straight way from `start` to `end`, places (x, y) of the cell, may meet the first
-    stretch of a strand."""
-    coefs, degree = strand.coefs, strand.degree
+    stretch of a segment."""
+    coefs, degree = segment.coefs, segment.degree
     n = degree[0]
     chord = (
         coefs[0, n, 0] / coefs[0, n, 2] - coefs[0, 0, 0] / coefs[0, 0, 2],
@@ -78,16 +79,17 @@ def _is_between(strand, start, end):
     way = (end[0] - start[0], end[1] - start[1])
     across = (-way[1], way[0])
     return not (
-        _parts(strand, chord, start, end)
-        or _parts(strand, way, start, end)
-        or _parts(strand, across, start, end)
+        _parts(segment, chord, start, end)
+        or _parts(segment, way, start, end)
+        or _parts(segment, across, start, end)
     )
 
 
 @inner(error_model="numpy")
-def _side_of(tables, e, cell, strand):
-    """On which side of the first stretch of a strand the face is: 1 left, −1 right, 0 not known."""
-    x, y, dx, dy = place_on(strand, 0, 0.5)
+def _side_of(tables, e, cell, segment):
+    """On which side of the first stretch of an edge segment the face is: 1 left, −1 right, 0 not
+    known."""
+    x, y, dx, dy = place_on(segment, 0, 0.5)
     size = math.hypot(dx, dy)
     if not size > 0.0:
         return 0
@@ -101,14 +103,14 @@ def _side_of(tables, e, cell, strand):
 
 @inner(linked=False, error_model="numpy")
 def _sees(tables, foot, cell, path, work):
-    """Whether w·b > 0 holds along the first stretch of the strand in a cell of the foot."""
-    cells, strand = work.cells, work.strand
+    """Whether w·b > 0 holds along the first stretch of the edge segment in a cell of the foot."""
+    cells, segment = work.cells, work.segment
     h = cells.derivatives
     e = foot[0]
-    which = _side_of(tables, e, cell, strand)
+    which = _side_of(tables, e, cell, segment)
     if which == 0:
         return False
-    at, slope, (arc, bent) = along(strand, 1, foot, cell, cells.bending)
+    at, slope, (arc, bent) = along(segment, 1, foot, cell, cells.bending)
     if not arc * bent < math.inf:
         return False
     forward = tangent(tables.elements, e, at, slope, h)
@@ -142,7 +144,7 @@ def _sides_see(tables, foot, cell, path, work):
             continue
         if row["kind"][side] == SMOOTH or row["kind"][side] == POLE:
             return False
-        side_strand(side, work.strand)
+        side_segment(side, work.segment)
         if not _sees(tables, foot, cell, path, work):
             return False
     return True
@@ -154,7 +156,7 @@ def _pieces_see(tables, foot, last, cell, path, work):
     between it and the start `last`."""
     e = foot[0]
     trims = tables.trims
-    strand = work.strand
+    segment = work.segment
     patch = tables.elements.table[e]["patch"]
     u0, v0 = parameters(tables.elements, e, cell[0], cell[2])
     u1, v1 = parameters(tables.elements, e, cell[1], cell[3])
@@ -170,8 +172,8 @@ def _pieces_see(tables, foot, last, cell, path, work):
             continue
         if not first < end:
             return False
-        strand.degree[0] = stretch(trims, k, (first, end), uv_box, strand.coefs[0])
-        if _is_between(strand, here, there) or not _sees(tables, foot, cell, path, work):
+        segment.degree[0] = stretch(trims, k, (first, end), uv_box, segment.coefs[0])
+        if _is_between(segment, here, there) or not _sees(tables, foot, cell, path, work):
             return False
     return True
 

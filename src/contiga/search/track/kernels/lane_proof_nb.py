@@ -36,7 +36,7 @@ from contiga.search.track.kernels.lanes_nb import (
     columns_from,
 )
 
-# Rows of what is kept around a foot, as the record of a ring holds it.
+# Rows of what is kept around a foot, as the record of a neighbourhood holds it.
 CURVATURE, ROOM, SPEED, WIDTH, BLOCK, ENDS = 0, 2, 3, 5, 7, 11
 KEPT = 12
 NUMBERS = 13
@@ -44,15 +44,15 @@ NUMBERS = 13
 
 
 @inner()
-def load_surroundings(rings, e, lanes, banks):
+def load_surroundings(neighbourhoods, e, lanes, banks):
     """What is kept around the feet of so many banks of lanes of element e into these."""
     for b in range(banks):
         for l in range(0, WIDE, 4):
-            surround(rings, (e, e, e, e), lanes[b], l)
+            surround(neighbourhoods, (e, e, e, e), lanes[b], l)
 
 
 @inlined()
-def surround(rings, elements, bank, l):
+def surround(neighbourhoods, elements, bank, l):
     """What is kept around the feet of four lanes from l on into them, whose elements are given."""
     records = (
         _record(elements[0], bank, l),
@@ -61,7 +61,7 @@ def surround(rings, elements, bank, l):
         _record(elements[3], bank, l + 3),
     )
     for c in range(0, KEPT, 4):
-        turn(rings, below(records, c), bank, columns_from(ROW_KEPT + c, l))
+        turn(neighbourhoods, below(records, c), bank, columns_from(ROW_KEPT + c, l))
 
 
 @inlined()

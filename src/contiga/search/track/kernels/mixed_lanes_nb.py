@@ -129,7 +129,7 @@ def wait_beyond(tables, e, bank, l, row, queue, n):
         _ask_for_head(tables.elements.table, beyond)
         s, t = across(here, side, along)
         for line in range(2):
-            prefetch(tables.rings, beyond, part_of(s, t) * NUMBERS * SIZE + line * LINE)
+            prefetch(tables.neighbourhoods, beyond, part_of(s, t) * NUMBERS * SIZE + line * LINE)
 
 
 @inner(linked=False)
@@ -269,12 +269,16 @@ def _keep_to_faces(tables, queue, n):
 def _prove(tables, queue, n, banks):
     """The quick certificates of the first n feet, in so many banks."""
     lanes, who = queue.lanes, queue.who
-    table, rings, trimmed = tables.elements.table, tables.rings, tables.trims.trimmed
+    table, neighbourhoods, trimmed = (
+        tables.elements.table,
+        tables.neighbourhoods,
+        tables.trims.trimmed,
+    )
     for b in range(banks):
         for l in range(0, WIDE, 4):
             i = b * WIDE + l
             four = (who[NOW, i], who[NOW, i + 1], who[NOW, i + 2], who[NOW, i + 3])
-            surround(rings, four, lanes[b], l)
+            surround(neighbourhoods, four, lanes[b], l)
     for i in range(n):
         bank, l, last, now = lanes[i // WIDE], i % WIDE, who[BEFORE, i], who[NOW, i]
         patch, other, way = table[now]["patch"], table[last]["patch"], math.inf
@@ -288,7 +292,7 @@ def _prove(tables, queue, n, banks):
                 table[last]["box"],
             )
             begun = (last, place_in(u, box[0], box[1]), place_in(v, box[2], box[3]))
-            way = way_beyond(table, rings, foot, begun)
+            way = way_beyond(table, neighbourhoods, foot, begun)
         bank[ROW_WAY * WIDE + l] = way
     prove_mixed(lanes, banks, tables.scale[1])
     for i in range(n):

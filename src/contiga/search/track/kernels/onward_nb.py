@@ -23,7 +23,9 @@ FARTHEST = 0.5
 def _length(tables, e, s, t, axis):
     """About how long element e is along an axis, next to (s, t)."""
     box = tables.elements.table[e]["box"]
-    return tables.rings[e, part_of(s, t)]["speed"][axis] * (box[2 * axis + 1] - box[2 * axis])
+    return tables.neighbourhoods[e, part_of(s, t)]["speed"][axis] * (
+        box[2 * axis + 1] - box[2 * axis]
+    )
 
 
 @inner(error_model="numpy")

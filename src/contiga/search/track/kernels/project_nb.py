@@ -108,11 +108,11 @@ def _see_to_trims(tables, block, lanes, rows):
 
 
 @inner()
-def _ask_for_next(rings, blocks, b, half):
+def _ask_for_next(neighbourhoods, blocks, b, half):
     """Ask for half of the surroundings kept of the next block's element, if that is another one."""
     if b + 1 < blocks.shape[0] and blocks[b + 1, 0] != blocks[b, 0]:
         for line in range(half * RING_LINES // 2, (half + 1) * RING_LINES // 2):
-            prefetch(rings, blocks[b + 1, 0], line * LINE)
+            prefetch(neighbourhoods, blocks[b + 1, 0], line * LINE)
 
 
 @inner(linked=False)
@@ -164,10 +164,10 @@ def _project_blocks(tables, proves, records, order, blocks):
         else:
             finish_polynomial(lanes, banks, element)
         if proves:
-            load_surroundings(tables.rings, e, lanes, banks)
-            _ask_for_next(tables.rings, blocks, b, 0)
+            load_surroundings(tables.neighbourhoods, e, lanes, banks)
+            _ask_for_next(tables.neighbourhoods, blocks, b, 0)
             prove_lanes(lanes, banks, element, tables.scale[1])
-            _ask_for_next(tables.rings, blocks, b, 1)
+            _ask_for_next(tables.neighbourhoods, blocks, b, 1)
         unload(lanes, records, order, first, end)
         block = Block(e, first, end)
         if trim == CUT or tables.trims.trimmed[elements.table[e]["patch"]] != 0:

@@ -3,7 +3,7 @@
 The mathematics are those of the lanes and of the quick certificate, so the results are the same
 numbers. A row that ends otherwise than in a proved foot within its patch is flagged and left as it
 was: the careful walk, creases, edges and the search for closest points are the CPU's. `tables` is
-whatever has `elements`, `grid`, `trims`, `rings` and `scale` as `Tables` does.
+whatever has `elements`, `grid`, `trims`, `neighbourhoods` and `scale` as `Tables` does.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def track_row(tables, way, results, k):
     if e < 0:
         return
     seen = seen_from(record.point, record.normal, a, b, tables.scale[1])
-    taken = TakenOut(tables.grid, tables.elements.table, tables.rings)
+    taken = TakenOut(tables.grid, tables.elements.table, tables.neighbourhoods)
     if not kept_ball(tables, taken, (patch, patch), uv, start, seen) > 0.0:
         return
     back[k] = 0

@@ -1,12 +1,12 @@
 """Surroundings of parts beside which elements are narrow: whole rows and columns of parts.
 
-Cutting a surface leaves slivers, and of a sliver a quarter (`ring_nb`) is next to nothing. Here the
-parts around one are taken row by row and column by column, from element to element, until they are
-about as deep in each direction as parts nearby are wide. They make a rectangle: what stands where a
-row and a column cross is the same whichever is gone along first, and all sides within are smooth.
-Along a side parameters go on from part to part, and so a way that leaves the rectangle on the left
-has gone through every column there, from side to side, in parts of the rectangle: its length is the
-sum of the least widths of these columns at least.
+Cutting a surface leaves slivers, and of a sliver a quarter (`neighbourhood_nb`) is next to nothing.
+Here the parts around one are taken row by row and column by column, from element to element, until
+they are about as deep in each direction as parts nearby are wide. They make a rectangle: what
+stands where a row and a column cross is the same whichever is gone along first, and all sides
+within are smooth. Along a side parameters go on from part to part, and so a way that leaves the
+rectangle on the left has gone through every column there, from side to side, in parts of the
+rectangle: its length is the sum of the least widths of these columns at least.
 """
 
 from __future__ import annotations
@@ -191,14 +191,20 @@ def _own_extents(table, home, extents, extent):
 
 
 @inner(error_model="numpy")
-def _may_widen(ring):
+def _may_widen(neighbourhood):
     """Whether surroundings end nowhere and turn round no pole."""
-    ended = ring["ends"][0] + ring["ends"][1] + ring["ends"][2] + ring["ends"][3] > 0
-    return ring["pole"] < 0 and not ended
+    ended = (
+        neighbourhood["ends"][0]
+        + neighbourhood["ends"][1]
+        + neighbourhood["ends"][2]
+        + neighbourhood["ends"][3]
+        > 0
+    )
+    return neighbourhood["pole"] < 0 and not ended
 
 
 @inner(error_model="numpy")
-def widen(elements, raw, e, part, ring):
+def widen(elements, raw, e, part, neighbourhood):
     """Put wider surroundings of a part (i, j) of element e into its record, if they are any good.
 
     `raw` (elements, parts, 6) bounds every part by itself. Speeds and widths are in local
@@ -207,9 +213,9 @@ def widen(elements, raw, e, part, ring):
     table = elements.table
     home = (e, part[0], part[1], 0, 0, 0)
     nearby = _nearby(table, raw, home)
-    bent = max(ring["curvature"][0], ring["curvature"][1])
+    bent = max(neighbourhood["curvature"][0], neighbourhood["curvature"][1])
     wanted = max(NEAR * nearby, min(DEEP * nearby, FLAT / bent))
-    if not (_may_widen(ring) and ring["room"] < wanted):
+    if not (_may_widen(neighbourhood) and neighbourhood["room"] < wanted):
         return
     extents, extent = stack_int64(4), scratch(4, 2)
     widths, bends = scratch(2, ACROSS), scratch(2)
@@ -218,19 +224,19 @@ def widen(elements, raw, e, part, ring):
         return
     room = _depth(widths, extents)
     turn = max(BENT * bent * room, FLAT)
-    if not (room > ring["room"] and max(bends[0], bends[1]) * room <= turn):
+    if not (room > neighbourhood["room"] and max(bends[0], bends[1]) * room <= turn):
         return
-    ring["room"] = room
+    neighbourhood["room"] = room
     for c in range(2):
-        ring["curvature"][c] = max(ring["curvature"][c], bends[c])
+        neighbourhood["curvature"][c] = max(neighbourhood["curvature"][c], bends[c])
     _own_extents(table, home, extents, extent)
     for a in range(-int(extent[LEFT, 0]), int(extent[RIGHT, 0]) + 1):
         for b in range(-int(extent[DOWN, 0]), int(extent[UP, 0]) + 1):
             n, i, j, _, _, _ = _at(table, home, a, b)
             scale_s, scale_t = scales(elements, e, n)
-            take_metric(ring, raw[n, i * PARTS + j], scale_s, scale_t)
+            take_metric(neighbourhood, raw[n, i * PARTS + j], scale_s, scale_t)
     for way in range(4):
-        ring["block"][way] = extent[way, 1]
+        neighbourhood["block"][way] = extent[way, 1]
         k = home[1 + (way >> 1)]
         beyond = extents[way] - (k if way & 1 == 0 else PARTS - 1 - k)
-        ring["reach"][way] = min(max(beyond, 0), PARTS)
+        neighbourhood["reach"][way] = min(max(beyond, 0), PARTS)

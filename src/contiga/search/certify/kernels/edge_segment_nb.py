@@ -1,9 +1,9 @@
-"""The strand of an edge that runs through a cell of a face: which it is, where, how it bends.
+"""The edge segment of an edge that runs through a cell of a face: which it is, where, how it bends.
 
 A cell about a foot is cut by trimming pieces, or reaches the natural side of its patch. If all of
-these are one connected stretch of one edge, it is a **strand**: the face ends there, on one side
-of it, and nowhere else in the cell. Its pieces are kept as homogeneous Bernstein coefficients over
-their stretches in the cell, in parameters (x, y) that run over [-1, 1]² there. Its first two
+these are one connected stretch of one edge, it is an **edge segment**: the face ends there, on one
+side of it, and nowhere else in the cell. Its pieces are kept as homogeneous Bernstein coefficients
+over their stretches in the cell, in parameters (x, y) that run over [-1, 1]² there. Its first two
 derivatives in space follow from those and from the bounds of the cell (`bend_nb`):
 
     C' = S_x x' + S_y y',    C'' = S_xx x'² + 2 S_xy x' y' + S_yy y'² + S_x x'' + S_y y'',
@@ -20,24 +20,24 @@ import numpy as np
 from contiga.geometry.kernels.trim_nb import ON_CURVE, bernstein_at, parameter_at
 from contiga.jit import inner
 from contiga.jit.scratch import scratch, stack_int64
-from contiga.search.certify.certify_records import Strand
+from contiga.search.certify.certify_records import EdgeSegment
 from contiga.search.certify.kernels.bend_nb import length
 from contiga.search.certify.kernels.rest_nb import D01, D02, D10, D11, D20
 
 MOST = 4
-"""Pieces of one strand."""
+"""Pieces of one edge segment."""
 DEGREE = 16
 AT_END = 1e-9
 """A stretch this close to the end of its piece (share of its parameter) reaches it."""
 KINK = 1e-6
-"""Largest sine of the angle between two pieces of a smooth strand, in parameters."""
+"""Largest sine of the angle between two pieces of a smooth edge segment, in parameters."""
 STEPS = 8
 
 
 @inner(error_model="numpy")
-def strand_work():
-    """A strand for `strand_in` to fill."""
-    return Strand(np.empty((MOST, DEGREE, 3)), np.empty(MOST, np.int64))
+def segment_work():
+    """An edge segment for `segment_in` to fill."""
+    return EdgeSegment(np.empty((MOST, DEGREE, 3)), np.empty(MOST, np.int64))
 
 
 @inner(error_model="numpy")
@@ -135,9 +135,9 @@ def _slope(coefs, n, end):
 
 
 @inner(error_model="numpy")
-def _is_smooth(strand, n):
-    """Whether the stretches of a strand go on from one to the next without a kink."""
-    coefs, degree = strand.coefs, strand.degree
+def _is_smooth(segment, n):
+    """Whether the stretches of an edge segment go on from one to the next without a kink."""
+    coefs, degree = segment.coefs, segment.degree
     for k in range(n - 1):
         a = _slope(coefs[k], degree[k], 1)
         b = _slope(coefs[k + 1], degree[k + 1], 0)
@@ -148,13 +148,13 @@ def _is_smooth(strand, n):
 
 
 @inner(error_model="numpy")
-def strand_in(trims, patch, cell, strand):
-    """The strand of one edge in a cell (u0, u1, v0, v1) of a trimmed patch.
+def segment_in(trims, patch, cell, segment):
+    """The edge segment of one edge in a cell (u0, u1, v0, v1) of a trimmed patch.
 
-    Returns (edge, number of its stretches in `strand`): edge −1 and no stretch where no piece meets
-    the cell, edge −2 where what meets it is no strand.
+    Returns (edge, number of its stretches in `segment`): edge −1 and no stretch where no piece
+    meets the cell, edge −2 where what meets it is no segment.
     """
-    coefs, degree = strand.coefs, strand.degree
+    coefs, degree = segment.coefs, segment.degree
     wide = with_hair(trims, patch, cell)
     pieces = stack_int64(MOST)
     span = scratch(MOST, 2)
@@ -187,13 +187,13 @@ def strand_in(trims, patch, cell, strand):
     for k in range(n):
         i = (start + k) % n
         degree[k] = stretch(trims, pieces[i], (span[i, 0], span[i, 1]), cell, coefs[k])
-    return (edge, n) if _is_smooth(strand, n) else (-2, 0)
+    return (edge, n) if _is_smooth(segment, n) else (-2, 0)
 
 
 @inner(error_model="numpy")
-def side_strand(side, strand):
-    """The natural side of a cell as its strand: one stretch."""
-    coefs, degree = strand.coefs, strand.degree
+def side_segment(side, segment):
+    """The natural side of a cell as its edge segment: one stretch."""
+    coefs, degree = segment.coefs, segment.degree
     across = -1.0 if side & 1 == 0 else 1.0
     for i in range(2):
         coefs[0, i, side // 2] = across
@@ -204,9 +204,9 @@ def side_strand(side, strand):
 
 
 @inner(error_model="numpy")
-def place_on(strand, k, t):
+def place_on(segment, k, t):
     """(x, y) at t of stretch k, and its slope there."""
-    coefs, degree = strand.coefs, strand.degree
+    coefs, degree = segment.coefs, segment.degree
     n = degree[k]
     w = bernstein_at(coefs[k], n, 2, t)
     x = bernstein_at(coefs[k], n, 0, t) / w
@@ -230,10 +230,11 @@ def _choose(n, i):
 
 
 @inner(error_model="numpy")
-def anchor(strand, n, at, metric):
-    """The place of a strand next to (x, y) = at: (stretch, t), by the metric (E, F, G) there.
+def anchor(segment, n, at, metric):
+    """The place of an edge segment next to (x, y) = at: (stretch, t), by the metric (E, F, G)
+    there.
 
-    Any place of the strand would do for what is proved with it; a near one proves more.
+    Any place of the edge segment would do for what is proved with it; a near one proves more.
     """
     best = math.inf
     nearest = (0, 0.0)
@@ -241,7 +242,7 @@ def anchor(strand, n, at, metric):
         for start in (0.0, 0.5, 1.0):
             t = start
             for _ in range(STEPS):
-                x, y, dx, dy = place_on(strand, k, t)
+                x, y, dx, dy = place_on(segment, k, t)
                 x -= at[0]
                 y -= at[1]
                 slope = metric[0] * x * dx + metric[1] * (x * dy + y * dx) + metric[2] * y * dy
@@ -250,7 +251,7 @@ def anchor(strand, n, at, metric):
                 if new == t:
                     break
                 t = new
-            x, y, dx, dy = place_on(strand, k, t)
+            x, y, dx, dy = place_on(segment, k, t)
             x -= at[0]
             y -= at[1]
             square = metric[0] * x * x + 2.0 * metric[1] * x * y + metric[2] * y * y
@@ -316,14 +317,14 @@ def _slopes(coefs, n, c, w, spread):
 
 
 @inner(linked=False, error_model="numpy")
-def stretch_bend(strand, k, bending):
+def stretch_bend(segment, k, bending):
     """Of stretch k: C'' in about the middle, how far it departs from that, least and largest |C'|,
     largest curvature as a curve in space. Infinite where nothing is known.
 
     `bending` is what `bend_bounds` leaves of the cell.
     """
     h, rest = bending.derivatives, bending.rest
-    coefs, degree = strand.coefs, strand.degree
+    coefs, degree = segment.coefs, segment.degree
     n = degree[k]
     low = math.inf
     high = -math.inf

@@ -7,7 +7,7 @@ import pytest
 from tests.unit.search import plain
 
 import contiga as cg
-from contiga.search.certify.rings import build_rings
+from contiga.search.certify.neighbourhoods import build_neighbourhoods
 from contiga.search.tables import tables_of
 
 
@@ -15,32 +15,32 @@ def test_curvatures_around_every_part_of_a_torus_are_bounded():
     patch = cg.shapes.torus(major=3.0, minor=1.0)
     tables = tables_of(cg.Body([patch]))
     # towards the outward normal the rim bends by 1/4 at most inward, the hole by 1/2 outward
-    curvature = tables.rings["curvature"]
+    curvature = tables.neighbourhoods["curvature"]
     assert (curvature[..., 1] >= 1.0 - 1e-9).all()
     assert (curvature[..., 1] < 2.5).all()
     assert (curvature[..., 0] < 1.2).all()
-    assert (tables.rings["room"] > 0.0).all()
-    assert (tables.rings["ends"] == 0).all()
+    assert (tables.neighbourhoods["room"] > 0.0).all()
+    assert (tables.neighbourhoods["ends"] == 0).all()
 
 
 def test_speeds_and_widths_hold_within_the_block():
     patch = cg.shapes.bumpy_plate(waves=2)
     tables = tables_of(cg.Body([patch]))
     rng = np.random.default_rng(0)
-    for ring in rng.choice(tables.rings.ravel(), 40):
-        u0, u1, v0, v1 = ring["block"]
+    for neighbourhood in rng.choice(tables.neighbourhoods.ravel(), 40):
+        u0, u1, v0, v1 = neighbourhood["block"]
         uv = rng.uniform([u0, v0], [u1, v1], (100, 2)).clip(0.0, 1.0)
         D = patch.derivatives(uv, 1)
         u, v = D[:, 1, 0], D[:, 0, 1]
         speed = np.linalg.norm(u, axis=1).max(), np.linalg.norm(v, axis=1).max()
         area = np.linalg.norm(np.cross(u, v), axis=1)
         width = (area / np.linalg.norm(v, axis=1)).min(), (area / np.linalg.norm(u, axis=1)).min()
-        assert (np.array(speed) <= ring["speed"] * (1.0 + 1e-9)).all()
-        assert (np.array(width) >= ring["width"] * (1.0 - 1e-9)).all()
+        assert (np.array(speed) <= neighbourhood["speed"] * (1.0 + 1e-9)).all()
+        assert (np.array(width) >= neighbourhood["width"] * (1.0 - 1e-9)).all()
 
 
 def test_the_border_of_a_sheet_ends_the_parts_beside_it():
-    ends = tables_of(cg.Body([cg.shapes.saddle()])).rings["ends"]
+    ends = tables_of(cg.Body([cg.shapes.saddle()])).neighbourhoods["ends"]
     assert ends.any()
     assert not ends.all()
 
@@ -51,21 +51,26 @@ def test_parts_at_a_corner_where_smooth_elements_meet_have_room():
     knots = [0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0]
     x, y = np.meshgrid(*2 * [[0.0, 0.25, 0.75, 1.0]], indexing="ij")
     sheet = cg.NurbsSurface((2, 2), (knots, knots), np.stack([x, y, 0.0 * x], axis=-1))
-    rings = tables_of(cg.Body([sheet])).rings.reshape(4, 4, 4)
-    assert (rings["room"] > 0.1).all()
-    inner = rings[0, 3, 3], rings[1, 3, 0], rings[2, 0, 3], rings[3, 0, 0]
-    assert not any(ring["ends"].any() for ring in inner)
+    neighbourhoods = tables_of(cg.Body([sheet])).neighbourhoods.reshape(4, 4, 4)
+    assert (neighbourhoods["room"] > 0.1).all()
+    inner = (
+        neighbourhoods[0, 3, 3],
+        neighbourhoods[1, 3, 0],
+        neighbourhoods[2, 0, 3],
+        neighbourhoods[3, 0, 0],
+    )
+    assert not any(neighbourhood["ends"].any() for neighbourhood in inner)
 
 
 @pytest.mark.interpreted
 def test_parts_about_a_smooth_pole_have_room_all_round():
     """Four elements of a flat disc about its middle, which is a side of each."""
     disc = cg.shapes.revolved(cg.shapes.line([0, 0, 0], [1, 0, 0]))
-    rings = build_rings(plain.joined(cg.Body([disc])).elements)
-    about = rings[rings["pole"] >= 0]
+    neighbourhoods = build_neighbourhoods(plain.joined(cg.Body([disc])).elements)
+    about = neighbourhoods[neighbourhoods["pole"] >= 0]
     assert len(about) == 4 * 12
     # The parts next to them end a quarter of the radius farther out.
     assert (about["room"] > 0.1).all()
     assert (about["room"] <= 0.25).all()
     assert not about["ends"].any()
-    assert (rings["curvature"] < 1e-9).all()
+    assert (neighbourhoods["curvature"] < 1e-9).all()

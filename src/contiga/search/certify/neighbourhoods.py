@@ -6,8 +6,8 @@ import numpy as np
 
 from contiga.arrays.threads import run_ranges
 from contiga.elements.element_arrays import Elements, Records
-from contiga.search.certify.kernels import part_nb, ring_nb
-from contiga.search.hierarchy.table_types import RING
+from contiga.search.certify.kernels import neighbourhood_nb, part_nb
+from contiga.search.hierarchy.table_types import NEIGHBOURHOOD
 
 # Elements below which a second thread does not pay.
 ELEMENTS = 64
@@ -15,13 +15,13 @@ ELEMENTS = 64
 QUARTERED = ((3, 100), (2, 400), (1, 4000))
 
 
-def build_rings(elements: Elements) -> Records:
+def build_neighbourhoods(elements: Elements) -> Records:
     """(elements, 16) bounds around the parts of all elements."""
     n = len(elements.table)
     parts = part_nb.PARTS**2
     raw = np.empty((n, parts, 6))
-    rings = np.zeros((n, parts), RING)
+    neighbourhoods = np.zeros((n, parts), NEIGHBOURHOOD)
     depth = next((d for d, most in QUARTERED if n <= most), 0)
-    run_ranges(ring_nb.bends_of_parts, n, ELEMENTS, elements, depth, raw)
-    run_ranges(ring_nb.join_parts, n, ELEMENTS, elements, raw, rings)
-    return rings
+    run_ranges(neighbourhood_nb.bends_of_parts, n, ELEMENTS, elements, depth, raw)
+    run_ranges(neighbourhood_nb.join_parts, n, ELEMENTS, elements, raw, neighbourhoods)
+    return neighbourhoods

@@ -1,4 +1,4 @@
-"""The strand of an edge in a cell of a trimmed face."""
+"""The edge segment of an edge in a cell of a trimmed face."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from tests.unit.search.sheets import SHEETS
 
 import contiga as cg
 from contiga.geometry.edges import BodyEdge, EdgeUse
-from contiga.search.certify.kernels import bend_nb, strand_nb
+from contiga.search.certify.kernels import bend_nb, edge_segment_nb
 
 pytestmark = pytest.mark.interpreted
 
 
 @njit
-def strand_in(trims, patch, cell):
-    work = strand_nb.strand_work()
-    edge, n = strand_nb.strand_in(trims, patch, cell, work)
+def segment_in(trims, patch, cell):
+    work = edge_segment_nb.segment_work()
+    edge, n = edge_segment_nb.segment_in(trims, patch, cell, work)
     places = np.empty((n, 3, 2))
     for k in range(n):
         for i in range(3):
-            found = strand_nb.place_on(work, k, 0.5 * i)
+            found = edge_segment_nb.place_on(work, k, 0.5 * i)
             places[k, i, 0], places[k, i, 1] = found[0], found[1]
     return edge, n, places
 
@@ -43,10 +43,10 @@ def holed():
     return cg.Body([patch], trims=[(outer, (hole,))], edges=[edge])
 
 
-def test_a_cell_over_the_rim_of_a_hole_holds_its_strand():
+def test_a_cell_over_the_rim_of_a_hole_holds_its_edge_segment():
     trims = plain.joined(holed()).trims
     cell = (0.72, 0.78, 0.45, 0.55)
-    edge, n, places = strand_in(trims, 0, cell)
+    edge, n, places = segment_in(trims, 0, cell)
     assert edge == 0
     assert n >= 1
     # places are by the cell's middle and half sides
@@ -56,12 +56,12 @@ def test_a_cell_over_the_rim_of_a_hole_holds_its_strand():
 
 
 def test_a_cell_beside_all_edges_holds_none():
-    edge, n, _ = strand_in(plain.joined(holed()).trims, 0, (0.8, 0.9, 0.1, 0.2))
+    edge, n, _ = segment_in(plain.joined(holed()).trims, 0, (0.8, 0.9, 0.1, 0.2))
     assert (edge, n) == (-1, 0)
 
 
-def test_a_cell_over_the_whole_hole_holds_no_one_strand():
-    assert strand_in(plain.joined(holed()).trims, 0, (0.2, 0.8, 0.2, 0.8))[0] == -2
+def test_a_cell_over_the_whole_hole_holds_no_one_edge_segment():
+    assert segment_in(plain.joined(holed()).trims, 0, (0.2, 0.8, 0.2, 0.8))[0] == -2
 
 
 def plate(points, named):
@@ -98,19 +98,19 @@ ROUND = [(0.2, 0.2), (0.8, 0.2), (0.8, 0.8), (0.2, 0.8)]
     ],
     ids=["straight on", "another edge", "kink", "spike"],
 )
-def test_a_strand_is_one_smooth_stretch_of_one_edge(points, named, edge):
+def test_a_edge_segment_is_one_smooth_stretch_of_one_edge(points, named, edge):
     """In a cell about the middle of the lower side of a square, where two pieces meet."""
-    found, n, _ = strand_in(plain.joined(plate(points, named)).trims, 0, (0.45, 0.55, 0.15, 0.25))
+    found, n, _ = segment_in(plain.joined(plate(points, named)).trims, 0, (0.45, 0.55, 0.15, 0.25))
     assert found == edge
     assert n == (2 if edge >= 0 else 0)
 
 
 @njit
 def stretch_bend(coefs, bending):
-    work = strand_nb.strand_work()
+    work = edge_segment_nb.segment_work()
     work.coefs[0, : len(coefs)] = coefs
     work.degree[0] = len(coefs) - 1
-    return strand_nb.stretch_bend(work, 0, bending)
+    return edge_segment_nb.stretch_bend(work, 0, bending)
 
 
 def rational(coefs, t):

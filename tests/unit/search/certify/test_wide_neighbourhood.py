@@ -50,12 +50,15 @@ def uneven() -> Tables:
 @pytest.mark.interpreted
 def test_no_way_as_short_as_the_room_leads_out_of_a_block_of_a_plane(uneven):
     tables = uneven
-    rings, parts = tables.rings, parts_of(tables)
-    inside = rings["ends"].sum(axis=-1) == 0
-    room, deep = rings["room"][inside], depth(parts[inside], rings["block"][inside])
+    neighbourhoods, parts = tables.neighbourhoods, parts_of(tables)
+    inside = neighbourhoods["ends"].sum(axis=-1) == 0
+    room, deep = (
+        neighbourhoods["room"][inside],
+        depth(parts[inside], neighbourhoods["block"][inside]),
+    )
     assert inside.sum() > few(400, 80)
     assert (room <= deep * (1.0 + 1e-9)).all()
-    # A tenth of the parts are so narrow that a plain ring of parts is less deep than this.
+    # A tenth of the parts are so narrow that a plain neighbourhood of parts is less deep than this.
     width = np.minimum(*(parts[inside][:, k + 1] - parts[inside][:, k] for k in (0, 2)))
     assert (width < 1e-3).mean() > 0.1
     assert np.percentile(room, 1) > 2e-3
@@ -76,10 +79,10 @@ def test_a_surface_cut_and_turned_has_the_surroundings_of_one_that_is_not_turned
             [body.patches[p].evaluate(uv) for p, uv in zip(of, middle, strict=True)]
         )
         order = np.lexsort(at.round(9).T)
-        rings = tables.rings.ravel()[order]
+        neighbourhoods = tables.neighbourhoods.ravel()[order]
         # Turned over, inner and outer curvatures change places.
-        bend = np.sort(rings["curvature"], axis=-1)
-        found.append((at[order], rings["room"], bend, rings["ends"].sum(axis=-1)))
+        bend = np.sort(neighbourhoods["curvature"], axis=-1)
+        found.append((at[order], neighbourhoods["room"], bend, neighbourhoods["ends"].sum(axis=-1)))
     for one, other in zip(*found, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-9)
 
@@ -90,29 +93,32 @@ def test_speeds_widths_and_curvatures_hold_within_wide_blocks():
     tables, rng = tables_of(body), np.random.default_rng(0)
     table = tables.elements.table
     for e in rng.choice(len(table), 60):
-        ring, own = tables.rings[e, rng.integers(16)], body.patches[table[e]["patch"]]
-        u0, u1, v0, v1 = ring["block"]
+        neighbourhood, own = (
+            tables.neighbourhoods[e, rng.integers(16)],
+            body.patches[table[e]["patch"]],
+        )
+        u0, u1, v0, v1 = neighbourhood["block"]
         uv = rng.uniform([u0, v0], [u1, v1], (200, 2))
         D = own.derivatives(uv, 2)
         u, v = D[:, 1, 0], D[:, 0, 1]
-        assert (np.linalg.norm(u, axis=1) <= ring["speed"][0] * (1.0 + 1e-9)).all()
-        assert (np.linalg.norm(v, axis=1) <= ring["speed"][1] * (1.0 + 1e-9)).all()
+        assert (np.linalg.norm(u, axis=1) <= neighbourhood["speed"][0] * (1.0 + 1e-9)).all()
+        assert (np.linalg.norm(v, axis=1) <= neighbourhood["speed"][1] * (1.0 + 1e-9)).all()
         n = np.cross(u, v)
         area = np.linalg.norm(n, axis=1)
-        assert (area / np.linalg.norm(v, axis=1) >= ring["width"][0] * (1.0 - 1e-9)).all()
+        assert (area / np.linalg.norm(v, axis=1) >= neighbourhood["width"][0] * (1.0 - 1e-9)).all()
         n /= area[:, None]
         first = np.stack([(u * u).sum(1), (u * v).sum(1), (u * v).sum(1), (v * v).sum(1)], -1)
         second = [(D[:, 2, 0] * n).sum(1), (D[:, 1, 1] * n).sum(1), (D[:, 0, 2] * n).sum(1)]
         second = np.stack([second[0], second[1], second[1], second[2]], -1)
         shape = np.linalg.solve(first.reshape(-1, 2, 2), second.reshape(-1, 2, 2))
         bend = np.linalg.eigvals(shape).real
-        assert bend.max() <= ring["curvature"][0] * (1.0 + 1e-9) + 1e-9
-        assert -bend.min() <= ring["curvature"][1] * (1.0 + 1e-9) + 1e-9
+        assert bend.max() <= neighbourhood["curvature"][0] * (1.0 + 1e-9) + 1e-9
+        assert -bend.min() <= neighbourhood["curvature"][1] * (1.0 + 1e-9) + 1e-9
 
 
 @njit
-def way_beyond(table, rings, foot, start):
-    return branch_nb.way_beyond(table, rings, foot, start)
+def way_beyond(table, neighbourhoods, foot, start):
+    return branch_nb.way_beyond(table, neighbourhoods, foot, start)
 
 
 @pytest.mark.parametrize("name", ["plane", "torus"])
@@ -138,7 +144,7 @@ def test_ways_over_sides_slivers_and_corners_are_no_shorter_than_the_straight_on
 
     for k in np.flatnonzero(foot.patch != start.patch):
         here, there = place(foot, k), place(start, k)
-        way = way_beyond(table, tables.rings, here, there)
+        way = way_beyond(table, tables.neighbourhoods, here, there)
         straight = np.linalg.norm(foot.point[k] - start.point[k])
         assert way >= straight * (1.0 - 1e-9)
         if way < np.inf:
@@ -148,7 +154,7 @@ def test_ways_over_sides_slivers_and_corners_are_no_shorter_than_the_straight_on
             if name == "plane":  # parameters of the whole are coordinates
                 x, y, _ = foot.point[k]
                 own = (parts[:, 0] <= x) & (x <= parts[:, 1]) & (parts[:, 2] <= y)
-                block = whole.rings["block"].reshape(-1, 4)[own & (y <= parts[:, 3])][0]
+                block = whole.neighbourhoods["block"].reshape(-1, 4)[own & (y <= parts[:, 3])][0]
                 off = start.point[k, :2]
                 assert (block[::2] - 1e-9 <= off).all()
                 assert (off <= block[1::2] + 1e-9).all()
@@ -169,25 +175,27 @@ def test_parts_beside_a_face_that_is_trimmed_have_no_room_there():
     whole = tables_of(cg.Body([left, right]))
     holed = tables_of(cg.Body([left, right], trims=[None, [loop(rim), loop(hole)]]))
     beside = np.arange(16) >= 12
-    assert whole.rings["reach"][0, beside].any(axis=-1).all()
-    assert (whole.rings["room"][0, beside] > 0.0).all()
-    assert (holed.rings["room"][0, beside] == 0.0).all()
-    assert (holed.rings["room"][0, ~beside] > 0.0).all()
+    assert whole.neighbourhoods["reach"][0, beside].any(axis=-1).all()
+    assert (whole.neighbourhoods["room"][0, beside] > 0.0).all()
+    assert (holed.neighbourhoods["room"][0, beside] == 0.0).all()
+    assert (holed.neighbourhoods["room"][0, ~beside] > 0.0).all()
 
 
 @pytest.mark.interpreted
 def test_what_is_reached_beyond_a_side_is_what_the_block_holds_of_the_next_element(uneven):
     tables = uneven
     table, seen = tables.elements.table, set()
-    for e, part in np.ndindex(tables.rings.shape):
-        ring = tables.rings[e, part]
+    for e, part in np.ndindex(tables.neighbourhoods.shape):
+        neighbourhood = tables.neighbourhoods[e, part]
         for side, n in enumerate(table["neighbour"][e]):
             if n >= 0:
                 box = table["box"][n]
                 wide = (box[2 * (side // 2) + 1] - box[2 * (side // 2)]) / 4
-                beyond = (ring["block"][side] - table["box"][e][side]) * (1 if side % 2 else -1)
-                assert ring["reach"][side] == np.clip(round(beyond / wide), 0, 4)
-                seen.add(int(ring["reach"][side]))
+                beyond = (neighbourhood["block"][side] - table["box"][e][side]) * (
+                    1 if side % 2 else -1
+                )
+                assert neighbourhood["reach"][side] == np.clip(round(beyond / wide), 0, 4)
+                seen.add(int(neighbourhood["reach"][side]))
     assert seen == {0, 1, 2, 3, 4}
 
 
@@ -204,7 +212,7 @@ def test_where_other_than_four_elements_meet_there_are_no_rows_and_columns(count
     )
     tables = tables_of(body)
     assert (tables.elements.table["kind"][:, [0, 2]] == 0).all()
-    at_corner = tables.rings[:, 0]
+    at_corner = tables.neighbourhoods[:, 0]
     assert (at_corner["room"] > 0.0).all()
     assert at_corner["reach"][:, [0, 2]].max() == 1
     assert at_corner["reach"][:, [1, 3]].max() == 0

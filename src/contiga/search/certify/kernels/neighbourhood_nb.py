@@ -36,7 +36,7 @@ from contiga.search.certify.kernels.part_nb import (
     take_metric,
 )
 from contiga.search.certify.kernels.pole_nb import pole_bounds, pole_side
-from contiga.search.certify.kernels.wide_ring_nb import widen
+from contiga.search.certify.kernels.wide_neighbourhood_nb import widen
 from contiga.search.closest.kernels.around_nb import MOST, around, stands
 
 BY_POLE = 2
@@ -125,19 +125,19 @@ def _beyond(elements, e, side, i, j):
 
 
 @inner(error_model="numpy")
-def _add_inside(raw, e, part, way, ring):
+def _add_inside(raw, e, part, way, neighbourhood):
     """Another part of the same element; `way` tells in which directions it lies off."""
     bend = raw[e, part]
-    take_curvature(ring, bend)
-    take_metric(ring, bend, 1.0, 1.0)
+    take_curvature(neighbourhood, bend)
+    take_metric(neighbourhood, bend, 1.0, 1.0)
     if way[0] != 0:
-        ring["room"] = min(ring["room"], bend[WIDTH_S] / PARTS)
+        neighbourhood["room"] = min(neighbourhood["room"], bend[WIDTH_S] / PARTS)
     if way[1] != 0:
-        ring["room"] = min(ring["room"], bend[WIDTH_T] / PARTS)
+        neighbourhood["room"] = min(neighbourhood["room"], bend[WIDTH_T] / PARTS)
 
 
 @inner(error_model="numpy")
-def _add_across(elements, raw, e, side, along, ring):
+def _add_across(elements, raw, e, side, along, neighbourhood):
     """The parts across a smooth side: the one that adjoins, and those beside it."""
     for step in range(-1, 2):
         k = along + step
@@ -146,22 +146,26 @@ def _add_across(elements, raw, e, side, along, ring):
         n, part, there = _beyond(elements, e, side, k, k)
         bend = raw[n, part]
         if not is_whole(elements, e, n):
-            ring["room"] = 0.0
-        take_curvature(ring, bend)
-        ring["room"] = min(ring["room"], bend[WIDTH_S if there < 2 else WIDTH_T] / PARTS)
+            neighbourhood["room"] = 0.0
+        take_curvature(neighbourhood, bend)
+        neighbourhood["room"] = min(
+            neighbourhood["room"], bend[WIDTH_S if there < 2 else WIDTH_T] / PARTS
+        )
         if step != 0:
-            ring["room"] = min(ring["room"], bend[WIDTH_T if there < 2 else WIDTH_S] / PARTS)
+            neighbourhood["room"] = min(
+                neighbourhood["room"], bend[WIDTH_T if there < 2 else WIDTH_S] / PARTS
+            )
         if adjoins(elements, e, n, side):
             scale_s, scale_t = scales(elements, e, n)
-            take_metric(ring, bend, scale_s, scale_t)
+            take_metric(neighbourhood, bend, scale_s, scale_t)
         else:  # linked point by point: the parameter along the side is the same
             beside = 1 if side < 2 else 0
             width = bend[WIDTH_T if there < 2 else WIDTH_S]
-            ring["width"][beside] = min(ring["width"][beside], width)
+            neighbourhood["width"][beside] = min(neighbourhood["width"][beside], width)
 
 
 @inner(error_model="numpy")
-def _add_fan(elements, raw, e, corner, ring, work):
+def _add_fan(elements, raw, e, corner, neighbourhood, work):
     """The parts of all elements around a corner; False where one has a kink or an end there."""
     list_e, list_st = work
     s, t = corner
@@ -180,11 +184,13 @@ def _add_fan(elements, raw, e, corner, ring, work):
         if not is_whole(elements, e, e2):
             return False
         bend = raw[e2, part_of(s2, t2)]
-        take_curvature(ring, bend)
-        ring["room"] = min(ring["room"], min(bend[WIDTH_S], bend[WIDTH_T]) / PARTS)
+        take_curvature(neighbourhood, bend)
+        neighbourhood["room"] = min(
+            neighbourhood["room"], min(bend[WIDTH_S], bend[WIDTH_T]) / PARTS
+        )
         if elements.table[e2]["patch"] == elements.table[e]["patch"]:
             scale_s, scale_t = scales(elements, e, e2)
-            take_metric(ring, bend, scale_s, scale_t)
+            take_metric(neighbourhood, bend, scale_s, scale_t)
     return True
 
 
@@ -200,7 +206,7 @@ def _corner_is_open(elements, e, side_s, side_t):
 
 
 @inner(error_model="numpy")
-def _block(elements, e, i, j, ring):
+def _block(elements, e, i, j, neighbourhood):
     """The parameters of patch around part (i, j), as far as its surroundings go on in them."""
     table, box = elements.table, elements.table[e]["box"]
     for axis in range(2):
@@ -216,7 +222,7 @@ def _block(elements, e, i, j, ring):
                 if table[e]["kind"][side] == SMOOTH and adjoins(elements, e, n, side):
                     part = (table[n]["box"][2 * axis + 1] - table[n]["box"][2 * axis]) / PARTS
                     edge += part if end == 1 else -part
-            ring["block"][2 * axis + end] = edge
+            neighbourhood["block"][2 * axis + end] = edge
 
 
 @inner(error_model="numpy")
@@ -265,7 +271,7 @@ def _fan_of_pole(elements, e, side, list_e, list_side):
 
 
 @inner(error_model="numpy")
-def _cap(elements, raw, foot, part, ring, work):
+def _cap(elements, raw, foot, part, neighbourhood, work):
     """Fill the record of a part beside a pole: all round it, one part farther than this one.
 
     `foot` is (element, side that is the pole). A way leads out only over the far rim.
@@ -278,92 +284,92 @@ def _cap(elements, raw, foot, part, ring, work):
     deep = (k if side & 1 == 0 else PARTS - 1 - k) + 1
     box = elements.table[e]["box"]
     for c in range(4):
-        ring["block"][c] = box[c]
+        neighbourhood["block"][c] = box[c]
     axis = 0 if side < 2 else 2
     away = (deep + 1) / PARTS * (box[axis + 1] - box[axis])
-    ring["block"][axis + 1 if side & 1 == 0 else axis] = (
+    neighbourhood["block"][axis + 1 if side & 1 == 0 else axis] = (
         box[axis] + away if side & 1 == 0 else box[axis + 1] - away
     )
     if n == 0 or deep >= PARTS:
-        ring["room"] = 0.0
+        neighbourhood["room"] = 0.0
     for f in range(n):
         e2 = list_e[f]
         if not is_whole(elements, e, e2):
-            ring["room"] = 0.0
+            neighbourhood["room"] = 0.0
         same = elements.table[e2]["patch"] == elements.table[e]["patch"] and list_side[f] == side
         for depth in range(min(deep + 1, PARTS)):
             for along in range(PARTS):
                 bend = raw[e2, _part_at(list_side[f], along, depth)]
-                take_curvature(ring, bend)
+                take_curvature(neighbourhood, bend)
                 if depth == deep:
                     across = bend[WIDTH_S if list_side[f] < 2 else WIDTH_T]
-                    ring["room"] = min(ring["room"], across / PARTS)
+                    neighbourhood["room"] = min(neighbourhood["room"], across / PARTS)
                 if same:
                     scale_s, scale_t = scales(elements, e, e2)
-                    take_metric(ring, bend, scale_s, scale_t)
+                    take_metric(neighbourhood, bend, scale_s, scale_t)
         if same:
             other = elements.table[e2]["box"]
             low = 2 - axis
-            ring["block"][low] = min(ring["block"][low], other[low])
-            ring["block"][low + 1] = max(ring["block"][low + 1], other[low + 1])
+            neighbourhood["block"][low] = min(neighbourhood["block"][low], other[low])
+            neighbourhood["block"][low + 1] = max(neighbourhood["block"][low + 1], other[low + 1])
 
 
 @inner(error_model="numpy")
-def _ring(elements, raw, e, i, j, ring, work):
+def _neighbourhood(elements, raw, e, i, j, neighbourhood, work):
     """Fill the record of part (i, j) of element e."""
     bend = raw[e, i * PARTS + j]
     kind = elements.table[e]["kind"]
-    ring["curvature"][0] = bend[INNER]
-    ring["curvature"][1] = bend[OUTER]
-    ring["room"] = math.inf
-    ring["speed"][0] = bend[SPEED_S]
-    ring["speed"][1] = bend[SPEED_T]
-    ring["width"][0] = bend[WIDTH_S]
-    ring["width"][1] = bend[WIDTH_T]
+    neighbourhood["curvature"][0] = bend[INNER]
+    neighbourhood["curvature"][1] = bend[OUTER]
+    neighbourhood["room"] = math.inf
+    neighbourhood["speed"][0] = bend[SPEED_S]
+    neighbourhood["speed"][1] = bend[SPEED_T]
+    neighbourhood["width"][0] = bend[WIDTH_S]
+    neighbourhood["width"][1] = bend[WIDTH_T]
     for side in range(4):
-        ring["ends"][side] = ring["reach"][side] = 0
-    ring["pole"] = _pole_near(kind, i, j)
-    if ring["pole"] >= 0:
-        _cap(elements, raw, (e, ring["pole"]), (i, j), ring, work)
+        neighbourhood["ends"][side] = neighbourhood["reach"][side] = 0
+    neighbourhood["pole"] = _pole_near(kind, i, j)
+    if neighbourhood["pole"] >= 0:
+        _cap(elements, raw, (e, neighbourhood["pole"]), (i, j), neighbourhood, work)
         return
     for a in range(-1, 2):
         for b in range(-1, 2):
             if 0 <= i + a < PARTS and 0 <= j + b < PARTS and (a != 0 or b != 0):
-                _add_inside(raw, e, (i + a) * PARTS + j + b, (a, b), ring)
+                _add_inside(raw, e, (i + a) * PARTS + j + b, (a, b), neighbourhood)
     out_s = 0 if i == 0 else (1 if i == PARTS - 1 else -1)
     out_t = 2 if j == 0 else (3 if j == PARTS - 1 else -1)
     for side in (out_s, out_t):
         if side >= 0:
             if kind[side] == SMOOTH:
-                ring["reach"][side] = 1
-                _add_across(elements, raw, e, side, j if side < 2 else i, ring)
+                neighbourhood["reach"][side] = 1
+                _add_across(elements, raw, e, side, j if side < 2 else i, neighbourhood)
             else:
-                ring["ends"][side] = 1
+                neighbourhood["ends"][side] = 1
     if out_s >= 0 and out_t >= 0:
         smooth = int(kind[out_s] == SMOOTH) + int(kind[out_t] == SMOOTH)
         corner = (-0.5 if out_s == 0 else 0.5, -0.5 if out_t == 2 else 0.5)
         closed = smooth == 0
         if smooth == 2:
-            closed = _add_fan(elements, raw, e, corner, ring, work)
+            closed = _add_fan(elements, raw, e, corner, neighbourhood, work)
         elif smooth == 1:
             closed = _corner_is_open(elements, e, out_s, out_t)
         if not closed:
-            ring["room"] = 0.0
-    _block(elements, e, i, j, ring)
+            neighbourhood["room"] = 0.0
+    _block(elements, e, i, j, neighbourhood)
 
 
 @kernel(error_model="numpy")
-def join_parts(elements, raw, rings, start, stop):
-    """Fill rings[element, part] of elements start … stop from the bounds of all parts."""
+def join_parts(elements, raw, neighbourhoods, start, stop):
+    """Fill neighbourhoods[element, part] of elements start … stop from the bounds of all parts."""
     work = (stack_int64(MOST), scratch(MOST, 2))
     for e in range(start, stop):
         box = elements.table[e]["box"]
         for i in range(PARTS):
             for j in range(PARTS):
-                ring = rings[e, i * PARTS + j]
-                _ring(elements, raw, e, i, j, ring, work)
-                widen(elements, raw, e, (i, j), ring)
+                neighbourhood = neighbourhoods[e, i * PARTS + j]
+                _neighbourhood(elements, raw, e, i, j, neighbourhood, work)
+                widen(elements, raw, e, (i, j), neighbourhood)
                 for axis in range(2):  # from local parameters to those of the patch
                     scale = 1.0 / (box[2 * axis + 1] - box[2 * axis])
-                    ring["speed"][axis] *= scale
-                    ring["width"][axis] *= scale
+                    neighbourhood["speed"][axis] *= scale
+                    neighbourhood["width"][axis] *= scale
