@@ -24,19 +24,42 @@ class Movable:
         The image of a point on the free side is on the free side of the image. A reflecting matrix
         alone would swap the sides, so what has sides is flipped as well: the u of patches runs
         backwards, and so do the corners of triangles.
+
+        Raises
+        ------
+        GeometryError
+            Not a finite (4, 4) matrix whose last row is 0, 0, 0, 1, or a singular one.
         """
         return self._moved(transform.affine(matrix))
 
     def translated(self, d: ArrayLike) -> Self:
-        """The same moved by the vector `d` (3,), length."""
+        """The same moved by the vector `d` (3,), length.
+
+        Raises
+        ------
+        GeometryError
+            Not three finite numbers.
+        """
         return self._moved(transform.translation(d))
 
     def rotated(
         self, axis: transform.Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)
     ) -> Self:
-        """The same turned by `angle` (radians) about `axis` ("x", "y", "z" or a vector)."""
+        """The same turned by `angle` (radians) about `axis` ("x", "y", "z" or a vector).
+
+        Raises
+        ------
+        GeometryError
+            No axis, an angle or a point `origin` (3,), length, that is not finite.
+        """
         return self._moved(transform.rotation(axis, angle, origin))
 
     def scaled(self, s: float | ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0)) -> Self:
-        """The same scaled by `s` > 0 about `origin`, one number or one for each axis."""
+        """The same scaled by `s` > 0 about `origin` (3,), one number or one for each axis.
+
+        Raises
+        ------
+        GeometryError
+            A factor that is not positive, or an `origin` that is not finite.
+        """
         return self._moved(transform.scaling(s, origin))
