@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.area.cuts import Cut, Parts, cut_parts, parts_of
-from contiga.area.kernels import components_nb, touch_nb
+from contiga.area.kernels import chain_nb, components_nb, touch_nb
 from contiga.area.method import AreaInput, Outlines
 from contiga.area.regions import Topology
 from contiga.records import FloatArray, IntArray, empty_projection
@@ -42,11 +42,8 @@ def facet_outlines(inp: AreaInput, topology: Topology, on: str) -> Outlines:
         segments.append(lines)
     places = np.concatenate([_vertices(inp, on), _cut_places(inp, cuts, on)])
     cluster = np.concatenate([label, label[cuts.inner]])
-    loops = chained(_ends_of(np.concatenate(segments)))
-    order = np.concatenate([*loops, np.zeros(0, np.int64)])
-    first = np.concatenate(([0], np.cumsum([len(loop) for loop in loops]))).astype(np.int64)
-    heads = np.array([loop[0] for loop in loops], np.int64)
-    return Outlines(places[order], first, cluster[heads].astype(np.int32))
+    order, first = chained(_ends_of(np.concatenate(segments)))
+    return Outlines(places[order], first, cluster[order[first[:-1]]].astype(np.int32))
 
 
 def _cut(inp: AreaInput, topology: Topology, part: IntArray, place: IntArray) -> tuple[Parts, Cut]:
@@ -73,32 +70,17 @@ def joined(lines: list[FloatArray], clusters: list[int]) -> Outlines:
     )
 
 
-def chained(segments: Pairs) -> list[NDArray[np.int64]]:
-    """Closed loops of nodes from segments (m, 2) of which every node has an even number."""
-    at: dict[int, list[int]] = {}
-    for k, (a, b) in enumerate(segments.tolist()):
-        at.setdefault(a, []).append(k)
-        at.setdefault(b, []).append(k)
-    ends = segments.tolist()
-    unused = [True] * len(ends)
-    loops = []
-    for k, (start, node) in enumerate(ends):
-        if not unused[k]:
-            continue
-        unused[k] = False
-        loop = [start]
-        while node != start:
-            loop.append(node)
-            following = next((s for s in at[node] if unused[s]), None)
-            if (
-                following is None
-            ):  # facets that meet in no proper surface: the line is closed straight
-                break
-            unused[following] = False
-            a, b = ends[following]
-            node = b if a == node else a
-        loops.append(np.array(loop, np.int64))
-    return loops
+def chained(ends: Pairs) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Closed lines from segments (m, 2) of which every node has an even number.
+
+    Returns their nodes, line after line, and where each line starts in them and the last one ends.
+    """
+    m, nodes = len(ends), ends.ravel()
+    around = np.argsort(nodes, kind="stable") // 2
+    first = np.concatenate(([0], np.cumsum(np.bincount(nodes))))
+    order, starts = np.empty(2 * m, np.int64), np.empty(m + 1, np.int64)
+    n = chain_nb.chain(ends, first, around, order, starts)
+    return order[: starts[n]], starts[: n + 1]
 
 
 def _sides(corner: IntArray) -> Pairs:

@@ -11,7 +11,7 @@ from contiga.search.hierarchy.kernels import curve_leaves_nb, hierarchy_nb, plat
 from contiga.search.hierarchy.table_types import LEAF, NODE, PLATE, Seeds
 
 # A leaf leaves its tangent parallelogram by at most this share of its larger extent.
-FLATNESS = 0.25
+FLATNESS = 0.125
 # Halvings of one element at most.
 DEPTH = 9
 # Halvings of a stretch of a trimming piece at most.
