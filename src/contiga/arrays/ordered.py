@@ -45,6 +45,15 @@ def row_products(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(total)
 
 
+def row_lengths(a: FloatArray) -> FloatArray:
+    """(n,) lengths of the rows of (n, 3).
+
+    >>> row_lengths(np.array([[2.0, 3.0, 6.0]])).tolist()
+    [7.0]
+    """
+    return np.asarray(np.sqrt(row_products(a, a)))
+
+
 def length(vector: ArrayLike) -> float:
     """Root of the sum of the squares of all entries, which may be as large as numbers go.
 

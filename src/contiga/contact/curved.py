@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.arrays.layout import locked
-from contiga.arrays.ordered import length
+from contiga.arrays.ordered import length, row_lengths
 from contiga.arrays.threads import run_ranges
 from contiga.contact.detect import detect
 from contiga.contact.kernels import bulging_nb
@@ -138,10 +138,12 @@ def _bulging(
     run_ranges(bulging_nb.within_reach, chunks, 1, path, known, bulge, lists, CHUNK)
     rows = listed(*lists)
     start, end = last.points_B[rows], to_world(X_01, now[rows])
-    bulges, way = bulge_of(screw, start, end), _lengths(now[rows] - start)
+    bulges, way = bulge_of(screw, start, end), row_lengths(now[rows] - start)
     clearance = np.where(last.patch[rows] >= 0, 0.0, np.abs(last.safe_distance[rows]))
     far = (
-        (bulges > allowed) & (clearance <= way + bulges) & (way >= CARRIED * _lengths(end - start))
+        (bulges > allowed)
+        & (clearance <= way + bulges)
+        & (way >= CARRIED * row_lengths(end - start))
     )
     rows, bulges = rows[far], bulges[far]
     near = _near(surface, last, now, rows, bulge)
@@ -159,12 +161,7 @@ def _near(surface: Surface, last: Last, now: FloatArray, rows: IntArray, bulge: 
     middle, reach = 0.5 * (before + after), np.zeros(len(rows))
     free = np.flatnonzero(last.patch[rows] < 0).astype(np.int32)
     surface.safe_distance(middle, free, reach)
-    return np.asarray(reach <= (0.5 + ROUNDING) * _lengths(after - before) + bulge)
-
-
-def _lengths(vectors: FloatArray) -> FloatArray:
-    """(n,) of vectors (n, 3)."""
-    return np.asarray(np.sqrt(np.square(vectors).sum(axis=1)))
+    return np.asarray(reach <= (0.5 + ROUNDING) * row_lengths(after - before) + bulge)
 
 
 def bulge_of(screw: Screw, start: FloatArray, end: FloatArray) -> FloatArray:

@@ -8,6 +8,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays.ordered import row_lengths
 from contiga.contact.curved import detect_on_curves
 from contiga.contact.detect import detect_at_start
 from contiga.contact.thick import reach
@@ -107,7 +108,7 @@ def _from_behind(
     free = free.astype(np.int32)
     away = np.zeros(len(before))
     surface.safe_distance(before, free, away)
-    gone = np.sqrt(np.square(now - before).sum(axis=1))
+    gone = row_lengths(now - before)
     free = free[away[free] <= gone[free]]
     # What the way back meets last is what the way met first, from the other side.
     _, sense = surface.last_crossings(now, before, free)

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.arrays.ordered import row_lengths
 from contiga.contact.asked import Asked, JudgeLimits
 from contiga.contact.kernels import judge_nb
 from contiga.contact.kernels.judge_nb import NOT_ASKED
@@ -275,7 +276,7 @@ def _come_in(
 
 def _same(asked: Asked, options: Options) -> BoolArray:
     """Which of the feet that would do are known to be the closest points."""
-    apart = np.sqrt(np.square(asked.feet.point - asked.truth.point).sum(axis=1))
+    apart = row_lengths(asked.feet.point - asked.truth.point)
     known = asked.kept & (asked.truth.status != NOT_ASKED)
     return known & (apart <= SAME_FOOT * options.size)
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.arrays.layout import locked
+from contiga.arrays.ordered import row_products
 from contiga.contact.as_one import grip_as_one
 from contiga.contact.checks import PLAIN, checked_answer
 from contiga.contact.force_records import Answer, Felt, Frame, LastForces
@@ -142,7 +143,7 @@ def _stiffness(points: ContactRows, answer: LawOutput) -> FloatArray:
 def _part_inside(points: ContactRows) -> FloatArray:
     """(k,) share of the step's path that a point has gone in contact: of a new one what is below
     the tangent plane at its foot, and nothing of a path that leads away from there."""
-    way = -(points.path * points.normal).sum(axis=1)
+    way = -row_products(points.path, points.normal)
     inside = np.zeros(len(way))
     np.divide(np.minimum(points.depth, way), way, out=inside, where=way > 0.0)
     return np.where(points.old, 1.0, inside)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.arrays import codes
+from contiga.arrays.ordered import row_lengths
 from contiga.contact.force_records import Column
 from contiga.contact.loads import UNGUARDED, Guards, Holds, holds_of
 from contiga.masters.protocol import Master, Surface
@@ -338,7 +339,7 @@ def closest(
 
 def distances(feet: Projection, p_B: FloatArray) -> FloatArray:
     """How far points are from their tracked feet; infinite where those may be off the surface."""
-    away = np.sqrt(np.square(p_B - feet.point).sum(axis=1))
+    away = row_lengths(p_B - feet.point)
     on_it = (feet.status == Status.OK) | (feet.status == Status.BRANCH_EVENT)
     return np.where(on_it, away, np.inf)
 

@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.arrays.ordered import row_lengths, row_products
 from contiga.contact.kernels.settle_nb import ANOTHER, LEAST, PART
 from contiga.contact.tracked import BoolArray, Options, Tracked, closest, distances, take
 from contiga.masters.protocol import Surface
@@ -75,11 +76,11 @@ def hold(
     at the end. Distances are rounded by up to `band`.
     """
     guard, depth, opposed = known
-    length = np.sqrt(np.square(way[1] - way[0]).sum(axis=1))
+    length = row_lengths(way[1] - way[0])
     feet = Projection._make(column.copy() for column in nearest)
     none = np.zeros(len(guard), dtype=bool)
     held = Held(feet, guard.copy(), none, none.copy())
-    along = (nearest.normal * guard).sum(axis=1)
+    along = row_products(nearest.normal, guard)
     other = opposed | (along < LEAST) | (-nearest.gap < depth - length - 2.0 * band)
     # A way on which a point comes to another wall may have led past walls between.
     long = (along < ANOTHER) & (length > -PART * nearest.gap) & guard.any(axis=1)
@@ -169,7 +170,7 @@ def _look(
     length); whether other walls hold them, and the feet on those."""
     before, p_B, gone = part
     guard, least = walk.guard[rows], walk.depth[rows] - gone - 2.0 * band
-    pushes = (feet.normal * guard).sum(axis=1) >= LEAST
+    pushes = row_products(feet.normal, guard) >= LEAST
     pushes &= -feet.gap >= least
     near = np.where(walk.opposed[rows], walk.depth[rows] - 2.0 * band, -np.inf)
     pushes &= _were_off(surface, before, feet, (guard, near))
@@ -206,7 +207,7 @@ def _were_off(
         back = empty_projection(len(asked))
         surface.track(before[asked], feet.patch[asked], feet.uv[asked], back)
         off[asked] = distances(back, before[asked]) >= near[asked]
-        off[asked] |= (back.normal * guard[asked]).sum(axis=1) < LEAST
+        off[asked] |= row_products(back.normal, guard[asked]) < LEAST
     return off
 
 
@@ -256,7 +257,7 @@ def give_way(
     if len(rows) == 0:
         return
     start, end = way[0][rows], way[1][rows]
-    length = np.sqrt(np.square(end - start).sum(axis=1))
+    length = row_lengths(end - start)
     known = feet.normal[rows], depth[rows] - length - options.band
     other = _facing(surface, end, known, (feet.patch[rows], feet.uv[rows]))
     nearer = (other.status == Status.OK) & (other.feature == Feature.FACE)

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.arrays.ordered import length, row_products
+from contiga.arrays.ordered import length, row_lengths, row_products
 from contiga.dynamics import node_steps
 from contiga.dynamics.holding import Drive
 from contiga.dynamics.nodal_loads import NodalForces
@@ -332,7 +332,7 @@ class DeformingNodes(NodeMover):
         inside = state.matter["force"]
         free = np.where(self.held, 0.0, forces() + inside + loads)
         force, load, reaction = (
-            float(np.sqrt(row_products(each, each)).sum())
+            float(row_lengths(each).sum())
             for each in (free, np.where(self.held, 0.0, loads), np.where(self.held, inside, 0.0))
         )
         stiff = float(state.matter["limit"][0] * self.mass.sum())

@@ -16,6 +16,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from contiga.arrays.ordered import row_lengths, row_products
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
 from contiga.dynamics.kernels.stiffness_nb import fastest
@@ -242,6 +243,6 @@ def _dragging(part: ContactPart, rows: np.ndarray, state: SystemState) -> FloatA
     node_rows = rows[nodes]
     v_W = velocities[node_rows] - body.twist.at(body.pose[:3, 3], points[node_rows])
     n_W = turn_to_world(contact.pose, kept_of(contact).part("normal_B", node_rows))
-    across = v_W - (v_W * n_W).sum(axis=1)[:, None] * n_W
-    speed[nodes] = np.sqrt((across * across).sum(axis=1))
+    across = v_W - row_products(v_W, n_W)[:, None] * n_W
+    speed[nodes] = row_lengths(across)
     return np.asarray(viscosity(contact.normal_force[rows], speed))

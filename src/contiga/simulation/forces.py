@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from contiga.contact.state import State
+from contiga.contact.state_rows import kept_of
 from contiga.dynamics.rigid_bodies import add_gravity
 from contiga.dynamics.springs import SpringState
 from contiga.records import FloatArray
@@ -59,9 +60,10 @@ def wrenches(
             arm = turned(poses[i, :3, :3], reference)
             _add(total[i], state.wrench[:3], arm, state.wrench[3:])
         host = system.carried.get(part.slave)
-        if host is not None and state.force.any():
-            points = standing.slaves[part.slave].points
-            add_forces(total[host], points, state.force, poses[host, :3, 3])
+        if host is not None:
+            rows, force = kept_of(state).listed("force")
+            points = standing.slaves[part.slave].points[rows]
+            add_forces(total[host], points, force, poses[host, :3, 3])
     for name, nodes in system.nodes.items():
         for joint in nodes.joints:
             slave = standing.slaves[name]

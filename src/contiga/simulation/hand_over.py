@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.arrays.ordered import length
+from contiga.arrays.ordered import length, row_products
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
 from contiga.rigid.frames import to_world
@@ -115,6 +115,6 @@ def _parting(before: State, now: State, step: float) -> float | None:
     if len(rows) < 2:
         return None
     way = now.points_B[rows] - before.points_B[rows]
-    inward = (way * kept.part("normal_B", rows)).sum(axis=1) / step
+    inward = row_products(way, kept.part("normal_B", rows)) / step
     parting = float(np.ptp(inward))
     return parting if math.isfinite(parting) else None

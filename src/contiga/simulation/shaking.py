@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.arrays.ordered import product
+from contiga.arrays.ordered import product, row_products
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
 from contiga.laws.friction import ViscousFriction
@@ -154,7 +154,7 @@ def _elastic(before: State, now: State, step: float, decay: float) -> _Felt:
     """Rates of the normal forces on the slave by stiffness alone: what sets in at once has none."""
     rows = np.flatnonzero(now.stiffness)
     normals, points = kept_of(now).part("normal_B", rows), now.points_B[rows]
-    inward = -((points - before.points_B[rows]) * normals).sum(axis=1) / step
+    inward = -row_products(points - before.points_B[rows], normals) / step
     rate = now.stiffness[rows] * np.where(np.isfinite(inward), inward, 0.0)
     if len(now.damping):
         rate = rate + decay * now.damping[rows]

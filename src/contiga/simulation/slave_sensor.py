@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import read_only
-from contiga.arrays.ordered import length
+from contiga.arrays.ordered import length, row_products
 from contiga.criteria.bands import Bands
 from contiga.dynamics.places import box_told
 from contiga.errors import InputError
@@ -151,7 +151,7 @@ def nodes_of(sensor: SlaveSensor, points: FloatArray) -> IndexArray:
     """
     if isinstance(sensor, NodeSensor):
         away = points - sensor.at
-        nearest = np.argmin((away * away).sum(axis=1), keepdims=True)
+        nearest = np.argmin(row_products(away, away), keepdims=True)
         distance, size = length(away[nearest[0]]), length(np.ptp(points, axis=0))
         if len(points) > 1 and distance > ASIDE * size:
             raise InputError(
@@ -163,7 +163,7 @@ def nodes_of(sensor: SlaveSensor, points: FloatArray) -> IndexArray:
             )
         return nearest
     point, normal = sensor.plane
-    height = ((points - point) * normal).sum(axis=1)
+    height = row_products(points - point, normal)
     beyond = np.flatnonzero(height > 0.0)
     if len(beyond) in (0, len(points)):
         raise InputError(

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.arrays.ordered import row_products
 from contiga.contact.state_rows import kept_of
 from contiga.dynamics.stepping import AutoSteps
 from contiga.records import ContactStatus
@@ -253,6 +254,6 @@ def _jumped(last: SystemState, state: SystemState) -> float:
             continue
         rows = np.flatnonzero((now.status == ContactStatus.NEW) & (now.damping != 0.0))
         way = now.points_B[rows] - last.contacts[name].points_B[rows]
-        work = 0.5 * now.damping[rows] * (way * kept_of(now).part("normal_B", rows)).sum(axis=1)
+        work = 0.5 * now.damping[rows] * row_products(way, kept_of(now).part("normal_B", rows))
         squares += float((work * work).sum())
     return math.sqrt(squares)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from contiga.arrays.ordered import row_products
 from contiga.contact.state import State
 from contiga.contact.tracked import closest
 from contiga.dynamics.free import is_driven
@@ -99,7 +100,7 @@ def _speed(part: ContactPart, at: SystemState) -> float:
 
 def _lengths(ways: FloatArray) -> FloatArray:
     """(n,) of the rows, zero of those that are not finite."""
-    square = (ways * ways).sum(axis=1)
+    square = row_products(ways, ways)
     return np.asarray(np.sqrt(np.where(np.isfinite(square), square, 0.0)))
 
 
