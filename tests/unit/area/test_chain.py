@@ -16,7 +16,9 @@ def lines_of(segments):
 def gone_along(lines):
     """The segments of closed lines, each with its lower end first."""
     pairs = [
-        tuple(sorted(pair)) for line in lines for pair in zip(line, [*line[1:], line[0]], strict=True)
+        tuple(sorted(pair))
+        for line in lines
+        for pair in zip(line, [*line[1:], line[0]], strict=True)
     ]
     return sorted(pairs)
 

@@ -10,8 +10,10 @@ from contiga.records import FloatArray, IntArray
 from contiga.search.hierarchy.kernels import curve_leaves_nb, hierarchy_nb, plates_nb, tree_nb
 from contiga.search.hierarchy.table_types import LEAF, NODE, PLATE, Seeds
 
-# A leaf leaves its tangent parallelogram by at most this share of its larger extent.
-FLATNESS = 0.125
+# A leaf leaves its tangent parallelogram by at most this share of its larger extent: flat leaves
+# save a third of a search, and of bodies of many curved faces take too much memory.
+FLATNESS = (0.125, 0.25)
+FLAT_LEAVES = 200_000
 # Halvings of one element at most.
 DEPTH = 9
 # Halvings of a stretch of a trimming piece at most.
@@ -28,8 +30,11 @@ def build_hierarchy(
 
     Returns the leaves in the order of the hierarchy, their plates, and its nodes.
     """
-    faces = hierarchy_nb.surface_leaves(elements, FLATNESS, DEPTH)
-    curves = curve_leaves_nb.curve_leaves(elements, grid, trims, FLATNESS, CURVE_DEPTH)
+    for flatness in FLATNESS:
+        faces = hierarchy_nb.surface_leaves(elements, flatness, DEPTH)
+        curves = curve_leaves_nb.curve_leaves(elements, grid, trims, flatness, CURVE_DEPTH)
+        if len(faces[0]) + len(curves[0]) <= FLAT_LEAVES:
+            break
     element, box, bound, low, high = (
         np.concatenate(pair) for pair in zip(faces, curves, strict=True)
     )

@@ -8,6 +8,7 @@ from tests.unit.search.holed import leaf_boxes
 
 import contiga as cg
 from contiga.elements.kernels import element_nb
+from contiga.search.hierarchy import build
 from contiga.search.tables import tables_of
 
 
@@ -35,3 +36,13 @@ def test_tables_are_kept_as_long_as_the_body():
     body = cg.Body([cg.shapes.plane()])
     assert tables_of(body) is tables_of(body)
     assert len(tables_of(body).leaves) == 1
+
+
+def test_bodies_of_many_curved_faces_have_fewer_leaves_and_the_same_closest_points(monkeypatch):
+    body = cg.Body([cg.shapes.torus()])
+    p = body.patches[0].evaluate(np.random.default_rng(1).random((200, 2))) * 1.2
+    feet, fine = body.project(p), len(tables_of(body).leaves)
+    monkeypatch.setattr(build, "FLAT_LEAVES", fine - 1)
+    coarse = cg.Body([cg.shapes.torus()])
+    assert len(tables_of(coarse).leaves) < 0.5 * fine  # 1,168 of 3,856
+    np.testing.assert_allclose(coarse.project(p).point, feet.point, atol=1e-10)
