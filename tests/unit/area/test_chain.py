@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -10,17 +12,12 @@ from contiga.area.outline import chained
 
 def lines_of(segments):
     order, starts = chained(np.array(segments, np.int64).reshape(-1, 2))
-    return [order[a:b].tolist() for a, b in zip(starts, starts[1:], strict=False)]
+    return [order[a:b].tolist() for a, b in pairwise(starts)]
 
 
-def gone_along(lines):
-    """The segments of closed lines, each with its lower end first."""
-    pairs = [
-        tuple(sorted(pair))
-        for line in lines
-        for pair in zip(line, [*line[1:], line[0]], strict=True)
-    ]
-    return sorted(pairs)
+def around(line):
+    """The segments of a closed line, each with its lower end first."""
+    return [tuple(sorted(pair)) for pair in pairwise([*line, line[0]])]
 
 
 def test_no_segment_makes_no_line():
@@ -38,9 +35,10 @@ def test_every_segment_is_gone_along_once(seed):
     segments = set()
     for _ in range(6):
         ring = rng.permutation(40)[: rng.integers(3, 30)].tolist()
-        segments ^= {tuple(sorted(pair)) for pair in zip(ring, [*ring[1:], ring[0]], strict=True)}
+        segments ^= set(around(ring))
     shuffled = rng.permutation(sorted(segments))
-    assert gone_along(lines_of(shuffled)) == sorted(segments)
+    gone = [segment for line in lines_of(shuffled) for segment in around(line)]
+    assert sorted(gone) == sorted(segments)
 
 
 def test_a_line_that_leads_nowhere_is_closed_straight():
