@@ -11,8 +11,8 @@ from contiga.previewing.stage import CONTACT_SIDE, Drawn, Gap, Stage
 from contiga.previewing.words import gap_text, legend, speed_text, way_in_text
 from contiga.records import FloatArray
 from contiga.report.camera import unit
-from contiga.report.lines import FONT, embedded, with_unit
-from contiga.report.space import VIEW_CONFIG, dots, line_in_space, mesh_trace, space_axis
+from contiga.report.figure import Figure, Trace, embedded, plotly_script
+from contiga.report.space import VIEW_CONFIG, columns, dots, line_in_space, mesh_trace, space_layout
 from contiga.report.style import INK, LINES, MUTED, SPRING, page
 
 RED = LINES[1]
@@ -24,8 +24,6 @@ _CSS = ".swatch { display: inline-block; width: 12px; height: 12px; margin-right
 
 def page_of(stage: Stage) -> str:
     """The whole page as one text that reads offline."""
-    from plotly.offline import get_plotlyjs
-
     scene = embedded(figure_of(stage), "scene", VIEW_CONFIG)
     body = (
         '<div class="maker"><b>contiga</b> · preview</div>'
@@ -36,35 +34,32 @@ def page_of(stage: Stage) -> str:
         "bodies; dashed lines are the ways that motions prescribe, thick ochre ones springs.</p>"
         f"{_gaps(stage)}{_parts(stage)}"
     )
-    return page(stage.title, body, css=_CSS, script=get_plotlyjs())
+    return page(stage.title, body, css=_CSS, script=plotly_script())
 
 
-def figure_of(stage: Stage) -> Any:
+def figure_of(stage: Stage) -> Figure:
     """The scene as a figure of plotly, its traces named by what they show."""
-    import plotly.graph_objects as go
-
-    figure = go.Figure()
+    figure = Figure(layout=_layout(stage))
     size = float(np.linalg.norm(np.ptp(stage.box, axis=0)))
     for part in stage.parts:
-        figure.add_traces(_drawn(part, _APART * size))
-    figure.add_traces(_normals(stage))
+        figure.data.extend(_drawn(part, _APART * size))
+    figure.data.extend(_normals(stage))
     for k, way in enumerate(stage.ways):
         look = {"color": LINES[k % len(LINES)], "width": 4, "dash": "dash"}
-        figure.add_traces([line_in_space(f"{way.name}: way", line, look) for line in way.lines])
+        figure.data.extend([line_in_space(f"{way.name}: way", line, look) for line in way.lines])
     for arrow in stage.velocities:
         reach = 0.6 * float(np.linalg.norm(np.ptp(stage.part(arrow.name).box, axis=0)))
         ends = np.stack([arrow.at, arrow.at + reach * unit(arrow.vector)])
         name = f"{arrow.name}: {speed_text(arrow, stage.units)}"
-        figure.add_trace(line_in_space(name, ends, {"color": INK, "width": 6}))
-        figure.add_trace(_cones(name, ends[1:], 0.12 * reach * unit(arrow.vector)[None], INK))
+        figure.data.append(line_in_space(name, ends, {"color": INK, "width": 6}))
+        figure.data.append(_cones(name, ends[1:], 0.12 * reach * unit(arrow.vector)[None], INK))
     look = {"color": SPRING, "width": 5}
-    figure.add_traces([line_in_space(f"spring {tie.name}", tie.ends, look) for tie in stage.ties])
-    figure.add_traces([_gap(gap, stage) for gap in stage.gaps])
-    _in_space(figure, stage)
+    figure.data.extend([line_in_space(f"spring {tie.name}", tie.ends, look) for tie in stage.ties])
+    figure.data.extend([_gap(gap, stage) for gap in stage.gaps])
     return figure
 
 
-def _drawn(part: Drawn, apart: float) -> list[Any]:
+def _drawn(part: Drawn, apart: float) -> list[Trace]:
     """A body by its two sides, a slave by its facets or points; faint what takes no part."""
     traces = []
     if len(part.triangles) and part.is_body:
@@ -72,7 +67,7 @@ def _drawn(part: Drawn, apart: float) -> list[Any]:
         free, other = part.points + off, part.points - off
         traces.append(mesh_trace(free, part.triangles, part.name, part.colour, 1.0))
         hidden = mesh_trace(other, part.triangles, part.name, CONTACT_SIDE, 1.0)
-        traces.append(hidden.update(name=f"{part.name}: contact side"))
+        traces.append(hidden | {"name": f"{part.name}: contact side"})
     elif len(part.triangles):
         traces.append(mesh_trace(part.points, part.triangles, part.name, part.colour, 1.0))
     elif part.active.any():
@@ -96,7 +91,7 @@ def _at_points(part: Drawn) -> FloatArray:
     return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300))
 
 
-def _normals(stage: Stage) -> list[Any]:
+def _normals(stage: Stage) -> list[Trace]:
     """Short lines with cones, one pair a body."""
     traces = []
     for part in stage.parts:
@@ -113,22 +108,27 @@ def _normals(stage: Stage) -> list[Any]:
     return traces
 
 
-def _cones(name: str, tips: FloatArray, vectors: FloatArray, colour: str) -> Any:
-    import plotly.graph_objects as go
+def _cones(name: str, tips: FloatArray, vectors: FloatArray, colour: str) -> Trace:
+    return {
+        "type": "cone",
+        **columns(tips),
+        **columns(vectors, "uvw"),
+        "name": name,
+        "anchor": "tip",
+        "sizemode": "raw",
+        "sizeref": 1.0,
+        "colorscale": [[0.0, colour], [1.0, colour]],
+        "showscale": False,
+        "hoverinfo": "name",
+    }
 
-    x, y, z = tips.astype(np.float32).T
-    u, v, w = vectors.astype(np.float32).T
-    scale = [[0.0, colour], [1.0, colour]]
-    return go.Cone(
-        x=x, y=y, z=z, u=u, v=v, w=w, name=name, anchor="tip", sizemode="raw", sizeref=1.0,
-        colorscale=scale, showscale=False, hoverinfo="name",
-    )  # fmt: skip
 
-
-def _gap(gap: Gap, stage: Stage) -> Any:
+def _gap(gap: Gap, stage: Stage) -> Trace:
     text = f"{gap.contact}: {gap_text(gap, stage.units)}"
-    trace = line_in_space(text, gap.ends, {"color": RED, "width": 7})
-    return trace.update(
+    return line_in_space(
+        text,
+        gap.ends,
+        {"color": RED, "width": 7},
         mode="lines+markers+text",
         marker={"size": 4, "color": RED},
         text=[text, ""],
@@ -137,28 +137,15 @@ def _gap(gap: Gap, stage: Stage) -> Any:
     )
 
 
-def _in_space(figure: Any, stage: Stage) -> None:
+def _layout(stage: Stage) -> dict[str, Any]:
     """Axes in one scale that hold all parts."""
     low, high = stage.box
     room = 0.08 * float((high - low).max())
     spans = np.stack([low - room, high + room], axis=1)
     eye = {"x": 0.0, "y": 0.0, "z": 2.1} if stage.plane else {"x": 1.1, "y": -1.5, "z": 0.9}
     up = {"x": 0, "y": 1, "z": 0} if stage.plane else {"x": 0, "y": 0, "z": 1}
-    figure.update_layout(
-        height=640,
-        margin={"l": 0, "r": 0, "t": 0, "b": 0},
-        font={"family": FONT, "size": 12, "color": INK},
-        showlegend=False,
-        paper_bgcolor="white",
-        scene={
-            "aspectmode": "data",
-            "camera": {"eye": eye, "up": up},
-            **{
-                f"{name}axis": space_axis(with_unit(name, stage.units.length)) | {"range": [*span]}
-                for name, span in zip("xyz", spans.tolist(), strict=True)
-            },
-        },
-    )
+    camera = {"eye": eye, "up": up}
+    return space_layout(stage.units.length, spans.tolist(), camera, height=640)
 
 
 def _gaps(stage: Stage) -> str:

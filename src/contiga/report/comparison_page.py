@@ -11,8 +11,9 @@ from contiga.io.out.files import write_text
 from contiga.records import FloatArray
 from contiga.report import require_packages
 from contiga.report.comparison import Comparison, Pair, columns_of
+from contiga.report.figure import Figure, embedded, plotly_script
 from contiga.report.html_tables import STAGES
-from contiga.report.lines import PLOT_CONFIG, add_line, embedded, finish, largest, with_unit
+from contiga.report.lines import PLOT_CONFIG, add_line, finish, largest, with_unit
 from contiga.report.run_folder import Run
 from contiga.report.style import LINES, number
 from contiga.report.style import page as styled
@@ -58,8 +59,6 @@ def names_of(comparison: Comparison) -> tuple[str, str]:
 
 def page_of(comparison: Comparison) -> str:
     """The page as one text."""
-    from plotly.offline import get_plotlyjs
-
     one, two = names_of(comparison)
     unit = comparison.runs[0].units.time
     span = f"t = {number(comparison.span[0])} to {number(comparison.span[1])} {unit}".strip()
@@ -78,7 +77,7 @@ def page_of(comparison: Comparison) -> str:
         _section("Energy balance error", _pairs(comparison, comparison.energies)),
         _section("Time taken", _timings(comparison)),
     ]
-    return styled(f"{one} and {two}", "\n".join(parts), script=get_plotlyjs())
+    return styled(f"{one} and {two}", "\n".join(parts), script=plotly_script())
 
 
 def _section(title: str, table: str) -> str:
@@ -142,10 +141,8 @@ def _panels(comparison: Comparison) -> Iterator[str]:
 
 def _figure(
     comparison: Comparison, pair: tuple[FloatArray, FloatArray], labels: tuple[str, str]
-) -> Any:
-    import plotly.graph_objects as go
-
-    figure = go.Figure()
+) -> Figure:
+    figure = Figure()
     looks = ({"width": 2.2}, {"width": 1.6, "dash": "dash"})
     runs: Iterable[tuple[Run, str, FloatArray, dict[str, Any], str]] = zip(
         comparison.runs, names_of(comparison), pair, looks, LINES, strict=False

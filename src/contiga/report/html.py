@@ -5,11 +5,10 @@ from __future__ import annotations
 from base64 import b64encode
 from html import escape
 from importlib.resources import files
-from json import dumps
-from typing import Any
 
+from contiga.report.figure import Figure, as_json, embedded, plotly_script
 from contiga.report.html_tables import inputs_table, key_figures, status_table, timings_table
-from contiga.report.lines import PLOT_CONFIG, embedded
+from contiga.report.lines import PLOT_CONFIG
 from contiga.report.motion import body_figures, criteria_table, extremes_table, sensor_figures
 from contiga.report.plots import energy_figure, history_figures, touched
 from contiga.report.run_folder import Run
@@ -48,8 +47,6 @@ def page(run: Run, *, still: bytes | None, view: View | None, peak_time: float |
     view : the 3D view, None where the run wrote no fields
     peak_time : the recorded time the pictures show
     """
-    from plotly.offline import get_plotlyjs
-
     title = str(run.summary.get("title") or "Contact run")
     parts = [
         _heading(run, escape(title)),
@@ -65,7 +62,7 @@ def page(run: Run, *, still: bytes | None, view: View | None, peak_time: float |
         _warnings(run),
         _case(run),
     ]
-    return styled(title, "\n".join(parts), script=get_plotlyjs())
+    return styled(title, "\n".join(parts), script=plotly_script())
 
 
 def _heading(run: Run, title: str) -> str:
@@ -128,7 +125,6 @@ def _stills(still: bytes, view: View) -> str:
 def _view(view: View) -> str:
     """The scene, its buttons, the steps it has and the script that shows them."""
     script = files("contiga.report").joinpath("view.js").read_text(encoding="utf-8")
-    data = dumps(view.data, separators=(",", ":")).replace("<", "\\u003c")
     slider = steps = ""
     if view.steps > 1:
         first = view.data["first"]
@@ -140,7 +136,8 @@ def _view(view: View) -> str:
     return (
         f"{_BODY_BUTTONS}{_FRAME_BUTTONS if 'spans' in view.data else ''}{_field_buttons(view)}"
         f'<div class="frame">{embedded(view.figure, "view", VIEW_CONFIG)}{slider}</div>'
-        f'<script type="application/json" id="view-data">{data}</script><script>{script}</script>'
+        f'<script type="application/json" id="view-data">{as_json(view.data)}</script>'
+        f"<script>{script}</script>"
         '<p class="caption">Drag to turn, scroll to come closer; the house goes back.'
         f"{steps}</p>"
     )
@@ -236,7 +233,7 @@ def _over_time(run: Run, peak_time: float | None) -> str:
     return f"<h2>Over time</h2>{panels}{said}" if panels or said else ""
 
 
-def _panels(figures: list[Any], name: str) -> str:
+def _panels(figures: list[Figure], name: str) -> str:
     panels = "".join(
         f'<div class="frame">{embedded(figure, f"{name}-{k}", PLOT_CONFIG)}</div>'
         for k, figure in enumerate(figures)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from contiga.records import FloatArray, IndexArray
+from contiga.report.figure import Figure
 from contiga.report.run_folder import Run
 from contiga.report.style import GRID, INK, LINES
 
@@ -29,11 +30,6 @@ SHOWN = "shown"
 """Name of the line at the time that the scene of the page shows."""
 _NOTHING = 1e-6
 """Share of the largest component below which one is not drawn: it would lie on the axis."""
-
-
-def embedded(figure: Any, name: str, config: dict[str, Any]) -> str:
-    """A figure of plotly as HTML of a page that has the script of plotly."""
-    return str(figure.to_html(full_html=False, include_plotlyjs=False, div_id=name, config=config))
 
 
 def with_unit(label: str, unit: str) -> str:
@@ -63,7 +59,7 @@ def rows_drawn(*columns: FloatArray, most: int = _MOST) -> IndexArray:
 
 
 def add_line(
-    figure: Any, times: FloatArray, values: FloatArray, name: str, unit: str, **look: Any
+    figure: Figure, times: FloatArray, values: FloatArray, name: str, unit: str, **look: Any
 ) -> None:
     """Draw a column over time, told with its unit where the mouse is; NaN is passed over.
 
@@ -71,26 +67,25 @@ def add_line(
     ----------
     look : colour, width and dash of the line; anything else is the trace's
     """
-    import plotly.graph_objects as go
-
     line = {key: look.pop(key) for key in ("color", "width", "dash") if key in look}
     rows = np.flatnonzero(~np.isnan(values))
     if len(rows):
         rows = rows[rows_drawn(values[rows])]
-    figure.add_trace(
-        go.Scatter(
-            x=times[rows],
-            y=values[rows],
-            name=name,
-            mode="lines",
-            line=line,
-            hovertemplate=f"%{{y:.5g}} {unit}<extra>{name}</extra>",
-            **look,
-        )
-    )
+    trace = {
+        "type": "scatter",
+        "x": times[rows],
+        "y": values[rows],
+        "name": name,
+        "mode": "lines",
+        "line": line,
+        "hovertemplate": f"%{{y:.5g}} {unit}<extra>{name}</extra>",
+    }
+    figure.data.append(trace | look)
 
 
-def add_components(figure: Any, times: FloatArray, of: Mapping[str, FloatArray], unit: str) -> bool:
+def add_components(
+    figure: Figure, times: FloatArray, of: Mapping[str, FloatArray], unit: str
+) -> bool:
     """Thin lines of what is along x, y and z where there is any; whether one was drawn."""
     floor = _NOTHING * max(map(largest, of.values()), default=0.0)
     for axis, values in of.items():
@@ -101,18 +96,16 @@ def add_components(figure: Any, times: FloatArray, of: Mapping[str, FloatArray],
 
 def vector_figure(
     run: Run, peak_time: float | None, of: Mapping[str, FloatArray], labels: tuple[str, str]
-) -> Any | None:
+) -> Figure | None:
     """Components by axis and their resultant over time; None where all is zero.
 
     Parameters
     ----------
     labels : what it is, and its unit
     """
-    import plotly.graph_objects as go
-
     if not any(largest(values) > 0.0 for values in of.values()):
         return None
-    figure, (label, unit) = go.Figure(), labels
+    figure, (label, unit) = Figure(), labels
     add_components(figure, run.times, of, unit)
     whole = np.sqrt(sum(values**2 for values in of.values()))
     add_line(figure, run.times, whole, "resultant", unit, color=LINES[0], width=2.2)
@@ -121,7 +114,7 @@ def vector_figure(
 
 
 def finish(
-    figure: Any, run: Run, label: str, peak_time: float | None, *, height: int = 310
+    figure: Figure, run: Run, label: str, peak_time: float | None, *, height: int = 310
 ) -> None:
     """Axes of a figure over time, the peak on it, and the look of all figures."""
     axis = {"gridcolor": GRID, "zerolinecolor": "#c5cad0"}
@@ -129,12 +122,10 @@ def finish(
     thin = {"showgrid": False, "linecolor": "#c5cad0", "ticks": "outside", "ticklen": 4}
     value = {"title": {"text": _in_lines(label), "standoff": 8}, "rangemode": "tozero"}
     power = {"exponentformat": "power", "minexponent": 6, "automargin": True}
-    # at once: plotly takes a tenth of a second to update the layouts of a report bit by bit
     figure.layout = {
-        "template": "none",
         "yaxis": {**value, **axis, **power},
         "xaxis": {"title": title, **axis, **thin},
-        **({} if peak_time is None else {"shapes": [_upright(peak_time)]}),
+        "shapes": [] if peak_time is None else [_upright(peak_time)],
         "margin": {"l": 62, "r": 14, "t": 52, "b": 50},
         "font": {"family": FONT, "size": 13, "color": INK},
         "legend": {

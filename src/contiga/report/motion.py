@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.records import FloatArray
+from contiga.report.figure import Figure
 from contiga.report.html_tables import named_row, named_table
 from contiga.report.lines import add_line, finish, largest, vector_figure, with_unit
 from contiga.report.run_folder import Columns, Run
@@ -77,12 +78,12 @@ def _same(one: Quantity, other: Quantity) -> bool:
     )
 
 
-def body_figures(run: Run, body: str, peak_time: float | None) -> list[Any]:
+def body_figures(run: Run, body: str, peak_time: float | None) -> list[Figure]:
     """Of each quantity its components and their resultant."""
     return _figures(run, body_quantities(run, body), peak_time)
 
 
-def sensor_figures(run: Run, sensor: str, peak_time: float | None) -> list[Any]:
+def sensor_figures(run: Run, sensor: str, peak_time: float | None) -> list[Figure]:
     """Acceleration, raw and filtered, with what the criteria found in it; and the rest."""
     first = _acceleration_figure(run, sensor, peak_time)
     others = _figures(run, sensor_quantities(run, sensor), peak_time)
@@ -94,23 +95,22 @@ def sensor_figures(run: Run, sensor: str, peak_time: float | None) -> list[Any]:
 
 def _scalar_figure(
     run: Run, sensor: str, what: tuple[str, str, str], peak_time: float | None
-) -> Any | None:
+) -> Figure | None:
     """One line of a sensor between two bodies; None where it has none, or all is zero."""
-    import plotly.graph_objects as go
-
     column, label, unit = what
     values = run.sensors[sensor].get(column)
     if values is None or not largest(values) > 0.0:
         return None
-    figure = go.Figure()
+    figure = Figure()
     add_line(figure, run.times, values, label, unit, color=LINES[0], width=2.2)
     finish(figure, run, with_unit(label, unit), peak_time)
-    figure.update_layout(showlegend=False)
+    figure.layout["showlegend"] = False
     return figure
 
 
-def _figures(run: Run, quantities: list[Quantity], peak_time: float | None) -> list[Any]:
-    return [vector_figure(run, peak_time, q.components, (q.label, q.unit)) for q in quantities]
+def _figures(run: Run, quantities: list[Quantity], peak_time: float | None) -> list[Figure]:
+    drawn = (vector_figure(run, peak_time, q.components, (q.label, q.unit)) for q in quantities)
+    return [figure for figure in drawn if figure is not None]
 
 
 def _along(columns: Columns, name: str) -> dict[str, FloatArray]:
@@ -123,14 +123,12 @@ def _acceleration(label: str, run: Run, of: dict[str, FloatArray]) -> Quantity:
     return Quantity(label, unit, {axis: values for axis, (values, _) in shown.items()})
 
 
-def _acceleration_figure(run: Run, sensor: str, peak_time: float | None) -> Any | None:
+def _acceleration_figure(run: Run, sensor: str, peak_time: float | None) -> Figure | None:
     """The resultant, thin where a filtered one stands over it, with what the criteria found."""
-    import plotly.graph_objects as go
-
     columns = run.sensors[sensor]
     if largest(columns.get("a")) == 0.0:
         return None
-    figure = go.Figure()
+    figure = Figure()
     raw, unit = run.units.accelerations(columns["a"])
     if "filtered_a" in columns:
         name = str(_told(run, sensor).get("filter") or "filtered")
@@ -141,7 +139,7 @@ def _acceleration_figure(run: Run, sensor: str, peak_time: float | None) -> Any 
         add_line(figure, run.times, raw, "resultant", unit, color=LINES[0], width=2.2)
     finish(figure, run, with_unit("Acceleration, resultant", unit), peak_time)
     _mark_criteria(figure, _told(run, sensor).get("criteria") or {})
-    figure.update_layout(showlegend=len(figure.data) > 1)
+    figure.layout["showlegend"] = len(figure.data) > 1
     return figure
 
 
@@ -149,40 +147,39 @@ def _told(run: Run, sensor: str) -> dict[str, Any]:
     return dict(run.told("sensors").get(sensor) or {})
 
 
-def _mark_criteria(figure: Any, criteria: dict[str, dict[str, float]]) -> None:
+def _mark_criteria(figure: Figure, criteria: dict[str, dict[str, float]]) -> None:
     """The window of the head injury criterion, shaded, and the level that is held for 3 ms."""
     window = next((name for name in ("HIC15", "HIC36", "HICd") if name in criteria), None)
     if window is not None:
         result = criteria[window]
-        figure.add_vrect(
-            x0=result["start"], x1=result["end"], fillcolor="#b07d1e", opacity=0.14, line_width=0
-        )
+        shade = {"fillcolor": "#b07d1e", "opacity": 0.14, "line": {"width": 0}}
+        _over(figure, result, {"type": "rect", "y0": 0, "y1": 1, "yref": "y domain", **shade})
         middle = (result["start"] + result["end"]) / 2.0
         _note(figure, middle, 0.0, f"{window} = {number(result['value'])}")
     if "3ms" in criteria:
         held = criteria["3ms"]
-        figure.add_shape(
-            type="line",
-            x0=held["start"],
-            x1=held["end"],
-            y0=held["value"],
-            y1=held["value"],
-            line={"color": INK, "width": 1.8},
-        )
+        level, line = held["value"], {"color": INK, "width": 1.8}
+        _over(figure, held, {"type": "line", "y0": level, "y1": level, "line": line})
         _note(figure, held["end"], held["value"], f"3 ms: {number(held['value'])} g")
 
 
-def _note(figure: Any, x: float, y: float, text: str) -> None:
-    figure.add_annotation(
-        x=x,
-        y=y,
-        text=text,
-        showarrow=False,
-        yanchor="bottom",
-        xanchor="center" if y == 0.0 else "left",
-        font={"size": 12, "color": INK},
-        bgcolor="rgba(255,255,255,0.7)",
-    )
+def _over(figure: Figure, criterion: dict[str, float], shape: dict[str, Any]) -> None:
+    """A shape over the time that a criterion was found in."""
+    figure.layout["shapes"].append({"x0": criterion["start"], "x1": criterion["end"], **shape})
+
+
+def _note(figure: Figure, x: float, y: float, text: str) -> None:
+    note = {
+        "x": x,
+        "y": y,
+        "text": text,
+        "showarrow": False,
+        "yanchor": "bottom",
+        "xanchor": "center" if y == 0.0 else "left",
+        "font": {"size": 12, "color": INK},
+        "bgcolor": "rgba(255,255,255,0.7)",
+    }
+    figure.layout.setdefault("annotations", []).append(note)
 
 
 def extremes_table(run: Run) -> str:

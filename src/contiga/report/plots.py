@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from contiga.report.figure import Figure
 from contiga.report.lines import add_components, add_line, finish, largest, rows_drawn, with_unit
 from contiga.report.run_folder import Run
 from contiga.report.style import INK, LINES, MUTED
@@ -25,7 +26,7 @@ _OF_CONTACTS = {
 _OF_SYSTEM = ("kinetic", "strain", "contact", "friction", "damping", "hysteresis")
 
 
-def history_figures(run: Run, peak_time: float | None) -> list[Any]:
+def history_figures(run: Run, peak_time: float | None) -> list[Figure]:
     """Force, penetration, area and count over time, a figure each, one line a contact; and where
     the work done on all contacts went, if no energies of the whole system say it.
 
@@ -47,10 +48,8 @@ def touched(run: Run, contact: str) -> bool:
     return any(largest(columns.get(name)) > 0.0 for name in ("n_contact", "force"))
 
 
-def _panel(run: Run, peak_time: float | None, column: str, label: str, kind: str) -> Any:
-    import plotly.graph_objects as go
-
-    figure = go.Figure()
+def _panel(run: Run, peak_time: float | None, column: str, label: str, kind: str) -> Figure:
+    figure = Figure()
     unit = getattr(run.units, kind) if kind else ""
     alone = len(run.contacts) == 1
     components = alone and column == "force" and _force_components(figure, run)
@@ -61,17 +60,17 @@ def _panel(run: Run, peak_time: float | None, column: str, label: str, kind: str
             # areas are measured at the written steps: the line goes on between them
             add_line(figure, run.times, columns[column], name, unit, color=colour, width=2.2)
     finish(figure, run, with_unit(label, unit), peak_time)
-    figure.update_layout(showlegend=bool(components) or not alone)
+    figure.layout["showlegend"] = components or not alone
     return figure
 
 
-def _force_components(figure: Any, run: Run) -> bool:
+def _force_components(figure: Figure, run: Run) -> bool:
     (columns,) = run.contacts.values()
     of = {axis: columns[f"force_{axis}"] for axis in "xyz" if f"force_{axis}" in columns}
     return add_components(figure, run.times, of, run.units.force)
 
 
-def _contact_energies(run: Run, peak_time: float | None) -> Any | None:
+def _contact_energies(run: Run, peak_time: float | None) -> Figure | None:
     """What is stored and lost, stacked, under the line of the work; None without work.
 
     What is between the stack and the line is the error.
@@ -89,7 +88,7 @@ def _contact_energies(run: Run, peak_time: float | None) -> Any | None:
     return figure
 
 
-def energy_figure(run: Run, peak_time: float | None) -> Any | None:
+def energy_figure(run: Run, peak_time: float | None) -> Figure | None:
     """Where the energy of the system is and went, stacked, under what it has been given.
 
     None where forces move nothing, or nothing moves.
@@ -106,11 +105,9 @@ def energy_figure(run: Run, peak_time: float | None) -> Any | None:
     return figure
 
 
-def _stack(run: Run, layers: dict[str, Any], top: Any, name: str = "work") -> Any:
+def _stack(run: Run, layers: dict[str, Any], top: Any, name: str = "work") -> Figure:
     """Layers that are not zero, stacked, and the dashed line of what they are to add up to."""
-    import plotly.graph_objects as go
-
-    figure, unit = go.Figure(), run.units.energy
+    figure, unit = Figure(), run.units.energy
     shown = {name: values for name, values in layers.items() if largest(values) > 0.0}
     rows = rows_drawn(top, *shown.values())  # the layers of a stack have their rows in common
     for i, (layer, values) in enumerate(layers.items()):

@@ -9,6 +9,7 @@ import numpy as np
 
 from contiga.records import FloatArray
 from contiga.report.coloured import ColouredField, fields_of, region_colours
+from contiga.report.figure import Figure, Trace
 from contiga.report.frames import Frames, closed, packed, parted
 from contiga.report.lines import CONFIG, FONT, with_unit
 from contiga.report.peak import Outline, Peak
@@ -32,7 +33,7 @@ Look = tuple[dict[str, Any], dict[str, Any]]
 class View(NamedTuple):
     """The scene at the peak, and what its page needs to show it otherwise."""
 
-    figure: Any
+    figure: Figure
     """Traces are the body, the slave, its points in contact, and a line a region."""
     data: dict[str, Any]
     """what the script of the page gets: steps, and the looks of the fields."""
@@ -50,10 +51,8 @@ class View(NamedTuple):
 
 def view_of(peak: Peak, frames: Frames, units: Units, ties: Sequence[str] = ()) -> View:
     """Body, slave, contact, its outlines, and springs of these names, as a 3D view."""
-    import plotly.graph_objects as go
-
-    figure = go.Figure()
-    figure.add_trace(mesh_trace(peak.body_points, peak.body_triangles, "body", BODY, GLASS))
+    figure = Figure()
+    figure.data.append(mesh_trace(peak.body_points, peak.body_triangles, "body", BODY, GLASS))
     fields = {
         name: field._replace(top=frames.tops[name])
         for name, field in fields_of(peak, units).items()
@@ -67,14 +66,21 @@ def view_of(peak: Peak, frames: Frames, units: Units, ties: Sequence[str] = ()) 
     if frames.n_clusters > 1:
         looks["cluster"] = _cluster_look(peak, frames.n_clusters)
     slave, contact = looks[first]
-    figure.add_trace(_slave_trace(peak, slave))
+    figure.data.append(_slave_trace(peak, slave))
     marker = {**contact, "line": {"width": 0.5, "color": INK}}
-    figure.add_trace(dots(peak.slave_points[peak.in_contact], "in contact", 3.2, marker))
+    figure.data.append(dots(peak.slave_points[peak.in_contact], "in contact", 3.2, marker))
     for key, colour in region_colours(frames.regions).items():
-        figure.add_trace(_outline(peak, frames.regions, key, colour))
+        figure.data.append(_outline(peak, frames.regions, key, colour))
     if ties:
-        figure.add_trace(_ties(peak, ties))
-    _in_space(figure, peak, frames, units)
+        figure.data.append(_ties(peak, ties))
+    up = upwards(peak)
+    camera = {
+        "eye": xyz(-2.1 * outside_direction(peak)),
+        "center": xyz(-0.12 * up),  # room for the labels under the scene
+        "up": xyz(up),
+        "projection": {"type": "perspective"},
+    }
+    figure.layout = space_layout(units.length, frames.spans, camera, height=620)
     data = packed(frames, peak, units)
     data |= {
         "ties": bool(ties),
@@ -89,39 +95,13 @@ def view_of(peak: Peak, frames: Frames, units: Units, ties: Sequence[str] = ()) 
     return View(figure, data, len(frames.frames), frames.recorded, note, *parts)
 
 
-def _in_space(figure: Any, peak: Peak, frames: Frames, units: Units) -> None:
-    """Axes in one scale that hold all steps, seen from outside of the body."""
-    up, eye = upwards(peak), -2.1 * outside_direction(peak)
-    figure.update_layout(
-        height=620,
-        margin={"l": 0, "r": 0, "t": 0, "b": 0},
-        font={"family": FONT, "size": 12, "color": INK},
-        showlegend=False,
-        paper_bgcolor="white",
-        scene={
-            "aspectmode": "data",
-            "camera": {
-                "eye": xyz(eye),
-                "center": xyz(-0.12 * up),  # room for the labels under the scene
-                "up": xyz(up),
-                "projection": {"type": "perspective"},
-            },
-            **{
-                f"{a}axis": space_axis(with_unit(a, units.length)) | {"range": span}
-                for a, span in zip("xyz", frames.spans, strict=True)
-            },
-        },
-    )
-
-
-def _slave_trace(peak: Peak, look: dict[str, Any]) -> Any:
+def _slave_trace(peak: Peak, look: dict[str, Any]) -> Trace:
     """The slave's facets as `look` colours them, or the points of a cloud that touch nothing."""
     if not len(peak.slave_triangles):
         free = ~peak.in_contact if peak.active is None else peak.active & ~peak.in_contact
         return dots(peak.slave_points[free], "slave", 2.0, {"color": MUTED})
     trace = mesh_trace(peak.slave_points, peak.slave_triangles, "slave", SLAVE, 1.0)
-    trace.update(showscale=False, **look)
-    return trace
+    return trace | {"showscale": False} | look
 
 
 def _look(peak: Peak, field: ColouredField) -> Look:
@@ -190,7 +170,7 @@ def _restyle(mesh: dict[str, Any], marker: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _outline(peak: Peak, regions: tuple[Outline, ...], key: tuple[int, int], colour: str) -> Any:
+def _outline(peak: Peak, regions: tuple[Outline, ...], key: tuple[int, int], colour: str) -> Trace:
     """All lines around one region at the peak; its name has the region's number."""
     lines = [closed(o.points) for o in peak.outlines if (o.contact, o.cluster) == key]
     several = len({o.contact for o in regions}) > 1
@@ -199,24 +179,48 @@ def _outline(peak: Peak, regions: tuple[Outline, ...], key: tuple[int, int], col
     return line_in_space(name, points, {"color": colour, "width": 5})
 
 
-def _ties(peak: Peak, names: Sequence[str]) -> Any:
+def _ties(peak: Peak, names: Sequence[str]) -> Trace:
     """Springs, each a line with its name."""
     text = [name for name in names for _ in range(3)]
     look = {"color": SPRING, "width": 5}
     return line_in_space("springs", parted(peak.ties), look, text=text, hoverinfo="text")
 
 
-def line_in_space(name: str, points: FloatArray, look: dict[str, Any], **more: Any) -> Any:
+def line_in_space(name: str, points: FloatArray, look: dict[str, Any], **more: Any) -> Trace:
     """A line through points (n, 3), broken at NaN; the mouse tells its name."""
-    import plotly.graph_objects as go
+    trace = {"type": "scatter3d", "name": name, "mode": "lines", "line": look, "hoverinfo": "name"}
+    return trace | columns(points) | more
 
-    x, y, z = points.astype(np.float32).T
-    more = {"hoverinfo": "name", **more}
-    return go.Scatter3d(x=x, y=y, z=z, name=name, mode="lines", line=look, **more)
+
+def columns(points: FloatArray, names: str = "xyz") -> Trace:
+    """The columns of (n, 3) points or vectors by name, as exact as a screen needs."""
+    return dict(zip(names, points.astype(np.float32).T, strict=True))
 
 
 def xyz(vector: Any) -> dict[str, float]:
     return dict(zip("xyz", (float(c) for c in vector), strict=True))
+
+
+def space_layout(
+    unit: str, spans: list[list[float]], camera: dict[str, Any], *, height: int
+) -> dict[str, Any]:
+    """Axes in one scale that hold x, y and z from the least to the greatest, and the look."""
+    return {
+        "height": height,
+        "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
+        "font": {"family": FONT, "size": 12, "color": INK},
+        "hoverlabel": {"align": "left"},
+        "showlegend": False,
+        "paper_bgcolor": "white",
+        "scene": {
+            "aspectmode": "data",
+            "camera": camera,
+            **{
+                f"{name}axis": space_axis(with_unit(name, unit)) | {"range": span, "gridwidth": 2}
+                for name, span in zip("xyz", spans, strict=True)
+            },
+        },
+    }
 
 
 def space_axis(title: str) -> dict[str, Any]:
@@ -229,32 +233,22 @@ def space_axis(title: str) -> dict[str, Any]:
     }
 
 
-def mesh_trace(points: Any, triangles: Any, name: str, colour: str, opacity: float) -> Any:
-    import plotly.graph_objects as go
-
-    x, y, z = points.astype(np.float32).T
-    i, j, k = triangles.astype(np.int32).T
-    return go.Mesh3d(
-        x=x,
-        y=y,
-        z=z,
-        i=i,
-        j=j,
-        k=k,
-        name=name,
-        color=colour,
-        opacity=opacity,
-        hoverinfo="skip" if name == "body" else "x+y+z+text",
-        lighting={"ambient": 0.55, "diffuse": 0.6, "specular": 0.15, "roughness": 0.6},
-        lightposition={"x": 1e4, "y": -1e4, "z": 2e4},
-        flatshading=False,
-    )
+def mesh_trace(points: Any, triangles: Any, name: str, colour: str, opacity: float) -> Trace:
+    return {
+        "type": "mesh3d",
+        **columns(points),
+        **dict(zip("ijk", triangles.T, strict=True)),
+        "name": name,
+        "color": colour,
+        "opacity": opacity,
+        "hoverinfo": "skip" if name == "body" else "x+y+z+text",
+        "lighting": {"ambient": 0.55, "diffuse": 0.6, "specular": 0.15, "roughness": 0.6},
+        "lightposition": {"x": 1e4, "y": -1e4, "z": 2e4},
+        "flatshading": False,
+    }
 
 
-def dots(points: Any, name: str, size: float, marker: dict[str, Any]) -> Any:
-    import plotly.graph_objects as go
-
-    x, y, z = points.astype(np.float32).T
-    return go.Scatter3d(
-        x=x, y=y, z=z, name=name, mode="markers", marker={"size": size, "opacity": 1.0, **marker}
-    )
+def dots(points: Any, name: str, size: float, marker: dict[str, Any]) -> Trace:
+    marker = {"size": size, "opacity": 1.0, **marker}
+    trace = {"type": "scatter3d", "name": name, "mode": "markers", "marker": marker}
+    return trace | columns(points)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from html import escape
-from typing import Any
 
 import numpy as np
 
 from contiga.records import FloatArray
+from contiga.report.figure import Figure
 from contiga.report.html_tables import named_row, named_table
 from contiga.report.lines import add_line, finish, largest, with_unit
 from contiga.report.run_folder import Columns, Run
@@ -16,17 +16,15 @@ from contiga.report.style import LINES, number
 _LOST = ("energy_hysteresis", "energy_damping")
 
 
-def spring_figures(run: Run, peak_time: float | None) -> list[Any]:
+def spring_figures(run: Run, peak_time: float | None) -> list[Figure]:
     """Force and elongation over time, a line a spring."""
-    import plotly.graph_objects as go
-
     units = run.units
     figures = []
     for label, unit, told in (
         ("Force, tension positive", units.force, _force),
         ("Elongation", units.length, lambda columns: columns.get("elongation")),
     ):
-        figure = go.Figure()
+        figure = Figure()
         for k, (name, columns) in enumerate(run.springs.items()):
             values = told(columns)
             if largest(values) > 0.0:
@@ -34,7 +32,7 @@ def spring_figures(run: Run, peak_time: float | None) -> list[Any]:
                 add_line(figure, run.times, values, name, unit, **look)
         if figure.data:
             finish(figure, run, with_unit(label, unit), peak_time)
-            figure.update_layout(showlegend=len(figure.data) > 1)
+            figure.layout["showlegend"] = len(figure.data) > 1
             figures.append(figure)
     return figures
 

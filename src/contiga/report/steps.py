@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.records import FloatArray
-from contiga.report.lines import PLOT_CONFIG, embedded, finish
+from contiga.report.figure import Figure, embedded
+from contiga.report.lines import PLOT_CONFIG, finish
 from contiga.report.run_folder import Run
 from contiga.report.style import LINES, number
 
@@ -41,33 +42,25 @@ def steps_section(run: Run, peak_time: float | None) -> str:
     )
 
 
-def steps_figure(run: Run, step_reasons: dict[str, Any], peak_time: float | None) -> Any:
+def steps_figure(run: Run, step_reasons: dict[str, Any], peak_time: float | None) -> Figure:
     """A lane for each reason, the most frequent at the top."""
-    import plotly.graph_objects as go
-
-    figure, lanes = go.Figure(), step_reasons["reasons"]
+    figure, lanes = Figure(), step_reasons["reasons"]
     reasons, of = run.steps["reason"][1:], run.steps["of"][1:]
     for k, one in enumerate(lanes):
         reason, who = one["number"]
         x = _stretches(run.times, (reasons == reason) & (of == who))
         y, colour = np.full(len(x), float(len(lanes) - k)), LINES[k % len(LINES)]
         line = {"color": colour, "width": 0.5 * LANE}
-        figure.add_trace(
-            go.Scatter(x=x, y=y, mode="lines", line=line, name=one["told"], hoverinfo="name+x")
-        )
+        look = {"mode": "lines", "line": line, "name": one["told"], "hoverinfo": "name+x"}
+        figure.data.append({"type": "scatter", "x": x, "y": y, **look})
     finish(figure, run, "", peak_time, height=140 + LANE * len(lanes))
-    figure.update_layout(
-        showlegend=False,
-        hovermode="closest",
-        yaxis={
-            "title": {"text": ""},
-            "tickvals": list(range(len(lanes), 0, -1)),
-            "ticktext": [one["told"] for one in lanes],
-            "range": [0.4, len(lanes) + 0.6],
-            "automargin": True,
-        },
-        margin={"t": 16},
-    )
+    figure.layout |= {"showlegend": False, "hovermode": "closest"}
+    figure.layout["margin"]["t"] = 16
+    figure.layout["yaxis"] |= {
+        "tickvals": list(range(len(lanes), 0, -1)),
+        "ticktext": [one["told"] for one in lanes],
+        "range": [0.4, len(lanes) + 0.6],
+    }
     return figure
 
 

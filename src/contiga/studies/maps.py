@@ -253,37 +253,34 @@ def map_figure(colour_map: ColourMap, rows: dict[int, int]) -> dict[str, Any]:
 
     Beside `data` and `layout` it has `back`: how much farther away a narrow page sees it from.
     """
-    import json
-
-    import plotly.graph_objects as go
-
     mesh = mesh_trace(colour_map.vertices, colour_map.triangles, colour_map.body, BODY, 1.0)
     tints = np.round(255.0 * colour_map.colours).astype(int)
-    mesh.vertexcolor = [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in tints.tolist()]
-    mesh.hoverinfo = "skip"
+    mesh |= {
+        "vertexcolor": [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in tints.tolist()],
+        "hoverinfo": "skip",
+    }
     marker = colour_map.shades.marker(colour_map.hit, colour_map.label)
     points = dots(colour_map.targets, "targets", 5.0, marker)
-    points.customdata = [rows[number] for number in colour_map.cases]
-    points.text = [f"case {number}" for number in colour_map.cases]
-    points.hovertemplate = f"%{{text}}<br>{colour_map.label} %{{hovertext}}<extra></extra>"
-    points.hovertext = [f"{value:.5g}" for value in colour_map.hit]
-    figure = go.Figure([mesh, points])
+    points |= {
+        "customdata": [rows[number] for number in colour_map.cases],
+        "text": [f"case {number}" for number in colour_map.cases],
+        "hovertemplate": f"%{{text}}<br>{colour_map.label} %{{hovertext}}<extra></extra>",
+        "hovertext": [f"{value:.5g}" for value in colour_map.hit],
+    }
     eye = xyz(-1.9 * colour_map.towards / np.linalg.norm(colour_map.towards))
-    figure.update_layout(
-        height=620,
-        margin={"l": 0, "r": 0, "t": _BUTTONS, "b": 0},
-        showlegend=False,
-        scene={
+    layout = {
+        "height": 620,
+        "margin": {"l": 0, "r": 0, "t": _BUTTONS, "b": 0},
+        "showlegend": False,
+        "scene": {
             **{f"{axis}axis": space_axis(axis) for axis in "xyz"},
             "aspectmode": "data",
             "camera": {"eye": eye},
         },
-    )
-    drawn: dict[str, Any] = json.loads(figure.to_json())
-    drawn["layout"].pop("template", None)
+    }
     # Plotly draws boxes at a volume of one.
     sides = np.maximum(
         np.ptp(colour_map.vertices, axis=0), 1e-3 * np.ptp(colour_map.vertices, axis=0).max()
     )
-    drawn["back"] = max(1.1, _BACK * float(sides.max() / np.cbrt(sides.prod())))
-    return drawn
+    back = max(1.1, _BACK * float(sides.max() / np.cbrt(sides.prod())))
+    return {"data": [mesh, points], "layout": layout, "back": back}

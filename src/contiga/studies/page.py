@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from base64 import b64encode
 from collections.abc import Sequence
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from contiga.io.out.files import write_text
+from contiga.report.figure import as_json, plotly_script
 from contiga.report.lines import CONFIG, FONT
 from contiga.report.style import GRID, INK, LINES, MUTED, SCALE, number
 from contiga.report.style import page as styled
@@ -140,12 +140,9 @@ def _convergence(study: StudySpec, base: Base, rows: list[Row]) -> dict[str, Any
 
 def page_of(study: StudySpec, data: dict[str, Any], rows: Sequence[Row], picture: bytes) -> str:
     """The page as one text."""
-    from plotly.offline import get_plotlyjs
-
     room = files("contiga.studies")
     script = room.joinpath("page.js").read_text(encoding="utf-8")
     css = room.joinpath("page.css").read_text(encoding="utf-8")
-    as_json = json.dumps(data, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
     several = sum(column["role"] == "variable" for column in data["columns"]) > 1
     parts = [
         '<div class="maker"><b>contiga</b> · study</div>'
@@ -157,10 +154,10 @@ def page_of(study: StudySpec, data: dict[str, Any], rows: Sequence[Row], picture
         _response(several),
         _convergence_of(data),
         _table(),
-        f'<script type="application/json" id="study-data">{as_json}</script>'
+        f'<script type="application/json" id="study-data">{as_json(data)}</script>'
         f"<script>{script}</script>",
     ]
-    return styled(study.title, "\n".join(parts), css=css, script=get_plotlyjs())
+    return styled(study.title, "\n".join(parts), css=css, script=plotly_script())
 
 
 def _under(study: StudySpec, rows: Sequence[Row]) -> str:

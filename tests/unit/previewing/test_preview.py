@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib import image
+from tests.figures import checked, figures_of
 
 import contiga as cg
 from contiga.previewing.page import figure_of, page_of
@@ -119,7 +120,7 @@ def test_normals_point_to_the_free_side() -> None:
 
 def test_both_sides_of_a_body_are_drawn_apart() -> None:
     shown = stage()
-    traces = {trace.name: trace for trace in figure_of(shown).data}
+    traces = {trace.name: trace for trace in checked(figure_of(shown)).data}
     free, hidden = traces["ball"], traces["ball: contact side"]
     assert hidden.color == CONTACT_SIDE != free.color
 
@@ -138,6 +139,7 @@ def test_a_page_reads_offline_and_says_the_gap() -> None:
     assert "<td>gap 2 mm</td>" in text
     assert "25 points, 5 of them inactive" in text
     assert "cdn." not in text.split("<script>")[0]
+    assert list(figures_of(text)) == ["scene"]
 
 
 @pytest.mark.parametrize(
@@ -162,7 +164,7 @@ def test_springs_are_lines_in_the_scene_and_the_picture(tmp_path: Path) -> None:
     )
     shown = stage_of(simulation)
     assert shown.box[0, 0] == -60.0
-    (line,) = (trace for trace in figure_of(shown).data if trace.name == "spring belt")
+    (line,) = (trace for trace in checked(figure_of(shown)).data if trace.name == "spring belt")
     np.testing.assert_allclose(np.array([line.x, line.y, line.z]).T, at)
     cg.preview(simulation).save(tmp_path / "a.png")
     picture = image.imread(tmp_path / "a.png")[..., :3]

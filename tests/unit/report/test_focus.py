@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.figures import checked
 
 import contiga as cg
 from contiga.io.out.vtkhdf import FieldSeries, read_fields
@@ -64,7 +65,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_the_scene_holds_all_bodies_and_what_touches_is_a_choice(folder: Path) -> None:
     series, peak = peak_of(folder)
     view = view_of(peak, frames_of(series, None, 4, peak, UNITS), UNITS)
-    spans = [list(view.figure.layout.scene[f"{axis}axis"].range) for axis in "xyz"]
+    spans = [list(checked(view.figure).layout.scene[f"{axis}axis"].range) for axis in "xyz"]
     assert spans == view.data["spans"]["all"]
     for (low, high), least, most in zip(spans, (-30, -40, -30), (1200, 40, 40), strict=True):
         assert low <= least

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import plotly.graph_objects as go
 import pytest
+from tests.figures import checked
 
+from contiga.report.figure import Figure
 from contiga.report.lines import add_line, finish, largest, rows_drawn, vector_figure
 from contiga.report.run_folder import read_run
 
@@ -34,14 +35,14 @@ def test_what_is_not_told_hides_no_extreme() -> None:
 
 
 def test_gaps_are_passed_over() -> None:
-    figure = go.Figure()
+    figure = Figure()
     values = np.array([np.nan, 1.0, np.nan, 2.0])
     add_line(figure, np.arange(4.0), values, "a", "mm", color="#000000", width=2.0)
-    (trace,) = figure.data
+    (trace,) = checked(figure).data
     assert (trace.x.tolist(), trace.y.tolist()) == ([1.0, 3.0], [1.0, 2.0])
     assert "mm" in trace.hovertemplate
     add_line(figure, np.arange(4.0), np.full(4, np.nan), "b", "mm")
-    assert len(figure.data[1].x) == 0
+    assert len(checked(figure).data[1].x) == 0
 
 
 def test_largest_is_of_what_is_finite() -> None:
@@ -52,7 +53,8 @@ def test_largest_is_of_what_is_finite() -> None:
 def test_components_that_would_lie_on_the_axis_are_left_out(run_folder: Path) -> None:
     run = read_run(run_folder)
     x = np.linspace(0.0, 3.0, 5)
-    figure = vector_figure(run, 2.0, {"x": x, "y": 1e-9 * x, "z": -4.0 * x / 3.0}, ("Way", "mm"))
+    drawn = vector_figure(run, 2.0, {"x": x, "y": 1e-9 * x, "z": -4.0 * x / 3.0}, ("Way", "mm"))
+    figure = checked(drawn)
     assert [trace.name for trace in figure.data] == ["along x", "along z", "resultant"]
     np.testing.assert_allclose(figure.data[2].y, 5.0 * x / 3.0, rtol=1e-12)
     assert figure.layout.yaxis.title.text == "Way [mm]"
@@ -62,9 +64,10 @@ def test_components_that_would_lie_on_the_axis_are_left_out(run_folder: Path) ->
 
 def test_upright_labels_are_in_lines_that_a_figure_has_room_for(run_folder: Path) -> None:
     run, label = read_run(run_folder), "Displacement of the centre of the body [mm]"
-    figure = go.Figure()
+    figure = Figure()
     finish(figure, run, label, 2.0)
-    lines = figure.layout.yaxis.title.text.split("<br>")
+    layout = checked(figure).layout
+    lines = layout.yaxis.title.text.split("<br>")
     assert " ".join(lines) == label
     assert max(map(len, lines)) <= 28
-    assert [shape.name for shape in figure.layout.shapes] == ["shown"]
+    assert [shape.name for shape in layout.shapes] == ["shown"]

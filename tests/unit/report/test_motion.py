@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.figures import checked
 
 from contiga.report.motion import (
     body_figures,
@@ -21,8 +22,11 @@ G = 9.80665e-3  # mm/ms²
 
 @pytest.fixture
 def run(run_folder: Path) -> Run:
-    """A ball that comes down at 2 mm/ms, with a sensor at its centre."""
-    run = read_run(run_folder)
+    return falling(read_run(run_folder))
+
+
+def falling(run: Run) -> Run:
+    """The run with a ball that comes down at 2 mm/ms, and a sensor at its centre."""
     zero, fall = np.zeros(5), np.array([0.0, -2.0, -3.0, -2.0, 1.0])
     ball = {
         "x": zero + 7.0,
@@ -89,7 +93,7 @@ class Cells(HTMLParser):
 
 
 def test_bodies_have_a_figure_for_each_way_they_move(run: Run) -> None:
-    figures = body_figures(run, "ball", 2.0)
+    figures = [checked(figure) for figure in body_figures(run, "ball", 2.0)]
     assert [figure.layout.yaxis.title.text.replace("<br>", " ") for figure in figures] == [
         "Displacement of the centre [mm]",
         "Velocity of the centre [mm/ms]",
@@ -103,14 +107,14 @@ def test_bodies_have_a_figure_for_each_way_they_move(run: Run) -> None:
 
 def test_spin_is_shown_where_there_is_some(run: Run) -> None:
     ball = run.bodies["ball"] | {"wx": np.linspace(0.0, 0.02, 5)}
-    *_, spin = body_figures(run._replace(bodies={"ball": ball}), "ball", None)
+    *_, spin = map(checked, body_figures(run._replace(bodies={"ball": ball}), "ball", None))
     assert spin.layout.yaxis.title.text == "Spin [rad/ms]"
     assert [trace.name for trace in spin.data] == ["along x", "resultant"]
 
 
 def test_without_units_accelerations_are_as_they_are(run: Run) -> None:
     bare = run._replace(units=type(run.units)(*[""] * 7))
-    _, _, acceleration = body_figures(bare, "ball", None)
+    _, _, acceleration = map(checked, body_figures(bare, "ball", None))
     assert acceleration.layout.yaxis.title.text == "Acceleration of the centre"
     np.testing.assert_array_equal(acceleration.data[1].y, run.bodies["ball"]["az"])
 
@@ -126,7 +130,7 @@ def test_extremes_are_told_with_their_times_and_the_end(run: Run) -> None:
 
 
 def test_sensors_show_raw_and_filtered_acceleration_with_the_criteria(run: Run) -> None:
-    figure, *others = sensor_figures(run, "cog", 2.0)
+    figure, *others = map(checked, sensor_figures(run, "cog", 2.0))
     raw, filtered = figure.data
     assert (raw.name, filtered.name) == ("as computed", "CFC1000")
     np.testing.assert_allclose(raw.y, run.sensors["cog"]["a"] / G)
@@ -143,14 +147,14 @@ def test_sensors_show_raw_and_filtered_acceleration_with_the_criteria(run: Run) 
 def test_a_sensor_beside_the_centre_shows_its_own_way(run: Run) -> None:
     sensor = run.sensors["cog"] | {"z": run.sensors["cog"]["z"] * 1.001}
     figures = sensor_figures(run._replace(sensors={"cog": sensor}), "cog", 2.0)
-    titles = [figure.layout.yaxis.title.text for figure in figures]
+    titles = [checked(figure).layout.yaxis.title.text for figure in figures]
     assert titles == ["Acceleration, resultant [g]", "Displacement [mm]", "Force [N]"]
 
 
 def test_an_unfiltered_sensor_has_one_line_and_no_marks(run: Run) -> None:
     sensor = {k: v for k, v in run.sensors["cog"].items() if k != "filtered_a"}
     plain = run._replace(sensors={"cog": sensor}, summary={})
-    figure = sensor_figures(plain, "cog", None)[0]
+    figure = checked(sensor_figures(plain, "cog", None)[0])
     assert [trace.name for trace in figure.data] == ["resultant"]
     assert (figure.layout.shapes, figure.layout.annotations) == ((), ())
     assert criteria_table(plain) == ""
@@ -160,7 +164,7 @@ def test_sensors_of_nothing_have_no_figure(run: Run) -> None:
     still = {name: 0.0 * values for name, values in run.sensors["cog"].items()}
     assert sensor_figures(run._replace(sensors={"cog": still}), "cog", None) == []
     force = still | {"fx": np.ones(5)}
-    (figure,) = sensor_figures(run._replace(sensors={"cog": force}), "cog", None)
+    (figure,) = map(checked, sensor_figures(run._replace(sensors={"cog": force}), "cog", None))
     assert figure.layout.yaxis.title.text == "Force [N]"
 
 
@@ -181,6 +185,6 @@ def test_runs_without_free_bodies_have_no_table(run_folder: Path) -> None:
 def test_a_sensor_between_two_bodies_has_its_distance_and_its_turn(run: Run) -> None:
     seen = {"distance": np.arange(5.0), "rate": np.ones(5), "angle": 0.1 * np.arange(5.0)}
     told = run._replace(sensors={"neck": seen})
-    figures = sensor_figures(told, "neck", None)
+    figures = [checked(figure) for figure in sensor_figures(told, "neck", None)]
     assert [figure.layout.yaxis.title.text for figure in figures] == ["Distance [mm]", "Turn [rad]"]
     np.testing.assert_array_equal(figures[0].data[0].y, seen["distance"])

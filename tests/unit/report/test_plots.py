@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from tests.figures import checked
 
 from contiga.report.lines import with_unit
 from contiga.report.plots import energy_figure, history_figures
@@ -14,7 +15,7 @@ from contiga.report.run_folder import Run, read_run
 def test_history_figures_draw_the_columns(run_folder: Path) -> None:
     run = read_run(run_folder)
     columns = run.contacts["press"]
-    force, *others = history_figures(run, 2.0)
+    force, *others = map(checked, history_figures(run, 2.0))
     assert [t.name for t in force.data] == ["along z", "magnitude"], "no line for a zero force"
     np.testing.assert_array_equal(force.data[0].y, columns["force_z"])
     np.testing.assert_array_equal(force.data[1].y, columns["force"])
@@ -26,7 +27,7 @@ def test_history_figures_draw_the_columns(run_folder: Path) -> None:
 
 
 def test_every_axis_names_its_unit(run_folder: Path) -> None:
-    figures = history_figures(read_run(run_folder), None)
+    figures = [checked(figure) for figure in history_figures(read_run(run_folder), None)]
     assert [f.layout.yaxis.title.text for f in figures] == [
         "Force [N]",
         "Deepest penetration [mm]",
@@ -40,7 +41,8 @@ def test_every_axis_names_its_unit(run_folder: Path) -> None:
 def test_two_contacts_get_a_line_each_in_every_panel(run_folder: Path) -> None:
     run = read_run(run_folder)
     columns = run.contacts["press"]
-    for figure in history_figures(run._replace(contacts={"a": columns, "b": columns}), None):
+    two = run._replace(contacts={"a": columns, "b": columns})
+    for figure in map(checked, history_figures(two, None)):
         assert [t.name for t in figure.data] == ["a", "b"]
         assert figure.layout.showlegend
 
@@ -55,7 +57,8 @@ def test_energies_are_stacked_under_the_work(run_folder: Path) -> None:
         "energy_friction": np.linspace(0.0, 1.5, n),
     }
     columns = run.contacts["press"] | given
-    *_, energy = history_figures(run._replace(contacts={"a": columns, "b": columns}), 2.0)
+    two = run._replace(contacts={"a": columns, "b": columns})
+    *_, energy = map(checked, history_figures(two, 2.0))
     assert [t.name for t in energy.data] == ["stored", "friction", "work"], "no layer of nothing"
     assert [t.stackgroup for t in energy.data] == ["energy", "energy", None]
     np.testing.assert_array_equal(energy.data[1].y, 2.0 * given["energy_friction"])
@@ -67,7 +70,8 @@ def test_areas_between_written_steps_are_passed_over(run_folder: Path) -> None:
     run = read_run(run_folder)
     area = np.array([0.0, np.nan, 45.0, np.nan, 0.0])
     columns = run.contacts["press"] | {"area": area}
-    _, _, figure, _ = history_figures(run._replace(contacts={"press": columns}), 2.0)
+    figures = history_figures(run._replace(contacts={"press": columns}), 2.0)
+    _, _, figure, _ = map(checked, figures)
     assert figure.data[0].x.tolist() == [0.0, 2.0, 4.0]
     assert figure.data[0].y.tolist() == [0.0, 45.0, 0.0]
 
@@ -90,7 +94,7 @@ def moving(run: Run) -> Run:
 
 def test_energies_of_the_system_are_stacked_under_what_was_given(run_folder: Path) -> None:
     run = moving(read_run(run_folder))
-    figure = energy_figure(run, 2.0)
+    figure = checked(energy_figure(run, 2.0))
     names = ["kinetic", "contact", "friction", "hysteresis", "initial and external", "error"]
     assert [t.name for t in figure.data] == names, "no layer of nothing"
     assert [t.stackgroup for t in figure.data] == ["energy"] * 4 + [None] * 2
@@ -114,8 +118,8 @@ def test_layers_of_a_long_run_have_their_rows_in_common(run_folder: Path) -> Non
     run = moving(read_run(run_folder))
     rng = np.random.default_rng(3)
     energy = {name: rng.uniform(0.0, 1.0, 30_000) for name in run.energy}
-    figure = energy_figure(run._replace(times=np.arange(30_000.0), energy=energy), None)
-    *layers, given, _ = figure.data
+    long = run._replace(times=np.arange(30_000.0), energy=energy)
+    *layers, given, _ = checked(energy_figure(long, None)).data
     for trace in layers:
         np.testing.assert_array_equal(trace.x, given.x)
     assert 2000 < len(given.x) <= 4000

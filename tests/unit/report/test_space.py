@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.figures import checked
 
 from contiga.io.out.vtkhdf import read_fields
 from contiga.report.coloured import REGIONS
@@ -39,7 +40,7 @@ def _like(frame: Frame, peak: Peak) -> Frame:
 def test_view_holds_body_slave_and_contact(tmp_path: Path) -> None:
     write_fields(tmp_path / "fields.vtkhdf")
     peak = at_frame(read_fields(tmp_path / "fields.vtkhdf"), 2)
-    body, slave, contact = viewed(tmp_path, peak).figure.data
+    body, slave, contact = checked(viewed(tmp_path, peak).figure).data
     assert (body.type, slave.type, contact.type) == ("mesh3d", "mesh3d", "scatter3d")
     assert len(contact.x) == peak.in_contact.sum()
     np.testing.assert_allclose(contact.marker.color, peak.penetration[peak.in_contact], rtol=1e-6)
@@ -49,7 +50,7 @@ def test_view_holds_body_slave_and_contact(tmp_path: Path) -> None:
 def test_cloud_is_drawn_as_dots(tmp_path: Path) -> None:
     write_fields(tmp_path / "fields.vtkhdf", cloud=True)
     peak = at_frame(read_fields(tmp_path / "fields.vtkhdf"), 2)
-    _, slave, contact = viewed(tmp_path, peak).figure.data
+    _, slave, contact = checked(viewed(tmp_path, peak).figure).data
     assert slave.type == "scatter3d"
     assert len(slave.x) + len(contact.x) == len(peak.slave_points)
 
@@ -65,7 +66,7 @@ def with_regions(tmp_path: Path) -> Peak:
 def test_view_starts_with_pressure_and_offers_the_other_fields(tmp_path: Path) -> None:
     peak = with_regions(tmp_path)
     view = viewed(tmp_path, peak)
-    slave, contact = view.figure.data[1:3]
+    slave, contact = checked(view.figure).data[1:3]
     np.testing.assert_allclose(slave.intensity, peak.pressure, rtol=1e-6)
     assert contact.marker.colorbar.title.text == view.note == "Pressure [MPa]"
     assert view.data["field"] == "pressure"
@@ -97,7 +98,7 @@ def test_without_a_contact_the_stress_is_shown_first(tmp_path: Path) -> None:
 
 def test_regions_have_closed_lines_of_their_own_colour(tmp_path: Path) -> None:
     peak = with_regions(tmp_path)
-    lines = viewed(tmp_path, peak).figure.data[3:]
+    lines = checked(viewed(tmp_path, peak).figure).data[3:]
     assert [line.name for line in lines] == ["cluster 0", "cluster 1"]
     assert [line.line.color for line in lines] == list(REGIONS[:2])
     for line, given in zip(lines, peak.outlines, strict=True):
@@ -110,7 +111,7 @@ def test_regions_have_closed_lines_of_their_own_colour(tmp_path: Path) -> None:
 def test_all_steps_fit_into_the_axes(tmp_path: Path) -> None:
     write_fields(tmp_path / "fields.vtkhdf")
     peak = at_frame(read_fields(tmp_path / "fields.vtkhdf"), 2)
-    scene = viewed(tmp_path, peak).figure.layout.scene
+    scene = checked(viewed(tmp_path, peak).figure).layout.scene
     low, high = scene.zaxis.range
     assert low < -max(DEPTHS)
     assert high > 2.0 * RADIUS - min(DEPTHS)

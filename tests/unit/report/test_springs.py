@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib import image
+from tests.figures import checked
 
 from contiga.io.out.history import read_history, write_history
 from contiga.report import write_report
@@ -28,6 +29,10 @@ TOLD = {
 
 @pytest.fixture
 def hung(run_folder: Path) -> Path:
+    return hang(run_folder)
+
+
+def hang(run_folder: Path) -> Path:
     """The ball on two springs, one of them slack."""
     history = dict(read_history(run_folder / "history.csv"))
     zero, pull = np.zeros(5), np.array([0.0, 2.0, -4.0, 3.0, 0.0])
@@ -57,7 +62,7 @@ def test_table_and_figures_say_what_there_is(hung: Path) -> None:
     table = spring_table(run)
     for cell in ("belt · CFC60", "ball – ground", "-3.6 N", "2 ms", "1.5 mm", "2 mm", "4 mJ"):
         assert cell.replace("mJ", "μJ") in table or cell in table, cell
-    force, elongation = spring_figures(run, None)
+    force, elongation = map(checked, spring_figures(run, None))
     assert [line.name for line in force.data] == [line.name for line in elongation.data] == ["belt"]
     np.testing.assert_allclose(force.data[0].y, 0.9 * run.springs["belt"]["force"])
 
@@ -69,7 +74,7 @@ def test_the_scene_has_a_line_for_each_spring_at_every_step(hung: Path) -> None:
     peak = at_frame(series, 2, None, ties)
     frames = frames_of(series, None, 2, peak, run.units, ties)
     view = view_of(peak, frames, run.units, [tie.name for tie in ties])
-    line = view.figure.data[-1]
+    line = checked(view.figure).data[-1]
     assert (line.name, list(line.text)[::3]) == ("springs", ["belt", "slack"])
     np.testing.assert_allclose(np.array(line.z)[:2], [10.0 - DEPTHS[2], 20.0], atol=1e-5)
     assert view.data["ties"]

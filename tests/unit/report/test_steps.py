@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pytest
+from tests.figures import checked
 
 from contiga.report.run_folder import Run, units_of
 from contiga.report.steps import steps_figure, steps_section
@@ -30,15 +30,13 @@ def run(told: dict, steps: dict) -> Run:
 
 
 def test_a_lane_has_the_time_of_the_steps_that_its_reason_set() -> None:
-    pytest.importorskip("plotly")
-    swing, energy = steps_figure(run(TOLD, COLUMNS), TOLD, 2.0).data
+    swing, energy = checked(steps_figure(run(TOLD, COLUMNS), TOLD, 2.0)).data
     np.testing.assert_array_equal(swing.x, [0.0, 2.0, np.nan, 5.0, 6.0, np.nan])
     np.testing.assert_array_equal(energy.x, [2.0, 5.0, np.nan])
     assert swing.y[0] > energy.y[0]
 
 
 def test_the_section_tells_and_escapes_and_is_not_there_for_given_steps() -> None:
-    pytest.importorskip("plotly")
     text = steps_section(run(TOLD, COLUMNS), None)
     assert "swings (contact &#x27;a&lt;b&#x27;)</td>" in text
     assert "2 have an energy balance error" in text

@@ -75,7 +75,7 @@ def played(
     view = view_of(peak._replace(cluster=cluster), frames._replace(frames=two), UNITS, names)
     script = files("contiga.report").joinpath("view.js").read_text(encoding="utf-8")
     given = {"data": view.data, "script": script, "steps": steps, "field": field}
-    given["traces"] = [trace.name for trace in view.figure.data]
+    given["traces"] = [trace["name"] for trace in view.figure.data]
     assert NODE is not None
     run = subprocess.run(
         [NODE, "-e", STAGE],

@@ -6,9 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.figures import checked
 
 import contiga as cg
 from contiga.errors import CaseError
+from contiga.report.figure import Figure
 from contiga.studies.maps import between, draw_map, map_figure, map_of, nearest, refined
 from contiga.studies.row import DONE, FAILED, Row
 
@@ -76,6 +78,7 @@ def test_a_map_has_the_greatest_value_of_each_target(folder: Path) -> None:
     assert (folder / "map.png").read_bytes()[:4] == b"\x89PNG"
     drawn = map_figure(actual, {row.number: row.number - 1 for row in rows})
     assert drawn["data"][1]["customdata"] == [0, 3, 2, 4]
+    assert len(checked(Figure(drawn["data"], drawn["layout"])).data) == 2
     assert map_of(study, base, rows[4:]) is None
 
 
@@ -110,9 +113,10 @@ def test_a_map_has_bands_and_says_what_is_between(folder: Path, way: str, said: 
     assert said in actual.between
     assert np.isfinite(actual.values).any()
     draw_map(actual, "Ball", folder / "map.png")
-    marker = map_figure(actual, {k: k for k in range(1, 6)})["data"][1]["marker"]
+    drawn = map_figure(actual, {k: k for k in range(1, 6)})
+    marker = checked(Figure(drawn["data"], drawn["layout"])).data[1].marker
     assert actual.shades.places(actual.hit).tolist() == [0, 1, 2, 3, 4]
-    assert marker["colorbar"]["ticktext"][0] == "650"
+    assert marker.colorbar.ticktext[0] == "650"
 
 
 @pytest.mark.parametrize(

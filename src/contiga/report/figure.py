@@ -1,0 +1,86 @@
+"""Figures of plotly as plain data of its published schema, and the HTML that draws them.
+
+Its Python objects check every property of every page anew, which with their import took longer than
+all else of a page: tests hand the figures to them instead.
+"""
+
+from __future__ import annotations
+
+import math
+from base64 import b64encode
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from json import dumps
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Trace = dict[str, Any]
+"""What is drawn at once, as one item of the legend."""
+_SIZES = {"i": (1, 2, 4), "u": (1, 2, 4), "f": (4, 8)}
+"""Bytes of the numbers that a browser has arrays of, by their kind."""
+
+
+@dataclass
+class Figure:
+    """What plotly's script is handed."""
+
+    data: list[Trace] = field(default_factory=list)
+    layout: dict[str, Any] = field(default_factory=dict)
+
+
+def plotly_script() -> str:
+    """The script, from the package of plotly, none of whose modules are imported."""
+    spec = find_spec("plotly")
+    assert spec is not None
+    assert spec.origin is not None
+    path = Path(spec.origin).parent / "package_data" / "plotly.min.js"
+    return path.read_text(encoding="utf-8")
+
+
+def embedded(figure: Figure, name: str, config: dict[str, Any]) -> str:
+    """A figure as HTML of a page that has the script of plotly; `name` becomes its id."""
+    drawn = ",".join(map(as_json, (figure.data, figure.layout, config)))
+    return (
+        f'<div style="height:{figure.layout["height"]}px; width:100%;">'
+        f'<div id="{name}" class="plotly-graph-div" style="height:100%; width:100%;"></div>'
+        f'<script>Plotly.newPlot("{name}",{drawn});</script></div>'
+    )
+
+
+def as_json(value: Any) -> str:
+    """JSON that may stand in a script: nothing in it ends that, and what is not finite is null.
+
+    >>> as_json({"name": "</script>", "x": [1.5, float("nan")], "y": np.array([0.0, 2.0])})
+    '{"name":"\\\\u003c/script>","x":[1.5,null],"y":{"dtype":"f8","bdata":"AAAAAAAAAAAAAAAAAAAAQA=="}}'
+    """
+    text = dumps(_plain(value), separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    return text.replace("<", "\\u003c")
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
+    if isinstance(value, np.ndarray):
+        return _packed(value)
+    if isinstance(value, np.generic):
+        return _plain(value.item())
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _packed(values: NDArray[Any]) -> Any:
+    """Numbers as the bytes of an array of the browser, whole ones as few as hold them."""
+    if values.size and values.dtype.kind in "iu":
+        ends = (np.min_scalar_type(end) for end in (values.min(), values.max()))
+        values = values.astype(np.result_type(*ends))
+    kind = values.dtype
+    if not values.size or kind.itemsize not in _SIZES.get(kind.kind, ()):
+        return _plain(values.tolist())
+    raw = values.astype(kind.newbyteorder("<")).tobytes()
+    packed = {"dtype": f"{kind.kind}{kind.itemsize}", "bdata": b64encode(raw).decode("ascii")}
+    shape = {"shape": ", ".join(map(str, values.shape))} if values.ndim > 1 else {}
+    return packed | shape
