@@ -18,6 +18,11 @@ def no_nearer_than(plate, point):
 
 
 @njit
+def is_beyond(plate, point, limit):
+    return plates_nb.is_beyond(plate, point, limit)
+
+
+@njit
 def no_farther_than(plate, point):
     return plates_nb.no_farther_than(plate, point)
 
@@ -62,6 +67,8 @@ def test_no_sample_of_a_leaf_is_nearer_than_told_nor_all_of_them_farther(name):
             nearest = np.linalg.norm(samples - point, axis=1).min()
             low = no_nearer_than(plate, tuple(point))
             assert low <= nearest
+            assert not is_beyond(plate, tuple(point), nearest)
+            assert is_beyond(plate, tuple(point), low - 1e-6 * abs(low) - 1e-9 * width)
             assert no_farther_than(plate, tuple(point)) >= nearest - 0.5 * width
             tight.append((nearest - low) / width)
     assert np.median(tight) < 0.2

@@ -51,7 +51,7 @@ from contiga.search.hierarchy.kernels.curve_nb import (
     curve_point,
 )
 from contiga.search.hierarchy.kernels.face_nb import has_pole, in_face
-from contiga.search.hierarchy.kernels.plates_nb import no_nearer_than
+from contiga.search.hierarchy.kernels.plates_nb import is_beyond
 from contiga.search.hierarchy.kernels.tree_nb import next_leaves
 
 MAX_CELLS = 20000
@@ -344,7 +344,7 @@ def closest(tables, point, among, reach, nearest, h):
         for k in range(first, first + tree[node]["count"]):
             if among.patch >= 0 and leaves[k]["patch"] != among.patch:
                 continue
-            if no_nearer_than(tables.plates[k], point) > best - slack:
+            if is_beyond(tables.plates[k], point, best - slack):
                 continue
             limits = SearchLimits(best, slack, opened, among)
             distance, cells = _improve_by_leaf(tables, leaves[k], point, limits, nearest, stack, h)
