@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.arrays.ordered import row_lengths
-from contiga.contact.asked import Asked, JudgeLimits
+from contiga.contact.asked import SAME_FOOT, Asked, judge_limits_of
 from contiga.contact.kernels import judge_nb
 from contiga.contact.kernels.judge_nb import NOT_ASKED
 from contiga.contact.loads import UNGUARDED, UNHELD, Guards
@@ -43,9 +43,6 @@ from contiga.records import (
     stacked,
 )
 from contiga.statuses import Status
-
-# Feet closer than this, relative to the body's size, are one.
-SAME_FOOT = 1e-9
 
 
 def asked_of(
@@ -101,13 +98,7 @@ def judge(
     if options.nearest:
         needed |= asked.side < 0
     _find(surface, step, asked, np.flatnonzero(needed))
-    limits = JudgeLimits(
-        options.penetration,
-        options.nearest,
-        options.band,
-        options.depth,
-        SAME_FOOT * options.size,
-    )
+    limits = judge_limits_of(options)
     if options.nearest:
         straight(judge_nb.take_nearest)(asked, step.way, limits)
     if straight(judge_nb.judge_plain)(asked, step, limits, detected):

@@ -15,14 +15,17 @@ from typing import Any
 import numpy as np
 
 from contiga.arrays.threads import run_ranges
-from contiga.contact.kernels import usual_nb
+from contiga.contact.asked import judge_limits_of
+from contiga.contact.kernels import deep_nb, usual_nb
 from contiga.contact.tracked import Detected, Options, Step
-from contiga.contact.usual_records import Work, limits_of
+from contiga.contact.usual_records import DeepRows, Work, limits_of
 from contiga.jit import straight
 from contiga.masters.protocol import Surface
 from contiga.records import FloatArray, IntArray, SurfacePlaces
 from contiga.search.track.project import rows_of_a_chunk
 
+DEEP = 256
+"""Rows of a chunk whose closest points are asked for, which take a hundred times as long."""
 Settle = Callable[[IntArray, Work, IntArray], int]
 """Settles rows, working in memory, and lists those left; how many."""
 
@@ -32,6 +35,7 @@ class ThreadMemory(threading.local):
 
     def __init__(self) -> None:
         self._work: dict[bool, Work] = {}
+        self.deep = DeepRows.of(DEEP)
 
     def of(self, n: int, certify: bool) -> Work:
         """Memory for n rows at least, the thread's until it asks for the next."""
@@ -65,21 +69,36 @@ def left(
         def settle(some: IntArray, work: Work, left: IntArray) -> int:
             return int(kernel(tables, step, feet, some, limits, work, detected, left))
 
-        touching = _left(settle, touching, surface.n_elements, not options.nearest)
+        size = rows_of_a_chunk(len(touching), surface.n_elements)
+        touching = _left(settle, touching, size, not options.nearest)
+    if len(touching) and options.nearest:
+        deep_kernel, feet, judging = (
+            straight(deep_nb.settle_deep),
+            SurfacePlaces(*last),
+            judge_limits_of(options),
+        )
+
+        def settle_deep(some: IntArray, work: Work, left: IntArray) -> int:
+            deep = _memory.deep
+            given = tables, step, feet, some, limits, judging, work, deep, detected, left
+            return int(deep_kernel(*given))
+
+        touching = _left(settle_deep, touching, DEEP, False)
     if len(free):
         free_kernel = straight(usual_nb.settle_free)
 
         def settle_free(some: IntArray, work: Work, left: IntArray) -> int:
             return int(free_kernel(tables, step, some, limits, work, detected, left))
 
-        free = _left(settle_free, free, surface.n_elements, False)
+        size = rows_of_a_chunk(len(free), surface.n_elements)
+        free = _left(settle_free, free, size, False)
     return touching, free
 
 
-def _left(settle: Settle, rows: IntArray, n_elements: int, certify: bool) -> IntArray:
-    """The rows that are left, ascending, of as many chunks as there are."""
+def _left(settle: Settle, rows: IntArray, size: int, certify: bool) -> IntArray:
+    """The rows that are left, ascending, of chunks of `size` rows."""
     n = len(rows)
-    size, left = rows_of_a_chunk(n, n_elements), np.empty(n, np.int32)
+    left = np.empty(n, np.int32)
     if n <= size:
         return left[: settle(rows, _memory.of(n, certify), left)]
     parts: list[Any] = [None] * ceil(n / size)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from contiga.arrays.query_checks import NO_FEET
 from contiga.arrays.workspace import Workspace
+from contiga.contact.asked import Asked
 from contiga.contact.tracked import Options
 from contiga.records import (
     ByteArray,
@@ -88,6 +89,29 @@ class Work(NamedTuple):
             ),
             *(within, np.zeros(n, np.bool_)),
         )
+
+
+class DeepRows(NamedTuple):
+    """Memory for n rows whose closest points are asked for, of which nothing is kept."""
+
+    asked: Asked
+    now: FloatArray
+    """(n, 3) the points, body frame."""
+    which: IntArray
+    """0 to n − 1."""
+    place: IntArray
+    """Where rows that are left stand among those asked for."""
+
+    @classmethod
+    def of(cls, n: int) -> DeepRows:
+        """For n rows."""
+        (was, kept, opposed), (status, side) = np.empty((3, n), np.bool_), _bytes(2, n)
+        (safe, within, depth), (guard, now) = np.empty((3, n)), np.empty((2, n, 3))
+        rows, place = np.empty((2, n), np.int32)
+        feet, truth = empty_projection(n), empty_projection(n)
+        held = guard, depth, opposed
+        asked = Asked(rows, was, kept, status, side, safe, within, *held, feet, truth)
+        return cls(asked, now, np.arange(n, dtype=np.int32), place)
 
 
 def _bytes(count: int, n: int) -> ByteArray:

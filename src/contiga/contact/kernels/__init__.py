@@ -9,6 +9,7 @@
   single passes
 - usual_nb: the usual points of a closed body: all of these passes in one call
 - judge_nb: points whose feet do not tell, where their closest points do
+- deep_nb: points deeper than balls at their feet tell: all of these passes in one call
 - sums_nb: sums in one order, as NumPy takes them
 - totals_nb: world forces, and sums over the points that carry them: wrench and energies
 """

@@ -81,7 +81,7 @@ def _kind(asked, limits, i):
 
 
 @inner(error_model="numpy")
-def _is_plain(asked, step, limits, i):
+def is_plain(asked, step, limits, i):
     """Whether neither the path of row i has to be looked at, nor another foot be taken."""
     k, was, kept, truth = asked.rows[i], asked.was[i], asked.kept[i], asked.truth
     _, solved, inside, deep = _kind(asked, limits, i)
@@ -109,26 +109,32 @@ def _free_way(truth, limits, i):
     return -_above_zero(-truth.gap[i] - max(limits.band, reach))
 
 
+@inner(error_model="numpy")
+def write_plain(asked, limits, detected, i):
+    """Fill what was `Detected` for row i, which `is_plain`."""
+    truth, status, safe_distance = asked.truth, detected.status, detected.safe_distance
+    k, was, kept, side = asked.rows[i], asked.was[i], asked.kept[i], asked.side[i]
+    needed, solved, inside, _ = _kind(asked, limits, i)
+    known = (asked.safe_distance[i] if side != 0 else abs(truth.gap[i])) - limits.band
+    if kept and (inside or not solved):
+        status[k] = asked.status[i]
+        safe_distance[k] = _above_zero(known) if inside else 0.0
+        take_foot(detected.feet, k, asked.feet, i)
+    else:
+        status[k] = LOST if not solved and not kept else RELEASED if was else FREE
+        safe_distance[k] = _free_way(truth, limits, i) if needed else side * known
+        remember_foot(detected, k, truth, i)
+
+
 @kernel(error_model="numpy")
 def judge_plain(asked, step, limits, detected):
     """Fill what was `Detected` for the points that are `Asked` for; whether all of them are plain.
 
     Where one is not nothing is written. `step` is a `Step`, `limits` are `JudgeLimits`.
     """
-    truth, status, safe_distance = asked.truth, detected.status, detected.safe_distance
     for i in range(asked.rows.shape[0]):
-        if not _is_plain(asked, step, limits, i):
+        if not is_plain(asked, step, limits, i):
             return False
     for i in range(asked.rows.shape[0]):
-        k, was, kept, side = asked.rows[i], asked.was[i], asked.kept[i], asked.side[i]
-        needed, solved, inside, _ = _kind(asked, limits, i)
-        known = (asked.safe_distance[i] if side != 0 else abs(truth.gap[i])) - limits.band
-        if kept and (inside or not solved):
-            status[k] = asked.status[i]
-            safe_distance[k] = _above_zero(known) if inside else 0.0
-            take_foot(detected.feet, k, asked.feet, i)
-        else:
-            status[k] = LOST if not solved and not kept else RELEASED if was else FREE
-            safe_distance[k] = _free_way(truth, limits, i) if needed else side * known
-            remember_foot(detected, k, truth, i)
+        write_plain(asked, limits, detected, i)
     return True

@@ -46,14 +46,10 @@ def _ask_balls(tables, work, m):
     radii(tables.balls, tables.body.grid, feet, work.asked, work.which, work.radius, 0, m)
 
 
-@kernel()
-def settle_touching(tables, step, last, rows, limits, work, detected, left):
-    """Settle points that were in contact, `rows`; returns how many are `left`, listed there.
-
-    `tables` are `ContactTables`, `step` a `Step`, `last` the `SurfacePlaces` of all points,
-    `limits` are `Limits`, `work` is `Work` for as many rows or more, `detected` is what was
-    `Detected`.
-    """
+@inner(linked=False)
+def settled(tables, step, last, rows, limits, work, detected, left):
+    """Settle points that were in contact, `rows`; returns how many of `work.rows` are left, listed
+    in `work.chosen`. `left` is memory. The rest is as of `settle_touching`."""
     n, band = rows.shape[0], limits.band
     side, reach = work.side, work.reach
     sides(tables.grid, step.now, rows, side, reach, 0, n)
@@ -77,9 +73,20 @@ def settle_touching(tables, step, last, rows, limits, work, detected, left):
                 mark[work.chosen[j]] |= KEPT
     _ask_balls(tables, work, m)
     balls = FootBalls(work.asked[:m], work.radius[:m])
-    n = settle(staying, feet, known, mark, balls, band, detected, work.chosen)
+    return settle(staying, feet, known, mark, balls, band, detected, work.chosen)
+
+
+@kernel()
+def settle_touching(tables, step, last, rows, limits, work, detected, left):
+    """Settle points that were in contact, `rows`; returns how many are `left`, listed there.
+
+    `tables` are `ContactTables`, `step` a `Step`, `last` the `SurfacePlaces` of all points,
+    `limits` are `Limits`, `work` is `Work` for as many rows or more, `detected` is what was
+    `Detected`.
+    """
+    n = settled(tables, step, last, rows, limits, work, detected, left)
     for j in range(n):
-        left[j] = staying[work.chosen[j]]
+        left[j] = work.rows[work.chosen[j]]
     return n
 
 
