@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.contact import usual
-from contiga.contact.asked import Asked
+from contiga.contact.asked_records import Asked
 from contiga.contact.judge import asked_of, free_distance, joined, judge, within_depth
 from contiga.contact.kernels import settle_nb
 from contiga.contact.loads import UNGUARDED, Guards

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.arrays.ordered import row_lengths
-from contiga.contact.asked import SAME_FOOT, Asked, judge_limits_of
+from contiga.contact.asked_records import Asked
 from contiga.contact.kernels import judge_nb
 from contiga.contact.kernels.judge_nb import NOT_ASKED
 from contiga.contact.loads import UNGUARDED, UNHELD, Guards
@@ -28,6 +28,7 @@ from contiga.contact.tracked import (
     take,
     track,
 )
+from contiga.contact.usual_records import SAME_FOOT, judge_limits_of
 from contiga.contact.walls import Known, hold
 from contiga.jit import straight
 from contiga.masters.protocol import Surface

@@ -1,8 +1,8 @@
 """The usual points of a closed body, settled by one call of a kernel for a chunk of them.
 
 Nearly all points of a step are: their sides and feet, and balls that touch there, tell what becomes
-of them. Those that are left go through `closed_body` stage by stage, as all do of surfaces whose
-tables kernels do not have.
+of them, or their closest points, where they lie deeper. Those that are left go through
+`closed_body` stage by stage, as all do of surfaces whose tables kernels do not have.
 """
 
 from __future__ import annotations
@@ -15,10 +15,9 @@ from typing import Any
 import numpy as np
 
 from contiga.arrays.threads import run_ranges
-from contiga.contact.asked import judge_limits_of
 from contiga.contact.kernels import deep_nb, usual_nb
 from contiga.contact.tracked import Detected, Options, Step
-from contiga.contact.usual_records import DeepRows, Work, limits_of
+from contiga.contact.usual_records import DeepRows, Work, judge_limits_of, limits_of
 from contiga.jit import straight
 from contiga.masters.protocol import Surface
 from contiga.records import FloatArray, IntArray, SurfacePlaces
@@ -61,10 +60,10 @@ def left(
     tables = surface.contact_tables
     if tables is None or not options.balls:
         return rows
-    limits = limits_of(options)
+    limits, feet = limits_of(options), SurfacePlaces(*last)
     touching, free = rows
     if len(touching):
-        kernel, feet = straight(usual_nb.settle_touching), SurfacePlaces(*last)
+        kernel = straight(usual_nb.settle_touching)
 
         def settle(some: IntArray, work: Work, left: IntArray) -> int:
             return int(kernel(tables, step, feet, some, limits, work, detected, left))
@@ -72,16 +71,11 @@ def left(
         size = rows_of_a_chunk(len(touching), surface.n_elements)
         touching = _left(settle, touching, size, not options.nearest)
     if len(touching) and options.nearest:
-        deep_kernel, feet, judging = (
-            straight(deep_nb.settle_deep),
-            SurfacePlaces(*last),
-            judge_limits_of(options),
-        )
+        deep_kernel, judging = straight(deep_nb.settle_deep), judge_limits_of(options)
 
         def settle_deep(some: IntArray, work: Work, left: IntArray) -> int:
-            deep = _memory.deep
-            given = tables, step, feet, some, limits, judging, work, deep, detected, left
-            return int(deep_kernel(*given))
+            of_step = tables, step, feet, some, limits, judging
+            return int(deep_kernel(*of_step, work, _memory.deep, detected, left))
 
         touching = _left(settle_deep, touching, DEEP, False)
     if len(free):

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from contiga.arrays.query_checks import NO_FEET
 from contiga.arrays.workspace import Workspace
-from contiga.contact.asked import Asked
+from contiga.contact.asked_records import Asked, JudgeLimits
 from contiga.contact.tracked import Options
 from contiga.records import (
     ByteArray,
@@ -22,6 +22,9 @@ from contiga.records import (
 from contiga.search.track.kernels.lanes_nb import RECORD
 from contiga.search.track.project import NOWHERE
 from contiga.search.track.track_records import Left, Path, room_for
+
+# Feet closer than this, relative to the body's size, are one.
+SAME_FOOT = 1e-9
 
 
 class Limits(NamedTuple):
@@ -40,6 +43,12 @@ class Limits(NamedTuple):
 def limits_of(options: Options) -> Limits:
     """Of the options of a contact."""
     return Limits(options.nearest, options.hold, options.band, options.far)
+
+
+def judge_limits_of(options: Options) -> JudgeLimits:
+    """Of the options of a contact."""
+    same_foot = SAME_FOOT * options.size
+    return JudgeLimits(options.penetration, options.nearest, options.band, options.depth, same_foot)
 
 
 class Work(NamedTuple):

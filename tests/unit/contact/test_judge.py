@@ -9,7 +9,7 @@ import pytest
 from tests.sample import FULL, few
 
 from contiga.contact import judge as judging
-from contiga.contact.asked import Asked, JudgeLimits
+from contiga.contact.asked_records import Asked, JudgeLimits
 from contiga.contact.judge import judge
 from contiga.contact.kernels import judge_nb
 from contiga.contact.loads import UNHELD

@@ -76,5 +76,5 @@ def test_rows_of_many_chunks_are_left_in_their_order() -> None:
         left[: len(odd)] = odd
         return len(odd)
 
-    left = usual._left(settle, rows, 1, False)
+    left = usual._left(settle, rows, 1000, False)
     np.testing.assert_array_equal(left, rows[rows % 7 == 3])

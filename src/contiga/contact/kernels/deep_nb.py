@@ -8,7 +8,7 @@ another wall than the nearest may hold.
 from __future__ import annotations
 
 from contiga.arrays.codes import MAX_ITERATIONS
-from contiga.contact.asked import Asked
+from contiga.contact.asked_records import Asked
 from contiga.contact.kernels.carrying_nb import at
 from contiga.contact.kernels.judge_nb import is_plain, take_nearest, write_plain
 from contiga.contact.kernels.settle_nb import KEEP, becomes, distance, take_foot

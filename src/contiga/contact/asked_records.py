@@ -7,11 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.contact.tracked import Options
 from contiga.records import ByteArray, FloatArray, IntArray, Projection
-
-# Feet closer than this, relative to the body's size, are one.
-SAME_FOOT = 1e-9
 
 
 class Asked(NamedTuple):
@@ -55,9 +51,3 @@ class JudgeLimits(NamedTuple):
     """Deepest penetration that a search by penetration takes for one, length."""
     same_foot: float
     """How far feet that are one may be apart, length."""
-
-
-def judge_limits_of(options: Options) -> JudgeLimits:
-    """Of the options of a contact."""
-    same_foot = SAME_FOOT * options.size
-    return JudgeLimits(options.penetration, options.nearest, options.band, options.depth, same_foot)
