@@ -14,7 +14,6 @@ from contiga.contact.kernels.judge_nb import is_plain, take_nearest, write_plain
 from contiga.contact.kernels.settle_nb import KEEP, becomes, distance, take_foot
 from contiga.contact.kernels.usual_nb import settled
 from contiga.jit import inner, kernel
-from contiga.records import Projection
 from contiga.search.closest.kernels.nearest_nb import project_proved
 
 
@@ -37,36 +36,21 @@ def _ask(asked, m, work, i, holds, j):
 
 
 @inner()
-def _feet(feet, m):
-    """The first m feet."""
-    return Projection(
-        feet.patch[:m],
-        feet.uv[:m],
-        feet.point[:m],
-        feet.normal[:m],
-        feet.gap[:m],
-        feet.feature[:m],
-        feet.status[:m],
-        feet.certified[:m],
-    )
-
-
-@inner()
 def _first(asked, m):
-    """The first m points that are asked for."""
+    """The first m points that are asked for: kernels go by `rows`."""
     return Asked(
         asked.rows[:m],
-        asked.was[:m],
-        asked.kept[:m],
-        asked.status[:m],
-        asked.side[:m],
-        asked.safe_distance[:m],
-        asked.within[:m],
-        asked.guard[:m],
-        asked.depth[:m],
-        asked.opposed[:m],
-        _feet(asked.feet, m),
-        _feet(asked.truth, m),
+        asked.was,
+        asked.kept,
+        asked.status,
+        asked.side,
+        asked.safe_distance,
+        asked.within,
+        asked.guard,
+        asked.depth,
+        asked.opposed,
+        asked.feet,
+        asked.truth,
     )
 
 
