@@ -25,8 +25,7 @@ def _ask(asked, m, work, i, holds, j):
     asked.safe_distance[m] = work.reach[i]
     asked.was[m], asked.kept[m] = True, work.mark[i] & KEEP > 0
     asked.status[m] = becomes(work.feet.status[i])
-    p = work.path.now
-    asked.within[m] = distance(work.feet, i, (p[i, 0], p[i, 1], p[i, 2]))
+    asked.within[m] = distance(work.feet, i, work.path.now[i])
     held = j < holds.rows.shape[0] and holds.rows[j] == work.rows[i]
     asked.depth[m] = holds.depth[j] if held else 0.0
     asked.opposed[m] = held and holds.opposed[j]
