@@ -67,7 +67,6 @@ def test_the_bits_are_those_of_the_stages(
             assert values.tobytes() == other.arrays[field].tobytes(), field
 
 
-@pytest.mark.interpreted
 def test_of_contacts_that_keep_their_walls_none_is_asked_for(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
