@@ -30,7 +30,7 @@ Settle = Callable[[IntArray, Work, IntArray], int]
 
 
 class ThreadMemory(threading.local):
-    """Memory for rows whose feet are certified or not, kept by the thread."""
+    """Memory for rows whose feet are certified or not, and for deep ones, kept by the thread."""
 
     def __init__(self) -> None:
         self._work: dict[bool, Work] = {}

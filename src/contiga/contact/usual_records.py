@@ -109,7 +109,7 @@ class DeepRows(NamedTuple):
     which: IntArray
     """0 to n − 1."""
     place: IntArray
-    """Where rows that are left stand among those asked for."""
+    """Where rows that are left stand among those asked for, −1 where they do not."""
 
     @classmethod
     def of(cls, n: int) -> DeepRows:
