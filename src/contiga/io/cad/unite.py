@@ -15,8 +15,9 @@ import numpy as np
 
 from contiga.errors import FileError
 from contiga.io.cad.occ_parts import Piece, compound_of
+from contiga.io.cad.occ_solids import volume_of
 from contiga.io.cad.parts import Solids
-from contiga.io.cad.sew import COINCIDENT, FINEST, subshapes, volume_of
+from contiga.io.cad.sew import COINCIDENT, FINEST, box_of, subshapes
 from contiga.records import FloatArray
 
 SAMPLES = 64
@@ -82,7 +83,7 @@ def placed_of(
         if piece.kind == "solid" and rows[k] and len(rows[k]) == len(piece.faces)
     ]
     only = len(whole) == sum(map(bool, rows))
-    boxes = {k: _box(pieces[k].shape) for k in whole if len(whole) > 1}
+    boxes = {k: box_of(pieces[k].shape) for k in whole if len(whole) > 1}
     within = max(FINEST, min(accuracy, COINCIDENT * _diagonal(boxes)))
     groups = groups_near(boxes, within)
     meetings = [Meeting(tuple(sorted(some)), between(boxes, some)) for some in groups]
@@ -286,17 +287,6 @@ def between(boxes: Mapping[int, FloatArray], group: Sequence[int]) -> tuple[floa
     return x, y, z
 
 
-def _box(shape: Any) -> FloatArray:
-    """(2, 3) corners of the box of a shape."""
-    from OCP.Bnd import Bnd_Box
-    from OCP.BRepBndLib import BRepBndLib
-
-    box = Bnd_Box()
-    BRepBndLib.Add_s(shape, box)
-    low, high = box.CornerMin(), box.CornerMax()
-    return np.array([[p.X(), p.Y(), p.Z()] for p in (low, high)])
-
-
 def middle(edge: Any) -> tuple[float, float, float]:
     """The middle of an edge."""
     from OCP.BRepAdaptor import BRepAdaptor_Curve
@@ -315,7 +305,7 @@ def inside(shapes: Sequence[Any], points: FloatArray) -> FloatArray:
 
     inner = np.zeros(len(points))
     for shape in shapes:
-        low, high = _box(shape)
+        low, high = box_of(shape)
         classifier = BRepClass3d_SolidClassifier(shape)
         for k in np.flatnonzero(((low <= points) & (points <= high)).all(axis=1) & (inner != 1.0)):
             classifier.Perform(gp_Pnt(*points[k].tolist()), FINEST)
