@@ -27,6 +27,8 @@ from contiga.records import FloatArray
 MONOMIAL_DEGREE = 5
 # They lose digits too where weights of one element differ by more than this factor.
 MONOMIAL_WEIGHTS = 1e3
+# Sides shorter than this share of their element are a pole.
+POLE = 1e-12
 # Rounding of each of the steps in which a point is evaluated.
 ROUNDING = 2.0 * float(np.finfo(float).eps)
 
@@ -90,15 +92,16 @@ def _extracted(patch: NurbsSurface) -> bezier.BezierGrid:
 
 
 def _poles(coefs: FloatArray) -> NDArray[np.bool_]:
-    """(…, 4) the sides of elements whose control points are one point, to rounding.
+    """(…, 4) the sides of elements whose control points are one point, to what a foot is exact to.
 
     A side that is merely short stays what it is in the file.
     """
     p, q = coefs.shape[-3] - 1, coefs.shape[-2] - 1
     points = coefs[..., :3] / coefs[..., 3:]
     rounding = ROUNDING * (p + q + 2) * np.abs(points).max(axis=(-3, -2, -1))
+    near = np.maximum(rounding, POLE * np.ptp(points, axis=(-3, -2)).max(axis=-1))
     sides = points[..., 0, :, :], points[..., -1, :, :], points[..., 0, :], points[..., -1, :]
-    return np.stack([np.ptp(side, axis=-2).max(axis=-1) <= rounding for side in sides], axis=-1)
+    return np.stack([np.ptp(side, axis=-2).max(axis=-1) <= near for side in sides], axis=-1)
 
 
 def _fill(rows: Records, coefs: FloatArray, used: int) -> list[FloatArray]:
