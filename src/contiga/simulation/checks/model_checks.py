@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+from contiga.simulation.checks.coarse_checks import check_coarse
 from contiga.simulation.checks.depth_checks import check_depth
 from contiga.simulation.checks.facing import check_facing
 from contiga.simulation.checks.finding import Finding
@@ -28,6 +29,7 @@ _CHECKS: tuple[Callable[[Scene], Iterator[Finding]], ...] = (
     check_motion,
     check_facing,
     check_depth,
+    check_coarse,
     check_laws,
     check_masses,
     check_matter,

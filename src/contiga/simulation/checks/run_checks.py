@@ -22,6 +22,7 @@ from contiga.simulation.checks.turned import ran_from_behind
 from contiga.simulation.checks.wall_checks import jump_columns, jumped
 from contiga.simulation.model import Model, column_prefixes
 from contiga.simulation.system_state import SystemState
+from contiga.slaves.skin import facet_width
 
 Columns = Mapping[str, FloatArray]
 # Facets across a region of contact below which its forces depend on where the nodes happen to lie.
@@ -30,6 +31,8 @@ _ACROSS = 2.0
 _DAMPED = 0.75
 # Of the greatest penetration: what points that are let go have left of it at most.
 _DEEP = 0.4
+# Times the longest step further in: how deep what was let in is at first.
+_STEPS = 2.0
 # Of the points in contact at most: the last so many may leave as they like.
 _LAST = 0.1
 # Of a distance that is told: by how much another point may be nearer.
@@ -137,6 +140,27 @@ def _fast(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator
     )
 
 
+def _sudden(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
+    """Contacts that begin with points deeper than a facet is wide: these had let the body in."""
+    touched = np.flatnonzero(own["n_contact"] > 0)
+    if pair.slave.facets is None or len(touched) == 0 or touched[0] == 0:
+        return
+    first = int(touched[0])
+    deep, width = own["max_penetration"], facet_width(pair.slave.points, pair.slave.facets)
+    further = np.diff(deep[first:]).max(initial=0.0)
+    if deep[first] > max(width, _STEPS * further):
+        yield Finding(
+            "coarse",
+            pair.where,
+            f"contact begins at t = {scene.said(float(own['time'][first]), 'time')} with points "
+            f"{scene.said(float(deep[first]))} deep, and facets of {pair.part.slave} are "
+            f"{scene.said(width)} wide: too coarse, they let {pair.part.master} in before a point "
+            "of theirs was touched",
+            "Take a finer mesh there, or quadrature = 6, which puts points of contact on facets; "
+            "where one step went so far, shorter steps",
+        )
+
+
 def _damped(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
     """Damping that does most of the work of a contact."""
     parts = [own[f"energy_{name}"] for name in ("stored", "damping", "hysteresis", "friction")]
@@ -199,6 +223,7 @@ _CHECKS: tuple[Callable[[Scene, Pair, Columns, SystemState], Iterator[Finding]],
     _behind,
     _deep,
     _fast,
+    _sudden,
     _damped,
     _let_go,
     jumped,

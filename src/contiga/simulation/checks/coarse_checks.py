@@ -1,0 +1,176 @@
+"""Checks of facets that are too large for what meets them: a body goes in between their points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.arrays.ordered import row_lengths
+from contiga.contact.contact import Contact
+from contiga.laws.normal import PenaltyLaw
+from contiga.masters.nearness import lower_bounds
+from contiga.records import FloatArray, IndexArray
+from contiga.rigid.frames import to_body, to_world
+from contiga.simulation.checks.finding import Finding
+from contiga.simulation.checks.scene import Pair, Scene
+from contiga.slaves.sampling import RULES
+from contiga.slaves.slave import Slave
+
+# Facets that are looked at, those that the body comes near to first, and parts of their sides.
+_FACETS = 200
+_PARTS = 6
+# Of the longest side of a facet: how far a body may go through it before a point of it is touched.
+# A ball that is as large as the gaps between the nodes of squares goes no farther, a corner of a
+# cube no farther between three points a facet.
+_THROUGH = 0.5
+_COVER = {"nodes": 0.71, 1: 0.53, 3: 0.37, 6: 0.27, 12: 0.23}
+"""Radius of the largest circle without a point of contact on a plane of halved squares, as a share
+of the squares' side."""
+
+
+class _Missed(NamedTuple):
+    """Where a body goes through a facet before a point of contact around it is touched."""
+
+    way: float
+    """How far, along the normal of the facet."""
+    time: float
+    """When that begins."""
+    side: float
+    """The longest one of the facet."""
+    deepest: float
+    """How far a point of the facet lies inside: half of what is as wide as the body there."""
+
+
+def check_coarse(scene: Scene) -> Iterator[Finding]:
+    """Bodies that are thinner than the facets of a slave, and go in between its points."""
+    for pair in scene.pairs:
+        missed = _missed(pair)
+        if missed is None or missed.way <= _THROUGH * missed.side:
+            continue
+        said, now = scene.said, _COVER[pair.contact.quadrature]
+        smaller = said(min(missed.deepest / now, 0.5 * missed.side))
+        finer = [k for k in RULES if missed.deepest / missed.side > _COVER[k] < now]
+        rule = f", or quadrature = {finer[0]}, which puts points on them" if finer else ""
+        yield Finding(
+            "coarse",
+            pair.where,
+            f"{pair.part.master} goes {said(missed.way)} through a facet of {pair.part.slave} with "
+            f"a side of {said(missed.side)}, from t = {said(missed.time, 'time')} on, before one "
+            f"of its points of contact is touched: it is some {said(2.0 * missed.deepest)} wide "
+            "there",
+            f"Take facets of {smaller} there{rule}",
+        )
+
+
+def _missed(pair: Pair) -> _Missed | None:
+    """The facet that the body goes farthest through; None where it goes through none."""
+    times = pair.approach
+    near, since = _near(pair, times)
+    times = times[since:]
+    if len(times) < 2 or len(near) == 0:
+        return None
+    corners = np.asarray(pair.slave.facets)[near]
+    own = np.eye(3) if pair.contact.quadrature == "nodes" else RULES[pair.contact.quadrature].shape
+    shape = np.concatenate([own, _lattice(_PARTS)])
+    inside, depth = _followed(pair, times, corners, shape)
+    first_own = _first(inside[:, :, : len(own)].any(axis=2))
+    around = np.full(len(pair.slave), len(times))
+    np.minimum.at(around, corners, first_own[:, None])
+    until = around[corners].min(axis=1) - 1  # the last standing without a touch around it
+    begin = _first(inside[:, :, len(own) :].any(axis=2))
+    rows = np.flatnonzero(begin < until)
+    found = [
+        _Missed(
+            _way(pair, corners[k], (times[begin[k]], times[until[k]])),
+            float(times[begin[k]]),
+            _side(pair.slave.points[corners[k]]),
+            float(depth[: until[k] + 1, k].max()),
+        )
+        for k in rows.tolist()
+    ]
+    return max(found, key=lambda one: one.way / one.side, default=None)
+
+
+def _near(pair: Pair, times: FloatArray) -> tuple[IndexArray, int]:
+    """Facets that the body comes so near to that it may touch them, the first ones, and the number
+    of the last time before that."""
+    slave, surface = pair.slave, pair.body.surface
+    near: dict[int, None] = {}
+    if slave.facets is None:
+        return np.zeros(0, np.intp), 0
+    whole = np.flatnonzero(slave.active[slave.facets].all(axis=1))
+    since = 0
+    for k, time in enumerate(times.tolist()):
+        points, X_WB = pair.standing(time)
+        corners = to_body(X_WB, points)[slave.facets[whole]]
+        middle = np.ascontiguousarray(corners.mean(axis=1))
+        radius = row_lengths((corners - middle[:, None]).reshape(-1, 3)).reshape(-1, 3).max(axis=1)
+        low, high = pair.body.bounds()
+        boxed = ((middle >= low - radius[:, None]) & (middle <= high + radius[:, None])).all(axis=1)
+        rows = np.flatnonzero(boxed & np.isfinite(middle).all(axis=1)).astype(np.int32)
+        bounds = lower_bounds(surface, middle, rows, None)[rows]
+        since = since if near else max(k - 1, 0)
+        near |= dict.fromkeys(whole[rows[bounds <= radius[rows]]].tolist())
+        if len(near) >= _FACETS:
+            break
+    return np.array(list(near)[:_FACETS], np.intp), since
+
+
+def _lattice(parts: int) -> FloatArray:
+    """(k, 3) barycentric coordinates of a lattice, corners left out."""
+    steps = np.arange(parts + 1)
+    i, j = (each.ravel() for each in np.meshgrid(steps, steps))
+    rows = np.stack([i, j, parts - i - j], axis=1) / parts
+    return rows[(rows[:, 2] >= 0.0) & (rows.max(axis=1) < 1.0)]
+
+
+def _followed(
+    pair: Pair, times: FloatArray, corners: IndexArray, shape: FloatArray
+) -> tuple[NDArray[np.bool_], FloatArray]:
+    """Which points of facets are in contact at times (t, f, k), and how deep the deepest of each
+    facet lies (t, f), by the contact's own search."""
+    contact, n = pair.contact, len(corners) * len(shape)
+
+    def placed(points: FloatArray) -> FloatArray:
+        return np.asarray(np.einsum("kc,fc...->fk...", shape, points[corners]).reshape(n, -1))
+
+    standing = [pair.standing(time) for time in times.tolist()]
+    half = contact.half_thickness
+    probe = Contact(
+        pair.body,
+        Slave(placed(standing[0][0]), area=np.ones(n)),
+        law=PenaltyLaw(1.0),
+        search=contact.search,
+        foot=contact.foot,
+        shell_thickness=None if half is None else 2.0 * placed(half[: len(pair.slave)]).ravel(),
+    )
+    inside = np.zeros((len(times), n), np.bool_)
+    depth = np.zeros((len(times), n))
+    runs = probe.dry_run(((placed(points), X_WB) for points, X_WB in standing), most=n)
+    for k, seen in enumerate(runs):
+        inside[k, seen.rows], depth[k, seen.rows] = True, seen.penetration
+    rows = len(times), len(corners), len(shape)
+    return inside.reshape(rows), depth.reshape(rows).max(axis=2)
+
+
+def _first(inside: NDArray[np.bool_]) -> IndexArray:
+    """(f,) number of the first standing at which something is inside (t, f); as many as there are
+    where that never comes."""
+    return np.where(inside.any(axis=0), inside.argmax(axis=0), len(inside))
+
+
+def _way(pair: Pair, corners: IndexArray, span: tuple[float, float]) -> float:
+    """How far the body goes along the normal of a facet from one time to another."""
+    (before, X), (after, Y) = (pair.standing(time) for time in span)
+    facet = before[corners]
+    normal = np.cross(facet[1] - facet[0], facet[2] - facet[0])
+    carried = to_world(Y, to_body(X, facet)) - after[corners]
+    return float(np.abs(carried.mean(axis=0) @ normal) / np.sqrt(normal @ normal))
+
+
+def _side(facet: FloatArray) -> float:
+    """The longest side of a facet."""
+    return float(row_lengths(facet - np.roll(facet, 1, axis=0)).max())
