@@ -149,3 +149,28 @@ def test_facets_are_fine_enough_for_what_finds_their_points(body, quadrature, si
         step=0.01,
     )
     assert "coarse" not in [one.rule for one in simulation.check()]
+
+
+@pytest.mark.parametrize("way", ["rolls", "hops"])
+def test_a_wheel_between_points_does_not_go_through(way: str) -> None:
+    """It turns on a facet between its nodes, or dips in there and goes up again."""
+    sheet = mesh("triangle", 2, 1000.0)  # facets of 20
+    centre = (10.0, 10.0, 30.1)
+    wheel = cg.shapes.sphere(radius=30.0, centre=centre)
+    down = cg.motion.Translate([[0, 0, 0, 0], [1, 0, 0, -2.0], [3, 0, 0, 60.0]])
+    if way == "rolls":
+        down = cg.motion.Translate([[0, 0, 0, 0], [1, 0, 0, -2.0], [3, 0, 0, -2.0]])
+        times = np.linspace(0.0, 3.0, 61)
+        turned = [cg.motion.pose.rotation("y", 2.0 * t, centre) for t in times]
+        down = cg.motion.Poses(
+            times, [down.pose(t) @ X for t, X in zip(times, turned, strict=True)]
+        )
+    body = cg.Body([wheel])
+    simulation = cg.Simulation(
+        bodies={"wheel": (body, down)},
+        slaves={"sheet": sheet},
+        contacts=[cg.Contact(body, sheet, law=cg.PenaltyLaw(0.01, per_area=True))],
+        end=3.0,
+        step=0.01,
+    )
+    assert "coarse" not in [one.rule for one in simulation.check()]

@@ -8,12 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.arrays.ordered import row_lengths
+from contiga.arrays.ordered import length, row_lengths
 from contiga.contact.contact import Contact
+from contiga.contact.dry_run import spread
 from contiga.laws.normal import PenaltyLaw
 from contiga.masters.nearness import lower_bounds
 from contiga.records import FloatArray, IndexArray
-from contiga.rigid.frames import to_body, to_world
+from contiga.rigid.frames import to_body
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Pair, Scene
 from contiga.slaves.sampling import RULES
@@ -22,9 +23,11 @@ from contiga.slaves.slave import Slave
 # Facets that are looked at, those that the body comes near to first, and parts of their sides.
 _FACETS = 200
 _PARTS = 6
-# Of the longest side of a facet: how far a body may go through it before a point of it is touched.
-# A ball that is as large as the gaps between the nodes of squares goes no farther, a corner of a
-# cube no farther between three points a facet.
+# Standings at which it is looked how far the body reaches through a facet.
+_LOOKS = 5
+# Of the longest side of a facet: how far a body may reach through before a point is touched. A ball
+# that is as large as the gaps between the nodes of squares goes no farther, a corner of a cube no
+# farther between three points a facet.
 _THROUGH = 0.5
 _COVER = {"nodes": 0.71, 1: 0.53, 3: 0.37, 6: 0.27, 12: 0.23}
 """Radius of the largest circle without a point of contact on a plane of halved squares, as a share
@@ -34,7 +37,7 @@ of the squares' side."""
 class _Missed(NamedTuple):
     """Where a body goes through a facet before a point of contact around it is touched."""
 
-    way: float
+    reach: float
     """How far, along the normal of the facet."""
     time: float
     """When that begins."""
@@ -48,7 +51,7 @@ def check_coarse(scene: Scene) -> Iterator[Finding]:
     """Bodies that are thinner than the facets of a slave, and go in between its points."""
     for pair in scene.pairs:
         missed = _missed(pair)
-        if missed is None or missed.way <= _THROUGH * missed.side:
+        if missed is None or missed.reach <= _THROUGH * missed.side:
             continue
         said, now = scene.said, _COVER[pair.contact.quadrature]
         smaller = said(min(missed.deepest / now, 0.5 * missed.side))
@@ -57,10 +60,10 @@ def check_coarse(scene: Scene) -> Iterator[Finding]:
         yield Finding(
             "coarse",
             pair.where,
-            f"{pair.part.master} goes {said(missed.way)} through a facet of {pair.part.slave} with "
-            f"a side of {said(missed.side)}, from t = {said(missed.time, 'time')} on, before one "
-            f"of its points of contact is touched: it is some {said(2.0 * missed.deepest)} wide "
-            "there",
+            f"{pair.part.master} reaches {said(missed.reach)} through a facet of "
+            f"{pair.part.slave} with a side of {said(missed.side)}, from "
+            f"t = {said(missed.time, 'time')} on, before one of its points of contact "
+            f"is touched: it is some {said(2.0 * missed.deepest)} wide there",
             f"Take facets of {smaller} there{rule}",
         )
 
@@ -73,25 +76,30 @@ def _missed(pair: Pair) -> _Missed | None:
     if len(times) < 2 or len(near) == 0:
         return None
     corners = np.asarray(pair.slave.facets)[near]
-    own = np.eye(3) if pair.contact.quadrature == "nodes" else RULES[pair.contact.quadrature].shape
+    quadrature = pair.contact.quadrature
+    own = np.eye(3) if quadrature == "nodes" else RULES[int(quadrature)].shape
     shape = np.concatenate([own, _lattice(_PARTS)])
     inside, depth = _followed(pair, times, corners, shape)
-    first_own = _first(inside[:, :, : len(own)].any(axis=2))
+    begin, own_touched = (_first(part) for part in np.split(inside, [len(own)], axis=2)[::-1])
     around = np.full(len(pair.slave), len(times))
-    np.minimum.at(around, corners, first_own[:, None])
-    until = around[corners].min(axis=1) - 1  # the last standing without a touch around it
-    begin = _first(inside[:, :, len(own) :].any(axis=2))
-    rows = np.flatnonzero(begin < until)
-    found = [
-        _Missed(
-            _way(pair, corners[k], (times[begin[k]], times[until[k]])),
-            float(times[begin[k]]),
-            _side(pair.slave.points[corners[k]]),
-            float(depth[: until[k] + 1, k].max()),
-        )
-        for k in rows.tolist()
-    ]
-    return max(found, key=lambda one: one.way / one.side, default=None)
+    np.minimum.at(around, corners, own_touched[:, None])
+    until = around[corners].min(axis=1)  # the first standing at which a point around it is touched
+    found = []
+    for k in np.flatnonzero(begin < until).tolist():
+        out = np.flatnonzero(~inside[begin[k] : until[k], k].any(axis=1))
+        span = np.arange(begin[k], begin[k] + out[0] if len(out) else until[k])
+        looks = [
+            _ends(pair, float(times[i]), shape[inside[i, k]], corners[k])
+            for i in spread(span, _LOOKS).tolist()
+        ]
+        farthest = np.array([ends.max(axis=1) for ends in looks])
+        # Once it is in, that end of the body is the nearer one that has come through.
+        first = int(np.argmax(farthest.min(axis=1) > 0.0))
+        reach = float(farthest[:, np.argmin(farthest[first])].max())
+        longest = _side(pair.slave.points[corners[k]])
+        deepest = float(depth[span, k].max())
+        found.append(_Missed(reach, float(times[begin[k]]), longest, deepest))
+    return max(found, key=lambda one: one.reach / one.side, default=None)
 
 
 def _near(pair: Pair, times: FloatArray) -> tuple[IndexArray, int]:
@@ -157,18 +165,25 @@ def _followed(
 
 
 def _first(inside: NDArray[np.bool_]) -> IndexArray:
-    """(f,) number of the first standing at which something is inside (t, f); as many as there are
-    where that never comes."""
-    return np.where(inside.any(axis=0), inside.argmax(axis=0), len(inside))
+    """(f,) number of the first standing at which a point of a facet is inside (t, f, k); as many as
+    there are where that never comes."""
+    any_of = np.asarray(inside.any(axis=2))
+    return np.where(any_of.any(axis=0), any_of.argmax(axis=0), len(any_of))
 
 
-def _way(pair: Pair, corners: IndexArray, span: tuple[float, float]) -> float:
-    """How far the body goes along the normal of a facet from one time to another."""
-    (before, X), (after, Y) = (pair.standing(time) for time in span)
-    facet = before[corners]
+def _ends(pair: Pair, time: float, shape: FloatArray, corners: IndexArray) -> FloatArray:
+    """(2, k) how far the body goes on from points of a facet (k, 3), which are in contact, along
+    its normal and against it."""
+    points, X_WB = pair.standing(time)
+    facet = to_body(X_WB, points[corners])
     normal = np.cross(facet[1] - facet[0], facet[2] - facet[0])
-    carried = to_world(Y, to_body(X, facet)) - after[corners]
-    return float(np.abs(carried.mean(axis=0) @ normal) / np.sqrt(normal @ normal))
+    way = 2.0 * pair.body.size * normal / np.sqrt(normal @ normal)
+    p_B, ends = np.ascontiguousarray(shape @ facet), []
+    rows = np.arange(len(p_B), dtype=np.int32)
+    for off in (way, -way):
+        hit, sense = pair.body.surface.last_crossings(p_B + off, p_B, rows)
+        ends.append(length(way) * np.where(sense != 0, 1.0 - hit.fraction, 1.0))
+    return np.array(ends)
 
 
 def _side(facet: FloatArray) -> float:

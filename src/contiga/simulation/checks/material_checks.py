@@ -159,8 +159,10 @@ def _filter(where: str, what: str, part: Part, span: float, said: Said) -> Itera
 def _locking(where: str, what: str, part: Part) -> Iterator[Finding]:
     """Tetrahedra that cannot keep their volumes and give way."""
     material = part.material
-    locks = isinstance(material, Elastic | NeoHooke) and material.poisson >= _LOCKS
-    if part.kind != "tet4" or not locks or getattr(material, "volume", "") == "nodes":
+    if part.kind != "tet4" or not isinstance(material, Elastic | NeoHooke):
+        return
+    averaged = isinstance(material, NeoHooke) and material.volume == "nodes"
+    if averaged or material.poisson < _LOCKS:
         return
     yield Finding(
         "locking",

@@ -33,7 +33,7 @@ def _torn(where: str, points: FloatArray, nodes: DeformingNodes) -> Iterator[Fin
     if piece.max() == 0:
         return
     first, second = _at_one_place(points, nodes.parts)
-    led = nodes.held.all(axis=1)  # by something else than forces
+    led = np.asarray(nodes.held.all(axis=1))  # by something else than forces
     apart = (piece[first] != piece[second]) & ~(led[first] & led[second])
     first, second = first[apart], second[apart]
     both = np.sort(np.stack([piece[first], piece[second]], axis=1), axis=1)
@@ -60,7 +60,8 @@ def _pieces(n: int, parts: Sequence[Part]) -> tuple[IndexArray, IndexArray]:
         )
         for part in parts
     ]
-    piece = np.asarray(groups_of(*np.concatenate(ways).T.astype(np.int64), n))
+    first, second = np.concatenate(ways).T.astype(np.int64)
+    piece = np.asarray(groups_of(first, second, n))
     dimension = np.full(piece.max() + 1, 3)
     for part in parts:
         np.minimum.at(dimension, piece[part.elements[:, 0]], DIMENSION[part.kind])
