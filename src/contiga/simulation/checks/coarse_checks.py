@@ -110,21 +110,28 @@ def _near(pair: Pair, times: FloatArray) -> tuple[IndexArray, int]:
     if slave.facets is None:
         return np.zeros(0, np.intp), 0
     whole = np.flatnonzero(slave.active[slave.facets].all(axis=1))
+    low, high = pair.body.bounds()
+    longest = float(_radii(slave.points[slave.facets[whole]]).max(initial=0.0))
     since = 0
     for k, time in enumerate(times.tolist()):
         points, X_WB = pair.standing(time)
-        corners = to_body(X_WB, points)[slave.facets[whole]]
-        middle = np.ascontiguousarray(corners.mean(axis=1))
-        radius = row_lengths((corners - middle[:, None]).reshape(-1, 3)).reshape(-1, 3).max(axis=1)
-        low, high = pair.body.bounds()
-        boxed = ((middle >= low - radius[:, None]) & (middle <= high + radius[:, None])).all(axis=1)
-        rows = np.flatnonzero(boxed & np.isfinite(middle).all(axis=1)).astype(np.int32)
-        bounds = lower_bounds(surface, middle, rows, None)[rows]
+        p_B = to_body(X_WB, points)
+        boxed = ((p_B >= low - 2.0 * longest) & (p_B <= high + 2.0 * longest)).all(axis=1)
+        some = whole[boxed[slave.facets[whole]].any(axis=1)]
+        corners = p_B[slave.facets[some]]
+        middle, radius = np.ascontiguousarray(corners.mean(axis=1)), _radii(corners)
+        bounds = lower_bounds(surface, middle, np.arange(len(some), dtype=np.int32), None)
         since = since if near else max(k - 1, 0)
-        near |= dict.fromkeys(whole[rows[bounds <= radius[rows]]].tolist())
+        near |= dict.fromkeys(some[bounds <= radius].tolist())
         if len(near) >= _FACETS:
             break
     return np.array(list(near)[:_FACETS], np.intp), since
+
+
+def _radii(corners: FloatArray) -> FloatArray:
+    """(f,) from the middles of facets (f, 3, 3) to their farthest corners."""
+    off = corners - corners.mean(axis=1, keepdims=True)
+    return np.asarray(row_lengths(off.reshape(-1, 3)).reshape(-1, 3).max(axis=1))
 
 
 def _lattice(parts: int) -> FloatArray:

@@ -37,14 +37,14 @@ def check_matter_ran(
 def _beyond(name: str, nodes: DeformingNodes, last: SystemState) -> Iterator[Finding]:
     """The largest strain of each part, by the table that it is farthest beyond."""
     reached = nodes.reached(last.slaves[name])
-    for part in nodes.parts:
-        own = [one for one in reached if one.part == part.name]
+    for part in dict.fromkeys(part.name for part in nodes.parts):
+        own = [one for one in reached if one.part == part]
         worst = max(own, key=lambda one: one.strain / one.end, default=None)
         if worst is not None and worst.strain > (1.0 + _PAST) * worst.end:
             yield Finding(
                 "table",
                 f"slave {name}",
-                f"the {worst.what} of {elements_of(part.name, nodes.parts)} reaches "
+                f"the {worst.what} of {elements_of(part, nodes.parts)} reaches "
                 f"{worst.strain:.3g}, and its table ends at {worst.end:.3g}: beyond that it is "
                 f"{BEYOND['linear']}",
                 "Let the table go as far as the matter does",
