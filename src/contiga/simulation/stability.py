@@ -46,11 +46,12 @@ def check_stable(model: Model, state: SystemState) -> None:
         raise RunError(
             f"t = {state.time:g}: slave {name!r} is unstable: {gained:.4g} of energy came from "
             f"nothing, and {came:.4g} from outside. Node {node} at ({place}) goes at "
-            f"{speeds[node]:.4g}. {_remedy(model, state, name)}"
+            f"{speeds[node]:.4g}. {remedy(model, state, name)}"
         )
 
 
-def _remedy(model: Model, state: SystemState, slave: str) -> str:
+def remedy(model: Model, state: SystemState, slave: str) -> str:
+    """What to do about a slave that is unstable."""
     critical = limit_of(model, state).critical
     if state.step > critical:
         return f'Take steps below {0.9 * critical:.3g}, or step = "auto"'
