@@ -13,6 +13,22 @@ SOLIDS = ("tet4", "hex8")
 NONE = np.zeros(0)
 
 
+class Reach(NamedTuple):
+    """A table of a material, and where elements remember the largest strain it was asked for."""
+
+    what: str
+    """Its strain, in words."""
+    end: float
+    """Strain of its last row."""
+    column: int
+    """Of what an element remembers."""
+
+    @classmethod
+    def of(cls, what: str, table: FloatArray, column: int) -> tuple[Reach, ...]:
+        """Of a table (n, 2); none of a straight line, which is the same beyond its rows."""
+        return () if len(table) == 2 else (cls(what, float(table[-1, 0]), column),)
+
+
 class Coefficients(NamedTuple):
     """A material as kernels take it."""
 
@@ -31,6 +47,8 @@ class Coefficients(NamedTuple):
     asks_rates: bool = False
     averaged: float = 0.0
     """λ of what is averaged at nodes."""
+    reaches: tuple[Reach, ...] = ()
+    """Its tables."""
 
 
 class Material(Protocol):
