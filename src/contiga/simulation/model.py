@@ -78,6 +78,8 @@ class OutputOptions(NamedTuple):
     """What fields have of the inside of slaves that deform."""
     cells: bool = False
     """Whether facets have it, too, as it is in the elements behind them: not the means at nodes."""
+    interval: float | None = None
+    """Time from one set of fields to the next, in place of `every`."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
