@@ -117,12 +117,11 @@ def _owners(pair: _Pair, parts: DeckParts) -> list[int]:
 def _pairs(model: DeckModel, parts: DeckParts) -> list[_Pair]:
     pairs: list[_Pair] = []
     for contact in model.contacts:
-        sides = [_members(side, model, parts) for side in contact.sides]
-        contacts = list(_of_contact(contact, sides, parts))
+        why = next(filter(None, (_no_side(side, model) for side in contact.sides)), "")
+        sides = [] if why else [_members(side, model, parts) for side in contact.sides]
+        contacts = [] if why else list(_of_contact(contact, sides, parts))
         if not contacts:
-            said = next(filter(None, (_no_side(side, model) for side in contact.sides)), "")
-            why = said or "no rigid part on either side, or sides that are not understood"
-            model.drop(contact.block, why)
+            model.drop(contact.block, why or "no rigid part on either side")
         pairs += contacts
     return pairs
 
@@ -132,9 +131,11 @@ def _no_side(side: tuple[int, int], model: DeckModel) -> str:
     kind, number = side
     if kind == _NODES:
         return model.no_set("NODE", number)
+    if kind in (3, 5) or number == 0:
+        return ""
     if kind in (2, 6):
         return model.no_set("PART", number)
-    return "" if kind in (3, 5) or number == 0 else f"SSTYP {kind}, a side of segments or elements"
+    return f"SSTYP {kind}, a side of segments or elements"
 
 
 def _members(side: tuple[int, int], model: DeckModel, parts: DeckParts) -> list[int] | None:

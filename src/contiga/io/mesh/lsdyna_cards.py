@@ -181,7 +181,14 @@ class Row(NamedTuple):
 
     def whole(self, name: str) -> int:
         """A field as a whole number; blank and 0 are its default, or 0."""
-        text = self.text(name) or "0"
+        return self._as_whole(self.text(name) or "0") or int(self._default(name))
+
+    def peek(self, name: str) -> int:
+        """The same of a field that says which cards follow, and does not count as read by that."""
+        text = self.texts[self.layout.places[name]]
+        return self._as_whole(text or "0") or int(self._default(name))
+
+    def _as_whole(self, text: str) -> int:
         try:
             value = int(text)
         except ValueError:
@@ -193,7 +200,7 @@ class Row(NamedTuple):
                 found=text,
                 allowed=f"a whole number of at most {LARGEST}",
             )
-        return value or int(self._default(name))
+        return value
 
     def real(self, name: str) -> float:
         """A field as a number, in any way Fortran writes it; blank and 0 are its default, or 0."""
@@ -286,6 +293,6 @@ def unread_fields(block: Block) -> Iterator[tuple[str, str]]:
 def _is_default(field: Unread) -> bool:
     try:
         value = fortran_number(field.text)
-    except ValueError:
+        return value in (0.0, float(field.default or 0.0))
+    except ValueError:  # one of both is a word
         return field.text.upper() == field.default.upper()
-    return value == 0.0 or (field.default != "" and value == float(field.default))

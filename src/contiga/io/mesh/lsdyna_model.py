@@ -329,6 +329,8 @@ def _of_all(block: Block, model: DeckModel) -> None:
     if exempt:
         model.leave(block, f"all but set of nodes {exempt}, NSIDEX: these, too")
     replaced = [0] * (over < 0) if over <= 0 else model.part_sets.get(over, [])
+    if over > 0 and (why := model.no_set("PART", over)):
+        model.leave(block, f"{why}, IRIGID")
     _start(model, 0, Start(rates.reals(_RATES), tuple(replaced), block))
 
 

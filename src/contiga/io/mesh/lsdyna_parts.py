@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.io.mesh.lsdyna_cards import Block, Leave, Row, layout, leaving_parameters, row_of
+from contiga.io.mesh.lsdyna_cards import Block, Card, Leave, Row, layout, leaving_parameters, row_of
 from contiga.records import FloatArray
 
 _PART = layout("PID SECID MID EOSID HGID GRAV ADPOPT TMID")
@@ -120,10 +120,10 @@ def _read_part(block: Block, parts: Parts) -> None:
             extra = list(islice(cards, len(layouts)))
             rows = [row_of(one, block, fields) for one, fields in zip(extra, layouts, strict=False)]
             if option == "INERTIA" and rows:
-                # IRCS = 1: one more card, with the axes, follows.
-                local = next(cards, None) if rows[0].whole("IRCS") == 1 else None
+                # Of a tensor in axes of its own one more card, with these, follows.
+                local = [next(cards, Card("", 0))] if rows[0].whole("IRCS") else []
                 if len(rows) == len(layouts):
-                    axes = None if local is None else row_of(local, block, _AXES)
+                    axes = next((row_of(one, block, _AXES) for one in local), None)
                     parts.inertia[number] = _inertia(rows, axes, block)
         parts.materials[number] = material
         parts.titles[number] = heading.text.strip()
@@ -178,14 +178,15 @@ def _read_section(block: Block, parts: Parts) -> None:
         if first is None or second is None:
             return
         head, values = row_of(first, block, _SHELL), row_of(second, block, _THICKNESS)
-        number, layers = head.wholes("SECID NIP")
+        number = head.whole("SECID")
         thickness = values.reals("T1 T2 T3 T4")
         t1, t2, t3, t4 = (value if value > 0.0 else thickness[0] for value in thickness)
         parts.thickness[number] = (t1, t2, t3, t4)
         parts.added[number] = values.real("MAREA")
-        if head.whole("ICOMP") == 1:
+        if head.peek("ICOMP") == 1:
             # No more cards than there are, however many layers the card claims.
-            for card in islice(cards, -(-max(layers, 2) // len(_ANGLES.fields))):
+            layers = max(head.peek("NIP"), 2)
+            for card in islice(cards, -(-layers // len(_ANGLES.fields))):
                 row_of(card, block, _ANGLES)
         if single:
             # Options bring cards of their own, so that only the first section is certain.
