@@ -140,3 +140,37 @@ def test_facets_have_what_the_elements_behind_them_have(tmp_path: Path) -> None:
 def test_an_unknown_field_is_refused() -> None:
     with pytest.raises(cg.errors.InputError, match=r"output: fields.*'mises'.*'von_mises'"):
         _pulled(cg.OutputOptions(fields=("mises",)))
+
+
+@pytest.mark.parametrize(
+    ("interval", "written"),
+    [
+        (1.0, [0.0, 1.2, 2.1, 3.0, 3.6]),
+        (0.9, [0.0, 0.9, 1.8, 2.7, 3.6]),
+        (0.2, [0.3 * k for k in range(13)]),
+        (50.0, [0.0, 3.6]),
+    ],
+)
+def test_fields_are_written_at_the_first_step_behind_each_interval(
+    tmp_path: Path, interval: float, written: list[float]
+) -> None:
+    point = cg.Slave([[0.0, 0.0, FAR]], area=[1.0])
+    body = cg.Body([cg.shapes.plane(width=1.0, length=1.0)])
+    contact = cg.Contact(body, point, law=cg.PenaltyLaw(1.0))
+    cg.Simulation(
+        bodies={"body": body}, slaves={"point": point}, contacts=[contact], end=3.6, step=0.3,
+        output=cg.OutputOptions(interval=interval, report=False),
+    ).run(tmp_path)  # fmt: skip
+    assert read_fields(tmp_path / "fields.vtkhdf").times == pytest.approx(written)
+
+
+@pytest.mark.parametrize("interval", [0.0, -1.0, np.nan, np.inf])
+def test_an_interval_that_is_none_is_refused(interval: float) -> None:
+    point = cg.Slave([[0.0, 0.0, FAR]], area=[1.0])
+    body = cg.Body([cg.shapes.plane(width=1.0, length=1.0)])
+    with pytest.raises(cg.errors.InputError, match="output: interval"):
+        cg.Simulation(
+            bodies={"body": body}, slaves={"point": point}, end=1.0, step=1.0,
+            contacts=[cg.Contact(body, point, law=cg.PenaltyLaw(1.0))],
+            output=cg.OutputOptions(interval=interval),
+        )  # fmt: skip
