@@ -34,8 +34,7 @@ BASE: dict[str, list[str]] = {
     "SET_NODE_LIST": [card(9), card(11, 12, 13, 14)],
     "BOUNDARY_SPC_SET": [card(9, 0, 1, 1, 1)],
     "CONTACT_AUTOMATIC_SURFACE_TO_SURFACE": [
-        card(2, 1, 3, 3), card(0.3, 0.2, 0.1), card(1), card(0), card(0), card(0), card(0),
-        card(0), card(0), card(0),
+        card(2, 1, 3, 3), card(0.3, 0.2, 0.1), card(1), card(0), card(0),
     ],
     "INITIAL_VELOCITY_RIGID_BODY": [card(1, 0, 0, -3.0)],
     "LOAD_BODY_Z": [card(8, 0.01)],
@@ -147,7 +146,12 @@ DEFAULTS: dict[str, list[str]] = {
         card(0), card(1), card(0), card(0, 0, 0, 0, 1.0), card(0, 0, 2.0),
     ],
     "MAT_LOW_DENSITY_FOAM": [card(2, 1e-7, 0.01, 5, "1.0E20", 0.1, 0, 0.05), card(6.0, 0, 0)],
-    "LOAD_BODY_Z": [card(8, 0.01, 0, "0.0")],
+    "LOAD_BODY_Z": [card(8, 0.01, 0, "0.0", 0, 0, 0, 0)],
+    "CONTROL_TERMINATION": [card(5.0, 0, "0.0", 0, 1e8, 0, 0, 0)],
+    "PART_INERTIA": [
+        "head", card(1, 1, 1, 0, 0, 0, 0, 0), card(0, 0, 11, 4.5, 0, 0, 0, 0),
+        card(90, 0, 0, 90, 0, 90, 0, "0.0"), card(0, 0, -2, 0, 0, 0, 0, 0),
+    ],
     "SET_NODE_LIST": [card(9, 0.0, 0.0, 0.0, 0.0, "MECH"), card(11, 12, 13, 14)],
     "DEFINE_CURVE": [card(8, 0, 1.0, 1.0, 0.0, 0.0), "0.0, 1.0", "9.0, 1.0"],
     "SECTION_SHELL": [card(7, 2, 1.0, 2, 1.0, 0, 0, 1), card(1.0, 1.0, 1.0, 1.0, 0.0)],

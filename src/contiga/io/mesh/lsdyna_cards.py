@@ -20,7 +20,7 @@ from contiga.io.mesh.lsdyna_parameters import Block as Block
 from contiga.io.mesh.lsdyna_parameters import Card as Card
 from contiga.io.mesh.lsdyna_parameters import Parameters, Unread, is_parameters
 
-_LONG_WIDTH = 20
+_WIDTH, _LONG_WIDTH = 10, 20
 _CARD, _LONG_CARD = 80, 160
 """Columns of a card; what stands behind them is a remark."""
 _TEN = re.compile(r"I10\s*=\s*Y")
@@ -133,7 +133,7 @@ class Field(NamedTuple):
     """A field of a card, as the manual describes it."""
 
     name: str
-    width: int = 10
+    width: int = _WIDTH
     default: str = ""
     """What blank and 0 stand for; nothing where that is 0."""
     idle: bool = False
@@ -148,7 +148,7 @@ class Layout(NamedTuple):
     """Of the fields, by name."""
 
 
-def layout(text: str, width: int = 10) -> Layout:
+def layout(text: str, width: int = _WIDTH) -> Layout:
     """The fields of a card by their names: ``NAME``, ``NAME=default``, ``NAME:width``, ``~NAME``.
 
     A tilde marks a field that only numbers things or says what is printed.
@@ -271,8 +271,9 @@ def _cells(
         width = max(field.width, _LONG_WIDTH) if long else field.width
         texts.append(text[start : start + width].strip())
         start += width
-    rest = text[start : _LONG_CARD if long else _CARD].strip()
-    return texts, [(count + 1, rest)] if rest else []
+    width, end = (_LONG_WIDTH, _LONG_CARD) if long else (_WIDTH, _CARD)
+    rest = [text[k : min(k + width, end)].strip() for k in range(start, end, width)]
+    return texts, [(k, cell) for k, cell in enumerate(rest, start=count + 1) if cell]
 
 
 def unread_fields(block: Block) -> Iterator[tuple[str, str]]:
