@@ -138,7 +138,9 @@ def _is_plain_node(text: str) -> bool:
 def _element_columns(block: Block) -> _Table | None:
     """Elements in the plain fixed format, shells of four nodes and solids of eight; else None."""
     needed = {"ELEMENT_SHELL": 6, "ELEMENT_SOLID": 10}.get(block.keyword)
-    if block.long or not needed or any("," in card.text for card in block.cards):
+    if block.long or not (needed and block.cards):
+        return None
+    if any("," in card.text for card in block.cards):
         return None
     table = _characters(block, _width(_ELEMENT))
     if (
