@@ -254,7 +254,7 @@ def test_a_set_that_is_not_understood_is_named_where_it_is_needed(
         "CONTACT_NODES_TO_SURFACE": [card(9, 1, 4, 3), card(0.1), ""],
         "ELEMENT_MASS_NODE_SET": [f"{1:8d}{9:8d}{2.5:16}"],
     }
-    found = listed(tmp_path, cards | more)
+    found = listed(tmp_path, more | cards)
     for name in ("CONTACT_NODES_TO_SURFACE", "BOUNDARY_SPC_SET", "ELEMENT_MASS_NODE_SET"):
         assert f"*{name} ({why}" in found
 

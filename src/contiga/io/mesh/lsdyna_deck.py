@@ -124,7 +124,8 @@ class DeckModel:
 
     def leave(self, block: Block, why: str = "", line: int = 0) -> None:
         """Note that something of a keyword is not understood."""
-        lines = self.unknown.setdefault(self._entry(block, why), [])
+        text = f"*{block.keyword}{f' ({why})' if why else ''}{self._file_of(block)}"
+        lines = self.unknown.setdefault(text, [])
         if (line or block.line) not in lines:
             lines.append(line or block.line)
 
@@ -157,12 +158,7 @@ class DeckModel:
                 for name, texts in values.items()
             ]
             for block in blocks:
-                self.leave(block, ", ".join(said))
-            for block in blocks:
-                block.told(*block.cards)
-
-    def _entry(self, block: Block, why: str) -> str:
-        return f"*{block.keyword}{f' ({why})' if why else ''}{self._file_of(block)}"
+                self.drop(block, ", ".join(said))
 
     def no_set(self, kind: str, number: int) -> str:
         """Why there is no set of a kind ("NODE", "PART") and number; nothing where there is one."""

@@ -39,7 +39,7 @@ from contiga.io.mesh.lsdyna_deck import (
 )
 from contiga.io.mesh.lsdyna_parameters import is_parameters
 from contiga.io.mesh.lsdyna_parts import axes_of, is_part, is_section, read_parts
-from contiga.io.mesh.lsdyna_sets import is_set, read_sets, set_of
+from contiga.io.mesh.lsdyna_sets import is_other_set, is_set, read_sets, set_of
 from contiga.io.mesh.lsdyna_soft import CARDS, SOFT
 from contiga.io.mesh.lsdyna_ties import is_tie, read_ties
 
@@ -104,6 +104,7 @@ def read_model(path: Path) -> DeckModel:
     model.tables = read_tables(blocks, model.drop)
     model.part_sets = read_sets(blocks, "PART", model.drop)
     model.node_sets = read_sets(blocks, "NODE", model.drop)
+    model.other_sets = {set_of(block): block for block in blocks if is_other_set(block)}
     # The end comes first: what is over before it is told from what is not.
     for block in sorted(blocks, key=lambda block: not block.keyword.startswith(_TERMINATION)):
         _take(block, model)
@@ -151,16 +152,12 @@ def _take(block: Block, model: DeckModel) -> None:
     if is_parameters(block):
         block.told(*block.cards)
         return
-    reader = _reader(name)
+    reader = next((read for start, read in _READERS.items() if name.startswith(start)), None)
     if reader is None:
         model.drop(block)
         return
     with leaving_parameters(block, model.drop):
         reader(block, model)
-
-
-def _reader(name: str) -> Callable[[Block, DeckModel], None] | None:
-    return next((read for start, read in _READERS.items() if name.startswith(start)), None)
 
 
 def _mesh(block: Block, model: DeckModel) -> None:
@@ -180,12 +177,6 @@ def _mass(block: Block, model: DeckModel) -> None:
         model.part_masses |= masses_of_parts(block)
     else:
         model.drop(block)
-
-
-def _set(block: Block, model: DeckModel) -> None:
-    """Of a kind that is not understood."""
-    model.other_sets[set_of(block)] = block
-    model.drop(block)
 
 
 def _material(block: Block, model: DeckModel) -> None:
@@ -360,7 +351,7 @@ def _generated(head: Row, tail: Row, model: DeckModel) -> None:
     elif head.whole("ICID"):
         why = "in axes of its own, ICID"
     elif not parts:
-        why = f"there is no set of parts {number}"
+        why = model.no_set("PART", number) or f"set of parts {number} is empty"
     if why:
         model.drop(head.block, why, head.card.line, [head.card, tail.card])
         return
@@ -420,8 +411,6 @@ _TERMINATION = "CONTROL_TERMINATION"
 _READERS: dict[str, Callable[[Block, DeckModel], None]] = {
     **dict.fromkeys(_MESH, _mesh),
     "ELEMENT_MASS": _mass,
-    "SET_NODE": _set,
-    "SET_PART": _set,
     "MAT_": _material,
     "CONTACT_": _contact,
     "BOUNDARY_PRESCRIBED_MOTION": _prescribed,

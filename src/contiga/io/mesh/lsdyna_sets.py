@@ -25,6 +25,13 @@ def is_set(block: Block, kind: str) -> bool:
     return words[:2] == ["SET", kind] and set(words[2:]) <= _OPTIONS
 
 
+def is_other_set(block: Block) -> bool:
+    """Whether a keyword is a set of nodes or of parts, of a kind that is not understood."""
+    kinds = ("NODE", "PART")
+    named = block.keyword.startswith(tuple(f"SET_{kind}" for kind in kinds))
+    return named and not any(is_set(block, kind) for kind in kinds)
+
+
 def set_of(block: Block) -> tuple[str, int]:
     """Kind and number of a set that is not understood; 0 where it has none that can be told."""
     _, cards = block.title_and_cards()
