@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -269,3 +270,27 @@ def test_a_case_writes_no_more_than_two_hundred_states(
     deck = made(tmp_path, BASE | {"DATABASE_BINARY_D3PLOT": rows})
     assert f"[output]\ninterval = {interval:g}" in deck.text
     assert ("# *DATABASE_BINARY_D3PLOT" in deck.text) == (interval > 0.025)
+
+
+def in_commas(row: str) -> str:
+    return ",".join(row[k : k + 10].strip() for k in range(0, len(row), 10))
+
+
+def wide(row: str) -> str:
+    return "".join(f"{row[k : k + 10]:>20}" for k in range(0, len(row), 10))
+
+
+@pytest.mark.parametrize(("spelt", "plus"), [(in_commas, ""), (wide, "+"), (str, "")])
+@pytest.mark.parametrize("keyword", [str.upper, str.lower])
+def test_formats_say_the_same_and_leave_the_same(
+    tmp_path: Path, spelt: Callable[[str], str], plus: str, keyword: Callable[[str], str]
+) -> None:
+    cards = BASE | {"MAT_LOW_DENSITY_FOAM": [card(2, 1e-7, 0.01, 5, 1e-5, 0.1), card(6.0, 1)]}
+    other = {
+        keyword(name) + plus: [spelt(row) if row[:1] == " " else row for row in rows]
+        for name, rows in cards.items()
+    }
+    plain, same = made(tmp_path, cards), made(tmp_path, other)
+    assert same.text == plain.text
+    assert same.unknown == plain.unknown
+    assert list(plain.unknown) == ["*MAT_LOW_DENSITY_FOAM (TC 1e-05, FAIL 1)"]
