@@ -218,6 +218,21 @@ def test_nodes_that_are_held_on_their_own_cards_are_listed(tmp_path: Path) -> No
     assert list(convert(tmp_path / "deck.k", UNITS, tmp_path).unknown) == ["*NODE (TC 7)"]
 
 
+@pytest.mark.parametrize(
+    ("keyword", "more", "what"),
+    [
+        ("ELEMENT_SHELL_BETA", [f"{1.0:16}{1.0:16}{1.0:16}{1.0:16}{45.0:16}"], "BETA 45.0"),
+        ("ELEMENT_SHELL_OFFSET", [f"{0.25:16}"], "OFFSET 0.25"),
+        ("ELEMENT_SHELL_THICKNESS", [f"{1.0:16}{1.0:16}{1.0:16}{1.0:16}{0.0:16}"], ""),
+    ],
+)
+def test_what_elements_say_beside_the_mesh_is_listed(
+    tmp_path: Path, keyword: str, more: list[str], what: str
+) -> None:
+    shell = "".join(f"{k:8d}" for k in (7, 5, 1, 2, 4, 3))
+    assert listed(tmp_path, {keyword: [shell, *more]}) == (f"*{keyword} ({what})" if what else "")
+
+
 TWICE = {
     "INITIAL_VELOCITY_RIGID_BODY": ([card(1, 0, 0, -3.0), card(1, 0, 0, -4.0)], "part 1"),
     "BOUNDARY_PRESCRIBED_MOTION_RIGID": ([card(1, 3, 2, 8), card(1, 3, 2, 5)], "DOF 3 again"),
