@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.arrays.layout import positive
 from contiga.contact.contact import Contact
 from contiga.display import Displayed, Facts
 from contiga.dynamics.free import Dependent, Free
@@ -78,6 +79,8 @@ class OutputOptions(NamedTuple):
     """What fields have of the inside of slaves that deform."""
     cells: bool = False
     """Whether facets have it, too, as it is in the elements behind them: not the means at nodes."""
+    interval: float | None = None
+    """Time from one set of fields to the next, in place of `every`."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -128,6 +131,8 @@ class Model(Displayed):
         check_settle(self)
         check_sensors(self)
         check_springs(self)
+        if self.output.interval is not None:
+            positive(self.output.interval, "output: interval")
         for name in self.output.fields:
             _check_name("field", name, FIELDS, "output: fields")
 

@@ -52,6 +52,13 @@ TABLE = [
     swap("geometry is a file name", GEOMETRY, '"plate.step"', "body[0].geometry: must be a table"),
     swap("not a number", "end = 13.0", "end = nan", "time.end: must be finite; found nan"),
     swap("too many steps between fields", "every = 1", "every = 0", "output.every: is too", ">= 1"),
+    swap("no time between fields", "every = 1", "interval = 0.0", "output.interval: is too small"),
+    swap(
+        "steps and time between fields",
+        "every = 1",
+        "every = 1\ninterval = 2.0",
+        "output.interval: is beside `every`",
+    ),
     swap(
         "table cell is text",
         MOVE,
