@@ -1,14 +1,11 @@
-"""Tables of motions: rows that are checked, and the files they come from."""
+"""Tables of motions: rows that are checked."""
 
 from __future__ import annotations
-
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.errors import FileError, InputError
-from contiga.io.sheet import read_sheet
+from contiga.errors import InputError
 from contiga.records import FloatArray
 
 
@@ -58,18 +55,3 @@ def as_times(times: ArrayLike, count: int) -> FloatArray:
             allowed="strictly increasing times",
         )
     return instants
-
-
-def read_columns(path: Path, columns: tuple[str, ...]) -> FloatArray:
-    """The named columns of a CSV file."""
-    header = ",".join(columns)
-    sheet = read_sheet(path, header)
-    missing = [name for name in columns if name not in sheet.names]
-    if missing:
-        raise FileError(
-            f"the column {missing[0]!r} is missing",
-            where=f"{path}:{sheet.line}",
-            found=",".join(sheet.names),
-            allowed=f"a header with {header}",
-        )
-    return sheet.numbers([sheet.names.index(name) for name in columns], header)

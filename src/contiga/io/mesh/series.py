@@ -131,6 +131,13 @@ class MeshSeries:
     def _read(self, index: int) -> FloatArray:
         mesh = read_raw(self.files[index])
         check_points(mesh.points, where=str(self.files[index]), ids=mesh.node_ids)
+        if mesh.unit is not None:
+            raise MeshError(
+                "a file of a series says its unit",
+                where=str(self.files[index]),
+                found=mesh.unit,
+                allowed="no unit in the file: the series has one for all",
+            )
         return read_only(mesh.points * self.factor)
 
 
