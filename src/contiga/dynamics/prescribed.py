@@ -32,7 +32,10 @@ from contiga.rigid.transform import Axis, unit_axis, vector
 from contiga.rigid.twist import Twist
 
 POSE_COLUMNS = ("t", "x", "y", "z", "qw", "qx", "qy", "qz")
-_POSE_KINDS: list[Quantity] = ["time", *["length"] * 3, *["ratio"] * 4]
+_POSE_KINDS: tuple[Quantity, ...] = (
+    *("time", "length", "length", "length"),
+    *("ratio", "ratio", "ratio", "ratio"),
+)
 # What is left of a unit quaternion written with three digits.
 _QUATERNION_TOLERANCE = 0.01
 

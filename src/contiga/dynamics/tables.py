@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import real
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
@@ -12,6 +13,7 @@ from contiga.records import FloatArray
 def as_table(table: ArrayLike, columns: tuple[str, ...]) -> FloatArray:
     """Rows of finite numbers, one for each of `columns`, the first strictly increasing."""
     allowed = f"rows [{', '.join(columns)}], {columns[0]} strictly increasing"
+    real(table, "table")
     try:
         rows = np.asarray(table, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -37,7 +39,7 @@ def as_table(table: ArrayLike, columns: tuple[str, ...]) -> FloatArray:
 
 
 def as_times(times: ArrayLike, count: int) -> FloatArray:
-    instants = np.asarray(times, dtype=np.float64)
+    instants = np.asarray(real(times, "times"), dtype=np.float64)
     if instants.shape != (count,) or count == 0 or not np.isfinite(instants).all():
         raise InputError(
             "expected one finite time for each pose, and at least one pose",

@@ -15,6 +15,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import real
 from contiga.arrays.ordered import product, solve
 from contiga.errors import GeometryError
 from contiga.geometry import knots as kv
@@ -300,7 +301,7 @@ def _curve(value: NurbsCurve, name: str) -> NurbsCurve:
 
 def _number(value: float, name: str) -> float:
     """`value` if it is a number; text and truths are none."""
-    if not isinstance(value, int | float | np.number) or isinstance(value, bool):
+    if not isinstance(real(value, name), int | float | np.number) or isinstance(value, bool):
         raise GeometryError("must be a number", where=name, found=value)
     return value
 

@@ -1,4 +1,4 @@
-"""Names: what parts of a run may be called, how parts of files are chosen, how messages list them."""
+"""Names of parts: of a run, what they may be; of files, how they are chosen and listed."""
 
 from __future__ import annotations
 

@@ -228,15 +228,18 @@ def _factor(sheet: Sheet, k: int, variable: VariableSpec, case: Mapping[str, Any
             found=unit,
             allowed=f"no unit in the header, and numbers as {own[0]} says",
         )
-    units = [str(case["units"][dimension]) for dimension in ("length", "mass", "time")]
-    if variable.unit and consistent_factor(variable.unit, *units, where=variable.label) != 1.0:
+    length, mass, time = (str(case["units"][name]) for name in ("length", "mass", "time"))
+    if (
+        variable.unit
+        and consistent_factor(variable.unit, length, mass, time, variable.label) != 1.0
+    ):
         raise UnitError(
             "a column with a unit is converted to the units of the case: its label must be one",
             where=f"{variable.label}: unit",
             found=variable.unit,
             allowed="none, or that of the case",
         )
-    return consistent_factor(unit, *units, where=where)
+    return consistent_factor(unit, length, mass, time, where)
 
 
 def _value(sheet: Sheet, row: Row, k: int, factor: float | None) -> Any:

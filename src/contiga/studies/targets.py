@@ -172,7 +172,7 @@ def _on_lines(spec: TargetsSpec, path: Path, unit: str) -> tuple[list[float], Fl
     sheet = read_sheet(path, _HEADER)
     sheet.check_header(_HEADER)
     order = sheet.order([LINE, *PLACE], (4,), _HEADER)
-    rows = sheet.numbers(order, ("ratio", *["length"] * 3), (unit, "kg", "s")).table
+    rows = sheet.numbers(order, ("ratio", "length", "length", "length"), (unit, "kg", "s")).table
     if len(rows) == 0:
         raise FileError("has no rows", where=str(path), allowed="two points of a line or more")
     names: list[float] = []

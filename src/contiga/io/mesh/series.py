@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import read_only
+from contiga.arrays.layout import read_only, real
 from contiga.arrays.piecewise import piece_at
 from contiga.errors import FileError, MeshError
 from contiga.io.mesh.read_mesh import read_raw
@@ -142,7 +142,7 @@ class MeshSeries:
 
 
 def _as_times(times: ArrayLike, count: int) -> FloatArray:
-    array = np.asarray(times, dtype=np.float64)
+    array = np.asarray(real(times, "series"), dtype=np.float64)
     if array.shape != (count,):
         raise MeshError(
             "a series needs one time a file",
