@@ -156,6 +156,8 @@ def _words(detail: ErrorDetails) -> dict[str, Any]:
         bound = context.get("gt", context.get("ge"))
         sign = ">" if "gt" in context else ">="
         return {"what": "is too small", **said, "allowed": f"{sign} {bound:g}"}
+    if kind == "less_than_equal":
+        return {"what": "is too large", **said, "allowed": f"<= {context['le']:g}"}
     if kind == "finite_number":
         return {"what": "must be finite", **said}
     if kind in ("too_short", "too_long"):

@@ -16,10 +16,8 @@ from contiga.errors import CaseError, FileError, UnitError
 from contiga.io.sheet import Row, Sheet, as_number, read_sheet
 from contiga.io.units import consistent_factor
 from contiga.records import FloatArray
-from contiga.studies.spec import SampleSpec, StudySpec, VariableSpec
+from contiga.studies.spec import MOST, SampleSpec, StudySpec, VariableSpec
 
-MOST = 1_000_000
-"""Cases of a study at most: more is a grid of the wrong kind."""
 _UNIT_KEYS = ("unit", "units", "time_unit")
 """Of tables of a case whose numbers are in units of their own."""
 _HOLES = ("", "nan", "inf", "-inf", "+inf")
