@@ -6,6 +6,7 @@ from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
+from contiga.arrays.layout import real
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
@@ -65,7 +66,7 @@ def poisson_ratio(value: object, name: str) -> float:
     """Poisson's ratio, above −1 and below ½."""
     allowed = "a number above -1 and below 0.5"
     try:
-        number = float(value)  # type: ignore[arg-type]
+        number = float(real(value))
     except (TypeError, ValueError) as error:
         raise InputError("must be a number", where=name, found=value, allowed=allowed) from error
     if not -1.0 < number < 0.5:

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from contiga.arrays.layout import positive
+from contiga.arrays.layout import positive, real
 from contiga.errors import InputError
 from contiga.matter.coefficients import Coefficients, Reach
 from contiga.matter.curves import CurveLike, as_table, at, packed, steepest
@@ -165,7 +165,7 @@ class Belt:
 
 
 def _direction(given: object) -> FloatArray:
-    direction = np.asarray(given, dtype=np.float64)
+    direction = np.asarray(real(given, "direction"), dtype=np.float64)
     if direction.shape[-1:] != (3,) or direction.ndim > 2:
         raise InputError(
             "is no direction", where="direction", found=direction.shape, allowed="(3,) or (n, 3)"

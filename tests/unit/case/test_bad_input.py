@@ -51,6 +51,27 @@ TABLE = [
     swap("law is a number", LAW, "3", "contact[0].law: must be a table with a kind; found 3"),
     swap("geometry is a file name", GEOMETRY, '"plate.step"', "body[0].geometry: must be a table"),
     swap("not a number", "end = 13.0", "end = nan", "time.end: must be finite; found nan"),
+    swap("too many points", "nu = 5", "nu = 1000000000", "points.sample.nu: must be", "5000000"),
+    swap("too many points both ways", "nu = 5, nv = 6", "nu = 90000, nv = 90000", "sample.n"),
+    swap(
+        "too many random points",
+        POINTS,
+        '{ random = { shape = "plane", n = 1000000000 } }',
+        "slave[0].points.random.n: is too large; found 1000000000",
+    ),
+    swap(
+        "too many bars",
+        POINTS,
+        "{ coordinates = [[0, 0, 0], [1, 0, 0]], segments = 1000000000 }",
+        "slave[0].points.segments: is too large",
+    ),
+    swap("a late end", "end = 13.0", "end = 1e12", "time.step: makes 1e+12 steps", "of the end"),
+    swap(
+        "a late end of short steps",
+        "end = 13.0\nstep = 1.0",
+        'end = 1e12\nstep = "auto"\nlargest = 1.0',
+        "time.largest: makes 1e+12 steps or more",
+    ),
     swap("too many steps between fields", "every = 1", "every = 0", "output.every: is too", ">= 1"),
     swap("no time between fields", "every = 1", "interval = 0.0", "output.interval: is too small"),
     swap(
