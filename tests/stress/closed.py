@@ -1,0 +1,166 @@
+"""Valid solids as contiga has them: closed, as heavy as they are, and each point on its side."""
+
+from __future__ import annotations
+
+import tempfile
+import warnings
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from tests import occ_solids
+from tests.cases import occ
+from tests.stress import valid
+
+import contiga as cg
+from contiga.errors import ContigaError, ContigaWarning
+from contiga.io.cad.assemble import Assembly
+from contiga.io.cad.occ_geometry import quiet
+from contiga.io.cad.sew import Sewn
+from contiga.io.cad.step_iges import edge_of, gather
+
+POINTS = 200
+HALVINGS = 25
+"""From the distance of two points of a box to a place on the surface between them."""
+NEAR = 1e-6
+"""Points nearer to the surface than this share of the size are not judged."""
+PRECISE = 1e-9
+"""Share by which a mass may be off."""
+WAYS = ("step", "iges", "iges faces", "direct")
+
+
+class Verdict(NamedTuple):
+    """What contiga makes of a valid solid."""
+
+    name: str
+    way: str
+    body: cg.Body | None
+    refused: str
+    """The message of an error, "" if there was none."""
+    told: tuple[str, ...]
+    """Warnings."""
+    off: float
+    """Share by which the mass is off, NaN if there is none."""
+    judged: int
+    wrong: int
+    """Points on the wrong side."""
+    point: tuple[float, ...]
+    """The first of them."""
+
+    @property
+    def faults(self) -> list[str]:
+        """What is wrong, a text each."""
+        if self.body is None:
+            return [f"refused: {self.refused}"]
+        texts = []
+        if not self.body.closed:
+            texts.append(f"open: {'; '.join(self.body.flaws)}")
+        elif not abs(self.off) <= PRECISE:
+            texts.append(f"mass off by {self.off:.1e} {self.refused}")
+        if self.wrong:
+            texts.append(f"{self.wrong} of {self.judged} on the wrong side, {self.point}")
+        return texts
+
+
+def way_of(solid: valid.Valid, number: int) -> str:
+    """How the solid of a number comes to contiga; several in one shape need a file."""
+    if len(occ_solids.parts(solid.piece.shape, "SOLID")) > 1:
+        return WAYS[number % 2]
+    return WAYS[(0, 3, 1, 0, 2, 3)[number % 6]]
+
+
+@cache
+def _folder() -> tempfile.TemporaryDirectory[str]:
+    return tempfile.TemporaryDirectory(prefix="contiga-valid-")
+
+
+def handed_over(shape: Any, way: str) -> cg.Body:
+    """A shape through a file, or by its faces directly."""
+    if way == "direct":
+        return direct(shape)
+    folder = Path(_folder().name)
+    if way == "step":
+        return cg.read_cad(occ_solids.write(shape, folder / "solid.step"), unit="mm")
+    path = write_iges(shape, folder / "solid.iges", solids=way == "iges")
+    return cg.read_cad(path, unit="mm")
+
+
+def write_iges(shape: Any, path: Path, solids: bool) -> Path:
+    """As solids with their edges, or as loose trimmed faces, which IGES files mostly have."""
+    from OCP.IGESControl import IGESControl_Controller, IGESControl_Writer
+
+    with quiet():
+        IGESControl_Controller.Init_s()
+        writer = IGESControl_Writer("MM", int(solids))
+        writer.AddShape(shape)
+        writer.ComputeModel()
+        assert writer.Write(str(path))
+    return path
+
+
+def direct(shape: Any) -> cg.Body:
+    """The faces of a shape in memory, as the reader of files converts them."""
+    from OCP.TopoDS import TopoDS
+
+    sewn, assembly = Sewn(shape), Assembly("a shape")
+    faces = [TopoDS.Face(face) for face in occ.faces_of(shape)]
+    gather(assembly, list(enumerate(faces, 1)), sewn, 1.0, "a shape, face")
+    return assembly.body("shape", lambda number: edge_of(sewn, 1.0, 0.0, number), "mm")
+
+
+def judged(solid: valid.Valid, way: str, seed: int = 0) -> Verdict:
+    """One solid, handed over in one way."""
+    piece = solid.piece
+    body, refused, off, wrong, count, point = None, "", np.nan, 0, 0, ()
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", ContigaWarning)
+        try:
+            body = handed_over(piece.shape, way)
+            if body.closed:
+                off = body.mass_properties(1.0).mass / truth_of(solid) - 1.0
+        except ContigaError as error:
+            refused = str(error)
+        if body is not None:
+            points, truth = sides(solid, seed)
+            rows = np.flatnonzero(body.contains(points) != truth)
+            faces = occ.faces_of(piece.shape)
+            rows = [k for k in rows if min(occ.distance(points[k], f) for f in faces) > NEAR * body.size]
+            wrong, count = len(rows), len(points)
+            point = tuple(points[rows[0]].tolist()) if wrong else ()
+    texts = tuple(str(each.message) for each in told)
+    return Verdict(solid.name, way, body, refused, texts, off, count, wrong, point)
+
+
+def truth_of(solid: valid.Valid) -> float:
+    """Volume in closed form, or OpenCASCADE's."""
+    given = solid.piece.volume
+    return valid.volume_of(solid.piece.shape) if given is None else given
+
+
+def sides(solid: valid.Valid, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points in and about a solid, half of them near its surface, and which are inside."""
+    shape, field = solid.piece.shape, solid.piece.field
+
+    def inside(p: np.ndarray) -> np.ndarray:
+        return valid.inside(shape, p) if field is None else field(p) < 0.0
+
+    rng = np.random.default_rng([seed, *solid.name.encode()])
+    low, high = valid.bounds(shape)
+    size = float(np.linalg.norm(high - low))
+    far = rng.uniform(low - 0.05 * size, high + 0.05 * size, (POINTS, 3))
+    within = inside(far)
+    a, b = far[within], far[~within]
+    count = min(POINTS // 2, 4 * len(a), 4 * len(b))
+    a, b = (some[rng.integers(0, max(len(some), 1), count)] for some in (a, b))
+    for _ in range(HALVINGS if count else 0):
+        middle = 0.5 * (a + b)
+        inner = inside(middle)[:, None]
+        a, b = np.where(inner, middle, a), np.where(inner, b, middle)
+    way = rng.normal(size=(count, 3))
+    way /= np.linalg.norm(way, axis=1)[:, None]
+    near = a + size * 10.0 ** rng.uniform(-5.0, -1.5, (count, 1)) * way
+    points = np.concatenate([far[: POINTS - count], near])
+    if field is not None:
+        points = points[np.abs(field(points)) > NEAR * size]
+    return points, inside(points)
