@@ -43,6 +43,8 @@ SINGULAR = 1e-7
 """Ratio of derivatives beneath which a place is a pole."""
 RANK = 1e-14
 """Share of a matrix that is added to one that may be singular."""
+AROUND = [(0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)]
+"""Places about a crossing: shares of the margin along the line of intersection, and across it."""
 GRID = np.array([[0.0, 0.0], [-0.6, -0.6], [-0.6, 0.6], [0.6, -0.6], [0.6, 0.6]])
 """Places of a leaf, in halves of its sides from its middle."""
 
@@ -90,7 +92,7 @@ def crossing_of(body: Faces, group: IntArray, slit: float) -> Crossing | None:
         return None
     first, second = _led_together(body, tables, pairs, uv)
     margin = max(ASIDE * body.size, 4.0 * slit)
-    crossed = np.flatnonzero(_cross(body, first, second, margin))
+    crossed = np.flatnonzero(_pierce(body, first, second, margin))
     if len(crossed) == 0:
         return None
     k = int(crossed[0])
@@ -240,7 +242,7 @@ def _led_together(
     return _all_of([pair[0] for pair in met]), _all_of([pair[1] for pair in met])
 
 
-def _taken(at: _Places, rows: NDArray[np.bool_]) -> _Places:
+def _taken(at: _Places, rows: NDArray[np.bool_] | IndexArray) -> _Places:
     return _Places(at.patch[rows], at.uv[rows], at.point[rows], at.along[rows])
 
 
@@ -292,43 +294,50 @@ def _powers(x: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.stack([one, x, x * x, x**3], 1), np.stack([0.0 * x, one, 2.0 * x, 3.0 * x * x], 1)
 
 
-def _cross(body: Faces, one: _Places, two: _Places, margin: float) -> NDArray[np.bool_]:
-    """Whether faces go on to both sides of each other at places that are one point."""
+def _pierce(body: Faces, one: _Places, two: _Places, margin: float) -> NDArray[np.bool_]:
+    """Whether faces pierce each other at places that are one point.
+
+    They do where the planes that touch them there meet at an angle, and both faces go on in their
+    planes all round: along the line of intersection, and to both sides of the other face by at
+    least half of `margin`, length.
+    """
     with np.errstate(invalid="ignore", divide="ignore"):
         normals = [np.cross(side.along[:, 0], side.along[:, 1]) for side in (one, two)]
         normals = [n / np.linalg.norm(n, axis=1, keepdims=True) for n in normals]
-        edge = np.cross(normals[0], normals[1])
-        steep = np.linalg.norm(edge, axis=1)
-        good = steep > STEEP
-        edge /= steep[:, None]
-    apart = _apart(one, two)
-    good &= (one.patch != two.patch) | (apart > 4.0 * margin)
-    for side, normal in zip((one, two), normals, strict=True):
-        rows = np.flatnonzero(good)
-        way = np.cross(edge[rows], normal[rows]) * (margin / steep[rows])[:, None]
-        slope = side.along[rows].transpose(0, 2, 1)
-        step = np.linalg.pinv(slope, rcond=SINGULAR) @ way[:, :, None]
-        miss = np.linalg.norm((slope @ step)[:, :, 0] - way, axis=1)
-        good[rows] &= miss <= 0.5 * np.linalg.norm(way, axis=1)  # beside a pole none leads there
-        for sign in (1.0, -1.0):
-            good[rows] &= _inside(body, side.patch[rows], side.uv[rows] + sign * step[:, :, 0])
-    return good
+        line = np.cross(normals[0], normals[1])
+        sine = np.linalg.norm(line, axis=1)
+        line /= sine[:, None]
+    proved = sine > STEEP
+    proved &= (one.patch != two.patch) | (_apart(one, two) > 4.0 * margin)
+    for i, j in AROUND:
+        for side, normal in zip((one, two), normals, strict=True):
+            rows = np.flatnonzero(proved)
+            across = np.cross(line[rows], normal[rows]) / sine[rows, None]
+            way = margin * (i * line[rows] + j * across)
+            proved[rows] = _goes_on(body, _taken(side, rows), way, 0.5 * margin)
+    return proved
+
+
+def _goes_on(body: Faces, side: _Places, way: FloatArray, tol: float) -> NDArray[np.bool_]:
+    """Whether faces contain the points that lie `way` (n, 3) from places on them, within `tol`."""
+    slope = side.along.transpose(0, 2, 1)
+    uv = side.uv + (np.linalg.pinv(slope, rcond=SINGULAR) @ way[:, :, None])[:, :, 0]
+    target = side.point + way
+    there = np.zeros(len(uv), bool)
+    for k in np.unique(side.patch).tolist():
+        rows = np.flatnonzero(side.patch == k)
+        low, high = np.array(body.patches[k].domain).T
+        rows = rows[((low <= uv[rows]) & (uv[rows] <= high)).all(axis=1)]
+        miss = np.linalg.norm(body.patches[k].evaluate(uv[rows]) - target[rows], axis=1)
+        rows = rows[miss <= tol]
+        if body.trims[k] is not None:
+            inside = points_in_trim(body.trim_tables, k, as_contiguous(uv[rows], np.float64))
+            rows = rows[inside.astype(bool)]
+        there[rows] = True
+    return there
 
 
 def _apart(one: _Places, two: _Places) -> FloatArray:
     """How far apart places of one face are, along it: by its derivatives at the first."""
     way = (two.uv - one.uv)[:, None] @ one.along
     return np.asarray(np.linalg.norm(way[:, 0], axis=1))
-
-
-def _inside(body: Faces, patch: IndexArray, uv: FloatArray) -> NDArray[np.bool_]:
-    """Whether places lie in their faces."""
-    inside = np.zeros(len(uv), bool)
-    for k in np.unique(patch).tolist():
-        rows = np.flatnonzero(patch == k)
-        low, high = np.array(body.patches[k].domain).T
-        inside[rows] = ((low <= uv[rows]) & (uv[rows] <= high)).all(axis=1)
-        if body.trims[k] is not None:
-            places = as_contiguous(np.clip(uv[rows], low, high), np.float64)
-            inside[rows] &= points_in_trim(body.trim_tables, k, places)
-    return inside
