@@ -21,8 +21,6 @@ from contiga.io.cad.sew import Sewn
 from contiga.io.cad.step_iges import edge_of, gather
 
 POINTS = 200
-HALVINGS = 25
-"""From the distance of two points of a box to a place on the surface between them."""
 NEAR = 1e-6
 """Points nearer to the surface than this share of the size are not judged."""
 PRECISE = 1e-9
@@ -118,7 +116,7 @@ def judged(solid: valid.Valid, way: str, seed: int = 0) -> Verdict:
         try:
             body = handed_over(piece.shape, way)
             if body.closed:
-                off = body.mass_properties(1.0).mass / truth_of(solid) - 1.0
+                off = body.mass_properties(1.0).mass / truth_of(solid, way) - 1.0
         except ContigaError as error:
             refused = str(error)
         if body is not None:
@@ -132,35 +130,48 @@ def judged(solid: valid.Valid, way: str, seed: int = 0) -> Verdict:
     return Verdict(solid.name, way, body, refused, texts, off, count, wrong, point)
 
 
-def truth_of(solid: valid.Valid) -> float:
-    """Volume in closed form, or OpenCASCADE's."""
-    given = solid.piece.volume
-    return valid.volume_of(solid.piece.shape) if given is None else given
+def truth_of(solid: valid.Valid, way: str) -> float:
+    """Volume in closed form, or OpenCASCADE's; of IGES, which rounds, of what that reads back."""
+    if way.startswith("iges"):
+        return abs(valid.volume_of(occ_solids.sewn_shape(Path(_folder().name) / "solid.iges")))
+    if solid.piece.volume is not None:
+        return solid.piece.volume
+    return valid.volume_of(solid.piece.shape)
 
 
 def sides(solid: valid.Valid, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Points in and about a solid, half of them near its surface, and which are inside."""
     shape, field = solid.piece.shape, solid.piece.field
-
-    def inside(p: np.ndarray) -> np.ndarray:
-        return valid.inside(shape, p) if field is None else field(p) < 0.0
-
     rng = np.random.default_rng([seed, *solid.name.encode()])
     low, high = valid.bounds(shape)
     size = float(np.linalg.norm(high - low))
-    far = rng.uniform(low - 0.05 * size, high + 0.05 * size, (POINTS, 3))
-    within = inside(far)
-    a, b = far[within], far[~within]
-    count = min(POINTS // 2, 4 * len(a), 4 * len(b))
-    a, b = (some[rng.integers(0, max(len(some), 1), count)] for some in (a, b))
-    for _ in range(HALVINGS if count else 0):
-        middle = 0.5 * (a + b)
-        inner = inside(middle)[:, None]
-        a, b = np.where(inner, middle, a), np.where(inner, b, middle)
-    way = rng.normal(size=(count, 3))
+    far = rng.uniform(low - 0.05 * size, high + 0.05 * size, (POINTS // 2, 3))
+    foot = on_triangles(shape, 1e-4 * size, POINTS // 2, rng)
+    way = rng.normal(size=foot.shape)
     way /= np.linalg.norm(way, axis=1)[:, None]
-    near = a + size * 10.0 ** rng.uniform(-5.0, -1.5, (count, 1)) * way
-    points = np.concatenate([far[: POINTS - count], near])
-    if field is not None:
-        points = points[np.abs(field(points)) > NEAR * size]
-    return points, inside(points)
+    near = foot + size * 10.0 ** rng.uniform(-5.0, -1.5, (len(foot), 1)) * way
+    points = np.concatenate([far, near])
+    if field is None:
+        return points, valid.inside(shape, points)
+    away = field(points)
+    judged = np.abs(away) > NEAR * size
+    return points[judged], away[judged] < 0.0
+
+
+def on_triangles(shape: Any, tol: float, count: int, rng: np.random.Generator) -> np.ndarray:
+    """(count, 3) points on OpenCASCADE's triangles of a shape, as many on small as on large."""
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepMesh import BRepMesh_IncrementalMesh
+    from OCP.TopLoc import TopLoc_Location
+    from OCP.TopoDS import TopoDS
+
+    BRepMesh_IncrementalMesh(shape, tol)
+    corners = []
+    for face in occ.faces_of(shape):
+        place = TopLoc_Location()
+        mesh = BRep_Tool.Triangulation_s(TopoDS.Face(face), place)
+        for k in range(mesh.NbTriangles()):
+            nodes = [mesh.Node(n).Transformed(place.Transformation()) for n in mesh.Triangle(k + 1).Get()]
+            corners.append([(p.X(), p.Y(), p.Z()) for p in nodes])
+    chosen = np.array(corners)[rng.integers(0, len(corners), count)]
+    return np.asarray(np.einsum("nk,nkc->nc", rng.dirichlet(np.ones(3), count), chosen))
