@@ -7,27 +7,26 @@ their edge in opposite senses; an edge that faces go along as far one way as the
 from __future__ import annotations
 
 from collections import defaultdict
+from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.curve_foot import CurveFeet
 from contiga.geometry.edge_gaps import image_length
 from contiga.geometry.edges import UNTRIMMED, EdgeUse
-from contiga.geometry.kernels.trim_nb import points_in_trim
+from contiga.geometry.kernels.trim_area_nb import side_of_loop
+from contiga.geometry.slits import reach_of_points
+from contiga.geometry.trim import loop_pieces
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:
     from contiga.geometry.faces import Faces
 
-MAX_CURVES = 24
-"""P-curves of a loop beside which it is looked at most."""
-SHARES = np.array([0.29, 0.5, 0.71])
-"""Places of a p-curve beside which it is looked, shares of its interval."""
-STEP = 1e-4
-"""Half the step of the difference that gives a p-curve's direction, share of its interval."""
-BESIDE = 1e-6
-"""How far beside a p-curve it is looked, share of the p-curve's extent."""
+ALONG = 9
+"""Points of an edge that are compared with another edge."""
 UNEVEN = 0.02
 """Share of an edge by which the faces on its two sides may differ in length, as chords have it."""
 
@@ -53,13 +52,17 @@ class Joints(NamedTuple):
 def joints_of(body: Faces) -> Joints:
     """The joints along the edges the body names, from how often and which way each is used."""
     edges = body.edges
-    left = [_loops_left(body, patch) for patch in range(len(body.patches))]
+    trimmed = [k for k, loops in enumerate(body.trims) if loops is not None]
+    left = {patch: _loops_left(body, patch) for patch in trimmed}
+    senses = [[_sense(use, left.get(use.patch, [])) for use in edge.uses] for edge in edges]
+    mispaired = _mispaired(body, senses)
     joints: list[Joint] = []
     is_open = np.zeros(len(edges), dtype=bool)
     crowded = np.zeros(len(edges), dtype=bool)
-    for k, edge in enumerate(edges):
+    for k, (edge, sense) in enumerate(zip(edges, senses, strict=True)):
         uses = edge.uses
-        sense = [_sense(use, left[use.patch]) for use in uses]
+        if k in mispaired:
+            continue
         if len(uses) == 2:
             joints.append(Joint(uses[0].patch, uses[1].patch, sense[0] != sense[1]))
         elif len(uses) < 2:
@@ -74,7 +77,56 @@ def joints_of(body: Faces) -> Joints:
             ]
             round_trip = float(np.where(sense, length, -length).sum())
             crowded[k] = not opposite and abs(round_trip) > UNEVEN * length.max()
+    _close_points(body, is_open)
     return Joints(joints, is_open, crowded)
+
+
+def _mispaired(body: Faces, senses: list[list[bool]]) -> set[int]:
+    """Edges in one place, each with two faces that go along it one way, of which one is reversed.
+
+    Four faces meet there, in pairs that a reader has mixed up: as where a hole touches a wall in
+    a line. Which of them belong together is not known, but the surface ends nowhere.
+    """
+    one_way = [k for k, sense in enumerate(senses) if len(sense) == 2 and sense[0] == sense[1]]
+    reach = reach_of_points(body) if len(one_way) > 1 else 0.0
+    mispaired: set[int] = set()
+    for i, j in combinations(one_way, 2):
+        if mispaired.isdisjoint((i, j)):
+            same_way = _coincide(body.edges[i].curve, body.edges[j].curve, reach)
+            if same_way is not None and (senses[i][0] == senses[j][0]) != same_way:
+                mispaired |= {i, j}
+    return mispaired
+
+
+def _coincide(first: NurbsCurve, second: NurbsCurve, reach: float) -> bool | None:
+    """Whether two curves run the same way, if they lie within `reach` of each other; else None."""
+    if np.abs(first.bounds() - second.bounds()).max() > reach:
+        return None
+    low, high = second.domain
+    t = low + (high - low) * np.linspace(0.0, 1.0, ALONG)
+    there, off = CurveFeet(first)(second.evaluate(t))
+    if off.max() > reach:
+        return None
+    middle = ALONG // 2
+    ways = [first.derivatives(there[[middle]], 1)[0, 1], second.derivatives(t[[middle]], 1)[0, 1]]
+    return bool(ways[0] @ ways[1] > 0.0)
+
+
+def _close_points(body: Faces, is_open: NDArray[np.bool_]) -> None:
+    """Take for closed what the open edges of a loop leave open within the body's tolerance.
+
+    Such edges are a point: a reader has joined what they bound, as at the tip of a cone that is
+    cut off where the tolerance does not tell.
+    """
+    reach = reach_of_points(body)
+    of_loop: defaultdict[tuple[int, int], list[int]] = defaultdict(list)
+    for k in np.flatnonzero(is_open).tolist():
+        for use in body.edges[k].uses:
+            of_loop[use.patch, use.loop].append(k)
+    for some in of_loop.values():
+        ends = np.concatenate([body.edges[k].curve.bounds() for k in some])
+        if np.ptp(ends, axis=0).max() <= reach:
+            is_open[some] = False
 
 
 def _opposite(length: FloatArray) -> list[tuple[int, int]]:
@@ -95,35 +147,9 @@ def _sense(use: EdgeUse, left: list[bool]) -> bool:
 
 
 def _loops_left(body: Faces, patch: int) -> list[bool]:
-    """Whether the face of `patch` lies to the left of each of its loops.
-
-    Looked at just beside some places of each loop, on both sides: that decides for loops that
-    touch themselves or others, too, and whatever is left of a loop that its orientation hides.
-    """
-    loops = body.trims[patch]
-    if loops is None:
-        return []
-    low, high = np.array(body.patches[patch].domain).T
-    places, asides, owner = [], [], []
-    for number, loop in enumerate(loops):
-        for curve in loop[:: -(-len(loop) // MAX_CURVES)]:
-            (a, b), extent = curve.domain, np.ptp(curve.control_points[:, :2], axis=0)
-            t = a + (b - a) * SHARES[:, None] + (b - a) * np.array([-STEP, 0.0, STEP])
-            before, at, after = curve.evaluate(t.T.ravel())[:, :2].reshape(3, -1, 2)
-            way = (after - before) / (high - low)
-            left = np.stack([-way[:, 1], way[:, 0]], axis=1)
-            left /= np.maximum(np.linalg.norm(left, axis=1), 1e-300)[:, None]
-            places.append(at)
-            asides.append(BESIDE * (extent / (high - low)).max() * left * (high - low))
-            owner += [number] * len(at)
-    place, aside = np.concatenate(places), np.concatenate(asides)
-    votes = np.zeros(len(loops))
-    for sign in (1.0, -1.0):
-        uv = np.ascontiguousarray(place + sign * aside)
-        inside = ((low <= uv) & (uv <= high)).all(axis=1)
-        inside &= points_in_trim(body.trim_tables, patch, uv)
-        np.add.at(votes, owner, sign * inside)
-    return [bool(vote > 0.0) for vote in votes]
+    """Whether the face of a patch lies to the left of each of its loops."""
+    tables = body.trim_tables
+    return [side_of_loop(tables, pieces) > 0 for pieces in loop_pieces(tables, patch)]
 
 
 def turned_faces(n: int, joints: list[Joint]) -> tuple[tuple[int, ...], int]:

@@ -72,6 +72,12 @@ def stitches(body: Faces) -> tuple[FloatArray, NDArray[np.bool_]]:
     return extent, is_open
 
 
+def reach_of_points(body: Faces) -> float:
+    """Length that no tolerance of the body tells from a point."""
+    size = body.size
+    return min(SLACK * stated_tolerance(body) + POINT * size, LARGEST * size)
+
+
 def reach_of_loops(body: Faces) -> defaultdict[tuple[int, int], float]:
     """By patch and loop (`UNTRIMMED` round its rectangle) what counts as a point there, length."""
     size = body.size

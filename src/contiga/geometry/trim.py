@@ -29,7 +29,7 @@ SNAP = 1e-9
 """Gaps in a loop up to this share of the domain are rounding: the ends are moved together."""
 LARGEST_GAP = 1e-3
 """Gaps up to this share of the domain are closed by a straight piece; larger ones are errors."""
-OUTSIDE = 1e-3
+OUTSIDE = 1e-2
 """How far, as a share of the domain, a p-curve may reach over the rectangle, which cuts it off."""
 
 
@@ -84,6 +84,14 @@ def parameter_box(
         return low, high
     reach = np.concatenate([curve.bounds()[:, :2] for loop in loops for curve in loop])
     return np.maximum(low, reach.min(axis=0)), np.minimum(high, reach.max(axis=0))
+
+
+def loop_pieces(tables: TrimTables, patch: int) -> list[np.ndarray]:
+    """The pieces of each loop of a patch, in order."""
+    first, last = tables.patch_start[patch], tables.patch_start[patch + 1]
+    pieces = np.arange(first, last)
+    loops = tables.piece_loop[first:last, 0]
+    return [pieces[loops == number] for number in np.unique(loops)]
 
 
 def _end_points(curve: NurbsCurve) -> FloatArray:

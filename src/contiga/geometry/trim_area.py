@@ -19,8 +19,8 @@ from contiga.geometry.bezier import extract
 from contiga.geometry.faces_like import FacesLike
 from contiga.geometry.kernel_records import AREA, FLUX, GaussRule
 from contiga.geometry.kernels.trim_area_nb import add_loop, add_rectangle
-from contiga.geometry.kernels.trim_nb import TrimTables
 from contiga.geometry.quadrature import gauss, surface_area
+from contiga.geometry.trim import loop_pieces
 from contiga.records import FloatArray
 
 T = TypeVar("T")
@@ -103,7 +103,7 @@ def _integral(
     floor, rtol = stop
     patch = body.patches[k]
     grid = extract(patch.translated(-origin))
-    groups = _loops_of(body.trim_tables, k) if body.trims[k] is not None else None
+    groups = loop_pieces(body.trim_tables, k) if body.trims[k] is not None else None
 
     def value(points: int, parts: int) -> FloatArray:
         rule = GaussRule(*gauss(points), parts, kind)
@@ -123,11 +123,3 @@ def _integral(
         if np.all(np.abs(fine - coarse) <= close) or parts >= MOST_PARTS:
             return fine
         parts *= 2
-
-
-def _loops_of(tables: TrimTables, k: int) -> list[np.ndarray]:
-    """The pieces of each loop of patch `k`, in order."""
-    first, last = tables.patch_start[k], tables.patch_start[k + 1]
-    pieces = np.arange(first, last)
-    loops = tables.piece_loop[first:last, 0]
-    return [pieces[loops == number] for number in np.unique(loops)]

@@ -12,9 +12,11 @@ from contiga.arrays.codes import CUT, IN, OUT
 from contiga.errors import GeometryError
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edges import BodyEdge, EdgeUse
+from contiga.geometry.kernels import trim_area_nb
 from contiga.geometry.kernels import trim_build_nb as build_nb
 from contiga.geometry.kernels import trim_nb as nb
 from contiga.geometry.surface import NurbsSurface
+from contiga.geometry.trim import loop_pieces
 from contiga.geometry.trim_area import patch_areas
 from contiga.masters.body import Body
 
@@ -248,6 +250,29 @@ def test_small_gaps_are_closed_straight_and_large_ones_are_errors():
     sides[0] = NurbsCurve(1, [0, 0, 1, 1], [(0.2, 0.2), (0.7, 0.2)])
     with pytest.raises(GeometryError, match=r"patch 0, loop 0, after p-curve 0.*head to tail"):
         Body(plate(), trims=[[sides]])
+
+
+@pytest.mark.parametrize("outside", [1e-6, 1e-3, 5e-3])
+def test_what_a_loop_reaches_over_the_rectangle_is_cut_off(outside):
+    low, high = -outside, 1.0 + outside
+    outer = polygon((low, low), (high, low), (high, high), (low, high))
+    body = Body(plate(), trims=[[outer, circle(0.5, 0.5, 0.2)]])
+    assert body.area() == pytest.approx(1.0 - math.pi * 0.04, rel=1e-9)
+    sides = [
+        trim_area_nb.side_of_loop(body.trim_tables, pieces)
+        for pieces in loop_pieces(body.trim_tables, 0)
+    ]
+    assert sides == [1, -1]
+
+
+@pytest.mark.parametrize("turns", range(4))
+def test_a_face_lies_on_one_side_of_loops_that_touch(turns):
+    """A hole that touches the outer loop and another hole, wherever its first corner is."""
+    first = circle(0.3, 0.5, 0.3, turns * math.pi / 2)
+    outer = polygon((0.0, 0.0), (0.9, 0.0), (0.9, 1.0), (0.0, 1.0))
+    tables = Body(plate(), trims=[[outer, first, circle(0.75, 0.5, 0.15)]]).trim_tables
+    sides = [trim_area_nb.side_of_loop(tables, pieces) for pieces in loop_pieces(tables, 0)]
+    assert sides == [1, -1, -1]
 
 
 def test_loops_outside_the_rectangle_are_errors():

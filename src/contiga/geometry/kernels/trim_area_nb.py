@@ -200,7 +200,9 @@ def side_of_piece(tables, piece):
         length = np.sqrt(du * du + dv * dv)
         if length == 0.0:
             return 0
-        u, v = 0.5 * (here[0, 0] + here[1, 0]), 0.5 * (here[0, 1] + here[1, 1])
+        # What lies beyond the rectangle is cut off along its sides.
+        u = min(max(0.5 * (here[0, 0] + here[1, 0]), d[0] / su), d[1] / su)
+        v = min(max(0.5 * (here[0, 1] + here[1, 1]), d[2] / sv), d[3] / sv)
         left = _state_beside(
             tables, patch, (u - step * dv / length) * su, (v + step * du / length) * sv
         )
@@ -213,23 +215,34 @@ def side_of_piece(tables, piece):
 
 
 @kernel()
-def add_loop(tables, pieces, grid, rule, out):
-    """Add the signed contribution of one loop (its pieces in order) to integrals over its patch."""
-    longest = 0.0
-    sign = 0
-    start = np.inf
-    patch = tables.piece_patch[pieces[0]]
-    d = tables.domain[patch]
+def side_of_loop(tables, pieces):
+    """+1 if the face lies left of a loop (its pieces in order), −1 if right, 0 if neither is seen.
+
+    Seen beside its longest piece that has the face on one side: a loop may touch another, or run
+    along the border of the rectangle and beyond it.
+    """
+    longest, side = 0.0, 0
+    d = tables.domain[tables.piece_patch[pieces[0]]]
     for p in pieces:
         ends = tables.piece_ends[p]
-        start = min(start, min(ends[0], ends[2]))
         length = abs(ends[2] - ends[0]) / (d[1] - d[0]) + abs(ends[3] - ends[1]) / (d[3] - d[2])
         if length > longest:
-            side = side_of_piece(tables, p)
-            if side != 0:
-                longest, sign = length, side
+            beside = side_of_piece(tables, p)
+            if beside != 0:
+                longest, side = length, beside
+    return side
+
+
+@kernel()
+def add_loop(tables, pieces, grid, rule, out):
+    """Add the signed contribution of one loop (its pieces in order) to integrals over its patch."""
+    sign = side_of_loop(tables, pieces)
     if sign == 0:
         return
+    start = np.inf
+    d = tables.domain[tables.piece_patch[pieces[0]]]
+    for p in pieces:
+        start = min(start, tables.piece_ends[p, 0], tables.piece_ends[p, 2])
     start = min(max(start, d[0]), d[1])
     # By itself first: a small hole must not be rounded as what it is cut from.
     contribution = np.zeros(out.size)

@@ -1,10 +1,11 @@
 """Faces that go through themselves or through one another, and where.
 
 Two parts of a surface that cross have leaves of the hierarchy that come near each other and are no
-neighbours. From places on both, Newton's method leads to a point that both pass through, and there
-it is looked a little to either side: faces cross where both go on beyond the other. Such that end
-there, as at a common edge, or only touch do not. What is crossed over less than `ASIDE` of the size
-is not found, nor what lies wholly between leaves that adjoin in one face: these are nearly flat.
+neighbours. From places on both, Newton's method leads to a point that both pass through. That they
+cross must be proved there: both go on along the line of intersection, over a length, and to both
+sides of each other. Faces that touch in a point, along an edge or tangentially do not. A crossing
+over less than `ASIDE` of the size is not found, nor one between leaves that adjoin in one face:
+these are nearly flat.
 """
 
 from __future__ import annotations
@@ -43,8 +44,6 @@ SINGULAR = 1e-7
 """Ratio of derivatives beneath which a place is a pole."""
 RANK = 1e-14
 """Share of a matrix that is added to one that may be singular."""
-AROUND = [(0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)]
-"""Places about a crossing: shares of the margin along the line of intersection, and across it."""
 GRID = np.array([[0.0, 0.0], [-0.6, -0.6], [-0.6, 0.6], [0.6, -0.6], [0.6, 0.6]])
 """Places of a leaf, in halves of its sides from its middle."""
 
@@ -295,11 +294,11 @@ def _powers(x: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _pierce(body: Faces, one: _Places, two: _Places, margin: float) -> NDArray[np.bool_]:
-    """Whether faces pierce each other at places that are one point.
+    """Whether faces pierce each other at places that are one point, or begin to do so there.
 
     They do where the planes that touch them there meet at an angle, and both faces go on in their
-    planes all round: along the line of intersection, and to both sides of the other face by at
-    least half of `margin`, length.
+    planes along the line of intersection, by `margin`, length, and there to both sides of the
+    other face, by as much.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         normals = [np.cross(side.along[:, 0], side.along[:, 1]) for side in (one, two)]
@@ -307,14 +306,16 @@ def _pierce(body: Faces, one: _Places, two: _Places, margin: float) -> NDArray[n
         line = np.cross(normals[0], normals[1])
         sine = np.linalg.norm(line, axis=1)
         line /= sine[:, None]
-    proved = sine > STEEP
-    proved &= (one.patch != two.patch) | (_apart(one, two) > 4.0 * margin)
-    for i, j in AROUND:
-        for side, normal in zip((one, two), normals, strict=True):
-            rows = np.flatnonzero(proved)
-            across = np.cross(line[rows], normal[rows]) / sine[rows, None]
-            way = margin * (i * line[rows] + j * across)
-            proved[rows] = _goes_on(body, _taken(side, rows), way, 0.5 * margin)
+        across = [np.cross(line, normal) / sine[:, None] for normal in normals]
+    steep = (sine > STEEP) & ((one.patch != two.patch) | (_apart(one, two) > 4.0 * margin))
+    proved = np.zeros(len(sine), bool)
+    for along in (1.0, -1.0):
+        rows = np.flatnonzero(steep & ~proved)
+        for aside in (0.0, 1.0, -1.0):
+            for side, way in zip((one, two), across, strict=True):
+                to = margin * (along * line[rows] + aside * way[rows])
+                rows = rows[_goes_on(body, _taken(side, rows), to, 0.5 * margin)]
+        proved[rows] = True
     return proved
 
 

@@ -36,6 +36,8 @@ INNER = np.array([0.36, 0.33, 0.31])
 """Shares of the corners in the place of a triangle: no place of symmetry."""
 NEAREST, HOPS = 4, 12
 """Places that are led to where two pieces are nearest, in so many steps."""
+N_AROUND = 6
+"""Places around one where pieces meet that are looked at before they are said to coincide."""
 ASIDE = 3e-3
 """How far beside such a place it is looked, in the diagonal of the overlap."""
 
@@ -194,6 +196,7 @@ def _meeting_among(
     off = np.abs(there.gap)
     face = feet.feature == Feature.FACE  # pieces that have but an edge in common are apart
     rows = np.flatnonzero(face & (off <= tolerance))
+    rows = rows[_coincide_about(one, other, feet.point[rows], feet.normal[rows], tolerance)]
     overlap = len(rows) == 0
     if overlap:
         # Others may make up for it: what lies in a cavity, and the cavity itself.
@@ -206,6 +209,28 @@ def _meeting_among(
     x, y, z = feet.point[k].tolist()
     faces = int(one.patches[feet.patch[k]]), int(other.patches[there.patch[k]])
     return Meeting(faces, (x, y, z), overlap), off
+
+
+def _coincide_about(
+    one: _Piece, other: _Piece, points: FloatArray, normals: FloatArray, tolerance: float
+) -> NDArray[np.bool_]:
+    """Whether the faces of two pieces coincide all round points that they have in common.
+
+    Pieces that touch in a point or along an edge do not. Looked at so far around that two
+    surfaces which touch are farther apart there than the tolerance, unless both are flatter than
+    a ball of the body's size.
+    """
+    radius = 4.0 * np.sqrt(tolerance * one.faces.size)
+    first = np.cross(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    angles = 2.0 * np.pi / N_AROUND * np.arange(N_AROUND)[:, None, None]
+    ways = np.cos(angles) * first + np.sin(angles) * np.cross(normals, first)
+    around = (points + radius * ways).reshape(-1, 3)
+    feet = project(one.faces, around)
+    there = project(other.faces, feet.point)
+    coincide = (feet.feature == Feature.FACE) & (there.feature == Feature.FACE)
+    coincide &= np.abs(there.gap) <= tolerance
+    return np.asarray(coincide.reshape(N_AROUND, -1).all(axis=0))
 
 
 def _turns(

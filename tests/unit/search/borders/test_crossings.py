@@ -122,6 +122,57 @@ def test_a_file_with_such_a_face_is_refused_with_the_place(tmp_path: Path) -> No
     assert len(cg.read_cad(path, faces=1).patches) == 1
 
 
+def wall(low: tuple[float, ...], high: tuple[float, ...], turn: float = 0.0) -> cg.NurbsSurface:
+    """A rectangle in the plane y = 0, (x, z) from `low` to `high`, turned about z at the origin."""
+    (a, c), (b, d) = low, high
+    at = cg.motion.pose.rotation([0.0, 0.0, 1.0], turn, [0.0, 0.0, 0.0])
+    flat = cg.shapes.bilinear((a, 0, c), (b, 0, c), (a, 0, d), (b, 0, d))
+    return flat.transformed(at)
+
+
+UPRIGHT = wall((-1.0, -1.0), (1.0, 1.0))
+APART_OR_TOUCHING = {
+    "edges that cross in a point": wall((-1.0, 1.0), (1.0, 2.0), np.pi / 2),
+    "an edge that ends in the face": wall((0.0, -0.5), (1.0, 0.5), np.pi / 2),
+    "an edge that crosses the face's edge": wall((0.0, 0.0), (1.0, 2.0), np.pi / 2),
+    "a corner in the face": wall((0.0, 0.0), (1.0, 1.0), np.pi / 2),
+    "edges along each other": wall((-1.0, 1.0), (1.0, 2.0), 0.3),
+    "a face in the same plane": wall((-0.5, -0.5), (0.5, 0.5)),
+    "a face that overlaps in the same plane": wall((0.5, 0.5), (2.0, 2.0)),
+    "a hair apart": wall((-1.0, 1.0 + 1e-7), (1.0, 2.0), np.pi / 2),
+}
+
+
+@pytest.mark.parametrize("factor", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("name", APART_OR_TOUCHING)
+def test_faces_that_touch_in_a_point_or_along_an_edge_do_not_pierce(
+    name: str, factor: float
+) -> None:
+    body = cg.Body([UPRIGHT, APART_OR_TOUCHING[name]]).scaled(factor).transformed(MOVED)
+    assert crossing_of(body, np.zeros(2, int), 0.0) is None
+
+
+@pytest.mark.parametrize("sine", [0.02, 0.5, 1.0])
+@pytest.mark.parametrize("length", [1e-3, 0.1, 1.0])
+def test_faces_pierce_over_a_length_at_a_point_of_both(length: float, sine: float) -> None:
+    turn = float(np.arcsin(sine))
+    body = cg.Body([UPRIGHT, wall((-1.0, 1.0 - length), (1.0, 2.0), turn)]).transformed(MOVED)
+    crossing = crossing_of(body, np.zeros(2, int), 0.0)
+    assert crossing is not None
+    x, y, z = (np.linalg.inv(MOVED) @ [*crossing.point, 1.0])[:3]
+    assert abs(x) < 1e-9
+    assert abs(y) < 1e-9
+    assert 1.0 - length - 1e-9 <= z <= 1.0 + 1e-9
+
+
+def test_a_face_does_not_pierce_itself_where_its_seam_meets_a_crease() -> None:
+    corners = [[0, 0, -1], [2, 0, -1], [2, 0, 1], [0, 0, 1]]
+    can = cg.shapes.revolved(cg.NurbsCurve(1, [0.0, 0, 1, 2, 3, 3], corners))
+    body = cg.Body([can]).transformed(MOVED)
+    assert (body.closed, body.flaws) == (True, [])
+    assert abs(body.volume() - 8.0 * np.pi) < 1e-9
+
+
 def test_two_halves_of_a_ball_do_not_cross_at_its_poles() -> None:
     ball = cg.shapes.sphere()
     (a, b), v = ball.domain

@@ -51,6 +51,8 @@ APART = {
     "boxes of boxes overlap": ball(1.0) + ball(1.0, 1.5, 1.5, 0.0),
     "balls that touch in a point": ball(1.0) + ball(1.0, 2.0, 0.0, 0.0),
     "edge to edge": box(*UNIT) + box((1, 1, 0), (2, 2, 1)),
+    "corner to corner": box(*UNIT) + box((1, 1, 1), (2, 2, 2)),
+    "a ball on a box": box(*UNIT) + ball(0.4, 0.5, 0.5, 1.4),
     "a cavity": ball(3.0) + cavity(ball(1.0, 0.5, 0.0, 0.0)),
     "a ball in a cavity": ball(3.0) + cavity(ball(2.0)) + ball(1.9),
     "a pin with play": rod(3.0, 0, 2) + cavity(rod(1.001, 0.5, 1.5)) + rod(1.0, 0.501, 1.499),

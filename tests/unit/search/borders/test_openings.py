@@ -87,6 +87,35 @@ def test_edges_used_twice_close_a_body_within_their_tolerance():
     assert "do not meet" in fine.openings.flaws[0]
 
 
+@pytest.mark.parametrize("pairs", [((0, 1), (2, 3)), ((0, 2), (1, 3)), ((0, 3), (1, 2))])
+def test_boxes_that_touch_along_an_edge_are_closed_however_its_faces_are_paired(pairs):
+    patches = box_patches() + [patch.translated([1.0, 1.0, 0.0]) for patch in box_patches()]
+    edges = named_edges(patches, 1e-9, 0.0)
+    (shared,) = (edge for edge in edges if len(edge.uses) == 4)
+    assert cg.Body(patches, edges=edges).closed
+    paired = [shared._replace(uses=tuple(shared.uses[k] for k in pair)) for pair in pairs]
+    body = cg.Body(patches, edges=[edge for edge in edges if edge is not shared] + paired)
+    assert (body.closed, body.flaws) == (True, [])
+    assert body.volume() == pytest.approx(2.0)
+
+
+def test_an_opening_that_the_tolerance_does_not_tell_from_a_point_is_none():
+    """The tip of a pyramid is cut off."""
+
+    def pyramid(tip, tolerance):
+        base, top = (
+            [(h, h, z), (-h, h, z), (-h, -h, z), (h, -h, z)] for h, z in ((1, 0), (tip, 1))
+        )
+        sides = [bilinear(base[k], base[k - 3], top[k], top[k - 3]) for k in range(4)]
+        patches = [*sides, bilinear(base[0], base[3], base[1], base[2])]
+        return cg.Body(patches, edges=named_edges(patches, 1e-9, tolerance))
+
+    assert pyramid(1e-5, tolerance=2e-5).closed
+    assert pyramid(1e-5, tolerance=2e-5).openings.free_length == 0.0
+    assert pyramid(1e-5, tolerance=1e-6).openings.free_edges == 4
+    assert pyramid(1e-3, tolerance=2e-5).openings.free_edges == 4
+
+
 def test_the_patches_of_a_slit_are_named():
     patches = box_patches(lift=3e-3)
     wide = cg.Body(patches, edges=named_edges(patches, 6e-3, 3e-3)).openings
