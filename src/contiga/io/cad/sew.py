@@ -8,7 +8,13 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator
+from itertools import combinations
 from typing import Any
+
+import numpy as np
+
+from contiga.arrays.groups import groups_of
+from contiga.geometry.joints import Joint, turned_faces
 
 COINCIDENT = 1e-6
 """Edges farther apart than this share of the whole size stay two."""
@@ -131,23 +137,66 @@ class Sewn:
         return edge, against
 
     def _turn(self, shape: Any, sewing: Any) -> None:
-        """Find the faces that face the other way in the sewn shells than in the file.
+        """Find the faces that must swap their sides to agree with those they are joined to.
 
-        A shell has two sides and sewing takes either. A closed one faces outward, an open one as
-        its first face does in the file.
+        Faces are joined over edges that two of them share. What hangs together and is closed
+        faces outward, what is open as its first face does in the file. Edges in one place, as
+        where two boxes touch along a line, join nothing: which faces sewing has paired there is
+        chance.
         """
-        origin = {
-            self._number(sewing.ModifiedSubShape(face)): face for face in subshapes(shape, "FACE")
-        }
-        for shell in subshapes(sewing.SewedShape(), "SHELL"):
-            faces: list[tuple[int, bool]] = []
-            for face in subshapes(_outward(shell), "FACE"):
-                before = origin.get(self._number(face))
-                if before is not None:
-                    after = sewing.ModifiedSubShape(before).Orientation()
-                    faces.append((self._number(before), face.Orientation() != after))
-            inside_out = not _is_closed(shell) and min(faces, default=(0, False))[1]
-            self._turned |= {face for face, turned in faces if turned != inside_out}
+        from OCP.BRep import BRep_Tool
+        from OCP.TopAbs import TopAbs_Orientation
+        from OCP.TopoDS import TopoDS
+
+        faces = list(dict.fromkeys(subshapes(shape, "FACE")))
+        sewn = [sewing.ModifiedSubShape(face) for face in faces]
+        uses: dict[int, list[tuple[int, bool]]] = defaultdict(list)
+        for k, face in enumerate(sewn):
+            for edge in map(TopoDS.Edge, subshapes(face, "EDGE")):
+                if not BRep_Tool.Degenerated_s(edge):
+                    forward = edge.Orientation() == TopAbs_Orientation.TopAbs_FORWARD
+                    uses[self._number(edge)].append((k, forward))
+        chance = self._in_one_place(list(uses))
+        joints = []
+        for number, ends in uses.items():
+            if len(ends) == 2 and number not in chance:
+                (a, one), (b, other) = ends
+                joints.append(Joint(a, b, one != other))
+        turned = set(turned_faces(len(sewn), joints)[0])
+        pairs = np.array([joint[:2] for joint in joints], np.int64).reshape(-1, 2)
+        group = groups_of(pairs[:, 0], pairs[:, 1], len(sewn))
+        ends_at = {ends[0][0] for ends in uses.values() if len(ends) == 1}
+        for number in range(int(group.max(initial=-1)) + 1):
+            piece = set(np.flatnonzero(group == number).tolist())
+            if piece.isdisjoint(ends_at):
+                volume = sum((-1.0 if k in turned else 1.0) * volume_of(sewn[k]) for k in piece)
+                swap = volume < 0.0
+            else:
+                swap = min(piece) in turned
+            self._turned |= {self._number(faces[k]) for k in piece if (k in turned) != swap}
+
+    def _in_one_place(self, numbers: list[int]) -> set[int]:
+        """Those of some edges that coincide with another of them, between the same corners."""
+        from OCP.BRep import BRep_Tool
+        from OCP.BRepAdaptor import BRepAdaptor_Curve
+
+        between: dict[frozenset[int], list[int]] = defaultdict(list)
+        for number in numbers:
+            ends = frozenset(map(self._number, subshapes(self.edge(number), "VERTEX")))
+            between[ends].append(number)
+        coincide: set[int] = set()
+        for some in between.values():
+            curves = {number: BRepAdaptor_Curve(self.edge(number)) for number in some}
+            middles = {
+                number: curve.Value(0.5 * (curve.FirstParameter() + curve.LastParameter()))
+                for number, curve in curves.items()
+                if len(some) > 1
+            }
+            for one, other in combinations(middles, 2):
+                near = sum(BRep_Tool.Tolerance_s(self.edge(number)) for number in (one, other))
+                if middles[one].Distance(middles[other]) <= near:
+                    coincide |= {one, other}
+        return coincide
 
 
 def _length(edge: Any) -> float:
@@ -202,25 +251,6 @@ def _same_way(edge: Any, whole: Any) -> bool:
     return bool(way.Dot(other) > 0.0)
 
 
-def _is_closed(shell: Any) -> bool:
-    from OCP.BRep import BRep_Tool
-
-    return bool(BRep_Tool.IsClosed_s(shell))
-
-
-def _outward(shell: Any) -> Any:
-    """A closed shell with its faces outward; an open one as it is."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid
-    from OCP.BRepLib import BRepLib
-    from OCP.TopoDS import TopoDS
-
-    if not _is_closed(shell):
-        return shell
-    solid = BRepBuilderAPI_MakeSolid(TopoDS.Shell(shell)).Solid()
-    BRepLib.OrientClosedSolid_s(solid)
-    return solid
-
-
 def subshapes(shape: Any, kind: str) -> list[Any]:
     """What a shape has of a kind ("SOLID", "SHELL", "FACE", "EDGE"), in its order."""
     from OCP.TopAbs import TopAbs_ShapeEnum
@@ -256,3 +286,13 @@ def _sewing(shape: Any) -> Any:
     sewing.Add(shape)
     sewing.Perform()
     return sewing
+
+
+def volume_of(shape: Any) -> float:
+    """Volume of a solid to about 1e-9, mm³; of faces that of the cone from the origin over them."""
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties, 1e-9)
+    return float(properties.Mass())

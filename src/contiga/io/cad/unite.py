@@ -15,9 +15,8 @@ import numpy as np
 
 from contiga.errors import FileError
 from contiga.io.cad.occ_parts import Piece, compound_of
-from contiga.io.cad.occ_solids import volume_of
 from contiga.io.cad.parts import Solids
-from contiga.io.cad.sew import COINCIDENT, FINEST, subshapes
+from contiga.io.cad.sew import COINCIDENT, FINEST, subshapes, volume_of
 from contiga.records import FloatArray
 
 SAMPLES = 64

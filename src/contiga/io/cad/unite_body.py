@@ -19,9 +19,9 @@ from contiga.extras import require
 from contiga.geometry.piece import piece_of
 from contiga.io.cad.assemble import Assembly, merged, warn
 from contiga.io.cad.occ_parts import NAMELESS, Piece
-from contiga.io.cad.occ_solids import Solid, hollowed, solid_of, volume_of
+from contiga.io.cad.occ_solids import Solid, hollowed, solid_of
 from contiga.io.cad.parts import Solids
-from contiga.io.cad.sew import Sewn, subshapes
+from contiga.io.cad.sew import Sewn, subshapes, volume_of
 from contiga.io.cad.step_iges import edge_of, gather
 from contiga.io.cad.unite import (
     Numbered,
