@@ -137,9 +137,7 @@ def common(piece: Piece, other: Piece, volume: float | None = None) -> Piece:
 
 def together(*pieces: Piece, volume: float | None = None) -> Piece:
     """A compound of pieces as they are: solids of an assembly."""
-    return Piece(
-        parts.compound([piece.shape for piece in pieces]), union_field(pieces), volume
-    )
+    return Piece(parts.compound([piece.shape for piece in pieces]), union_field(pieces), volume)
 
 
 def union_field(pieces: Sequence[Piece]) -> fields.Field | None:

@@ -7,9 +7,9 @@ place that is told must lie on two sheets of the surface, which cross there at a
 from __future__ import annotations
 
 import math
-import re
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,10 +17,11 @@ from scipy.interpolate import make_interp_spline
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 from tests.stress import closed, parts
-from tests.stress.valid import Rng, _ridge, maybe, pick, whole
+from tests.stress.tally import Clock, Tally
+from tests.stress.valid import Rng, maybe, pick, ridge, whole
 
 import contiga as cg
-from contiga.errors import ContigaError, ContigaWarning
+from contiga.errors import ContigaWarning
 
 NEAR = 1e-6
 """Share of the size within which a place must lie on both sheets."""
@@ -44,7 +45,6 @@ class Told(NamedTuple):
     name: str
     text: str
     """"" if nothing is said."""
-    patches: tuple[int, ...]
     off: float
     """How far the place is from the farther of two sheets, share of the size; NaN if none is."""
 
@@ -123,7 +123,9 @@ def rings(rng: Rng) -> list[cg.NurbsSurface]:
         t = 2.0 * np.pi * np.asarray(s)
         if (a, b) == (2, 3):  # a trefoil
             reach = 2.0 + np.cos(3.0 * t)
-            return np.stack([reach * np.cos(2 * t), reach * np.sin(2 * t), height * np.sin(3 * t)], 1)
+            return np.stack(
+                [reach * np.cos(2 * t), reach * np.sin(2 * t), height * np.sin(3 * t)], 1
+            )
         return np.stack([3 * np.sin(a * t), 1.5 * np.sin(b * t), height * np.cos(t)], axis=1)
 
     r = float(rng.uniform(0.5, 0.6))
@@ -184,7 +186,11 @@ def lids(rng: Rng) -> list[cg.NurbsSurface]:
     at, wide = rng.uniform(0.4, 0.6, 2), float(rng.uniform(0.3, 0.39))
     lid = _sheet(height, np.zeros(3), tuple(at), wide)
     lowest = _sheet(0.0, np.array([0.0, 0.0, 1.0]), tuple(at), wide)
-    reach = float(lowest.evaluate(np.stack(np.meshgrid(*2 * [np.linspace(0, 1, 201)]), -1).reshape(-1, 2))[:, 2].max())
+    reach = float(
+        lowest.evaluate(np.stack(np.meshgrid(*2 * [np.linspace(0, 1, 201)]), -1).reshape(-1, 2))[
+            :, 2
+        ].max()
+    )
     deep = pick(rng, 0.003, 0.03, 0.3)
     aside = rng.uniform(-0.05, 0.05, 2)
     lid = _sheet(height, np.array([*aside, -(height + deep) / reach]), tuple(at), wide)
@@ -217,7 +223,7 @@ def turned_eights(rng: Rng) -> list[cg.NurbsSurface]:
     if maybe(rng):
         return [cg.shapes.revolved(curve)]
     cuts = [t[0], *(t[0] + np.sort(rng.uniform(0.3, 6.0, 3))).tolist(), t[-1]]
-    return [cg.shapes.revolved(curve.restricted(a, b)) for a, b in zip(cuts, cuts[1:], strict=False)]
+    return [cg.shapes.revolved(curve.restricted(a, b)) for a, b in pairwise(cuts)]
 
 
 def dented_balls(rng: Rng) -> list[cg.NurbsSurface]:
@@ -246,9 +252,9 @@ def pits(rng: Rng) -> Any:
     tall, deep = 2.0, 2.0 + float(pick(rng, 0.02, 0.3, 1.0))
     lean = rng.uniform(-0.3, 0.3, 2)
     low = [np.array([x, y, 0.0]) for x, y in ((0, 0), (5, 0), (5, 5), (0, 5))]
-    top = [p + [0, 0, tall] for p in low]
+    top = [np.add(p, (0.0, 0.0, tall)) for p in low]
     rim = [np.array([x, y, tall]) for x, y in (a, (b[0], a[1]), b, (a[0], b[1]))]
-    foot = [p + [*lean, -deep] for p in rim]
+    foot = [np.add(p, (*lean, -deep)) for p in rim]
     faces = [low[::-1], foot]
     for k in range(4):
         j = (k + 1) % 4
@@ -263,7 +269,7 @@ def springs(rng: Rng) -> Any:
     half = pitch * float(rng.uniform(0.55, 0.8))
     reach = float(rng.uniform(0.5, 1.0))
     profile = [(0.0, -half), (reach, -0.8 * half), (reach, 0.8 * half), (0.0, half)]
-    return _ridge(4.0, pitch, float(rng.uniform(1.6, 2.6)), profile)
+    return ridge(4.0, pitch, float(rng.uniform(1.6, 2.6)), profile)
 
 
 def overlapping(rng: Rng) -> list[cg.NurbsSurface]:
@@ -319,15 +325,24 @@ def told(pierced: Pierced) -> Told:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ContigaWarning)
         openings = body.openings
-    if openings.crossing is not None:
-        found = openings.crossing
-    elif openings.meetings:
-        found = openings.meetings[0]
-    else:
-        return Told(pierced.name, "", (), np.nan)
-    patches = tuple(found.patches)
-    off = off_sheets(body, patches, np.array(found.point)) / body.size
-    return Told(pierced.name, "; ".join(body.flaws), patches, off)
+    found = openings.crossing or next(iter(openings.meetings), None)
+    if found is None or body.closed:
+        return Told(pierced.name, "", np.nan)
+    place = np.array(found.point)
+    off = off_sheets(body, found.patches, place) / body.size
+    return Told(pierced.name, "; ".join(body.flaws), off)
+
+
+def taken(family: Callable[[Rng], Any], numbers: Iterable[int]) -> Tally:
+    """Bodies of a family as a part of the stress counts them."""
+    with Clock(Tally(f"piercing bodies, {family.__name__}")) as tally:
+        for number in numbers:
+            said = told(made(family, number))
+            tally.count += 1
+            tally.wrong += bool(said.fault)
+            if said.fault:
+                tally.faults.append({"kind": "body", "name": said.name, "fault": said.fault})
+    return tally
 
 
 def off_sheets(body: cg.Body, patches: tuple[int, ...], place: Vector) -> float:
@@ -344,7 +359,7 @@ def off_sheets(body: cg.Body, patches: tuple[int, ...], place: Vector) -> float:
 
 
 def _feet(patch: cg.NurbsSurface, place: Vector, size: float) -> list[tuple[float, Vector]]:
-    """Distance and normal of the places of a patch nearest to a point: from a grid, by themselves."""
+    """Distance and normal of the places of a patch nearest to a point, one for each sheet."""
     (u0, u1), (v0, v1) = patch.domain
     spans = max(len(np.unique(knots)) for knots in patch.knots)
     n = max(GRID, 6 * spans)

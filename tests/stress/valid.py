@@ -88,7 +88,7 @@ def _of_boxes(rng: Rng, steps: Sequence[tuple[bool, np.ndarray]]) -> Piece:
 
 
 def lattice(rng: Rng) -> Piece:
-    """Two to five boxes with corners in whole numbers: edges cross, corners meet, faces are flush."""
+    """Two to five boxes with corners in whole numbers: edges cross, corners meet, faces flush."""
     steps = []
     for k in range(whole(rng, 2, 5)):
         low = rng.integers(0, 5, 3)
@@ -189,8 +189,13 @@ def tangent_boss(rng: Rng) -> Piece:
     if kind == 1:  # in the corner: both edges
         return _plated(rng, [_boss(rng, r, SIDE - r, r)], [])
     if kind == 2:  # two opposite edges
-        return _plated(rng, [_boss(rng, 10.0, at, 10.0)] if at == 10.0 else
-                       [_boss(rng, r, at, r), _boss(rng, SIDE - 3.0, at, 3.0)], [])
+        return _plated(
+            rng,
+            [_boss(rng, 10.0, at, 10.0)]
+            if at == 10.0
+            else [_boss(rng, r, at, r), _boss(rng, SIDE - 3.0, at, 3.0)],
+            [],
+        )
     return _plated(rng, [_boss(rng, at, r, r), _boss(rng, at, SIDE - r, r)], [])
 
 
@@ -200,7 +205,7 @@ def overhanging_boss(rng: Rng) -> Piece:
     if maybe(rng):
         return _plated(rng, [_boss(rng, pick(rng, 0.0, 0.5 * r, -0.5 * r), at, r)], [])
     low = np.array([pick(rng, -2.0, 0.0, 2.0, 16.0), pick(rng, -2.0, 0.0, 3.0, 18.0)])
-    block = pieces.box((*low, THICK), (*(low + [4.0, 4.0]), THICK + 3.0))
+    block = pieces.box((*low, THICK), (*np.add(low, 4.0), THICK + 3.0))
     return _plated(rng, [block], [])
 
 
@@ -350,7 +355,7 @@ def cones(rng: Rng) -> Piece:
     one = pieces.cone((0, 0, 0), (r, tip), h)
     if kind == 2:
         low = np.array([pick(rng, 0.0, -1.0), -9.0, pick(rng, -1.0, 0.3 * h)])
-        return _combined(rng, one, pieces.box(low, low + [9.0, 18.0, 0.5 * h + 1.0]))
+        return _combined(rng, one, pieces.box(low, np.add(low, (9.0, 18.0, 0.5 * h + 1.0))))
     return _combined(rng, one, pieces.rod(0, 0.3 * r, (-6, 0, 0.35 * h), 12.0, angle(rng)))
 
 
@@ -365,7 +370,8 @@ def rings(rng: Rng) -> Piece:
         return pieces.fused(pieces.rod(UP, major, (0, 0, -6), 12.0, angle(rng)), ring)
     if kind == 2:
         low = np.array([pick(rng, 0.0, -3.0), -12.0, pick(rng, -4.0, 0.0)])
-        return pick(rng, pieces.cut, pieces.common)(ring, pieces.box(low, low + [14.0, 24.0, 6.0]))
+        box = pieces.box(low, np.add(low, (14.0, 24.0, 6.0)))
+        return pick(rng, pieces.cut, pieces.common)(ring, box)
     plate = pieces.box((-12, -12, -4), (12, 12, 0))
     if kind == 3:
         return pick(rng, pieces.cut, pieces.fused)(plate, ring)
@@ -431,7 +437,9 @@ def fillets(rng: Rng) -> Piece:
         made = parts.fused(block, boss)
         rims = _edges(made, lambda way: not way.any())
         return Piece(_rounded(made, rims, 0.3 * r, maybe(rng)), None)
-    tube = parts.cut(parts.solid_tube(UP, 3.0, (0, 0, 0), 6.0), parts.solid_tube(UP, 1.5, (0, 0, -1), 8))
+    tube = parts.cut(
+        parts.solid_tube(UP, 3.0, (0, 0, 0), 6.0), parts.solid_tube(UP, 1.5, (0, 0, -1), 8)
+    )
     rims = _edges(tube, lambda way: not way.any())
     return Piece(_rounded(tube, rims, float(rng.uniform(0.1, 0.7)), maybe(rng)), None)
 
@@ -494,8 +502,7 @@ def drafted(rng: Rng) -> Piece:
     maker = BRepOffsetAPI_DraftAngle(start)
     plane = gp_Pln(gp_Ax3(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)))
     for face in occ.faces_of(start):
-        maker_of = _upright_plane(face)
-        if maker_of:
+        if _upright_plane(face):
             maker.Add(TopoDS.Face(face), gp_Dir(0, 0, 1), lean, plane)
     maker.Build()
     return Piece(maker.Shape(), None)
@@ -525,7 +532,7 @@ def wedges(rng: Rng) -> Piece:
         return one
     if kind == 1:  # it stands on a block's top, flush, overhanging or within
         low = np.array([pick(rng, 0.0, 1.0, -1.0), -3.0, pick(rng, 0.0, 1.0, -1.0)])
-        block = pieces.box(low, low + [sides[0], 3.0, sides[2]])
+        block = pieces.box(low, np.add(low, (sides[0], 3.0, sides[2])))
         return pieces.fused(block, one, volume=pieces.summed(block, one))
     low = rng.uniform(-2.0, 2.0, 3)
     return _combined(rng, pieces.box(low, low + rng.uniform(3.0, 7.0, 3)), one)
@@ -574,9 +581,7 @@ class _Outline(NamedTuple):
     """∫ x over the face."""
 
 
-def _spline_face(
-    rng: Rng, at: tuple[float, float] = (0.0, 0.0), upright: bool = False
-) -> _Outline:
+def _spline_face(rng: Rng, at: tuple[float, float] = (0.0, 0.0), upright: bool = False) -> _Outline:
     """A plane face inside a smooth closed curve about `at`, in (x, y), or (x, z) if upright."""
     from OCP.BRepBuilderAPI import (
         BRepBuilderAPI_MakeEdge,
@@ -607,7 +612,9 @@ def _spline_face(
             rows.append((w, point.X(), *((point.Z(), way.X(), way.Z()) if upright else
                                          (point.Y(), way.X(), way.Y()))))  # fmt: skip
     w, x, y, dx, dy = np.array(rows).T
-    return _Outline(face, 0.5 * float((w * (x * dy - y * dx)).sum()), 0.5 * float((w * x * x * dy).sum()))
+    return _Outline(
+        face, 0.5 * float((w * (x * dy - y * dx)).sum()), 0.5 * float((w * x * x * dy).sum())
+    )
 
 
 def splines(rng: Rng) -> Piece:
@@ -677,7 +684,7 @@ def _helix(radius: float, pitch: float, turns: float) -> Any:
     return BRepBuilderAPI_MakeWire(edge).Wire()
 
 
-def _ridge(radius: float, pitch: float, turns: float, profile: Sequence[Sequence[float]]) -> Any:
+def ridge(radius: float, pitch: float, turns: float, profile: Sequence[Sequence[float]]) -> Any:
     """A polygon in (x, z), from `radius`, swept along a helix."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakePolygon
     from OCP.BRepOffsetAPI import BRepOffsetAPI_MakePipeShell
@@ -717,13 +724,13 @@ def threads(rng: Rng) -> Piece:
     profile = [(-0.2, -a), (-0.2, a), (0.5 * pitch, 0.0 if sharp else 0.3 * a)]
     if not sharp:
         profile.append((0.5 * pitch, -0.3 * a))
-    ridge = _ridge(radius, pitch, turns, profile)
+    thread = ridge(radius, pitch, turns, profile)
     if kind == 1:
-        return Piece(ridge, None)
+        return Piece(thread, None)
     core = parts.solid_tube(UP, radius, (0, 0, -pitch), (turns + 2.0) * pitch)
     if kind == 2:
-        return Piece(parts.fused(core, ridge), None)
-    groove = _ridge(radius, pitch, turns, [(0.2, -a), (0.2, a), (-0.4 * pitch, 0.0)])
+        return Piece(parts.fused(core, thread), None)
+    groove = ridge(radius, pitch, turns, [(0.2, -a), (0.2, a), (-0.4 * pitch, 0.0)])
     return Piece(parts.cut(core, groove), None)
 
 
@@ -829,7 +836,9 @@ def assemblies(rng: Rng) -> Piece:
         r = float(rng.uniform(1.0, 4.0))
         tool = pieces.rod(UP, r, (0, 0, -5), 10.0, angle(rng))
         bored = pieces.cut(plate, tool)
-        pin = pieces.rod(UP, r, (0, 0, pick(rng, -3.0, -2.0, -6.0)), pick(rng, 3.0, 8.0), angle(rng))
+        pin = pieces.rod(
+            UP, r, (0, 0, pick(rng, -3.0, -2.0, -6.0)), pick(rng, 3.0, 8.0), angle(rng)
+        )
         volume = plate.volume - 3.0 * math.pi * r * r + pin.volume
         return pieces.together(bored, pin, volume=volume)
     if kind == 2:  # a ball on a plate, or more of them
@@ -845,7 +854,11 @@ def assemblies(rng: Rng) -> Piece:
         made, z = [], 0.0
         for k in range(whole(rng, 2, 4)):
             r, h = float(rng.uniform(2.0, 5.0)), float(rng.uniform(1.0, 3.0))
-            one = pieces.rod(UP, r, (0, 0, z), h, angle(rng)) if k % 2 else pieces.box((-r, -r, z), (r, r, z + h))
+            one = (
+                pieces.rod(UP, r, (0, 0, z), h, angle(rng))
+                if k % 2
+                else pieces.box((-r, -r, z), (r, r, z + h))
+            )
             made.append(one)
             z += h
         return pieces.together(*made, volume=pieces.summed(*made))
@@ -855,10 +868,14 @@ def assemblies(rng: Rng) -> Piece:
         volume = 1000.0 - 4.0 / 3.0 * math.pi * 64.0 + inner.volume
         return pieces.together(outer, inner, volume=volume)
     if kind == 6:  # apart
-        made = [pieces.ball((0, 0, 0), 2.0), pieces.box((3, 0, 0), (6, 4, 4)), pieces.rod(0, 1.0, (0, 8, 0), 5.0)]
+        made = [
+            pieces.ball((0, 0, 0), 2.0),
+            pieces.box((3, 0, 0), (6, 4, 4)),
+            pieces.rod(0, 1.0, (0, 8, 0), 5.0),
+        ]
         made = made[: whole(rng, 2, 3)]
         return pieces.together(*made, volume=pieces.summed(*made))
-    # Cones tip to tip or tip on plate.
+    # A cone on its tip.
     made = [pieces.cone((0, 0, 0), (0.0, 2.0), 4.0)]
     return pieces.together(plate, *made, volume=pieces.summed(plate, *made))
 
@@ -922,7 +939,7 @@ FAMILIES: dict[Callable[[Rng], Piece], int] = {
     cavities: 10,
     assemblies: 30,
 }
-"""How many of each: 550."""
+"""How many of each: 550 in all."""
 ODD = {not_manifold: 16}
 """Solids whose surface touches itself: OpenCASCADE calls them valid."""
 
@@ -943,8 +960,12 @@ def made(family: Callable[[Rng], Piece], number: int) -> Valid:
             turn = np.eye(3)[rng.permutation(3)]
             turn *= np.linalg.det(turn)
         factor = pick(rng, 1.0, 1.0, 25.4, 0.3)
-        shift = pick(rng, np.zeros(3), factor * rng.integers(-20, 21, 3), factor * rng.uniform(-50, 50, 3))
-        return Valid(f"{family.__name__} {number}", pieces.placed(piece, turn, shift, factor), askew)
+        shift = pick(
+            rng, np.zeros(3), factor * rng.integers(-20, 21, 3), factor * rng.uniform(-50, 50, 3)
+        )
+        return Valid(
+            f"{family.__name__} {number}", pieces.placed(piece, turn, shift, factor), askew
+        )
     raise AssertionError(f"OpenCASCADE makes no valid solid of {family.__name__} {number}")
 
 
