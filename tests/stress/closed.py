@@ -73,8 +73,11 @@ class Verdict(NamedTuple):
 
 
 def way_of(solid: valid.Valid, number: int) -> str:
-    """How the solid of a number comes to contiga; several in one shape need a file."""
-    if len(occ_solids.parts(solid.piece.shape, "SOLID")) > 1:
+    """How the solid of a number comes to contiga.
+
+    Several shells are kept by files of solids alone: of loose faces none knows what is hollow.
+    """
+    if len(occ_solids.parts(solid.piece.shape, "SHELL")) > 1:
         return WAYS[number % 2]
     return WAYS[(0, 3, 1, 0, 2, 3)[number % 6]]
 

@@ -37,8 +37,6 @@ class Valid(NamedTuple):
     name: str
     """Family and number."""
     piece: Piece
-    turned: bool
-    """Whether it stands askew."""
 
 
 def whole(rng: Rng, low: int, high: int) -> int:
@@ -963,9 +961,7 @@ def made(family: Callable[[Rng], Piece], number: int) -> Valid:
         shift = pick(
             rng, np.zeros(3), factor * rng.integers(-20, 21, 3), factor * rng.uniform(-50, 50, 3)
         )
-        return Valid(
-            f"{family.__name__} {number}", pieces.placed(piece, turn, shift, factor), askew
-        )
+        return Valid(f"{family.__name__} {number}", pieces.placed(piece, turn, shift, factor))
     raise AssertionError(f"OpenCASCADE makes no valid solid of {family.__name__} {number}")
 
 
