@@ -70,6 +70,16 @@ def mesh() -> list[str]:
     return lines
 
 
+def box(first: int, element: int, part: int, low: float, high: float) -> list[str]:
+    """Eight nodes and one solid, 20 × 20 across."""
+    points = [(x, y, z) for z in (low, high) for y in (-10, 10) for x in (-10, 10)]
+    nodes = [
+        f"{first + k:8d}" + "".join(f"{v:16.4f}" for v in p) for k, p in enumerate(points)
+    ]  # fmt: skip
+    corners = "".join(f"{first + k:8d}" for k in (0, 1, 3, 2, 4, 5, 7, 6))
+    return ["*NODE", *nodes, "*ELEMENT_SOLID", f"{element:8d}{part:8d}{corners}"]
+
+
 PARTS = [
     "*PART", "head form", card(1, 11, 21), "*PART", "$ its title", "foam pad", card(2, 12, 22),
     "*SECTION_SHELL", card(11, 2), card(THICKNESS, THICKNESS, THICKNESS, THICKNESS),

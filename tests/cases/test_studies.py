@@ -13,7 +13,10 @@ import sys
 import time
 import tomllib
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from socketserver import BaseRequestHandler, TCPServer
+from threading import Thread
 from typing import Any
 
 import numpy as np
@@ -198,16 +201,40 @@ def test_a_scheduler_that_runs_already_is_used_by_its_address(
     assert told(rows) == told(in_turn[:3])
 
 
+@contextmanager
+def somebody_else() -> Iterator[str]:
+    """The address of a server that is none of Dask's."""
+
+    class Answer(BaseRequestHandler):
+        def handle(self) -> None:
+            self.request.sendall(b"HTTP/1.1 400 Bad Request\r\nConnection: close\r\n\r\n" * 9)
+
+    with TCPServer(("127.0.0.1", 0), Answer) as server:
+        thread = Thread(target=server.serve_forever, daemon=True)
+        thread.start()
+        yield f"tcp://127.0.0.1:{server.server_address[1]}"
+        server.shutdown()
+        thread.join()
+
+
 def test_an_address_nobody_answers_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(on_dask, "_ANSWER_SECONDS", 1)
+    # A client without a scheduler prints a traceback when it goes: none is made.
+    monkeypatch.setattr(on_dask, "Client", lambda *_, **__: pytest.fail("a client is made"))
     base = base_in(tmp_path)
-    for address in ("tcp://127.0.0.1:9", "nonsense://x"):
+    for address in ("tcp://127.0.0.1:9", "nonsense://x", "nonsense"):
         with (
             pytest.raises(InputError, match="no scheduler answers") as caught,
             engine_for(base, scheduler=address, workers=None, retries=1),
         ):
             pass
         assert address in str(caught.value)
+    with (
+        somebody_else() as address,
+        pytest.raises(InputError, match="no scheduler answers"),
+        engine_for(base, scheduler=address, workers=None, retries=1),
+    ):
+        pass
     with (
         pytest.raises(InputError, match="has its own workers"),
         engine_for(base, scheduler="tcp://127.0.0.1:9", workers=2, retries=1),

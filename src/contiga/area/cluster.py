@@ -7,6 +7,7 @@ from numbers import Real
 import numpy as np
 
 from contiga.area.regions import neighbours_of, regions
+from contiga.arrays.layout import real
 from contiga.errors import InputError
 from contiga.extras import require
 from contiga.records import FloatArray, IntArray
@@ -43,7 +44,7 @@ def clusters_of(
     [0, 0, 1, 0, 1]
     """
     check_options(method, k, eps, min_points)
-    points = np.ascontiguousarray(points, dtype=np.float64)
+    points = np.ascontiguousarray(real(points, "points"), dtype=np.float64)
     if points.ndim != 2:
         raise InputError(
             "points must have one row each", where="points", found=points.shape, allowed="(n, d)"

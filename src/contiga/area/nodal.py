@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.area.method import AreaInput, Areas, Rest
-from contiga.arrays.layout import read_only
+from contiga.arrays.layout import read_only, real
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
@@ -48,6 +48,7 @@ class NodalArea:
     def __init__(self, value: ArrayLike | None = None) -> None:
         array = None
         if value is not None:
+            real(value, "area")
             try:
                 array = read_only(np.asarray(value, dtype=np.float64))
             except (TypeError, ValueError) as error:

@@ -15,6 +15,30 @@ from contiga.records import FloatArray
 AnyArray = TypeVar("AnyArray", bound=NDArray[Any])
 
 
+def real(values: Any, where: str | None = None) -> Any:
+    """`values`, refused where they are complex or have masked entries.
+
+    NumPy drops imaginary parts with a warning, and masks in silence.
+    """
+    if what := _unreal(values):
+        raise InputError(f"{what} in place of real numbers", where=where)
+    return values
+
+
+def _unreal(values: Any) -> str | None:
+    """What makes `values` no real numbers; None of what is real, or no numbers at all."""
+    kind = type(values)
+    if kind is float or kind is int:
+        return None
+    if isinstance(values, list | tuple):
+        return next(filter(None, map(_unreal, values)), None)
+    if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
+        return "masked entries"
+    if isinstance(values, complex) or getattr(getattr(values, "dtype", None), "kind", "") == "c":
+        return "complex numbers"
+    return None
+
+
 def as_contiguous(values: ArrayLike, dtype: DTypeLike) -> NDArray[Any]:
     """`values` as kernels take arrays: C-contiguous, aligned, and that may be written to.
 
@@ -23,7 +47,7 @@ def as_contiguous(values: ArrayLike, dtype: DTypeLike) -> NDArray[Any]:
     """
     if type(values) is np.ndarray and values.dtype == dtype and values.flags.carray:
         return values
-    return np.require(values, dtype, ("C", "A", "W", "E"))
+    return np.require(real(values), dtype, ("C", "A", "W", "E"))
 
 
 def as_points(values: ArrayLike, name: str = "points") -> FloatArray:
@@ -40,6 +64,7 @@ def as_parameters(values: ArrayLike) -> FloatArray:
 
 
 def _as_rows(values: ArrayLike, name: str, columns: int, shape: str) -> FloatArray:
+    real(values, name)
     try:
         rows = as_contiguous(values, np.float64)
     except (TypeError, ValueError) as error:
@@ -55,6 +80,7 @@ def as_numbers(
     values: object, where: str, what: str = "must be numbers", allowed: str | None = None
 ) -> FloatArray:
     """A C-contiguous float64 copy of `values`; `what` they must be says the error."""
+    real(values, where)
     try:
         return np.array(values, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
@@ -63,7 +89,7 @@ def as_numbers(
 
 def read_only(array: FloatArray) -> FloatArray:
     """A C-contiguous copy of `array` that cannot be written to."""
-    copy = np.array(array, dtype=np.float64, order="C")
+    copy = np.array(real(array), dtype=np.float64, order="C")
     copy.flags.writeable = False
     return copy
 
@@ -83,7 +109,7 @@ def positive(value: object, name: str, *, finite: bool = True) -> float:
     """`value` as a number above zero, a finite one where not said otherwise."""
     allowed = "a finite number > 0" if finite else "a number > 0"
     try:
-        number = float(value)  # type: ignore[arg-type]
+        number = float(real(value))
     except (TypeError, ValueError, OverflowError) as error:
         raise InputError("must be a number", where=name, found=value, allowed=allowed) from error
     if not number > 0.0 or (finite and number == np.inf):

@@ -98,7 +98,9 @@ class _Pieces(NamedTuple):
 
 def _output(spec: OutputSpec) -> OutputOptions:
     formats, fields = tuple(spec.formats), tuple(spec.fields)
-    return OutputOptions(spec.every, formats, spec.report, spec.size, fields, spec.cells)
+    return OutputOptions(
+        spec.every, formats, spec.report, spec.size, fields, spec.cells, spec.interval
+    )
 
 
 def _pieces(case: Case, cache: PartCache, wrong: Together) -> _Pieces:

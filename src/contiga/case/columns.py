@@ -16,6 +16,7 @@ _OF_CONTACTS = (
     *("moment_x", "moment_y", "moment_z", "area", "n_clusters", "mean_pressure", "max_pressure"),
     *("centre_x", "centre_y", "centre_z", "work", "energy_stored", "energy_hysteresis"),
     *("energy_damping", "energy_friction", "energy_error", "wall_time", *COUNTED, "n_unproved"),
+    "n_tunnelled",
 )
 _OF_FRICTION = ("friction_x", "friction_y", "friction_z")
 _OF_SYSTEM = (

@@ -24,6 +24,8 @@ from contiga.io.units import base_factor
 _RESTS = "Deforms in the deck; here its points rest, and give way by the law of the contact."
 _NODES = 4
 """Kind of a side that is a set of nodes."""
+_STATES = 200
+"""States that a case writes at most."""
 
 
 class Converted(NamedTuple):
@@ -96,6 +98,8 @@ def convert(deck: str | Path, units: tuple[str, str, str], folder: str | Path) -
     text = "\n".join([*head, *tables])
     parts.leave_nodes()
     parts.leave_ties()
+    parts.leave_masses(bodies)
+    model.leave_unread()
     text += "\n" + "\n".join(_foot(model))
     parse_case(text, Path(folder) / "case.toml")
     return Converted(text, len(pairs), len(bodies), model.unknown)
@@ -113,13 +117,25 @@ def _owners(pair: _Pair, parts: DeckParts) -> list[int]:
 def _pairs(model: DeckModel, parts: DeckParts) -> list[_Pair]:
     pairs: list[_Pair] = []
     for contact in model.contacts:
-        sides = [_members(side, model, parts) for side in contact.sides]
-        contacts = list(_of_contact(contact, sides, parts))
+        why = next(filter(None, (_no_side(side, model) for side in contact.sides)), "")
+        sides = [] if why else [_members(side, model, parts) for side in contact.sides]
+        contacts = [] if why else list(_of_contact(contact, sides, parts))
         if not contacts:
-            why = "no rigid part on either side, or sides that are not understood"
-            model.leave(contact.block, why)
+            model.drop(contact.block, why or "no rigid part on either side")
         pairs += contacts
     return pairs
+
+
+def _no_side(side: tuple[int, int], model: DeckModel) -> str:
+    """Why a side is not understood; nothing where it is."""
+    kind, number = side
+    if kind == _NODES:
+        return model.no_set("NODE", number)
+    if kind in (3, 5) or number == 0:
+        return ""
+    if kind in (2, 6):
+        return model.no_set("PART", number)
+    return f"SSTYP {kind}, a side of segments or elements"
 
 
 def _members(side: tuple[int, int], model: DeckModel, parts: DeckParts) -> list[int] | None:
@@ -174,8 +190,10 @@ def _head(model: DeckModel, units: tuple[str, str, str]) -> list[str]:
     else:
         model.end = 1.0
         lines.append("end = 1.0  # the deck has no *CONTROL_TERMINATION: set it")
-    lines += ['step = "auto"', *_gravity(model)]
-    return lines
+    lines += ['step = "auto"', *_gravity(model), "", "[output]"]
+    interval = max(model.states, model.end / _STATES)
+    source = "  # *DATABASE_BINARY_D3PLOT" if interval == model.states else ""
+    return [*lines, f"interval = {value_text(interval)}{source}"]
 
 
 def _gravity(model: DeckModel) -> list[str]:
@@ -185,7 +203,7 @@ def _gravity(model: DeckModel) -> list[str]:
         table = np.zeros((0, 2)) if curve is None else curve.table
         if len(table) == 0 or np.ptp(table[:, 1]) > 0.0:
             why = "its curve is missing" if len(table) == 0 else "its curve is not constant"
-            model.leave(block, why)
+            model.drop(block, why)
             continue
         gravity[axis] = -scale * float(table[0, 1])
         place = f"*{block.keyword}, {model.place(block)}"
@@ -239,8 +257,9 @@ def _contacts(pairs: list[_Pair], parts: DeckParts, soft: _Soft) -> Iterator[str
         names.add(title)
         yield f"master = {value_text(parts.name(pair.master))}"
         yield f"slave = {value_text(slave)}"
-        inner = pair.parts[0] if pair.parts else pair.master
-        yield parts.law(chosen, parts.material(inner), pair.of.scale)
+        inner = pair.parts[0] if pair.parts else parts.part_of(pair.nodes)
+        scale = pair.of.scales.real("SFM" if pair.swapped else "SFS")
+        yield parts.law(chosen, inner, scale)
         if not parts.has_facets(chosen):
             yield 'area = { kind = "constant", value = 1.0 }  # of each node: set it'
         yield from _friction(pair.of)
@@ -278,10 +297,12 @@ def _friction(contact: DeckContact) -> Iterator[str]:
     static, dynamic, decay = contact.friction
     if static <= 0.0:
         return
+    scale = contact.scales.real("FSF")
+    static, dynamic = scale * static, scale * dynamic
     friction: dict[str, Any] = {"kind": "coulomb", "static": static}
     if decay > 0.0 and 0.0 <= dynamic <= static:
         friction |= {"dynamic": dynamic, "decay": decay}
-    yield f"friction = {value_text(friction)}  # FS, FD, DC"
+    yield f"friction = {value_text(friction)}  # FS, FD, DC{', FSF' * (scale != 1.0)}"
 
 
 def _foot(model: DeckModel) -> list[str]:

@@ -83,7 +83,7 @@ def _points_of_file(
     table = read_curve(
         spec.file,
         kinds,
-        _units_of_case(info),
+        units_of_case(info.context),
         columns=spec.columns,
         curve=spec.curve,
         units=spec.units,
@@ -91,9 +91,9 @@ def _points_of_file(
     return {"points": table.tolist(), "extrapolation": spec.extrapolation}
 
 
-def _units_of_case(info: ValidationInfo) -> Units:
+def units_of_case(context: dict[str, Any] | None) -> Units:
     """The units of the case that is being read; any where they are wrong, which is told apart."""
-    said = (info.context or {}).get("units")
+    said = (context or {}).get("units")
     dimensions = ("length", "mass", "time")
     try:
         length, mass, time = (said[dimension] for dimension in dimensions)  # type: ignore[index]

@@ -26,6 +26,8 @@ from contiga.matter.foam import Foam
 from contiga.matter.materials import Elastic, NeoHooke
 from contiga.matter.woven import Fabric
 
+_SMOOTHED = 12
+"""Steps that rates of strain are smoothed over."""
 _MATERIALS: dict[str, Callable[..., Any]] = {
     "elastic": Elastic,
     "neo-hooke": NeoHooke,
@@ -105,6 +107,8 @@ def deforming(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
         motion["velocity"] = velocity
     places = [f"*{one.block.keyword}, {parts.model.place(one.block)}" for one in soft]
     notes = [one.soft.note for one in soft if one.soft is not None and one.soft.note]
+    if any("filter" in (table or {})["material"] for table in tables):
+        notes.append("its rates are smoothed over some steps, filter")
     if any(map(_bends, map(parts.is_shell, numbers), soft)):
         notes.append("its shells are membranes, without bending")
     source = "; ".join(dict.fromkeys([*places, *notes, *ties.sources]))
@@ -239,21 +243,45 @@ def _made_of(parts: DeckParts, number: int, material: Material) -> dict[str, Any
     """`material`, `density` and of shells `thickness`; None of what makes no material."""
     soft = material.soft
     assert soft is not None
-    table = dict(soft.table)
-    for key, curve in soft.curves.items():
-        points = parts.model.curve(curve)
-        if points is None:
+    curves = dict(soft.curves)
+    by_rate = sorted(parts.model.tables.get(soft.by_rate, []))
+    if by_rate:
+        curves["loading"] = by_rate[0][1]
+    elif soft.by_rate:
+        parts.model.leave(material.block, f"there is no table {soft.by_rate}")
+        return None
+    for curve in (*curves.values(), *(curve for _, curve in by_rate)):
+        if parts.model.curve(curve) is None:
             parts.model.leave(material.block, f"there is no curve {curve}")
             return None
-        table[key] = points.table
-    made: dict[str, Any] = {"density": material.density}
+
+    def filled(table_of: Callable[[int], Any]) -> dict[str, Any]:
+        """The table with its curves."""
+        table = soft.table | {key: table_of(curve) for key, curve in curves.items()}
+        if len(by_rate) > 1:
+            table["rates"] = [
+                {"rate": rate, "loading": table_of(curve)} for rate, curve in by_rate[1:]
+            ]
+            table["filter"] = _filter(parts, number, material)
+        return table
+
+    made: dict[str, Any] = {}
     try:
         positive(material.density, "density")
-        _MATERIALS[table["kind"]](**{key: table[key] for key in table if key != "kind"})
+        made["density"] = parts.density(number)
+        table = filled(lambda curve: parts.model.curves[curve].table)
+        rates = tuple((one["rate"], one["loading"]) for one in table.pop("rates", ()))
+        kind = table.pop("kind")
+        _MATERIALS[kind](**table, **({"rates": rates} if rates else {}))
         if parts.is_shell(number):
             made["thickness"] = parts.thickness(number)
     except InputError as error:
         parts.model.leave(material.block, f"{error.where} {error.what}")
         return None
-    table |= {key: {"file": parts.file, "curve": curve} for key, curve in soft.curves.items()}
-    return {"material": table} | made
+    return {"material": filled(lambda curve: {"file": parts.file, "curve": curve})} | made
+
+
+def _filter(parts: DeckParts, number: int, material: Material) -> float:
+    """Time by which rates are smoothed: some steps of about the size of a facet over wave speed."""
+    speed = (material.modulus / material.density) ** 0.5
+    return float(f"{_SMOOTHED * parts.size_of_facets([number]) / speed:.3g}")

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Iterable
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.errors import InputError, MeshError
 from contiga.io.mesh.lsdyna_deck import DeckModel, Material, Prescribed, Start
+from contiga.io.mesh.lsdyna_parts import Inertia
 from contiga.io.mesh.lsdyna_sets import set_name
 from contiga.io.mesh.raw import Group, RawMesh
+from contiga.io.mesh.read_master import master_of
 from contiga.io.mesh.read_mesh import read_raw, slave_of
-from contiga.records import FloatArray
+from contiga.records import FloatArray, MassProperties
+from contiga.rigid.inertia import combined, of_points
 from contiga.slaves.cells import SHELLS
 
 _AXES = "xyz"
@@ -127,6 +132,18 @@ class DeckParts:
                 return part
         return None
 
+    def part_of(self, number: int) -> int | None:
+        """The part that most nodes of a set belong to."""
+        chosen = next((g.nodes for g in self.mesh.groups if g.name == set_name(number)), None)
+        if chosen is None:
+            return None
+        counts = {
+            part: np.count_nonzero(np.isin(chosen, self.nodes_of(group)))
+            for part, group in self.groups.items()
+        }
+        part = max(counts, key=lambda part: counts[part], default=None)
+        return part if part is not None and counts[part] > 0 else None
+
     def nodes_of(self, group: Group) -> Any:
         """Rows of the mesh's nodes that the elements of a group have."""
         used = [
@@ -162,20 +179,21 @@ class DeckParts:
         return float(f"{most:.12g}")  # the mean of corners ends in rounding
 
     def mass(self, part: int) -> tuple[dict[str, Any], str]:
-        """The `mass` of a rigid part, and where it comes from."""
+        """The `mass` of a rigid part, and where it comes from.
+
+        What *PART_INERTIA says stands alone; else lumped masses on its nodes count as well.
+        """
         inertia, material = self.model.parts.inertia.get(part), self.material(part)
         assert material is not None
         if inertia is not None and inertia.mass > 0.0:
-            xx, xy, xz, yy, yz, zz = inertia.tensor
-            centre = list(inertia.centre)
-            if inertia.node and self.mesh.node_ids is not None:
-                at = np.flatnonzero(self.mesh.node_ids == inertia.node)
-                centre = self.mesh.points[at[0]].tolist() if len(at) else centre
-            entries = [xx, yy, zz, xy, yz, xz]
-            note = ", its own axes taken for those of the world" if inertia.local else ""
-            mass = {"total": inertia.mass, "centre": centre, "inertia": entries}
-            return mass, f"*PART_INERTIA{note}"
-        if material.density <= 0.0:
+            return _table(self._given(inertia)), self._source(part, inertia)
+        shells, lumped = self.is_shell(part), self._lumped(part)
+        plain = not shells and lumped is None and part not in self.model.part_masses
+        if plain and material.density > 0.0:
+            return {"density": material.density}, f"density of the *{material.block.keyword}"
+        own = self._of_shells(part) if shells else self._of_solids(part)
+        every = [one for one in (own, lumped) if one is not None]
+        if not every:
             raise MeshError(
                 "is free to move and has no mass",
                 where=f"{self.model.path}: part {part}",
@@ -183,16 +201,136 @@ class DeckParts:
                 f"{self.model.place(material.block)}",
                 allowed="a density above zero, or *PART_INERTIA",
             )
-        if not self.is_shell(part):
-            return {"density": material.density}, f"density of the *{material.block.keyword}"
-        corners, thickness = self._facets([part])
-        where = "its shells at their thickness"
-        if not (thickness > 0.0).all():
+        where = "its shells at their thickness" if shells else "its solids at their density"
+        if shells and not (self._facets([part]).thickness > 0.0).all():
             why = f"part {part}, its shells have no thickness: 1 is taken for its mass"
             self.model.leave(material.block, why)
-            thickness = np.where(thickness > 0.0, thickness, 1.0)
             where = "its shells at a thickness of 1, as the deck has none: set it"
-        return _mass_of_shells(corners, thickness * material.density), where
+        if lumped is not None:
+            where += f", and {lumped.mass:g} on its nodes by *ELEMENT_MASS"
+        return _table(combined(every)), where
+
+    def _given(self, inertia: Inertia) -> MassProperties:
+        """What *PART_INERTIA says, in world axes."""
+        xx, xy, xz, yy, yz, zz = inertia.tensor
+        tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        centre = np.array(inertia.centre)
+        if inertia.node and self.mesh.node_ids is not None:
+            at = np.flatnonzero(self.mesh.node_ids == inertia.node)
+            centre = self.mesh.points[at[0]] if len(at) else centre
+        axes = self.model.axes_of(inertia)
+        if axes is not None and not np.array_equal(axes, np.eye(3)):
+            tensor = axes @ tensor @ axes.T
+        return MassProperties(inertia.mass, centre, tensor)
+
+    def _source(self, part: int, inertia: Inertia) -> str:
+        if self.model.axes_of(inertia) is not None:
+            return "*PART_INERTIA"
+        why = f"part {part}: its own axes are not understood, those of the world are taken"
+        self.model.leave(inertia.block, why)
+        return "*PART_INERTIA, its own axes taken for those of the world"
+
+    def _of_shells(self, part: int) -> MassProperties | None:
+        """Of a part of shells, with what its section and *ELEMENT_MASS_PART add over its area;
+        shells without a thickness as if it were 1.
+
+        Three points a facet are exact.
+        """
+        corners, thickness = self._facets([part])
+        material = self.material(part)
+        assert material is not None
+        thickness = np.where(thickness > 0.0, thickness, 1.0)
+        areas = _areas(corners)
+        masses = areas * (thickness * material.density + self._over_area(part))
+        masses += self._added(part, float(masses.sum())) * areas / areas.sum()
+        middles = 0.5 * (corners + np.roll(corners, 1, axis=1)).reshape(-1, 3)
+        return of_points(middles, np.repeat(masses / 3.0, 3)) if masses.sum() > 0.0 else None
+
+    def _of_solids(self, part: int) -> MassProperties | None:
+        """Of a part of solids, with what *ELEMENT_MASS_PART adds over its volume."""
+        material = self.material(part)
+        assert material is not None
+        if material.density <= 0.0 and part not in self.model.part_masses:
+            return None
+        one = self._volume(part)
+        own = material.density * one.mass
+        share = (own + self._added(part, own)) / one.mass
+        if share <= 0.0:
+            return None
+        return one._replace(mass=share * one.mass, inertia=share * one.inertia)
+
+    def _volume(self, part: int) -> MassProperties:
+        """Of the solids of a part, at a density of 1."""
+        slave = slave_of(self.mesh, self.model.path, chosen=([part], None, "skin"))
+        where = f"{self.model.path}: part {part}"
+        return master_of(slave, where=where).compact().mass_properties(1.0)
+
+    def _over_area(self, part: int) -> float:
+        """Mass over area that the section of a part adds, MAREA."""
+        return self.model.parts.added.get(self.model.parts.sections.get(part, -1), 0.0)
+
+    def _added(self, part: int, own: float) -> float:
+        """Mass that *ELEMENT_MASS_PART adds to a part that weighs `own` without it."""
+        row = self.model.part_masses.get(part)
+        if row is None:
+            return 0.0
+        added, final = row.reals("ADDMASS FINMASS")
+        return final - own if final > 0.0 else added
+
+    def density(self, part: int) -> float:
+        """Of a part that deforms, with what cards add over its area or volume."""
+        material = self.material(part)
+        assert material is not None
+        density = material.density
+        if self.is_shell(part):
+            thickness = self.thickness(part)
+            density += self._over_area(part) / thickness
+            if part in self.model.part_masses:
+                volume = float(_areas(self._facets([part]).corners).sum()) * thickness
+                density += self._added(part, density * volume) / volume
+        elif part in self.model.part_masses:
+            volume = self._volume(part).mass
+            density += self._added(part, density * volume) / volume
+        return density
+
+    def _carried(self, part: int) -> NDArray[np.bool_]:
+        """(n,) nodes of a rigid part: of its elements, and those that cards add to it."""
+        mask = np.zeros(len(self.mesh.points), np.bool_)
+        mask[self.nodes_of(self.groups[part])] = True
+        names = {tie.nodes for tie in self.model.ties if tie.part == part}
+        for group in self.mesh.groups:
+            if group.name in names and group.nodes is not None:
+                mask[group.nodes] = True
+        return mask
+
+    def _lumped(self, part: int) -> MassProperties | None:
+        """Of the masses that stand on nodes of a rigid part."""
+        if self.mesh.mass is None:
+            return None
+        at = np.flatnonzero(self._carried(part) & (self.mesh.mass > 0.0))
+        if not len(at):
+            return None
+        heavy = set(at.tolist())
+        for group in self.mesh.groups:
+            if group.nodes is not None and heavy.intersection(group.nodes.tolist()):
+                ties = [t for t in self.model.ties if t.part == part and t.nodes == group.name]
+                self.tied.update(tie.key for tie in ties)
+        return of_points(self.mesh.points[at], self.mesh.mass[at])
+
+    def leave_masses(self, bodies: Iterable[int]) -> None:
+        """Note the lumped masses on nodes of no rigid part of the case."""
+        if self.mesh.mass is None or self.mesh.node_ids is None:
+            return
+        carried = np.zeros(len(self.mesh.points), np.bool_)
+        for part in bodies:
+            carried |= self._carried(part)
+        left = set(self.mesh.node_ids[~carried & (self.mesh.mass > 0.0)].tolist())
+        for block in {id(one.block): one.block for one in self.model.masses}.values():
+            here = [one for one in self.model.masses if one.block is block]
+            nodes = {n for one in here for n in self.model.nodes_of(one)} & left
+            if nodes:
+                which = f"{len(nodes)} nodes of no rigid part here, first {min(nodes)}"
+                self.model.leave(block, f"{which}: their masses are left out")
 
     def free_motion(self, part: int) -> dict[str, Any] | None:
         """The `motion` of a rigid part that forces move; None where all its ways are held."""
@@ -259,7 +397,8 @@ class DeckParts:
         """Note what holds nodes of nothing that deforms."""
         for tie in self.model.ties:
             if tie.key not in self.tied:
-                why = f"{tie.nodes}: of no part that deforms here"
+                none = "" if tie.one else self.model.no_set("NODE", tie.number)
+                why = none or f"{tie.nodes}: of no part that deforms here"
                 self.model.leave(tie.block, why, tie.line)
 
     def leave_nodes(self) -> None:
@@ -307,50 +446,48 @@ class DeckParts:
             rows[:, one.way] = one.scale * np.interp(times, table[:, 0], table[:, 1])
         return rows
 
-    def law(self, parts: list[str | int], material: Material | None, scale: float) -> str:
-        """The `law` of a contact on a slave, a penalty over its area as LS-DYNA takes it."""
-        size = self._size_of_facets(parts)
+    def law(self, parts: list[str | int], inner: int | None, scale: float) -> str:
+        """The `law` of a contact on a slave, a penalty over its area as LS-DYNA takes it.
+
+        `inner` is the part that the slave, or most of its nodes, are of.
+        """
+        material = None if inner is None else self.material(inner)
+        size = self.size_of_facets(parts) or (
+            self.size_of_facets([inner]) if inner is not None else 0.0
+        )
         bulk = 0.0
         if material is not None and material.poisson < 0.5:
             bulk = material.modulus / (3.0 * (1.0 - 2.0 * material.poisson))
-        stiffness = _PENALTY * scale * bulk / size if bulk else 1.0
-        where = f"0.1 × {scale:g} × bulk modulus {bulk:.4g} / facets of {size:.4g}"
+        stiffness = _PENALTY * scale * bulk / (size or 1.0) if bulk else 1.0
+        where = f"0.1 × {scale:g} × bulk modulus {bulk:.4g} / facets of {size or 1.0:.4g}"
         reason = where if bulk else "the deck has no modulus that is understood: set it"
         return (
             f"# stiffness, a stress over a penetration: {reason}\n"
             f'law = {{ kind = "penalty", stiffness = {stiffness:.6g}, per_area = true }}'
         )
 
-    def _size_of_facets(self, parts: list[str | int]) -> float:
-        corners = self._facets(parts).corners
-        if not len(corners):
-            return 1.0
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        return float(np.sqrt(np.linalg.norm(normals, axis=1).mean()))
+    def size_of_facets(self, parts: list[str | int]) -> float:
+        """Root of twice the mean area of the facets, length; 0 where there are none."""
+        areas = _areas(self._facets(parts).corners)
+        return float(np.sqrt(2.0 * areas.mean())) if len(areas) else 0.0
 
     def has_facets(self, parts: list[str | int]) -> bool:
         """Whether a contact has areas to weigh forces with."""
         return len(self._facets(parts).corners) > 0
 
 
-def _mass_of_shells(corners: FloatArray, density: FloatArray) -> dict[str, Any]:
-    """Mass, centre and inertia of (m, 3, 3) facets with (m,) masses an area.
-
-    Three points a facet are exact.
-    """
+def _areas(corners: FloatArray) -> FloatArray:
+    """(m,) of facets (m, 3, 3)."""
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    weight = 0.5 * np.linalg.norm(normals, axis=1) * density / 3.0
-    middles = 0.5 * (corners + np.roll(corners, 1, axis=1)).reshape(-1, 3)
-    weights = np.repeat(weight, 3)
-    total = float(weights.sum())
-    centre = weights @ middles / total
-    r = middles - centre
-    second = (weights[:, None, None] * r[:, :, None] * r[:, None, :]).sum(axis=0)
-    tensor = np.trace(second) * np.eye(3) - second
-    entries = [tensor[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))]
+    return np.asarray(0.5 * np.linalg.norm(normals, axis=1))
+
+
+def _table(mass: MassProperties) -> dict[str, Any]:
+    """The `mass` of a case."""
+    entries = [mass.inertia[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))]
     return {
-        "total": total,
-        "centre": centre.tolist(),
+        "total": float(mass.mass),
+        "centre": mass.centre.tolist(),
         "inertia": [float(entry) for entry in entries],
     }
 

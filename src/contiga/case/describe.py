@@ -60,7 +60,8 @@ def describe(case: Case) -> list[tuple[str, str]]:
         rows.append((f"sensor {sensor.name}", sensor.describe()))
     output = case.output
     kinds = [*output.formats, *(["report"] if output.report else [])]
-    rows.append(("output", f"{', '.join(kinds) or 'none'}; fields every {output.every} steps"))
+    often = f"{output.every} steps" if output.interval is None else f"{output.interval:g}"
+    rows.append(("output", f"{', '.join(kinds) or 'none'}; fields every {often}"))
     return rows
 
 

@@ -15,6 +15,8 @@ class OutputSpec(Spec):
 
     every: Count = 1
     """Fields are written at every so many steps; the history always has all."""
+    interval: Positive | None = None
+    """Time from one set of fields to the next, in place of `every`."""
     formats: list[Literal["vtkhdf", "csv"]] = Field(default=["vtkhdf", "csv"])
     report: bool = True
     """Needs the history, format "csv"."""
@@ -27,6 +29,14 @@ class OutputSpec(Spec):
     """What is written of the inside of slaves that deform."""
     cells: bool = False
     """Of facets, too, as the elements behind them have it."""
+
+    @model_validator(mode="after")
+    def _by_steps_or_by_time(self) -> Self:
+        if self.interval is not None and "every" in self.model_fields_set:
+            raise CaseError(
+                "is beside `every`", where="interval", allowed="one of them, steps or a time"
+            )
+        return self
 
     @model_validator(mode="after")
     def _report_has_its_history(self) -> Self:

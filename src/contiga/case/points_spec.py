@@ -40,6 +40,7 @@ _EQUAL = 0.433
 """Area of a triangle of three equal sides, the largest there is, in squares of the longest."""
 _DEFAULT = "A thousandth of the size of the body is the default"
 Corner = Annotated[int, Field(ge=2)]
+PointCount = Annotated[int, Field(ge=1, le=clouds.MOST_POINTS)]
 Seed = Annotated[int, Field(ge=0)]
 
 
@@ -124,6 +125,11 @@ class SampleValues(_ShapeSpec):
     nu: Corner
     nv: Corner
 
+    @model_validator(mode="after")
+    def _points_can_be_made(self) -> Self:
+        clouds.check_grid(self.nu, self.nv)
+        return self
+
     def points(self) -> FloatArray:
         """(nu · nv, 3), v runs fastest."""
         return clouds.sample(self.make(), self.nu, self.nv)
@@ -165,7 +171,7 @@ class GridPoints(_Points):
 class RandomOnShape(_ShapeSpec):
     """Random points on a shape, uniform in its area."""
 
-    n: Count
+    n: PointCount
     seed: Seed = 0
 
     def points(self) -> FloatArray:
@@ -181,7 +187,7 @@ class RandomInBox(Spec):
     """Random points in the box between two corners."""
 
     box: Pair
-    n: Count
+    n: PointCount
     seed: Seed = 0
 
     @model_validator(mode="after")
@@ -219,7 +225,7 @@ class GivenPoints(_Points):
     """`{ coordinates = [[x, y, z], …], segments }`: a cloud, or the way of a belt."""
 
     coordinates: Annotated[list[Vector], Field(min_length=1)]
-    segments: Count | None = None
+    segments: PointCount | None = None
     """Bars that join them one after the other, in all; each leg has one at least."""
 
     @model_validator(mode="after")

@@ -13,6 +13,7 @@ from pydantic_core import ErrorDetails
 from contiga.case.names import Misnamed, misnamed
 from contiga.case.spec import suggest
 from contiga.errors import CaseError, InputError, MissingPackageError
+from contiga.io.naming import NAMES
 
 Fault = InputError | MissingPackageError
 """What keeps a part of a case from being made."""
@@ -155,16 +156,14 @@ def _words(detail: ErrorDetails) -> dict[str, Any]:
         bound = context.get("gt", context.get("ge"))
         sign = ">" if "gt" in context else ">="
         return {"what": "is too small", **said, "allowed": f"{sign} {bound:g}"}
+    if kind == "less_than_equal":
+        return {"what": "is too large", **said, "allowed": f"<= {context['le']:g}"}
     if kind == "finite_number":
         return {"what": "must be finite", **said}
     if kind in ("too_short", "too_long"):
         return _wrong_length(context)
     if kind == "string_pattern_mismatch":
-        return {
-            "what": "is not a name",
-            **said,
-            "allowed": "letters, digits, spaces, _ and -, the first a letter or digit",
-        }
+        return {"what": "is not a name", **said, "allowed": NAMES}
     return {"what": detail["msg"], **said}
 
 

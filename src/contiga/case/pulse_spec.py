@@ -14,12 +14,9 @@ from contiga.dynamics.pulses import Accelerated, Velocity
 from contiga.errors import CaseError
 from contiga.io.curves import read_curve
 from contiga.io.mesh.lsdyna import SUFFIXES
-from contiga.io.quantities import Quantity
+from contiga.io.quantities import Quantity, Units
 from contiga.io.units import acceleration_factor, time_factor, velocity_factor
 from contiga.records import FloatArray
-
-Units = tuple[str, str, str]
-"""Length, mass and time unit of a case."""
 
 # To find out whether a pulse is possible, any will do.
 _ANY_UNITS = ("m", "kg", "s")

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, PrivateAttr
 
+from contiga.case.curve_spec import units_of_case
 from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
 from contiga.case.spec import BY_KIND, Axis, ExistingFile, MadeSpec, MotionSpec, Vector
 from contiga.dynamics.prescribed import BodyMotion, Combine, Fixed, Poses, Rotate, Translate
 from contiga.errors import CaseError
+from contiga.io.quantities import Units
 
 Table = list[list[float]]
 
@@ -54,19 +56,31 @@ class RotateSpec(MadeSpec[BodyMotion], MotionSpec):
 class PosesSpec(MadeSpec[Poses], MotionSpec):
     """`{ kind = "poses", file = "poses.csv" }`, or its rows t, x, y, z, qw, qx, qy, qz as `table`.
 
-    Lengths are in the case's unit.
+    Lengths are in the case's unit, or in that which the header of the file says.
     """
 
     kind: Literal["poses"] = "poses"
     file: ExistingFile | None = None
     table: Table | None = None
+    _units: Units = PrivateAttr()
 
     @staticmethod
-    def makes(file: str | None, table: Table | None) -> Poses:
+    def makes(file: str | None, table: Table | None, units: tuple[str, str]) -> Poses:
         """The poses of either."""
         if (file is None) == (table is None):
             raise CaseError("must have exactly one of the keys file or table")
-        return Poses.from_csv(file) if file is not None else Poses.from_table(table or [])
+        if file is None:
+            return Poses.from_table(table or [])
+        return Poses.from_csv(file, units=units)
+
+    def model_post_init(self, context: dict[str, Any] | None) -> None:
+        """Keep the units of the case that is being read."""
+        self._units = units_of_case(context)
+
+    def arguments(self) -> dict[str, Any]:
+        """With length and time unit of the case."""
+        length, _, time = self._units
+        return {**super().arguments(), "units": (length, time)}
 
     def describe(self) -> str:
         """In words."""

@@ -88,6 +88,20 @@ def with_settings(data: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[
     return changed
 
 
+def table_of_key(data: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    """The innermost named table of a case that a key leads into; empty where it leads into none."""
+    *way, _ = [place or name for place, name in _STEP.findall(key)]
+    here: Any = data
+    inner: Mapping[str, Any] = {}
+    for i, step in enumerate(way):
+        try:
+            here = here[_entry(here, step, key, way[:i])]
+        except (CaseError, KeyError):
+            return {}
+        inner = here if isinstance(here, Mapping) else inner
+    return inner
+
+
 def _entry(here: Any, step: str, key: str, way: list[str]) -> Any:
     """Where, in a table or a list, a step of the way leads: a key or a place."""
     if isinstance(here, dict):

@@ -25,7 +25,7 @@ from pydantic import (
 from pydantic_core import ErrorDetails, InitErrorDetails
 
 from contiga.errors import CaseError, FileError, InputError
-from contiga.io.naming import closest, closest_name
+from contiga.io.naming import NAME, closest, closest_name
 
 Made = TypeVar("Made")
 
@@ -320,8 +320,7 @@ Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
 Pair = Annotated[list[Vector], Field(min_length=2, max_length=2)]
 """Two points, or a point and a direction."""
 Axis = str | Vector
-Name = Annotated[str, Field(pattern=r"^\w[\w \-]*$")]
-"""Letters, digits, spaces, _ and -: names become column heads and part names."""
+Name = Annotated[str, Field(pattern=f"^{NAME.pattern}$")]
 
 
 class MotionSpec(Spec):

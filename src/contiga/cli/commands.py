@@ -204,6 +204,7 @@ def check(
     from contiga.case.build import build
     from contiga.case.describe import describe, placed_parts
     from contiga.simulation.checks.finding import raise_findings
+    from contiga.simulation.checks.surface_checks import OPEN
 
     path = None if picture is None else preview_path(picture)
     loaded = load(case, settings, context, whole=True)
@@ -221,8 +222,12 @@ def check(
         print(f"warning: {finding}")
     if strict and findings:
         raise_findings(findings)
-    ready = {0: "", 1: ", with a warning"}.get(len(findings), f", with {len(findings)} warnings")
-    print(f"{case} is ready to run{ready}")
+    told = {0: "", 1: ", with a warning"}.get(len(findings), f", with {len(findings)} warnings")
+    flawed = [finding.where for finding in findings if finding.rule == OPEN]
+    if flawed:
+        print(f"{case} runs, but not as it is meant: {', '.join(flawed)} counts as open{told}")
+    else:
+        print(f"{case} is ready to run{told}")
 
 
 @app.command(cls=Command, epilog=epilog("preview"))

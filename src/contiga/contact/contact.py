@@ -220,7 +220,7 @@ class Contact(Displayed):
         state: State,
         points: ArrayLike,
         pose: ArrayLike | None = None,
-        dt: float = 1.0,
+        dt: float | None = None,
         *,
         velocity: ArrayLike | None = None,
         twist: Velocities | None = None,
@@ -236,7 +236,8 @@ class Contact(Displayed):
         state : of the last step
         points : (n, 3) slave points, world axes
         pose : (4, 4) X_WB of the master, the identity if omitted
-        dt : length of the step, > 0
+        dt : length of the step, > 0. May be omitted where no force depends on it: without damping,
+            friction that depends on the velocity and `AdaptiveLaw`, or with `velocity`
         velocity : (n, 3) of the slave points, world axes. Damping and friction take rates and
             slip from it and `twist`, exact; without, from the step's change
         twist : (v, w) of the master, each (3,), world axes: velocity of its frame's origin and
@@ -249,12 +250,12 @@ class Contact(Displayed):
         Raises
         ------
         InputError
-            Points that do not fit the slave or the state, a pose that is not one, dt ≤ 0, one of
-            velocity and twist without the other, an `out` that is not another state of this
-            contact with arrays of its own.
+            Points that do not fit the slave or the state, a pose that is not one, dt ≤ 0 or
+            omitted where a force depends on it, one of velocity and twist without the other, an
+            `out` that is not another state of this contact with arrays of its own.
         """
         p_W, X_WB = self._checked(points, pose)
-        dt = positive(dt, "dt")
+        dt = self._length_of_step(dt, told=velocity is not None)
         state = self._checked_state(state)
         poses, active = (state.pose, X_WB), self._sampling.active
         speed = relative_velocity(self._sampling, p_W, poses, velocity, twist)
@@ -272,6 +273,21 @@ class Contact(Displayed):
             return self._respond(detected, held, (p_B, X_WB), past, clock, out)
         finally:
             self._workspaces.give(workspace)
+
+    def _length_of_step(self, dt: float | None, *, told: bool) -> float:
+        """`dt`, refused where it is missing and needed. `told`: rates are those of a velocity."""
+        if dt is not None:
+            return positive(dt, "dt")
+        laws = self.law, self.friction
+        if any(getattr(law, "stiffness_follows_step", False) for law in laws) or (
+            not told and any(getattr(law, "has_rate", False) for law in laws)
+        ):
+            raise InputError(
+                "is missing: forces of this contact depend on rates",
+                where="dt",
+                allowed="the length of the step, > 0",
+            )
+        return 1.0
 
     def dry_run(
         self, placements: Iterable[tuple[ArrayLike, ArrayLike | None]], *, most: int | None = None

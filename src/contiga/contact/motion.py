@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import as_points, locked
+from contiga.arrays.layout import as_points, locked, real
 from contiga.arrays.threads import run_ranges
 from contiga.contact.kernels import relative_nb
 from contiga.errors import InputError
@@ -91,6 +91,7 @@ def relative_velocity(
 
 
 def _checked(twist: Velocities) -> FloatArray:
+    real(twist, "twist")
     try:
         parts = [np.asarray(part, dtype=np.float64) for part in twist]
     except (TypeError, ValueError):

@@ -15,6 +15,9 @@ from contiga.errors import InputError
 from contiga.records import FloatArray
 from contiga.rigid.twist import Twist
 
+_WRONG = {"4.0.0": "has a wrong Hessian in its constraint solver"}
+"""Versions of MuJoCo that move bodies wrongly, and why."""
+
 
 class Carrier(NamedTuple):
     """A body of MuJoCo with what it carries."""
@@ -39,10 +42,20 @@ def check_model(model: Any, data: Any) -> None:
     Raises
     ------
     InputError
-        No model, data of another model, an integrator that has no step in two halves.
+        No model, data of another model, an integrator that has no step in two halves; a version of
+        MuJoCo whose forces are wrong.
     """
     import mujoco
 
+    version = mujoco.mj_versionString()
+    if version in _WRONG:
+        raise InputError(
+            f"this version of MuJoCo {_WRONG[version]}",
+            where="mujoco",
+            found=version,
+            allowed="another version",
+            remedy=f'Install another: pip install "mujoco!={version}"',
+        )
     if not isinstance(model, mujoco.MjModel):
         raise InputError(
             "must be a compiled model",

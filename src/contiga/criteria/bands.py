@@ -53,5 +53,14 @@ class Bands:
         object.__setattr__(self, "names", words)
 
     def of(self, value: float) -> str:
-        """The name of the band that a value is in."""
-        return self.names[int(np.searchsorted(self.limits, value, side="right"))]
+        """The name of the band that a value is in.
+
+        Raises
+        ------
+        InputError
+            It is NaN, which is in none, or not a number.
+        """
+        number = numbers(value, "bands, value")
+        if number.shape != () or np.isnan(number):
+            raise InputError("is in no band", where="bands, value", found=value, allowed="a number")
+        return self.names[int(np.searchsorted(self.limits, number, side="right"))]

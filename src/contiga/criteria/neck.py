@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -42,7 +43,9 @@ class Nij(NamedTuple):
     """"NTF", "NTE", "NCF" or "NCE": tension or compression with flexion or extension."""
 
 
-def nij(force: ArrayLike, moment: ArrayLike, limits: NeckLimits = HYBRID_III_50) -> Nij:
+def nij(
+    force: ArrayLike, moment: ArrayLike, limits: NeckLimits | Sequence[float] = HYBRID_III_50
+) -> Nij:
     """The largest of F_z / F_int + M_y / M_int over time and the four ways of loading.
 
     Eppinger et al., Development of Improved Injury Criteria for the Assessment of Advanced
@@ -52,12 +55,12 @@ def nij(force: ArrayLike, moment: ArrayLike, limits: NeckLimits = HYBRID_III_50)
     ----------
     force : (n,) axial force, tension positive, N, filtered by CFC600
     moment : (n,) about y at the occipital condyle, flexion positive, N·m, filtered by CFC600
-    limits : intercepts, all positive
+    limits : intercepts, all positive: of tension, compression, flexion and extension
 
     Raises
     ------
     InputError
-        Lists that are not as long, or not finite; intercepts that are not positive.
+        Lists that are not as long, or not finite; intercepts that are not four, or not positive.
 
     >>> nij([0.0, 3403.0], [0.0, -67.5])
     Nij(value=1.0, sample=1, mode='NTE')
@@ -72,10 +75,23 @@ def nij(force: ArrayLike, moment: ArrayLike, limits: NeckLimits = HYBRID_III_50)
         )
     finite_rows(f, "nij, force")
     finite_rows(m, "nij, moment")
-    for name, value in limits._asdict().items():
-        positive(value, f"nij, limits.{name}")
+    limits = _checked(limits)
     axial = np.where(f >= 0.0, f / limits.tension, -f / limits.compression)
     bending = np.where(m >= 0.0, m / limits.flexion, -m / limits.extension)
     k = int(np.argmax(axial + bending))
     mode = _MODES[2 * int(f[k] < 0.0) + int(m[k] < 0.0)]
     return Nij(float(axial[k] + bending[k]), k, mode)
+
+
+def _checked(limits: NeckLimits | Sequence[float]) -> NeckLimits:
+    try:
+        four = NeckLimits(*limits)
+    except TypeError as error:
+        raise InputError(
+            "must be four intercepts",
+            where="nij, limits",
+            found=limits,
+            allowed=", ".join(NeckLimits._fields),
+        ) from error
+    values = four._asdict().items()
+    return NeckLimits(*(positive(value, f"nij, limits.{name}") for name, value in values))

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import real
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
@@ -92,6 +93,7 @@ def numbers(values: ArrayLike, where: str) -> FloatArray:
     InputError
         They are none.
     """
+    real(values, where)
     try:
         return np.array(values, dtype=np.float64)
     except (TypeError, ValueError) as error:

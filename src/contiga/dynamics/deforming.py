@@ -198,7 +198,8 @@ class Deforming(Dependent):
         hosts = attached_to(self.attached, held, number, slave, f"{where}: attached")
         held[hosts >= 0] = True
         loads = [load.nodes(slave, f"{where}: loads[{k}]") for k, load in enumerate(self.loads)]
-        matter, rows = self._matter(where, slave, np.any(~held, axis=1))
+        parts = self._parts(slave, where)
+        matter, rows = self._matter(where, slave, parts, np.any(~held, axis=1))
         bare = np.ones(len(slave), np.bool_)
         bare[rows] = False
         held[bare] = True
@@ -217,6 +218,7 @@ class Deforming(Dependent):
             tuple(loads),
             drives,
             _joints(hosts, slave.points, np.where(bare, 0.0, mass)),
+            tuple(parts),
         )
 
     def with_masses(self, slave: Slave) -> Slave:
@@ -229,7 +231,7 @@ class Deforming(Dependent):
         InputError
             A slave without elements.
         """
-        matter, rows = self._matter("masses", slave)
+        matter, rows = self._matter("masses", slave, self._parts(slave, "masses"))
         return slave.with_mass(_masses(matter, rows, len(slave)))
 
     def nodal_thickness(self, slave: Slave) -> FloatArray:
@@ -247,8 +249,7 @@ class Deforming(Dependent):
                 where="nodal_thickness(slave)",
                 found=type(self.material).__name__,
             )
-        parts = parts_of(slave, self.parts, self._filling(), "thickness")
-        return nodal_thickness(parts, len(slave))
+        return nodal_thickness(self._parts(slave, "thickness"), len(slave))
 
     def contact_stiffness(self, slave: Slave) -> float:
         """What its elements hold a unit of the area of a slave's skin with at rest, at most.
@@ -269,7 +270,8 @@ class Deforming(Dependent):
                 where="contact_stiffness(slave)",
                 found=slave.name or "a cloud",
             )
-        matter, rows = self._matter("contact_stiffness", slave)
+        parts = self._parts(slave, "contact_stiffness")
+        matter, rows = self._matter("contact_stiffness", slave, parts)
         sums = np.zeros(len(slave))
         sums[rows] = matter.stiffness(matter.start())
         skin = np.unique(slave.facets)
@@ -280,7 +282,11 @@ class Deforming(Dependent):
         return slave.points if self.rest is None else self.rest
 
     def _matter(
-        self, where: str, slave: Slave, free: NDArray[np.bool_] | None = None
+        self,
+        where: str,
+        slave: Slave,
+        parts: Sequence[Part],
+        free: NDArray[np.bool_] | None = None,
     ) -> tuple[Matter, NDArray[np.intp]]:
         """The matter, and the point of the slave for each of its degrees of freedom.
 
@@ -296,7 +302,6 @@ class Deforming(Dependent):
                     allowed=f"({len(slave)},)",
                 )
             return matter, np.arange(len(slave), dtype=np.intp)
-        parts = parts_of(slave, self.parts, self._filling(), where)
         rows = np.unique(np.concatenate([part.elements.ravel() for part in parts]))
         lower = np.zeros(len(slave), np.int32)
         lower[rows] = np.arange(len(rows), dtype=np.int32)
@@ -309,13 +314,16 @@ class Deforming(Dependent):
         matter = assemble(rest, inner, facets=facets, mass_scaling=scale, free=moved)
         return matter, rows.astype(np.intp)
 
-    def _filling(self) -> Filling | None:
-        """What elements of no part are made of."""
+    def _parts(self, slave: Slave, where: str) -> list[Part]:
+        """Elements with their materials, rows of the slave's points; none of matter of its own."""
         material: Any = self.material
-        if material is None:
-            return None
-        across = self.thickness, self.section
-        return Filling(material, self.density, *across, self.hourglass, self.bulk_viscosity)
+        if hasattr(material, "forces"):
+            return []
+        filling = None
+        if material is not None:
+            across = self.thickness, self.section
+            filling = Filling(material, self.density, *across, self.hourglass, self.bulk_viscosity)
+        return parts_of(slave, self.parts, filling, where)
 
 
 def _masses(matter: Matter, rows: NDArray[np.intp], n: int) -> FloatArray:

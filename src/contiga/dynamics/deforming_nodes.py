@@ -34,8 +34,9 @@ from contiga.dynamics.nodes import (
     work_of_weight,
 )
 from contiga.errors import ElementError
-from contiga.matter.element_fields import Inside
+from contiga.matter.element_fields import Inside, Reached
 from contiga.matter.mass_scaling import MARGIN, sums_near_rest
+from contiga.matter.parts import Part
 from contiga.matter.protocol import Matter, MatterForces, MatterState
 from contiga.records import FloatArray
 
@@ -95,6 +96,8 @@ class DeformingNodes(NodeMover):
     loads: tuple[NodalForces, ...] = ()
     drives: tuple[Drive, ...] = ()
     joints: tuple[Joint, ...] = ()
+    parts: tuple[Part, ...] = ()
+    """Elements with their materials, rows of the nodes; none of matter of a user's own."""
 
     @cached_property
     def bare(self) -> NDArray[np.bool_]:  # type: ignore[override]  # of others it is of the class
@@ -300,6 +303,14 @@ class DeformingNodes(NodeMover):
             return ()
         groups = asked(MatterState(self._inner(state.points), state.matter["memory"]))
         return [group._replace(elements=self.rows[group.elements]) for group in groups]
+
+    def reached(self, state: SlaveState) -> Sequence[Reached]:
+        """How far the tables of its materials were asked since the start, where matter tells it."""
+        asked = getattr(self.matter, "reached", None)
+        if asked is None:
+            return ()
+        told: Sequence[Reached] = asked(MatterState(state.points, state.matter["memory"]))
+        return told
 
     def stopped(self, state: SlaveState) -> SlaveState:
         """The same without velocities."""

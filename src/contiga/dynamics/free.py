@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import as_numbers, positive, read_only
+from contiga.arrays.layout import as_numbers, positive, read_only, real
 from contiga.dynamics.holding import names_held
 from contiga.dynamics.nodes import NodeMover
 from contiga.dynamics.point_nodes import CarriedNodes, FreeNodes
@@ -207,7 +207,7 @@ def _nodal_masses(where: str, slave: Slave, given: float | FloatArray | None) ->
             found=np.shape(given),
             allowed=f"({len(slave)},)",
         )
-    masses = np.broadcast_to(np.asarray(given, dtype=np.float64), (len(slave),)).copy()
+    masses = np.broadcast_to(np.asarray(real(given, where), dtype=np.float64), (len(slave),)).copy()
     if not (masses > 0.0).all():
         bare = int(np.count_nonzero(~(masses > 0.0)))
         raise InputError(

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays.layout import real
 from contiga.arrays.ordered import length
 from contiga.errors import InputError
 from contiga.records import FloatArray, IntArray
@@ -135,7 +136,7 @@ def _facets_facing(value: Any, slave: Slave, where: str) -> IntArray:
 def _direction(value: Any, where: str) -> tuple[FloatArray, float]:
     """A direction and a number."""
     try:
-        way, number = np.asarray(value[0], dtype=np.float64), float(value[1])
+        way, number = np.asarray(real(value[0]), dtype=np.float64), float(value[1])
         fits = way.shape == (3,) and bool(np.isfinite(way).all()) and length(way) > 0.0
     except (TypeError, ValueError, IndexError, KeyError):
         fits = False
@@ -150,6 +151,7 @@ def _direction(value: Any, where: str) -> tuple[FloatArray, float]:
 
 
 def _two_rows(value: Any, where: str) -> FloatArray:
+    real(value, where)
     try:
         corners = np.asarray(value, dtype=np.float64)
         fits = corners.shape == (2, 3) and bool(np.isfinite(corners).all())

@@ -22,14 +22,20 @@ from contiga.arrays.layout import as_points, read_only
 from contiga.arrays.ordered import product
 from contiga.arrays.piecewise import piece_at, rate_at
 from contiga.dynamics.kinks import jumps_of
-from contiga.dynamics.tables import as_table, as_times, read_columns
-from contiga.errors import FileError, InputError
+from contiga.dynamics.tables import as_table, as_times
+from contiga.errors import FileError, InputError, UnitError
+from contiga.io.quantities import Quantity
+from contiga.io.sheet import read_sheet
 from contiga.records import FloatArray
 from contiga.rigid import pose, quaternion, twist
 from contiga.rigid.transform import Axis, unit_axis, vector
 from contiga.rigid.twist import Twist
 
 POSE_COLUMNS = ("t", "x", "y", "z", "qw", "qx", "qy", "qz")
+_POSE_KINDS: tuple[Quantity, ...] = (
+    *("time", "length", "length", "length"),
+    *("ratio", "ratio", "ratio", "ratio"),
+)
 # What is left of a unit quaternion written with three digits.
 _QUATERNION_TOLERANCE = 0.01
 
@@ -233,20 +239,30 @@ class Poses:
         return cls(rows[:, 0], poses)
 
     @classmethod
-    def from_csv(cls, path: str | Path) -> Poses:
+    def from_csv(cls, path: str | Path, *, units: tuple[str, str] | None = None) -> Poses:
         """Poses from a CSV file with the header ``t,x,y,z,qw,qx,qy,qz`` (columns in any order).
+
+        Parameters
+        ----------
+        units : length and time unit to convert to, such as ("mm", "ms"), where the header says
+            units: ``t [s],x [m],…``
 
         Raises
         ------
         FileError
             The file is missing or unreadable, a column is missing, a cell is not a number.
+        UnitError
+            The header says a unit, which is none of time or length, or there are no `units`.
         InputError
             The table is wrong, as in `from_table`.
         """
-        where = str(path)
+        where, header = str(path), ",".join(POSE_COLUMNS)
+        case = None if units is None else (units[0], "kg", units[1])
         try:
-            return cls.from_table(read_columns(Path(path), POSE_COLUMNS))
-        except FileError:
+            sheet = read_sheet(Path(path), header)
+            order = sheet.order(POSE_COLUMNS, (len(POSE_COLUMNS),), header)
+            return cls.from_table(sheet.numbers(order, _POSE_KINDS, case).table)
+        except (FileError, UnitError):
             raise
         except InputError as error:
             raise type(error)(str(error), where=where) from error

@@ -9,11 +9,13 @@ from typing import Literal
 import numpy as np
 
 from contiga.errors import FileError
-from contiga.io.sheet import Sheet, read_sheet, unit_of
-from contiga.io.units import acceleration_factor, time_factor, velocity_factor
+from contiga.io.quantities import Quantity
+from contiga.io.sheet import read_sheet
 from contiga.records import FloatArray
 
 _HEADER = "t [ms], a [g]"
+_ANY_MASS = "kg"
+"""Neither velocities nor accelerations have one."""
 
 
 def read_pulse(
@@ -28,7 +30,8 @@ def read_pulse(
     """The table of a pulse from a CSV file: rows t, a or t, ax, ay, az (or velocities).
 
     The first line names the columns, with their units in brackets where they have some:
-    ``t [ms], a [g]`` or ``time (s), acc (m/s^2)``. Commas, semicolons or tabs part them. A column
+    ``t [ms], a [g]`` or ``time (s), acc (m/s^2)``, quoted or not. Semicolons, commas, tabs or
+    blanks part them; numbers may have decimal commas where commas do not part columns. A column
     without a unit is in `time_unit` or `unit`; without these it is in the units of the case.
 
     Parameters
@@ -56,36 +59,17 @@ def read_pulse(
     sheet = read_sheet(Path(path), _HEADER)
     sheet.check_header(_HEADER)
     order = sheet.order(columns, (2, 4), "a time and one or three values")
-    where = f"{path}:{sheet.line}"
     length, time = units
-    factors = [1.0] * len(order)
-    for i, k in enumerate(order):
-        said = unit_of(sheet.head(k)[1], time_unit if i == 0 else unit, where)
-        if said is None:
-            continue
-        if i == 0:
-            factors[0] = time_factor(said, time, where)
-        elif quantity == "velocity":
-            factors[i] = velocity_factor(said, length, time, where)
-        else:
-            factors[i] = acceleration_factor(said, length, time, where)
-    table = sheet.numbers(order, "a number in each of " + ", ".join(sheet.names[k] for k in order))
-    _check_rows(table, sheet)
-    return np.asarray(table * factors)
-
-
-def _check_rows(table: FloatArray, sheet: Sheet) -> None:
-    """Refuse the first row that is not finite or does not go on in time, with its line."""
+    kinds: list[Quantity] = ["time", *[quantity] * (len(order) - 1)]
+    given = [time_unit, *[unit] * (len(order) - 1)]
+    table, lines = sheet.numbers(order, kinds, (length, _ANY_MASS, time), given)
     if len(table) == 0:
-        raise FileError("there are no rows under the header", where=str(sheet.path))
-    finite = np.asarray(np.isfinite(table).all(axis=1))
-    later = np.append(True, np.diff(table[:, 0]) > 0.0)
-    wrong = np.flatnonzero(~(finite & later))
-    if wrong.size:
-        k = int(wrong[0])
-        number, line = sheet.rows[k]
+        raise FileError("there are no rows under the header", where=str(path))
+    back = np.flatnonzero(np.diff(table[:, 0]) <= 0.0)
+    if back.size:
         raise FileError(
-            "the times must increase from row to row" if finite[k] else "a number is not finite",
-            where=f"{sheet.path}:{number}",
-            found=line,
+            "the times must increase from row to row",
+            where=f"{path}:{lines[back[0] + 1]}",
+            found=table[back[0] : back[0] + 2, 0].tolist(),
         )
+    return table

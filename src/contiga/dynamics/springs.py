@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import as_numbers, one_of, read_only
+from contiga.arrays.layout import as_numbers, one_of, read_only, real
 from contiga.criteria.filters import NAMES as FILTERS
 from contiga.dynamics.spring_curves import Axial, SpringLaw, spring_law
 from contiga.errors import InputError
@@ -157,7 +157,7 @@ class Spring:
         ----------
         ends_W, velocities_W : (2, 3) of the two points at the end of the step, world axes
         """
-        ends = np.array(ends_W, dtype=np.float64)
+        ends = np.array(real(ends_W), dtype=np.float64)
         length, rate = _axial(ends, velocities_W)
         moved = self._law.move(last.length - self.length, last.memory, length - self.length)
         damper = self._damper(rate, length, moved)
@@ -199,7 +199,7 @@ class Spring:
 def _axial(ends: FloatArray, velocities: ArrayLike) -> tuple[float, float]:
     """Length, and its rate."""
     (x0, y0, z0), (x1, y1, z1) = ends.tolist()
-    (u0, v0, w0), (u1, v1, w1) = np.asarray(velocities, dtype=np.float64).tolist()
+    (u0, v0, w0), (u1, v1, w1) = np.asarray(real(velocities), dtype=np.float64).tolist()
     x, y, z = x1 - x0, y1 - y0, z1 - z0
     length = math.hypot(x, y, z)
     if length == 0.0:

@@ -89,6 +89,7 @@ class EqualSteps:
                 where="step",
                 found=self.step,
                 allowed=f"at most {_MOST_STEPS} steps",
+                remedy="Look at the units of the step and of the end",
             )
         if self.step < _LEAST_STEP * np.spacing(max(abs(self.start), abs(self.end))):
             raise InputError(
@@ -135,7 +136,7 @@ class AutoSteps:
     ------
     InputError
         Times that are not finite or do not rise, a safety outside (0, 1], a negative step, a
-        shortest step above the largest.
+        largest step that makes too many steps, a shortest one above the largest.
     """
 
     start: float
@@ -150,6 +151,14 @@ class AutoSteps:
             raise InputError("must be in (0, 1]", where="safety", found=self.safety)
         if not self.largest >= 0.0:
             raise InputError("must be positive", where="largest", found=self.largest, allowed="> 0")
+        if not (self.end - self.start) / self.most <= _MOST_STEPS:
+            raise InputError(
+                f"makes {(self.end - self.start) / self.most:.3g} steps or more",
+                where="largest",
+                found=self.largest,
+                allowed=f"at most {_MOST_STEPS} steps",
+                remedy="Look at the units of the step and of the end",
+            )
         if not 0.0 <= self.shortest <= self.most:
             raise InputError(
                 "must be positive and not above the largest step",

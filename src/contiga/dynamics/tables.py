@@ -1,20 +1,19 @@
-"""Tables of motions: rows that are checked, and the files they come from."""
+"""Tables of motions: rows that are checked."""
 
 from __future__ import annotations
-
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.errors import FileError, InputError
-from contiga.io.sheet import read_sheet
+from contiga.arrays.layout import real
+from contiga.errors import InputError
 from contiga.records import FloatArray
 
 
 def as_table(table: ArrayLike, columns: tuple[str, ...]) -> FloatArray:
     """Rows of finite numbers, one for each of `columns`, the first strictly increasing."""
     allowed = f"rows [{', '.join(columns)}], {columns[0]} strictly increasing"
+    real(table, "table")
     try:
         rows = np.asarray(table, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -40,7 +39,7 @@ def as_table(table: ArrayLike, columns: tuple[str, ...]) -> FloatArray:
 
 
 def as_times(times: ArrayLike, count: int) -> FloatArray:
-    instants = np.asarray(times, dtype=np.float64)
+    instants = np.asarray(real(times, "times"), dtype=np.float64)
     if instants.shape != (count,) or count == 0 or not np.isfinite(instants).all():
         raise InputError(
             "expected one finite time for each pose, and at least one pose",
@@ -58,18 +57,3 @@ def as_times(times: ArrayLike, count: int) -> FloatArray:
             allowed="strictly increasing times",
         )
     return instants
-
-
-def read_columns(path: Path, columns: tuple[str, ...]) -> FloatArray:
-    """The named columns of a CSV file."""
-    header = ",".join(columns)
-    sheet = read_sheet(path, header)
-    missing = [name for name in columns if name not in sheet.names]
-    if missing:
-        raise FileError(
-            f"the column {missing[0]!r} is missing",
-            where=f"{path}:{sheet.line}",
-            found=",".join(sheet.names),
-            allowed=f"a header with {header}",
-        )
-    return sheet.numbers([sheet.names.index(name) for name in columns], header)

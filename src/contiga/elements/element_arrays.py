@@ -30,12 +30,14 @@ ELEMENT = np.dtype(
         ("neighbour_side", "i4", 4),  # that element's side
         ("flip", "i4", 4),  # 1 where the side's parameter runs the other way there
         ("ring", "i4", 4),  # next of the sides (element*4 + side) around the same pole
+        ("round", "i4", 4),  # 1 where the surface closes around a pole in one tangent plane
         ("width", "f8", 4),  # of the edge along each side where a second face joins, else 0
         ("edge_tolerance", "f8"),  # largest width of an edge or a trimming piece of the element
         ("noise", "f8"),  # rounding of a point evaluated on it
         ("origin", "f8", 3),  # all coefficients are relative to it
+        ("about", "f8", 2),  # (s, t) that its powers are of the distance from: see `extraction`
         ("box", "f8", 4),  # u0, u1, v0, v1
-        ("cubic", "f8", 64),  # x, y, z, w as bicubics in (s, t), power of s first
+        ("cubic", "f8", 64),  # x, y, z, w as bicubics in (s, t) − about, power of s first
     ],
     align=True,
 )
@@ -58,8 +60,8 @@ class Elements(NamedTuple):
     table: Records
     """(n,) `ELEMENT`."""
     coefs: FloatArray
-    """Flat coefficients: [start + (i*(q+1) + j)*4 + c] of s^i t^j (or of the Bernstein
-    polynomials i, j) for the homogeneous component c (w·x, w·y, w·z, w)."""
+    """Flat coefficients: [start + (i*(q+1) + j)*4 + c] of the powers i, j of (s, t) − about (or of
+    the Bernstein polynomials i, j) for the homogeneous component c (w·x, w·y, w·z, w)."""
 
 
 @pass_by_pointer

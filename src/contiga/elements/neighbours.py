@@ -11,9 +11,10 @@ import numpy as np
 from contiga.arrays.codes import BORDER, CREASE, POLE, SHARED, SMOOTH
 from contiga.arrays.groups import groups_of
 from contiga.arrays.near_pairs import near_pairs
-from contiga.elements.element_arrays import Elements, Grid
+from contiga.elements.element_arrays import Elements, Grid, Records
 from contiga.elements.kernels import sides_nb
 from contiga.geometry.faces import Faces
+from contiga.geometry.kernels.trim_nb import points_in_trim
 from contiga.geometry.slits import gaping_edges
 from contiga.records import FloatArray, IntArray
 
@@ -23,6 +24,8 @@ MATCH = 1e-7
 COLLAPSED = 1e-9
 # Normals that differ by less than this (radians) make a smooth joint.
 SMOOTH_ANGLE = 1e-6
+# How far from a pole, as a share of an element, it is asked whether trims leave the face there.
+BESIDE_POLE = 1e-3
 
 
 def join(elements: Elements, grid: Grid, body: Faces) -> Grid:
@@ -48,6 +51,7 @@ def join(elements: Elements, grid: Grid, body: Faces) -> Grid:
     table["neighbour_side"] = side
     table["flip"] = flip
     table["ring"] = _rings(points[:, :, 0], collapsed, MATCH * size)
+    table["round"] = _round(table, normals, body)
     return _with_adjacency(grid, table["patch"], body, neighbour)
 
 
@@ -119,6 +123,47 @@ def _rings(corner: FloatArray, collapsed: np.ndarray, tolerance: float) -> IntAr
         after = np.roll(elements, -1)
         ring[e[elements], s[elements]] = 4 * e[after] + s[after]
     return ring
+
+
+def _round(table: Records, normals: FloatArray, body: Faces) -> IntArray:
+    """(n, 4) 1 for the sides at whose pole the surface closes in one tangent plane, as a sphere's.
+
+    There it has a normal as anywhere else, and a foot is none at a vertex. `normals` (n, 4, 5, 3)
+    are those along the sides.
+    """
+    ring = table["ring"]
+    found = np.zeros(ring.shape, int)
+    seen = np.zeros(ring.shape, bool)
+    for e, side in np.argwhere(ring >= 0).tolist():
+        around = []
+        while not seen[e, side]:
+            seen[e, side] = True
+            around.append((e, side))
+            e, side = divmod(int(ring[e, side]), 4)
+        if around:
+            rows, sides = np.array(around).T
+            here = normals[rows, sides].reshape(-1, 3)
+            off = np.linalg.norm(here - here[0], axis=1).max()
+            flat = here[0].any() and off < SMOOTH_ANGLE
+            whole = set(rows.tolist())
+            found[rows, sides] = flat and all(_goes_on(table, body, whole, *at) for at in around)
+    return found
+
+
+def _goes_on(table: Records, body: Faces, around: set[int], e: int, pole: int) -> bool:
+    """Whether the face is there beside the pole, and goes on over both sides that start from it to
+    others of those `around` the pole."""
+    along = 2 if pole < 2 else 0
+    if not around.issuperset(table["neighbour"][e, along : along + 2].tolist()):
+        return False
+    (u0, u1), (v0, v1) = table["box"][e].reshape(2, 2)
+    share, off = (
+        np.linspace(0.05, 0.95, 5),
+        np.full(5, BESIDE_POLE if pole % 2 == 0 else 1.0 - BESIDE_POLE),
+    )
+    s, t = (off, share) if pole < 2 else (share, off)
+    places = np.column_stack([u0 + s * (u1 - u0), v0 + t * (v1 - v0)])
+    return bool(points_in_trim(body.trim_tables, int(table["patch"][e]), places).all())
 
 
 def _mark_shared(patch_of: IntArray, body: Faces, kind: IntArray) -> None:

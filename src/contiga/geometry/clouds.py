@@ -16,6 +16,8 @@ from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
 from contiga.rigid import transform
 
+MOST_POINTS = 50_000_000
+"""Of a cloud: they take gigabytes, and more are a slip of the keyboard."""
 _BATCH = 1024
 # Parts of an element in each direction that are bounded apart: few points are rejected then.
 _PARTS = 4
@@ -26,10 +28,28 @@ def sample(surface: NurbsSurface, nu: int, nv: int) -> FloatArray:
 
     A seam or a pole of the surface is sampled as often as the grid meets it.
     """
+    check_grid(nu, nv)
     (u0, u1), (v0, v1) = surface.domain
-    u = np.linspace(u0, u1, _count(nu, "nu", 2))
-    v = np.linspace(v0, v1, _count(nv, "nv", 2))
+    u, v = np.linspace(u0, u1, nu), np.linspace(v0, v1, nv)
     return surface.evaluate(np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2))
+
+
+def check_grid(nu: int, nv: int) -> None:
+    """Refuse numbers of points along u and v that are none, or make too many points.
+
+    Raises
+    ------
+    InputError
+        As said.
+    """
+    most = max((_count(nu, "nu", 2), "nu"), (_count(nv, "nv", 2), "nv"))
+    if int(nu) * int(nv) > MOST_POINTS:
+        raise InputError(
+            f"makes {float(nu) * float(nv):.3g} points",
+            where=most[1],
+            found=most[0],
+            allowed=f"at most {MOST_POINTS} points",
+        )
 
 
 def random_on(surface: NurbsSurface, n: int, *, seed: int = 0) -> FloatArray:
@@ -81,8 +101,11 @@ def _jacobian(surface: NurbsSurface, uv: FloatArray) -> FloatArray:
 
 def _count(value: int, name: str, least: int) -> int:
     good = isinstance(value, int | np.integer) and not isinstance(value, bool)
-    if not good or value < least:
+    if not good or not least <= value <= MOST_POINTS:
         raise InputError(
-            "must be a whole number", where=name, found=value, allowed=f"{least} or more"
+            "must be a whole number",
+            where=name,
+            found=value,
+            allowed=f"{least} or more, at most {MOST_POINTS}",
         )
     return int(value)

@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import read_only
+from contiga.arrays.layout import read_only, real
 from contiga.errors import GeometryError
 from contiga.geometry import knots as kv
 from contiga.geometry import refine
@@ -127,7 +127,7 @@ class NurbsCurve(Spline[CurveArrays]):
         InputError
             a parameter outside the domain by more than rounding.
         """
-        t = np.atleast_1d(np.asarray(u, dtype=np.float64)).ravel()
+        t = np.atleast_1d(np.asarray(real(u), dtype=np.float64)).ravel()
         t = kv.check_parameters(t, self.domain, "u")
         out = np.zeros((t.size, kv.check_order(order) + 1, 3))
         curve_range(self._arrays, t, order, out)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import locked
+from contiga.arrays.layout import locked, real
 from contiga.errors import GeometryError, InputError
 from contiga.geometry.kernels.basis_nb import basis_derivatives, find_span
 from contiga.records import FloatArray
@@ -38,6 +38,7 @@ def check_degree(degree: object, where: str) -> int:
 
 def check_numbers(values: ArrayLike, where: str) -> FloatArray:
     """`values` as a new float64 array without NaN or infinity."""
+    real(values, where)
     try:
         array = np.array(values, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
@@ -219,7 +220,7 @@ def basis(knots: FloatArray, degree: int, parameters: ArrayLike, order: int = 0)
     >>> basis(np.array([0.0, 0.0, 1.0, 1.0]), 1, [0.25])[0, 0]
     array([0.75, 0.25])
     """
-    t = np.atleast_1d(np.asarray(parameters, dtype=np.float64))
+    t = np.atleast_1d(np.asarray(real(parameters), dtype=np.float64))
     n = knots.size - degree - 1
     t = check_parameters(t, (float(knots[degree]), float(knots[n])), "parameters")
     values = locked(knots)

@@ -15,6 +15,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import real
 from contiga.arrays.ordered import product, solve
 from contiga.errors import GeometryError
 from contiga.geometry import knots as kv
@@ -27,6 +28,7 @@ Axis = transform.Axis
 ORIGIN = (0.0, 0.0, 0.0)
 _LINE = np.array([0.0, 0.0, 1.0, 1.0])
 _LARGEST = float(np.finfo(np.float64).max)
+_MOST_WAVES = 100
 
 
 # ---------------------------------------------------------------- curves
@@ -300,7 +302,7 @@ def _curve(value: NurbsCurve, name: str) -> NurbsCurve:
 
 def _number(value: float, name: str) -> float:
     """`value` if it is a number; text and truths are none."""
-    if not isinstance(value, int | float | np.number) or isinstance(value, bool):
+    if not isinstance(real(value, name), int | float | np.number) or isinstance(value, bool):
         raise GeometryError("must be a number", where=name, found=value)
     return value
 
@@ -325,13 +327,14 @@ def _sizes(values: ArrayLike, count: int, name: str) -> FloatArray:
 def _waves(waves: int | tuple[int, int]) -> tuple[int, int]:
     pair = tuple(waves) if isinstance(waves, tuple | list) else (waves, waves)
     if len(pair) != 2 or any(
-        isinstance(w, bool) or not isinstance(w, int | np.integer) or w < 1 for w in pair
+        isinstance(w, bool) or not isinstance(w, int | np.integer) or not 1 <= w <= _MOST_WAVES
+        for w in pair
     ):
         raise GeometryError(
             "the number of waves must be a whole number",
             where="waves",
             found=waves,
-            allowed="1, 2, 3, ... or a pair",
+            allowed=f"1, 2, 3, ... {_MOST_WAVES} or a pair",
         )
     return int(pair[0]), int(pair[1])
 

@@ -11,7 +11,7 @@ from contiga.errors import FileError, InputError
 from contiga.io.mesh.lsdyna import SUFFIXES
 from contiga.io.mesh.lsdyna_curves import read_curve_of_deck
 from contiga.io.quantities import Quantity, Units, quantity_factor
-from contiga.io.sheet import read_sheet, unit_of
+from contiga.io.sheet import read_sheet
 from contiga.records import FloatArray
 
 _HEADER = "strain [1], stress [MPa]"
@@ -74,25 +74,10 @@ def read_curve(
             found=curve,
             allowed="a file that ends in " + ", ".join(SUFFIXES),
         )
-    return _of_sheet(path, kinds, case, columns, given)
-
-
-def _of_sheet(
-    path: Path,
-    kinds: tuple[Quantity, Quantity],
-    case: Units,
-    columns: Sequence[str] | None,
-    given: Sequence[str | None],
-) -> FloatArray:
     sheet = read_sheet(path, _HEADER)
     sheet.check_header(_HEADER)
     order = sheet.order(columns, (2,), "abscissa and ordinate")
-    where, factors = f"{path}:{sheet.line}", []
-    for k, unit, kind in zip(order, given, kinds, strict=True):
-        said = unit_of(sheet.head(k)[1], unit, where)
-        factors.append(1.0 if said is None else quantity_factor(said, kind, case, where))
-    named = " and ".join(sheet.names[k] for k in order)
-    return np.asarray(_checked(sheet.numbers(order, f"a number for {named}"), str(path)) * factors)
+    return _checked(sheet.numbers(order, kinds, case, given).table, str(path))
 
 
 def _checked(table: FloatArray, where: str) -> FloatArray:

@@ -102,22 +102,24 @@ def too_large(where: str, memory: int) -> FileError:
     )
 
 
-def watched_lines(stream: TextIO, path: Path) -> Iterator[tuple[int, str]]:
+def watched_lines(
+    stream: TextIO, path: Path, longest: int = _LONGEST_LINE
+) -> Iterator[tuple[int, str]]:
     """Numbered lines of a text, one at a time and none of them endless.
 
     Raises
     ------
     FileError
-        A line of more than `_LONGEST_LINE` characters, or reading takes too long.
+        A line of more than `longest` characters, or reading takes too long.
     """
     seconds = limits_for(path).seconds
     end = time.monotonic() + seconds
     number = 0
-    while line := stream.readline(_LONGEST_LINE + 1):
+    while line := stream.readline(longest + 1):
         number += 1
-        if len(line) > _LONGEST_LINE:
+        if len(line) > longest:
             raise FileError(
-                f"a line is longer than {_LONGEST_LINE} characters",
+                f"a line is longer than {longest} characters",
                 where=f"{path}, line {number}",
                 found=line[:80],
             )

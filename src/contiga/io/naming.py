@@ -1,17 +1,36 @@
-"""Parts of files by name or number: what a key may be, and how a message lists what there is."""
+"""Names of parts: of a run, what they may be; of files, how they are chosen and listed."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
 import numpy as np
+
+from contiga.errors import InputError
 
 PartKeys = str | int | Sequence[str | int]
 """One name or number, or several."""
 
 SHOWN = 40
 """Names a message lists at most."""
+
+NAME = re.compile(r"\w[\w \-]*")
+"""Letters, digits, spaces, _ and -: names become heads of columns, groups and parts of files."""
+NAMES = "letters, digits, spaces, _ and -, the first a letter or digit"
+
+
+def check_name(name: object, where: str) -> None:
+    """Refuse what no body, slave, contact, spring or sensor can be called.
+
+    Raises
+    ------
+    InputError
+        It is no text, empty, or has characters other than those of `NAME`.
+    """
+    if not isinstance(name, str) or not NAME.fullmatch(name):
+        raise InputError("is not a name", where=where, found=name, allowed=NAMES)
 
 
 def as_keys(keys: PartKeys) -> list[str | int]:

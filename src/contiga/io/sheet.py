@@ -1,52 +1,94 @@
-"""CSV files whose first line names the columns, with units in brackets where they have some."""
+"""Tables in text files: one reader of whatever has rows of cells under heads with names and units.
+
+Columns are parted by semicolons, commas, tabs or blanks, whichever part the first two rows alike.
+Quotation marks, a byte order mark and code page 1252 (spreadsheets of Western Europe) are read;
+where a comma does not part columns, it may be the decimal mark.
+"""
 
 from __future__ import annotations
 
+import codecs
+import csv
 import re
-from collections.abc import Sequence
+from array import array
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain, islice
+from math import isfinite
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from contiga.errors import FileError, InputError
+from contiga.errors import FileError, InputError, UnitError
+from contiga.io.limits import watched_lines
+from contiga.io.quantities import Quantity, Units, quantity_factor
 from contiga.records import FloatArray
 
-_HEAD = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<square>.*)\]|\((?P<round>.*)\))$")
+MARKS = (";", ",", "\t", " ")
+"""What may part columns, the likeliest first."""
+_LONGEST_LINE = 10_000_000
+_AHEAD = 20
+"""Lines from which the mark is told: names in quotation marks may go over several."""
+_CHUNK = 1 << 20
+# The last bracket may hold one pair of its own: acc (m/(s²)).
+_HEAD = re.compile(
+    r"(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>(?:[^()]|\([^()]*\))*)\))"
+)
+_INDEX = re.compile(r".*\S\[(?!1\])\d+\]")
+"""Keys of a case end in a place, ``velocity[2]``, which is no unit."""
+_INSIDE = re.compile(r"\s\[[^\[\]]*\]")
+_QUOTED = re.compile("(['\"\u2018\u201c\u201e])(.*)['\"\u2019\u201c\u201d]")
+# Where blanks part the columns, those before a unit and within it do not.
+_BLANK_IN_HEAD = re.compile(r"\s+(?=[\[(]|[^\[\]()]*[\])])")
+
+
+class Head(NamedTuple):
+    """The head of a column."""
+
+    text: str
+    name: str
+    """Without the unit."""
+    unit: str | None
+    """In brackets or parentheses at its end; None without."""
+
+
+class Row(NamedTuple):
+    """A row of cells."""
+
+    line: int
+    cells: list[str]
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """A CSV file that has been read, its cells still text."""
+    """A table whose head has been read. Its rows are read once, as they are asked for."""
 
     path: Path
     line: int
-    """Line of the header."""
-    names: list[str]
-    rows: list[tuple[int, str]]
-    """Lines behind the header that are not empty, with their numbers."""
+    """Line of the heads."""
+    heads: list[Head]
+    """None where the first row is one of numbers."""
     mark: str
     """What parts the columns."""
+    rows: Iterator[Row]
+    """Rows under the heads that are not empty."""
 
-    def head(self, k: int) -> tuple[str, str | None]:
-        """Name and unit of a column from its head, such as ``a [g]``; None where it says none."""
-        match = _HEAD.match(self.names[k])
-        if match is None:
-            return self.names[k], None
-        return match["name"], (match["square"] or match["round"] or "").strip()
+    @property
+    def where(self) -> str:
+        """File and line of the heads."""
+        return f"{self.path}:{self.line}"
 
     def check_header(self, header: str) -> None:
-        """Refuse a first line of numbers; errors say that it should be such as `header`."""
-        try:
-            [float(name) for name in self.names]
-        except ValueError:
-            return
-        raise FileError(
-            "the first line must name the columns",
-            where=f"{self.path}:{self.line}",
-            found=self.mark.join(self.names),
-            allowed=f"a header such as {header}",
-        )
+        """Refuse a table without heads; the error says that they should be such as `header`."""
+        if not self.heads:
+            first = next(self.rows, Row(1, []))
+            raise FileError(
+                "the first line must name the columns",
+                where=self.where,
+                found=self.mark.join(first.cells),
+                allowed=f"a header such as {header}",
+            )
 
     def order(self, columns: Sequence[str] | None, counts: tuple[int, ...], told: str) -> list[int]:
         """Which columns of the file are meant: those named, or all where there are so many.
@@ -57,15 +99,14 @@ class Sheet:
         counts : how many there may be
         told : what they are, in words
         """
-        where, heads = f"{self.path}:{self.line}", ", ".join(self.names)
-        many = " or ".join({2: "two", 4: "four"}[n] for n in counts)
         if columns is None:
-            if len(self.names) in counts:
-                return list(range(len(self.names)))
+            if len(self.heads) in counts:
+                return list(range(len(self.heads)))
+            many = " or ".join({2: "two", 4: "four"}[n] for n in counts)
             raise FileError(
                 f"which columns are meant? There are not {many}",
-                where=where,
-                found=heads,
+                where=self.where,
+                found=self._named(),
                 allowed=told,
                 remedy="Name them as columns",
             )
@@ -77,78 +118,287 @@ class Sheet:
                 found=wanted,
                 allowed=f"{' or '.join(map(str, counts))} names",
             )
-        return [self._column(name) for name in wanted]
+        return [self.column(name) for name in wanted]
 
-    def _column(self, name: str) -> int:
-        heads = [(self.names[k], self.head(k)[0]) for k in range(len(self.names))]
-        at = [k for k, both in enumerate(heads) if name in both]
+    def column(self, name: str) -> int:
+        """The place of a column, named with or without its unit."""
+        at = [k for k, head in enumerate(self.heads) if name in (head.text, head.name)]
         if len(at) != 1:
             what = "is missing" if not at else f"is there {len(at)} times"
             raise FileError(
                 f"the column {name!r} {what}",
-                where=f"{self.path}:{self.line}",
-                found=", ".join(self.names),
+                where=self.where,
+                found=self._named(),
                 remedy="Name it with its unit, as the header does" if at else None,
             )
         return at[0]
 
-    def numbers(self, order: Sequence[int], allowed: str) -> FloatArray:
-        """The columns `order` (n, k), all finite.
+    def unit(self, k: int, given: str | None = None) -> str | None:
+        """The unit of a column: that in its head, or the one given where it has none.
 
-        A row of more cells than the header has is refused: where a comma parts columns, numbers
-        with a decimal comma are two.
+        Raises
+        ------
+        FileError
+            The head says another one than was given, or has one that is not at its end.
         """
-        values = []
-        for number, line in self.rows:
-            cells = line.rstrip(f"{self.mark} \t").split(self.mark)
-            if len(cells) > len(self.names):
-                raise FileError(
-                    f"a row has {len(cells)} cells under a header of {len(self.names)}",
-                    where=f"{self.path}:{number}",
-                    found=line,
-                    allowed=f"{len(self.names)} cells, parted by {self.mark!r}",
-                    remedy="Write numbers with a decimal point, not a comma",
-                )
+        head = self.heads[k]
+        if head.unit is None and _INSIDE.search(head.text):
+            raise FileError(
+                "the unit of a column stands at the end of its head",
+                where=self.where,
+                found=head.text,
+                allowed="such as acc [g]",
+            )
+        if head.unit is not None and given is not None and head.unit != given.strip():
+            raise FileError(
+                "the header says another unit than was given",
+                where=self.where,
+                found=head.unit,
+                allowed=f"{given!r}, or none in the header",
+                remedy="Leave out the unit: the header's holds",
+            )
+        return given if head.unit is None else head.unit
+
+    def numbers(
+        self,
+        order: Sequence[int],
+        kinds: Sequence[Quantity],
+        units: Units | None,
+        given: Sequence[str | None] | None = None,
+    ) -> Numbers:
+        """The columns `order`, all finite, in the units of a case.
+
+        Parameters
+        ----------
+        kinds : what each of them is
+        units : of the case; None where there are none to convert to: heads have no units then
+        given : units of columns whose heads have none; those of the case if omitted
+
+        Raises
+        ------
+        FileError
+            A row has more cells than heads, or no finite number in one of the columns; or heads
+            have units that nothing can be made of.
+        UnitError
+            A unit is not one of its quantity.
+        """
+        factors = [
+            self._factor(k, kind, units, unit)
+            for k, kind, unit in zip(order, kinds, given or [None] * len(order), strict=True)
+        ]
+        *first, last = [self.heads[k].text for k in order]
+        named = f"{', '.join(first)} and {last}" if first else last
+        values, lines = array("d"), array("q")
+        points = commas = False
+        for row in self.rows:
+            cells = [row.cells[k] if k < len(row.cells) else "" for k in order]
+            commas = commas or any("," in cell for cell in cells)
+            points = points or any("." in cell for cell in cells)
             try:
-                values.append([float(cells[i]) for i in order])
-            except (ValueError, IndexError) as error:
-                raise FileError(
-                    "a row does not have a number for every column",
-                    where=f"{self.path}:{number}",
-                    found=line,
-                    allowed=allowed,
-                ) from error
-            if not np.isfinite(values[-1]).all():
-                raise FileError("a number is not finite", where=f"{self.path}:{number}", found=line)
-        return np.array(values).reshape(-1, len(order))
+                found = [
+                    as_number(cell, self.mark) * factor
+                    for cell, factor in zip(cells, factors, strict=True)
+                ]
+            except ValueError:
+                raise self._refused(
+                    "a row does not have a number for every column", row, f"a number for {named}"
+                ) from None
+            if not all(map(isfinite, found)):
+                raise self._refused("a number is not finite", row)
+            if commas and points:
+                raise self._refused(
+                    "decimal commas and decimal points in one table", row, "one of them"
+                )
+            values.extend(found)
+            lines.append(row.line)
+        return Numbers(np.array(values).reshape(-1, len(order)), lines.tolist())
+
+    def _factor(self, k: int, kind: Quantity, units: Units | None, given: str | None) -> float:
+        unit = self.unit(k, given)
+        if unit is None:
+            return 1.0
+        where = f"{self.where}: {self.heads[k].text}"
+        if units is None:
+            raise UnitError(
+                "the header says a unit, and none is said that it is to be converted to",
+                where=where,
+                found=unit,
+                allowed="no unit in the header, or units = …",
+            )
+        return quantity_factor(unit, kind, units, where)
+
+    def _refused(self, what: str, row: Row, allowed: str | None = None) -> FileError:
+        where, found = f"{self.path}:{row.line}", self.mark.join(row.cells)
+        return FileError(what, where=where, found=found, allowed=allowed)
+
+    def _named(self) -> str:
+        return ", ".join(head.text for head in self.heads)
 
 
-def read_sheet(path: Path, header: str) -> Sheet:
-    """The lines of a CSV file, whose columns are parted by commas, semicolons or tabs.
+class Numbers(NamedTuple):
+    """Columns of a table."""
 
-    The header tells by which: a comma if it has one. Errors say that it should be `header`.
+    table: FloatArray
+    """(n, k)."""
+    lines: list[int]
+    """(n,) lines of the file that the rows stand in."""
+
+
+def read_sheet(
+    path: Path,
+    header: str,
+    *,
+    marks: Sequence[str] = MARKS,
+    comment: str | None = None,
+    longest: int = _LONGEST_LINE,
+) -> Sheet:
+    """Read the heads of a table; its rows follow as they are asked for.
+
+    Parameters
+    ----------
+    header : what heads should be like, for errors
+    marks : what may part the columns
+    comment : what begins a comment, to the end of the line
+    longest : characters of a line
+
+    Raises
+    ------
+    FileError
+        The file is missing or no text; a line is too long, or a quotation mark is not closed. That
+        of a later line comes when its row is asked for, as does that of a row with more cells than
+        there are heads.
     """
+    lines = _lines(path, header, comment, longest)
+    ahead = list(islice(lines, _AHEAD))
+    mark = _mark([text for _, text in ahead], marks)
+    rows = _rows(path, chain(ahead, lines), mark)
+    first = next(rows, None)
+    if first is None:
+        return Sheet(path, 1, [], mark, iter(()))
+    if all(map(_is_number, first.cells)):
+        return Sheet(path, first.line, [], mark, chain([first], rows))
+    heads = [_head(text) for text in _without_empty_end(first.cells)]
+    return Sheet(path, first.line, heads, mark, _fitting(path, rows, len(heads), mark))
+
+
+def as_number(cell: str, mark: str) -> float:
+    """The number in a cell, its decimal mark a point, or a comma where `mark` is none."""
+    return float(cell if mark == "," else cell.replace(",", "."))
+
+
+def _head(text: str) -> Head:
+    text = " ".join(text.split())
+    if quoted := _QUOTED.fullmatch(text):
+        text = quoted[2].strip()
+    match = _HEAD.fullmatch(text)
+    if match is None or _INDEX.fullmatch(text):
+        return Head(text, text, None)
+    unit = match["round"] if match["square"] is None else match["square"]
+    return Head(text, match["name"], unit.strip())
+
+
+def _is_number(cell: str) -> bool:
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
+        float(cell.replace(",", "."))
+    except ValueError:
+        return False
+    return True
+
+
+def _lines(path: Path, header: str, comment: str | None, longest: int) -> Iterator[tuple[int, str]]:
+    """Numbered lines that are not empty."""
+    try:
+        with path.open(encoding=_encoding(path)) as stream:
+            for number, line in watched_lines(stream, path, longest):
+                text = line if comment is None else line.partition(comment)[0]
+                if "\0" in text:
+                    raise FileError("the file is not text", where=f"{path}:{number}")
+                if text.strip():
+                    yield number, text
+    except (OSError, UnicodeError) as error:
         raise FileError(
             f"the file cannot be read ({error})", where=str(path), allowed=f"CSV, header {header}"
         ) from error
-    rows = [(i, line) for i, line in enumerate(lines, start=1) if line.strip()]
-    line, text = rows[0] if rows else (1, "")
-    mark = next((mark for mark in ",;\t" if mark in text), ",")
-    names = [name.strip() for name in text.split(mark)] if rows else []
-    return Sheet(path, line, names, rows[1:], mark)
 
 
-def unit_of(said: str | None, given: str | None, where: str) -> str | None:
-    """The unit of a column: the header's, or the one given where that says none."""
-    if said is not None and given is not None and said != given.strip():
+def _encoding(path: Path) -> str:
+    """UTF-8 or UTF-16, or code page 1252 of what is no UTF-8."""
+    decoder = codecs.getincrementaldecoder("utf-8")()
+    with path.open("rb") as stream:
+        part = stream.read(_CHUNK)
+        if part.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+            return "utf-16"
+        try:
+            while part:
+                decoder.decode(part)
+                part = stream.read(_CHUNK)
+            decoder.decode(b"", final=True)
+        except UnicodeDecodeError:
+            return "cp1252"
+    return "utf-8-sig"
+
+
+def _rows(path: Path, lines: Iterable[tuple[int, str]], mark: str) -> Iterator[Row]:
+    """Rows that are not empty."""
+    number = 0
+
+    def texts() -> Iterator[str]:
+        nonlocal number
+        for k, line in enumerate(lines):
+            number, text = line
+            if mark == " ":
+                text = text.replace("\t", " ").strip()
+                text = text if k else _BLANK_IN_HEAD.sub("\u00a0", text)
+            yield text + "\n"
+
+    reader = csv.reader(texts(), delimiter=mark, skipinitialspace=True, strict=True)
+    try:
+        for record in reader:
+            cells = [cell.strip() for cell in record]
+            if any(cells):
+                yield Row(number, cells)
+    except csv.Error as error:
         raise FileError(
-            "the header says another unit than was given",
-            where=where,
-            found=said,
-            allowed=f"{given!r}, or none in the header",
-            remedy="Leave out the unit: the header's holds",
-        )
-    return given if said is None else said
+            f"a row cannot be read ({error})", where=f"{path}:{number}", allowed="CSV"
+        ) from error
+
+
+def _without_empty_end(cells: list[str], least: int = 0) -> list[str]:
+    """Cells up to the last that is not empty, `least` of them as far as there are so many."""
+    count = len(cells)
+    while count > least and not cells[count - 1]:
+        count -= 1
+    return cells[:count]
+
+
+def _fitting(path: Path, rows: Iterator[Row], count: int, mark: str) -> Iterator[Row]:
+    """Rows that have no more cells than there are heads; as many, where blanks part them."""
+    for line, given in rows:
+        cells = _without_empty_end(given, count)
+        if len(cells) > count or (mark == " " and len(cells) < count):
+            raise FileError(
+                f"a row has {len(cells)} cells under a header of {count}",
+                where=f"{path}:{line}",
+                found=mark.join(cells),
+                allowed=f"{count} cells, parted by {mark!r}",
+                remedy="Numbers with a decimal comma are read where semicolons part the columns"
+                if mark == ","
+                else None,
+            )
+        yield Row(line, cells)
+
+
+def _mark(texts: list[str], marks: Sequence[str]) -> str:
+    """What parts the first two rows into equally many cells, or the first row alone."""
+    single = ""
+    for mark in marks:
+        try:
+            rows = list(islice(_rows(Path(), enumerate(texts), mark), 2))
+        except FileError:  # told with its place when the rows are read
+            continue
+        counts = [len(_without_empty_end(row.cells)) for row in rows]
+        if counts and counts[0] > 1:
+            if len(set(counts)) == 1 and (mark != " " or len(counts) == 2):
+                return mark
+            single = single or (mark if mark != " " else "")
+    return single or ","

@@ -55,6 +55,8 @@ _RATES = {
     1: {"kph": 1.0 / 3.6, "kmh": 1.0 / 3.6, "mph": 0.44704},
     2: {"g": 9.80665, "G": 9.80665, "g0": 9.80665, "gn": 9.80665},
 }
+# Of torques; pint takes Nm for a number of metres, as spinners do.
+_TORQUE = re.compile(r"\b([kM]?N)(m|mm)\b")
 _RATE_KINDS = {1: "velocity", 2: "acceleration"}
 _RATE_EXAMPLES = {1: "m/s, mm/ms, km/h, mph", 2: "g, m/s^2, mm/ms^2, in/s^2"}
 _RATE = re.compile(
@@ -129,7 +131,7 @@ def _readings(text: str) -> list[Any]:
     readings = []
     for spelling in dict.fromkeys((text, text.lower())):
         try:
-            unit = registry.parse_units(_SPELLINGS.get(spelling, spelling))
+            unit = registry.parse_units(_SPELLINGS.get(spelling, _TORQUE.sub(r"(\1*\2)", spelling)))
         except Exception:  # pint raises its own errors, the tokenizer's and Python's alike
             continue
         if spelling:
@@ -289,6 +291,62 @@ def _size(unit: str, known: dict[str, float], dimension: str, base: str) -> floa
         if quantity.check(dimension):
             return float(quantity.to(base).magnitude)
     return None
+
+
+def consistent_factor(unit: str, length: str, mass: str, time: str, where: str) -> float:
+    """What a number in `unit`, whatever it measures, is multiplied by to be in a consistent set.
+
+    Parameters
+    ----------
+    unit : of a product of powers of length, mass and time: "km/h", "kg/m^3", "MPa", "%"
+    where : file or key the unit stands in, for the message
+
+    Raises
+    ------
+    UnitError
+        It is no such unit; "g", which is one of mass and of acceleration; an angle.
+
+    >>> consistent_factor("g/cm^3", "mm", "kg", "ms", "density")
+    1e-06
+    """
+    text = unit.strip()
+    if text == "g":
+        raise UnitError(
+            "a unit of mass and of acceleration",
+            where=where,
+            found=unit,
+            allowed="kg or mg, m/s^2 or g_0",
+        )
+    if text in ("", "-", "1"):
+        return 1.0
+    if text in _RATES[1]:
+        return velocity_factor(text, length, time)
+    readings = _readings(text)
+    powers = dict(readings[0].dimensionality) if readings else {"no unit": 1}
+    sizes = {
+        f"[{dimension}]": base_factor(one, dimension)
+        for dimension, one in (("length", length), ("mass", mass), ("time", time))
+    }
+    if not powers.keys() <= sizes.keys():
+        raise UnitError(
+            "not a unit of the quantities of a case",
+            where=where,
+            found=unit,
+            allowed="such as mm, kg, ms, km/h, m/s^2, N, MPa, kg/m^3, 1/s, %",
+            remedy="If it is none, take the brackets away",
+        )
+    size = readings[0].to_root_units()
+    if not powers and size.units != size.units / size.units:
+        raise UnitError(
+            "an angle is not converted: some keys are in degrees, others in radians",
+            where=where,
+            found=unit,
+            allowed="no unit in the header, and numbers as the key takes them",
+        )
+    factor = float(readings[0].to_base_units().magnitude)
+    for dimension, power in powers.items():
+        factor /= sizes[dimension] ** power
+    return without_noise(factor)
 
 
 def _named(value: float, names: dict[str, float]) -> str | None:

@@ -64,6 +64,11 @@ class FaceLaws:
     needs_patch = True
 
     @property
+    def has_rate(self) -> bool:
+        """Whether the force depends on the rate: whether one of them does."""
+        return any(getattr(law, "has_rate", False) for law in self.laws)
+
+    @property
     def needs_mass(self) -> bool:
         """Whether one of them does."""
         return any(law.needs_mass for law in self.laws)

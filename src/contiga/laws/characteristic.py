@@ -10,7 +10,7 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import read_only
+from contiga.arrays.layout import read_only, real
 from contiga.errors import InputError, RunError
 from contiga.laws.curve_records import CurveTable
 from contiga.records import FloatArray
@@ -106,7 +106,7 @@ class Characteristic:
 
     def __call__(self, x: ArrayLike) -> FloatArray:
         """Ordinates at `x`, an array of any shape; the answer has the same shape."""
-        at = np.asarray(x, dtype=np.float64)
+        at = np.asarray(real(x), dtype=np.float64)
         if self.function is not None:
             return _checked_answer(self, at)
         check_inside(self, at)
@@ -122,7 +122,7 @@ class Characteristic:
 
         Of a callable by differences of second order, to the right of x.
         """
-        at = np.asarray(x, dtype=np.float64)
+        at = np.asarray(real(x), dtype=np.float64)
         if self.function is not None:
             h = _NUDGE * np.maximum(at, _PROBE[1])
             y = [self(at + k * h) for k in range(3)]
@@ -136,7 +136,7 @@ class Characteristic:
         Exact for a table; one that ends in an error below its first point stores nothing there.
         Of a callable by Gauss's rule with 64 points.
         """
-        at = np.asarray(x, dtype=np.float64)
+        at = np.asarray(real(x), dtype=np.float64)
         if self.function is not None:
             part = (np.arange(_PANELS)[:, None] + 0.5 * (1.0 + _NODES)) / _PANELS
             y = np.maximum(self(at[..., None, None] * part), 0.0)
@@ -230,6 +230,7 @@ _ROWS = "rows [x, y], x strictly increasing, at least two"
 
 
 def _two_columns(curve: object, name: str) -> FloatArray:
+    real(curve, name)
     try:
         table = np.asarray(curve, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -293,7 +294,7 @@ def _try(curve: Characteristic) -> None:
 
 def _checked_answer(curve: Characteristic, at: FloatArray) -> FloatArray:
     assert curve.function is not None
-    y = np.asarray(curve.function(at), dtype=np.float64)
+    y = np.asarray(real(curve.function(at)), dtype=np.float64)
     if y.shape != at.shape:
         raise InputError(
             f"the function must answer an array of shape {at.shape} with one of the same shape",

@@ -90,6 +90,11 @@ class CombinedLaw:
     n_memory = 0
 
     @property
+    def has_rate(self) -> bool:
+        """Whether the force depends on the rate: whether a side is damped."""
+        return self.slave.has_rate or self.master.has_rate
+
+    @property
     def needs_thickness(self) -> bool:
         """True where the slave's law has no thickness: the slave's nodes must have one."""
         return self.slave.needs_thickness

@@ -157,6 +157,11 @@ class Coulomb:
 
     n_memory = 7
 
+    @property
+    def has_rate(self) -> bool:
+        """Whether the force depends on the velocity: whether the coefficient falls with it."""
+        return self.decay > 0.0 and self.dynamic not in (None, self.static)
+
     def coefficient(self, speed: FloatArray) -> FloatArray:
         """μ at sliding speeds (n,) ≥ 0."""
         least = self.static if self.dynamic is None else self.dynamic
@@ -258,6 +263,7 @@ class ViscousFriction:
         put(self, "speed", above_zero(self.speed, "speed"))
 
     n_memory = 3
+    has_rate = True
 
     def slid(self, memory: FloatArray) -> FloatArray:
         """(n, 3) zeros: it has no memory."""

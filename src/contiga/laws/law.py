@@ -6,6 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
+from contiga.arrays.layout import real
 from contiga.errors import InputError
 from contiga.laws.characteristic import Characteristic, CurveLike
 from contiga.records import FloatArray, LawInput, LawOutput
@@ -110,7 +111,7 @@ def not_negative(value: float, name: str) -> float:
 
 def _number(value: float, name: str, allowed: str) -> float:
     try:
-        number = float(value)
+        number = float(real(value))
     except (TypeError, ValueError) as error:
         raise InputError("must be a number", where=name, found=value, allowed=allowed) from error
     if not np.isfinite(number):

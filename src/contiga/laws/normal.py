@@ -54,6 +54,11 @@ class PenaltyLaw:
         """True with a damping ratio: critical damping depends on the mass."""
         return self.damping_ratio > 0.0
 
+    @property
+    def has_rate(self) -> bool:
+        """Whether the force depends on the rate: whether it is damped."""
+        return self.damping > 0.0 or self.damping_ratio > 0.0
+
     needs_thickness = False
 
     @property
@@ -69,13 +74,12 @@ class PenaltyLaw:
         stiffness = np.empty(elastic.shape)
         stiffness.fill(self.stiffness)
         stored = 0.5 * self.stiffness * inp.penetration**2
-        damped = self.damping > 0.0 or self.damping_ratio > 0.0
-        if damped:
+        if self.has_rate:
             force = elastic + self.damping * inp.rate
         if self.per_area:
             elastic, force = elastic * inp.area, force * inp.area
             stiffness, stored = stiffness * inp.area, stored * inp.area
-        if not damped:
+        if not self.has_rate:
             return no_memory(force, stiffness, stored)
         if self.damping_ratio > 0.0:
             force = force + critical_damping(self.damping_ratio, stiffness, inp.mass) * inp.rate

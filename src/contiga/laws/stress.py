@@ -91,6 +91,11 @@ class StressLaw:
         return self.damping_ratio > 0.0
 
     @property
+    def has_rate(self) -> bool:
+        """Whether the force depends on the rate: whether it is damped."""
+        return self.damping > 0.0 or self.damping_ratio > 0.0 or self.damping_curve is not None
+
+    @property
     def n_memory(self) -> int:
         """Strain and stress of the last step, with hysteresis; else nothing."""
         return 0 if self.hysteresis is None else 2

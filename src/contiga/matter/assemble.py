@@ -138,7 +138,16 @@ def _group(
         tables = tables._replace(numbers=material.numbers * [1.0, 0.0], averaged=1)
         average = _average(part, shapes, nodes, material.averaged, nodes_of_rows)
     group = Group(
-        part.name, part.kind, part.elements, tables, bound, average, rows, memory, part.across
+        part.name,
+        part.kind,
+        part.elements,
+        tables,
+        bound,
+        average,
+        rows,
+        memory,
+        part.across,
+        material.reaches,
     )
     return group, nodes_of_rows
 

@@ -12,7 +12,8 @@ from contiga.arrays.threads import run_ranges
 from contiga.arrays.workspace import Workspace
 from contiga.errors import ElementError
 from contiga.matter.blocks import NodeSums
-from contiga.matter.element_fields import ElementFields, Inside, at_nodes
+from contiga.matter.coefficients import Reach
+from contiga.matter.element_fields import ElementFields, Inside, Reached, at_nodes
 from contiga.matter.kernels import elements_nb, lanes_nb, row_sums_nb
 from contiga.matter.kernels.lanes_nb import KINDS, LANES
 from contiga.matter.mass_scaling import AddedMass
@@ -64,6 +65,8 @@ class Group(NamedTuple):
     """Of what all groups remember."""
     across: float
     """What makes a volume of an element's measure: thickness, section, or 1 of a solid."""
+    reaches: tuple[Reach, ...]
+    """Tables of its material."""
 
 
 class Assembled:
@@ -164,6 +167,14 @@ class Assembled:
             for group, pieces in zip(self.groups, self._apart, strict=True)
         ]
 
+    def reached(self, state: MatterState) -> list[Reached]:
+        """How far the tables of all parts were asked since the start."""
+        return [
+            Reached(group.name, reach.what, _largest(group, state, reach.column), reach.end)
+            for group in self.groups
+            for reach in group.reaches
+        ]
+
     def _taken_apart(self, group: Group) -> Apart:
         gradients = self._gradients(group)
         still = metric(self.nodes[group.elements], gradients)
@@ -250,6 +261,13 @@ def _memory(group: Group, state: MatterState, new: FloatArray) -> Memory:
     blocks = len(group.tables.nodes)
     old = state.memory[group.memory].reshape(blocks, -1)
     return Memory(locked(old), new[group.memory].reshape(blocks, -1))
+
+
+def _largest(group: Group, state: MatterState, column: int) -> float:
+    """Of what the elements of a group remember in a column."""
+    blocks = len(group.tables.nodes)
+    lanes = state.memory[group.memory].reshape(blocks, -1, LANES)[:, column]
+    return float(lanes.ravel()[: len(group.elements)].max())
 
 
 def _inverted(group: Group, points: FloatArray, counts: IntArray) -> ElementError:

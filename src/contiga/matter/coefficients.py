@@ -6,11 +6,28 @@ from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
+from contiga.arrays.layout import real
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
 SOLIDS = ("tet4", "hex8")
 NONE = np.zeros(0)
+
+
+class Reach(NamedTuple):
+    """A table of a material, and where elements remember the largest strain it was asked for."""
+
+    what: str
+    """Its strain, in words."""
+    end: float
+    """Strain of its last row."""
+    column: int
+    """Of what an element remembers."""
+
+    @classmethod
+    def of(cls, what: str, table: FloatArray, column: int) -> tuple[Reach, ...]:
+        """Of a table (n, 2); none of a straight line, which is the same beyond its rows."""
+        return () if len(table) == 2 else (cls(what, float(table[-1, 0]), column),)
 
 
 class Coefficients(NamedTuple):
@@ -31,6 +48,8 @@ class Coefficients(NamedTuple):
     asks_rates: bool = False
     averaged: float = 0.0
     """λ of what is averaged at nodes."""
+    reaches: tuple[Reach, ...] = ()
+    """Its tables."""
 
 
 class Material(Protocol):
@@ -47,7 +66,7 @@ def poisson_ratio(value: object, name: str) -> float:
     """Poisson's ratio, above −1 and below ½."""
     allowed = "a number above -1 and below 0.5"
     try:
-        number = float(value)  # type: ignore[arg-type]
+        number = float(real(value))
     except (TypeError, ValueError) as error:
         raise InputError("must be a number", where=name, found=value, allowed=allowed) from error
     if not -1.0 < number < 0.5:

@@ -7,6 +7,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import real
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
@@ -22,6 +23,7 @@ def as_table(curve: CurveLike, name: str) -> FloatArray:
     InputError
         Not a table of numbers, not from zero, strains that do not rise, stresses that fall.
     """
+    real(curve, name)
     try:
         table = np.array(curve, dtype=np.float64)
     except (TypeError, ValueError) as error:

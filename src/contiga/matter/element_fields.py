@@ -48,6 +48,17 @@ class Inside(NamedTuple):
     fields: ElementFields
 
 
+class Reached(NamedTuple):
+    """The largest strain that a table of a part was asked for since the start."""
+
+    part: str
+    what: str
+    """Its strain, in words."""
+    strain: float
+    end: float
+    """Strain of the table's last row."""
+
+
 def at_nodes(groups: Sequence[Inside], count: int) -> ElementFields:
     """The means of the elements at each of `count` nodes by their volumes at rest; NaN of none."""
     weight = np.zeros(count)

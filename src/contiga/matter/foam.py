@@ -10,10 +10,10 @@ import numpy as np
 
 from contiga.arrays.layout import positive
 from contiga.errors import InputError
-from contiga.matter.coefficients import SOLIDS, Coefficients
+from contiga.matter.coefficients import SOLIDS, Coefficients, Reach
 from contiga.matter.curves import CurveLike, as_table, at, packed
 from contiga.matter.kernels.elements_stress_nb import FOAM
-from contiga.matter.kernels.solid_foam_nb import MEMORY
+from contiga.matter.kernels.solid_foam_nb import MEMORY, REACHED
 from contiga.records import FloatArray
 
 
@@ -100,6 +100,7 @@ class Foam:
             first,
             memory=MEMORY,
             asks_rates=len(self.rates) > 0,
+            reaches=Reach.of("strain", self.loading, REACHED),
         )
 
 

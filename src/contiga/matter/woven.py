@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from contiga.arrays.layout import positive
+from contiga.arrays.layout import positive, real
 from contiga.errors import InputError
-from contiga.matter.coefficients import Coefficients
+from contiga.matter.coefficients import Coefficients, Reach
 from contiga.matter.curves import CurveLike, as_table, at, packed, steepest
 from contiga.matter.kernels import bar_nb, membrane_fabric_nb
 from contiga.matter.kernels.elements_stress_nb import BAR, FABRIC
@@ -89,6 +89,7 @@ class Fabric:
         numbers = np.concatenate([head, *blocks, packed(self.shear)])
         steep = [float(block[0]) for block in blocks]
         tangent = across * np.array([*steep, 0.0, steepest(self.shear)])
+        column = membrane_fabric_nb.REACHED
         return Coefficients(
             FABRIC,
             numbers,
@@ -96,6 +97,11 @@ class Fabric:
             max(steep),
             tangent,
             memory=membrane_fabric_nb.MEMORY,
+            reaches=(
+                *Reach.of("strain of the warp", self.warp, column),
+                *Reach.of("strain of the weft", self.weft, column + 1),
+                *Reach.of("angle of the shear", self.shear, column + 2),
+            ),
         )
 
 
@@ -148,11 +154,18 @@ class Belt:
         block = self._block()
         numbers = np.concatenate([[0.0, 0.0, (len(block) - 1) // 6], block])
         modulus = float(block[0]) / across
-        return Coefficients(BAR, numbers, modulus, modulus, memory=bar_nb.MEMORY)
+        return Coefficients(
+            BAR,
+            numbers,
+            modulus,
+            modulus,
+            memory=bar_nb.MEMORY,
+            reaches=Reach.of("strain", self.loading, bar_nb.REACHED),
+        )
 
 
 def _direction(given: object) -> FloatArray:
-    direction = np.asarray(given, dtype=np.float64)
+    direction = np.asarray(real(given, "direction"), dtype=np.float64)
     if direction.shape[-1:] != (3,) or direction.ndim > 2:
         raise InputError(
             "is no direction", where="direction", found=direction.shape, allowed="(3,) or (n, 3)"

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import real
 from contiga.arrays.ordered import length, principal_axes
 from contiga.errors import InputError
 from contiga.records import FloatArray, MassProperties
@@ -21,7 +22,7 @@ def principal_moments(inertia: ArrayLike) -> FloatArray:
     >>> principal_moments([[2.0, 1.0, 0.0], [1.0, 2.0, 0.0], [0.0, 0.0, 2.5]]).round(12).tolist()
     [1.0, 2.5, 3.0]
     """
-    tensor = np.asarray(inertia, dtype=np.float64)
+    tensor = np.asarray(real(inertia), dtype=np.float64)
     # Singular values have no sign: all eigenvalues are made positive first.
     shift = length(tensor)
     return np.asarray(principal_axes(tensor + shift * np.eye(3))[0][::-1] - shift)
@@ -96,6 +97,7 @@ def of_points(points: FloatArray, mass: FloatArray) -> MassProperties:
 
 
 def _symmetric(inertia: ArrayLike, where: str) -> FloatArray:
+    real(inertia, where)
     try:
         tensor = np.array(inertia, dtype=np.float64)
     except (TypeError, ValueError) as error:

@@ -12,7 +12,7 @@ from math import inf, isfinite
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import as_points
+from contiga.arrays.layout import as_points, real
 from contiga.arrays.ordered import product
 from contiga.errors import InputError
 from contiga.records import FloatArray
@@ -57,7 +57,7 @@ def from_euler(
     InputError
         `order` is not one to three of x, y, z in one case, or the angles do not match it.
     """
-    values = np.atleast_1d(np.asarray(angles, dtype=np.float64))
+    values = np.atleast_1d(np.asarray(real(angles), dtype=np.float64))
     lower = order.lower()
     if not 1 <= len(order) <= 3 or set(lower) - set("xyz") or order not in (lower, order.upper()):
         raise InputError(
@@ -87,6 +87,7 @@ def as_pose(X: ArrayLike, where: str = "pose") -> FloatArray:
     InputError
         Not a finite (4, 4) matrix with last row 0, 0, 0, 1, or its 3 × 3 part is not a rotation.
     """
+    real(X, where)
     try:
         pose = np.array(X, dtype=np.float64, order="C")  # as kernels read it
     except (TypeError, ValueError) as error:

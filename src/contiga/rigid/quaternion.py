@@ -10,6 +10,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import real
 from contiga.arrays.ordered import length, product
 from contiga.errors import InputError
 from contiga.records import FloatArray
@@ -30,6 +31,7 @@ def as_unit(quaternion: ArrayLike, *, tolerance: float | None = None) -> FloatAr
     InputError
         Not four finite numbers each, all zero, or of a length outside `tolerance`.
     """
+    real(quaternion, "quaternion")
     try:
         q = np.asarray(quaternion, dtype=np.float64)
     except (TypeError, ValueError) as error:

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import real
 from contiga.arrays.ordered import length, product
 from contiga.errors import GeometryError
 from contiga.records import FloatArray
@@ -19,6 +20,7 @@ _SINGULAR = 1e-14
 
 def vector(values: ArrayLike, where: str) -> FloatArray:
     """`values` as three finite numbers."""
+    real(values, where)
     try:
         array = np.array(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -78,7 +80,7 @@ def cos_sin(angle: float) -> tuple[float, float]:
 
 def scaling(s: float | ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
     """Matrix that scales by `s`, one positive number or one for each axis, about `origin`."""
-    factors = np.asarray(s, dtype=np.float64)
+    factors = np.asarray(real(s), dtype=np.float64)
     if factors.shape not in ((), (3,)) or not (np.isfinite(factors).all() and (factors > 0).all()):
         raise GeometryError(
             "scale factors must be positive",
@@ -132,7 +134,7 @@ def affine(matrix: ArrayLike) -> FloatArray:
     GeometryError
         not (4, 4), not finite, a last row other than (0, 0, 0, 1), or singular.
     """
-    array = np.array(matrix, dtype=np.float64)
+    array = np.array(real(matrix, "transform"), dtype=np.float64)
     if array.shape != (4, 4) or not np.isfinite(array).all():
         raise GeometryError(
             "a transform must be a finite (4, 4) matrix", where="transform", found=array.shape

@@ -20,7 +20,7 @@ from contiga.io.units import derived_units
 from contiga.masters.protocol import Master
 from contiga.masters.sampling import least_size, refined
 from contiga.matter.element_fields import FIELDS, TENSORS, Inside, at_facets, at_nodes
-from contiga.records import FloatArray
+from contiga.records import FloatArray, IndexArray
 from contiga.rigid.frames import to_world
 from contiga.simulation.model import Model
 from contiga.simulation.system_state import SystemState
@@ -54,13 +54,11 @@ class Fields:
         self._meshes: dict[str, TriMesh] = {
             name: _drawn(name, part.body, model.output.size) for name, part in model.bodies.items()
         }
+        self._own = {name: _own_nodes(part.slave) for name, part in model.slaves.items()}
         parts = [
             Part(name, "body", len(mesh.vertices), mesh.triangles)
             for name, mesh in self._meshes.items()
-        ] + [
-            Part(name, "slave", len(part.slave.points), part.slave.facets)
-            for name, part in model.slaves.items()
-        ]
+        ] + [_part(name, part.slave, self._own[name]) for name, part in model.slaves.items()]
         self._part = np.repeat(np.arange(len(parts), dtype=np.int32), [p.n_points for p in parts])
         self._writer = (
             FieldsWriter(path, parts, _units(model.units))
@@ -82,22 +80,23 @@ class Fields:
             to_world(state.bodies[name].pose, mesh.vertices) for name, mesh in self._meshes.items()
         ]
         first = sum(len(b) for b in bodies)
-        slaves = [state.slaves[name].points for name in self._model.slaves]
+        slaves = [state.slaves[name].points[self._own[name]] for name in self._model.slaves]
         points = np.concatenate(bodies + slaves)
         data = self._blank(len(points), first)
         cells: list[dict[str, FloatArray]] = []
         for name, slave in self._model.slaves.items():
-            n = len(state.slaves[name].points)
-            data["contact_status"][first : first + n][~slave.slave.active] = -1
+            own = self._own[name]
+            n = len(own)
+            data["contact_status"][first : first + n][~slave.slave.active[own]] = -1
             inside = self._model.mechanism.nodes[name].inside(state.slaves[name])
             if inside:
-                means = at_nodes(inside, n)
+                means = at_nodes(inside, len(slave.slave))
                 for field in self._of_elements:
-                    data[field][first : first + n] = FIELDS[field](means)
+                    data[field][first : first + n] = FIELDS[field](means)[own]
             cells.append(self._of_facets(inside, slave.slave))
             for part in self._model.contacts:
                 if part.slave == name:
-                    _add(data, slice(first, first + n), state.contacts[part.name])
+                    _add(data, slice(first, first + n), state.contacts[part.name], own)
             first += n
         # Outlines first: a stop between the two leaves one too many there, which resuming drops.
         if self._outlines is not None:
@@ -159,6 +158,27 @@ class Fields:
             self._writer.close()
 
 
+def _own_nodes(slave: Slave) -> IndexArray:
+    """(k,) rows of the points that are the slave's own.
+
+    Of a mesh file that it is a part of, it has the nodes of other parts, too: these are not drawn.
+    """
+    own = slave.active | (len(slave.cells) == 0)
+    for rows in (slave.facets, *slave.elements.values()):
+        if rows is not None:
+            own[rows] = True
+    return np.flatnonzero(own)
+
+
+def _part(name: str, slave: Slave, own: IndexArray) -> Part:
+    facets = slave.facets
+    if facets is not None:
+        lower = np.zeros(len(slave), facets.dtype)
+        lower[own] = np.arange(len(own))
+        facets = lower[facets]
+    return Part(name, "slave", len(own), facets)
+
+
 def _drawn(name: str, body: Master, size: float | None) -> TriMesh:
     mesh = body.tessellate(DRAWN * body.size)
     if size is None or body.faces is None:
@@ -211,23 +231,22 @@ def has_outlines(model: Model) -> bool:
     return any(part.contact.has_outlines for part in model.contacts)
 
 
-def _add(data: dict[str, NDArray[np.generic]], rows: slice, state: State) -> None:
+def _add(data: dict[str, NDArray[np.generic]], rows: slice, state: State, own: IndexArray) -> None:
     """Lay a contact's fields over those of other contacts of the same slave."""
-    n = len(state.force)
-    on: NDArray[np.bool_] = state.in_contact[:n]
+    on: NDArray[np.bool_] = state.in_contact[own]
 
     def take(name: str, values: NDArray[np.generic], where: NDArray[np.bool_] = on) -> None:
         view = data[name][rows]
-        view[where] = values[where]
+        view[where] = values[own][where]
 
     status = data["contact_status"][rows]
     free: NDArray[np.bool_] = np.asarray(status == 0)
-    take("contact_status", state.status[:n].astype(np.int32), on | free)
-    take("penetration", state.penetration[:n])
-    take("gap", -state.penetration[:n])
-    take("normal", state.normal[:n])
+    take("contact_status", state.status.astype(np.int32), on | free)
+    take("penetration", state.penetration)
+    take("gap", -state.penetration)
+    take("normal", state.normal)
     take("area", state.area)
     take("pressure", state.pressure)
     take("cluster", state.clusters)
     total = data["force"][rows]
-    total += state.force  # type: ignore[misc]  # float arrays, both
+    total += state.force[own]  # type: ignore[misc]  # float arrays, both

@@ -46,7 +46,7 @@ def identity_of(model: Model, end: float | None = None) -> Identity:
     digest.text(_TOLD.sub("", _END.sub(r"\1", _without_folder(model))))
     digest.arrays("times", times)
     output = model.output
-    inside = tuple(output.fields), output.cells
+    inside = tuple(output.fields), output.cells, output.interval
     digest.text(repr((output.every, tuple(output.formats), output.size, *inside)))
     digest.arrays("gravity", model.gravity)
     digest.text(repr((type(model.stepping).__name__, model.allow_unstable)))

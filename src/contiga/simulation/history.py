@@ -66,9 +66,9 @@ def history_row(
     """
     row: dict[str, float] = {"time": stepped.state.time}
     for contact, prefix in column_prefixes(model).items():
-        columns = contact_columns(
-            stepped.state.contacts[contact], stepped.walls[contact], measured=measured
-        )
+        now = stepped.state.contacts[contact]
+        columns = contact_columns(now, stepped.walls[contact], measured=measured)
+        columns["n_tunnelled"] = 0 if last is None else tunnelled(last.contacts[contact], now)
         row |= {prefix + name: value for name, value in columns.items()}
     row |= sensor_columns(model, stepped.state, last)
     row |= relative_columns(model, stepped.state, last)
@@ -160,6 +160,17 @@ def contact_columns(state: State, wall: float, *, measured: bool) -> dict[str, f
     columns |= {name: counts[status] for name, status in COUNTED.items()}
     columns["n_unproved"] = state.n_unproved if touching else 0
     return columns
+
+
+def tunnelled(last: State, now: State) -> int:
+    """How many points a step let go by another wall than the one that held them: what leaves by
+    that one comes out in front of it, and these are behind it by more than half of their depth."""
+    rows = np.flatnonzero(now.status == ContactStatus.RELEASED)
+    if len(rows) == 0:
+        return 0
+    foot, normal = (kept_of(last).part(name, rows) for name in ("foot_B", "normal_B"))
+    behind = -((now.points_B[rows] - foot) * normal).sum(axis=1)
+    return int((behind > 0.5 * kept_of(last).part("penetration", rows)).sum())
 
 
 def _measured(state: State) -> dict[str, float]:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.arrays.layout import positive
 from contiga.contact.contact import Contact
 from contiga.display import Displayed, Facts
 from contiga.dynamics.free import Dependent, Free
@@ -20,6 +21,7 @@ from contiga.dynamics.pulses import check_covers
 from contiga.dynamics.springs import Spring
 from contiga.dynamics.stepping import Stepping
 from contiga.errors import InputError
+from contiga.io.naming import check_name
 from contiga.masters.protocol import Master
 from contiga.matter.element_fields import FIELDS
 from contiga.records import FloatArray, IndexArray
@@ -78,6 +80,8 @@ class OutputOptions(NamedTuple):
     """What fields have of the inside of slaves that deform."""
     cells: bool = False
     """Whether facets have it, too, as it is in the elements behind them: not the means at nodes."""
+    interval: float | None = None
+    """Time from one set of fields to the next, in place of `every`."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -116,6 +120,11 @@ class Model(Displayed):
 
     def __post_init__(self) -> None:
         names = [part.name for part in self.contacts]
+        parts = {"bodies": self.bodies, "slaves": self.slaves, "contacts": names}
+        parts |= {"springs": self.springs, "sensors": [one.name for one in self.sensors]}
+        for kind, named in parts.items():
+            for name in named:
+                check_name(name, f"{kind}: name")
         moved = len(self.mechanism.free) or self.mechanism.deforms
         if not (names or moved) or len(set(names)) < len(names):
             raise InputError(
@@ -128,6 +137,8 @@ class Model(Displayed):
         check_settle(self)
         check_sensors(self)
         check_springs(self)
+        if self.output.interval is not None:
+            positive(self.output.interval, "output: interval")
         for name in self.output.fields:
             _check_name("field", name, FIELDS, "output: fields")
 
@@ -315,8 +326,8 @@ def _check_units(sensor: AnySensor, model: Model, where: str) -> None:
         )
 
 
-def _check_own_name(name: object, taken: Sequence[str], where: str) -> None:
-    if not isinstance(name, str) or not name or name in taken:
+def _check_own_name(name: str, taken: Sequence[str], where: str) -> None:
+    if name in taken:
         raise InputError(
             "must have a name of its own: columns of the history are called by it",
             where=f"{where}: name",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
+from math import floor
 from pathlib import Path
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -45,6 +46,8 @@ from contiga.simulation.system_state import SystemState
 
 # Seconds from one checkpoint to the next, at least.
 CHECKPOINT_SECONDS = 5.0
+_ROUNDING = 1e-9
+"""Share of an interval that a time may fall short of its end."""
 _STATE_BYTES = 2000
 """Of a state and that of the peak, for each point."""
 
@@ -160,11 +163,20 @@ class Recorder:
     def _is_last(self, state: SystemState) -> bool:
         return state.time >= self.model.stepping.end
 
+    def _is_due(self, time: float) -> bool:
+        """Whether fields of the next step, at `time`, are written: by steps or by time."""
+        output, last = self.model.output, self.state
+        if output.interval is None or last is None:
+            return self.done % output.every == 0
+        start, interval = self.model.stepping.start, output.interval
+        before, now = ((t - start) / interval + _ROUNDING for t in (last.time, time))
+        return floor(now) > floor(before)
+
     def take(self, stepped: Stepped) -> None:
         """Record one step; before one that is written, that of the greatest force."""
         state = stepped.state
         done, written, _, peak, crest, _ = self._stand
-        due = done % self.model.output.every == 0
+        due = self._is_due(state.time)
         recorded = self._is_last(state) or due
         with self._clock("area"):
             row = history_row(self.model, stepped, self.state, measured=recorded)

@@ -8,7 +8,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import positive
+from contiga.arrays.layout import positive, real
 from contiga.contact.contact import Contact
 from contiga.dynamics.loads import Load
 from contiga.dynamics.springs import Spring
@@ -345,6 +345,6 @@ def _stepping(
 
 def _number(where: str, value: object) -> float:
     try:
-        return float(value)  # type: ignore[arg-type]
+        return float(real(value))
     except (TypeError, ValueError) as error:
         raise InputError("must be a number", where=where, found=value) from error

@@ -9,6 +9,7 @@ from contiga.errors import RunError
 from contiga.simulation.critical import limit_of
 from contiga.simulation.model import Model
 from contiga.simulation.system_state import SystemState
+from contiga.slaves.skin import facet_width
 
 GAINED = 100.0
 """Times the energy that came in: near the critical step what is stable holds some times as much."""
@@ -45,12 +46,22 @@ def check_stable(model: Model, state: SystemState) -> None:
         raise RunError(
             f"t = {state.time:g}: slave {name!r} is unstable: {gained:.4g} of energy came from "
             f"nothing, and {came:.4g} from outside. Node {node} at ({place}) goes at "
-            f"{speeds[node]:.4g}. {_remedy(model, state)}"
+            f"{speeds[node]:.4g}. {remedy(model, state, name)}"
         )
 
 
-def _remedy(model: Model, state: SystemState) -> str:
+def remedy(model: Model, state: SystemState, slave: str) -> str:
+    """What to do about a slave that is unstable."""
     critical = limit_of(model, state).critical
     if state.step > critical:
         return f'Take steps below {0.9 * critical:.3g}, or step = "auto"'
+    mesh = model.slaves[slave].slave
+    width = np.inf if mesh.facets is None else facet_width(mesh.points, mesh.facets)
+    for part in model.contacts:
+        deep = state.contacts[part.name].max_penetration
+        if part.slave == slave and deep > width:
+            return (
+                f"Its facets, {width:.4g} wide, are too coarse for {part.master}, in which points "
+                f"of theirs lie {deep:.4g} deep: mesh it finer there, or take quadrature = 6"
+            )
     return "Look at its material, at its contacts and at the units; shorter steps show which it is"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from contiga.records import ContactStatus, FloatArray
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.matter_checks import added_masses
 from contiga.simulation.checks.run_checks import notes_on
+from contiga.simulation.checks.surface_checks import OPEN
 from contiga.simulation.clock import Clock
 from contiga.simulation.column_units import column_units
 from contiga.simulation.energy_balance import energy_summary, energy_warnings
@@ -80,7 +82,7 @@ def summarise(
         + _told(statuses, WARNED)
         + many
         + _not_finite(model, history)
-        + _flaws(model)
+        + _flaws(model, findings)
         + _measured_weights(model, history)
         + energy_warnings(model, history)
         + single_warnings(history)
@@ -160,9 +162,15 @@ def _inputs(model: Model) -> dict[str, dict[str, Any]]:
     return inputs
 
 
-def _flaws(model: Model) -> list[str]:
-    """What is wrong with how the faces of bodies meet."""
-    return [f"{name}: {text}" for name, part in model.bodies.items() for text in part.body.flaws]
+def _flaws(model: Model, findings: Sequence[Finding]) -> list[str]:
+    """What is wrong with how the faces of bodies meet, unless it is told already."""
+    told = {finding.where for finding in findings if finding.rule == OPEN}
+    return [
+        f"{name}: {text}"
+        for name, part in model.bodies.items()
+        if f"body {name}" not in told
+        for text in part.body.flaws
+    ]
 
 
 def _measured_weights(model: Model, history: dict[str, FloatArray]) -> list[str]:

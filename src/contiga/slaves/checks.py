@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from contiga.arrays.layout import read_only
+from contiga.arrays.layout import read_only, real
 from contiga.errors import MeshError
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.cells import split_shells
@@ -33,6 +33,7 @@ def check_points(points: FloatArray, *, where: str, ids: NDArray[Any] | None = N
 
 
 def as_facets(points: FloatArray, facets: ArrayLike, name: str) -> IntArray:
+    real(facets, name)
     try:
         array = np.asarray(facets)
     except ValueError as error:  # rows of different lengths
@@ -62,6 +63,7 @@ def as_facets(points: FloatArray, facets: ArrayLike, name: str) -> IntArray:
 def as_nodal(values: ArrayLike | None, what: str, count: int, name: str) -> FloatArray | None:
     if values is None:
         return None
+    real(values, name)
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -94,7 +96,7 @@ def as_active(
         if facets is not None:
             mask[facets] = True
     else:
-        given = np.asarray(active)
+        given = np.asarray(real(active, name))
         if given.shape != (count,) or given.dtype != np.bool_:
             raise MeshError(
                 "expected one boolean for each point",

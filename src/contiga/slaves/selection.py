@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from contiga.arrays.layout import real
 from contiga.errors import MeshError
 from contiga.records import FloatArray, IntArray
 
@@ -87,7 +88,7 @@ def _checked(selected: Selected, where: str) -> Selected:
 
 
 def _as_mask(nodes: ArrayLike, count: int, where: str) -> BoolArray:
-    given = np.asarray(nodes)
+    given = np.asarray(real(nodes, where))
     if given.dtype == np.bool_ and given.shape == (count,):
         return given
     if given.dtype.kind in "iu" and given.ndim == 1 and ((given >= 0) & (given < count)).all():
@@ -164,6 +165,7 @@ def faces_to(
 
 
 def _numbers(values: Any) -> FloatArray | None:
+    real(values)
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):

@@ -38,6 +38,16 @@ class _Faces(NamedTuple):
     cell: Int64Array
 
 
+def facet_width(points: FloatArray, facets: IntArray) -> float:
+    """Length: how wide facets (f, 3) of points (n, 3) are, the median of their shortest sides;
+    infinite of none."""
+    if len(facets) == 0:
+        return np.inf
+    corners = points[facets]
+    squares = np.square(corners - np.roll(corners, 1, axis=1)).sum(axis=2)
+    return float(np.sqrt(np.median(squares.min(axis=1))))
+
+
 def facet_areas(points: FloatArray, facets: IntArray) -> FloatArray:
     """(m,) areas of triangles (m, 3) on `points` (n, 3)."""
     a, b, c = (points[facets[:, i]] for i in range(3))

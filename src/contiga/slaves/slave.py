@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from contiga.arrays.layout import as_points, read_only
+from contiga.arrays.layout import as_points, read_only, real
 from contiga.display import Displayed, Facts
 from contiga.errors import MeshError
 from contiga.records import FloatArray, IntArray
@@ -217,7 +217,7 @@ class Slave(Displayed):
         MeshError
             The matrix is not (4, 4), or stretches: areas that were given could not follow it.
         """
-        matrix = np.asarray(transform, dtype=np.float64)
+        matrix = np.asarray(real(transform, self.name), dtype=np.float64)
         linear, factor = _similarity(matrix, self.name)
         mirrored_points = np.linalg.det(linear) < 0.0
         facets = (

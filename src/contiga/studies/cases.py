@@ -5,20 +5,21 @@ from __future__ import annotations
 import itertools
 import json
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.case.settings import with_settings
-from contiga.errors import CaseError, FileError
-from contiga.io.sheet import Sheet, read_sheet
+from contiga.case.settings import table_of_key, with_settings
+from contiga.errors import CaseError, FileError, UnitError
+from contiga.io.sheet import Row, Sheet, as_number, read_sheet
+from contiga.io.units import consistent_factor
 from contiga.records import FloatArray
-from contiga.studies.spec import SampleSpec, StudySpec, VariableSpec
+from contiga.studies.spec import MOST, SampleSpec, StudySpec, VariableSpec
 
-MOST = 1_000_000
-"""Cases of a study at most: more is a grid of the wrong kind."""
+_UNIT_KEYS = ("unit", "units", "time_unit")
+"""Of tables of a case whose numbers are in units of their own."""
 _HOLES = ("", "nan", "inf", "-inf", "+inf")
 
 
@@ -39,22 +40,27 @@ class StudyCase(NamedTuple):
 
 
 def cases_of(
-    study: StudySpec, targets: Sequence[Mapping[str, Any]] | None = None
+    study: StudySpec,
+    targets: Sequence[Mapping[str, Any]] | None = None,
+    base: Mapping[str, Any] | None = None,
 ) -> list[StudyCase]:
     """The cases of a study without a goal, in order: the last variable changes fastest.
 
-    Rows of the table, or of `targets` by column, go slowest, samples fastest.
+    Rows of the table, or of `targets` by column, go slowest, samples fastest. Columns of the table
+    whose heads say a unit are converted to those of the `base` case, given by its tables.
 
     Raises
     ------
     FileError
         The table cannot be read, lacks a column, or has a hole.
+    UnitError
+        The head of a column says a unit that cannot be converted.
     CaseError
         A rule cannot be worked out or leaves nothing over; more cases than anybody runs.
     """
     ways: list[list[dict[str, Any]]] = []
     if study.table is not None:
-        ways.append(_rows_of_table(study))
+        ways.append(_rows_of_table(study, base or {}))
     if targets is not None:
         named = {v.label: v.column for v in study.variable if v.column is not None}
         ways.append([{label: row[column] for label, column in named.items()} for row in targets])
@@ -186,51 +192,76 @@ def _scaled(variable: VariableSpec, unit: FloatArray) -> list[float]:
     return [round(value) for value in values] if variable.whole else list(map(float, values))
 
 
-def _rows_of_table(study: StudySpec) -> list[dict[str, Any]]:
+def _rows_of_table(study: StudySpec, base: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Rows of the table: values of those variables that are columns of it."""
     assert study.table is not None
     sheet = read_sheet(Path(study.table), "x, y, speed")
     sheet.check_header("x, y, speed")
-    places = {v.label: _place(sheet, v.column) for v in study.variable if v.column is not None}
-    if not sheet.rows:
+    of_units = {key: value for key, value in study.set.items() if key.startswith("units")}
+    case = with_settings(base, of_units)
+    named = {v.label: (v, sheet.column(v.column)) for v in study.variable if v.column is not None}
+    columns = {
+        label: (place, _factor(sheet, place, variable, case))
+        for label, (variable, place) in named.items()
+    }
+    rows = [
+        {label: _value(sheet, row, *column) for label, column in columns.items()}
+        for row in sheet.rows
+    ]
+    if not rows:
         raise FileError("the table has no rows", where=study.table)
-    return list(_cells(sheet, places))
+    return rows
 
 
-def _place(sheet: Sheet, column: str) -> int:
-    heads = [(name, sheet.head(k)[0]) for k, name in enumerate(sheet.names)]
-    matching = [k for k, names in enumerate(heads) if column in names]
-    if len(matching) != 1:
-        raise FileError(
-            f"the table has no column {column!r}" if not matching else f"{column!r} is there twice",
-            where=f"{sheet.path}:{sheet.line}",
-            found=", ".join(sheet.names),
+def _factor(sheet: Sheet, k: int, variable: VariableSpec, case: Mapping[str, Any]) -> float | None:
+    """What numbers of a column are multiplied by; None where its head says no unit."""
+    unit, where = sheet.unit(k), f"{sheet.where}: {sheet.heads[k].text}"
+    if unit is None:
+        return None
+    own = [name for key in variable.key for name in _UNIT_KEYS if name in table_of_key(case, key)]
+    if own:
+        raise UnitError(
+            f"the numbers of this variable's key are in the {own[0]} that stands beside it",
+            where=where,
+            found=unit,
+            allowed=f"no unit in the header, and numbers as {own[0]} says",
         )
-    return matching[0]
+    length, mass, time = (str(case["units"][name]) for name in ("length", "mass", "time"))
+    if (
+        variable.unit
+        and consistent_factor(variable.unit, length, mass, time, variable.label) != 1.0
+    ):
+        raise UnitError(
+            "a column with a unit is converted to the units of the case: its label must be one",
+            where=f"{variable.label}: unit",
+            found=variable.unit,
+            allowed="none, or that of the case",
+        )
+    return consistent_factor(unit, length, mass, time, where)
 
 
-def _cells(sheet: Sheet, places: Mapping[str, int]) -> Iterator[dict[str, Any]]:
-    for number, line in sheet.rows:
-        cells = [cell.strip() for cell in line.split(sheet.mark)]
-        holes = [k for k in places.values() if k >= len(cells) or cells[k].lower() in _HOLES]
-        if len(cells) != len(sheet.names) or holes:
-            raise FileError(
-                "the table has a hole",
-                where=f"{sheet.path}:{number}",
-                found=line,
-                allowed=f"a value in each of the {len(sheet.names)} columns",
-            )
-        yield {label: _value(cells[k]) for label, k in places.items()}
-
-
-def _value(cell: str) -> Any:
-    """A whole number, a number, or text."""
-    for kind in (int, float):
-        try:
-            return kind(cell)
-        except ValueError:
-            continue
-    return cell
+def _value(sheet: Sheet, row: Row, k: int, factor: float | None) -> Any:
+    """A whole number, a number in the units of the case, or text."""
+    where, found = f"{sheet.path}:{row.line}", sheet.mark.join(row.cells)
+    if len(row.cells) < len(sheet.heads) or row.cells[k].lower() in _HOLES:
+        raise FileError(
+            "the table has a hole",
+            where=where,
+            found=found,
+            allowed=f"a value in each of the {len(sheet.heads)} columns",
+        )
+    cell = row.cells[k]
+    try:
+        number = as_number(cell, sheet.mark)
+    except ValueError:
+        if factor is None:
+            return cell
+        raise FileError(
+            "a text under a head with a unit", where=where, found=found, allowed="numbers"
+        ) from None
+    if factor not in (None, 1.0):
+        return number * factor
+    return int(cell) if cell.lstrip("+-").isdecimal() else number
 
 
 def shown_value(value: Any) -> Any:

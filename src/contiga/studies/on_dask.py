@@ -14,7 +14,9 @@ from time import perf_counter, sleep
 from typing import Any, NamedTuple
 
 import dask
-from distributed import Client, Event, Future, KilledWorker, LocalCluster, wait
+from distributed import Client, Event, Future, KilledWorker, LocalCluster, Security, wait
+from distributed.comm import connect
+from distributed.utils import LoopRunner
 
 from contiga.errors import ContigaWarning, InputError, RunError
 from contiga.studies.cases import StudyCase
@@ -28,7 +30,7 @@ _SETTINGS = {
     "distributed.worker.daemon": False,  # readers of CAD have processes of their own
     "distributed.scheduler.allowed-failures": 0,  # retries are counted here
 }
-_ANSWER_SECONDS = 10
+_ANSWER_SECONDS = 5
 _LOOK_SECONDS = 1.0
 _STRANDED_SECONDS = 3.0
 """The scheduler has told of a worker that was lost by then."""
@@ -72,11 +74,13 @@ def remote_client(address: str) -> Iterator[Client]:
     Raises
     ------
     InputError
-        Nobody answers there.
+        Nobody answers there, or somebody else than a scheduler.
     """
     try:
+        # A client that does not come about tries to close itself for 20 s, and prints a traceback.
+        LoopRunner().run_sync(_reach, address)
         client = Client(address, timeout=_ANSWER_SECONDS, set_as_default=False)
-    except (OSError, ValueError, RuntimeError) as error:
+    except Exception as error:  # of what answers anything may come
         raise InputError(
             "no scheduler answers at this address",
             where="scheduler",
@@ -86,6 +90,13 @@ def remote_client(address: str) -> Iterator[Client]:
         ) from error
     with client:
         yield client
+
+
+async def _reach(address: str) -> None:
+    """Connect to a scheduler, and let it go."""
+    how = Security().get_connection_args("client")
+    comm = await connect(address, timeout=_ANSWER_SECONDS, **how)
+    comm.abort()
 
 
 class _Sent(NamedTuple):

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
 
 from contiga.case.problems import case_error
-from contiga.case.spec import Count, ExistingFile, Spec, suggest
+from contiga.case.spec import ExistingFile, Spec, suggest
 from contiga.errors import CaseError, FileError
 from contiga.studies.expressions import Expression
 from contiga.studies.map_spec import MapSpec
@@ -20,6 +20,8 @@ from contiga.studies.quantities import Quantity, quantity_of
 from contiga.studies.targets import TargetsSpec
 
 _LIMIT = re.compile(r"(.+?)\s*(<=|>=)\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)")
+MOST = 1_000_000
+"""Cases of a study at most: more is a grid of the wrong kind."""
 RESERVED = ("case", "status", "message")
 """Columns that every table has."""
 
@@ -27,6 +29,7 @@ Keys = Annotated[
     list[str], BeforeValidator(lambda value: [value] if isinstance(value, str) else value)
 ]
 """One key or several."""
+CaseCount = Annotated[int, Field(ge=1, le=MOST)]
 VariableName = Annotated[str, Field(pattern=r"^[A-Za-z_]\w*$")]
 
 
@@ -42,7 +45,7 @@ class VariableSpec(Spec):
     """Of the table of the study."""
     low: float | None = None
     high: float | None = None
-    count: Annotated[int, Field(ge=2)] | None = None
+    count: Annotated[int, Field(ge=2, le=MOST)] | None = None
     """Values from `low` to `high`; without it they are sampled, or the optimiser's."""
     scale: Literal["linear", "log"] = "linear"
     whole: bool = False
@@ -107,7 +110,7 @@ class SampleSpec(Spec):
     """`[sample]`: points in the box of all variables that have `low` and `high` and no count."""
 
     kind: Literal["latin-hypercube", "sobol"]
-    count: Count
+    count: CaseCount
     """Of Sobol's points best a power of two."""
     seed: Annotated[int, Field(ge=0)] = 0
 
@@ -160,8 +163,8 @@ class GoalSpec(Spec):
     maximise: str | None = None
     subject_to: list[str] = Field(default_factory=list)
     """``quantity <= number`` or ``>=``."""
-    trials: Count = 50
-    batch: Count = 4
+    trials: CaseCount = 50
+    batch: CaseCount = 4
     """Cases that are chosen and run at once: the next follow of all before them."""
     seed: Annotated[int, Field(ge=0)] = 0
 

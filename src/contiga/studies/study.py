@@ -191,7 +191,11 @@ def run_study(
         assert study.base is not None
         base = load_case(study.base)
     common = _base(study, base, out)
-    cases = cases_of(study, _targets(study, common)) if study.goal is None else _ends_of(study)
+    cases = (
+        cases_of(study, _targets(study, common), tomllib.loads(common.text))
+        if study.goal is None
+        else _ends_of(study)
+    )
     _check(study, common, cases)
     folder = StudyFolder(out, study, common, base)
     folder.check(resume=resume)

@@ -172,15 +172,7 @@ def _on_lines(spec: TargetsSpec, path: Path, unit: str) -> tuple[list[float], Fl
     sheet = read_sheet(path, _HEADER)
     sheet.check_header(_HEADER)
     order = sheet.order([LINE, *PLACE], (4,), _HEADER)
-    for k in order[1:]:
-        if (said := sheet.head(k)[1]) not in (None, unit):
-            raise FileError(
-                "the header says another unit than the case",
-                where=f"{path}:{sheet.line}",
-                found=said,
-                allowed=unit,
-            )
-    rows = sheet.numbers(order, "a number for line, x, y and z")
+    rows = sheet.numbers(order, ("ratio", "length", "length", "length"), (unit, "kg", "s")).table
     if len(rows) == 0:
         raise FileError("has no rows", where=str(path), allowed="two points of a line or more")
     names: list[float] = []

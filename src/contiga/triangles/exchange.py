@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from contiga.arrays.layout import real
 from contiga.errors import MeshError, MissingPackageError
 from contiga.extras import require
 from contiga.records import FloatArray, IntArray
@@ -46,7 +47,7 @@ class Exchanged(TriangleArrays):
         >>> TriMesh.from_meshio(square, name="plate").area()
         2.0
         """
-        points = np.asarray(mesh.points, dtype=np.float64)
+        points = np.asarray(real(mesh.points), dtype=np.float64)
         if points.ndim == 2 and points.shape[1] == 2:
             points = np.pad(points, ((0, 0), (0, 1)))
         corners: list[IntArray] = [np.zeros((0, 3), np.int64)]

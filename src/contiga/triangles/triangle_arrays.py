@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import as_points, read_only
+from contiga.arrays.layout import as_points, read_only, real
 from contiga.arrays.ordered import length
 from contiga.errors import MeshError
 from contiga.records import FloatArray, IntArray
@@ -114,6 +114,7 @@ class TriangleArrays:
 
 
 def _checked_points(vertices: ArrayLike) -> FloatArray:
+    real(vertices)
     try:
         points = np.array(vertices, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -130,7 +131,7 @@ def _checked_points(vertices: ArrayLike) -> FloatArray:
 
 def _checked_triangles(triangles: ArrayLike, n: int) -> IntArray:
     """(m, 3) rows of n vertices."""
-    given = np.asarray(triangles)
+    given = np.asarray(real(triangles))
     if given.size == 0:
         return np.zeros((0, 3), dtype=np.int32)
     if given.ndim != 2 or given.shape[1] != 3 or given.dtype.kind not in "iu":

@@ -228,8 +228,8 @@ def test_a_life_is_listed_where_it_is_shorter_than_the_run(
     [
         ((-1.0, 0.3), (), "(FS -1, friction of parts or by a table)"),
         ((0.2, 0.3, 0.01), (), "(FD 0.3 beside FS 0.2, DC is left out)"),
-        ((0.4, 0.3, 0.01, 20.0), (), "(VC and VDC)"),
-        ((0.4,), (7,), "(box SBOXID, it is everywhere)"),
+        ((0.4, 0.3, 0.01, 20.0), (), "(VC 20.0)"),
+        ((0.4,), (7,), "(SBOXID 7)"),
         ((0.4, 0.4, 0.0, 0.0, 0.0, 0, 0.0, 3.0), (), "(BT and DT, it lasts all the time)"),
         ((0.4, 0.4, 0.0, 0.0, 0.0, 0, 0.0, 1e20), (), ""),
         ((0.4, 0.3, 0.01), (), ""),

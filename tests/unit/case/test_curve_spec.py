@@ -42,6 +42,23 @@ def test_curves_of_a_law_are_read_into_the_units_of_the_case(tmp_path: Path) -> 
     assert resolved_toml(parse_case(copy)) == copy
 
 
+def test_poses_of_a_file_are_in_the_units_of_the_case(tmp_path: Path) -> None:
+    (tmp_path / "poses.csv").write_text(
+        '"t [s]","x [m]","y","z","qw","qx","qy","qz"\n0,0,0,0,1,0,0,0\n0.01,0.1,2,0,1,0,0,0\n'
+    )
+    path = tmp_path / "case.toml"
+    for motion in (poses := '{ kind = "poses", file = "poses.csv" }', _combined(poses)):
+        path.write_text(GOOD.replace('{ kind = "fixed" }', motion), encoding="utf-8")
+        case = load_case(path)
+        for one in (case, case.model_copy(deep=True), parse_case(resolved_toml(case))):
+            where = one.body[0].motion.made.pose(10.0)[:3, 3]
+            np.testing.assert_allclose(where, [100.0, 2.0, 0.0])
+
+
+def _combined(motion: str) -> str:
+    return f'{{ kind = "combine", motions = [{motion}, {{ kind = "fixed" }}] }}'
+
+
 def test_springs_and_pulses_take_them_too(tmp_path: Path) -> None:
     spring = (
         '[[spring]]\nbetween = ["plate", "ground"]\nat = [[0, 0, 0], [0, 0, 1]]\n'

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import typer
+from tests import occ_rig
 
 import contiga
 import contiga.running.run_case
@@ -229,6 +230,31 @@ def test_check_says_of_a_body_whether_it_is_closed(command: Command, case: Path)
     case.write_text(CASE, encoding="utf-8")
     _, out, _ = command("check", case)
     assert re.search(r"surface +(closed|open, \d+ free edges)", out)
+
+
+@pytest.mark.parametrize(("solids", "sound"), [("union", True), ("separate", False)])
+def test_check_of_a_body_that_a_flaw_makes_open_does_not_end_with_ready(
+    command: Command, case: Path, solids: str, sound: bool
+) -> None:
+    made = occ_rig.Rig()
+    box = made.product(occ_rig.box(), "box")
+    made.assembly("all", (box, occ_rig.at(0, 0, 0), "a"), (box, occ_rig.at(1, 1, 0), "b"))
+    made.write(case.parent / "rig.step")
+    case.write_text(
+        'units = { length = "mm", mass = "g", time = "ms" }\ntime = { end = 1.0, step = 0.5 }\n'
+        f'body = [{{ name = "rig", geometry = {{ file = "rig.step", solids = "{solids}" }} }}]\n'
+        '[[slave]]\nname = "dot"\npoints = { coordinates = [[1.0, 1.0, 9.0]] }\narea = 1.0\n'
+        'motion = { kind = "translate", table = [[0, 0, 0, 0], [1, 0, 0, -9]] }\n'
+        '[[contact]]\nmaster = "rig"\nslave = "dot"\nlaw = { kind = "penalty", stiffness = 1 }\n',
+        encoding="utf-8",
+    )
+    code, out, _ = command("check", case)
+    assert code == 0
+    last = out.splitlines()[-1]
+    assert ("is ready to run" in last) == sound
+    assert (f"{case} runs, but not as it is meant: body rig counts as open" in last) != sound
+    assert ("warning: body rig: contact takes it for an open surface" in out) != sound
+    assert command("check", case, "--strict")[0] == (0 if sound else 2)
 
 
 @pytest.mark.parametrize("suffix", [".png", ".html"])

@@ -48,6 +48,13 @@ def coupled(model: Any, **given: Any) -> MujocoCoupling:
     return MujocoCoupling(model, data, **options)
 
 
+def test_a_version_whose_forces_are_wrong_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = mujoco.MjModel.from_xml_string("<mujoco><worldbody/></mujoco>")
+    monkeypatch.setattr(mujoco, "mj_versionString", lambda: "4.0.0")
+    with pytest.raises(InputError, match=r"mujoco: .*wrong Hessian.*'4\.0\.0'.*mujoco!=4\.0\.0"):
+        MujocoCoupling(model, mujoco.MjData(model), masters={}, slaves={}, contacts=[])
+
+
 def test_forces_act_where_they_are_wherever_moments_are_taken_about() -> None:
     """Of a body that turns, on a point off its middle."""
     courses = []

@@ -29,3 +29,13 @@ def test_a_limit_belongs_to_the_band_above_it() -> None:
 def test_wrong_bands_are_refused(limits, names, message: str) -> None:
     with pytest.raises(InputError, match=message):
         Bands(limits, names)
+
+
+@pytest.mark.parametrize("value", [np.nan, "green", None, [650.0, 700.0], np.ma.masked, 650j])
+def test_what_is_no_number_is_in_no_band(value: object) -> None:
+    """NaN was in the worst one, or in the best where that comes last."""
+    bands = Bands([650, 1000], ["good", "fair", "poor"])
+    assert bands.of(np.inf) == "poor"
+    assert bands.of(np.float32(649)) == "good"
+    with pytest.raises(InputError, match="bands, value: "):
+        bands.of(value)  # type: ignore[arg-type]

@@ -84,6 +84,14 @@ def test_femur_force_that_lasts_is_judged_by_the_lower_limit() -> None:
     assert femur_force([-4535.0, -4535.0], [0.0, 1e-4]).ratio == pytest.approx(0.5, rel=1e-2)
 
 
+def test_intercepts_may_be_four_numbers() -> None:
+    """They ended in an AttributeError."""
+    signals = [0.0, 3403.0], [0.0, -67.5]
+    for limits in (tuple(HYBRID_III_5), list(HYBRID_III_5), np.array(HYBRID_III_5)):
+        assert nij(*signals, limits) == nij(*signals, HYBRID_III_5)
+    assert nij(*signals, limits=HYBRID_III_5).value != nij(*signals).value
+
+
 @pytest.mark.parametrize(
     ("call", "said"),
     [
@@ -92,6 +100,9 @@ def test_femur_force_that_lasts_is_judged_by_the_lower_limit() -> None:
         (lambda: bric([[1.0, 2.0, 3.0]], [1.0, 0.0, 1.0]), "bric, critical: must be positive"),
         (lambda: nij([1.0, 2.0], [1.0]), "nij: force and moment must have the same length"),
         (lambda: nij([1.0], [1.0], HYBRID_III_5._replace(tension=0.0)), "limits.tension"),
+        (lambda: nij([1.0], [1.0], (1.0, 2.0, 3.0)), "nij, limits: must be four intercepts"),
+        (lambda: nij([1.0], [1.0], 4.0), "nij, limits: must be four intercepts"),
+        (lambda: nij([1.0], [1.0], (1.0, 2.0, "x", 4.0)), "nij, limits.flexion: must be a number"),
         (lambda: vc([1.0, 2.0], 0.1), "vc, deflection: five samples"),
         (lambda: vc(np.zeros(9), 0.0), "vc, dt: must be positive"),
         (lambda: femur_force([1.0, 2.0], [0.0]), "the same length"),

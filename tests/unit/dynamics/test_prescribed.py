@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from contiga.dynamics import Combine, Fixed, Moved, Poses, Rotate, Translate
-from contiga.errors import FileError, InputError
+from contiga.errors import FileError, InputError, UnitError
 from contiga.rigid import pose
 
 HALF = np.sqrt(0.5)
@@ -88,6 +88,21 @@ def test_poses_come_from_a_csv_with_its_columns_in_any_order(tmp_path: Path) -> 
     motion = Poses.from_csv(path)
     np.testing.assert_array_equal(motion.pose(0.0), pose.translation([1, 2, 3]))
     np.testing.assert_allclose(motion.pose(1.0)[:3, 0], [0, 1, 0], atol=1e-15)
+
+
+def test_poses_come_in_the_units_that_are_asked_for(tmp_path: Path) -> None:
+    path = tmp_path / "poses.csv"
+    path.write_text(
+        '"t [s]";"x [m]";"y [mm]";"z";"qw";"qx [1]";"qy";"qz"\n'
+        "0;0;0;0;1;0;0;0\n0,5;0,1;2;3;1;0;0;0\n"
+    )
+    motion = Poses.from_csv(path, units=("mm", "ms"))
+    assert motion.times.tolist() == [0.0, 500.0]
+    np.testing.assert_allclose(motion.pose(500.0), pose.translation([100, 2, 3]), rtol=1e-15)
+    with pytest.raises(UnitError, match=r"poses\.csv:1: t \[s\]: .*units = …"):
+        Poses.from_csv(path)
+    with pytest.raises(UnitError, match=r"t \[s\]: "):
+        Poses.from_csv(path, units=("mm", "kg"))
 
 
 @pytest.mark.parametrize(

@@ -219,9 +219,9 @@ def test_a_file_says_its_units(tmp_path: Path, text, given, expected) -> None:
             FileError,
             "csv:1: the header says another unit",
         ),
-        ("t [kg],a\n0,1\n", {}, UnitError, r"csv:1: not a unit of time; found 'kg'"),
-        ("t,a [m/s]\n0,1\n", {}, UnitError, r"csv:1: a unit of velocity, not of acceleration"),
-        ("t,a []\n0,1\n", {}, UnitError, r"csv:1: not a unit of acceleration; found ''"),
+        ("t [kg],a\n0,1\n", {}, UnitError, r"csv:1: t \[kg\]: not a unit of time; found 'kg'"),
+        ("t,a [m/s]\n0,1\n", {}, UnitError, r"csv:1: a \[m/s\]: a unit of velocity, not of acc"),
+        ("t,a []\n0,1\n", {}, UnitError, r"csv:1: a \[\]: not a unit of acceleration; found ''"),
         ("t,v [g]\n0,1\n", {"quantity": "velocity"}, UnitError, "of acceleration, not of velocity"),
     ],
 )

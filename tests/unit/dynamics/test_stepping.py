@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from contiga.dynamics.stepping import EqualSteps, GivenTimes, Stepping
+from contiga.dynamics.stepping import AutoSteps, EqualSteps, GivenTimes, Stepping
 from contiga.errors import InputError
 
 
@@ -68,6 +68,13 @@ def test_steps_that_lead_nowhere_are_refused(
 ) -> None:
     with pytest.raises(InputError, match=message):
         EqualSteps(*values)
+
+
+def test_a_longest_step_that_makes_too_many_is_refused() -> None:
+    """The list of times that it plans took all memory."""
+    with pytest.raises(InputError, match=r"largest: makes 1e\+15 steps or more"):
+        AutoSteps(0.0, 1e12, largest=1e-3)
+    assert len(AutoSteps(0.0, 1e12).planned()) == 201
 
 
 @pytest.mark.parametrize("times", [[], [0.0, 0.0], [1.0, 0.0], [0.0, np.inf], [[0.0, 1.0]]])

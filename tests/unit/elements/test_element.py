@@ -32,3 +32,53 @@ def test_elements_evaluate_as_their_surface_in_every_form(degree):
         expected[:, 0] -= elements.table[0]["origin"]
         scale = 1.0 + np.abs(expected).max()
         np.testing.assert_allclose(h[:3], expected, rtol=0, atol=1e-10 * scale)
+
+
+def spindle(off_axis=0.0):
+    """A closed surface about z of one span from tip to tip, its tips off the axis by so much."""
+    ball = cg.shapes.sphere()
+    net = np.stack(
+        [
+            ball.control_points[:, 2] * [r, r, 0.0] + [0.0, 0.0, z]
+            for r, z in ((off_axis, -1.0), (1.0, -1.0), (0.5, 1.0), (off_axis, 1.0))
+        ],
+        axis=1,
+    )
+    weights = np.repeat(ball.weights[:, 2:3] / ball.weights[0, 2], 4, axis=1)
+    return cg.NurbsSurface((2, 3), (ball.knots[0], np.repeat([0.0, 1.0], 4)), net, weights)
+
+
+@pytest.mark.interpreted
+def test_beside_a_pole_a_tangent_keeps_its_digits_however_short_it_is():
+    for patch in (cg.shapes.sphere(radius=3.0, centre=(10.0, -4.0, 7.0)), spindle()):
+        body = cg.Body([patch])
+        elements = elements_of(body, body.trim_tables)[0]
+        assert (np.abs(elements.table["about"]).max(axis=1) == 0.5).all()
+        h, far = np.empty((4, 6)), np.empty((4, 6))
+        for e, row in enumerate(elements.table):
+            side = row["about"][1]
+            for tau in (1e-3, 1e-9, 1e-15):
+                element_nb.evaluate(elements, e, 0.2, side * (1.0 - 2.0 * tau), h)
+                tau = 0.5 - abs(side * (1.0 - 2.0 * tau))  # what is left of it in 64 bits
+                # about the axis S_s is across it and across the way from the pole, and grows as τ
+                element_nb.evaluate(elements, e, 0.2, side * (1.0 - 2.0 * 1e-6), far)
+                length = np.linalg.norm(h[:3, 1])
+                assert length / tau == pytest.approx(np.linalg.norm(far[:3, 1]) / 1e-6, rel=1e-2)
+                assert abs(h[2, 1]) <= 1e-15 * length
+                assert abs(h[:2, 1] @ h[:2, 2]) <= 1e-14 * length * np.linalg.norm(h[:3, 2])
+
+
+@pytest.mark.interpreted
+def test_an_element_between_two_poles_is_halved_and_one_with_short_sides_is_not():
+    counts = []
+    for off_axis in (1e-13, 1e-9):
+        body = cg.Body([spindle(off_axis)])
+        elements = elements_of(body, body.trim_tables)[0]
+        counts.append((len(elements.table), set(elements.table["about"][:, 1].tolist())))
+        h = np.empty((4, 6))
+        for e, row in enumerate(elements.table):
+            u, v = row["box"].reshape(2, 2) @ [0.3, 0.7]
+            element_nb.evaluate(elements, e, 0.2, 0.2, h)
+            there = body.patches[0].evaluate([[u, v]])[0] - row["origin"]
+            np.testing.assert_allclose(h[:3, 0], there, atol=2e-13)
+    assert counts == [(8, {-0.5, 0.5}), (4, {0.0})]

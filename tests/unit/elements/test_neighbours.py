@@ -52,6 +52,25 @@ def test_a_sphere_has_two_poles_and_a_smooth_seam():
         assert length == 4
 
 
+def test_a_pole_is_round_where_the_surface_closes_in_one_tangent_plane():
+    ball, cone = cg.shapes.sphere(), cg.shapes.cone()
+    quarter = ball.restricted((0.0, 0.25), ball.domain[1])
+    corners = np.array([[1.0, 0, 0], [-0.5, 0.8, 0], [-0.5, -0.8, 0], [0.3, 0, 1.0]])
+    needle = [cg.shapes.bilinear(*corners[[i, j, k, k]]) for i, j, k in ((0, 1, 3), (1, 2, 3))]
+    triangles = [*needle, cg.shapes.bilinear(*corners[[2, 0, 3, 3]])]
+    for patches, is_round in (
+        ([ball], 1),
+        ([cone], 0),
+        ([quarter], 0),
+        (triangles, 0),
+        (needle, 0),
+    ):
+        table = rows(*patches)
+        pole = table["kind"] == POLE
+        assert pole.any()
+        assert (table["round"] == np.where(pole, is_round, 0)).all()
+
+
 @pytest.mark.parametrize("turn", ["as is", "flipped", "transposed", "both"])
 def test_patches_join_however_they_run(turn):
     left, right = cg.shapes.bumpy_plate().split(u=0.5)

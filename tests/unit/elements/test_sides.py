@@ -18,7 +18,7 @@ def test_samples_lie_on_their_sides_with_the_normals_of_the_surface():
     assert points.shape == normals.shape == (len(elements.table), 4, 5, 3)
     np.testing.assert_allclose(np.linalg.norm(points, axis=-1), 2.0, atol=1e-12)
     # at the poles S_u × S_v vanishes: there it is the limit from inside
-    np.testing.assert_allclose(normals, points / 2.0, atol=1e-8)
+    np.testing.assert_allclose(normals, points / 2.0, atol=1e-14)
 
 
 def test_sides_run_along_the_square():

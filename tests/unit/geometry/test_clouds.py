@@ -64,6 +64,13 @@ def test_wrong_requests_are_refused():
         clouds.sample(shapes.plane(), 1, 5)
     with pytest.raises(InputError, match="n: must be a whole number"):
         clouds.random_on(shapes.plane(), -1)
+    for nu, nv, name in ((10**9, 5, "nu"), (3, 10**9, "nv"), (10**4, 10**5, "nv")):
+        with pytest.raises(InputError, match=rf"^{name}: .*at most 50000000"):
+            clouds.sample(shapes.plane(), nu, nv)
+    with pytest.raises(InputError, match=r"^n: .*at most 50000000"):
+        clouds.random_on(shapes.plane(), 10**9)
+    with pytest.raises(InputError, match=r"^n: .*at most 50000000"):
+        clouds.random_in_box((0, 0, 0), (1, 1, 1), 10**12)
     with pytest.raises(GeometryError, match="lower corner"):
         clouds.random_in_box((1, 0, 0), (0, 1, 1), 3)
     point = shapes.bilinear(*np.zeros((4, 3)))

@@ -222,6 +222,7 @@ def test_seams_and_poles_close_exactly():
         (lambda: shapes.torus(major=1.0, minor=1.0), "minor"),
         (lambda: shapes.plane(width=-2.0), "width"),
         (lambda: shapes.bumpy_plate(waves=0), "waves"),
+        (lambda: shapes.bumpy_plate(waves=10**9), "waves"),
         (lambda: shapes.bumpy_plate(waves=1.5), "waves"),
         (lambda: shapes.line((0, 0, 0), (0, 0, 0)), "two different points"),
         (lambda: shapes.arc(start=1.0, end=0.5), "from start to end"),

@@ -92,10 +92,10 @@ def test_headings_are_those_of_what_there_is(written: tuple[Path, str], tmp_path
     sheet = cg.Slave(points, area=np.full(169, 25.0), name="sheet")
     free = cg.motion.Free(ball.mass_properties(1e-3), velocity=[0.0, 0.0, -1.0])
     cg.Simulation(
-        bodies={"<ball>": (ball, free)},
+        bodies={"ball": (ball, free)},
         slaves={"sheet": sheet},
         contacts=[cg.Contact(ball, sheet, law=cg.PenaltyLaw(1.0))],
-        sensors=[cg.Sensor("top", "<ball>", at=[0, 0, 101.0], filter="CFC1000", criteria=["3ms"])],
+        sensors=[cg.Sensor("top", "ball", at=[0, 0, 101.0], filter="CFC1000", criteria=["3ms"])],
         end=4.0,
         step=0.05,
         units=("mm", "g", "ms"),
@@ -105,7 +105,7 @@ def test_headings_are_those_of_what_there_is(written: tuple[Path, str], tmp_path
     page = Page(text)
     assert page.open == []
     words = " ".join(page.words)
-    assert {"Energy", "Motion of free bodies", "Sensors", "<ball>", "top"} <= set(page.words)
+    assert {"Energy", "Motion of free bodies", "Sensors", "ball", "top"} <= set(page.words)
     assert re.search(r"at most \S+ % of the largest\s+energy", words)
     assert "CFC1000" in words
     assert "Energy of contact" not in text, "said of the whole system already"

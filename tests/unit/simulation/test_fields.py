@@ -140,3 +140,78 @@ def test_facets_have_what_the_elements_behind_them_have(tmp_path: Path) -> None:
 def test_an_unknown_field_is_refused() -> None:
     with pytest.raises(cg.errors.InputError, match=r"output: fields.*'mises'.*'von_mises'"):
         _pulled(cg.OutputOptions(fields=("mises",)))
+
+
+@pytest.mark.parametrize(
+    ("interval", "written"),
+    [
+        (1.0, [0.0, 1.2, 2.1, 3.0, 3.6]),
+        (0.9, [0.0, 0.9, 1.8, 2.7, 3.6]),
+        (0.2, [0.3 * k for k in range(13)]),
+        (50.0, [0.0, 3.6]),
+    ],
+)
+def test_fields_are_written_at_the_first_step_behind_each_interval(
+    tmp_path: Path, interval: float, written: list[float]
+) -> None:
+    point = cg.Slave([[0.0, 0.0, FAR]], area=[1.0])
+    body = cg.Body([cg.shapes.plane(width=1.0, length=1.0)])
+    contact = cg.Contact(body, point, law=cg.PenaltyLaw(1.0))
+    cg.Simulation(
+        bodies={"body": body}, slaves={"point": point}, contacts=[contact], end=3.6, step=0.3,
+        output=cg.OutputOptions(interval=interval, report=False),
+    ).run(tmp_path)  # fmt: skip
+    assert read_fields(tmp_path / "fields.vtkhdf").times == pytest.approx(written)
+
+
+@pytest.mark.parametrize("interval", [0.0, -1.0, np.nan, np.inf])
+def test_an_interval_that_is_none_is_refused(interval: float) -> None:
+    point = cg.Slave([[0.0, 0.0, FAR]], area=[1.0])
+    body = cg.Body([cg.shapes.plane(width=1.0, length=1.0)])
+    with pytest.raises(cg.errors.InputError, match="output: interval"):
+        cg.Simulation(
+            bodies={"body": body}, slaves={"point": point}, end=1.0, step=1.0,
+            contacts=[cg.Contact(body, point, law=cg.PenaltyLaw(1.0))],
+            output=cg.OutputOptions(interval=interval),
+        )  # fmt: skip
+
+
+def test_nodes_of_other_parts_of_the_mesh_are_not_drawn(tmp_path: Path) -> None:
+    """A slave that is one of two squares in a file; the other's nodes come first."""
+    nodes = [(x + 5.0 * far, y, 0.0) for far in (1, 0) for y in (0, 1) for x in (0, 1)]
+    lines = ["*KEYWORD", "*NODE"]
+    lines += [
+        f"{k:8d}" + "".join(f"{v:16.3f}" for v in p) for k, p in enumerate(nodes, 1)
+    ]  # fmt: skip
+    lines += ["*ELEMENT_SHELL", "       1       1       1       2       4       3"]
+    lines += ["       2       2       5       6       8       7", "*END", ""]
+    (tmp_path / "two.k").write_text("\n".join(lines), encoding="utf-8")
+    square = cg.read_mesh(tmp_path / "two.k", parts=2)
+    ball = cg.Body([cg.shapes.sphere(radius=1.0, centre=(0.0, 0.0, 0.9))])
+    contact = cg.Contact(ball, square, law=cg.PenaltyLaw(1.0), search="penetration")
+    result = cg.Simulation(
+        bodies={"ball": ball}, slaves={"square": square}, contacts=[contact], end=1.0, step=1.0,
+        output=cg.OutputOptions(report=False),
+    ).run(tmp_path / "out")  # fmt: skip
+    fields = read_fields(tmp_path / "out" / "fields.vtkhdf")
+    rows = fields.rows("square")
+    (part,) = (one for one in fields.parts if one.name == "square")
+    np.testing.assert_array_equal(fields.points(1)[rows], square.points[4:])
+    assert sorted(np.unique(part.triangles)) == [0, 1, 2, 3]
+    force = result.state.contacts["ball-square"].force
+    assert np.abs(force[4:]).max() > 0.0
+    np.testing.assert_array_equal(fields.data(1, "force")[rows], force[4:])
+    assert (fields.data(1, "contact_status")[rows] >= 0).all()
+
+
+def test_a_cloud_is_drawn_whole_whatever_takes_part(tmp_path: Path) -> None:
+    cloud = cg.Slave(np.eye(3), area=np.ones(3)).selected(box=[[-1, -1, 0.5], [1, 1, 1]])
+    body = cg.Body([cg.shapes.plane(width=1.0, length=1.0)])
+    cg.Simulation(
+        bodies={"body": body}, slaves={"cloud": cloud}, end=1.0, step=1.0,
+        contacts=[cg.Contact(body, cloud, law=cg.PenaltyLaw(1.0))],
+        output=cg.OutputOptions(report=False),
+    ).run(tmp_path)  # fmt: skip
+    fields = read_fields(tmp_path / "fields.vtkhdf")
+    assert cloud.active.tolist() == [False, False, True]
+    np.testing.assert_array_equal(fields.points(0)[fields.rows("cloud")], np.eye(3))

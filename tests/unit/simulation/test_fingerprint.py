@@ -88,6 +88,7 @@ OTHERS = {
     "facets": _other_facets,
     "way of the slave": _other_way_of_the_slave,
     "what is written": lambda s: replace(s, output=OutputOptions(every=2)),
+    "when it is written": lambda s: replace(s, output=OutputOptions(interval=2.0)),
     "text": lambda s: replace(s, case_text="friction = 0.3\n"),
     "times": lambda s: replace(s, stepping=GivenTimes(1.5 * s.stepping.planned())),
     "weights": _other_weights,

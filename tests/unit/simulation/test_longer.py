@@ -29,12 +29,16 @@ def until(whole: Simulation, k: int) -> Simulation:
 
 
 @pytest.mark.parametrize(
-    ("every", "ends"), [(1, (6,)), (3, (4,)), (4, (1,)), (4, (8,)), (4, (5, 6, 10))]
-)
+    ("output", "ends"),
+    [
+        ({"every": 1}, (6,)), ({"every": 3}, (4,)), ({"every": 4}, (1,)), ({"every": 4}, (8,)),
+        ({"every": 4}, (5, 6, 10)), ({"interval": 0.7}, (5, 6, 10)),
+    ],
+)  # fmt: skip
 def test_a_longer_run_is_one_run(
-    make: Make, tmp_path: Path, every: int, ends: tuple[int, ...]
+    make: Make, tmp_path: Path, output: dict[str, float], ends: tuple[int, ...]
 ) -> None:
-    whole = make(output=OutputOptions(every=every))
+    whole = make(output=OutputOptions(**output))
     expected = whole.run(tmp_path / "whole")
     for i, k in enumerate(ends):
         until(whole, k).run(tmp_path / "parts", resume=i > 0)

@@ -32,6 +32,7 @@ COLUMNS = [
     *("energy_damping", "energy_friction", "energy_error", "wall_time"),
     *COUNTED,
     "n_unproved",
+    "n_tunnelled",
 ]
 
 

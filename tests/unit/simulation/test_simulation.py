@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,12 +10,29 @@ import numpy as np
 import pytest
 
 import contiga as cg
+from contiga.case.schema import parse_case
 from contiga.dynamics.stepping import EqualSteps
-from contiga.errors import InputError, MissingPackageError
+from contiga.errors import CaseError, InputError, MissingPackageError
 from contiga.simulation.model import ContactPart
 
 BALL = cg.Body([cg.shapes.sphere(radius=1.0)], name="ball")
 PAD = cg.Slave([[0.0, 0.0, 1.2], [0.1, 0.0, 1.3]], area=[1.0, 1.0], name="pad")
+ENDS = {"between": ("ball", "ground"), "at": [[0, 0, 0], [0, 0, 5]]}
+CASE = """
+units = {{ length = "mm", mass = "kg", time = "ms" }}
+time = {{ end = 1.0, step = 0.5 }}
+[[body]]
+name = {name}
+geometry = {{ shape = "sphere", radius = 1.0 }}
+[[slave]]
+name = "pad"
+points = {{ coordinates = [[0, 0, 2]] }}
+area = 1.0
+[[contact]]
+master = {name}
+slave = "pad"
+law = {{ kind = "penalty", stiffness = 1.0 }}
+"""
 DOWN = cg.motion.Translate([[0, 0, 0, 0], [1, 0, 0, -0.4]])
 
 
@@ -27,6 +45,32 @@ def simulation(**changes: object) -> cg.Simulation:
         "step": 0.25,
     }
     return cg.Simulation(**(values | changes))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", ["a/b", "", ".", "..", " a", "a\n", "a.b", "a\0", "<a>", 7, None])
+def test_names_are_those_that_a_case_may_have(name: object) -> None:
+    """With them folders were written that nothing could open."""
+    sheet, spring = cg.Slave(PAD.points + 9.0, area=[1.0, 1.0]), cg.Spring(curve=1.0, **ENDS)
+    contact = cg.Contact(BALL, PAD, law=cg.PenaltyLaw(100.0))
+    for changes in (
+        {"bodies": {"ball": BALL, name: BALL.scaled(0.1)}},
+        {"slaves": {"pad": (PAD, DOWN), name: sheet}},
+        {"contacts": [ContactPart(name, "ball", "pad", contact)]},  # type: ignore[arg-type]
+        {"springs": {name: spring}},
+    ):
+        (kind,) = changes
+        with pytest.raises(InputError, match=f"{kind}: name: is not a name; .*letters, digits"):
+            simulation(**changes)
+    if isinstance(name, str):
+        case = CASE.format(name=json.dumps(name))
+        with pytest.raises(CaseError, match="is not a name"):
+            parse_case(case)
+
+
+def test_names_of_many_kinds_are_good() -> None:
+    for name in ("Kopf", "Schädel links", "頭", "7", "_", "a-b_c 1"):
+        simulation(bodies={"ball": BALL, name: BALL.scaled(0.1)})
+        assert parse_case(CASE.format(name=json.dumps(name))).body[0].name == name
 
 
 def test_steps_one_by_one_are_the_run() -> None:

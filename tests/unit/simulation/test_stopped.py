@@ -79,6 +79,26 @@ def test_what_a_killed_run_left_keeps_nobody_out(simulation: Simulation, tmp_pat
     assert not (tmp_path / "out" / LOCK).exists()
 
 
+@pytest.mark.parametrize("made", ["symbolic", "dangling", "hard", "folder"])
+def test_a_lock_that_leads_elsewhere_is_refused(
+    made: str, simulation: Simulation, tmp_path: Path
+) -> None:
+    """The file elsewhere was emptied, and had the number of the process written into it."""
+    (out := tmp_path / "out").mkdir()
+    (elsewhere := tmp_path / "thesis.txt").write_text("years of work")
+    if made == "folder":
+        (out / LOCK).mkdir()
+    elif made == "hard":
+        (out / LOCK).hardlink_to(elsewhere)
+    else:
+        (out / LOCK).symlink_to(elsewhere if made == "symbolic" else tmp_path / "none")
+    with pytest.raises(OutputError, match=rf"{LOCK}: is not the lock that a run makes.*Remove it"):
+        simulation.run(out)
+    assert elsewhere.read_text() == "years of work"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["out", "thesis.txt"]
+    assert [path.name for path in out.iterdir()] == [LOCK]
+
+
 def test_of_what_a_killed_run_left_reports_that_are_being_written_stay(
     simulation: Simulation, tmp_path: Path
 ) -> None:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from contiga.errors import CaseError, FileError
+from contiga.errors import CaseError, FileError, InputError, UnitError
 from contiga.studies.cases import cases_of, check_keys, shown_value
 
-from .conftest import STUDY, study_from
+from .conftest import CASE, STUDY, study_from
 
 RANGED = """
 base = "case.toml"
@@ -76,10 +77,106 @@ def test_a_table_gives_numbers_whole_numbers_and_text(folder: Path) -> None:
         f'[[variable]]\nname = "{name}"\nkey = "time.{name}"\ncolumn = "{name}"\n'
         for name in ("speed", "n", "file")
     )
-    cases = cases_of(study_from(text, folder))
+    base = tomllib.loads(CASE)
+    cases = cases_of(study_from(text, folder), base=base)
     assert [list(case.values.values()) for case in cases] == [[-1.5, 7, "a.k"], [-2, 8, "b.k"]]
     crossed = text + '[[variable]]\nname = "more"\nkey = "time.more"\nvalues = [1, 2]\n'
-    assert [case.values["more"] for case in cases_of(study_from(crossed, folder))] == [1, 2, 1, 2]
+    assert [case.values["more"] for case in cases_of(study_from(crossed, folder), base=base)] == [
+        1,
+        2,
+        1,
+        2,
+    ]
+
+
+SPEEDS = (
+    'table = "rows.csv"\nbase = "case.toml"\ncollect = ["steps"]\n[[variable]]\n'
+    'name = "speed"\nkey = "{key}"\ncolumn = "speed"\n'
+)
+MOVED = "body.ball.motion.velocity[2]"
+
+
+@pytest.mark.parametrize(
+    ("head", "units", "factor"),
+    [
+        ("speed [km/h]", ("mm", "kg", "ms"), 1 / 3.6),
+        ('"speed [km/h]"', ("m", "kg", "s"), 1 / 3.6),
+        ("speed (kmh)", ("m", "kg", "s"), 1 / 3.6),
+        ("speed [m/s]", ("mm", "kg", "s"), 1e3),
+        ("speed [kg/m^3]", ("mm", "kg", "ms"), 1e-9),
+        ("speed [t/mm³]", ("m", "kg", "s"), 1e12),
+        ("speed [MPa]", ("mm", "kg", "ms"), 1e-3),
+        ("speed [N/mm^2]", ("mm", "t", "s"), 1.0),
+        ("speed [kNm]", ("mm", "kg", "ms"), 1e3),
+        ("speed [N m]", ("mm", "g", "ms"), 1e3),
+        ("speed [m/s²]", ("mm", "kg", "ms"), 1e-3),
+        ("speed [deg/s]", ("mm", "kg", "ms"), np.pi / 180e3),
+        ("speed [rpm]", ("mm", "kg", "s"), np.pi / 30.0),
+        ("speed [%]", ("mm", "kg", "ms"), 0.01),
+        ("speed [1]", ("mm", "kg", "ms"), 1.0),
+        ("speed", ("mm", "kg", "ms"), 1.0),
+    ],
+)
+def test_columns_of_a_table_are_converted_to_the_units_of_the_case(
+    head: str, units: tuple[str, str, str], factor: float, folder: Path
+) -> None:
+    (folder / "rows.csv").write_text(f"{head};n\n-36;1\n1,5;2\n", encoding="utf-8")
+    study = study_from(SPEEDS.format(key=MOVED), folder)
+    base = tomllib.loads(CASE) | {
+        "units": dict(zip(("length", "mass", "time"), units, strict=True))
+    }
+    cases = cases_of(study, base=base)
+    found = [case.settings[MOVED] for case in cases]
+    np.testing.assert_allclose(found, [-36 * factor, 1.5 * factor], rtol=1e-14)
+    assert [case.values["speed"] for case in cases] == found, "rules and the table see the same"
+
+
+@pytest.mark.parametrize(
+    ("head", "more", "said"),
+    [
+        ("speed [fast]", "", "rows.csv:1: speed [fast]: not a unit of the quantities of a case"),
+        ("speed (max)", "", "found 'max'"),
+        ("speed [degC]", "", "not a unit of the quantities"),
+        ("speed [g]", "", "a unit of mass and of acceleration"),
+        ("speed [deg]", "", "an angle is not converted"),
+        ("speed [km/h] raw", "", "stands at the end of its head"),
+        ("speed [km/h]", 'unit = "km/h"\n', "speed: unit: a column with a unit is converted"),
+    ],
+)
+def test_heads_that_are_not_converted_are_refused(
+    head: str, more: str, said: str, folder: Path
+) -> None:
+    (folder / "rows.csv").write_text(f"{head},n [what]\n-36,1\n", encoding="utf-8")
+    name = head if "raw" in head else "speed"
+    text = SPEEDS.format(key=MOVED).replace('column = "speed"', f'column = "{name}"') + more
+    with pytest.raises(InputError) as caught:
+        cases_of(study_from(text, folder), base=tomllib.loads(CASE))
+    assert said in str(caught.value)
+
+
+def test_units_beside_the_key_and_labels_of_the_case(folder: Path) -> None:
+    (folder / "rows.csv").write_text("speed [km/h]\n-36\n", encoding="utf-8")
+    base = tomllib.loads(CASE)
+    base["body"][0]["motion"] = {
+        "kind": "velocity",
+        "direction": "z",
+        "unit": "km/h",
+        "table": [[0, 0], [1, 0]],
+    }
+    key = "body.ball.motion.table[1][1]"
+    with pytest.raises(UnitError, match="are in the unit that stands beside it"):
+        cases_of(study_from(SPEEDS.format(key=key), folder), base=base)
+    del base["body"][0]["motion"]["unit"]
+    labelled = study_from(SPEEDS.format(key=key) + 'unit = "mm/ms"\n', folder)
+    assert cases_of(labelled, base=base)[0].settings == {key: -10.0}
+    seconds = 'set = { "units.time" = "s" }\n' + SPEEDS.format(key=key)
+    assert cases_of(study_from(seconds, folder), base=base)[0].settings[key] == -10000.0
+
+
+def test_a_text_has_no_unit(folder: Path) -> None:
+    (folder / "rows.csv").write_text("speed [km/h]\nfast\n", encoding="utf-8")
+    with pytest.raises(FileError, match=r"rows\.csv:2: a text under a head with a unit"):
+        cases_of(study_from(SPEEDS.format(key=MOVED), folder), base=tomllib.loads(CASE))
 
 
 @pytest.mark.parametrize(
@@ -89,22 +186,18 @@ def test_a_table_gives_numbers_whole_numbers_and_text(folder: Path) -> None:
         ("speed,n\n-1,2\n\n,3\n", "rows.csv:4: the table has a hole"),
         ("speed,n\n-1\n", "has a hole"),
         ("speed,n\nnan,2\n", "has a hole"),
-        ("speed,n\n-1,2,3\n", "has a hole"),
+        ("speed,n\n-1,2,3\n", "rows.csv:2: a row has 3 cells under a header of 2"),
         ("speed,n\n", "has no rows"),
-        ("sped,n\n-1,2\n", "no column 'speed'"),
-        ("speed,speed\n-1,2\n", "twice"),
+        ("sped,n\n-1,2\n", "the column 'speed' is missing; found 'sped, n'"),
+        ("speed,speed\n-1,2\n", "the column 'speed' is there 2 times"),
         ("-1,2\n-1,2\n", "must name the columns"),
         ("", "must name the columns"),
     ],
 )
 def test_a_table_with_holes_is_refused(rows: str, said: str, folder: Path) -> None:
     (folder / "rows.csv").write_text(rows, encoding="utf-8")
-    text = (
-        'table = "rows.csv"\nbase = "case.toml"\ncollect = ["steps"]\n[[variable]]\n'
-        'name = "speed"\nkey = "body.ball.motion.velocity[2]"\ncolumn = "speed"\n'
-    )
     with pytest.raises(FileError) as caught:
-        cases_of(study_from(text, folder))
+        cases_of(study_from(SPEEDS.format(key=MOVED), folder))
     assert said in str(caught.value)
 
 

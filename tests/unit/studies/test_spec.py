@@ -59,6 +59,12 @@ def test_quantities_may_have_names_and_the_goal_brings_its_own(folder: Path) -> 
         ('name = "step"', 'name = "status"', ["two columns", "'status'"]),
         ('name = "step"', 'name = "time step"', ["is not a name"]),
         ("[[variable]]", 'sample = { kind = "sobol", count = 4 }\n[[variable]]', ["sample"]),
+        (STEP, 'key = "a"\nlow = 0.1\nhigh = 1.0\ncount = 1000000000', ["count: is too large"]),
+        (
+            STEP,
+            'key = "a"\nlow = 0.1\nhigh = 1.0\n[sample]\nkind = "sobol"\ncount = 1000000000',
+            ["sample.count: is too large", "<= 1e+06"],
+        ),
         ("[[variable]]", "retries = -1\n[[variable]]", ["retries", "too small"]),
         (STEP, f'{STEP}\n[[rule]]\nkey = "a"', ["rule[0]", "sets a key, or requires"]),
         (STEP, f'{STEP}\n[[rule]]\nrequire = "stepp > 1"', ["rule[0].require", "'step'"]),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.errors import CaseError, ContigaWarning, FileError
+from contiga.errors import CaseError, ContigaWarning, FileError, UnitError
 from contiga.studies.maps import map_of
 from contiga.studies.study import run_study
 from contiga.studies.targets import TargetsSpec, targets_of
@@ -63,6 +63,13 @@ def test_points_of_wrap_lines_are_apart_from_side_to_side(tmp_path: Path) -> Non
     assert [row["y"] for row in rows] == pytest.approx([-4, -2, 0, 2, 4, 2, 0], abs=1e-9)
     assert [row["x"] for row in rows] == pytest.approx([0.4, 1.2, 2, 1.2, 0.4, 3, 3], abs=1e-9)
     np.testing.assert_allclose(np.linalg.norm(at(rows), axis=1), 10.0)
+
+
+def test_points_of_wrap_lines_are_in_the_units_of_their_heads(tmp_path: Path) -> None:
+    plain = lines_in(tmp_path, "line,x,y,z\n7,0,-5,9\n7,2,5,9\n")
+    wanted = targets_of(plain, BALL, np.eye(4), "mm")
+    text = '"line";"x [cm]";"y [mm]";"z"\n7;0;-5,0;9\n7;0,2;5;9\n'
+    assert targets_of(lines_in(tmp_path, text), BALL, np.eye(4), "mm") == wanted
 
 
 @pytest.mark.parametrize(
@@ -138,7 +145,7 @@ def test_targets_do_not_know_the_unit_of_length(size: float) -> None:
     [
         ("line,x,y,z\n", "has no rows"),
         ("line,x,y\n1,0,0\n", "column 'z' is missing"),
-        ("line,x [m],y,z\n1,0,0,0\n1,0,1,0\n", "another unit than the case"),
+        ("line,x [kg],y,z\n1,0,0,0\n1,0,1,0\n", r"wad.csv:1: x \[kg\]: not a unit of length"),
         ("line,x,y,z\n1,0,0,0\n", "one point only"),
         ("line,x,y,z\n1,0,0,zero\n", "a number for line, x, y and z"),
     ],
@@ -146,7 +153,7 @@ def test_targets_do_not_know_the_unit_of_length(size: float) -> None:
 def test_tables_of_lines_that_say_nothing_are_refused(
     tmp_path: Path, text: str, words: str
 ) -> None:
-    with pytest.raises(FileError, match=words):
+    with pytest.raises((FileError, UnitError), match=words):
         targets_of(lines_in(tmp_path, text), BALL, np.eye(4), "mm")
 
 

@@ -200,23 +200,25 @@ def _bernstein(coefs, start, degree, s, t, h, components):
 def evaluate(elements, e, s, t, h):
     """Point and derivatives of element e at (s, t) into h[:3, :6], relative to its origin."""
     form = elements.table[e]["form"]
+    x = s - elements.table[e]["about"][0]
+    y = t - elements.table[e]["about"][1]
     if form != GENERAL:
-        _cubic_element(elements.table[e]["cubic"], s, t, h, form == RATIONAL_CUBIC)
+        _cubic_element(elements.table[e]["cubic"], x, y, h, form == RATIONAL_CUBIC)
         return
     p = elements.table[e]["degree"][0]
     q = elements.table[e]["degree"][1]
     n = elements.table[e]["components"]
     start = elements.table[e]["monomial"]
     if start >= 0:
-        _horner(elements.coefs, start, (p, q), s, t, h, n)
+        _horner(elements.coefs, start, (p, q), x, y, h, n)
     else:
         _bernstein(elements.coefs, elements.table[e]["bernstein"], (p, q), s, t, h, n)
     if n == 4:
         w = (h[3, 0], h[3, 1], h[3, 2], h[3, 3], h[3, 4], h[3, 5])
         for c in range(3):
-            x = quotient((h[c, 0], h[c, 1], h[c, 2], h[c, 3], h[c, 4], h[c, 5]), w)
+            v = quotient((h[c, 0], h[c, 1], h[c, 2], h[c, 3], h[c, 4], h[c, 5]), w)
             for i in range(6):
-                h[c, i] = x[i]
+                h[c, i] = v[i]
 
 
 @inlined()

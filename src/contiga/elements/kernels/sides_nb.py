@@ -12,7 +12,8 @@ from contiga.jit.scratch import scratch
 
 SAMPLES = 5
 COLLAPSED = 1e-14
-"""A tangent this much shorter than the twist (squared) is that of a point, not of a side."""
+"""A tangent this much shorter than the twist (squared) is that of a point, not of a side, unless
+the element is measured from its pole and the tangent exact."""
 
 
 @kernel(linked=True)
@@ -52,12 +53,11 @@ def normal_at(elements, e, s, t, h):
     from inside is ± S_st × S_t. Zero where that vanishes too.
     """
     evaluate(elements, e, s, t, h)
-    a = _square(h, 1)
-    b = _square(h, 2)
+    about = elements.table[e]["about"]
     m = _square(h, 4)
-    if a <= COLLAPSED * m:
+    if _square(h, 1) <= (0.0 if about[1] != 0.0 else COLLAPSED * m):
         return _unit_cross(h, 4, 2, 1.0 if t < 0.0 else -1.0)
-    if b <= COLLAPSED * m:
+    if _square(h, 2) <= (0.0 if about[0] != 0.0 else COLLAPSED * m):
         return _unit_cross(h, 1, 4, 1.0 if s < 0.0 else -1.0)
     return _unit_cross(h, 1, 2, 1.0)
 

@@ -17,7 +17,7 @@ from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.faces import Faces
 from contiga.geometry.piece import piece_of
 from contiga.geometry.surface import NurbsSurface
-from contiga.io.cad.sew import COINCIDENT, FINEST, subshapes, volume_of
+from contiga.io.cad.sew import COINCIDENT, FINEST, subshapes
 from contiga.records import FloatArray
 
 FLAT = 1e-12
@@ -94,6 +94,16 @@ def _traced(solid: Any, parts: Sequence[tuple[int, list[Any]]]) -> Solid:
     owner = {int(known.Add(face)): patch for patch, faces in parts for face in faces}
     faces = [TopoDS.Face(face) for face in subshapes(solid, "FACE")]
     return Solid(solid, faces, [owner[int(known.FindIndex(face))] for face in faces])
+
+
+def volume_of(shape: Any) -> float:
+    """Of a shape, to about 1e-9."""
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties, 1e-9)
+    return float(properties.Mass())
 
 
 def _faces(patch: NurbsSurface, loops: Sequence[Sequence[NurbsCurve]] | None) -> list[Any]:

@@ -121,7 +121,7 @@ def check_body(body: Body, file: Path) -> None:
 
 
 def check_joints(body: Body, file: Path, solids: Solids | None = None) -> None:
-    """Warn of slits, and refuse pieces that meet if asked to.
+    """Warn of slits in and between pieces, and refuse pieces that meet if asked to.
 
     Raises
     ------
@@ -129,11 +129,20 @@ def check_joints(body: Body, file: Path, solids: Solids | None = None) -> None:
         Pieces that meet, of `solids` "refuse".
     """
     from contiga.geometry.slits import ROUNDING
+    from contiga.io.cad.near_solids import slits_between
 
     size = body.size
     if any(len(edge.uses) > 1 and edge.gap > ROUNDING * size for edge in body.edges):
         text = "; ".join(body.openings.flaws)
         warnings.warn(f"{file}: {text}", ContigaWarning, stacklevel=3)
+    slits = slits_between(body)
+    if slits:
+        warnings.warn(
+            f"{file}: solids nearly touch: {'; '.join(map(str, slits))}. Points that slide over "
+            "such a slit are pushed sideways: close it where the file was made",
+            ContigaWarning,
+            stacklevel=3,
+        )
     if solids == "refuse" and body.openings.meetings:
         raise FileError(
             "solids touch or overlap",

@@ -15,11 +15,14 @@ import numpy as np
 
 from contiga.arrays.groups import groups_of
 from contiga.geometry.joints import Joint, turned_faces
+from contiga.records import FloatArray
 
 COINCIDENT = 1e-6
 """Edges farther apart than this share of the whole size stay two."""
 CUT_OFF = 1e-3
 """Shares of an edge that are cut off its end make it no other edge."""
+TANGENT = 0.05
+"""Edges that coincide over less than this share of the shorter one touch, but are not the same."""
 FINEST = 1e-7
 """OpenCASCADE's own confusion distance, mm."""
 
@@ -38,6 +41,7 @@ class Sewn:
         self._known = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
         self._leader: dict[int, tuple[int, bool]] = {}
         self._turned: set[int] = set()
+        self._by_chance: set[int] = set()
         if self._has_loose_edges(shape):
             sewing = _sewing(shape)
             self._lead(shape, sewing)
@@ -96,7 +100,12 @@ class Sewn:
                     pieces[edge_number][number] = part
                     holders[number].append((edge_number, part.Orientation() != forward))
         self._leader = {edge_number: (edge_number, False) for edge_number in pieces}
-        for (first, first_against), *others in holders.values():
+        extent = {edge_number: _length(self.edge(edge_number)) for edge_number in pieces}
+        for number, ((first, first_against), *others) in holders.items():
+            shortest = min(extent[first], *(extent[other] for other, _ in others), np.inf)
+            if others and _length(self.edge(number)) < TANGENT * shortest:
+                self._by_chance.add(number)
+                continue
             root, turned = self._root(first)
             for edge_number, against in others:
                 end, flipped = self._root(edge_number)
@@ -140,9 +149,9 @@ class Sewn:
         """Find the faces that must swap their sides to agree with those they are joined to.
 
         Faces are joined over edges that two of them share. What hangs together and is closed
-        faces outward, what is open as its first face does in the file. Edges in one place, as
-        where two boxes touch along a line, join nothing: which faces sewing has paired there is
-        chance.
+        faces outward; what is open, or lies within something closed, as its first face does in
+        the file: it may bound a cavity. Edges in one place, as where two boxes touch along a
+        line, join nothing: which faces sewing has paired there is chance.
         """
         from OCP.BRep import BRep_Tool
         from OCP.TopAbs import TopAbs_Orientation
@@ -156,24 +165,34 @@ class Sewn:
                 if not BRep_Tool.Degenerated_s(edge):
                     forward = edge.Orientation() == TopAbs_Orientation.TopAbs_FORWARD
                     uses[self._number(edge)].append((k, forward))
-        chance = self._in_one_place(list(uses))
+        chance = self._by_chance | self._in_one_place(list(uses))
         joints = []
         for number, ends in uses.items():
             if len(ends) == 2 and number not in chance:
                 (a, one), (b, other) = ends
                 joints.append(Joint(a, b, one != other))
-        turned = set(turned_faces(len(sewn), joints)[0])
+        odd = set(turned_faces(len(sewn), joints)[0])
         pairs = np.array([joint[:2] for joint in joints], np.int64).reshape(-1, 2)
         group = groups_of(pairs[:, 0], pairs[:, 1], len(sewn))
         ends_at = {ends[0][0] for ends in uses.values() if len(ends) == 1}
-        for number in range(int(group.max(initial=-1)) + 1):
-            piece = set(np.flatnonzero(group == number).tolist())
-            if piece.isdisjoint(ends_at):
-                volume = sum((-1.0 if k in turned else 1.0) * volume_of(sewn[k]) for k in piece)
-                swap = volume < 0.0
-            else:
-                swap = min(piece) in turned
-            self._turned |= {self._number(faces[k]) for k in piece if (k in turned) != swap}
+        pieces = [
+            np.flatnonzero(group == k).tolist() for k in range(int(group.max(initial=-1)) + 1)
+        ]
+        closed = [piece for piece in pieces if ends_at.isdisjoint(piece)]
+        solids = [
+            _solid([sewn[k].Reversed() if k in odd else sewn[k] for k in piece]) for piece in closed
+        ]
+        turned = dict.fromkeys((piece[0] for piece in pieces), False)
+        for piece, solid in zip(closed, solids, strict=True):
+            if not any(_holds(other, solid) for other in solids if other is not solid):
+                front = sewn[piece[0]]
+                turned[piece[0]] = subshapes(solid, "FACE")[0].Orientation() != front.Orientation()
+        self._turned |= {
+            self._number(faces[k])
+            for piece in pieces
+            for k in piece
+            if turned[piece[0]] != ((k in odd) != (piece[0] in odd))
+        }
 
     def _in_one_place(self, numbers: list[int]) -> set[int]:
         """Those of some edges that coincide with another of them, between the same corners."""
@@ -197,6 +216,48 @@ class Sewn:
                 if middles[one].Distance(middles[other]) <= near:
                     coincide |= {one, other}
         return coincide
+
+
+def _solid(faces: list[Any]) -> Any:
+    """What a closed surface bounds; `faces` agree, and the solid has them face outward."""
+    from OCP.BRep import BRep_Builder
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid
+    from OCP.BRepLib import BRepLib
+    from OCP.TopoDS import TopoDS_Shell
+
+    shell, builder = TopoDS_Shell(), BRep_Builder()
+    builder.MakeShell(shell)
+    for face in faces:
+        builder.Add(shell, face)
+    solid = BRepBuilderAPI_MakeSolid(shell).Solid()
+    BRepLib.OrientClosedSolid_s(solid)
+    return solid
+
+
+def _holds(solid: Any, other: Any) -> bool:
+    """Whether a solid holds another, by their boxes and by a corner of the other."""
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepClass3d import BRepClass3d_SolidClassifier
+    from OCP.TopAbs import TopAbs_State
+    from OCP.TopoDS import TopoDS
+
+    (low, high), (other_low, other_high) = box_of(solid), box_of(other)
+    if not ((low <= other_low) & (other_high <= high)).all():
+        return False
+    corner = BRep_Tool.Pnt_s(TopoDS.Vertex(subshapes(other, "VERTEX")[0]))
+    classifier = BRepClass3d_SolidClassifier(solid, corner, FINEST)
+    return bool(classifier.State() == TopAbs_State.TopAbs_IN)
+
+
+def box_of(shape: Any) -> FloatArray:
+    """(2, 3) corners of the box around a shape."""
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRepBndLib import BRepBndLib
+
+    box = Bnd_Box()
+    BRepBndLib.Add_s(shape, box)
+    low, high = box.CornerMin(), box.CornerMax()
+    return np.array([[p.X(), p.Y(), p.Z()] for p in (low, high)])
 
 
 def _length(edge: Any) -> float:
@@ -286,13 +347,3 @@ def _sewing(shape: Any) -> Any:
     sewing.Add(shape)
     sewing.Perform()
     return sewing
-
-
-def volume_of(shape: Any) -> float:
-    """Volume of a solid to about 1e-9, mm³; of faces that of the cone from the origin over them."""
-    from OCP.BRepGProp import BRepGProp
-    from OCP.GProp import GProp_GProps
-
-    properties = GProp_GProps()
-    BRepGProp.VolumeProperties_s(shape, properties, 1e-9)
-    return float(properties.Mass())

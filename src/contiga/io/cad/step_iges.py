@@ -137,7 +137,7 @@ class _Model:
         chosen = chosen_faces(self._parts, choice, str(self._path))
         placed = placed_of(self._pieces, chosen, self._accuracy, self._solids)
         texts = [
-            f"{listed(part.title for part in self._parts_of(meeting))} at {self._at(meeting)}"
+            f"{listed(part.title for part in self._parts_of(meeting))} {meeting.at(self._scale)}"
             for meeting in placed.meetings
         ]
         return placed, said_of(placed, texts, self._solids, str(self._path))
@@ -146,9 +146,6 @@ class _Model:
         firsts = np.cumsum([1, *(len(piece.faces) for piece in self._pieces)])
         wanted = set(firsts[list(meeting.pieces)].tolist())
         return [part for part in self._parts if part.faces[0].number in wanted]
-
-    def _at(self, meeting: Meeting) -> str:
-        return "({:.6g}, {:.6g}, {:.6g})".format(*(self._scale * c for c in meeting.place))
 
     def _gathered(self, placed: Placed) -> tuple[Body, list[int], Assembly]:
         """The faces as a body, the number in the file of each patch, and what it is made by."""

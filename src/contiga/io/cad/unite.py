@@ -15,8 +15,9 @@ import numpy as np
 
 from contiga.errors import FileError
 from contiga.io.cad.occ_parts import Piece, compound_of
+from contiga.io.cad.occ_solids import volume_of
 from contiga.io.cad.parts import Solids
-from contiga.io.cad.sew import COINCIDENT, FINEST, subshapes, volume_of
+from contiga.io.cad.sew import COINCIDENT, FINEST, box_of, subshapes
 from contiga.records import FloatArray
 
 SAMPLES = 64
@@ -39,6 +40,14 @@ class Meeting(NamedTuple):
     """Indices of them, ascending."""
     place: tuple[float, float, float]
     """A point where some of them meet, or their boxes do, mm."""
+    gap: float = 0.0
+    """How far two of them are apart there, mm."""
+
+    def at(self, scale: float) -> str:
+        """Where they meet, and the gap that is closed there if it is more than rounding; lengths
+        times `scale`."""
+        text = "at ({:.6g}, {:.6g}, {:.6g})".format(*(scale * c for c in self.place))
+        return f"{text}, {scale * self.gap:.2g} apart" if self.gap > 0.5 * FINEST else text
 
 
 class Placed(NamedTuple):
@@ -82,8 +91,8 @@ def placed_of(
         if piece.kind == "solid" and rows[k] and len(rows[k]) == len(piece.faces)
     ]
     only = len(whole) == sum(map(bool, rows))
-    boxes = {k: _box(pieces[k].shape) for k in whole if len(whole) > 1}
-    within = max(FINEST, min(accuracy, COINCIDENT * _diagonal(boxes)))
+    boxes = {k: box_of(pieces[k].shape) for k in whole if len(whole) > 1}
+    within = closed_within(boxes, accuracy)
     groups = groups_near(boxes, within)
     meetings = [Meeting(tuple(sorted(some)), between(boxes, some)) for some in groups]
     known = embedded = not groups
@@ -98,7 +107,7 @@ def placed_of(
                 rows[near[j]] = union.faces(rows[near[j]])
             shapes.append(union.solids)
         if known:
-            meetings = [Meeting(tuple(near[j] for j in g), union.place(g)) for g in union.groups]
+            meetings = [Meeting(tuple(near[j] for j in g), *union.place(g)) for g in union.groups]
     return Placed(compound_of(_flat(shapes)), list(_flat(rows)), meetings, known, embedded, only)
 
 
@@ -218,17 +227,20 @@ class _Union:
                     pieces.append((number, self._faces.pop(image)))
         return pieces
 
-    def place(self, group: Sequence[int]) -> tuple[float, float, float]:
-        """The middle of an edge where faces of two meet; of one that is in another, its own."""
+    def place(self, group: Sequence[int]) -> tuple[tuple[float, float, float], float]:
+        """The middle of an edge where faces of two meet, and how far these are apart there; of one
+        that is in another, its own."""
         owner: dict[int, int] = {}
         for k in group:
             for number in (n for face in self._pieces[k].faces for n in self._images(face)):
                 for edge in subshapes(self._known.FindKey(number), "EDGE"):
-                    if owner.setdefault(int(self._known.Add(edge)), k) != k:
-                        return middle(edge)
+                    other = owner.setdefault(int(self._known.Add(edge)), k)
+                    if other != k:
+                        at = middle(edge)
+                        return at, sum(_distance(self._pieces[n].shape, at) for n in (k, other))
         smallest = min(group, key=lambda k: float(np.ptp(self._boxes[k], axis=0).prod()))
         x, y, z = self._boxes[smallest].mean(axis=0).tolist()
-        return x, y, z
+        return (x, y, z), 0.0
 
     def holds(self) -> bool:
         """Whether the union is what it is to be: by its volume, and at points drawn by chance.
@@ -261,6 +273,16 @@ def _diagonal(boxes: Mapping[int, FloatArray]) -> float:
     return float(np.linalg.norm(np.ptp(corners, axis=0))) if len(corners) else 0.0
 
 
+def closed_within(boxes: Mapping[int, FloatArray], accuracy: float) -> float:
+    """Solids in these boxes that are nearer than this touch, mm.
+
+    That is the accuracy of the file, at most 1e-6 of the size of all, or 1e-6 of the size of the
+    smallest: placements are written to so many decimals, and no clearance is so narrow.
+    """
+    smallest = min((_diagonal({0: box}) for box in boxes.values()), default=0.0)
+    return max(FINEST, min(accuracy, COINCIDENT * _diagonal(boxes)), COINCIDENT * smallest)
+
+
 def groups_near(boxes: Mapping[int, FloatArray], within: float) -> list[list[int]]:
     """Groups of two or more boxes of which each meets one before it, or comes as near as this."""
     keys, rows = list(boxes), np.array(list(boxes.values())).reshape(-1, 2, 3)
@@ -286,17 +308,6 @@ def between(boxes: Mapping[int, FloatArray], group: Sequence[int]) -> tuple[floa
     return x, y, z
 
 
-def _box(shape: Any) -> FloatArray:
-    """(2, 3) corners of the box of a shape."""
-    from OCP.Bnd import Bnd_Box
-    from OCP.BRepBndLib import BRepBndLib
-
-    box = Bnd_Box()
-    BRepBndLib.Add_s(shape, box)
-    low, high = box.CornerMin(), box.CornerMax()
-    return np.array([[p.X(), p.Y(), p.Z()] for p in (low, high)])
-
-
 def middle(edge: Any) -> tuple[float, float, float]:
     """The middle of an edge."""
     from OCP.BRepAdaptor import BRepAdaptor_Curve
@@ -307,6 +318,16 @@ def middle(edge: Any) -> tuple[float, float, float]:
     return point.X(), point.Y(), point.Z()
 
 
+def _distance(shape: Any, point: tuple[float, float, float]) -> float:
+    """How far a point is from a shape."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
+    from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+    from OCP.gp import gp_Pnt
+
+    found = BRepExtrema_DistShapeShape(BRepBuilderAPI_MakeVertex(gp_Pnt(*point)).Vertex(), shape)
+    return float(found.Value())
+
+
 def inside(shapes: Sequence[Any], points: FloatArray) -> FloatArray:
     """(n,) 1 for points within one of the shapes, 0 outside all, NaN where one has it on a face."""
     from OCP.BRepClass3d import BRepClass3d_SolidClassifier
@@ -315,7 +336,7 @@ def inside(shapes: Sequence[Any], points: FloatArray) -> FloatArray:
 
     inner = np.zeros(len(points))
     for shape in shapes:
-        low, high = _box(shape)
+        low, high = box_of(shape)
         classifier = BRepClass3d_SolidClassifier(shape)
         for k in np.flatnonzero(((low <= points) & (points <= high)).all(axis=1) & (inner != 1.0)):
             classifier.Perform(gp_Pnt(*points[k].tolist()), FINEST)

@@ -19,13 +19,15 @@ from contiga.extras import require
 from contiga.geometry.piece import piece_of
 from contiga.io.cad.assemble import Assembly, merged, warn
 from contiga.io.cad.occ_parts import NAMELESS, Piece
-from contiga.io.cad.occ_solids import Solid, hollowed, solid_of
+from contiga.io.cad.occ_solids import Solid, hollowed, solid_of, volume_of
 from contiga.io.cad.parts import Solids
-from contiga.io.cad.sew import Sewn, subshapes, volume_of
+from contiga.io.cad.sew import Sewn, subshapes
 from contiga.io.cad.step_iges import edge_of, gather
 from contiga.io.cad.unite import (
+    Meeting,
     Numbered,
     between,
+    closed_within,
     groups_near,
     inside,
     kept_apart,
@@ -40,7 +42,6 @@ SIZE = 4096.0
 """About what a body is brought to for OpenCASCADE, whose tolerances are lengths."""
 
 Patches = tuple[int, ...]
-Point = tuple[float, float, float]
 Describe = Callable[[Sequence[Patches]], str]
 
 
@@ -144,16 +145,17 @@ def united(
     """
     as_it_is = list(range(len(body.patches)))
     boxes = {k: piece_of(body, piece.tolist()).bounds() for k, piece in enumerate(pieces)}
-    groups = groups_near(boxes, accuracy)
+    scale = 2.0 ** round(math.log2(SIZE / body.size))
+    large = {k: scale * box for k, box in boxes.items()}
+    groups = groups_near(large, closed_within(large, accuracy * scale))
     if not groups or solids == "separate":
         met = [[tuple(pieces[k].tolist()) for k in some] for some in groups]
-        places = [between(boxes, some) for some in groups]
+        places = [Meeting(tuple(some), between(boxes, some)).at(1.0) for some in groups]
         said = kept_apart(_texts(met, places, describe)) if met else ""
         return United(body, as_it_is, met, said)
     require("uniting pieces that touch or overlap", "OCP")
     from contiga.io.cad.occ_geometry import quiet
 
-    scale = 2.0 ** round(math.log2(SIZE / body.size))
     with quiet():
         near = sorted(k for some in groups for k in some)
         known = _solids(body, [pieces[k].tolist() for k in near], scale)
@@ -161,7 +163,7 @@ def united(
         owner = [patch for solid in known for patch in solid.patches]
         placed = placed_of(rows, range(1, len(owner) + 1), accuracy * scale, solids)
         met = [[tuple(sorted(known[k].patches)) for k in m.pieces] for m in placed.meetings]
-        places = [(x / scale, y / scale, z / scale) for _, (x, y, z) in placed.meetings]
+        places = [m.at(1.0 / scale) for m in placed.meetings]
         said = said_of(placed, _texts(met, places, describe), solids, where)
         if not (met and placed.embedded):
             return United(body, as_it_is, met, said)
@@ -176,12 +178,9 @@ def united(
 
 
 def _texts(
-    met: Sequence[Sequence[Patches]], places: Sequence[Point], describe: Describe
+    met: Sequence[Sequence[Patches]], places: Sequence[str], describe: Describe
 ) -> list[str]:
-    return [
-        "{} at ({:.6g}, {:.6g}, {:.6g})".format(describe(some), *place)
-        for some, place in zip(met, places, strict=True)
-    ]
+    return [f"{describe(some)} {place}" for some, place in zip(met, places, strict=True)]
 
 
 def _solids(body: Body, pieces: Sequence[Sequence[int]], scale: float) -> list[Solid]:

@@ -2,65 +2,55 @@
 
 from __future__ import annotations
 
-import re
 from array import array
 from pathlib import Path
 
 import numpy as np
 
 from contiga.errors import FileError
-from contiga.io.limits import watched_lines
+from contiga.io.mesh.raw import RawMesh
+from contiga.io.sheet import as_number, read_sheet
 from contiga.records import FloatArray
 
 SUFFIXES = (".csv", ".xyz", ".txt", ".npy")
 
-_SEPARATOR = re.compile(r"[,;\s]+")
+_MARKS = (";", ",", " ")
+_LONGEST_LINE = 10_000
 
 
-def read_cloud(path: Path) -> FloatArray:
-    """Points (n, 3) of a ``.npy`` array, or of lines with three numbers.
+def read_cloud(path: Path) -> RawMesh:
+    """Points of a ``.npy`` array, or of lines with three numbers.
 
-    Numbers are parted by commas, semicolons or blanks; one line of column names may come first;
-    ``#`` starts a comment. Words for not-a-number are read as such, to be refused by name later.
+    Semicolons, commas or blanks part the numbers; one line of names may come first, which may say
+    a unit, ``x [mm], y [mm], z [mm]``; ``#`` starts a comment. Words for not-a-number are read as
+    such, to be refused by name later.
 
     Raises
     ------
     FileError
-        A line has not three numbers, or the array not three columns.
+        A line has not three numbers, or the array not three columns; the names have several units.
     """
     if path.suffix.lower() == ".npy":
-        return _read_array(path)
+        return RawMesh(_read_array(path))
+    sheet = read_sheet(path, "x, y, z", marks=_MARKS, comment="#", longest=_LONGEST_LINE)
+    if len(sheet.heads) not in (0, 3):
+        raise _bad_line(path, sheet.line, ", ".join(head.text for head in sheet.heads))
     rows = array("d")
-    header_allowed = True
-    try:
-        with path.open(encoding="utf-8-sig") as stream:
-            for number, line in watched_lines(stream, path):
-                text = line.partition("#")[0].strip()
-                if not text:
-                    continue
-                row = _row(text)
-                if row is not None:
-                    rows.extend(row)
-                elif not (header_allowed and _is_header(text)):
-                    raise _bad_line(path, number, text)
-                header_allowed = False
-    except UnicodeDecodeError as error:
-        raise FileError("the file is not text", where=str(path)) from error
-    return np.array(rows, dtype=np.float64).reshape(-1, 3)
-
-
-def _row(text: str) -> list[float] | None:
-    """The three numbers of a line; None if it has others."""
-    try:
-        row = [float(field) for field in _SEPARATOR.split(text)]
-    except ValueError:
-        return None
-    return row if len(row) == 3 else None
-
-
-def _is_header(text: str) -> bool:
-    """Whether a line that is not three numbers has three words."""
-    return len(_SEPARATOR.split(text)) == 3
+    for row in sheet.rows:
+        try:
+            x, y, z = (as_number(cell, sheet.mark) for cell in row.cells)
+        except ValueError:
+            raise _bad_line(path, row.line, sheet.mark.join(row.cells)) from None
+        rows.extend((x, y, z))
+    units = {sheet.unit(k) for k in range(len(sheet.heads))} or {None}
+    if len(units) > 1:
+        raise FileError(
+            "the names of the columns say several units",
+            where=sheet.where,
+            found=", ".join(head.text for head in sheet.heads),
+            allowed="one unit of length, or none",
+        )
+    return RawMesh(np.array(rows, dtype=np.float64).reshape(-1, 3), unit=units.pop())
 
 
 def _bad_line(path: Path, number: int, text: str) -> FileError:

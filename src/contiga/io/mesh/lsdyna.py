@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import ContigaWarning, FileError, MeshError
-from contiga.io.mesh.lsdyna_cards import Block, read_blocks, row_of
+from contiga.io.mesh.lsdyna_cards import Block, Layout, Row, layout, read_blocks, row_of
 from contiga.io.mesh.lsdyna_parts import Parts, read_parts
 from contiga.io.mesh.lsdyna_sets import read_sets, set_name
 from contiga.io.mesh.lsdyna_ties import tied_nodes
@@ -27,12 +28,16 @@ from contiga.slaves.skin import CellBlock, Int64Array
 
 SUFFIXES = (".k", ".key", ".dyn", ".dyna")
 
-_NODE = (8, 16, 16, 16)
-_ELEMENT = (8,) * 10
-_ELEMENT_MASS = (8, 8, 16, 8)
-_THICKNESSES = (16,) * 4
+_NODE = layout("NID:8 X:16 Y:16 Z:16 TC:8 RC:8")
+_ELEMENT = layout("~EID PID N1 N2 N3 N4 N5 N6 N7 N8", 8)
+_NODES = "N1 N2 N3 N4 N5 N6 N7 N8"
+_TEN_NODES = layout(f"{_NODES} N9 N10", 8)
+_MASS = layout("~EID NID MASS:16 ~PID", 8)
+_MASS_OF_PART = layout("PID ADDMASS:16 FINMASS:16 LCID MWD", 8)
+_THICKNESSES = layout("THIC1 THIC2 THIC3 THIC4 BETA", 16)
+_OFFSET = layout("OFFSET", 16)
 # More cards for each shell than the one with its nodes; the first holds thickness at its corners.
-_SHELL_OPTIONS = {"THICKNESS": 1, "BETA": 1, "MCID": 1, "OFFSET": 1}
+_SHELL_OPTIONS = ("THICKNESS", "BETA", "MCID", "OFFSET")
 _SOLIDS = ("ELEMENT_SOLID", "ELEMENT_TSHELL")
 
 _PLAIN_NUMBER = re.compile(r" *[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)? *", re.ASCII)
@@ -117,7 +122,7 @@ def _node_columns(block: Block) -> tuple[Int64Array, FloatArray] | None:
     """Numbers and places of nodes in the plain fixed format; None if a card is not in it."""
     if block.long or not all(_is_plain_node(card.text) for card in block.cards):
         return None
-    table = _characters(block, sum(_NODE))
+    table = _characters(block, _width(_NODE))
     places = [_column(table, start, 16).astype(np.float64) for start in (8, 24, 40)]
     return _column(table, 0, 8).astype(np.int64), np.stack(places, axis=1)
 
@@ -133,9 +138,11 @@ def _is_plain_node(text: str) -> bool:
 def _element_columns(block: Block) -> _Table | None:
     """Elements in the plain fixed format, shells of four nodes and solids of eight; else None."""
     needed = {"ELEMENT_SHELL": 6, "ELEMENT_SOLID": 10}.get(block.keyword)
-    if block.long or not needed or any("," in card.text for card in block.cards):
+    if block.long or not (needed and block.cards):
         return None
-    table = _characters(block, sum(_ELEMENT))
+    if any("," in card.text for card in block.cards):
+        return None
+    table = _characters(block, _width(_ELEMENT))
     if (
         not _are_counts(table[:, : 8 * needed])
         or not np.isin(table[:, 8 * needed :], (b" ", b"0")).all()
@@ -177,8 +184,8 @@ def _node_cards(block: Block) -> tuple[Int64Array, FloatArray]:
         row = row_of(card, block, _NODE)
         if not any(row.texts):
             continue
-        ids.append(row.whole(0))
-        points.append(row.reals(1, 4))
+        ids.append(row.whole("NID"))
+        points.append(row.reals("X Y Z"))
     array = np.array(points, dtype=np.float64).reshape(-1, 3)
     return np.array(ids, dtype=np.int64), array
 
@@ -201,12 +208,14 @@ def _shell_cards(block: Block) -> _Table:
             found=f"{len(cards)} cards",
         )
     for i in range(0, len(cards), step):
-        numbers = row_of(cards[i], block, _ELEMENT).wholes(0, 10)
-        part.append(numbers[1])
-        nodes.append(numbers[2:])
+        row = row_of(cards[i], block, _ELEMENT)
+        part.append(row.whole("PID"))
+        nodes.append(row.wholes(_NODES))
         corners: tuple[float, ...] = (0.0,) * 4
         if with_thickness:
-            corners = row_of(cards[i + 1], block, _THICKNESSES).reals(0, 4)
+            corners = row_of(cards[i + 1], block, _THICKNESSES).reals("THIC1 THIC2 THIC3 THIC4")
+        if extra > with_thickness:
+            row_of(cards[i + extra], block, _OFFSET)
         thickness.append(corners)
     return _table(part, nodes, thickness, 8)
 
@@ -222,15 +231,16 @@ def _solid_cards(block: Block) -> _Table:
     nodes: list[tuple[int, ...]] = []
     cards = iter([card for card in block.cards if card.text.strip()])
     for card in cards:
-        numbers = row_of(card, block, _ELEMENT).wholes(0, 10)
-        part.append(numbers[1])
-        if any(numbers[2:]):
-            nodes.append((*numbers[2:], 0, 0))
+        row = row_of(card, block, _ELEMENT)
+        part.append(row.whole("PID"))
+        numbers = row.wholes(_NODES)
+        if any(numbers):
+            nodes.append((*numbers, 0, 0))
             continue
         second = next(cards, None)
         if second is None:
             raise MeshError("the card with the element's nodes is missing", where=block.where(card))
-        nodes.append(row_of(second, block, _ELEMENT).wholes(0, 10))
+        nodes.append(row_of(second, block, _TEN_NODES).wholes(f"{_NODES} N9 N10"))
     return _table(part, nodes, [(0.0,) * 4] * len(part), 10)
 
 
@@ -345,19 +355,76 @@ def _sets(blocks: Iterable[Block], rows: Rows) -> Iterable[Group]:
         yield Group(None, name, None, rows(ids[rows.known(ids)]))
 
 
+class Lumped(NamedTuple):
+    """A mass that *ELEMENT_MASS puts on a node, or shares out to those of a set."""
+
+    number: int
+    """Of the node or set."""
+    of_set: bool
+    mass: float
+    block: Block
+    line: int
+
+
+def is_lumped(block: Block) -> bool:
+    """Whether a keyword is one that `lumped` reads."""
+    return block.keyword in ("ELEMENT_MASS", "ELEMENT_MASS_NODE_SET")
+
+
+def lumped(block: Block) -> list[Lumped]:
+    """All masses of a keyword for which `is_lumped` holds.
+
+    Raises
+    ------
+    MeshError
+        A field that should be a number is none.
+    """
+    of_set = block.keyword.endswith("_SET")
+    rows = [row_of(card, block, _MASS) for card in block.cards if card.text.strip()]
+    return [
+        Lumped(row.whole("NID"), of_set, row.real("MASS"), block, row.card.line) for row in rows
+    ]
+
+
+def masses_of_parts(block: Block) -> dict[int, Row]:
+    """Cards of *ELEMENT_MASS_PART, by part: ADDMASS and FINMASS are read by who uses them."""
+    rows = [row_of(card, block, _MASS_OF_PART) for card in block.cards if card.text.strip()]
+    return {row.whole("PID"): row for row in rows}
+
+
+def cut_for_what_is_left(block: Block) -> None:
+    """Read a keyword of the mesh for what is on its cards beside the mesh.
+
+    Cards that cannot be read say nothing here: the reader of the mesh tells of them.
+    """
+    with suppress(MeshError):
+        if block.keyword == "NODE":
+            # A plain card ends with the last coordinate.
+            end = _width(_NODE) - 16
+            plain = [c for c in block.cards if "," not in c.text and not c.text[end:].strip(" 0")]
+            if not block.long:
+                block.told(*plain)
+            others = [card for card in block.cards if card.line not in block.unread]
+            _node_cards(block._replace(cards=others))
+        elif _element_columns(block) is not None:
+            block.told(*block.cards)
+        elif block.keyword.startswith("ELEMENT_SHELL"):
+            _shell_cards(block)
+        else:
+            _solid_cards(block)
+
+
+def _width(fields: Layout) -> int:
+    return sum(field.width for field in fields.fields)
+
+
 def _mass(blocks: Iterable[Block], rows: Rows, count: int) -> FloatArray | None:
-    """(n,) from *ELEMENT_MASS: eid, node, mass; None if the deck has none."""
-    ids: list[int] = []
-    values: list[float] = []
-    for block in blocks:
-        if block.keyword != "ELEMENT_MASS":
-            continue
-        for card in block.cards:
-            if card.text.strip():
-                row = row_of(card, block, _ELEMENT_MASS)
-                ids.append(row.whole(1))
-                values.append(row.real(2))
-    if not ids:
+    """(n,) from *ELEMENT_MASS; None if the deck has none."""
+    masses = [one for block in blocks if is_lumped(block) for one in lumped(block)]
+    if not masses:
         return None
-    at = rows(np.array(ids, dtype=np.int64))
-    return np.bincount(at, weights=np.array(values), minlength=count).astype(np.float64)
+    sets = read_sets(blocks, "NODE", lambda *_: None) if any(m.of_set for m in masses) else {}
+    nodes = [sorted({*sets.get(m.number, [])}) if m.of_set else [m.number] for m in masses]
+    at = rows(np.array([node for some in nodes for node in some], dtype=np.int64))
+    shares = [m.mass / len(some) for m, some in zip(masses, nodes, strict=True) for _ in some]
+    return np.bincount(at, weights=np.array(shares), minlength=count).astype(np.float64)

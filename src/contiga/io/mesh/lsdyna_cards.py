@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
@@ -18,11 +18,11 @@ from contiga.errors import MeshError
 from contiga.io.mesh.deck_text import LARGEST, fortran_number, included
 from contiga.io.mesh.lsdyna_parameters import Block as Block
 from contiga.io.mesh.lsdyna_parameters import Card as Card
-from contiga.io.mesh.lsdyna_parameters import Parameters, is_parameters
+from contiga.io.mesh.lsdyna_parameters import Parameters, Unread, is_parameters
 
-_LONG_WIDTH = 20
-_USUAL = (10,) * 8
-"""Widths of the fields of most cards."""
+_WIDTH, _LONG_WIDTH = 10, 20
+_CARD, _LONG_CARD = 80, 160
+"""Columns of a card; what stands behind them is a remark."""
 _TEN = re.compile(r"I10\s*=\s*Y")
 
 
@@ -84,7 +84,7 @@ def _split(lines: list[str], path: Path, long: bool, parameters: Parameters) -> 
         if word == "KEYWORD":
             long = long or re.search(r"LONG\s*=\s*Y", rest) is not None
         this_long = (long or word.endswith("+")) and not word.endswith("-")
-        block = Block(word.rstrip("+-"), [], this_long, path, number, parameters)
+        block = Block(word.rstrip("+-"), [], this_long, path, number, parameters, {})
     if block is not None:
         yield block
 
@@ -129,19 +129,68 @@ def leaving_parameters(block: Block, leave: Leave | None) -> Iterator[None]:
         leave(block, "a parameter without a value")
 
 
+class Field(NamedTuple):
+    """A field of a card, as the manual describes it."""
+
+    name: str
+    width: int = _WIDTH
+    default: str = ""
+    """What blank and 0 stand for; nothing where that is 0."""
+    idle: bool = False
+    """Whether it only numbers things or says what is printed: nothing in a case depends on it."""
+
+
+class Layout(NamedTuple):
+    """The fields of a card, in their order."""
+
+    fields: tuple[Field, ...]
+    places: Mapping[str, int]
+    """Of the fields, by name."""
+
+
+def layout(text: str, width: int = _WIDTH) -> Layout:
+    """The fields of a card by their names: ``NAME``, ``NAME=default``, ``NAME:width``, ``~NAME``.
+
+    A tilde marks a field that only numbers things or says what is printed.
+
+    >>> layout("~EID:8 NID:8 MASS:16").fields[2]
+    Field(name='MASS', width=16, default='', idle=False)
+    """
+    fields = []
+    for word in text.split():
+        head, _, default = word.partition("=")
+        name, _, own = head.partition(":")
+        fields.append(Field(name.lstrip("~"), int(own or width), default, name.startswith("~")))
+    return Layout(tuple(fields), {field.name: k for k, field in enumerate(fields)})
+
+
 class Row(NamedTuple):
-    """A card cut into its fields."""
+    """A card cut into the fields of a layout; a field that is asked for counts as read."""
 
     card: Card
     block: Block
+    layout: Layout
     texts: list[str]
     """Of the fields, stripped, with parameters filled in; those past the card's end are empty."""
 
-    def whole(self, k: int) -> int:
-        """Field `k` as a whole number; empty is 0."""
-        text = self.texts[k]
+    def text(self, name: str) -> str:
+        """A field as it stands, or its default."""
+        k = self.layout.places[name]
+        self.block.unread[self.card.line].pop(name, None)
+        return self.texts[k] or self.layout.fields[k].default
+
+    def whole(self, name: str) -> int:
+        """A field as a whole number; blank and 0 are its default, or 0."""
+        return self._as_whole(self.text(name) or "0") or int(self._default(name))
+
+    def peek(self, name: str) -> int:
+        """The same of a field that says which cards follow, and does not count as read by that."""
+        text = self.texts[self.layout.places[name]]
+        return self._as_whole(text or "0") or int(self._default(name))
+
+    def _as_whole(self, text: str) -> int:
         try:
-            value = int(text or "0")
+            value = int(text)
         except ValueError:
             value = int(self._number(text, "a whole number"))
         if abs(value) > LARGEST:
@@ -153,17 +202,20 @@ class Row(NamedTuple):
             )
         return value
 
-    def real(self, k: int) -> float:
-        """Field `k` as a number, in any way Fortran writes it; empty is 0."""
-        return self._number(self.texts[k] or "0", "a number")
+    def real(self, name: str) -> float:
+        """A field as a number, in any way Fortran writes it; blank and 0 are its default, or 0."""
+        return self._number(self.text(name) or "0", "a number") or self._default(name)
 
-    def wholes(self, start: int, stop: int) -> tuple[int, ...]:
-        """Fields `start` to `stop`, without that, as whole numbers."""
-        return tuple(self.whole(k) for k in range(start, stop))
+    def wholes(self, names: str) -> tuple[int, ...]:
+        """Fields of these names, with blanks between, as whole numbers."""
+        return tuple(map(self.whole, names.split()))
 
-    def reals(self, start: int, stop: int) -> tuple[float, ...]:
-        """Fields `start` to `stop`, without that, as numbers."""
-        return tuple(self.real(k) for k in range(start, stop))
+    def reals(self, names: str) -> tuple[float, ...]:
+        """Fields of these names, with blanks between, as numbers."""
+        return tuple(map(self.real, names.split()))
+
+    def _default(self, name: str) -> float:
+        return float(self.layout.fields[self.layout.places[name]].default or 0.0)
 
     def _number(self, text: str, allowed: str) -> float:
         try:
@@ -182,22 +234,66 @@ class Row(NamedTuple):
             ) from None
 
 
-def row_of(card: Card, block: Block, widths: Sequence[int] = _USUAL) -> Row:
-    """The card of a block cut into fields of these widths."""
-    cells = _cells(card.text, block.long, widths)
+def row_of(card: Card, block: Block, fields: Layout) -> Row:
+    """A card of a block cut into fields.
+
+    What stands on it beyond the layout is kept as fields that no reader asks for.
+    """
+    cells, beyond = _cells(card.text, block.long, fields.fields)
     if "&" in card.text:
         cells = list(map(block.parameters.filled, cells))
-    return Row(card, block, cells)
+    if card.line not in block.unread:
+        block.unread[card.line] = {
+            field.name: Unread(cell, field.default)
+            for field, cell in zip(fields.fields, cells, strict=True)
+            if cell and not field.idle
+        } | {f"field {k}": Unread(cell, "") for k, cell in beyond}
+    return Row(card, block, fields, cells)
 
 
-def _cells(text: str, long: bool, widths: Sequence[int]) -> list[str]:
+def rows_of(block: Block, cards: Sequence[Card], *layouts: Layout) -> list[Row]:
+    """A row for each layout, of the cards in their order; blank ones where the cards end."""
+    given = [*cards[: len(layouts)], *[Card("", 0)] * (len(layouts) - len(cards))]
+    return [row_of(card, block, fields) for card, fields in zip(given, layouts, strict=True)]
+
+
+def _cells(
+    text: str, long: bool, fields: Sequence[Field]
+) -> tuple[list[str], list[tuple[int, str]]]:
+    """Texts of the fields, and of what stands beyond them, with its place on the card from 1."""
+    count = len(fields)
     if "," in text:
         cells = [cell.strip() for cell in text.split(",")]
-        return (cells + [""] * len(widths))[: len(widths)]
-    if long:
-        widths = [max(width, _LONG_WIDTH) for width in widths]
+        beyond = [(k, cell) for k, cell in enumerate(cells[count:], start=count + 1) if cell]
+        return (cells + [""] * count)[:count], beyond
     start, texts = 0, []
-    for width in widths:
+    for field in fields:
+        width = max(field.width, _LONG_WIDTH) if long else field.width
         texts.append(text[start : start + width].strip())
         start += width
-    return texts
+    width, end = (_LONG_WIDTH, _LONG_CARD) if long else (_WIDTH, _CARD)
+    rest = [text[k : min(k + width, end)].strip() for k in range(start, end, width)]
+    return texts, [(k, cell) for k, cell in enumerate(rest, start=count + 1) if cell]
+
+
+def unread_fields(block: Block) -> Iterator[tuple[str, str]]:
+    """Names and texts of what is neither blank nor a default, and was not asked for.
+
+    A card that no reader has cut stands as a whole.
+    """
+    for k, card in enumerate(block.cards, start=1):
+        fields = block.unread.get(card.line)
+        if fields is None:
+            words = card.text.replace(",", " ").split()
+            if not all(_is_default(Unread(word, "")) for word in words):
+                yield f"card {k}:", " ".join(words)
+            continue
+        yield from ((name, one.text) for name, one in fields.items() if not _is_default(one))
+
+
+def _is_default(field: Unread) -> bool:
+    try:
+        value = fortran_number(field.text)
+        return value in (0.0, float(field.default or 0.0))
+    except ValueError:  # one of both is a word
+        return field.text.upper() == field.default.upper()

@@ -1,21 +1,32 @@
-"""``*DEFINE_CURVE`` of LS-DYNA keyword decks.
+"""``*DEFINE_CURVE`` and ``*DEFINE_TABLE`` of LS-DYNA keyword decks.
 
-Card layouts: LS-DYNA Keyword User's Manual, volume I, *DEFINE_CURVE.
+Card layouts: LS-DYNA Keyword User's Manual, volume I, *DEFINE_CURVE and *DEFINE_TABLE.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from itertools import takewhile
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from contiga.errors import FileError
-from contiga.io.mesh.lsdyna_cards import Block, Leave, leaving_parameters, read_blocks, row_of
+from contiga.io.mesh.lsdyna_cards import (
+    Block,
+    Leave,
+    layout,
+    leaving_parameters,
+    read_blocks,
+    row_of,
+)
 from contiga.records import FloatArray
 
-_POINT = (20, 20)
+_HEAD = layout("LCID SIDR SFA=1 SFO=1 OFFA OFFO DATTYP LCINT")
+_POINT = layout("A O", 20)
+_TABLE = layout("TBID SFA=1 OFFA")
+_ENTRY = layout("VALUE LCID", 20)
 
 
 class DeckCurve(NamedTuple):
@@ -59,20 +70,56 @@ def _curve(block: Block) -> DeckCurve | None:
     if not cards:
         return None
     head, *points = cards
-    first = row_of(head, block)
-    sfa, sfo, offa, offo = first.reals(2, 6)
-    rows = [row_of(card, block, _POINT).reals(0, 2) for card in points]
+    first = row_of(head, block, _HEAD)
+    sfa, sfo, offa, offo = first.reals("SFA SFO OFFA OFFO")
+    rows = [row_of(card, block, _POINT).reals("A O") for card in points]
     table = np.array(rows, np.float64).reshape(-1, 2)
-    table = (table + np.array([offa, offo])) * np.array([sfa or 1.0, sfo or 1.0])
+    table = (table + np.array([offa, offo])) * np.array([sfa, sfo])
     if sfa < 0.0:
         table = table[::-1]
-    return DeckCurve(first.whole(0), title, table, block.where(head))
+    return DeckCurve(first.whole("LCID"), title, table, block.where(head))
+
+
+def is_table(block: Block) -> bool:
+    """Whether a keyword defines a table of curves."""
+    return block.keyword.removesuffix("_TITLE") in ("DEFINE_TABLE", "DEFINE_TABLE_2D")
+
+
+def read_tables(
+    blocks: Sequence[Block], leave: Leave | None = None
+) -> dict[int, list[tuple[float, int]]]:
+    """All tables of a deck by their numbers: values, and the number of the curve of each.
+
+    A table that names no curves has those that follow it at once. Values are SFA (value + OFFA).
+    Those with parameters without a value go to `leave`.
+
+    Raises
+    ------
+    MeshError
+        A field that should be a number is none.
+    """
+    tables: dict[int, list[tuple[float, int]]] = {}
+    for k, block in enumerate(blocks):
+        _, cards = block.title_and_cards() if is_table(block) else ("", [])
+        if not cards:
+            continue
+        with leaving_parameters(block, leave):
+            head = row_of(cards[0], block, _TABLE)
+            sfa, offa = head.reals("SFA OFFA")
+            rows = [row_of(card, block, _ENTRY) for card in cards[1:]]
+            numbers = [row.whole("LCID") for row in rows]
+            following = takewhile(is_curve, blocks[k + 1 : k + 1 + len(rows)])
+            if not any(numbers):
+                numbers = [number_of(one) for one in following]
+            values = [sfa * (row.real("VALUE") + offa) for row in rows]
+            tables[head.whole("TBID")] = list(zip(values, numbers, strict=False))
+    return tables
 
 
 def number_of(block: Block) -> int:
-    """The number of a curve that is not read; 0 where it has none that can be told."""
+    """The number of a curve; 0 where it has none that can be told."""
     _, cards = block.title_and_cards()
-    text = row_of(cards[0], block).texts[0] if cards else ""
+    text = row_of(cards[0], block, _HEAD).text("LCID") if cards else ""
     return int(text) if text.isdecimal() else 0
 
 

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from contiga.io.mesh.lsdyna_cards import Block
+import numpy as np
+
+from contiga.io.mesh.lsdyna import Lumped
+from contiga.io.mesh.lsdyna_cards import Block, Card, Row, unread_fields
 from contiga.io.mesh.lsdyna_curves import DeckCurve, number_of, read_curves
-from contiga.io.mesh.lsdyna_parts import Parts, read_parts
+from contiga.io.mesh.lsdyna_parts import Inertia, Parts, axes_of, read_parts
 from contiga.io.mesh.lsdyna_soft import SoftLaw
 from contiga.io.mesh.lsdyna_ties import NodeTie
+from contiga.records import FloatArray
 
 _FOREVER = 1e20
 """A death later than that is none; LS-DYNA's default is 1e28."""
+_VALUES = 4
+"""Values of a field that are named; of more it is said that there are."""
 
 
 class Material(NamedTuple):
@@ -40,8 +47,8 @@ class DeckContact(NamedTuple):
     """Kind and number of slave and master."""
     friction: tuple[float, float, float]
     """FS, FD, DC."""
-    scale: float
-    """Of the slave's penalty, SFS."""
+    scales: Row
+    """The third card: what a pair of the case needs of it is read there."""
 
 
 class Prescribed(NamedTuple):
@@ -82,11 +89,19 @@ class DeckModel:
     """What a deck says, as far as it is understood."""
 
     path: Path
+    blocks: list[Block] = field(default_factory=list)
     parts: Parts = field(default_factory=lambda: read_parts([]))
     curves: dict[int, DeckCurve] = field(default_factory=dict)
+    tables: dict[int, list[tuple[float, int]]] = field(default_factory=dict)
+    """Values and curves, by the number of the table."""
     part_sets: dict[int, list[int]] = field(default_factory=dict)
+    node_sets: dict[int, list[int]] = field(default_factory=dict)
+    other_sets: dict[tuple[str, int], Block] = field(default_factory=dict)
+    """Sets that are not understood, by kind ("NODE", "PART") and number."""
     title: str = ""
     end: float = 0.0
+    states: float = 0.0
+    """Time from one state that is written to the next; 0 where it is not said."""
     materials: dict[int, Material] = field(default_factory=dict)
     contacts: list[DeckContact] = field(default_factory=list)
     motions: list[Prescribed] = field(default_factory=list)
@@ -95,6 +110,11 @@ class DeckModel:
     """By part; 0 stands for all."""
     node_velocities: dict[int, NodeStart] = field(default_factory=dict)
     """By node."""
+    systems: dict[int, FloatArray] = field(default_factory=dict)
+    """(3, 3) columns, the axes of *DEFINE_COORDINATE_SYSTEM and _VECTOR, by number."""
+    masses: list[Lumped] = field(default_factory=list)
+    part_masses: dict[int, Row] = field(default_factory=dict)
+    """Cards of *ELEMENT_MASS_PART, by part."""
     gravity: dict[int, tuple[int, float, Block]] = field(default_factory=dict)
     """By axis (0 to 2): curve, scale, where it is said."""
     unread: dict[int, Block] = field(default_factory=dict)
@@ -103,16 +123,64 @@ class DeckModel:
     """Lines of what is not understood, by keyword, in brackets what of it, and included file."""
 
     def leave(self, block: Block, why: str = "", line: int = 0) -> None:
-        """Note that a keyword, or something of it, is not understood."""
+        """Note that something of a keyword is not understood."""
         text = f"*{block.keyword}{f' ({why})' if why else ''}{self._file_of(block)}"
         lines = self.unknown.setdefault(text, [])
         if (line or block.line) not in lines:
             lines.append(line or block.line)
 
-    def leave_curve(self, block: Block, why: str) -> None:
+    def drop(self, block: Block, why: str = "", line: int = 0, cards: Sequence[Card] = ()) -> None:
+        """Note that a keyword, or some cards of it, are left out, with all that they say."""
+        self.leave(block, why, line)
+        block.told(*(cards or block.cards))
+
+    def drop_curve(self, block: Block, why: str) -> None:
         """The same of a curve, whose block is kept: a case that needs it is refused."""
         self.unread[number_of(block)] = block
-        self.leave(block, why)
+        self.drop(block, why)
+
+    def leave_unread(self) -> None:
+        """Note every field that says something and that no reader has asked for."""
+        entries: dict[tuple[str, ...], tuple[list[Block], dict[str, list[str]]]] = {}
+        for block in self.blocks:
+            fields = list(unread_fields(block))
+            names = tuple(dict.fromkeys(name for name, _ in fields))
+            if names:
+                key = (block.keyword, self._file_of(block), *names)
+                blocks, values = entries.setdefault(key, ([], {name: [] for name in names}))
+                blocks.append(block)
+                for name, text in fields:
+                    if text not in values[name]:
+                        values[name].append(text)
+        for blocks, values in entries.values():
+            said = [
+                f"{name} {'/'.join(texts[:_VALUES])}{'/…' * (len(texts) > _VALUES)}"
+                for name, texts in values.items()
+            ]
+            for block in blocks:
+                self.drop(block, ", ".join(said))
+
+    def no_set(self, kind: str, number: int) -> str:
+        """Why there is no set of a kind ("NODE", "PART") and number; nothing where there is one."""
+        if number in (self.node_sets if kind == "NODE" else self.part_sets):
+            return ""
+        other = self.other_sets.get((kind, number))
+        if other is None:
+            return f"there is no set of {kind.lower()}s {number}"
+        return f"set {number} is a *{other.keyword}, {self.place(other)}, which is not understood"
+
+    def nodes_of(self, mass: Lumped) -> list[int]:
+        """Numbers of the nodes that a lumped mass stands on."""
+        return self.node_sets.get(mass.number, []) if mass.of_set else [mass.number]
+
+    def axes_of(self, inertia: Inertia) -> FloatArray | None:
+        """(3, 3) columns, the axes that a tensor is in; None where these are not understood."""
+        if inertia.axes is None:
+            return np.eye(3)
+        system = inertia.axes.whole("CID")
+        if system:
+            return self.systems.get(system)
+        return axes_of(inertia.axes.reals("XL YL ZL"), inertia.axes.reals("XLIP YLIP ZLIP"))
 
     def ends_after(self, death: float) -> bool:
         """Whether something is over before the run is; a death of 0 is none."""

@@ -12,8 +12,23 @@ from pathlib import Path
 import numpy as np
 
 from contiga.errors import FileError
-from contiga.io.mesh.lsdyna_cards import Block, Row, leaving_parameters, read_blocks, row_of
-from contiga.io.mesh.lsdyna_curves import is_curve, read_curves
+from contiga.io.mesh.lsdyna import (
+    cut_for_what_is_left,
+    is_lumped,
+    lumped,
+    masses_of_parts,
+)
+from contiga.io.mesh.lsdyna_cards import (
+    Block,
+    Card,
+    Row,
+    layout,
+    leaving_parameters,
+    read_blocks,
+    row_of,
+    rows_of,
+)
+from contiga.io.mesh.lsdyna_curves import is_curve, is_table, read_curves, read_tables
 from contiga.io.mesh.lsdyna_deck import (
     DeckContact,
     DeckModel,
@@ -23,33 +38,48 @@ from contiga.io.mesh.lsdyna_deck import (
     Start,
 )
 from contiga.io.mesh.lsdyna_parameters import is_parameters
-from contiga.io.mesh.lsdyna_parts import is_part, read_parts
-from contiga.io.mesh.lsdyna_sets import is_set, read_sets
-from contiga.io.mesh.lsdyna_soft import SOFT, SoftLaw
+from contiga.io.mesh.lsdyna_parts import axes_of, is_part, is_section, read_parts
+from contiga.io.mesh.lsdyna_sets import is_other_set, is_set, read_sets, set_of
+from contiga.io.mesh.lsdyna_soft import CARDS, SOFT
 from contiga.io.mesh.lsdyna_ties import is_tie, read_ties
 
-_MESH = ("NODE", "ELEMENT_MASS", "TITLE")
-_MESH_STARTS = ("ELEMENT_SHELL", "ELEMENT_SOLID", "ELEMENT_TSHELL", "SECTION_")
-# Materials whose first card begins with number, density, modulus; the share says whether Poisson's
-# ratio comes next.
-_ELASTIC = {
-    "ELASTIC": True,
-    "001": True,
-    "PLASTIC_KINEMATIC": True,
-    "003": True,
-    "RIGID": True,
-    "020": True,
-    "PIECEWISE_LINEAR_PLASTICITY": True,
-    "024": True,
-    "LOW_DENSITY_FOAM": False,
-    "057": False,
-    "CRUSHABLE_FOAM": True,
-    "063": True,
-    "FU_CHANG_FOAM": False,
-    "083": False,
-}
+_MESH = ("NODE", "ELEMENT_SHELL", "ELEMENT_SOLID", "ELEMENT_TSHELL")
 _RIGID = ("RIGID", "020")
 _OTHER_CONTACTS = ("TIED", "TIEBREAK", "2D", "DRAWBEAD")
+_CONTACT = (
+    layout("SSID MSID SSTYP MSTYP SBOXID MBOXID ~SPR ~MPR"),
+    layout("FS FD DC VC VDC PENCHK BT DT=1e20"),
+    layout("SFS=1 SFM=1 SST MST SFST=1 SFMT=1 FSF=1 VSF=1"),
+)
+# Cards of some kinds of contact, before the optional ones: A, B, C … of the manual.
+_OF_KIND = {"ERODING": layout("ISYM EROSOP IADJ"), "CONSTRAINT": layout("KPF")}
+_OPTIONAL = (
+    layout("SOFT SOFSCL=0.1 LCIDAB MAXPAR=1.025 SBOPT=2 DEPTH=2 ~BSORT ~FRCFRQ"),
+    layout("PENMAX THKOPT SHLTHK SNLOG ISYM I2D3D SLDTHK SLDSTF"),
+    layout("IGAP=1 IGNORE DPRFAC DTSTIF EDGEK FLANGL CID_RCF"),
+    layout("Q2TRI DTPCHK SFNBR FNLSCL DNLSCL TCSO TIEDID SHLEDG"),
+    layout("SHAREC CPARM8 IPBACK SRNDE FRICSF=1 ICOR FTORQ REGION"),
+    layout("PSTIFF IGNROFF FSTOL=2 2DBINR SSFTYP SWTPR TETFAC"),
+    layout("SHLOFF"),
+)
+_PRESCRIBED = layout("PID DOF VAD LCID SF=1 VID DEATH=1e28 BIRTH")
+_RIGID_START = layout("PID VX VY VZ VXR VYR VZR ICID")
+_GENERATION = (
+    layout("ID STYP=1 OMEGA VX VY VZ IVATN ICID"),
+    layout("XC YC ZC NX NY NZ PHASE IRIGID"),
+)
+_START = (
+    layout("NSID NSIDEX BOXID IRIGID ICID"),
+    layout("VX VY VZ VXR VYR VZR"),
+    layout("VXE VYE VZE VXRE VYRE VZRE"),
+)
+_NODE_START = layout("NID VX VY VZ VXR VYR VZR ICID")
+_RATES = "VX VY VZ VXR VYR VZR"
+_LOAD_BODY = layout("LCID SF=1 LCIDDR XC YC ZC CID")
+_VECTORS = layout("CID XX YX ZX XV YV ZV NID")
+_SYSTEM = layout("CID XO YO ZO XL YL ZL CIDL"), layout("XP YP ZP")
+_ENDS = layout("ENDTIM ENDCYC DTMIN ENDENG ENDMAS=1e8 NOSOL")
+_STATES = layout("DT ~LCDT ~BEAM NPLTC ~PSETID ~CID")
 
 
 def read_model(path: Path) -> DeckModel:
@@ -68,12 +98,13 @@ def read_model(path: Path) -> DeckModel:
         raise FileError(f"cannot be read ({error.strerror})", where=str(path)) from error
     if not blocks:
         raise FileError("not an LS-DYNA keyword deck", where=str(path), allowed="a file with *NODE")
-    model = DeckModel(path)
-    model.parts = read_parts(blocks, model.leave)
-    model.curves = read_curves(blocks, model.leave_curve)
-    model.part_sets = read_sets(blocks, "PART", model.leave)
-    # The mesh has the sets of nodes: here only those that cannot be read are noted.
-    read_sets(blocks, "NODE", model.leave)
+    model = DeckModel(path, blocks)
+    model.parts = read_parts(blocks, model.drop)
+    model.curves = read_curves(blocks, model.drop_curve)
+    model.tables = read_tables(blocks, model.drop)
+    model.part_sets = read_sets(blocks, "PART", model.drop)
+    model.node_sets = read_sets(blocks, "NODE", model.drop)
+    model.other_sets = {set_of(block): block for block in blocks if is_other_set(block)}
     # The end comes first: what is over before it is told from what is not.
     for block in sorted(blocks, key=lambda block: not block.keyword.startswith(_TERMINATION)):
         _take(block, model)
@@ -84,8 +115,10 @@ def read_model(path: Path) -> DeckModel:
 
 
 def _possible(model: DeckModel) -> Iterator[Prescribed]:
-    """Motions whose curve can be followed, of one kind for each part; others are noted."""
+    """Motions whose curve can be followed, one of each part and way and of one kind for each part;
+    others are noted."""
     kinds: dict[int, int] = {}
+    first: dict[tuple[int, int], Prescribed] = {}
     for one in model.motions:
         curve = model.curves.get(one.curve)
         why = ""
@@ -97,6 +130,9 @@ def _possible(model: DeckModel) -> Iterator[Prescribed]:
             why = f"part {one.part}, the times of curve {one.curve} fall"
         elif kinds.setdefault(one.part, one.kind) != one.kind:
             why = f"part {one.part}, VAD {one.kind} beside VAD {kinds[one.part]}"
+        elif (before := first.setdefault((one.part, one.way), one)) is not one:
+            place = model.place(before.block, before.line)
+            why = f"part {one.part}, DOF {one.way} again: that of {place} stands"
         if why:
             model.leave(one.block, why, one.line)
         else:
@@ -105,71 +141,80 @@ def _possible(model: DeckModel) -> Iterator[Prescribed]:
 
 def _take(block: Block, model: DeckModel) -> None:
     name = block.keyword
-    if name == "TITLE" and block.cards:
-        model.title = block.cards[0].text.strip()
-    if name in _MESH or name.startswith(_MESH_STARTS) or is_curve(block) or is_part(block):
+    if name == "TITLE":
+        model.title = block.cards[0].text.strip() if block.cards else ""
+        block.told(*block.cards)
         return
-    if is_set(block, "NODE") or is_set(block, "PART") or is_parameters(block):
+    if is_curve(block) or is_table(block) or is_part(block) or is_section(block):
+        return
+    if is_set(block, "NODE") or is_set(block, "PART"):
+        return
+    if is_parameters(block):
+        block.told(*block.cards)
         return
     reader = next((read for start, read in _READERS.items() if name.startswith(start)), None)
     if reader is None:
-        model.leave(block)
+        model.drop(block)
         return
-    with leaving_parameters(block, model.leave):
+    with leaving_parameters(block, model.drop):
         reader(block, model)
 
 
-def _rows(block: Block) -> list[Row]:
-    """Cards with their fields; one that is empty in the midst of others has all its defaults."""
-    return [row_of(card, block) for card in block.cards]
+def _mesh(block: Block, model: DeckModel) -> None:
+    if block.keyword.startswith("NODE_"):
+        model.drop(block)
+    else:
+        cut_for_what_is_left(block)
+
+
+def _mass(block: Block, model: DeckModel) -> None:
+    if is_lumped(block):
+        for one in lumped(block):
+            model.masses.append(one)
+            if one.of_set and (why := model.no_set("NODE", one.number)):
+                model.leave(block, why, one.line)
+    elif block.keyword == "ELEMENT_MASS_PART":
+        model.part_masses |= masses_of_parts(block)
+    else:
+        model.drop(block)
 
 
 def _material(block: Block, model: DeckModel) -> None:
+    titled = block.keyword.endswith("_TITLE")
     kind = block.keyword.removeprefix("MAT_").removesuffix("_TITLE")
-    rows = _rows(block)[block.keyword.endswith("_TITLE") :]
-    soft = _soft(kind, rows)
-    why, soft = (soft, None) if isinstance(soft, str) else ("", soft)
-    if not rows or (kind not in _ELASTIC and soft is None):
-        model.leave(block, why)
+    cards = block.behind(titled)
+    if kind not in CARDS or not cards:
+        model.drop(block)
         return
-    density, modulus, poisson = rows[0].reals(1, 4)
+    rows = rows_of(block, cards, *CARDS[kind])
+    soft = SOFT[kind](rows) if kind in SOFT else None
+    why, soft = (soft, None) if isinstance(soft, str) else ("", soft)
+    first = rows[0]
+    if "E" not in first.layout.places and soft is None:
+        model.drop(block, why)
+        return
+    density = first.real("RO")
     if soft is not None:
         modulus, poisson = soft.modulus, soft.poisson
+    else:
+        modulus = first.real("E")
+        poisson = first.real("PR") if "PR" in first.layout.places else 0.0
     rigid, held = kind in _RIGID, (0, 0)
-    if rigid and len(rows) > 1:
-        code, ways, turns = map(int, rows[1].reals(0, 3))
+    if rigid:
+        code = rows[1].real("CMO")
+        ways, turns = map(int, rows[1].reals("CON1 CON2"))
         if code > 0:
             held = ways, turns
         elif code < 0:
             model.leave(block, "held in axes of its own")
-    model.materials[rows[0].whole(0)] = Material(
-        density,
-        modulus,
-        poisson if _ELASTIC.get(kind, True) else 0.0,
-        rigid,
-        held,
-        block,
-        soft,
-        why,
-    )
-
-
-def _soft(kind: str, rows: list[Row]) -> SoftLaw | str | None:
-    """What a part of the material is made of where it deforms, or why of nothing; None where there
-    is no such here."""
-    soft = SOFT.get(kind)
-    if soft is None or not rows:
-        return None
-    numbers: list[float] = []
-    for k, places in enumerate(soft.cards):
-        numbers += [rows[k].real(i) if k < len(rows) else 0.0 for i in range(8)[places]]
-    return soft.law(*numbers)
+    number = first.whole("MID")
+    model.materials[number] = Material(density, modulus, poisson, rigid, held, block, soft, why)
 
 
 def _tied(block: Block, model: DeckModel) -> None:
     """*BOUNDARY_SPC_… and *CONSTRAINED_EXTRA_NODES_…."""
     if not is_tie(block):
-        model.leave(block)
+        model.drop(block)
         return
     for tie in read_ties(block):
         if tie.problem:
@@ -179,149 +224,193 @@ def _tied(block: Block, model: DeckModel) -> None:
 
 
 def _contact(block: Block, model: DeckModel) -> None:
-    words, rows = block.keyword, _rows(block)
-    for option in ("_ID", "_TITLE"):
-        if words.endswith(option):
-            words, rows = words.removesuffix(option), rows[1:]
+    words = block.keyword
+    named = words.endswith(("_ID", "_TITLE"))
+    words = words.removesuffix("_ID").removesuffix("_TITLE")
     known = words.endswith(("SURFACE_TO_SURFACE", "NODES_TO_SURFACE", "SINGLE_SURFACE"))
-    if not known or any(word in words for word in _OTHER_CONTACTS) or len(rows) < 2:
-        model.leave(block)
+    cards = block.behind(named)
+    if not known or any(word in words for word in _OTHER_CONTACTS) or len(cards) < 2:
+        model.drop(block)
         return
-    a, b, kind_a, kind_b = rows[0].wholes(0, 4)
-    scale = rows[2].real(0) if len(rows) > 2 else 0.0
+    of_kind = [fields for word, fields in _OF_KIND.items() if word in words]
+    between, rub, scales, *_ = rows_of(block, cards, *_CONTACT, *of_kind, *_OPTIONAL)
+    a, b, kind_a, kind_b = between.wholes("SSID MSID SSTYP MSTYP")
     if words.endswith("SINGLE_SURFACE"):
         b, kind_b = a, kind_a
-    for why in _left_of_contact(rows, model):
-        model.leave(block, why)
-    static, dynamic, decay = rows[1].reals(0, 3)
-    model.contacts.append(
-        DeckContact(block, ((kind_a, a), (kind_b, b)), (static, dynamic, decay), scale or 1.0)
-    )
-
-
-def _left_of_contact(rows: list[Row], model: DeckModel) -> Iterator[str]:
-    """What the first two cards say that a case has no word for."""
-    for k, name in ((4, "SBOXID"), (5, "MBOXID")):
-        if rows[0].whole(k):
-            yield f"box {name}, it is everywhere"
-    static, dynamic, decay, viscous, damping, _, birth, death = rows[1].reals(0, 8)
+    static, dynamic, decay = rub.reals("FS FD DC")
+    birth, death = rub.reals("BT DT")
     if static < 0.0:
-        yield f"FS {static:g}, friction of parts or by a table"
+        model.leave(block, f"FS {static:g}, friction of parts or by a table")
     elif decay > 0.0 and not 0.0 <= dynamic <= static:
-        yield f"FD {dynamic:g} beside FS {static:g}, DC is left out"
-    if viscous or damping:
-        yield "VC and VDC"
+        model.leave(block, f"FD {dynamic:g} beside FS {static:g}, DC is left out")
     if birth > 0.0 or model.ends_after(death):
-        yield "BT and DT, it lasts all the time"
+        model.leave(block, "BT and DT, it lasts all the time")
+    sides = (kind_a, a), (kind_b, b)
+    model.contacts.append(DeckContact(block, sides, (static, dynamic, decay), scales))
 
 
 def _prescribed(block: Block, model: DeckModel) -> None:
-    if block.keyword not in _PRESCRIBED:
-        model.leave(block)
+    named = block.keyword.endswith("_ID")
+    if block.keyword.removesuffix("_ID") != "BOUNDARY_PRESCRIBED_MOTION_RIGID":
+        model.drop(block)
         return
-    rows = _rows(block)
-    for row in rows[1::2] if block.keyword.endswith("_ID") else rows:
-        line = row.card.line
-        if not row.card.text.strip():
+    cards = iter(block.cards)
+    for card in cards:
+        if named:
+            block.told(card)
+            card = next(cards, Card("", 0))
+        if not card.text.strip():
             continue
-        part, way, kind, curve = row.wholes(0, 4)
-        scale = row.real(4)
+        row, line = row_of(card, block, _PRESCRIBED), card.line
+        part, way, kind, curve = row.wholes("PID DOF VAD LCID")
+        scale = row.real("SF")
         if way not in (1, 2, 3) or kind not in (0, 1, 2):
-            model.leave(block, f"part {part}, DOF {way}, VAD {kind}")
+            # Of turns about axes that are offset, and of nodes beside nodes, one more card follows.
+            offset = [next(cards, card)] if abs(way) in (9, 10, 11) or kind == 4 else []
+            model.drop(block, f"part {part}, DOF {way}, VAD {kind}", cards=[card, *offset])
             continue
-        death, birth = row.reals(6, 8)
+        death, birth = row.reals("DEATH BIRTH")
         if model.ends_after(death):
             model.leave(block, f"part {part}, DEATH {death:g}: the motion goes on", line)
         if birth > 0.0:
             model.leave(block, f"part {part}, BIRTH {birth:g}: it moves before, too", line)
-        model.motions.append(Prescribed(part, way, kind, curve, scale or 1.0, block, line))
+        model.motions.append(Prescribed(part, way, kind, curve, scale, block, line))
 
 
 def _initial(block: Block, model: DeckModel) -> None:
-    rows = _rows(block)
     if block.keyword == "INITIAL_VELOCITY_RIGID_BODY":
-        for row in rows:
-            part = row.whole(0)
-            if row.whole(7):
+        for row in (row_of(card, block, _RIGID_START) for card in block.cards):
+            part, rates = row.whole("PID"), row.reals(_RATES)
+            if row.whole("ICID"):
                 model.leave(block, f"part {part}, in axes of its own, ICID", row.card.line)
             elif part:
-                model.velocities[part] = Start(row.reals(1, 7), (part,), block)
+                _start(model, part, Start(rates, (part,), block))
     elif block.keyword == "INITIAL_VELOCITY_GENERATION":
-        for head, tail in zip(rows[::2], rows[1::2], strict=False):
+        for k in range(0, len(block.cards) - 1, 2):
+            head, tail = rows_of(block, block.cards[k : k + 2], *_GENERATION)
             _generated(head, tail, model)
-    elif block.keyword == "INITIAL_VELOCITY" and len(rows) > 1:
-        _of_all(rows, model)
+    elif block.keyword == "INITIAL_VELOCITY" and len(block.cards) > 1:
+        _of_all(block, model)
     elif block.keyword == "INITIAL_VELOCITY_NODE":
-        _of_nodes(rows, model)
+        _of_nodes(block, model)
     else:
-        model.leave(block)
+        model.drop(block)
 
 
-def _of_all(rows: list[Row], model: DeckModel) -> None:
-    block = rows[0].block
-    nodes, exempt, box, over, axes = rows[0].wholes(0, 5)
+def _start(model: DeckModel, part: int, start: Start) -> None:
+    """Take a velocity of a part, or of all (0); where it has another one, this is told."""
+    before = model.velocities.get(part)
+    if before is not None and before.rates != start.rates:
+        whose = f"part {part}" if part else "all"
+        model.leave(before.block, f"{whose}: that of {model.place(start.block)} comes later")
+    model.velocities[part] = start
+
+
+def _of_all(block: Block, model: DeckModel) -> None:
+    whose, rates, _ = rows_of(block, block.cards, *_START)
+    nodes, exempt, box, over, axes = whose.wholes("NSID NSIDEX BOXID IRIGID ICID")
     for said, why in (
         (nodes, "of a set of nodes"),
         (box, f"in box {box} only, BOXID"),
         (axes, "in axes of its own, ICID"),
     ):
         if said:
-            model.leave(block, why)
+            model.drop(block, why)
             return
     if exempt:
         model.leave(block, f"all but set of nodes {exempt}, NSIDEX: these, too")
     replaced = [0] * (over < 0) if over <= 0 else model.part_sets.get(over, [])
-    model.velocities[0] = Start(rows[1].reals(0, 6), tuple(replaced), block)
+    if over > 0 and (why := model.no_set("PART", over)):
+        model.leave(block, f"{why}, IRIGID")
+    _start(model, 0, Start(rates.reals(_RATES), tuple(replaced), block))
 
 
-def _of_nodes(rows: list[Row], model: DeckModel) -> None:
-    for row in rows:
-        node, line = row.whole(0), row.card.line
-        if node and row.whole(7):
+def _of_nodes(block: Block, model: DeckModel) -> None:
+    for row in (row_of(card, block, _NODE_START) for card in block.cards):
+        node, line = row.whole("NID"), row.card.line
+        rates = row.reals(_RATES)
+        if node and row.whole("ICID"):
             model.leave(row.block, f"node {node}, in axes of its own, ICID", line)
         elif node:
-            model.node_velocities[node] = NodeStart(row.reals(1, 7), row.block, line)
+            before = model.node_velocities.get(node)
+            if before is not None and before.rates != rates:
+                place = model.place(block, line)
+                model.leave(before.block, f"node {node}: that of {place} comes later", before.line)
+            model.node_velocities[node] = NodeStart(rates, row.block, line)
 
 
 def _generated(head: Row, tail: Row, model: DeckModel) -> None:
-    number, kind = head.wholes(0, 2)
-    omega, *velocity = head.reals(2, 6)
+    number, kind = head.wholes("ID STYP")
+    omega, *velocity = head.reals("OMEGA VX VY VZ")
     parts = [number] if kind == 2 or number == 0 else model.part_sets.get(number, [])
     why = ""
     if omega:
         why = "a turn"
     elif number and kind not in (1, 2):
         why = "of a set of nodes"
-    elif head.whole(7):
+    elif head.whole("ICID"):
         why = "in axes of its own, ICID"
     elif not parts:
-        why = f"there is no set of parts {number}"
+        why = model.no_set("PART", number) or f"set of parts {number} is empty"
     if why:
-        model.leave(head.block, why, head.card.line)
+        model.drop(head.block, why, head.card.line, [head.card, tail.card])
         return
-    over = (0,) if tail.whole(7) == 1 else ()
+    over = (0,) if tail.whole("IRIGID") == 1 else ()
     for part in parts:
-        model.velocities[part] = Start((*velocity, 0.0, 0.0, 0.0), over, head.block)
+        _start(model, part, Start((*velocity, 0.0, 0.0, 0.0), over, head.block))
 
 
 def _gravity(block: Block, model: DeckModel) -> None:
     axis = "XYZ".find(block.keyword.removeprefix("LOAD_BODY_"))
-    rows = _rows(block)
-    if axis < 0 or len(block.keyword) != len("LOAD_BODY_X") or not rows:
-        model.leave(block)
+    if axis < 0 or len(block.keyword) != len("LOAD_BODY_X") or not block.cards:
+        model.drop(block)
         return
-    scale = rows[0].real(1)
-    model.gravity[axis] = rows[0].whole(0), scale or 1.0, block
+    if axis in model.gravity:
+        _, _, before = model.gravity[axis]
+        model.drop(before, f"again in {model.place(block)}, which counts")
+    row = row_of(block.cards[0], block, _LOAD_BODY)
+    model.gravity[axis] = row.whole("LCID"), row.real("SF"), block
 
 
 def _termination(block: Block, model: DeckModel) -> None:
-    for card in block.cards[:1]:
-        model.end = row_of(card, block).real(0)
+    (row,) = rows_of(block, block.cards, _ENDS)
+    end = row.real("ENDTIM")
+    if model.end and end != model.end:
+        model.leave(block, f"ENDTIM {model.end:g} before")
+    model.end = end
+
+
+def _system(block: Block, model: DeckModel) -> None:
+    """*DEFINE_COORDINATE_SYSTEM and _VECTOR, but for those given in another system."""
+    vector = block.keyword.removesuffix("_TITLE").endswith("_VECTOR")
+    _, cards = block.title_and_cards()
+    if vector:
+        for row in (row_of(card, block, _VECTORS) for card in cards):
+            axes = axes_of(row.reals("XX YX ZX"), row.reals("XV YV ZV"))
+            model.systems |= {} if axes is None else {row.whole("CID"): axes}
+        return
+    for k in range(0, len(cards) - 1, 2):
+        head, tail = rows_of(block, cards[k : k + 2], *_SYSTEM)
+        origin = np.array(head.reals("XO YO ZO"))
+        along, across = np.array(head.reals("XL YL ZL")), np.array(tail.reals("XP YP ZP"))
+        axes = axes_of((along - origin).tolist(), (across - origin).tolist())
+        if axes is None or head.whole("CIDL"):
+            model.drop(block, "in another system, CIDL", head.card.line, [head.card, tail.card])
+        else:
+            model.systems[head.whole("CID")] = axes
+
+
+def _states(block: Block, model: DeckModel) -> None:
+    (row,) = rows_of(block, block.cards, _STATES)
+    block.told(*block.cards[1:])  # which results are in the files
+    count = row.whole("NPLTC")
+    model.states = model.end / count if count > 0 else row.real("DT")
 
 
 _TERMINATION = "CONTROL_TERMINATION"
-_PRESCRIBED = ("BOUNDARY_PRESCRIBED_MOTION_RIGID", "BOUNDARY_PRESCRIBED_MOTION_RIGID_ID")
 _READERS: dict[str, Callable[[Block, DeckModel], None]] = {
+    **dict.fromkeys(_MESH, _mesh),
+    "ELEMENT_MASS": _mass,
     "MAT_": _material,
     "CONTACT_": _contact,
     "BOUNDARY_PRESCRIBED_MOTION": _prescribed,
@@ -329,5 +418,8 @@ _READERS: dict[str, Callable[[Block, DeckModel], None]] = {
     "CONSTRAINED_EXTRA_NODES": _tied,
     "INITIAL_VELOCITY": _initial,
     "LOAD_BODY": _gravity,
+    "DATABASE_BINARY_D3PLOT": _states,
+    "DEFINE_COORDINATE_SYSTEM": _system,
+    "DEFINE_COORDINATE_VECTOR": _system,
     _TERMINATION: _termination,
 }

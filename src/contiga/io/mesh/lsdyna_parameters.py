@@ -63,6 +63,14 @@ class Card(NamedTuple):
     line: int
 
 
+class Unread(NamedTuple):
+    """A field of a card that no reader has asked for."""
+
+    text: str
+    default: str
+    """What the field stands for where it is blank or 0; nothing where that is 0."""
+
+
 class Block(NamedTuple):
     """A keyword and its cards, comments left out."""
 
@@ -76,6 +84,9 @@ class Block(NamedTuple):
     """Of the keyword."""
     parameters: Parameters
     """What stands for names after & in its cards."""
+    unread: dict[int, dict[str, Unread]]
+    """Fields that are not blank and that no reader has asked for, by name, of each card that was
+    cut into fields, by its line."""
 
     def title_and_cards(self) -> tuple[str, list[Card]]:
         """Title and cards that are not blank; of a keyword in _TITLE the first card is the title.
@@ -84,7 +95,16 @@ class Block(NamedTuple):
         """
         titled = self.keyword.endswith("_TITLE") and len(self.cards) > 0
         title = self.cards[0].text.strip() if titled else ""
-        return title, [card for card in self.cards[titled:] if card.text.strip()]
+        return title, [card for card in self.behind(titled) if card.text.strip()]
+
+    def behind(self, count: int) -> list[Card]:
+        """The cards behind the first few, which are titles and numbers of the keyword itself."""
+        self.told(*self.cards[:count])
+        return self.cards[count:]
+
+    def told(self, *cards: Card) -> None:
+        """Take some cards for read: all they say is known, or was told of."""
+        self.unread.update({card.line: {} for card in cards})
 
     def where(self, card: Card | None = None) -> str:
         """File, line and keyword, for messages."""

@@ -5,20 +5,37 @@ Card layouts: LS-DYNA Keyword User's Manual, volume I, *PART and *SECTION_SHELL.
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.io.mesh.lsdyna_cards import Block, Card, Leave, leaving_parameters, row_of
+from contiga.io.mesh.lsdyna_cards import Block, Card, Leave, Row, layout, leaving_parameters, row_of
 from contiga.records import FloatArray
 
+_PART = layout("PID SECID MID EOSID HGID GRAV ADPOPT TMID")
+_INERTIA = (
+    layout("XC YC ZC TM IRCS NODEID"),
+    layout("IXX IXY IXZ IYY IYZ IZZ"),
+    layout("VTX VTY VTZ VRX VRY VRZ"),
+)
+_AXES = layout("XL YL ZL XLIP YLIP ZLIP CID")
 # Cards that follow the one with the part's number, by option of the keyword.
-_PART_OPTIONS = {"INERTIA": 3, "REPOSITION": 1, "CONTACT": 1, "PRINT": 1, "FIELD": 1}
-_ANGLES_A_CARD = 8
+_PART_OPTIONS = {
+    "INERTIA": _INERTIA,
+    "REPOSITION": (layout("CMSN MDEP MOVOPT"),),
+    "CONTACT": (layout("FS FD DC VC OPTT SFT=1 SSF=1 CPARM8"),),
+    "PRINT": (layout("~PRBF"),),
+    "FIELD": (layout("FIDBO"),),
+}
+_SHELL = layout("SECID ELFORM=2 SHRF=1 NIP=2 PROPT=1 QR/IRID ICOMP SETYP=1")
+_THICKNESS = layout("T1 T2 T3 T4 NLOC MAREA IDOF EDGSET")
+_ANGLES = layout("B1 B2 B3 B4 B5 B6 B7 B8")
+_MISC = layout("THKSCL=1")
+_SOLID = layout("~SECID ELFORM=1 AET P4 P5 P6 COHOFF GASKETT")
+_THICK_SHELL = layout("~SECID ELFORM=1 SHRF=1 NIP=2 PROPT=1 QR/IRID ICOMP TSHEAR")
 
 
 class Inertia(NamedTuple):
@@ -32,8 +49,9 @@ class Inertia(NamedTuple):
     """Ixx, Ixy, Ixz, Iyy, Iyz, Izz about the centre."""
     velocity: tuple[float, float, float]
     spin: tuple[float, float, float]
-    local: bool
-    """Whether the tensor is in axes of its own."""
+    axes: Row | None
+    """The card with axes that the tensor is in; None where it is in those of the world."""
+    block: Block
 
 
 class Parts(NamedTuple):
@@ -44,6 +62,8 @@ class Parts(NamedTuple):
     """Section of each part."""
     thickness: dict[int, tuple[float, float, float, float]]
     """Of each shell section, at the four corners."""
+    added: dict[int, float]
+    """Of each shell section, mass over area beside that of the material, MAREA."""
     materials: dict[int, int]
     """Material of each part."""
     inertia: dict[int, Inertia]
@@ -64,22 +84,25 @@ def is_part(block: Block) -> bool:
 
 
 def read_parts(blocks: Iterable[Block], leave: Leave | None = None) -> Parts:
-    """Parts and shell sections of a deck; those with parameters without a value go to `leave`.
+    """Parts and sections of a deck; those with parameters without a value go to `leave`.
 
     Raises
     ------
     MeshError
         A field that should be a number is none.
     """
-    parts = Parts({}, {}, {}, {}, {})
+    parts = Parts({}, {}, {}, {}, {}, {})
     for block in blocks:
-        if block.keyword == "PART" or block.keyword.startswith("PART_"):
+        reader = next((read for start, read in _READERS if block.keyword.startswith(start)), None)
+        if reader is not None or block.keyword == "PART":
             with leaving_parameters(block, leave):
-                _read_part(block, parts)
-        elif block.keyword.startswith("SECTION_SHELL"):
-            with leaving_parameters(block, leave):
-                _read_section(block, parts)
+                (reader or _read_part)(block, parts)
     return parts
+
+
+def is_section(block: Block) -> bool:
+    """Whether a keyword is a *SECTION that `read_parts` knows."""
+    return block.keyword.startswith(("SECTION_SHELL", *_SOLID_SECTIONS))
 
 
 def _read_part(block: Block, parts: Parts) -> None:
@@ -89,16 +112,19 @@ def _read_part(block: Block, parts: Parts) -> None:
         card = next(cards, None)
         if card is None:
             return
-        number, section, material = row_of(card, block).wholes(0, 3)
+        block.told(heading)
+        number, section, material = row_of(card, block, _PART).wholes("PID SECID MID")
         # What can fail comes first: a part is known with all its cards, or not at all.
         for option in options if is_part(block) else ():
-            extra = [next(cards, None) for _ in range(_PART_OPTIONS[option])]
-            if option == "INERTIA" and extra[0] is not None:
-                if _has_local_axes(extra[0], block):
-                    next(cards, None)
-                given = [card for card in extra if card is not None]
-                if len(given) == _PART_OPTIONS["INERTIA"]:
-                    parts.inertia[number] = _inertia(given, block)
+            layouts = _PART_OPTIONS[option]
+            extra = list(islice(cards, len(layouts)))
+            rows = [row_of(one, block, fields) for one, fields in zip(extra, layouts, strict=False)]
+            if option == "INERTIA" and rows:
+                # Of a tensor in axes of its own one more card, with these, follows.
+                local = [next(cards, Card("", 0))] if rows[0].whole("IRCS") else []
+                if len(rows) == len(layouts):
+                    axes = next((row_of(one, block, _AXES) for one in local), None)
+                    parts.inertia[number] = _inertia(rows, axes, block)
         parts.materials[number] = material
         parts.titles[number] = heading.text.strip()
         parts.sections[number] = section
@@ -107,25 +133,34 @@ def _read_part(block: Block, parts: Parts) -> None:
             return
 
 
-def _inertia(cards: list[Card], block: Block) -> Inertia:
-    first, tensor, rates = (row_of(card, block) for card in cards)
-    x, y, z, mass = first.reals(0, 4)
-    xx, xy, xz, yy, yz, zz = tensor.reals(0, 6)
-    vx, vy, vz, wx, wy, wz = rates.reals(0, 6)
+def _inertia(rows: list[Row], axes: Row | None, block: Block) -> Inertia:
+    first, tensor, rates = rows
+    x, y, z, mass = first.reals("XC YC ZC TM")
+    xx, xy, xz, yy, yz, zz = tensor.reals("IXX IXY IXZ IYY IYZ IZZ")
+    vx, vy, vz, wx, wy, wz = rates.reals("VTX VTY VTZ VRX VRY VRZ")
     return Inertia(
         mass,
         (x, y, z),
-        first.whole(5),
+        first.whole("NODEID"),
         (xx, xy, xz, yy, yz, zz),
         (vx, vy, vz),
         (wx, wy, wz),
-        _has_local_axes(cards[0], block),
+        axes,
+        block,
     )
 
 
-def _has_local_axes(card: Card, block: Block) -> bool:
-    """IRCS = 1 on the first inertia card: one more card with the axes follows."""
-    return row_of(card, block).whole(4) == 1
+def axes_of(along: Sequence[float], across: Sequence[float]) -> FloatArray | None:
+    """(3, 3) columns: the local x axis, y in the plane that a second vector spans with it, z.
+
+    None of vectors that make no axes.
+    """
+    x, plane = np.array(along), np.array(across)
+    z = np.cross(x, plane)
+    if not z.any():
+        return None
+    y = np.cross(z, x)
+    return np.stack([axis / np.linalg.norm(axis) for axis in (x, y, z)], axis=1)
 
 
 def _read_section(block: Block, parts: Parts) -> None:
@@ -138,19 +173,44 @@ def _read_section(block: Block, parts: Parts) -> None:
     single = any(option != "TITLE" for option in options)
     cards = iter(block.cards)
     while True:
-        if titled:
-            next(cards, None)
+        block.told(*islice(cards, int(titled)))
         first, second = next(cards, None), next(cards, None)
         if first is None or second is None:
             return
-        head = row_of(first, block)
-        number, layers = head.whole(0), head.whole(3)
-        values = row_of(second, block).reals(0, 4)
-        t1, t2, t3, t4 = (value if value > 0.0 else values[0] for value in values)
+        head, values = row_of(first, block, _SHELL), row_of(second, block, _THICKNESS)
+        number = head.whole("SECID")
+        thickness = values.reals("T1 T2 T3 T4")
+        t1, t2, t3, t4 = (value if value > 0.0 else thickness[0] for value in thickness)
         parts.thickness[number] = (t1, t2, t3, t4)
+        parts.added[number] = values.real("MAREA")
+        if head.peek("ICOMP") == 1:
+            # No more cards than there are, however many layers the card claims.
+            layers = max(head.peek("NIP"), 2)
+            for card in islice(cards, -(-layers // len(_ANGLES.fields))):
+                row_of(card, block, _ANGLES)
         if single:
             # Options bring cards of their own, so that only the first section is certain.
+            for card in islice(cards, int("MISC" in options)):
+                row_of(card, block, _MISC)
             return
-        if head.whole(6) == 1:
-            # No more cards than there are, however many layers the card claims.
-            deque(islice(cards, -(-max(layers, 2) // _ANGLES_A_CARD)), maxlen=0)
+
+
+def _read_solid_section(block: Block, parts: Parts) -> None:
+    """Nothing of it is in a case; what is not a default is left unread."""
+    options = block.keyword.split("_")[2:]
+    titled = "TITLE" in options
+    cards = iter(block.cards)
+    block.told(*islice(cards, int(titled)))
+    for card in cards:
+        row_of(card, block, _THICK_SHELL if "TSHELL" in block.keyword else _SOLID)
+        if any(option != "TITLE" for option in options):
+            return
+        block.told(*islice(cards, int(titled)))
+
+
+_SOLID_SECTIONS = ("SECTION_SOLID", "SECTION_TSHELL")
+_READERS: tuple[tuple[str, Callable[[Block, Parts], None]], ...] = (
+    ("PART_", _read_part),
+    ("SECTION_SHELL", _read_section),
+    *((start, _read_solid_section) for start in _SOLID_SECTIONS),
+)

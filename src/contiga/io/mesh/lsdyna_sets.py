@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from contiga.io.mesh.lsdyna_cards import Block, Card, Leave, leaving_parameters, row_of
+from contiga.io.mesh.lsdyna_cards import Block, Card, Leave, layout, leaving_parameters, row_of
 
 _OPTIONS = {"LIST", "GENERATE", "TITLE"}
+_HEAD = layout("SID DA1 DA2 DA3 DA4 SOLVER=MECH ~ITS")
+_MEMBERS = layout("ID1 ID2 ID3 ID4 ID5 ID6 ID7 ID8")
 
 
 def set_name(number: int) -> str:
@@ -21,6 +23,20 @@ def is_set(block: Block, kind: str) -> bool:
     """Whether a keyword is a set of this kind ("NODE", "PART") that `read_sets` knows."""
     words = block.keyword.split("_")
     return words[:2] == ["SET", kind] and set(words[2:]) <= _OPTIONS
+
+
+def is_other_set(block: Block) -> bool:
+    """Whether a keyword is a set of nodes or of parts, of a kind that is not understood."""
+    kinds = ("NODE", "PART")
+    named = block.keyword.startswith(tuple(f"SET_{kind}" for kind in kinds))
+    return named and not any(is_set(block, kind) for kind in kinds)
+
+
+def set_of(block: Block) -> tuple[str, int]:
+    """Kind and number of a set that is not understood; 0 where it has none that can be told."""
+    _, cards = block.title_and_cards()
+    text = row_of(cards[0], block, _HEAD).text("SID") if cards else ""
+    return block.keyword.split("_")[1], int(text) if text.isdecimal() else 0
 
 
 def read_sets(
@@ -43,7 +59,7 @@ def read_sets(
         if not cards:
             continue
         with leaving_parameters(block, leave):
-            number = row_of(cards[0], block).whole(0)
+            number = row_of(cards[0], block, _HEAD).whole("SID")
             members = _members(block, cards[1:])
             sets.setdefault(number, []).extend(members)
     return sets
@@ -52,7 +68,8 @@ def read_sets(
 def _members(block: Block, cards: list[Card]) -> list[int]:
     members: list[int] = []
     for card in cards:
-        numbers = [number for number in row_of(card, block).wholes(0, 8) if number]
+        row = row_of(card, block, _MEMBERS)
+        numbers = [number for number in map(row.whole, _MEMBERS.places) if number]
         if "GENERATE" in block.keyword:
             for first, last in zip(numbers[::2], numbers[1::2], strict=False):
                 members += range(first, last + 1)

@@ -9,6 +9,8 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from contiga.io.mesh.lsdyna_cards import Layout, Row, layout
+
 BLATZ_KO = 0.463
 """Poisson's ratio of *MAT_BLATZ-KO_RUBBER."""
 _ALONG_A_VECTOR = 2.0
@@ -33,18 +35,12 @@ class SoftLaw(NamedTuple):
     """Numbers of the curves, by key of the table."""
     membrane: bool = False
     """Whether it is for membranes alone."""
+    by_rate: int = 0
+    """Number of the table of its loading curves by rate, where it has one."""
 
 
-class SoftCards(NamedTuple):
-    """How a material is read."""
-
-    cards: tuple[slice, ...]
-    """Fields of its cards that are needed."""
-    law: Callable[..., SoftLaw | str]
-    """Asked with all of them; why they make none, where they do not."""
-
-
-def _elastic(modulus: float, poisson: float) -> SoftLaw | str:
+def _elastic(rows: list[Row]) -> SoftLaw | str:
+    modulus, poisson = rows[0].reals("E PR")
     if modulus <= 0.0:
         return "no modulus"
     return SoftLaw({"kind": "elastic", "young": modulus, "poisson": poisson}, modulus, poisson)
@@ -60,36 +56,54 @@ def _neo_hooke(shear: float, poisson: float, note: str) -> SoftLaw | str:
     return SoftLaw(table, young, poisson, note)
 
 
-def _blatz_ko(shear: float) -> SoftLaw | str:
-    return _neo_hooke(shear, BLATZ_KO, "neo-Hooke of its shear modulus")
+def _blatz_ko(rows: list[Row]) -> SoftLaw | str:
+    return _neo_hooke(rows[0].real("G"), BLATZ_KO, "neo-Hooke of its shear modulus")
 
 
-def _mooney_rivlin(poisson: float, a: float, b: float) -> SoftLaw | str:
+def _mooney_rivlin(rows: list[Row]) -> SoftLaw | str:
+    poisson, a, b = rows[0].reals("PR A B")
     return _neo_hooke(2.0 * (a + b), poisson, f"neo-Hooke of 2 (A + B), B is {b:g}" if b else "")
 
 
-def _foam(
-    modulus: float, curve: float, _cutoff: float, returned: float, shape: float
-) -> SoftLaw | str:
-    if modulus <= 0.0 or curve <= 0.0:
-        return "no modulus E" if curve > 0.0 else "no curve LCID"
+def _foam(rows: list[Row]) -> SoftLaw | str:
+    modulus, returned = rows[0].reals("E HU")
+    curve, shape = rows[0].whole("LCID"), rows[1].real("SHAPE")
+    if modulus <= 0.0 or curve <= 0:
+        return "no modulus E" if curve > 0 else "no curve LCID"
+    table = {"kind": "foam", "hysteresis": returned, "shape": shape, "tension": modulus}
+    return SoftLaw(table, modulus, 0.0, curves={"loading": curve})
+
+
+def _foam_with_rates(rows: list[Row]) -> SoftLaw | str:
+    """*MAT_FU_CHANG_FOAM by a table of curves; without one it is a fit, which is not read."""
+    modulus, by_rate = rows[0].real("E"), rows[0].whole("TBID")
+    nominal, returned = rows[1].reals("SFLAG HU")
+    shape = rows[3].real("SHAPE")
+    if modulus <= 0.0 or by_rate <= 0:
+        return "no modulus E" if by_rate > 0 else "no table TBID"
+    # HU = 0 unloads as it loads, without rates.
     table = {
         "kind": "foam",
         "hysteresis": returned or 1.0,
         "shape": shape or 1.0,
         "tension": modulus,
     }
-    return SoftLaw(table, modulus, 0.0, curves={"loading": int(curve)})
+    note = "" if nominal else "its rates are taken as of nominal strain, SFLAG is 0"
+    return SoftLaw(table, modulus, 0.0, note, by_rate=by_rate)
 
 
-def _fabric(*numbers: float) -> SoftLaw | str:
+def _fabric(rows: list[Row]) -> SoftLaw | str:
     """*MAT_FABRIC: isotropic where it has one modulus and no shear modulus of its own."""
-    warp, weft, _, poisson, shear, _, _, slack, aopt, form, *rest = numbers
-    direction, (warp_curve, weft_curve, shear_curve, *unloading) = rest[:3], map(int, rest[3:])
+    warp, weft, poisson = rows[0].reals("EA EB PRBA")
+    shear, slack = rows[1].reals("GAB CSE")
+    aopt, form = rows[2].reals("AOPT FORM")
+    direction = list(rows[3].reals("A1 A2 A3"))
+    given = rows[5].wholes("LCA LCB LCAB LCUA LCUB LCUAB")
+    warp_curve, weft_curve, shear_curve, *unloading = given
     if warp <= 0.0:
         return "no modulus EA"
     by_curves = form in _BY_CURVES and warp_curve > 0
-    if not by_curves and (form in _BY_CURVES or any(rest[3:]) or abs(form) in _OTHER_CURVES):
+    if not by_curves and (form in _BY_CURVES or any(given) or abs(form) in _OTHER_CURVES):
         return f"FORM {form:g} with its curves"
     if not by_curves and shear == 0.0 and weft in (0.0, warp):
         table = {"kind": "elastic", "young": warp, "poisson": poisson, "compression": not slack}
@@ -112,24 +126,59 @@ def _fabric(*numbers: float) -> SoftLaw | str:
     return SoftLaw(table, warp, 0.0, ", ".join(notes), curves, membrane=True)
 
 
-_FABRIC_CARDS = (
-    slice(2, 6),  # EA, EB, EC, PRBA
-    slice(0, 4),  # GAB, GBC, GCA, CSE
-    slice(0, 6, 5),  # AOPT, FORM
-    slice(3, 6),  # A1, A2, A3
-    slice(0, 0),
-    slice(0, 6),  # LCA, LCB, LCAB, LCUA, LCUB, LCUAB
-)
+_LAYOUTS = {
+    ("ELASTIC", "001"): ("MID RO E PR DA DB K",),
+    ("PLASTIC_KINEMATIC", "003"): ("MID RO E PR SIGY ETAN BETA", "SRC SRP FS VP"),
+    ("BLATZ-KO_RUBBER", "007"): ("MID RO G REF",),
+    ("RIGID", "020"): (
+        "MID RO E PR N COUPLE M ALIAS",
+        "CMO CON1 CON2",
+        "~LCO/A1 ~A2 ~A3 ~V1 ~V2 ~V3",
+    ),
+    ("PIECEWISE_LINEAR_PLASTICITY", "024"): (
+        "MID RO E PR SIGY ETAN FAIL=1e21 TDEL",
+        "C P LCSS LCSR VP",
+        "EPS1 EPS2 EPS3 EPS4 EPS5 EPS6 EPS7 EPS8",
+        "ES1 ES2 ES3 ES4 ES5 ES6 ES7 ES8",
+    ),
+    ("MOONEY-RIVLIN_RUBBER", "027"): ("MID RO PR A B REF", "SGL SW ST LCID"),
+    ("FABRIC", "034"): (
+        "MID RO EA EB EC PRBA PRCA PRCB",
+        "GAB GBC GCA CSE EL PRL LRATIO DAMP",
+        "AOPT FLC FAC ELA LNRC FORM FVOPT TSRFAC",
+        "P1 RGBRTH A0REF A1 A2 A3 X0 X1",
+        "V1 V2 V3 P4 P5 P6 BETA ISREFG",
+        "LCA LCB LCAB LCUA LCUB LCUAB RL",
+        "LCAA LCBB H DT P5 ECOAT SCOAT TCOAT",
+    ),
+    ("LOW_DENSITY_FOAM", "057"): (
+        "MID RO E LCID TC=1e20 HU=1 BETA DAMP=0.05",
+        "SHAPE=1 FAIL BVFLAG ED BETA1 KCON REF",
+    ),
+    ("CRUSHABLE_FOAM", "063"): ("MID RO E PR LCID TSC DAMP=0.1 MODEL",),
+    ("FU_CHANG_FOAM", "083"): (
+        "MID RO E KCON TC=1e20 FAIL DAMP=0.05 TBID",
+        "BVFLAG SFLAG RFLAG TFLAG PVID SRAF REF HU",
+        "D0 N0 N1 N2 N3 C0 C1 C2",
+        "C3 C4 C5 AIJ SIJ MINR MAXR SHAPE",
+        "EXPON=1 RIULD",
+    ),
+}
+CARDS: dict[str, tuple[Layout, ...]] = {
+    name: tuple(map(layout, cards)) for names, cards in _LAYOUTS.items() for name in names
+}
+"""Cards of the materials of which something is understood, by the end of the keyword, *MAT_…."""
 
-SOFT: dict[str, SoftCards] = {
-    name: cards
-    for names, cards in (
-        (("ELASTIC", "001"), SoftCards((slice(2, 4),), _elastic)),
-        (("BLATZ-KO_RUBBER", "007"), SoftCards((slice(2, 3),), _blatz_ko)),
-        (("MOONEY-RIVLIN_RUBBER", "027"), SoftCards((slice(2, 5),), _mooney_rivlin)),
-        (("FABRIC", "034"), SoftCards(_FABRIC_CARDS, _fabric)),
-        (("LOW_DENSITY_FOAM", "057"), SoftCards((slice(2, 6), slice(0, 1)), _foam)),
+SOFT: dict[str, Callable[[list[Row]], SoftLaw | str]] = {
+    name: law
+    for names, law in (
+        (("ELASTIC", "001"), _elastic),
+        (("BLATZ-KO_RUBBER", "007"), _blatz_ko),
+        (("MOONEY-RIVLIN_RUBBER", "027"), _mooney_rivlin),
+        (("FABRIC", "034"), _fabric),
+        (("LOW_DENSITY_FOAM", "057"), _foam),
+        (("FU_CHANG_FOAM", "083"), _foam_with_rates),
     )
     for name in names
 }
-"""By the end of the keyword, *MAT_…."""
+"""What a part of a material is made of where it deforms, or why of nothing, by its cards."""

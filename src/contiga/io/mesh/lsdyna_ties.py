@@ -10,11 +10,14 @@ from contextlib import suppress
 from typing import NamedTuple
 
 from contiga.errors import MeshError
-from contiga.io.mesh.lsdyna_cards import Block, row_of
+from contiga.io.mesh.lsdyna_cards import Block, layout, row_of
 from contiga.io.mesh.lsdyna_sets import set_name
 
 _HELD = ("BOUNDARY_SPC_SET", "BOUNDARY_SPC_NODE")
 _EXTRA = ("CONSTRAINED_EXTRA_NODES_SET", "CONSTRAINED_EXTRA_NODES_NODE")
+# Nodes of a case have no turns, which the last three fields hold.
+_SPC = layout("NID CID DOFX DOFY DOFZ ~DOFRX ~DOFRY ~DOFRZ")
+_EXTRA_NODES = layout("PID NID IFLAG")
 
 
 class NodeTie(NamedTuple):
@@ -60,14 +63,16 @@ def read_ties(block: Block) -> Iterator[NodeTie]:
         A field that should be a number is none.
     """
     word, one = block.keyword.removesuffix("_ID"), block.keyword.endswith(("_NODE", "_NODE_ID"))
-    cards = block.cards[1::2] if block.keyword.endswith("_ID") else block.cards
-    for card in cards:
-        row = row_of(card, block)
+    step = 1 + block.keyword.endswith("_ID")
+    block.told(*(block.cards[::2] if step == 2 else ()))
+    for card in block.cards[step - 1 :: step]:
         if word in _EXTRA:
-            part, number = row.wholes(0, 2)
+            row = row_of(card, block, _EXTRA_NODES)
+            part, number = row.wholes("PID NID")
             tie = NodeTie(_name(one, number, f"with part {part}"), number, one, "", part, block, 0)
         else:
-            number, axes, *holds = row.wholes(0, 5)
+            row = row_of(card, block, _SPC)
+            number, axes, *holds = row.wholes("NID CID DOFX DOFY DOFZ")
             ways = "".join(axis for axis, hold in zip("xyz", holds, strict=True) if hold)
             problem = "in axes of its own, CID" if axes else "" if ways else "turns alone"
             name = _name(one, number, f"held in {ways}")

@@ -38,6 +38,8 @@ class RawMesh(NamedTuple):
     """For each block (m, k) shell thickness at the cell's nodes, None where it has none."""
     mass: FloatArray | None = None
     """(n,) nodal mass."""
+    unit: str | None = None
+    """Of the lengths, where the file says one."""
 
 
 class Selection(NamedTuple):

@@ -46,7 +46,8 @@ def read_mesh(
     ----------
     path : the file, its format told from its suffix
     unit : length unit wanted
-    file_unit : that of the file, which does not say it; without, its numbers are in `unit`
+    file_unit : that of the file, if it does not say it, as the header of a cloud may; without,
+        its numbers are in `unit`
     parts : names or numbers of LS-DYNA parts, Abaqus sets, Gmsh physical groups or the like.
         The facets are the skin of the cells chosen. Of a set of nodes, all are active and the
         facets are those whose corners all belong to it, with the mid-side nodes between them.
@@ -77,8 +78,10 @@ def read_mesh(
     """
     path = Path(path)
     check_layer(layer)
-    slave = slave_of(read_raw(path), path, unit or file_unit, (parts, sets, layer))
-    factor = _unit_factor(unit, file_unit)
+    mesh = read_raw(path)
+    file_unit = unit_of_file(mesh, file_unit, path)
+    slave = slave_of(mesh, path, unit or file_unit, (parts, sets, layer))
+    factor = _unit_factor(unit, file_unit, None if mesh.unit is None else str(path))
     return slave if factor == 1.0 else slave.scaled(factor)
 
 
@@ -122,6 +125,19 @@ def slave_of(
     )
 
 
+def unit_of_file(mesh: RawMesh, given: str | None, path: Path) -> str | None:
+    """The unit of the lengths of a file: its own, or the one `given` where it says none."""
+    if mesh.unit is not None and given is not None and mesh.unit != given.strip():
+        raise FileError(
+            "the file says another unit than was given",
+            where=str(path),
+            found=mesh.unit,
+            allowed=f"{given!r}, or none in the file",
+            remedy="Leave out the unit: the file's holds",
+        )
+    return given if mesh.unit is None else mesh.unit
+
+
 def read_raw(path: Path) -> RawMesh:
     """The mesh as the file has it, read by whoever knows its suffix."""
     if not path.exists():
@@ -137,7 +153,7 @@ def read_raw(path: Path) -> RawMesh:
     if empty:
         raise FileError("the file is empty", where=str(path), allowed="a mesh or cloud file")
     if path.suffix.lower() in cloud_files.SUFFIXES:
-        return RawMesh(cloud_files.read_cloud(path))
+        return cloud_files.read_cloud(path)
     mesh: RawMesh = read_apart(f"contiga.io.mesh.{_reader(path)}", path)
     return mesh
 
@@ -157,14 +173,14 @@ def _reader(path: Path) -> str:
     return "meshio_files:read_with_meshio"
 
 
-def _unit_factor(unit: str | None, file_unit: str | None) -> float:
+def _unit_factor(unit: str | None, file_unit: str | None, where: str | None) -> float:
     from contiga.io.units import length_factor
 
     if unit is None or file_unit is None:
         given = unit or file_unit
         # Converted to itself only to have a wrong name refused.
-        return 1.0 if given is None else length_factor(given, given)
-    return length_factor(file_unit, unit)
+        return 1.0 if given is None else length_factor(given, given, where)
+    return length_factor(file_unit, unit, where)
 
 
 def _chosen(mesh: RawMesh, selection: Selection) -> list[CellBlock]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import read_only
+from contiga.arrays.layout import read_only, real
 from contiga.arrays.piecewise import piece_at
 from contiga.errors import FileError, MeshError
 from contiga.io.mesh.read_mesh import read_raw
@@ -131,11 +131,18 @@ class MeshSeries:
     def _read(self, index: int) -> FloatArray:
         mesh = read_raw(self.files[index])
         check_points(mesh.points, where=str(self.files[index]), ids=mesh.node_ids)
+        if mesh.unit is not None:
+            raise MeshError(
+                "a file of a series says its unit",
+                where=str(self.files[index]),
+                found=mesh.unit,
+                allowed="no unit in the file: the series has one for all",
+            )
         return read_only(mesh.points * self.factor)
 
 
 def _as_times(times: ArrayLike, count: int) -> FloatArray:
-    array = np.asarray(times, dtype=np.float64)
+    array = np.asarray(real(times, "series"), dtype=np.float64)
     if array.shape != (count,):
         raise MeshError(
             "a series needs one time a file",

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import FileError, InputError
 from contiga.io.out.files import atomic_write
+from contiga.io.sheet import read_sheet
 
 _HEAD = re.compile(r"(.+) \[[^\[\]]+\]")
 # Spreadsheets take a file for one of their own code page.
@@ -68,28 +69,24 @@ def read_history(path: str | Path) -> dict[str, NDArray[Any]]:
         Missing, empty, a row that is too short or too long, or an entry that is no number.
     """
     path = Path(path)
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.reader(file))
-    except OSError as error:
-        raise FileError(f"cannot be read: {error.strerror}", where=str(path)) from error
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise FileError("not a CSV file", where=str(path)) from error
-    if not rows or not rows[0]:
+    sheet = read_sheet(path, "time [ms],force [N]", marks=(",",))
+    names = [
+        match[1] if (match := _HEAD.fullmatch(head.text)) else head.text for head in sheet.heads
+    ]
+    if not names:
         raise FileError("a history starts with a row of names", where=str(path))
-    names = [match[1] if (match := _HEAD.fullmatch(head)) else head for head in rows[0]]
-    body = rows[1:]
     if len(set(names)) < len(names):
         raise FileError("column names must differ", where=str(path), found=names)
-    for number, row in enumerate(body, start=2):
-        if len(row) != len(names):
+    rows = list(sheet.rows)
+    for row in rows:
+        if len(row.cells) < len(names):
             raise FileError(
                 "a row does not fit the header",
-                where=f"{path}, row {number}",
-                found=f"{len(row)} entries",
+                where=f"{path}, row {row.line}",
+                found=f"{len(row.cells)} entries",
                 allowed=f"{len(names)}",
             )
-    columns = zip(*body, strict=True) if body else [()] * len(names)
+    columns = zip(*(row.cells for row in rows), strict=True) if rows else [()] * len(names)
     return {name: _parse(name, texts, path) for name, texts in zip(names, columns, strict=True)}
 
 

@@ -3,7 +3,7 @@
 The lock is the operating system's on a file in the folder: it goes with the process that holds it,
 however that ends. The file says who holds it, for those who come second; one that nobody holds is
 what a process left that was killed. Where there are no locks (some network drives) all goes on
-without.
+without. A link in its place is refused: what is written there would be in another file.
 """
 
 from __future__ import annotations
@@ -14,12 +14,14 @@ import socket
 import sys
 from contextlib import suppress
 from datetime import datetime
-from errno import EACCES, EAGAIN, EDEADLK
+from errno import EACCES, EAGAIN, EDEADLK, ELOOP
 from pathlib import Path
+from stat import S_ISREG
 
 from contiga.errors import OutputError
 from contiga.io.out.full_disk import telling_of_full_disks
 
+_OPENED = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
 _HELD = (EACCES, EAGAIN, EDEADLK)
 _TRIES = 10
 """Times that a file is opened which its holder takes away in that very moment."""
@@ -36,7 +38,8 @@ class FolderLock:
     Raises
     ------
     OutputError
-        Another one writes there; the message says which, on what machine and since when.
+        Another one writes there; the message says which, on what machine and since when. Or what
+        has the name of the file is a link, or no file.
 
     >>> lock = FolderLock(Path("run.lock"), "run")
     >>> json.loads(Path("run.lock").read_text())["pid"] == os.getpid()
@@ -70,9 +73,12 @@ class FolderLock:
 def _taken(path: Path, kind: str) -> int | None:
     """The file, locked; None where there are no locks."""
     for _ in range(_TRIES):
+        _refuse_others(path)
         try:
-            file = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
-        except OSError:
+            file = os.open(path, _OPENED, 0o666)
+        except OSError as error:
+            if error.errno == ELOOP:  # made a link between the two
+                continue
             return None
         try:
             _lock(file)
@@ -86,6 +92,21 @@ def _taken(path: Path, kind: str) -> int | None:
                 return file
         os.close(file)  # it was taken away between the two
     return None
+
+
+def _refuse_others(path: Path) -> None:
+    """Refuse a link, symbolic or hard, a folder, a pipe: all that is not this one file alone."""
+    try:
+        found = path.lstat()
+    except OSError:
+        return
+    if not S_ISREG(found.st_mode) or found.st_nlink > 1:
+        raise OutputError(
+            "is not the lock that a run makes, but a link or another thing of this name",
+            where=str(path),
+            allowed="a plain file, or none",
+            remedy="Remove it",
+        )
 
 
 def _is_held(path: Path, kind: str) -> OutputError:

@@ -16,8 +16,9 @@ CORNER = 3 * LANES
 # Coefficients: stiffness E A in tension and in compression, how many points the curves have (0
 # where there are none), then K and the curves; beside the curves there is no stiffness in tension.
 TENSION, COMPRESSION, POINTS, TABLE = 0, 1, 2, 3
-MEMORY = 2
-"""Strain and force, of bars by curves."""
+REACHED = 2
+MEMORY = 3
+"""Strain, force and the largest strain, of bars by curves."""
 
 
 @inner()
@@ -45,6 +46,7 @@ def bar_forces(bank, numbers, inverse_lengths, old, new):
             pull, stored, lost = hysteretic(numbers, TABLE, n, strain, before)
             new[lane] = strain
             new[LANES + lane] = pull
+            new[REACHED * LANES + lane] = max(old[REACHED * LANES + lane], strain)
             force, energy = force + pull, energy + stored
             bank[LOST + lane] = lost
         bank[W + lane] = energy

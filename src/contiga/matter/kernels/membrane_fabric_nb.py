@@ -16,8 +16,10 @@ W, LOST = ENERGY * LANES, HYSTERESIS * LANES
 # Coefficients: thickness; of warp and weft the modulus when pressed, and how many points the curves
 # have; those of the shear's; then K and both curves of the warp, those of the weft, the shear's.
 THICKNESS, PRESSED, POINTS, SHEAR_POINTS, TABLE = 0, 1, 3, 5, 6
-MEMORY = 4
-"""Strain and stress of the warp, then of the weft."""
+REACHED = 4
+MEMORY = 7
+"""Strain and stress of the warp, then of the weft; from REACHED on the largest strains of warp and
+weft, and the largest angle of the shear."""
 
 
 @inner(linked=False)
@@ -36,8 +38,12 @@ def membrane_fabric(bank, numbers, old, new):
         new[LANES + lane] = s_a
         new[2 * LANES + lane] = b
         new[3 * LANES + lane] = s_b
+        at, angle = REACHED * LANES + lane, 2.0 * abs(ab)
+        new[at] = max(old[at], a)
+        new[at + LANES] = max(old[at + LANES], b)
+        new[at + 2 * LANES] = max(old[at + 2 * LANES], angle)
         for_a, for_b = numbers[PRESSED] * min(a, 0.0), numbers[PRESSED + 1] * min(b, 0.0)
-        s_ab, sheared = curve_at(numbers, shear, k, 2.0 * abs(ab))
+        s_ab, sheared = curve_at(numbers, shear, k, angle)
         s_ab = s_ab if ab >= 0.0 else -s_ab
         stored += more + sheared + 0.5 * (for_a * min(a, 0.0) + for_b * min(b, 0.0))
         bank[W + lane] = t * stored

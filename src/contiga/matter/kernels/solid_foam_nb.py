@@ -35,9 +35,9 @@ ROW = 3 * LANES
 # Coefficients: H, S, modulus in tension, time of the filter, points of each curve, curves; then the
 # curve of rest (x, y, ∫y), the rates, and y of each curve.
 KEPT, SHAPE, TENSION, FILTER, POINTS, CURVES, TABLE = 0, 1, 2, 3, 4, 5, 6
-MOST, SPEED = 0, 1
-"""What is remembered: Wₘ and the smoothed rate."""
-MEMORY = 2
+MOST, SPEED, REACHED = 0, 1, 2
+"""What is remembered: Wₘ, the smoothed rate and the largest strain."""
+MEMORY = 3
 
 
 @inlined()
@@ -161,6 +161,7 @@ def _lane(bank, lane, numbers, step, old, new):
     bank[VISCOSITY * LANES + lane] += viscous * step
     new[MOST * LANES + lane] = max(taken, most)
     new[SPEED * LANES + lane] = speed
+    new[REACHED * LANES + lane] = max(old[REACHED * LANES + lane], 1.0 - least)
 
 
 @inner(linked=False)

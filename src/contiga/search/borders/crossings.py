@@ -267,7 +267,10 @@ def _evaluated(body: Faces, tables: Tables, element: IndexArray, uv: FloatArray)
     box = table["box"][element[rows]].reshape(-1, 2, 2)
     width = np.ptp(box, axis=2)
     net = table["cubic"][element[rows]].reshape(-1, 4, 4, 4)
-    (s, ds), (t, dt) = (_powers((uv[rows, k] - box[:, k, 0]) / width[:, k] - 0.5) for k in (0, 1))
+    about = table["about"][element[rows]] + 0.5
+    (s, ds), (t, dt) = (
+        _powers((uv[rows, k] - box[:, k, 0]) / width[:, k] - about[:, k]) for k in (0, 1)
+    )
     by_t, by_dt = (np.einsum("nckl,nl->nck", net, powers) for powers in (t, dt))
     at, du, dv = (
         np.einsum("nck,nk->nc", half, powers)

@@ -21,9 +21,12 @@ from contiga.simulation.checks.scene import Pair, Scene
 # A layer that gives way by that strain is foam, rubber or honeycomb; what those carry at half
 # their thickness, in Pa.
 _STRAIN = 0.3
+_HALF = 0.5
 _SOFT_LAYER = (500.0, 5e7)
 # Of the most that a curve gives: what it is to give at its end.
 _FALLEN = 0.25
+# Strain that tables of what is pressed together stop before, with a margin.
+PRESSED = 1.5
 # Strain at which tables of layers go on.
 _SHORT_TABLE = 0.02
 # A layer's thickness over the size of the slave that has it.
@@ -70,29 +73,46 @@ def _curve(pair: Pair, said: Said) -> Iterator[Finding]:
                 f"its table ends at a strain of {x[-1]:.3g}, before a layer has begun to give way",
                 "Give strains as shares of the thickness: 0.5 is half of it, and 50 %",
             )
+        elif layer.thickness is not None and in_percent(x, PRESSED):
+            yield Finding(
+                "curve",
+                pair.where,
+                f"its table has strains of {x[-2]:.4g} and {x[-1]:.4g}, and no layer is pressed by "
+                "more than its thickness",
+                "Give strains as shares of the thickness: 0.5 is half of it, and 50 %",
+            )
+
+
+def in_percent(strains: FloatArray, most: float) -> bool:
+    """Whether strains of a table are most likely percents: more than its last row, which may stand
+    far off to say how it goes on, is beyond `most`."""
+    return len(strains) > 2 and bool(strains[-2] > most)
 
 
 def _stress(pair: Pair, said: Said) -> Iterator[Finding]:
     """Tables of layers that give way far, with stresses that hardly any of those has."""
     if not said.known or pair.contact.contact_type == "combined":
         return
-    pascal = said.si(-1, 1, -2)
     for layer in layers_of(pair.contact):
         curve = layer.curve
-        is_soft = layer.thickness is not None and curve.is_table and len(curve.x) > 2
-        if not is_soft or not curve.x[-1] >= _STRAIN:
-            continue
-        stress = strength(curve, 0.5)
-        if 0.0 < stress * pascal < _SOFT_LAYER[0] or stress * pascal > _SOFT_LAYER[1]:
-            at = min(0.5, float(curve.x[-1]))
-            yield Finding(
-                "stress",
-                pair.where,
-                f"its curve gives {said(stress, 'stress')} at a strain of {at:g}, and layers that "
-                f"give way so far are hardly that {'stiff' if stress * pascal > 1e6 else 'soft'}: "
-                f"with these units stresses are in {said.unit('stress')}",
-                "Give the curve in that unit, or say which it is in",
-            )
+        if layer.thickness is not None and curve.is_table and len(curve.x) > 2:
+            end, stress = float(curve.x[-1]), strength(curve, _HALF)
+            yield from odd_strength(end, stress, pair.where, "its curve", said)
+
+
+def odd_strength(end: float, stress: float, where: str, what: str, said: Said) -> Iterator[Finding]:
+    """A curve of a layer or of foam that ends at a strain, with the stress at half of its thickness
+    or at that end."""
+    pascal = said.si(-1, 1, -2)
+    if end >= _STRAIN and not _SOFT_LAYER[0] <= stress * pascal <= _SOFT_LAYER[1] and stress > 0.0:
+        yield Finding(
+            "stress",
+            where,
+            f"{what} gives {said(stress, 'stress')} at a strain of {min(_HALF, end):g}, and layers "
+            f"that give way so far are hardly that {'stiff' if stress * pascal > 1e6 else 'soft'}: "
+            f"with these units stresses are in {said.unit('stress')}",
+            "Give the curve in that unit, or say which it is in",
+        )
 
 
 def _thickness(pair: Pair, said: Said) -> Iterator[Finding]:

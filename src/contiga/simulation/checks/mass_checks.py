@@ -18,7 +18,7 @@ from contiga.simulation.checks.scene import Scene
 from contiga.slaves.slave import Slave
 
 # kg/m³ of the box around a body: from the lightest foam to more than any metal.
-_DENSITIES = (5.0, 2.5e4)
+DENSITIES = (5.0, 2.5e4)
 # Radius of gyration over the size of a body: more than any hoop of it has, less than any bar.
 _GYRATION = (0.02, 1.5)
 # m/s and m/s²: beyond what occupant safety, impact and blast have, and beyond any planet.
@@ -94,7 +94,7 @@ def _density(name: str, body: Master, mass: float, said: Said) -> Iterator[Findi
     if not (volume > 0.0 and body.closed):
         return
     density = mass / volume * said.si(-3, 1, 0)
-    if not _DENSITIES[0] < density < _DENSITIES[1]:
+    if not DENSITIES[0] < density < DENSITIES[1]:
         water = 1000.0 / said.si(-3, 1, 0) * volume
         yield Finding(
             "mass",

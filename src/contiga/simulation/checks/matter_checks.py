@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.nodes import NodeMover
 from contiga.dynamics.stepping import EqualSteps
 from contiga.matter.mass_scaling import AddedMass
@@ -37,12 +38,31 @@ def _heavier(slave: str, added: tuple[AddedMass, ...]) -> Iterator[Finding]:
             )
 
 
+def _holding_nothing(slave: str, motion: object) -> Iterator[Finding]:
+    """Places at which no way of a node is held or driven, though they are given."""
+    if not isinstance(motion, Deforming):
+        return
+    for key in ("fixed", "driven"):
+        given = getattr(motion, key)
+        several = isinstance(given, Sequence) and not isinstance(given, str)
+        for table in given if several else [given]:
+            if isinstance(table, Mapping) and len(table.get("hold", "x")) == 0:
+                yield Finding(
+                    "held",
+                    f"slave {slave}",
+                    f"a table of {key} has hold = []: that leaves all ways free",
+                    'Name the ways, as hold = ["x", "y", "z"], or leave hold out for all of them',
+                )
+
+
 def check_matter(scene: Scene) -> Iterator[Finding]:
     """What a run would refuse at its first step, and what nothing moves."""
     model, stepping = scene.model, scene.model.stepping
     if not model.mechanism.deforms:
         return
     standing = place(model, None, stepping.start)
+    for name, part in model.slaves.items():
+        yield from _holding_nothing(name, part.motion)
     for name, nodes in model.mechanism.joined.items():
         critical = Rates(*nodes.rates(standing.slaves[name])).critical
         step = stepping.step if isinstance(stepping, EqualSteps) else 0.0

@@ -4,29 +4,37 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+from contiga.simulation.checks.coarse_checks import check_coarse
 from contiga.simulation.checks.depth_checks import check_depth
 from contiga.simulation.checks.facing import check_facing
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.law_checks import check_laws
 from contiga.simulation.checks.layout_checks import check_layout
 from contiga.simulation.checks.mass_checks import check_masses
+from contiga.simulation.checks.material_checks import check_materials
 from contiga.simulation.checks.matter_checks import check_matter
+from contiga.simulation.checks.mesh_checks import check_meshes
 from contiga.simulation.checks.motion_checks import check_motion
 from contiga.simulation.checks.scene import Scene
 from contiga.simulation.checks.size_checks import check_places, check_sizes
+from contiga.simulation.checks.surface_checks import check_surfaces
 from contiga.simulation.model import Model
 from contiga.simulation.place import place
 
 _CHECKS: tuple[Callable[[Scene], Iterator[Finding]], ...] = (
     check_layout,
+    check_surfaces,
     check_sizes,
     check_places,
     check_motion,
     check_facing,
     check_depth,
+    check_coarse,
     check_laws,
     check_masses,
     check_matter,
+    check_materials,
+    check_meshes,
 )
 
 

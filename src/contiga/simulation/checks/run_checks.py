@@ -15,12 +15,14 @@ from contiga.simulation.checks.depth_checks import STEP_OF_LAYER, deeper_than
 from contiga.simulation.checks.facing import two_layers
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.layers import layers_of
+from contiga.simulation.checks.matter_ran import check_matter_ran
 from contiga.simulation.checks.scene import Pair, Scene
 from contiga.simulation.checks.spring_checks import check_springs_ran
 from contiga.simulation.checks.turned import ran_from_behind
 from contiga.simulation.checks.wall_checks import jump_columns, jumped
 from contiga.simulation.model import Model, column_prefixes
 from contiga.simulation.system_state import SystemState
+from contiga.slaves.skin import facet_width
 
 Columns = Mapping[str, FloatArray]
 # Facets across a region of contact below which its forces depend on where the nodes happen to lie.
@@ -29,8 +31,8 @@ _ACROSS = 2.0
 _DAMPED = 0.75
 # Of the greatest penetration: what points that are let go have left of it at most.
 _DEEP = 0.4
-# And of the longest step in.
-_STEPS = 4.0
+# Times the longest step further in: how deep what was let in is at first.
+_STEPS = 2.0
 # Of the points in contact at most: the last so many may leave as they like.
 _LAST = 0.1
 # Of a distance that is told: by how much another point may be nearer.
@@ -51,7 +53,9 @@ def check_run(model: Model, history: Columns, last: SystemState) -> tuple[Findin
         columns = _columns(model, pair, history)
         for check in _CHECKS:
             findings += check(scene, pair, columns, last)
-    return (*findings, *check_springs_ran(scene, history))
+    findings += check_springs_ran(scene, history)
+    findings += check_matter_ran(scene, history, last)
+    return tuple(findings)
 
 
 def check_crest(model: Model, state: SystemState) -> tuple[Finding, ...]:
@@ -79,7 +83,7 @@ def _columns(model: Model, pair: Pair, history: Columns) -> dict[str, FloatArray
     """The history of one contact, and the times."""
     prefix = column_prefixes(model)[pair.part.name]
     names = (
-        *("n_contact", "n_released", "max_penetration", "force"),
+        *("n_contact", "n_tunnelled", "max_penetration", "force"),
         *("energy_stored", "energy_damping", "energy_hysteresis", "energy_friction"),
     )
     columns = {name: history[prefix + name] for name in names}
@@ -136,6 +140,27 @@ def _fast(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator
     )
 
 
+def _sudden(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
+    """Contacts that begin with points deeper than a facet is wide: these had let the body in."""
+    touched = np.flatnonzero(own["n_contact"] > 0)
+    if pair.slave.facets is None or len(touched) == 0 or touched[0] == 0:
+        return
+    first = int(touched[0])
+    deep, width = own["max_penetration"], facet_width(pair.slave.points, pair.slave.facets)
+    further = np.diff(deep[first:]).max(initial=0.0)
+    if deep[first] > max(width, _STEPS * further):
+        yield Finding(
+            "coarse",
+            pair.where,
+            f"contact begins at t = {scene.said(float(own['time'][first]), 'time')} with points "
+            f"{scene.said(float(deep[first]))} deep, and facets of {pair.part.slave} are "
+            f"{scene.said(width)} wide: too coarse, they let {pair.part.master} in before a point "
+            "of theirs was touched",
+            "Take a finer mesh there, or quadrature = 6, which puts points of contact on facets; "
+            "where one step went so far, shorter steps",
+        )
+
+
 def _damped(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
     """Damping that does most of the work of a contact."""
     parts = [own[f"energy_{name}"] for name in ("stored", "damping", "hysteresis", "friction")]
@@ -174,13 +199,10 @@ def _unfinished(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> It
 
 
 def _let_go(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Points that leave all at once from deep inside: by another wall than they came in by."""
-    count, deep = own["n_contact"], own["max_penetration"]
-    lost = (own["n_released"][1:] >= 0.5 * count[:-1]) & (count[:-1] > 0)
-    # What leaves by the wall it came in by comes back as it went in: step by step.
-    steps = np.diff(deep, prepend=0.0).max(initial=0.0)
-    lost &= count[:-1] > _LAST * count.max(initial=0.0)
-    lost &= (count[1:] <= 0.5 * count[:-1]) & (deep[:-1] > max(_DEEP * deep.max(), _STEPS * steps))
+    """Most points in contact leave at once, by another wall than they came in by."""
+    count, deep, gone = own["n_contact"], own["max_penetration"], own["n_tunnelled"]
+    lost = (gone[1:] >= 0.5 * count[:-1]) & (count[:-1] > _LAST * count.max(initial=0.0))
+    lost &= deep[:-1] > _DEEP * deep.max()
     if not lost.any():
         return
     at = int(np.argmax(lost))
@@ -188,7 +210,7 @@ def _let_go(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterat
         "through",
         pair.where,
         f"in the one step to t = {scene.said(own['time'][at + 1], 'time')} "
-        f"{int(own['n_released'][at + 1])} of {int(count[at])} points leave "
+        f"{int(gone[at + 1])} of {int(count[at])} points leave "
         f"{pair.part.master} from up to {scene.said(float(deep[at]))} deep: they went through it, "
         "to another wall than they came in by",
         'Take through = "hold" where they are to be pushed back; else a shorter way or a stiffer '
@@ -201,6 +223,7 @@ _CHECKS: tuple[Callable[[Scene, Pair, Columns, SystemState], Iterator[Finding]],
     _behind,
     _deep,
     _fast,
+    _sudden,
     _damped,
     _let_go,
     jumped,

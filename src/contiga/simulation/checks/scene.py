@@ -6,6 +6,7 @@ alone: so it goes until it first touches something, where neither springs nor lo
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cached_property
 from itertools import pairwise
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from contiga.arrays.ordered import length
 from contiga.contact.dry_run import DryRun, spread
+from contiga.dynamics.deforming_nodes import DeformingNodes
 from contiga.dynamics.free import Dependent, Free
 from contiga.dynamics.nodes import NodeMover
 from contiga.dynamics.prescribed import BodyMotion, Moved, is_told, rows_in
@@ -79,6 +81,24 @@ class Pair:
         if self._mover.mass is not None and self._mover.flight is None:
             return False
         return all(isinstance(motion, Dependent) or is_told(motion) for motion in self._motions)
+
+    @cached_property
+    def approach(self) -> FloatArray:
+        """(k,) times from the start until the first at which a point touches, as far as the way is
+        foretold; elements stand still until then, where no load and no motion moves them."""
+        if self.foretold:
+            return self.shown_times[: _until_touched(self.dry_runs)]
+        mover, motions = self._mover, self._motions
+        stands = isinstance(mover, DeformingNodes) and not (
+            mover.loads or mover.drives or mover.joints or mover.velocity.any()
+        )
+        told = isinstance(motions[0], Dependent) or is_told(motions[0])
+        pushed = self.model.springs or self.model.loads or self.model.settling is not None
+        times = spread(self.model.stepping.planned(), 2 * STANDINGS)
+        if pushed or not (stands and told):
+            return times[:1]
+        standing = (self.standing(time) for time in times.tolist())
+        return times[: _until_touched(self.contact.dry_run(standing, most=MOST_POINTS))]
 
     @cached_property
     def _motions(self) -> tuple[object, object]:
@@ -237,3 +257,13 @@ class Scene:
         self.model = model
         self.said = Said(model.units)
         self.pairs = [Pair(model, part) for part in model.contacts]
+
+
+def _until_touched(runs: Iterable[DryRun]) -> int:
+    """How many there are up to the first with a point in contact, or in all."""
+    count = 0
+    for seen in runs:
+        count += 1
+        if len(seen.rows):
+            break
+    return count

@@ -8,8 +8,7 @@ from tests import occ_solids as made
 from tests.unit.search.borders.test_meetings import MOVED, UNIT, ball, box, cavity, rod
 
 import contiga as cg
-from contiga.io.cad.occ_solids import Solid, hollowed, solid_of
-from contiga.io.cad.sew import volume_of
+from contiga.io.cad.occ_solids import Solid, hollowed, solid_of, volume_of
 
 SCALE = 512.0
 

@@ -86,6 +86,23 @@ def test_a_seam_as_wide_as_the_tolerance_of_the_file_is_none(tmp_path: Path) -> 
     assert body.project([[2.0, 1.5, 3.9]]).gap[0] == pytest.approx(-0.1, abs=1e-6)
 
 
+@pytest.mark.parametrize("gap", [1e-7, 1e-6])
+def test_a_seam_that_rounded_placements_leave_is_closed_and_told(tmp_path: Path, gap) -> None:
+    made = occ_rig.Rig()
+    box = made.product(occ_rig.box(), "box")
+    made.assembly("all", (box, occ_rig.at(0, 0, 0), "a"), (box, occ_rig.at(2 + gap, 0, 0), "b"))
+    with pytest.warns(ContigaWarning, match=rf"made one: box .* at \(2, .*\), {gap:.2g} apart"):
+        body = cg.read_cad(made.write(tmp_path / "seam.step"))
+    assert body.closed
+    assert len(body.patches) == 10
+    assert body.volume() == pytest.approx(48.0, abs=1.01 * gap * 12.0)
+    # A floor all the way over: what is nearest to a point below the seam is the top.
+    x = 2.0 + gap * np.linspace(-3.0, 3.0, 61)
+    feet = body.project(np.column_stack([x, np.full(61, 1.5), np.full(61, 3.9)]))
+    np.testing.assert_allclose(feet.normal, np.tile([0.0, 0.0, 1.0], (61, 1)), atol=1e-12)
+    np.testing.assert_allclose(feet.gap, -0.1, atol=1e-9)
+
+
 def test_a_union_that_is_not_sound_is_left_and_told(file: Path, monkeypatch) -> None:
     from contiga.io.cad import unite
     from contiga.io.cad.step_iges import read_step_iges

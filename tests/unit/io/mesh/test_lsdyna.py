@@ -191,6 +191,25 @@ def test_only_plain_cards_are_read_by_columns(deck):
     assert plain(NODES, SHELLS.replace("       6       6\n", "       6\n"))[1] is False
 
 
+@pytest.mark.parametrize("keyword", ["NODE", "ELEMENT_SHELL", "ELEMENT_SOLID", "ELEMENT_MASS"])
+def test_a_keyword_without_cards_says_nothing(deck, keyword):
+    slave = read_mesh(deck(NODES, SHELLS, f"*{keyword}\n"))
+    assert len(slave.facets) == 3
+
+
+def test_mass_of_a_set_is_shared_out_to_its_nodes(deck):
+    given = """*SET_NODE_LIST
+         4
+         1         3         5         3
+*ELEMENT_MASS_NODE_SET
+       1       4             1.5       0
+       2       9             7.0       0
+*ELEMENT_MASS
+       3       3             2.0
+"""
+    assert read_mesh(deck(NODES, SHELLS, given)).mass == pytest.approx([0.5, 0, 2.5, 0, 0.5, 0])
+
+
 def test_numbers_in_any_way_fortran_writes_them(deck):
     nodes = NODES.replace("             2.0             0.0", "            .2D1           0.0-3")
     assert read_mesh(deck(nodes, SHELLS)).points[4].tolist() == [2.0, 0.0, 0.0]

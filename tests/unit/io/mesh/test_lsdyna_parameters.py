@@ -7,14 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from contiga.io.mesh.lsdyna_cards import Block, read_blocks, row_of
+from contiga.io.mesh.lsdyna_cards import Block, layout, read_blocks, row_of
+
+EIGHT = layout("A B C D E F G H")
 
 
 def values(folder: Path, text: str, *names: str) -> list[str]:
     """What stands for names in a card at the end of a deck."""
     (folder / "a.k").write_text(f"*KEYWORD\n{text}\n*LAST\n{','.join(names)}\n*END\n", "utf-8")
     last = at_end(folder)
-    return row_of(last.cards[0], last).texts[: len(names)]
+    return row_of(last.cards[0], last, EIGHT).texts[: len(names)]
 
 
 @pytest.mark.parametrize(
@@ -30,7 +32,7 @@ def test_expressions_are_worked_out(tmp_path: Path, expression: str, value: floa
     for line in (f"R x       {expression}", f"R x, {expression}"):
         values(tmp_path, given + line, "&x")
         last = at_end(tmp_path)
-        assert math.isclose(row_of(last.cards[0], last).real(0), value, rel_tol=1e-15)
+        assert math.isclose(row_of(last.cards[0], last, EIGHT).real("A"), value, rel_tol=1e-15)
 
 
 def at_end(folder: Path) -> Block:
@@ -66,5 +68,5 @@ def test_the_first_definition_stands_and_local_ones_stay_in_their_file(tmp_path:
     assert values(tmp_path, text, "&a", "&b", "&c") == ["1.0", "&b", "7.0"]
     blocks = list(read_blocks(tmp_path / "a.k"))
     inside = next(block for block in blocks if block.keyword == "INSIDE")
-    assert row_of(inside.cards[0], inside).texts[:2] == ["5.0", "6.0"]
+    assert row_of(inside.cards[0], inside, EIGHT).texts[:2] == ["5.0", "6.0"]
     assert [one.why for one in inside.parameters.left] == ["&a again, the first one stands"]

@@ -204,6 +204,8 @@ def test_nastran_property_numbers_are_parts(tmp_path):
         ("a.csv", "\ufeffX, Y, Z\n0, 1, 2\n\n3, 4, 5\n"),
         ("a.xyz", "0 1 2\n3 4 5\n"),
         ("a.txt", "# a comment\n0\t1\t2  # here too\n  3 4 5\n"),
+        ("a.csv", '"x","y","z"\n"0","1","2"\n3,4,5\n'),
+        ("a.csv", "x;y;z\n0,0;1,0;2\n3;4,0;5\n"),
     ],
 )
 def test_three_columns_of_text_are_a_cloud(tmp_path, name, text):
@@ -213,6 +215,24 @@ def test_three_columns_of_text_are_a_cloud(tmp_path, name, text):
     assert slave.points.tolist() == [[0, 1, 2], [3, 4, 5]]
     assert slave.facets is None
     assert slave.area is None
+
+
+def test_the_names_of_a_cloud_may_say_their_unit(tmp_path):
+    path = tmp_path / "a.csv"
+    for head in ("x[m],y[m],z[m]", '"x [m]","y [m]","z [m]"', "x (m) y (m) z (m)"):
+        mark = "," if "," in head else " "
+        path.write_text(f"{head}\n{mark.join('012')}\n")
+        assert read_mesh(path, unit="mm").points.tolist() == [[0.0, 1000.0, 2000.0]]
+        assert read_mesh(path).unit == "m"
+        with pytest.raises(FileError, match=r"a\.csv: the file says another unit.*found 'm'"):
+            read_mesh(path, unit="mm", file_unit="in")
+    path.write_text("x [m],y [mm],z [m]\n0,1,2\n")
+    with pytest.raises(FileError, match="several units"):
+        read_mesh(path)
+    path.write_text("x [left],y [left],z [left]\n0,1,2\n")
+    for unit in ("mm", None):
+        with pytest.raises(UnitError, match=r"a\.csv: not a known unit; found 'left'"):
+            read_mesh(path, unit=unit)
 
 
 def test_an_array_is_a_cloud(tmp_path):

@@ -85,6 +85,9 @@ def test_bad_series_are_refused_before_they_run(files, tmp_path):
     (tmp_path / "nan.csv").write_text("0,0,0\n1,1,1\n1,nan,1\n")
     with pytest.raises(MeshError, match="first row 2"):
         MeshSeries([files[0], tmp_path / "nan.csv"], [0.0, 1.0])
+    (tmp_path / "unit.csv").write_text("x [mm],y [mm],z [mm]\n0,0,0\n1,1,1\n1,2,1\n")
+    with pytest.raises(MeshError, match=r"unit\.csv: a file of a series says its unit.*'mm'"):
+        MeshSeries([files[0], tmp_path / "unit.csv"], [0.0, 1.0])
     with pytest.raises(FileError, match="no such file"):
         MeshSeries([files[0], tmp_path / "none.vtu"], [0.0, 1.0])
     with pytest.raises(FileError, match="no file fits"):

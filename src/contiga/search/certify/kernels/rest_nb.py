@@ -69,8 +69,9 @@ def centred(elements, e, cell, a):
         for j in range(q + 1):
             for c in range(4):
                 a[i, j, c] = elements.coefs[start + (i * (q + 1) + j) * 4 + c]
-    _shift_rows(a, p, 0.5 * (cell[0] + cell[1]), 0.5 * (cell[1] - cell[0]))
-    _shift_columns(a, q, p, 0.5 * (cell[2] + cell[3]), 0.5 * (cell[3] - cell[2]))
+    x, y = elements.table[e]["about"][0], elements.table[e]["about"][1]
+    _shift_rows(a, p, 0.5 * (cell[0] + cell[1]) - x, 0.5 * (cell[1] - cell[0]))
+    _shift_columns(a, q, p, 0.5 * (cell[2] + cell[3]) - y, 0.5 * (cell[3] - cell[2]))
     return p, q
 
 

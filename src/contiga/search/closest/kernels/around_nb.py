@@ -8,7 +8,7 @@ from contiga.arrays.codes import CREASE, POLE
 from contiga.elements.kernels.sides_nb import side_point
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
-from contiga.search.closest.kernels.local_nb import expand
+from contiga.search.closest.kernels.local_nb import SHIFT, expand
 
 MOST = 64
 """Elements listed around one point."""
@@ -111,41 +111,57 @@ def inward_slope(q, side):
 
 
 @inner()
-def _slope_at(elements, e, side, x, point, h):
+def _fall_at(elements, e, side, x, point, h):
+    """How far f falls on the way in from a collapsed side at x: its slope there, and −√2 times the
+    root of how deep the parabola goes that f follows (the slope, where f does not fall).
+
+    The deepest of these parabolas is on the way of Newton's step in the tangent plane: the
+    steepest way is not, where the surface bends more along another one.
+    """
     s, t = side_point(side, x)
-    return inward_slope(expand(elements, e, s, t, point, h), side)
+    q = expand(elements, e, s, t, point, h)
+    slope = inward_slope(q, side)
+    metric = q.square_s if side < 2 else q.square_t
+    if metric <= 0.0 or slope >= 0.0:
+        return slope, slope
+    bend = (q.f_ss if side < 2 else q.f_tt) / metric
+    return slope, slope / math.sqrt(max(bend, SHIFT))
 
 
 @inner()
-def _steepest_from_pole(elements, e, side, point, h):
-    """Smallest inward slope along a collapsed side, and where: samples, then golden section."""
+def _deepest_from_pole(elements, e, side, point, h):
+    """The way in from a collapsed side on which f falls most: how far (see `_fall_at`) and where.
+    Samples, then golden section."""
     best = math.inf
     at = 0.0
     for i in range(POLE_SAMPLES + 1):
         x = i / POLE_SAMPLES - 0.5
-        slope = _slope_at(elements, e, side, x, point, h)
-        if slope < best:
-            best = slope
+        _, fall = _fall_at(elements, e, side, x, point, h)
+        if fall < best:
+            best = fall
             at = x
     low = max(at - 1.0 / POLE_SAMPLES, -0.5)
     high = min(at + 1.0 / POLE_SAMPLES, 0.5)
     for _ in range(SECTIONS):
         a = high - GOLDEN * (high - low)
         b = low + GOLDEN * (high - low)
-        if _slope_at(elements, e, side, a, point, h) < _slope_at(elements, e, side, b, point, h):
+        _, fall_a = _fall_at(elements, e, side, a, point, h)
+        _, fall_b = _fall_at(elements, e, side, b, point, h)
+        if fall_a < fall_b:
             high = b
         else:
             low = a
     x = 0.5 * (low + high)
-    slope = _slope_at(elements, e, side, x, point, h)
-    if slope < best:
-        return slope, x
-    return best, at
+    slope, fall = _fall_at(elements, e, side, x, point, h)
+    if fall >= best:
+        x = at
+        slope, fall = _fall_at(elements, e, side, x, point, h)
+    return slope, fall, x
 
 
 @inner()
 def vertex_exit(elements, foot, point, miss, h):
-    """The steepest way down from a corner or pole: (element, s, t), element −1 where all go up."""
+    """The best way down from a corner or pole: (element, s, t), element −1 where all go up."""
     list_e = stack_int64(MOST)
     list_st = scratch(MOST, 2)
     n = around(elements, foot, list_e, list_st)
@@ -157,9 +173,9 @@ def vertex_exit(elements, foot, point, miss, h):
         t = list_st[k, 1]
         pole = collapsed_side(elements, e, s, t)
         if pole >= 0:
-            slope, x = _steepest_from_pole(elements, e, pole, point, h)
-            if slope < best:
-                best = slope
+            slope, fall, x = _deepest_from_pole(elements, e, pole, point, h)
+            if slope < -miss and fall < best:
+                best = fall
                 s, t = side_point(pole, x)
                 steepest = (e, s, t)
             continue

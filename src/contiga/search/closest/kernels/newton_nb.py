@@ -35,8 +35,8 @@ def local_place(u, u0, scale):
 
 @inlined()
 def polynomial_at(k, o, n, s, t):
-    """Derivatives of the coordinates x, y, z at (s, t), six each, of coefficients that are each
-    n-th number from k[o]."""
+    """Derivatives of the coordinates x, y, z at (s, t), from where powers are about, six each, of
+    coefficients that are each n-th number from k[o]."""
     x = bicubic(k, o, n, s, t)
     return x, bicubic(k, o + 16 * n, n, s, t), bicubic(k, o + 32 * n, n, s, t)
 

@@ -52,15 +52,16 @@ def _newton(element, place, best, p, tolerance):
 
     Returns (s, t), the square of the distance so far, the state, and the foot's `FootRecord`.
     """
-    k = element["cubic"]
+    k, about = element["cubic"], element["about"]
     rational = element["form"] == RATIONAL_CUBIC
     s, t = place
     state = ACTIVE
     left = ROUNDS
     while True:  # the text of what is worked out here is long, and stands here once
-        x, y, z = polynomial_at(k, 0, 1, s, t)
+        a, b = s - about[0], t - about[1]
+        x, y, z = polynomial_at(k, 0, 1, a, b)
         if rational:
-            w = weight_at(k, 0, 1, s, t)
+            w = weight_at(k, 0, 1, a, b)
             x, y, z = quotient(x, w), quotient(y, w), quotient(z, w)
         if state != ACTIVE or left == 0:
             break

@@ -35,10 +35,11 @@ POSITION = 1e-3
 QUIET = 10.0
 """A step that promises to lower f by less than this many times its rounding may find nothing."""
 QUIET_STEPS = 4
+"""Such steps in all, of those that do not halve the tangential miss either."""
 GIVE_IN = 1e3
 NEAR_POLE = 1e-6
-CLOSE_TO_POLE = 1e-8
-"""|S_s|² / |S_t|² below which the direction of S_s has lost half its digits."""
+AROUND_POLE = 1e-2
+"""Distance from a pole, as a share of |S_t|, within which a long step starts from the pole."""
 
 
 @inner()
@@ -67,12 +68,6 @@ def _pressed(q, s, t, miss):
         elif t >= 0.5 and -g_t > limit_t:
             out_t = 3
     return out_s, out_t
-
-
-@inner()
-def _lost(g, square, other, distance):
-    """Whether, next to a pole, a slope is rounding of the short tangent (squares of both given)."""
-    return square < CLOSE_TO_POLE * other and abs(g) <= 4.0 * ROUNDING * distance * math.sqrt(other)
 
 
 @inner()
@@ -126,6 +121,8 @@ def walk(elements, start, point, tolerance, h):
     e, s, t = start
     q = expand(elements, e, s, t, point, h)
     quiet = 0
+    least = math.inf
+    from_pole = False
     for _ in range(STEPS):
         distance = math.sqrt(2.0 * q.f)
         miss = tolerance + 2.0 * ROUNDING * distance
@@ -142,8 +139,8 @@ def walk(elements, start, point, tolerance, h):
                 out = _pressed(q, s, t, miss)
         a = q.square_s
         b = q.square_t
-        free_s = out[0] < 0 and a > POINT * b and not _lost(q.f_s, a, b, distance)
-        free_t = out[1] < 0 and b > POINT * a and not _lost(q.f_t, b, a, distance)
+        free_s = out[0] < 0 and a > POINT * b
+        free_t = out[1] < 0 and b > POINT * a
         slip_s = abs(q.f_s) if free_s else 0.0
         slip_t = abs(q.f_t) if free_t else 0.0
         d_s, d_t = direction(q, s, t, free_s, free_t)
@@ -152,10 +149,20 @@ def walk(elements, start, point, tolerance, h):
             and slip_t <= miss * math.sqrt(b)
             and d_s * d_s * a + d_t * d_t * b <= miss * miss
         ):
+            s, t = _last_step(elements, e, (s, t), (d_s, d_t), point, h)
             return _settle(elements, e, s, t, out)
+        if not from_pole and _is_polar(elements, e, q, d_s * d_s * a + d_t * d_t * b, h):
+            from_pole = True
+            e, s, t = _way_from_pole(elements, (e, s, t), point, miss, h)
+            q = expand(elements, e, s, t, point, h)
+            continue
         promise = -(q.f_s * d_s + q.f_t * d_t)
         noise = ROUNDING * q.f + POSITION * tolerance * (distance + POSITION * tolerance)
-        quiet += 1 if promise <= QUIET * noise else 0
+        slip = max(
+            slip_s / math.sqrt(a) if free_s else 0.0, slip_t / math.sqrt(b) if free_t else 0.0
+        )
+        quiet += 1 if promise <= QUIET * noise and slip > 0.5 * least else 0
+        least = min(least, slip)
         if quiet > QUIET_STEPS:
             return _settle(elements, e, s, t, out)
         moved, s, t, q = line_search(elements, e, (s, t), (d_s, d_t), q, (point, noise), h)
@@ -164,6 +171,46 @@ def walk(elements, start, point, tolerance, h):
                 return _settle(elements, e, s, t, out)
             return MAX_ITERATIONS, e, s, t, FACE
     return MAX_ITERATIONS, e, s, t, FACE
+
+
+@inner()
+def _is_polar(elements, e, q, square, h):
+    """Whether a step of a length (its square given) from a foot near a pole is one that (s, t), in
+    what are polar coordinates about the pole, make no sense of: long, or f not convex in them."""
+    about = elements.table[e]["about"]
+    if about[0] == 0.0 and about[1] == 0.0:
+        return False
+    away = h[0, 0] ** 2 + h[1, 0] ** 2 + h[2, 0] ** 2  # the element's origin is its pole
+    if away > AROUND_POLE * AROUND_POLE * max(q.square_s, q.square_t):
+        return False
+    convex = q.f_ss > 0.0 and q.f_ss * q.f_tt > q.f_st * q.f_st
+    return not convex or square > 0.25 * away
+
+
+@inner()
+def _way_from_pole(elements, foot, point, miss, h):
+    """The pole near a foot, seen from where f falls most from there."""
+    e, s, t = foot
+    about = elements.table[e]["about"]
+    at = (e, about[0] if about[0] != 0.0 else s, about[1] if about[1] != 0.0 else t)
+    way = vertex_exit(elements, at, point, miss, h)
+    return way if way[0] >= 0 else at
+
+
+@inner()
+def _last_step(elements, e, foot, step, point, h):
+    """(s, t) after a step within the tolerance, in an element with a pole; else as it was.
+
+    Elsewhere the foot is far more exact than the tolerance, as Newton's method squares the miss
+    of the step before. About a pole, in what are polar coordinates, it does not.
+    """
+    s, t = foot
+    about = elements.table[e]["about"]
+    if about[0] != 0.0 or about[1] != 0.0:
+        s = min(max(s + step[0], -0.5), 0.5)
+        t = min(max(t + step[1], -0.5), 0.5)
+        expand(elements, e, s, t, point, h)
+    return s, t
 
 
 @inner()
@@ -178,7 +225,7 @@ def _settle(elements, e, s, t, out):
         if kind == BORDER:
             status = AT_BORDER
         if kind == POLE:
-            feature = VERTEX
+            feature = max(feature, FACE if elements.table[e]["round"][out[k]] else VERTEX)
         elif kind != SMOOTH:
             feature = max(feature, EDGE)
     if feature == EDGE and out[0] >= 0 and out[1] >= 0:

@@ -54,14 +54,22 @@ found takes its place."""
 ROW_KEPT, ROW_RADIUS = 27, 39
 ROWS = 40
 # What lanes read of an element: coefficients of x, y, z and the weight, sixteen each, its origin,
-# the square of the tolerance, u0, v0, the lengths in u and v, u1, v1, their reciprocals, the patch.
-ORIGIN, TOLERANCE, BOX, SCALE, HOME = 64, 67, 68, 74, 76
-LANE_NUMBERS = 77
+# the square of the tolerance, u0, v0, the lengths in u and v, u1, v1, their reciprocals, the patch,
+# and where its powers are about.
+ORIGIN, TOLERANCE, BOX, SCALE, HOME, ABOUT = 64, 67, 68, 74, 76, 77
+LANE_NUMBERS = 79
 
 
 @inlined()
 def _point(bank, l):
     return bank[ROW_X * WIDE + l], bank[(ROW_X + 1) * WIDE + l], bank[(ROW_X + 2) * WIDE + l]
+
+
+@inlined()
+def powers_of(bank, l, element, o, k):
+    """(s, t) of lane l from where the powers of its element are about."""
+    s, t = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
+    return s - element[o + ABOUT * k], t - element[o + (ABOUT + 1) * k]
 
 
 @inlined()
@@ -133,6 +141,7 @@ def fill_place(elements, e, tolerance, element, o, k):
         element[o + (BOX + 2 + axis) * k] = last - first
         element[o + (BOX + 4 + axis) * k] = last
         element[o + (SCALE + axis) * k] = 1.0 / (last - first)
+        element[o + (ABOUT + axis) * k] = row["about"][axis]
 
 
 @inner()
@@ -241,7 +250,7 @@ def newton_rational(lanes, banks, element):
         bank = lanes[b]
         read_anew(element, copy, LANE_NUMBERS)
         for l in range(WIDE):
-            x, y, z = rational_at(copy, 0, 1, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
+            x, y, z = rational_at(copy, 0, 1, *powers_of(bank, l, copy, 0, 1))
             one_round(bank, l, x, y, z, copy[TOLERANCE])
 
 
@@ -253,7 +262,7 @@ def newton_polynomial(lanes, banks, element):
         bank = lanes[b]
         read_anew(element, copy, LANE_NUMBERS)
         for l in range(WIDE):
-            x, y, z = polynomial_at(copy, 0, 1, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
+            x, y, z = polynomial_at(copy, 0, 1, *powers_of(bank, l, copy, 0, 1))
             one_round(bank, l, x, y, z, copy[TOLERANCE])
 
 
@@ -265,7 +274,7 @@ def finish_rational(lanes, banks, element):
         bank = lanes[b]
         read_anew(element, copy, LANE_NUMBERS)
         for l in range(WIDE):
-            x, y, z = rational_at(copy, 0, 1, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
+            x, y, z = rational_at(copy, 0, 1, *powers_of(bank, l, copy, 0, 1))
             finish(bank, l, x, y, z, copy, 0, 1)
 
 
@@ -277,5 +286,5 @@ def finish_polynomial(lanes, banks, element):
         bank = lanes[b]
         read_anew(element, copy, LANE_NUMBERS)
         for l in range(WIDE):
-            x, y, z = polynomial_at(copy, 0, 1, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
+            x, y, z = polynomial_at(copy, 0, 1, *powers_of(bank, l, copy, 0, 1))
             finish(bank, l, x, y, z, copy, 0, 1)

@@ -55,6 +55,7 @@ from contiga.search.track.kernels.lanes_nb import (
     lanes_in,
     new_lanes,
     one_round,
+    powers_of,
     start,
     unload,
 )
@@ -69,7 +70,7 @@ ROW_WAY = ROW_RATIONAL + 1
 MIXED_ROWS = ROW_WAY + 1
 ROW, BEFORE, NOW = 0, 1, 2
 """Of a lane: the row, the element of its start, the one it is in or −1 where it has left."""
-ELEMENT_NUMBERS = 91
+ELEMENT_NUMBERS = 95
 CUBIC = ELEMENT_NUMBERS - ORIGIN
 """Numbers of an element's record, and where its coefficients begin."""
 HEAD, ALL = 4, 12
@@ -209,7 +210,7 @@ def _chosen(first, a, b):
 def _derivatives(bank, l):
     """Of the coordinates x, y, z where lane l is, in its element."""
     o = ROW_ELEMENT * WIDE + l
-    s, t = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
+    s, t = powers_of(bank, l, bank, o, WIDE)
     x, y, z = polynomial_at(bank, o, WIDE, s, t)
     w = weight_at(bank, o, WIDE, s, t)
     rational = bank[ROW_RATIONAL * WIDE + l] != 0.0

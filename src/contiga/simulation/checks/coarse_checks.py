@@ -1,0 +1,198 @@
+"""Checks of facets that are too large for what meets them: a body goes in between their points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.arrays.ordered import length, row_lengths
+from contiga.contact.contact import Contact
+from contiga.contact.dry_run import spread
+from contiga.laws.normal import PenaltyLaw
+from contiga.masters.nearness import lower_bounds
+from contiga.records import FloatArray, IndexArray
+from contiga.rigid.frames import to_body
+from contiga.simulation.checks.finding import Finding
+from contiga.simulation.checks.scene import Pair, Scene
+from contiga.slaves.sampling import RULES
+from contiga.slaves.slave import Slave
+
+# Facets that are looked at, those that the body comes near to first, and parts of their sides.
+_FACETS = 200
+_PARTS = 6
+# Standings at which it is looked how far the body reaches through a facet.
+_LOOKS = 5
+# Of the longest side of a facet: how far a body may reach through before a point is touched. A ball
+# that is as large as the gaps between the nodes of squares goes no farther, a corner of a cube no
+# farther between three points a facet.
+_THROUGH = 0.5
+_COVER = {"nodes": 0.71, 1: 0.53, 3: 0.37, 6: 0.27, 12: 0.23}
+"""Radius of the largest circle without a point of contact on a plane of halved squares, as a share
+of the squares' side."""
+
+
+class _Missed(NamedTuple):
+    """Where a body goes through a facet before a point of contact around it is touched."""
+
+    reach: float
+    """How far, along the normal of the facet."""
+    time: float
+    """When that begins."""
+    side: float
+    """The longest one of the facet."""
+    deepest: float
+    """How far a point of the facet lies inside: half of what is as wide as the body there."""
+
+
+def check_coarse(scene: Scene) -> Iterator[Finding]:
+    """Bodies that are thinner than the facets of a slave, and go in between its points."""
+    for pair in scene.pairs:
+        missed = _missed(pair)
+        if missed is None or missed.reach <= _THROUGH * missed.side:
+            continue
+        said, now = scene.said, _COVER[pair.contact.quadrature]
+        smaller = said(min(missed.deepest / now, 0.5 * missed.side))
+        finer = [k for k in RULES if missed.deepest / missed.side > _COVER[k] < now]
+        rule = f", or quadrature = {finer[0]}, which puts points on them" if finer else ""
+        yield Finding(
+            "coarse",
+            pair.where,
+            f"{pair.part.master} reaches {said(missed.reach)} through a facet of "
+            f"{pair.part.slave} with a side of {said(missed.side)}, from "
+            f"t = {said(missed.time, 'time')} on, before one of its points of contact "
+            f"is touched: it is some {said(2.0 * missed.deepest)} wide there",
+            f"Take facets of {smaller} there{rule}",
+        )
+
+
+def _missed(pair: Pair) -> _Missed | None:
+    """The facet that the body goes farthest through; None where it goes through none."""
+    times = pair.approach
+    near, since = _near(pair, times)
+    times = times[since:]
+    if len(times) < 2 or len(near) == 0:
+        return None
+    corners = np.asarray(pair.slave.facets)[near]
+    quadrature = pair.contact.quadrature
+    own = np.eye(3) if quadrature == "nodes" else RULES[int(quadrature)].shape
+    shape = np.concatenate([own, _lattice(_PARTS)])
+    inside, depth = _followed(pair, times, corners, shape)
+    begin, own_touched = (_first(part) for part in np.split(inside, [len(own)], axis=2)[::-1])
+    around = np.full(len(pair.slave), len(times))
+    np.minimum.at(around, corners, own_touched[:, None])
+    until = around[corners].min(axis=1)  # the first standing at which a point around it is touched
+    found = []
+    for k in np.flatnonzero(begin < until).tolist():
+        out = np.flatnonzero(~inside[begin[k] : until[k], k].any(axis=1))
+        span = np.arange(begin[k], begin[k] + out[0] if len(out) else until[k])
+        looks = [
+            _ends(pair, float(times[i]), shape[inside[i, k]], corners[k])
+            for i in spread(span, _LOOKS).tolist()
+        ]
+        farthest = np.array([ends.max(axis=1) for ends in looks])
+        # Once it is in, that end of the body is the nearer one that has come through.
+        first = int(np.argmax(farthest.min(axis=1) > 0.0))
+        reach = float(farthest[:, np.argmin(farthest[first])].max())
+        longest = _side(pair.slave.points[corners[k]])
+        deepest = float(depth[span, k].max())
+        found.append(_Missed(reach, float(times[begin[k]]), longest, deepest))
+    return max(found, key=lambda one: one.reach / one.side, default=None)
+
+
+def _near(pair: Pair, times: FloatArray) -> tuple[IndexArray, int]:
+    """Facets that the body comes so near to that it may touch them, the first ones, and the number
+    of the last time before that."""
+    slave, surface = pair.slave, pair.body.surface
+    near: dict[int, None] = {}
+    if slave.facets is None:
+        return np.zeros(0, np.intp), 0
+    whole = np.flatnonzero(slave.active[slave.facets].all(axis=1))
+    low, high = pair.body.bounds()
+    longest = float(_radii(slave.points[slave.facets[whole]]).max(initial=0.0))
+    since = 0
+    for k, time in enumerate(times.tolist()):
+        points, X_WB = pair.standing(time)
+        p_B = to_body(X_WB, points)
+        boxed = ((p_B >= low - 2.0 * longest) & (p_B <= high + 2.0 * longest)).all(axis=1)
+        some = whole[boxed[slave.facets[whole]].any(axis=1)]
+        corners = p_B[slave.facets[some]]
+        middle, radius = np.ascontiguousarray(corners.mean(axis=1)), _radii(corners)
+        bounds = lower_bounds(surface, middle, np.arange(len(some), dtype=np.int32), None)
+        since = since if near else max(k - 1, 0)
+        near |= dict.fromkeys(some[bounds <= radius].tolist())
+        if len(near) >= _FACETS:
+            break
+    return np.array(list(near)[:_FACETS], np.intp), since
+
+
+def _radii(corners: FloatArray) -> FloatArray:
+    """(f,) from the middles of facets (f, 3, 3) to their farthest corners."""
+    off = corners - corners.mean(axis=1, keepdims=True)
+    return np.asarray(row_lengths(off.reshape(-1, 3)).reshape(-1, 3).max(axis=1))
+
+
+def _lattice(parts: int) -> FloatArray:
+    """(k, 3) barycentric coordinates of a lattice, corners left out."""
+    steps = np.arange(parts + 1)
+    i, j = (each.ravel() for each in np.meshgrid(steps, steps))
+    rows = np.stack([i, j, parts - i - j], axis=1) / parts
+    return rows[(rows[:, 2] >= 0.0) & (rows.max(axis=1) < 1.0)]
+
+
+def _followed(
+    pair: Pair, times: FloatArray, corners: IndexArray, shape: FloatArray
+) -> tuple[NDArray[np.bool_], FloatArray]:
+    """Which points of facets are in contact at times (t, f, k), and how deep the deepest of each
+    facet lies (t, f), by the contact's own search."""
+    contact, n = pair.contact, len(corners) * len(shape)
+
+    def placed(points: FloatArray) -> FloatArray:
+        return np.asarray(np.einsum("kc,fc...->fk...", shape, points[corners]).reshape(n, -1))
+
+    standing = [pair.standing(time) for time in times.tolist()]
+    half = contact.half_thickness
+    probe = Contact(
+        pair.body,
+        Slave(placed(standing[0][0]), area=np.ones(n)),
+        law=PenaltyLaw(1.0),
+        search=contact.search,
+        foot=contact.foot,
+        shell_thickness=None if half is None else 2.0 * placed(half[: len(pair.slave)]).ravel(),
+    )
+    inside = np.zeros((len(times), n), np.bool_)
+    depth = np.zeros((len(times), n))
+    runs = probe.dry_run(((placed(points), X_WB) for points, X_WB in standing), most=n)
+    for k, seen in enumerate(runs):
+        inside[k, seen.rows], depth[k, seen.rows] = True, seen.penetration
+    rows = len(times), len(corners), len(shape)
+    return inside.reshape(rows), depth.reshape(rows).max(axis=2)
+
+
+def _first(inside: NDArray[np.bool_]) -> IndexArray:
+    """(f,) number of the first standing at which a point of a facet is inside (t, f, k); as many as
+    there are where that never comes."""
+    any_of = np.asarray(inside.any(axis=2))
+    return np.where(any_of.any(axis=0), any_of.argmax(axis=0), len(any_of))
+
+
+def _ends(pair: Pair, time: float, shape: FloatArray, corners: IndexArray) -> FloatArray:
+    """(2, k) how far the body goes on from points of a facet (k, 3), which are in contact, along
+    its normal and against it."""
+    points, X_WB = pair.standing(time)
+    facet = to_body(X_WB, points[corners])
+    normal = np.cross(facet[1] - facet[0], facet[2] - facet[0])
+    way = 2.0 * pair.body.size * normal / np.sqrt(normal @ normal)
+    p_B, ends = np.ascontiguousarray(shape @ facet), []
+    rows = np.arange(len(p_B), dtype=np.int32)
+    for off in (way, -way):
+        hit, sense = pair.body.surface.last_crossings(p_B + off, p_B, rows)
+        ends.append(length(way) * np.where(sense != 0, 1.0 - hit.fraction, 1.0))
+    return np.array(ends)
+
+
+def _side(facet: FloatArray) -> float:
+    """The longest side of a facet."""
+    return float(row_lengths(facet - np.roll(facet, 1, axis=0)).max())

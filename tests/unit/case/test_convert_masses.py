@@ -1,0 +1,262 @@
+"""Masses, inertia and stiffness of converted decks, against closed forms."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from tests.decks import (
+    CONTACT,
+    DENSITY,
+    END,
+    FOAM,
+    PARTS,
+    RIGID,
+    THICKNESS,
+    UNITS,
+    box,
+    card,
+    converted,
+    deck,
+)
+
+import contiga as cg
+from contiga.case.convert import convert
+from contiga.case.schema import Case, parse_case
+
+SIDE = 20.0
+OWN = DENSITY * SIDE**3
+"""Mass of the head, a cube about (0, 0, 11)."""
+HEAD = ["*PART", "head", card(1, 1, 1)]
+PAD = ["*PART", "pad", card(2, 3, 2), "*SECTION_SOLID", card(3, 1)]
+STIFF = ["*MAT_RIGID", card(1, DENSITY, 210.0, 0.3), card(0), ""]
+SOFT = ["*MAT_ELASTIC", card(2, 1e-6, 0.01, 0.3)]
+TOUCH = ["*CONTACT_AUTOMATIC_SURFACE_TO_SURFACE", card(2, 1, 3, 3), card(0.2), card(1)]
+CUBES = [*box(1, 1, 1, 1.0, 21.0), *box(11, 2, 2, -20.0, 0.0)]
+HELD = ["*SET_NODE_LIST", card(9), card(11, 12, 13, 14), "*BOUNDARY_SPC_SET", card(9, 0, 1, 1, 1)]
+
+
+def cubes(folder: Path, *pieces: list[str], head: list[str] = HEAD) -> tuple[Case, list[str]]:
+    """The case of a rigid cube over a soft one, and what is listed."""
+    lines = ["*KEYWORD", *head, *PAD, *STIFF, *SOFT, *CUBES, *END]
+    lines += [line for piece in pieces for line in piece]
+    if not any(line.startswith("*CONTACT") for line in lines):
+        lines += TOUCH
+    (folder / "deck.k").write_text("\n".join([*lines, "*END", ""]), encoding="utf-8")
+    result = convert(folder / "deck.k", UNITS, folder)
+    return parse_case(result.text, folder / "case.toml"), list(result.unknown)
+
+
+def lumped(*rows: tuple[int, float], option: str = "") -> list[str]:
+    return [f"*ELEMENT_MASS{option}", *(f"{k:8d}{n:8d}{m:16}" for k, (n, m) in enumerate(rows, 1))]
+
+
+def with_points(places: Any, masses: Any) -> tuple[float, np.ndarray, np.ndarray]:
+    """Mass, centre and tensor of the cube with masses at points, by the parallel axes."""
+    places = np.vstack([[0.0, 0.0, 11.0], places])
+    weights = np.array([OWN, *masses])
+    centre = weights @ places / weights.sum()
+    tensor = OWN * SIDE**2 / 6.0 * np.eye(3)
+    for p, m in zip(places - centre, weights, strict=True):
+        tensor += m * (p @ p * np.eye(3) - np.outer(p, p))
+    return float(weights.sum()), centre, tensor
+
+
+def assert_is(mass: Any, expected: tuple[float, np.ndarray, np.ndarray]) -> None:
+    total, centre, tensor = expected
+    assert mass.total == pytest.approx(total, rel=1e-12)
+    np.testing.assert_allclose(mass.centre, centre, atol=1e-12 * SIDE)
+    entries = [tensor[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))]
+    np.testing.assert_allclose(mass.inertia, entries, atol=1e-12 * np.abs(tensor).max())
+
+
+def test_lumped_masses_are_of_the_rigid_part_whose_nodes_they_stand_on(tmp_path: Path) -> None:
+    case, told = cubes(tmp_path, lumped((1, 4.5), (8, 0.25), (1, 0.5)))
+    places = [[-10.0, -10.0, 1.0], [10.0, 10.0, 21.0]]
+    assert_is(case.body[0].mass, with_points(places, [5.0, 0.25]))
+    assert told == []
+
+
+def test_nodes_of_a_set_share_a_mass(tmp_path: Path) -> None:
+    nodes = ["*SET_NODE_LIST", card(7), card(1, 2, 3, 4)]
+    case, told = cubes(tmp_path, nodes, lumped((7, 2.0), option="_NODE_SET"))
+    places = [(x, y, 1.0) for y in (-10.0, 10.0) for x in (-10.0, 10.0)]
+    assert_is(case.body[0].mass, with_points(places, [0.5] * 4))
+    assert told == []
+
+
+@pytest.mark.parametrize("kind", ["NODE", "SET"])
+def test_masses_on_extra_nodes_count_as_well(tmp_path: Path, kind: str) -> None:
+    node = ["*NODE", f"{99:8d}{0.0:16}{30.0:16}{50.0:16}", "*SET_NODE_LIST", card(7), card(99)]
+    extra = [f"*CONSTRAINED_EXTRA_NODES_{kind}", card(1, 99 if kind == "NODE" else 7)]
+    case, told = cubes(tmp_path, node, extra, lumped((99, 1.5)))
+    assert_is(case.body[0].mass, with_points([[0.0, 30.0, 50.0]], [1.5]))
+    assert told == []
+
+
+INERTIA = [
+    "*PART_INERTIA", "head", card(1, 1, 1), card(0, 0, 11, 4.5, 0, 0),
+    card(100.0, 5.0, -7.0, 200.0, 3.0, 250.0), card(0, 0, -2.0),
+]  # fmt: skip
+TENSOR = np.array([[100.0, 5.0, -7.0], [5.0, 200.0, 3.0], [-7.0, 3.0, 250.0]])
+
+
+def test_part_inertia_stands_alone(tmp_path: Path) -> None:
+    case, told = cubes(tmp_path, lumped((1, 4.5)), head=INERTIA)
+    assert_is(case.body[0].mass, (4.5, np.array([0.0, 0.0, 11.0]), TENSOR))
+    assert told == []
+
+
+def test_masses_on_other_nodes_are_listed(tmp_path: Path) -> None:
+    case, told = cubes(tmp_path, lumped((1, 4.5), (12, 1.0), (15, 1.0)))
+    assert case.body[0].mass.total == pytest.approx(OWN + 4.5, rel=1e-12)
+    why = "2 nodes of no rigid part here, first 12: their masses are left out"
+    assert told == [f"*ELEMENT_MASS ({why})"]
+
+
+@pytest.mark.parametrize(
+    ("row", "total"),
+    [(f"{1:8d}{1.25:16}", OWN + 1.25), (f"{1:8d}{9.0:16}{4.0:16}", 4.0)],
+)
+def test_the_mass_of_a_part_is_added_over_its_volume(
+    tmp_path: Path, row: str, total: float
+) -> None:
+    case, told = cubes(tmp_path, ["*ELEMENT_MASS_PART", row])
+    inertia = total * SIDE**2 / 6.0 * np.eye(3)
+    assert_is(case.body[0].mass, (total, np.array([0.0, 0.0, 11.0]), inertia))
+    assert told == []
+
+
+def test_a_part_that_deforms_is_as_heavy_as_its_cards_say(tmp_path: Path) -> None:
+    added = ["*ELEMENT_MASS_PART", f"{2:8d}{0.25:16}"]
+    case, told = cubes(tmp_path, HELD, added)
+    assert case.slave[0].motion.density == pytest.approx(1e-6 + 0.25 / SIDE**3, rel=1e-9)
+    assert told == []
+
+
+def test_the_mass_of_a_part_that_rests_is_listed(tmp_path: Path) -> None:
+    _, told = cubes(tmp_path, ["*ELEMENT_MASS_PART", f"{2:8d}{0.25:16}"])
+    assert told == ["*ELEMENT_MASS_PART (ADDMASS 0.25)"]
+
+
+def test_shells_carry_the_mass_over_their_area_that_their_section_adds(tmp_path: Path) -> None:
+    extra = 3e-5
+    heavy = [*PARTS]
+    heavy[heavy.index("*SECTION_SHELL") + 2] = card(*(THICKNESS,) * 4, 0, extra)
+    plain, _ = converted(tmp_path, deck(RIGID, FOAM, CONTACT, END))
+    case, text = converted(tmp_path, deck(RIGID, FOAM, CONTACT, END, parts=heavy))
+    share = (THICKNESS * DENSITY + extra) / (THICKNESS * DENSITY)
+    mass, before = case.body[0].mass, plain.body[0].mass
+    assert mass.total == pytest.approx(share * before.total, rel=1e-12)
+    assert mass.centre == pytest.approx(before.centre, abs=1e-9)
+    np.testing.assert_allclose(mass.inertia[:3], share * np.array(before.inertia[:3]), rtol=1e-12)
+    assert "MAREA" not in text
+
+
+def test_a_membrane_carries_it_too(tmp_path: Path) -> None:
+    shells = ["*ELEMENT_SHELL", "".join(f"{k:8d}" for k in (9, 4, 15, 16, 18, 17))]
+    sheet = [
+        "*PART",
+        "sheet",
+        card(4, 8, 2),
+        "*SECTION_SHELL",
+        card(8, 2),
+        card(0.5, 0, 0, 0, 0, 4e-7),
+    ]
+    onto = [TOUCH[0], card(4, 1, 3, 3), *TOUCH[2:]]
+    edge = ["*SET_NODE_LIST", card(9), card(15, 16), "*BOUNDARY_SPC_SET", card(9, 0, 1, 1, 1)]
+    lines = ["*KEYWORD", *HEAD, *sheet, *STIFF, *SOFT, *box(1, 1, 1, 1.0, 21.0), *onto, *END]
+    lines += [*box(11, 2, 2, -20.0, 0.0)[:9], *shells, *edge, "*END", ""]
+    (tmp_path / "deck.k").write_text("\n".join(lines), encoding="utf-8")
+    result = convert(tmp_path / "deck.k", UNITS, tmp_path)
+    case = parse_case(result.text, tmp_path / "case.toml")
+    assert case.slave[0].motion.density == pytest.approx(1e-6 + 4e-7 / 0.5, rel=1e-12)
+    simulation = cg.build(case)
+    nodes = simulation.mechanism.nodes["sheet"]
+    weight = nodes.mass[~nodes.bare].sum()
+    assert weight == pytest.approx(SIDE**2 * (0.5 * 1e-6 + 4e-7), rel=1e-9)
+    assert result.unknown == {}
+
+
+def local(*axes: object) -> list[str]:
+    """The inertia in axes of its own."""
+    return [*INERTIA[:3], card(0, 0, 11, 4.5, 1, 0), *INERTIA[4:], card(*axes)]
+
+
+TURN = Rotation.from_rotvec([0.4, -1.1, 0.7])
+ALONG, PLANE, _ = TURN.as_matrix().T
+
+
+def as_text(vector: np.ndarray) -> list[str]:
+    return [f"{v:.7f}" for v in vector]
+
+
+ORIGIN = np.array([1.0, 2.0, 3.0])
+VECTOR = card(5, *as_text(ALONG), *as_text(PLANE + 0.5 * ALONG))
+AXES = [card(5, *ORIGIN, *as_text(ORIGIN + ALONG)), card(*as_text(ORIGIN + 3.0 * PLANE))]
+SYSTEMS = {
+    "vector": ["*DEFINE_COORDINATE_VECTOR", VECTOR],
+    "system": ["*DEFINE_COORDINATE_SYSTEM_TITLE", "own", *AXES],
+}
+
+
+@pytest.mark.parametrize(
+    ("head", "system"),
+    [
+        (local(*as_text(2.0 * ALONG), *as_text(PLANE - 0.3 * ALONG)), []),
+        *((local(0, 0, 0, 0, 0, 0, 5), system) for system in SYSTEMS.values()),
+    ],
+)
+def test_a_tensor_in_axes_of_its_own_is_turned(
+    tmp_path: Path, head: list[str], system: list[str]
+) -> None:
+    case, told = cubes(tmp_path, system, head=head)
+    turned = TURN.as_matrix() @ TENSOR @ TURN.as_matrix().T
+    inertia = case.body[0].mass.inertia
+    expected = [turned[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))]
+    np.testing.assert_allclose(inertia, expected, atol=1e-4)
+    assert told == []
+
+
+@pytest.mark.parametrize("head", [local(0, 0, 0, 0, 0, 0, 5), local(1, 0, 0, 2, 0, 0)])
+def test_axes_that_are_not_understood_are_listed(tmp_path: Path, head: list[str]) -> None:
+    case, told = cubes(tmp_path, head=head)
+    assert case.body[0].mass.inertia[:3] == [100.0, 200.0, 250.0]
+    assert told == [
+        "*PART_INERTIA (part 1: its own axes are not understood, those of the world are taken)"
+    ]
+
+
+BULK = 0.01 / (3.0 * (1.0 - 2.0 * 0.3))
+
+
+@pytest.mark.parametrize(
+    ("sides", "third", "scale", "left"),
+    [
+        (card(2, 1, 3, 3), card(3.0), 3.0, []),
+        (card(2, 1, 3, 3), card(3.0, 5.0), 3.0, ["SFM 5.0"]),
+        (card(1, 2, 3, 3), card(3.0, 5.0), 5.0, ["SFS 3.0"]),
+        (card(9, 1, 4, 3), card(3.0), 3.0, []),
+        (card(1, 9, 3, 4), card(3.0, 5.0), 5.0, ["SFS 3.0"]),
+    ],
+)
+def test_the_stiffness_is_of_the_part_that_the_points_belong_to(
+    tmp_path: Path, sides: str, third: str, scale: float, left: list[str]
+) -> None:
+    nodes = ["*SET_NODE_LIST", card(9), card(15, 16, 17, 18)]
+    case, told = cubes(tmp_path, nodes, [TOUCH[0], sides, card(0.2), third])
+    # Two triangles a side, so that the root of twice their area is the side.
+    assert case.contact[0].law.stiffness == pytest.approx(0.1 * scale * BULK / SIDE, rel=1e-5)
+    assert told == [f"{TOUCH[0]} ({what})" for what in left]
+
+
+@pytest.mark.parametrize("factor", [0.0, 1.0, 0.5, 2.0])
+def test_fsf_scales_friction(tmp_path: Path, factor: float) -> None:
+    third = card(1, 1, 0, 0, 1, 1, factor)
+    case, told = cubes(tmp_path, [*TOUCH[:2], card(0.4, 0.3, 0.01), third])
+    friction, scale = case.contact[0].friction, factor or 1.0
+    assert (friction.static, friction.dynamic, friction.decay) == (0.4 * scale, 0.3 * scale, 0.01)
+    assert told == []
