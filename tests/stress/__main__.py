@@ -18,13 +18,16 @@ import numpy as np
 from tests.stress import (
     auto,
     checkpoints,
+    closed,
     motions,
+    pierced,
     segments,
     shaking,
     solids,
     subjects,
     tracking,
     unions,
+    valid,
     wandering,
 )
 from tests.stress.tally import Clock, Tally, write
@@ -118,7 +121,23 @@ def faces(full: bool, _: int) -> Iterator[Tally]:
     yield tally
 
 
+def closed_solids(full: bool, seed: int) -> Iterator[Tally]:
+    """Valid solids by OpenCASCADE: closed, with their mass and sides; 550 in full."""
+    first = 1_000 * (seed - 1)
+    for family, count in valid.FAMILIES.items():
+        yield closed.taken(family, range(first, first + (count if full else 2)))
+
+
+def piercing(full: bool, seed: int) -> Iterator[Tally]:
+    """Bodies that pierce themselves, told with the place: 64 in full."""
+    first = 1_000 * (seed - 1)
+    for family, count in pierced.FAMILIES.items():
+        yield pierced.taken(family, range(first, first + (count if full else 1)))
+
+
 PARTS: dict[str, Part] = {
+    "closed": closed_solids,
+    "pierced": piercing,
     "shaking": shake,
     "unions": unite,
     "segments": shoot,

@@ -58,6 +58,59 @@ def cut(shape: Any, *tools: Any) -> Any:
     return shape
 
 
+def fused(shape: Any, *others: Any) -> Any:
+    """The union of shapes, one after the other."""
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
+
+    for other in others:
+        shape = BRepAlgoAPI_Fuse(shape, other).Shape()
+    return shape
+
+
+def unified(shape: Any) -> Any:
+    """`shape` with faces of one surface that adjoin made one, edges too."""
+    from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
+
+    unify = ShapeUpgrade_UnifySameDomain(shape)
+    unify.Build()
+    return unify.Shape()
+
+
+def placed(shape: Any, matrix: Any, shift: Any) -> Any:
+    """`shape` by a rotation matrix that may have a factor, then moved: a copy of its own."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+    from OCP.gp import gp_Trsf
+
+    move = gp_Trsf()
+    rows = [[*row, by] for row, by in zip(matrix.tolist(), map(float, shift), strict=True)]
+    move.SetValues(*(value for row in rows for value in row))
+    return BRepBuilderAPI_Transform(shape, move, True).Shape()
+
+
+def turned(shape: Any, about: Sequence[float], axis: int, angle: float) -> Any:
+    """`shape` turned about an axis along x, y or z through `about`, rad."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
+
+    direction = [0.0, 0.0, 0.0]
+    direction[axis] = 1.0
+    turn = gp_Trsf()
+    turn.SetRotation(gp_Ax1(gp_Pnt(*about), gp_Dir(*direction)), angle)
+    return BRepBuilderAPI_Transform(shape, turn, True).Shape()
+
+
+def compound(shapes: Sequence[Any]) -> Any:
+    """Shapes side by side."""
+    from OCP.BRep import BRep_Builder
+    from OCP.TopoDS import TopoDS_Compound
+
+    builder, made = BRep_Builder(), TopoDS_Compound()
+    builder.MakeCompound(made)
+    for shape in shapes:
+        builder.Add(made, shape)
+    return made
+
+
 def common_part(shape: Any, other: Any) -> Any:
     """What lies in both."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Common
