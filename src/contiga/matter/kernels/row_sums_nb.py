@@ -122,14 +122,14 @@ def tet_rows(motion, tables, memory, out, start, stop):
         tet_gradient(bank, tables.gradients[b])
         all_gradients(tables.gradients[b], 4, 3, full)
         determinant(bank)
-        solid_stress(bank, tables, 0.0, memory.old[b], memory.new[b])
+        solid_stress(bank, tables, motion.step, memory.old[b], memory.new[b])
         _start(bank, stress, 4)
         for k in range(3):
             for l in range(3):
                 at = k * ROW + l * LANES
                 _nudge(bank, at, stress, way)
                 determinant(bank)
-                solid_stress(bank, tables, 0.0, memory.old[b], memory.new[b])
+                solid_stress(bank, tables, motion.step, memory.old[b], memory.new[b])
                 _differences(bank, at, stress, way, tangent[l * NINE : (l + 1) * NINE])
             add_rows(bank, tangent, full, 4, tables.measures[b])
         sum_in_block(bank, tables.sums, b, out.partial)
@@ -144,14 +144,14 @@ def hex_rows(motion, tables, memory, out, start, stop):
         gather(motion.points, tables.nodes[b], 8, bank)
         hex_gradient(bank, tables.gradients[b])
         determinant(bank)
-        solid_stress(bank, tables, 0.0, memory.old[b], memory.new[b])
+        solid_stress(bank, tables, motion.step, memory.old[b], memory.new[b])
         _start(bank, stress, 8)
         for k in range(3):
             for l in range(3):
                 at = k * ROW + l * LANES
                 _nudge(bank, at, stress, way)
                 determinant(bank)
-                solid_stress(bank, tables, 0.0, memory.old[b], memory.new[b])
+                solid_stress(bank, tables, motion.step, memory.old[b], memory.new[b])
                 _differences(bank, at, stress, way, tangent[l * NINE : (l + 1) * NINE])
             add_rows(bank, tangent, tables.gradients[b], 8, tables.measures[b])
         _add_springs(bank, tables.hourglass[b])
