@@ -145,7 +145,7 @@ def _overstress(bank, lane, numbers, step, old, new):
         way = strain - old[at]
         speed = held * old[to] + gain * way
         excess = _excess(numbers, strain, speed)
-        if step > 0.0:
+        if held < 1.0:  # nothing is lost in no time
             before = _excess(numbers, old[at], old[to])
             bank[VISCOSITY * LANES + lane] += 0.5 * (before + excess) * way
         bank[S + i * LANES + lane] += excess
