@@ -29,10 +29,10 @@ def _begin_at(bank, axes):
             # to length one by a step of Newton's method: rotations lose a last bit each
             unit = 1.5 - 0.5 * (a * a + b * b + c * c)
             bank[n], bank[n + ROW], bank[n + 2 * ROW] = unit * a, unit * b, unit * c
-        c = C + lane
-        xx, yy, zz = bank[c], bank[c + LANES], bank[c + 2 * LANES]
-        c += 3 * LANES
-        yz, zx, xy = bank[c], bank[c + LANES], bank[c + 2 * LANES]
+        at = C + lane
+        xx, yy, zz = bank[at], bank[at + LANES], bank[at + 2 * LANES]
+        at += 3 * LANES
+        yz, zx, xy = bank[at], bank[at + LANES], bank[at + 2 * LANES]
         for i in range(3):
             j = (i + 1) % 3
             n, m = N + i * LANES + lane, N + j * LANES + lane
