@@ -59,6 +59,27 @@ def test_steps_that_choose_themselves_keep_a_thousandth_of_the_energy() -> None:
     assert np.abs(history["energy.error"]).max() < 1e-3 * history["energy.total"][0]
 
 
+def test_the_ledger_of_foam_with_rates_is_of_second_order() -> None:
+    """Thrown at a ball: what rates take is the work of the mean of both ends of a step."""
+    rest = np.array([[0.0, 0.0], [0.05, 0.1], [0.6, 0.2], [0.9, 3.0]])
+    rates = tuple((rate, rest * [1.0, times]) for rate, times in ((0.01, 1.5), (0.1, 3.0)))
+    foam = cg.materials.Foam(loading=rest, hysteresis=0.1, rates=rates, filter=0.2)
+    slave = block((1, 1, 3), (30.0, 30.0, 60.0), (-15.0, -15.0, 0.01), kind="hexahedron")
+    motion = cg.motion.Deforming(material=foam, density=6e-5, velocity=[0.0, 0.0, -6.7])
+    ball = cg.Body([cg.shapes.sphere(radius=200.0, centre=(0.0, 0.0, -200.0))])
+    contact = cg.Contact(ball, slave, law=cg.PenaltyLaw(0.05, per_area=True), quadrature=3)
+    bodies, slaves = {"ball": ball}, {"foam": (slave, motion)}
+    errors = []
+    for step in (0.02, 0.01):
+        simulation = cg.Simulation(
+            bodies=bodies, slaves=slaves, contacts=[contact], end=6.0, step=step
+        )
+        history = simulation.run().history
+        assert history["energy.viscosity"][-1] > 0.05 * history["energy.total"][0]
+        errors.append(np.abs(history["energy.error"]).max() / history["energy.total"][0])
+    assert errors[1] < min(errors[0] / 3.0, 5e-4)
+
+
 def _thick_cloth(step: float | str) -> cg.Simulation:
     """A thick membrane that falls on a ball and sticks and slides there."""
     points, quads = square_sheet(10.0, 9)

@@ -11,6 +11,7 @@ from contiga.arrays.layout import as_points, positive
 from contiga.errors import InputError, MeshError
 from contiga.matter.assembled import Assembled, Average, Group
 from contiga.matter.blocks import NodeSums, block_sums, in_lanes, node_sums, nodes_in_lanes
+from contiga.matter.kernels.solid_viscosity_nb import MEMORY
 from contiga.matter.mass_scaling import added_to, scaled
 from contiga.matter.parts import Part, shapes_of
 from contiga.matter.shapes import Shapes, hourglass_modes
@@ -127,12 +128,12 @@ def _group(
         _hourglass(part, shapes, nodes, material.modulus),
         viscosity,
         in_lanes(np.cbrt(shapes.measures)[:, None]),
-        int(material.asks_rates or viscosity.size > 0),
         0,
         sums,
     )
     rows = slice(first, first + len(nodes_of_rows))
-    memory = slice(remembered, remembered + tables.measures.size * material.memory)
+    kept = material.memory + (MEMORY if viscosity.size else 0)
+    memory = slice(remembered, remembered + tables.measures.size * kept)
     bound, average = tables, None
     if material.averaged:
         tables = tables._replace(numbers=material.numbers * [1.0, 0.0], averaged=1)

@@ -45,7 +45,6 @@ class Coefficients(NamedTuple):
     which the critical step is bounded; (0,) where it is that of the state."""
     memory: int = 0
     """Numbers an element that are remembered."""
-    asks_rates: bool = False
     averaged: float = 0.0
     """λ of what is averaged at nodes."""
     reaches: tuple[Reach, ...] = ()

@@ -20,7 +20,7 @@ class ElementFields(NamedTuple):
     """Of n elements of one kind, or of n nodes."""
 
     stress: FloatArray
-    """(n, 6) Cauchy's xx, yy, zz, xy, yz, xz, without what resists rates."""
+    """(n, 6) Cauchy's xx, yy, zz, xy, yz, xz, with rates of foam and without bulk viscosity."""
     strain: FloatArray
     """(n, 6) Green's in the same order, in the axes in which the matter stands unstrained."""
     energy_density: FloatArray

@@ -13,7 +13,7 @@ from contiga.errors import InputError
 from contiga.matter.coefficients import SOLIDS, Coefficients, Reach
 from contiga.matter.curves import CurveLike, as_table, at, packed
 from contiga.matter.kernels.elements_stress_nb import FOAM
-from contiga.matter.kernels.solid_foam_nb import MEMORY, REACHED
+from contiga.matter.kernels.solid_foam_nb import MEMORY, MEMORY_OF_RATES, REACHED
 from contiga.records import FloatArray
 
 
@@ -37,8 +37,10 @@ class Foam:
     Notes
     -----
     Below the largest energy Wₘ that was taken, the force is H + (1 − H) (W/Wₘ)^S of that of the
-    curve (the form of LS-DYNA's MAT_57). Rates add the tables' excess at the rate of the stretch
-    that is shortest. Between rates it is linear, above the last one it stays.
+    curve (the form of LS-DYNA's MAT_57). Each principal stretch that shortens has what the tables
+    have above `loading` at its own rate added, linear between rates; above the last one it stays.
+    At a steady rate the stress is that of its table. What opens has none once the filter has
+    settled, and no path of strain gains energy: the filter is a spring in series with a dashpot.
 
     Raises
     ------
@@ -98,8 +100,7 @@ class Foam:
             np.concatenate(numbers),
             least if least > 0.0 else first,  # hourglass modes of a plateau are as soft as that
             first,
-            memory=MEMORY,
-            asks_rates=len(self.rates) > 0,
+            memory=MEMORY_OF_RATES if self.rates else MEMORY,
             reaches=Reach.of("strain", self.loading, REACHED),
         )
 

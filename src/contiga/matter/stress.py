@@ -47,12 +47,14 @@ def apart(
 def cauchy(kind: str, corners: FloatArray, forces: FloatArray, across: float) -> FloatArray:
     """(e, 6) stresses of elements with corners (e, k, 3) and forces (e, k, 3) on them.
 
-    Of membranes and bars by the thickness or section `across` that they have at rest.
+    Of membranes and bars by the thickness or section `across` that they have at rest; zero of those
+    that have no area or length left.
     """
     middle = corners.mean(axis=1, keepdims=True)
     moments = -np.einsum("eai,eaj->eij", forces, corners - middle)
     volumes = measures(kind, corners) * across
-    whole = moments / volumes[:, None, None]
+    left = (volumes > 0.0)[:, None, None]
+    whole = np.divide(moments, volumes[:, None, None], out=np.zeros_like(moments), where=left)
     return np.stack([0.5 * (whole[:, i, j] + whole[:, j, i]) for i, j in COMPONENTS], axis=1)
 
 

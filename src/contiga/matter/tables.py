@@ -42,8 +42,6 @@ class ElementTables(NamedTuple):
     """(3,) coefficients of the bulk viscosity; (0,) of what has none."""
     sizes: FloatArray
     """(b, LANES) lengths for the bulk viscosity."""
-    asks_rates: int
-    """1 if velocities matter."""
     averaged: int
     """1 if the change of volume is averaged at the nodes of tetrahedra."""
     sums: BlockSums

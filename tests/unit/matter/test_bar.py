@@ -19,6 +19,9 @@ WEBBING = Belt(
     hysteresis_slope=300.0,
 )
 
+STIFF = {Elastic: 4.0 * 0.5, Belt: 300.0}
+"""Force at the strain one, on the steepest line."""
+
 
 def bar(material: Material) -> Assembled:
     """One bar of section 0.5."""
@@ -82,3 +85,14 @@ def test_a_belt_carries_its_mass_at_its_nodes() -> None:
 def test_a_belt_whose_curves_cross_is_refused() -> None:
     with pytest.raises(InputError, match="above the loading"):
         Belt(loading=2.0, unloading=[[0, 0], [0.1, 0.1], [0.2, 0.5]], hysteresis_slope=10.0)
+
+
+@pytest.mark.parametrize("material", [Elastic(young=4.0), WEBBING])
+def test_a_bar_whose_ends_meet_pulls_nowhere_and_is_as_stiff_as_ever(material: Material) -> None:
+    matter = bar(material)
+    place = np.broadcast_to(ENDS[1], ENDS.shape)
+    answer = matter.forces(matter.start(), place, np.zeros_like(ENDS), 0.1)
+    np.testing.assert_array_equal(answer.force, 0.0)
+    sums = matter.stiffness(answer.state)
+    np.testing.assert_allclose(sums, 2.0 * STIFF[type(material)] / 3.0, rtol=1e-12)  # 2 k
+    np.testing.assert_array_equal(matter.nodal_fields(answer.state).stress, 0.0)

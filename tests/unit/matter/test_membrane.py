@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from tests.unit.matter import rig
 
-from contiga.materials import Elastic, NeoHooke
+from contiga.materials import Elastic, Fabric, NeoHooke
+from contiga.matter.coefficients import Material
 
 
 def test_rubber_at_twice_its_length_carries_three_and_a_half_mu() -> None:
@@ -70,3 +71,26 @@ def test_cloth_carries_no_compression() -> None:
             rig.pull_sheet(cloth, taut), rig.pull_sheet(plain, taut), strict=True
         ):
             np.testing.assert_allclose(mine, theirs, rtol=1e-12)
+
+
+SHEETS = [
+    Elastic(young=2.0, poisson=0.3),
+    Elastic(young=2.0, poisson=0.3, compression=False),
+    Fabric(warp=2.0, shear=0.1, direction=[1.0, 0.0, 0.0]),
+    NeoHooke(young=2.0, poisson=0.3),
+]
+
+
+@pytest.mark.parametrize("material", SHEETS, ids=["elastic", "slack", "fabric", "neo-hooke"])
+def test_a_triangle_pressed_flat_has_finite_forces_and_carries_nothing_at_a_point(
+    material: Material,
+) -> None:
+    nodes = np.array([[0.0, 0.0, 0.0], [1.0, 0.1, 0.0], [0.3, 0.8, 0.0]])
+    matter = rig.one_part("tri3", nodes, np.arange(3)[None], material, thickness=0.5)
+    for squeezed in (0.0 * nodes, nodes * [1.0, 0.0, 0.0], nodes[[0, 1, 1]], nodes[[0, 1, 0]]):
+        answer = matter.forces(matter.start(), squeezed, np.zeros_like(nodes), 0.1)
+        assert np.isfinite([*answer.force.ravel(), *answer.energy]).all()
+        assert np.isfinite(matter.stiffness(answer.state)).all()
+        np.testing.assert_array_equal(matter.nodal_fields(answer.state).stress, 0.0)
+        if not squeezed.any():
+            np.testing.assert_array_equal(answer.force, 0.0)

@@ -1,6 +1,7 @@
 """Bars of two nodes: a force along them by how much longer they are.
 
 N of ε = ℓ/ℓ₀ − 1: linear, with or without compression, or by a curve that unloads by another one.
+A bar whose nodes are at one point has no direction and pulls at neither.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ def bar_forces(bank, numbers, inverse_lengths, old, new):
             force, energy = force + pull, energy + stored
             bank[LOST + lane] = lost
         bank[W + lane] = energy
-        along = force / length
+        along = force / length if length > 0.0 else 0.0
         at = X + lane
         bank[at] = along * x
         bank[at + LANES] = along * y
@@ -73,12 +74,15 @@ def bar_rows(bank, numbers, inverse_lengths, measures):
         x, y, z, length = _way(bank, lane)
         filled = 1.0 if measures[lane] > 0.0 else 0.0
         k = filled * stiff * inverse_lengths[lane]
-        across = filled * stiff * abs(length * inverse_lengths[lane] - 1.0) / length
-        x, y, z = x / length, y / length, z / length
+        somewhere = length > 0.0
+        across = 0.0
+        if somewhere:
+            across = filled * stiff * abs(length * inverse_lengths[lane] - 1.0) / length
+            x, y, z = x / length, y / length, z / length
         whole = abs(x) + abs(y) + abs(z)
         for i in range(3):
             n = x if i == 0 else (y if i == 1 else z)
-            along = abs(n) * whole
+            along = abs(n) * whole if somewhere else 1.0
             rest = abs(n) * (whole - abs(n)) + 1.0 - n * n
             for end in range(2):
                 bank[X + end * CORNER + i * LANES + lane] = 2.0 * (k * along + across * rest)

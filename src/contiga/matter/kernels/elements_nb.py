@@ -49,9 +49,10 @@ def _account(bank, measures, energy):
 def _solid(bank, tables, memory, b, step):
     """J, stress and energies of a solid's gradient."""
     determinant(bank)
-    solid_stress(bank, tables, step, memory.old[b], memory.new[b])
+    old, new = memory.old[b], memory.new[b]
+    solid_stress(bank, tables, step, old, new)
     if len(tables.viscosity) > 0:
-        bulk_viscosity(bank, tables.viscosity, tables.sizes[b], step)
+        bulk_viscosity(bank, tables.viscosity, tables.sizes[b], step, old, new)
 
 
 @kernel()
@@ -73,7 +74,7 @@ def tetrahedra(motion, tables, memory, out, start, stop):
     for b in range(start, stop):
         gradients, volumes = tables.gradients[b], tables.measures[b]
         blank(bank)
-        if tables.asks_rates:
+        if len(tables.viscosity) > 0:
             gather(motion.velocities, tables.nodes[b], 4, bank)
             tet_gradient(bank, gradients)
             take_as_rate(bank)
@@ -95,7 +96,7 @@ def hexahedra(motion, tables, memory, out, start, stop):
     for b in range(start, stop):
         gradients, volumes = tables.gradients[b], tables.measures[b]
         blank(bank)
-        if tables.asks_rates:
+        if len(tables.viscosity) > 0:
             gather(motion.velocities, tables.nodes[b], 8, bank)
             hex_gradient(bank, gradients)
             take_as_rate(bank)

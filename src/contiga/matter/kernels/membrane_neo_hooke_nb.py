@@ -1,7 +1,8 @@
 """Neo-Hooke's membrane, in lanes: the solid's energy, least over the stretch of the thickness.
 
 With a the ratio of areas, W = μ/2 (tr C + s² − 3) − μ ln(a s) + λ/2 (a s − 1)² is least where
-(μ + λ a²) s² − λ a s − μ = 0, which has one root above zero; S = ∂W/∂E at that s.
+(μ + λ a²) s² − λ a s − μ = 0, which has one root above zero; S = ∂W/∂E at that s. A triangle
+without an area, whose W has no bound, carries nothing.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from contiga.matter.kernels.membrane_elastic_nb import green, pull_forward
 from contiga.matter.kernels.solid_neo_hooke_nb import log_series
 
 F, W = GRADIENT * LANES, ENERGY * LANES
+FLAT = 1e-14
+"""Square of the area over that of the edges: below it there is rounding and nothing else."""
 
 
 @inlined()
@@ -23,6 +26,14 @@ def thickness_stretch(square, area, mu, lam):
     return 0.5 * (lam * area + math.sqrt(lam * lam * square + 4.0 * mu * c)) / c
 
 
+@inlined()
+def square_of_area(a, b, ab):
+    """Of the metric a, b, ab, and whether there is an area; one if there is none."""
+    square = a * b - ab * ab
+    there = square > FLAT * a * b
+    return (square if there else 1.0), there
+
+
 @inner(linked=False)
 def membrane_neo_hooke(bank, numbers):
     """P and W from F; numbers are μ t and λ t."""
@@ -30,7 +41,7 @@ def membrane_neo_hooke(bank, numbers):
     for lane in range(LANES):
         e_a, e_b, e_ab = green(bank, lane)
         a, b, ab = 2.0 * e_a + 1.0, 2.0 * e_b + 1.0, 2.0 * e_ab
-        square = a * b - ab * ab
+        square, there = square_of_area(a, b, ab)
         area = math.sqrt(square)
         s = thickness_stretch(square, area, mu, lam)
         j = area * s
@@ -40,5 +51,7 @@ def membrane_neo_hooke(bank, numbers):
         near = math.sqrt(math.sqrt(math.sqrt(j))) if far else j
         log = log_series((near - 1.0) / (near + 1.0)) * (8.0 if far else 1.0)
         energy = 0.5 * mu * (2.0 * (e_a + e_b) + s * s - 1.0) - mu * log
-        bank[W + lane] = energy + 0.5 * lam * (j - 1.0) * (j - 1.0)
-        pull_forward(bank, lane, mu + k * b, mu + k * a, -k * ab)
+        energy += 0.5 * lam * (j - 1.0) * (j - 1.0)
+        bank[W + lane] = energy if there else 0.0
+        m, k = (mu if there else 0.0), (k if there else 0.0)
+        pull_forward(bank, lane, m + k * b, m + k * a, -k * ab)

@@ -13,7 +13,7 @@ import math
 from contiga.jit import inner
 from contiga.matter.kernels.lanes_nb import GRADIENT, LANES, TANGENT
 from contiga.matter.kernels.membrane_elastic_nb import green
-from contiga.matter.kernels.membrane_neo_hooke_nb import thickness_stretch
+from contiga.matter.kernels.membrane_neo_hooke_nb import square_of_area, thickness_stretch
 
 F, C = GRADIENT * LANES, TANGENT * LANES
 
@@ -38,13 +38,14 @@ def neo_hooke_tangent(bank, numbers):
     for lane in range(LANES):
         e_a, e_b, e_ab = green(bank, lane)
         a, b, ab = 2.0 * e_a + 1.0, 2.0 * e_b + 1.0, 2.0 * e_ab
-        square = a * b - ab * ab
+        square, there = square_of_area(a, b, ab)
         area = math.sqrt(square)
         j = area * thickness_stretch(square, area, mu, lam)
         k = lam * (j - 1.0) * j - mu
         change = 2.0 * square * (mu + lam * j * (1.0 - j))
         u = lam * (2.0 * j - 1.0) * change / (2.0 * (mu + lam * square) * j - lam * square)
         p, q, r = b / square, a / square, -ab / square
+        u, k = (u if there else 0.0), (k if there else 0.0)
         bank[C + lane] = (u - 2.0 * k) * p * p
         bank[C + LANES + lane] = (u - 2.0 * k) * q * q
         bank[C + 2 * LANES + lane] = u * p * q - 2.0 * k * r * r

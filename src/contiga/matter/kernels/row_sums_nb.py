@@ -7,7 +7,7 @@ is a millionth of the sums. Membranes have theirs in closed form, which takes a 
 
 from __future__ import annotations
 
-from contiga.jit import inner, kernel
+from contiga.jit import inlined, inner, kernel
 from contiga.jit.scratch import scratch, zero_scratch
 from contiga.matter.kernels.bar_nb import bar_rows as rows_of_bars
 from contiga.matter.kernels.elements_stress_nb import membrane_stress, solid_stress
@@ -67,40 +67,52 @@ def _differences(bank, at, stress, way, tangent):
             tangent[p] = (bank[P + p] - stress[p]) / way[lane]
 
 
-@inner(linked=False)
-def _column(tangent, at, full, corner, column):
-    """∂P/∂F : G of a corner, for one row of P; (3, LANES)."""
-    for l in range(3):
-        for lane in range(LANES):
-            p, g = l * NINE + at + lane, corner * ROW + lane
-            column[l * LANES + lane] = (
-                tangent[p] * full[g]
-                + tangent[p + LANES] * full[g + LANES]
-                + tangent[p + 2 * LANES] * full[g + 2 * LANES]
-            )
+@inlined()
+def _along(tangent, g, lane, full, corner):
+    """∂P/∂F : G of a corner, for one number of P, of a lane; g is where its row begins."""
+    n = corner * ROW + lane
+    return (
+        tangent[g] * full[n]
+        + tangent[g + LANES] * full[n + LANES]
+        + tangent[g + 2 * LANES] * full[n + 2 * LANES]
+    )
 
 
-@inner(linked=False)
-def _add_row(column, full, corners, row, measures):
-    """|K| of one direction of all corners, added to a row."""
-    for b in range(corners):
-        for lane in range(LANES):
+@inlined()
+def _add_row(tangent, full, corners, corner, row, measures):
+    """|K| of one direction of all corners, a number that is written out, added to a row of one."""
+    for lane in range(LANES):
+        x = _along(tangent, lane, lane, full, corner)
+        y = _along(tangent, NINE + lane, lane, full, corner)
+        z = _along(tangent, 2 * NINE + lane, lane, full, corner)
+        measure, total = measures[lane], row[lane]
+        for b in range(corners):
             g = b * ROW + lane
-            k = column[lane] * full[g]
-            k += column[LANES + lane] * full[g + LANES]
-            k += column[2 * LANES + lane] * full[g + 2 * LANES]
-            row[lane] += measures[lane] * abs(k)
+            k = x * full[g] + y * full[g + LANES] + z * full[g + 2 * LANES]
+            total += measure * abs(k)
+        row[lane] = total
+
+
+@inner(linked=False)
+def _add_row_of_4(tangent, full, corner, row, measures):
+    _add_row(tangent, full, 4, corner, row, measures)
+
+
+@inner(linked=False)
+def _add_row_of_8(tangent, full, corner, row, measures):
+    _add_row(tangent, full, 8, corner, row, measures)
 
 
 @inner()
 def add_rows(bank, tangent, full, corners, measures):
     """|K| of one direction of all columns, added to the rows of all corners."""
-    column = scratch(ROW)
     for a in range(corners):
         for i in range(3):
-            _column(tangent, i * ROW, full, a, column)
             at = X + a * ROW + i * LANES
-            _add_row(column, full, corners, bank[at : at + LANES], measures)
+            if corners == 4:
+                _add_row_of_4(tangent[i * ROW :], full, a, bank[at : at + LANES], measures)
+            else:
+                _add_row_of_8(tangent[i * ROW :], full, a, bank[at : at + LANES], measures)
 
 
 @inner()
@@ -122,14 +134,14 @@ def tet_rows(motion, tables, memory, out, start, stop):
         tet_gradient(bank, tables.gradients[b])
         all_gradients(tables.gradients[b], 4, 3, full)
         determinant(bank)
-        solid_stress(bank, tables, 0.0, memory.old[b], memory.new[b])
+        solid_stress(bank, tables, motion.step, memory.old[b], memory.new[b])
         _start(bank, stress, 4)
         for k in range(3):
             for l in range(3):
                 at = k * ROW + l * LANES
                 _nudge(bank, at, stress, way)
                 determinant(bank)
-                solid_stress(bank, tables, 0.0, memory.old[b], memory.new[b])
+                solid_stress(bank, tables, motion.step, memory.old[b], memory.new[b])
                 _differences(bank, at, stress, way, tangent[l * NINE : (l + 1) * NINE])
             add_rows(bank, tangent, full, 4, tables.measures[b])
         sum_in_block(bank, tables.sums, b, out.partial)
@@ -144,14 +156,14 @@ def hex_rows(motion, tables, memory, out, start, stop):
         gather(motion.points, tables.nodes[b], 8, bank)
         hex_gradient(bank, tables.gradients[b])
         determinant(bank)
-        solid_stress(bank, tables, 0.0, memory.old[b], memory.new[b])
+        solid_stress(bank, tables, motion.step, memory.old[b], memory.new[b])
         _start(bank, stress, 8)
         for k in range(3):
             for l in range(3):
                 at = k * ROW + l * LANES
                 _nudge(bank, at, stress, way)
                 determinant(bank)
-                solid_stress(bank, tables, 0.0, memory.old[b], memory.new[b])
+                solid_stress(bank, tables, motion.step, memory.old[b], memory.new[b])
                 _differences(bank, at, stress, way, tangent[l * NINE : (l + 1) * NINE])
             add_rows(bank, tangent, tables.gradients[b], 8, tables.measures[b])
         _add_springs(bank, tables.hourglass[b])

@@ -3,15 +3,26 @@
 What is taken in compression is W = Σ w(1 − λ_i). Below the largest W so far, Wₘ, it is given back
 by the factor H + (1 − H) (W/Wₘ)^S: the gradient of H W + (1 − H) W (W/Wₘ)^S/(S + 1), which is
 what is stored (the unloading of LS-DYNA's MAT_57 and of Radioss' LAW90). Tension is elastic.
-Rates add to the stress what their tables have above the first one, at a rate that is smoothed by
-an exponential filter: that of the stretch that is shortest.
+
+Rates add the overstress X(ε_i, s_i) to each principal stress: what their tables have above the
+first one at the strain ε_i = 1 − λ_i and its rate s_i, smoothed by τ ṡ_i = ε̇_i − s_i, zero where
+either is not above zero. No path of strain gains work by it. With d_i = ε_i − τ s_i it is a
+spring ε_i − d_i in series with a dashpot d_i, ḋ_i = s_i, which stores
+
+    ψ(ε, d) = ∫_d^ε X(e, (e − d)/τ) de ≥ 0,    ∂ψ/∂ε = X,    ∂ψ/∂d = −(1/τ) ∫_d^ε ∂X/∂s de,
+
+so that the work it takes is Σ X ε̇_i = ψ̇ + Σ s_i (1/τ) ∫ ∂X/∂s de. No table is below that before
+it, hence ∂X/∂s ≥ 0, and X = 0 where s ≤ 0: the second part, which is lost, is never negative. This
+holds as each axis keeps its own rate while it turns, for which it is followed from step to step:
+ε_i is continuous and ε̇_i = N_i·Ė N_i. Since the work is that of the mean of both ends of a step,
+it closes the balance to second order.
 """
 
 from __future__ import annotations
 
 import math
 
-from contiga.jit import inlined, inner
+from contiga.jit import inner
 from contiga.matter.kernels.curve_nb import curve_at, on_piece, piece_of
 from contiga.matter.kernels.lanes_nb import (
     AXES,
@@ -19,7 +30,6 @@ from contiga.matter.kernels.lanes_nb import (
     GRADIENT,
     HYSTERESIS,
     LANES,
-    RATE,
     SPRINGS,
     SQUARE,
     STRESS,
@@ -28,43 +38,17 @@ from contiga.matter.kernels.lanes_nb import (
 from contiga.matter.kernels.solid_principal_nb import principal
 
 F, P, W = GRADIENT * LANES, STRESS * LANES, ENERGY * LANES
-C, N, V = SQUARE * LANES, AXES * LANES, RATE * LANES
+C, N = SQUARE * LANES, AXES * LANES
 S = SPRINGS * LANES
 """Three rows that nothing else has at that stage: principal stresses."""
 ROW = 3 * LANES
 # Coefficients: H, S, modulus in tension, time of the filter, points of each curve, curves; then the
 # curve of rest (x, y, ∫y), the rates, and y of each curve.
 KEPT, SHAPE, TENSION, FILTER, POINTS, CURVES, TABLE = 0, 1, 2, 3, 4, 5, 6
-MOST, SPEED, REACHED = 0, 1, 2
-"""What is remembered: Wₘ, the smoothed rate and the largest strain."""
-MEMORY = 3
-
-
-@inlined()
-def _direction(bank, lane, i):
-    """N_i of a lane, and F N_i."""
-    a, b, c = bank[N + i * LANES + lane], 0.0, 0.0
-    b, c = bank[N + ROW + i * LANES + lane], bank[N + 2 * ROW + i * LANES + lane]
-    f = F + lane
-    x = bank[f] * a + bank[f + LANES] * b + bank[f + 2 * LANES] * c
-    f += ROW
-    y = bank[f] * a + bank[f + LANES] * b + bank[f + 2 * LANES] * c
-    f += ROW
-    z = bank[f] * a + bank[f + LANES] * b + bank[f + 2 * LANES] * c
-    return a, b, c, x, y, z
-
-
-@inlined()
-def _shortening(bank, lane, i, stretch):
-    """−dλ/dt of a principal stretch."""
-    a, b, c, x, y, z = _direction(bank, lane, i)
-    v = V + lane
-    u = bank[v] * a + bank[v + LANES] * b + bank[v + 2 * LANES] * c
-    v += ROW
-    w = bank[v] * a + bank[v + LANES] * b + bank[v + 2 * LANES] * c
-    v += ROW
-    t = bank[v] * a + bank[v + LANES] * b + bank[v + 2 * LANES] * c
-    return -(u * x + w * y + t * z) / stretch
+MOST, REACHED, STRAIN, SPEED, DIRECTION = 0, 1, 2, 5, 8
+"""What is remembered: Wₘ and the largest strain; where there are rates the strain of each axis, its
+smoothed rate, and the axes less those of coordinates."""
+MEMORY, MEMORY_OF_RATES = 2, 17
 
 
 @inner()
@@ -72,7 +56,7 @@ def _excess(numbers, strain, speed):
     """Stress above that at rest, at a rate."""
     n, curves = int(numbers[POINTS]), int(numbers[CURVES])
     rates = TABLE + 3 * n
-    if curves == 1 or strain <= 0.0 or speed <= numbers[rates]:
+    if strain <= 0.0 or speed <= numbers[rates]:
         return 0.0
     k = piece_of(numbers, TABLE, n, strain)
     r = min(piece_of(numbers, rates, curves, speed), curves - 2)
@@ -124,14 +108,13 @@ def _kept(numbers, energy, most):
 
 
 @inner()
-def _lane(bank, lane, numbers, step, old, new):
-    """Principal stresses and energies of a lane."""
-    n, taken, elastic, least, shortest = int(numbers[POINTS]), 0.0, 0.0, math.inf, 0
+def _lane(bank, lane, numbers, old, new):
+    """Principal stresses and energies of a lane, without rates."""
+    n, taken, elastic = int(numbers[POINTS]), 0.0, 0.0
+    reached = old[REACHED * LANES + lane]
     for i in range(3):
-        stretch = bank[C + (3 + i) * LANES + lane]
-        if stretch < least:
-            least, shortest = stretch, i
-        strain = 1.0 - stretch
+        strain = 1.0 - bank[C + (3 + i) * LANES + lane]
+        reached = max(reached, strain)
         if strain > 0.0:
             stress, w = curve_at(numbers, TABLE, n, strain)
             taken += w
@@ -139,36 +122,53 @@ def _lane(bank, lane, numbers, step, old, new):
             stress = numbers[TENSION] * strain
             elastic += 0.5 * stress * strain
         bank[S + i * LANES + lane] = stress
-    most, speed = old[MOST * LANES + lane], old[SPEED * LANES + lane]
-    if numbers[CURVES] > 1.0:
-        share = 1.0 - math.exp(-step / numbers[FILTER])
-        speed += share * (_shortening(bank, lane, shortest, least) - speed)
+    most = old[MOST * LANES + lane]
     factor, stored = _kept(numbers, taken, most)
-    viscous = 0.0
     for i in range(3):
-        stretch = bank[C + (3 + i) * LANES + lane]
-        strain, stress = 1.0 - stretch, bank[S + i * LANES + lane]
-        if strain > 0.0:
-            excess = _excess(numbers, strain, speed)
-            if excess != 0.0:
-                viscous += excess * _shortening(bank, lane, i, stretch)
-            bank[S + i * LANES + lane] = factor * stress + excess
+        if bank[C + (3 + i) * LANES + lane] < 1.0:
+            bank[S + i * LANES + lane] *= factor
     bank[W + lane] = stored + elastic
     _, before = _kept(numbers, most, most)
     above = max(taken - most, 0.0)
     _, whole = _kept(numbers, most + above, most)
     bank[HYSTERESIS * LANES + lane] = above - (whole - before)
-    bank[VISCOSITY * LANES + lane] += viscous * step
     new[MOST * LANES + lane] = max(taken, most)
-    new[SPEED * LANES + lane] = speed
-    new[REACHED * LANES + lane] = max(old[REACHED * LANES + lane], 1.0 - least)
+    new[REACHED * LANES + lane] = reached
+
+
+@inner()
+def _overstress(bank, lane, numbers, step, old, new):
+    """What the rates add to the principal stresses of a lane, and its work."""
+    held = math.exp(-step / numbers[FILTER])
+    # of a step in which the strain changes evenly; nothing moves in one of no length
+    gain = -math.expm1(-step / numbers[FILTER]) / step if step > 0.0 else 0.0
+    for i in range(3):
+        at, to = (STRAIN + i) * LANES + lane, (SPEED + i) * LANES + lane
+        strain = 1.0 - bank[C + (3 + i) * LANES + lane]
+        way = strain - old[at]
+        speed = held * old[to] + gain * way
+        excess = _excess(numbers, strain, speed)
+        if held < 1.0:  # nothing is lost in no time
+            before = _excess(numbers, old[at], old[to])
+            bank[VISCOSITY * LANES + lane] += 0.5 * (before + excess) * way
+        bank[S + i * LANES + lane] += excess
+        new[at] = strain
+        new[to] = speed
+    for k in range(9):
+        axis = bank[N + k * LANES + lane]
+        new[(DIRECTION + k) * LANES + lane] = axis - 1.0 if k % 4 == 0 else axis
 
 
 @inner(linked=False)
 def solid_foam(bank, numbers, step, old, new):
     """P, energies and the new memory from F, its rate and the old memory."""
-    principal(bank)
+    rated = numbers[CURVES] > 1.0
+    first = DIRECTION if rated else MEMORY
+    principal(bank, old[first * LANES :])
     _stretches(bank)
     for lane in range(LANES):
-        _lane(bank, lane, numbers, step, old, new)
+        _lane(bank, lane, numbers, old, new)
+    if rated:
+        for lane in range(LANES):
+            _overstress(bank, lane, numbers, step, old, new)
     _pull_forward(bank)

@@ -18,6 +18,33 @@ ROUNDS = 4
 
 
 @inner(linked=False)
+def _begin_at(bank, axes):
+    """Axes from their difference (9, LANES) to those of coordinates, and C turned to them."""
+    for lane in range(LANES):
+        for i in range(3):
+            n, at = N + i * LANES + lane, i * LANES + lane
+            a = axes[at] + (1.0 if i == 0 else 0.0)
+            b = axes[at + ROW] + (1.0 if i == 1 else 0.0)
+            c = axes[at + 2 * ROW] + (1.0 if i == 2 else 0.0)
+            # to length one by a step of Newton's method: rotations lose a last bit each
+            unit = 1.5 - 0.5 * (a * a + b * b + c * c)
+            bank[n], bank[n + ROW], bank[n + 2 * ROW] = unit * a, unit * b, unit * c
+        at = C + lane
+        xx, yy, zz = bank[at], bank[at + LANES], bank[at + 2 * LANES]
+        at += 3 * LANES
+        yz, zx, xy = bank[at], bank[at + LANES], bank[at + 2 * LANES]
+        for i in range(3):
+            j = (i + 1) % 3
+            n, m = N + i * LANES + lane, N + j * LANES + lane
+            a, b, c = bank[n], bank[n + ROW], bank[n + 2 * ROW]
+            x, y, z = xx * a + xy * b + zx * c, xy * a + yy * b + yz * c, zx * a + yz * b + zz * c
+            bank[C + i * LANES + lane] = a * x + b * y + c * z
+            # C_ij stands in the row of the axis that is neither
+            mixed = bank[m] * x + bank[m + ROW] * y + bank[m + 2 * ROW] * z
+            bank[C + (3 + (i + 2) % 3) * LANES + lane] = mixed
+
+
+@inner(linked=False)
 def _square(bank, to, i, j):
     """C_ij into a row."""
     for lane in range(LANES):
@@ -69,15 +96,21 @@ def _rotate_12(bank):
 
 
 @inner()
-def principal(bank):
+def principal(bank, axes):
     """Squares of the principal stretches in three rows from SQUARE, their directions at rest as
-    the columns of AXES."""
+    the columns of AXES.
+
+    Rotations begin at `axes` (9 · LANES), less the identity: that of before, so that each axis is
+    followed; from the coordinates if there are none (0).
+    """
     for i in range(3):
         _square(bank, C + i * LANES, i, i)
         _square(bank, C + (3 + i) * LANES, (i + 1) % 3, (i + 2) % 3)
         for j in range(3):
             for lane in range(LANES):
                 bank[N + i * ROW + j * LANES + lane] = 1.0 if i == j else 0.0
+    if len(axes) > 0:
+        _begin_at(bank, axes)
     for _ in range(ROUNDS):
         _rotate_01(bank)
         _rotate_02(bank)

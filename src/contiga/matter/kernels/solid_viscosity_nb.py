@@ -2,7 +2,8 @@
 
 q = ρ ℓ (b c |ε̇| + a ℓ ε̇²) where the volume shrinks at ε̇ = J̇/J < 0, with the density ρ = ρ₀/J, the
 length ℓ = V^⅓ at rest and the speed c of pressure waves at rest (von Neumann and Richtmyer, 1950;
-Landshoff, 1955). It takes q |J̇| a volume at rest.
+Landshoff, 1955). It takes q |J̇| ≥ 0 a volume at rest; of a step, the mean of q at both ends times
+the change of J, which closes the balance to second order.
 """
 
 from __future__ import annotations
@@ -13,11 +14,14 @@ from contiga.matter.kernels.lanes_nb import GRADIENT, LANES, RATE, STRESS, STRET
 F, P, V = GRADIENT * LANES, STRESS * LANES, RATE * LANES
 J, LOST = STRETCH * LANES, VISCOSITY * LANES
 ROW = 3 * LANES
+MEMORY = 2
+"""The last numbers that are remembered: q and J less one."""
 
 
 @inner(linked=False)
-def bulk_viscosity(bank, numbers, sizes, step):
-    """P and what is lost in a step; numbers are b c, a and ρ₀."""
+def bulk_viscosity(bank, numbers, sizes, step, old, new):
+    """P, what is lost in a step and the new memory; numbers are b c, a and ρ₀."""
+    kept = len(old) - MEMORY * LANES
     linear, quadratic, density = numbers[0], numbers[1], numbers[2]
     for lane in range(LANES):
         f, v, p = F + lane, V + lane, P + lane
@@ -35,7 +39,11 @@ def bulk_viscosity(bank, numbers, sizes, step):
         shrinks = max(-rate, 0.0) / bank[J + lane]
         size = sizes[lane]
         q = density / bank[J + lane] * size * shrinks * (linear + quadratic * size * shrinks)
-        bank[LOST + lane] += q * max(-rate, 0.0) * step
+        change, at = bank[J + lane] - 1.0, kept + lane
+        if step > 0.0:
+            bank[LOST + lane] += 0.5 * (old[at] + q) * (old[at + LANES] - change)
+        new[at] = q
+        new[at + LANES] = change
         bank[p] -= q * a
         bank[p + LANES] -= q * b
         bank[p + 2 * LANES] -= q * c
