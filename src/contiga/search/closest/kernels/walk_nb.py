@@ -175,10 +175,11 @@ def walk(elements, start, point, tolerance, h):
 
 @inner()
 def _is_polar(elements, e, q, square, h):
-    """Whether a step of a length (its square given) from a foot near a pole is one that (s, t), in
-    what are polar coordinates about the pole, make no sense of: long, or f not convex in them."""
-    about = elements.table[e]["about"]
-    if about[0] == 0.0 and about[1] == 0.0:
+    """Whether a step of a length (its square given) from a foot near a round pole is one that
+    (s, t), in what are polar coordinates, make no sense of: long, or f not convex in them."""
+    about, is_round = elements.table[e]["about"], elements.table[e]["round"]
+    axis = 0 if about[0] != 0.0 else 1
+    if about[axis] == 0.0 or is_round[2 * axis + (1 if about[axis] > 0.0 else 0)] == 0:
         return False
     away = h[0, 0] ** 2 + h[1, 0] ** 2 + h[2, 0] ** 2  # the element's origin is its pole
     if away > AROUND_POLE * AROUND_POLE * max(q.square_s, q.square_t):
