@@ -117,7 +117,7 @@ def prism(loops: Sequence[Sequence[fields.Piece]], low: float, high: float) -> P
 
 
 def fused(*pieces: Piece, volume: float | None = None) -> Piece:
-    """The union; `volume` if known, "sum" of those of pieces that do not overlap."""
+    """The union; `volume` if known, of pieces that do not overlap `summed`."""
     return Piece(parts.fused(*(piece.shape for piece in pieces)), union_field(pieces), volume)
 
 

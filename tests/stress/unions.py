@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import warnings
 from functools import cache
-from typing import Any, NamedTuple
 
 import numpy as np
-from tests.stress import fields, parts
+from tests.stress import pieces
+from tests.stress.pieces import Piece
 from tests.stress.solids import Solid, written
 
 import contiga as cg
@@ -22,42 +22,19 @@ SEAM = 1e-10
 """Share of the size by which pieces are larger in closed form: a twentieth of what is judged."""
 
 
-class Piece(NamedTuple):
-    """A solid as OpenCASCADE makes it, and in closed form."""
-
-    shape: Any
-    field: fields.Field
-
-
-def _box(low: Any, high: Any) -> Piece:
-    low, high = tuple(map(float, low)), tuple(map(float, high))
-    return Piece(parts.solid_box(low, high), fields.box(low, high))
-
-
-def _rod(axis: int, radius: float, low: Any, length: float) -> Piece:
-    others = tuple(float(low[k]) for k in range(3) if k != axis)
-    begin = float(low[axis])
-    field = fields.common(
-        fields.tube(axis, radius, others), fields.between(axis, begin, begin + length)
-    )
-    return Piece(parts.solid_tube(axis, radius, tuple(map(float, low)), length), field)
-
-
-def _bored(box: Piece, rod: Piece) -> Piece:
-    return Piece(parts.cut(box.shape, rod.shape), fields.minus(box.field, rod.field))
-
-
 def _tiles() -> list[Piece]:
     """A floor of four by three tiles, side by side."""
     return [
-        _box((10 * i, 8 * j, 0), (10 * i + 10, 8 * j + 8, 3)) for i in range(4) for j in range(3)
+        pieces.box((10 * i, 8 * j, 0), (10 * i + 10, 8 * j + 8, 3))
+        for i in range(4)
+        for j in range(3)
     ]
 
 
 def _lapped_tiles() -> list[Piece]:
     """As before, each half a length into the next."""
     return [
-        _box((10 * i, 8 * j, 0), (10 * i + 10.5, 8 * j + 8.5, 3))
+        pieces.box((10 * i, 8 * j, 0), (10 * i + 10.5, 8 * j + 8.5, 3))
         for i in range(4)
         for j in range(3)
     ]
@@ -66,7 +43,7 @@ def _lapped_tiles() -> list[Piece]:
 def _bricks() -> list[Piece]:
     """A wall in running bond: every brick meets four others, and parts of them."""
     return [
-        _box((10 * i + 5 * (j % 2), 0, 4 * j), (10 * i + 10 + 5 * (j % 2), 6, 4 * j + 4))
+        pieces.box((10 * i + 5 * (j % 2), 0, 4 * j), (10 * i + 10 + 5 * (j % 2), 6, 4 * j + 4))
         for i in range(3)
         for j in range(3)
     ]
@@ -74,50 +51,48 @@ def _bricks() -> list[Piece]:
 
 def _pin() -> list[Piece]:
     """A pin that stands out of a hole of its own size."""
-    plate = _box((-20, -20, 0), (20, 20, 8))
-    return [_bored(plate, _rod(2, 6.0, (0, 0, -1), 10.0)), _rod(2, 6.0, (0, 0, 0), 14.0)]
+    plate = pieces.box((-20, -20, 0), (20, 20, 8))
+    return [
+        pieces.cut(plate, pieces.rod(2, 6.0, (0, 0, -1), 10.0)),
+        pieces.rod(2, 6.0, (0, 0, 0), 14.0),
+    ]
 
 
 def _bolt() -> list[Piece]:
     """A bolt with a head, cast in: the shank overlaps the block, the head stands on it."""
     return [
-        _box((-20, -15, -12), (20, 15, 0)),
-        _rod(2, 4.0, (3, 2, -9), 11.0),
-        _rod(2, 9.0, (3, 2, 0), 5.0),
+        pieces.box((-20, -15, -12), (20, 15, 0)),
+        pieces.rod(2, 4.0, (3, 2, -9), 11.0),
+        pieces.rod(2, 9.0, (3, 2, 0), 5.0),
     ]
 
 
 def _within() -> list[Piece]:
     """A box in another one, and one that fills a cavity."""
-    hollow = Piece(
-        parts.cut(
-            parts.solid_box((0, 0, 0), (30, 20, 20)), parts.solid_box((5, 5, 5), (15, 15, 15))
-        ),
-        fields.minus(fields.box((0, 0, 0), (30, 20, 20)), fields.box((5, 5, 5), (15, 15, 15))),
-    )
-    return [hollow, _box((5, 5, 5), (15, 15, 15)), _box((20, 5, 5), (25, 15, 15))]
+    hollow = pieces.cut(pieces.box((0, 0, 0), (30, 20, 20)), pieces.box((5, 5, 5), (15, 15, 15)))
+    return [hollow, pieces.box((5, 5, 5), (15, 15, 15)), pieces.box((20, 5, 5), (25, 15, 15))]
 
 
 def _edge_to_edge() -> list[Piece]:
     """Two boxes that have an edge in common, on a third that makes one of them."""
     return [
-        _box((0, 0, 0), (10, 10, 10)),
-        _box((10, 10, 0), (20, 20, 10)),
-        _box((-5, -5, -6), (25, 25, 0)),
+        pieces.box((0, 0, 0), (10, 10, 10)),
+        pieces.box((10, 10, 0), (20, 20, 10)),
+        pieces.box((-5, -5, -6), (25, 25, 0)),
     ]
 
 
 def _heap(seed: int) -> list[Piece]:
     """Ten boxes and cylinders at random places, so close that they overlap."""
     rng = np.random.default_rng(seed)
-    pieces = []
+    heap: list[Piece] = []
     for k in range(10):
         at = rng.uniform(-15.0, 15.0, 3)
         if k % 2:
-            pieces.append(_rod(int(rng.integers(3)), rng.uniform(3, 9), at, rng.uniform(8, 25)))
+            heap.append(pieces.rod(int(rng.integers(3)), rng.uniform(3, 9), at, rng.uniform(8, 25)))
         else:
-            pieces.append(_box(at, at + rng.uniform(6, 22, 3)))
-    return pieces
+            heap.append(pieces.box(at, at + rng.uniform(6, 22, 3)))
+    return heap
 
 
 HEAPS = 4
@@ -136,8 +111,8 @@ RECIPES = {
 @cache
 def solid(name: str) -> Solid:
     """A union of `RECIPES`, read from a STEP file that has its pieces."""
-    pieces = RECIPES[name]()
-    path = written(name, _together([piece.shape for piece in pieces]))
+    made = pieces.together(*RECIPES[name]())
+    path = written(name, made.shape)
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always", ContigaWarning)
         body = cg.read_cad(path)
@@ -145,16 +120,4 @@ def solid(name: str) -> Solid:
     assert "made one" in str(told[0].message)
     assert body.closed
     hair = SEAM * body.size
-    least = fields.union(*(piece.field for piece in pieces))
-    return Solid(f"union, {name}", body, None, lambda p: least(p) - hair)
-
-
-def _together(shapes: list[Any]) -> Any:
-    from OCP.BRep import BRep_Builder
-    from OCP.TopoDS import TopoDS_Compound
-
-    builder, compound = BRep_Builder(), TopoDS_Compound()
-    builder.MakeCompound(compound)
-    for shape in shapes:
-        builder.Add(compound, shape)
-    return compound
+    return Solid(f"union, {name}", body, None, lambda p: made.field(p) - hair)
