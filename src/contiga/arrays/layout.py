@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
+_PLAIN = {float, int}
+
 AnyArray = TypeVar("AnyArray", bound=NDArray[Any])
 
 
@@ -27,10 +29,11 @@ def real(values: Any, where: str | None = None) -> Any:
 
 def _unreal(values: Any) -> str | None:
     """What makes `values` no real numbers; None of what is real, or no numbers at all."""
-    kind = type(values)
-    if kind is float or kind is int:
-        return None
+    if type(values) is np.ndarray:  # most of what comes
+        return "complex numbers" if values.dtype.kind == "c" else None
     if isinstance(values, list | tuple):
+        if _PLAIN.issuperset(map(type, values)):  # twice as fast as one by one
+            return None
         return next(filter(None, map(_unreal, values)), None)
     if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
         return "masked entries"
@@ -45,9 +48,13 @@ def as_contiguous(values: ArrayLike, dtype: DTypeLike) -> NDArray[Any]:
     Arrays that are so already are not copied. To kernels one that is read-only is of another type,
     for which they would be compiled anew. Raises what NumPy does where there are no numbers.
     """
+    return _contiguous(real(values), dtype)
+
+
+def _contiguous(values: ArrayLike, dtype: DTypeLike) -> NDArray[Any]:
     if type(values) is np.ndarray and values.dtype == dtype and values.flags.carray:
         return values
-    return np.require(real(values), dtype, ("C", "A", "W", "E"))
+    return np.require(values, dtype, ("C", "A", "W", "E"))
 
 
 def as_points(values: ArrayLike, name: str = "points") -> FloatArray:
@@ -66,7 +73,7 @@ def as_parameters(values: ArrayLike) -> FloatArray:
 def _as_rows(values: ArrayLike, name: str, columns: int, shape: str) -> FloatArray:
     real(values, name)
     try:
-        rows = as_contiguous(values, np.float64)
+        rows = _contiguous(values, np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"{name} must be an array of numbers", allowed=f"shape {shape}") from error
     if rows.shape == (columns,):

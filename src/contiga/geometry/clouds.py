@@ -16,6 +16,8 @@ from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
 from contiga.rigid import transform
 
+__all__ = ["random_in_box", "random_on", "sample"]
+
 MOST_POINTS = 50_000_000
 """Of a cloud: they take gigabytes, and more are a slip of the keyboard."""
 _BATCH = 1024
