@@ -23,7 +23,7 @@ from contiga.geometry.faces import Faces
 from contiga.geometry.piece import piece_of
 from contiga.records import FloatArray, IndexArray, IntArray
 from contiga.search.borders.coincident import coincident_at
-from contiga.search.borders.crossings import near_leaves
+from contiga.search.borders.crossings import crossing_of, near_leaves
 from contiga.search.tables import tables_of
 from contiga.search.track.project import project
 from contiga.statuses import Feature
@@ -96,7 +96,7 @@ def meetings_of(body: Faces, piece: IntArray, tolerance: float) -> tuple[Meeting
     for i, j in near:
         meeting = _meeting(pieces, pieces[i], pieces[j], tolerance)
         if meeting is not None:
-            meetings.append(meeting)
+            meetings.append(_at_crossing(body, piece, meeting) if meeting.overlap else meeting)
         if len(meetings) == MOST:
             break
     if not meetings:
@@ -105,6 +105,16 @@ def meetings_of(body: Faces, piece: IntArray, tolerance: float) -> tuple[Meeting
             (x, y, z) = common[2].tolist()
             meetings.append(Meeting(common[:2], (x, y, z), overlap=False))
     return tuple(meetings)
+
+
+def _at_crossing(body: Faces, piece: IntArray, meeting: Meeting) -> Meeting:
+    """An overlap where faces of the two pieces cross; as it is where one piece holds the other."""
+    apart = np.arange(1, len(piece) + 1)
+    group = np.where(np.isin(piece, piece[list(meeting.patches)]), 0, apart)
+    crossing = crossing_of(body, group, 0.0)
+    if crossing is None:
+        return meeting
+    return meeting._replace(patches=crossing.patches, point=crossing.point)
 
 
 def _holds(box: FloatArray, other: FloatArray) -> bool:
