@@ -80,9 +80,9 @@ rules for the triangle, IJNME 21 (1985), degrees 1, 2, 4 and 6."""
 
 QUADRATURES: tuple[str | int, ...] = ("nodes", *RULES)
 
-QUAD_RULES: dict[int, QuadRule] = {n: quad_rule(k + 1) for k, n in enumerate(RULES)}
-"""Points a triangle -> rule on quadrilaterals: Gauss's of 1, 4, 9 and 16 points, in u and in v of
-degree 1, 3, 5 and 7."""
+QUAD_RULES: dict[int, QuadRule] = {n: quad_rule(k + 2) for k, n in enumerate(RULES)}
+"""Points a triangle -> rule on quadrilaterals: Gauss's of 4, 9, 16 and 25 points, in u and in v of
+degree 3, 5, 7 and 9: the first with no fewer points than two triangles have."""
 
 
 class _OnFaces(NamedTuple):
