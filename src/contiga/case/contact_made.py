@@ -8,6 +8,7 @@ from contiga.area.facet import FacetArea
 from contiga.area.method import AreaMethod
 from contiga.area.nodal import NodalArea
 from contiga.case.contact_spec import (
+    QUADRATURE,
     CloudAreaSpec,
     ConstantAreaSpec,
     ContactSpec,
@@ -16,6 +17,7 @@ from contiga.case.contact_spec import (
 )
 from contiga.case.law_spec import LawSpec, PenaltySpec
 from contiga.case.sides import Sides
+from contiga.contact.checks import unfit_for_facets
 from contiga.contact.contact import Contact
 from contiga.dynamics.deforming import Deforming
 from contiga.errors import CaseError
@@ -75,6 +77,20 @@ def _thickness_of(spec: ContactSpec, slave: SlavePart) -> ArrayLike | None:
     return known
 
 
+def _quadrature_of(spec: ContactSpec, slave: SlavePart, law: Law, area: AreaMethod) -> str | int:
+    """Of what deforms points on the facets, where it has some and nothing is said against them.
+
+    The nodes of solids carry evenly spread loads unevenly, and are few. Bars and points have nodes
+    alone.
+    """
+    if spec.quadrature is not None:
+        return spec.quadrature
+    facets = slave.slave.facets
+    if not isinstance(slave.motion, Deforming) or facets is None or len(facets) == 0:
+        return "nodes"
+    return "nodes" if unfit_for_facets(spec.weights, law, area) else QUADRATURE
+
+
 def contact_of(
     spec: ContactSpec, sides: Sides, body: Master, slave: SlavePart, area: AreaMethod
 ) -> Contact:
@@ -93,7 +109,7 @@ def contact_of(
         through=spec.through,
         foot=spec.foot,
         weights=spec.weights,
-        quadrature=spec.quadrature,
+        quadrature=_quadrature_of(spec, slave, law, area),
         shell_thickness=_thickness_of(spec, slave),
         friction=None if spec.friction is None else spec.friction.made,
         master_law=sides.master_law,  # type: ignore[arg-type]  # the schema refuses others

@@ -16,6 +16,9 @@ from contiga.case.spec import BY_KIND, MadeSpec, Name, Positive, Spec
 from contiga.errors import CaseError
 from contiga.slaves.sampling import QUADRATURES
 
+QUADRATURE = 3
+"""Points a facet of a contact of what deforms, where nothing else is said."""
+
 
 class ConstantAreaSpec(Spec):
     """`{ kind = "constant", value }`: every slave node has this contact area."""
@@ -142,8 +145,9 @@ class ContactSpec(Spec):
     was given no areas; else tributary. Must be given for a cloud without areas."""
     weights: Literal["rest", "area"] = "rest"
     """Whether fixed areas at rest weigh the force, or contact areas as they are measured."""
-    quadrature: Annotated[str | int, BeforeValidator(_as_quadrature)] = "nodes"
-    """Points of contact: the slave's nodes, or so many on each facet."""
+    quadrature: Annotated[str | int | None, BeforeValidator(_as_quadrature)] = None
+    """Points of contact: the slave's nodes, or so many on each facet. If omitted `QUADRATURE` on
+    the facets of what deforms, where it has some and law, weights and areas can be on them."""
     shell_thickness: Annotated[bool | float, BeforeValidator(_as_thickness)] = False
     """Of the slave as a shell, half of which stands off its points; true takes that of its
     membranes, or of its mesh."""

@@ -17,8 +17,6 @@ from contiga.errors import CaseError
 from contiga.matter.parts import DIMENSION, Part
 from contiga.records import IntArray
 
-QUADRATURE = 3
-"""Points a facet of a contact of what deforms, where nothing else is said."""
 ElementsOf = Callable[[str | int], Mapping[str, IntArray]]
 """Elements by kind, of the set of a name or number."""
 
@@ -160,34 +158,3 @@ class DeformSpec(_MadeOf, MotionSpec):
             held += f", masses scaled for steps of {self.mass_scaling:g}"
         way = f", velocity {self.velocity} at the start" if any(self.velocity) else ""
         return f"deforms, {'; '.join(made)}{held}{way}"
-
-
-def with_quadrature(data: Any) -> Any:
-    """The tables of a case, with points on facets for contacts of what deforms: nodes of solids
-    carry forces unevenly, and are few. Where something is said against it nodes stay."""
-    if not isinstance(data, dict) or not isinstance(data.get("contact"), list):
-        return data
-    slaves = data.get("slave")
-    if not isinstance(slaves, list):
-        return data
-    deforming = {slave.get("name") for slave in slaves if _deforms(slave)}
-    return data | {"contact": [_on_facets(one, deforming) for one in data["contact"]]}
-
-
-def _deforms(slave: Any) -> bool:
-    motion = slave.get("motion") if isinstance(slave, dict) else None
-    return isinstance(motion, dict) and motion.get("kind") == "deform"
-
-
-def _on_facets(contact: Any, deforming: set[Any]) -> Any:
-    if not isinstance(contact, dict) or contact.get("slave") not in deforming:
-        return contact
-    law, area = contact.get("law"), contact.get("area")
-    of_points = isinstance(law, dict) and law.get("kind") in ("penalty", "adaptive")
-    of_points = of_points and not (
-        isinstance(law, dict) and (law.get("per_area") or "scale" in law)
-    )
-    constant = isinstance(area, dict) and area.get("kind") == "constant"
-    if "quadrature" in contact or contact.get("weights") == "area" or of_points or constant:
-        return contact
-    return contact | {"quadrature": QUADRATURE}

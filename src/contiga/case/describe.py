@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.arrays.ordered import length, product
-from contiga.case.contact_spec import ContactSpec
+from contiga.case.contact_spec import QUADRATURE, ContactSpec
 from contiga.case.schema import Case
 from contiga.dynamics.stepping import EqualSteps
 from contiga.masters.protocol import Master
@@ -51,7 +51,8 @@ def describe(case: Case) -> list[tuple[str, str]]:
         if given:
             rows.append(("  every node", ", ".join(given)))
     for contact in case.contact:
-        rows += _contact(contact, case.sides(contact).type)
+        deforms = any(s.name == contact.slave and s.motion.kind == "deform" for s in case.slave)
+        rows += _contact(contact, case.sides(contact).type, deforms)
     for k, load in enumerate(case.load):
         rows.append((f"load {k}", load.describe()))
     for spring in case.spring:
@@ -137,12 +138,14 @@ _WEIGHTS = {
 }
 
 
-def _points(contact: ContactSpec) -> str:
+def _points(contact: ContactSpec, deforms: bool) -> str:
     at = "" if contact.quadrature == "nodes" else f", at {contact.quadrature} points a facet"
+    if contact.quadrature is None:
+        at = f", at {QUADRATURE} points a facet where it can have them" if deforms else ""
     return at + (", from half the thickness of the shell on" if contact.shell_thickness else "")
 
 
-def _contact(contact: ContactSpec, kind: str) -> list[tuple[str, str]]:
+def _contact(contact: ContactSpec, kind: str, deforms: bool) -> list[tuple[str, str]]:
     laws = [] if contact.law is None else [("  law", contact.law.describe())]
     if contact.master_law is not None:
         laws.append(("  master law", contact.master_law.describe()))
@@ -154,6 +157,6 @@ def _contact(contact: ContactSpec, kind: str) -> list[tuple[str, str]]:
         ("  search", f"{contact.search}, type {kind}, foot {contact.foot}"),
         ("  at an edge", f"{contact.on_edge}; after tunnelling: {contact.through}"),
         *laws,
-        ("  weights", _WEIGHTS[contact.weights] + _points(contact)),
+        ("  weights", _WEIGHTS[contact.weights] + _points(contact, deforms)),
         ("  area", area),
     ]

@@ -15,7 +15,6 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
 
 from contiga.case.contact_spec import ContactSpec
-from contiga.case.deform_spec import with_quadrature
 from contiga.case.geometry_spec import GeometrySpec
 from contiga.case.load_spec import LoadSpec
 from contiga.case.mass_spec import MassSpec
@@ -182,11 +181,6 @@ class Case(Spec):
         """Bodies and slaves by name."""
         bodies: dict[str, BodySpec | SlaveSpec] = {part.name: part for part in self.body}
         return bodies | {part.name: part for part in self.slave}
-
-    @model_validator(mode="before")
-    @classmethod
-    def _what_deforms_touches_by_its_facets(cls, data: Any) -> Any:
-        return with_quadrature(data)
 
     @model_validator(mode="after")
     def _parts_fit_together(self) -> Self:

@@ -83,29 +83,35 @@ def check_friction(friction: object) -> None:
 
 def check_sampling(quadrature: str | int, weights: str, law: Law, area: AreaMethod) -> None:
     """Refuse what does not go with quadrature points."""
-    if quadrature == "nodes":
-        return
+    error = None if quadrature == "nodes" else unfit_for_facets(weights, law, area)
+    if error is not None:
+        raise error
+
+
+def unfit_for_facets(weights: str, law: Law, area: AreaMethod) -> InputError | None:
+    """Return why a contact cannot have its points on facets; None where it can."""
     if weights != "rest":
-        raise InputError(
+        return InputError(
             "quadrature points weigh the force by their share of the facets at rest",
             where="weights",
             found=weights,
             allowed='"rest", or quadrature="nodes"',
         )
     if getattr(law, "per_area", True) is False:
-        raise InputError(
+        return InputError(
             "a stiffness per point would grow with the number of quadrature points",
             where="law",
             found="per_area=False",
             remedy='Give the stiffness of a unit area with per_area=True, or quadrature="nodes"',
         )
     if isinstance(area, NodalArea) and area.value is not None:
-        raise InputError(
+        return InputError(
             "quadrature points take their areas from the facets, not from the nodes",
             where="area",
             found="NodalArea(value)",
             allowed='FacetArea(), NodalArea(), or quadrature="nodes"',
         )
+    return None
 
 
 def check_shell(thickness: object, contact_type: str, area: AreaMethod) -> None:

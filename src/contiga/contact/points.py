@@ -14,7 +14,7 @@ from contiga.errors import InputError
 from contiga.laws.law import Law
 from contiga.records import FloatArray
 from contiga.slaves.checks import as_nodal
-from contiga.slaves.sampling import RULES, Sampling
+from contiga.slaves.sampling import Sampling
 from contiga.slaves.slave import Slave
 
 _ALL_CORNERS = 1e-9
@@ -32,7 +32,7 @@ def sampling_of(
 ) -> Sampling:
     """The points of contact and their fixed areas, which only laws that need none do without."""
     if quadrature != "nodes":
-        return Sampling(slave, None, RULES[int(quadrature)])
+        return Sampling(slave, None, int(quadrature))
     if weights == "rest" and fixed is None and getattr(law, "needs_area", True):
         raise InputError(
             "the areas of the slave's points at rest are unknown",

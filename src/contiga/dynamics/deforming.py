@@ -24,7 +24,7 @@ from contiga.matter.coefficients import Material
 from contiga.matter.parts import Part
 from contiga.matter.protocol import Matter
 from contiga.records import FloatArray
-from contiga.slaves.skin import facet_areas
+from contiga.slaves.skin import tributary_area
 from contiga.slaves.slave import Slave
 
 NodalLoad = Pressure | NodalForce
@@ -275,7 +275,8 @@ class Deforming(Dependent):
         sums = np.zeros(len(slave))
         sums[rows] = matter.stiffness(matter.start())
         skin = np.unique(slave.facets)
-        return float(sums[skin].sum() / facet_areas(self._rest_of(slave), slave.facets).sum())
+        area = tributary_area(self._rest_of(slave), slave.facets, slave.quads)
+        return float(sums[skin].sum() / area.sum())
 
     def _rest_of(self, slave: Slave) -> FloatArray:
         """(n, 3) nodes where no element is strained."""

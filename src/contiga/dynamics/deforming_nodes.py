@@ -204,6 +204,15 @@ class DeformingNodes(NodeMover):
         }
         return ElementState.of(drifted.points, velocities, inside)
 
+    def carried(self, state: SlaveState, now: Instant) -> SlaveState:
+        """The same, attached nodes as their bodies move them."""
+        if not self.joints:
+            return state
+        points, velocities = (part.copy() for part in state)
+        for joint in self.joints:
+            joint.place(now, points, velocities)
+        return ElementState.of(points, velocities, state.matter)
+
     def _asked(
         self, state: MatterState, points: FloatArray, velocities: FloatArray, now: Instant
     ) -> MatterForces:

@@ -15,7 +15,14 @@ from contiga.dynamics.loads import _at, _over_time
 from contiga.dynamics.pieces import Pieces, as_rows, pieces_between
 from contiga.dynamics.places import facets_at, nodes_at, place_of
 from contiga.errors import InputError
-from contiga.records import FloatArray, IntArray
+from contiga.records import FloatArray
+from contiga.slaves.quads import (
+    SkinCorners,
+    at_corners,
+    corner_areas,
+    corner_vectors,
+    corners_of,
+)
 from contiga.slaves.slave import Slave
 
 
@@ -90,14 +97,14 @@ class Pressure(_OverTime):
         """The load with the facets of a slave."""
         key = place_of(self.on, (), where)
         facets = facets_at(key, self.on.get(key or ""), slave, where)
-        if len(facets) == 0:
+        if slave.facets is None or not facets.any():
             raise InputError(
                 "no facet has all its corners there",
                 where=where,
                 found=self.on,
                 allowed="a larger place",
             )
-        return _OnFacets(self, facets)
+        return _OnFacets(self, corners_of(slave.facets, slave.quads, facets))
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -140,29 +147,27 @@ class NodalForce(_OverTime):
         shares = rows / rows.sum()
         if slave.facets is not None:
             facets = facets_at(key, self.on.get(key or ""), slave, where)
-            if len(facets) and np.isin(np.flatnonzero(rows), facets).all():
-                normals = _normals(slave.points, facets)
-                third = np.sqrt((normals * normals).sum(axis=1)) / 6.0
-                areas = np.bincount(facets.ravel(), np.repeat(third, 3), minlength=len(slave))
+            if facets.any() and np.isin(np.flatnonzero(rows), slave.facets[facets]).all():
+                skin = corners_of(slave.facets, slave.quads, facets)
+                areas = at_corners(skin, corner_areas(slave.points, skin), len(slave))
                 shares = areas / areas.sum()
         return _Shared(self, shares)
 
 
 class _OnFacets(NamedTuple):
     load: Pressure
-    facets: IntArray
+    skin: SkinCorners
 
     def at(self, points: FloatArray, time: float) -> FloatArray:
-        """A third of each facet's force at its corners: the gradient of the volume they close."""
+        """−p ∫ N n dA at the corners of faces: the gradient of the volume they close."""
         pressure = float(_at(self.load.value, time)[0])
         if pressure == 0.0:
             return np.zeros(points.shape)
-        third = (-pressure / 6.0) * _normals(points, self.facets)
-        corners = self.facets.ravel()
+        quads, triangles = corner_vectors(points, self.skin)
         sums = [
-            np.bincount(corners, np.repeat(third[:, k], 3), minlength=len(points)) for k in range(3)
+            at_corners(self.skin, (quads[..., k], triangles[..., k]), len(points)) for k in range(3)
         ]
-        return np.stack(sums, axis=1)
+        return -pressure * np.stack(sums, axis=1)
 
 
 class _Shared(NamedTuple):
@@ -173,12 +178,6 @@ class _Shared(NamedTuple):
     def at(self, points: FloatArray, time: float) -> FloatArray:
         """Each node its share."""
         return self.shares[:, None] * _at(self.load.value, time)
-
-
-def _normals(points: FloatArray, facets: IntArray) -> FloatArray:
-    """(f, 3) twice the areas of facets, along their normals."""
-    a, b, c = (points[facets[:, k]] for k in range(3))
-    return np.cross(b - a, c - a)
 
 
 def _number_over_time(given: ArrayLike, smooth: bool) -> FloatArray | Pieces:

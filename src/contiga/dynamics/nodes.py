@@ -162,6 +162,10 @@ class NodeMover:
         """The end of the step of `drift`, with the forces that act there: as it was foreseen."""
         return drifted
 
+    def carried(self, state: SlaveState, now: Instant) -> SlaveState:
+        """The same, with the velocities that bodies give in the end to nodes fixed to them."""
+        return state
+
     def energy(self, state: SlaveState) -> Stored:
         """What is in them that the ledger counts: nothing where something else moves them."""
         return Stored()

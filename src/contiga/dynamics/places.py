@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from contiga.arrays.layout import real
 from contiga.arrays.ordered import length
 from contiga.errors import InputError
-from contiga.records import FloatArray, IntArray
-from contiga.slaves.selection import faces_to
+from contiga.records import FloatArray
+from contiga.slaves.selection import Surface, faces_to, facets_of
 from contiga.slaves.slave import Slave
 
 PLACES = ("nodes", "box", "plane", "side", "layer")
@@ -70,7 +70,9 @@ def nodes_at(key: str | None, value: Any, slave: Slave, where: str) -> Rows:
         rows = nodes_given(np.asarray(value), len(points), where)
     elif key == "side":
         rows = np.zeros(len(points), np.bool_)
-        rows[_facets_facing(value, slave, where)] = True
+        facing = _facets_facing(value, slave, where)
+        assert slave.facets is not None
+        rows[slave.facets[facing]] = True
     elif key == "layer":
         rows = _in_layer(points, *_direction(value, where))
     else:
@@ -91,16 +93,19 @@ def box_told(points: FloatArray) -> str:
     return f"from {low} to {high}"
 
 
-def facets_at(key: str | None, value: Any, slave: Slave, where: str) -> IntArray:
-    """(f, 3) facets all of whose corners are at a place; all facets where `key` is None."""
+def facets_at(key: str | None, value: Any, slave: Slave, where: str) -> Rows:
+    """(m,) facets all of whose corners are at a place; all facets where `key` is None.
+
+    Halves of a quadrilateral are there with all of its four corners.
+    """
     if slave.facets is None:
         raise InputError("a slave without facets has no surface", where=where, found="a cloud")
     if key is None:
-        return slave.facets
+        return np.ones(len(slave.facets), np.bool_)
     if key == "side":
         return _facets_facing(value, slave, f"{where}: side")
     rows = nodes_at(key, value, slave, where)
-    return np.asarray(slave.facets[rows[slave.facets].all(axis=1)])
+    return facets_of(rows, slave.facets, slave.quads)
 
 
 def nodes_given(given: NDArray[Any], count: int, where: str) -> Rows:
@@ -126,11 +131,12 @@ def nodes_given(given: NDArray[Any], count: int, where: str) -> Rows:
     return rows
 
 
-def _facets_facing(value: Any, slave: Slave, where: str) -> IntArray:
+def _facets_facing(value: Any, slave: Slave, where: str) -> Rows:
     way, angle = _direction(value, where)
     if slave.facets is None:
         raise InputError("a slave without facets has no side", where=where, found="a cloud")
-    return np.asarray(slave.facets[faces_to(slave.points, slave.facets, (way, angle), where)])
+    surface = Surface(slave.points, slave.facets, slave.quads)
+    return faces_to(surface, (way, angle), where)
 
 
 def _direction(value: Any, where: str) -> tuple[FloatArray, float]:

@@ -96,6 +96,10 @@ class CarriedNodes(NodeMover):
         """Where the body has them."""
         return self.start(now)
 
+    def carried(self, state: SlaveState, now: Instant) -> SlaveState:
+        """As the body moves them."""
+        return self.start(now)
+
     def digest(self, digest: Any, times: FloatArray) -> None:
         """What they are fixed to."""
         digest.thing(self.motion)

@@ -26,15 +26,20 @@ class Placed(NamedTuple):
     """(b, 6) velocity of the frames' origins and spin, world axes."""
 
 
-def with_attached(name: str, motion: Free, attached: list[MassProperties]) -> Free:
-    """A free body as it moves with the masses that are attached to it.
+def with_attached(
+    name: str, motion: Free, attached: list[MassProperties], glued: list[MassProperties]
+) -> Free:
+    """A free body as it moves with the bodies attached and the nodes glued to it.
+
+    The velocity given is that of the centre of the bodies, at the start. That of the common centre,
+    which is what moves, follows by the spin, but for the ways in which it is held.
 
     Raises
     ------
     InputError
         It has no inertia, though it may turn and what is attached has.
     """
-    if not attached:
+    if not (attached or glued):
         return motion
     turns = not {"rx", "ry", "rz"} <= set(motion.hold)
     if motion.mass is None or np.ndim(motion.mass) != 0 or (motion.inertia is None and turns):
@@ -45,12 +50,15 @@ def with_attached(name: str, motion: Free, attached: list[MassProperties]) -> Fr
         )
     centre = np.zeros(3) if motion.centre is None else motion.centre
     inertia = np.zeros((3, 3)) if motion.inertia is None else motion.inertia
-    whole = combined([MassProperties(float(motion.mass), centre, inertia), *attached])
+    bodies = combined([MassProperties(float(motion.mass), centre, inertia), *attached])
+    whole = combined([bodies, *glued])
+    shift = whole.centre - bodies.centre if glued else np.zeros(3)
+    held = [way in motion.hold for way in HOLDS[:3]]
     return Free(
         mass=whole.mass,
         centre=whole.centre,
         inertia=None if motion.inertia is None else whole.inertia,
-        velocity=motion.velocity,
+        velocity=np.where(held, 0.0, motion.velocity + np.cross(motion.spin, shift)),
         spin=motion.spin,
         hold=motion.hold,
     )

@@ -89,7 +89,7 @@ class _Digest(Things):
     def slave(self, slave: Slave) -> None:
         """All that a contact uses of a slave."""
         nodal = slave.area, slave.thickness, slave.mass
-        self.arrays("slave", slave.points, slave.facets, slave.active, *nodal)
+        self.arrays("slave", slave.points, slave.facets, slave.quads, slave.active, *nodal)
 
     def contact(self, contact: Contact) -> None:
         """Options, law and area of a contact."""

@@ -131,7 +131,8 @@ def mechanism_of(
         with_attached(
             name,
             bodies[name].motion,
-            [*_attached(index[name], root, bodies), *_glued(index[name], nodes)],
+            _attached(index[name], root, bodies),
+            _glued(index[name], nodes),
         )
         for name in names
     ]

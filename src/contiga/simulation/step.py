@@ -67,10 +67,12 @@ def _moved(
         external, initial = last.energy.external + work, last.energy.initial
     inside = [nodes.energy(standing.slaves[name]) for name, nodes in system.nodes.items()]
     energy = energy_of(contacts, springs, inside, kinetic, (external, initial))
+    bodies = frames(system, standing)
+    now = standing.now._replace(twists=bodies.twists)
     return SystemState(
         time,
-        frames(system, standing),
-        standing.slaves,
+        bodies,
+        {name: nodes.carried(standing.slaves[name], now) for name, nodes in system.nodes.items()},
         contacts,
         energy,
         step=dt,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from contiga.slaves.skin import facet_areas
+from contiga.slaves.skin import tributary_area
 from contiga.slaves.slave import Slave
 
 _SECOND_ORDER = "facets are split through mid-side nodes, which take part as corners do"
@@ -17,7 +17,7 @@ def _has_middles(slave: Slave) -> bool:
 def _whole_area(slave: Slave) -> float | None:
     """Of the facets, or the sum of what the points were given; None if neither."""
     if slave.facets is not None:
-        return float(facet_areas(slave.points, slave.facets).sum())
+        return float(tributary_area(slave.points, slave.facets, slave.quads).sum())
     return None if slave.area is None else float(slave.area.sum())
 
 

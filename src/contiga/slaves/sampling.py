@@ -6,6 +6,7 @@ F_j = Σ_q N_j(q) f_q. So the work of the forces on the nodes is that of the for
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +17,7 @@ from contiga.arrays.threads import run_ranges
 from contiga.errors import InputError
 from contiga.records import FloatArray, IndexArray, IntArray
 from contiga.slaves.kernels.facet_points_nb import points_of_facets
-from contiga.slaves.skin import facet_areas
+from contiga.slaves.quads import QuadRule, corners_of, quad_normals, quad_rule, triangle_normals
 from contiga.slaves.slave import Slave
 
 FACETS = 2000
@@ -79,6 +80,50 @@ rules for the triangle, IJNME 21 (1985), degrees 1, 2, 4 and 6."""
 
 QUADRATURES: tuple[str | int, ...] = ("nodes", *RULES)
 
+QUAD_RULES: dict[int, QuadRule] = {n: quad_rule(k + 2) for k, n in enumerate(RULES)}
+"""Points a triangle -> rule on quadrilaterals: Gauss's of 4, 9, 16 and 25 points, in u and in v of
+degree 3, 5, 7 and 9: the first with no fewer points than two triangles have."""
+
+
+class _OnFaces(NamedTuple):
+    """Quadrature points on faces of as many corners: point k of face f is row `first` + f n + k."""
+
+    first: int
+    corners: IntArray
+    """(f, c) nodes."""
+    shape: FloatArray
+    """(n, c)."""
+    area: FloatArray
+    """(f n,) of the faces at rest, as the rule shares it."""
+
+    @property
+    def stop(self) -> int:
+        """After the last row."""
+        return self.first + len(self.area)
+
+    def of(self, rows: IndexArray) -> tuple[IntArray, FloatArray]:
+        """Corners (r, c) and shape functions (r, c) of some of the points."""
+        face, k = np.divmod(rows - self.first, len(self.shape))
+        return self.corners[face], self.shape[k]
+
+
+def _faces_of(slave: Slave, points: int) -> tuple[_OnFaces, ...]:
+    """The quadrature points of a slave, `points` a triangle."""
+    assert slave.facets is not None
+    skin = corners_of(slave.facets, slave.quads)
+    faces, first = [], len(slave)
+    if len(skin.quads):
+        rule = QUAD_RULES[points]
+        jacobian = np.linalg.norm(quad_normals(slave.points, skin.quads, rule), axis=2)
+        area = (jacobian * rule.weight).ravel()
+        faces.append(_OnFaces(first, locked(skin.quads), rule.shape, area))
+        first = faces[-1].stop
+    if len(skin.triangles):
+        area = 0.5 * np.linalg.norm(triangle_normals(slave.points, skin.triangles), axis=1)
+        area = (area[:, None] * RULES[points].weight).ravel()
+        faces.append(_OnFaces(first, locked(skin.triangles), RULES[points].shape, area))
+    return tuple(faces)
+
 
 class Sampling:
     """The nodes of a slave, or its nodes and after them the quadrature points of its facets.
@@ -91,7 +136,8 @@ class Sampling:
     slave : with facets, where there is a rule
     weight : (n,) fixed areas of the nodes, None where they are not known; with a rule those of the
         facets at rest are taken
-    rule : None for the nodes alone
+    points : quadrature points a triangle, a key of `RULES`; quadrilaterals have those of
+        `QUAD_RULES`. None for the nodes alone
     """
 
     n_nodes: int
@@ -108,10 +154,10 @@ class Sampling:
     mass: FloatArray | None
     """(n_points,) shares of the nodes' masses."""
 
-    def __init__(self, slave: Slave, weight: FloatArray | None, rule: Rule | None = None) -> None:
+    def __init__(self, slave: Slave, weight: FloatArray | None, points: int | None = None) -> None:
         self.n_nodes = len(slave)
-        self._rule = rule
-        if rule is None:
+        self._faces: tuple[_OnFaces, ...] = ()
+        if points is None:
             self.n_points, self.first = self.n_nodes, 0
             self.weight = weight
             self.active, self.thickness, self.mass = (
@@ -126,15 +172,15 @@ class Sampling:
                 where="quadrature",
                 allowed='"nodes" for a cloud',
             )
-        self._facets = slave.facets
-        self.n_points = self.n_nodes + len(rule.weight) * len(slave.facets)
-        self.first = self.n_nodes
-        area = (facet_areas(slave.points, slave.facets)[:, None] * rule.weight).ravel()
-        self.weight = np.concatenate([np.zeros(self.n_nodes), area])
-        whole = slave.active[slave.facets].all(axis=1)
-        self.active = locked(np.concatenate([slave.active, np.repeat(whole, len(rule.weight))]))
+        self._faces = _faces_of(slave, points)
+        self.first, self.n_points = self.n_nodes, self._faces[-1].stop
+        self.weight = np.concatenate([np.zeros(self.n_nodes), *(on.area for on in self._faces)])
+        whole = [
+            np.repeat(slave.active[on.corners].all(axis=1), len(on.shape)) for on in self._faces
+        ]
+        self.active = locked(np.concatenate([slave.active, *whole]))
         self.thickness = None if slave.thickness is None else self._mean(slave.thickness)
-        self.mass = None if slave.mass is None else self._shared(slave.mass, area)
+        self.mass = None if slave.mass is None else self._shared(slave.mass)
 
     def weights(self, rows: IndexArray) -> FloatArray:
         """(len(rows),) fixed areas of some points; one each where they are not known."""
@@ -142,51 +188,54 @@ class Sampling:
 
     def points(self, nodal: FloatArray) -> FloatArray:
         """(n_points, 3) of what (n, 3) is at the nodes: places or velocities."""
-        if self._rule is None:
+        if not self._faces:
             return nodal
         points = np.empty((self.n_points, 3))
         points[: self.n_nodes] = nodal
-        inner = points[self.n_nodes :]
-        given = locked(nodal), self._facets, self._rule.shape, inner
-        run_ranges(points_of_facets, len(self._facets), FACETS, *given)
+        for on in self._faces:
+            given = locked(nodal), on.corners, on.shape, points[on.first : on.stop]
+            run_ranges(points_of_facets, len(on.corners), FACETS, *given)
         return points
 
     def points_at(self, rows: IndexArray, nodal: FloatArray) -> FloatArray:
         """(len(rows), 3) of `points` at some of them, ascending."""
         k = int(np.searchsorted(rows, self.n_nodes))
-        at_nodes = nodal.take(rows[:k], axis=0)
-        if k == len(rows):
-            return at_nodes
-        corner, shape = self._corners(rows[k:])
-        inner = np.zeros((len(corner), 3))
-        for j in range(3):
-            inner += shape[:, j, None] * nodal.take(corner[:, j], axis=0)
-        return np.concatenate([at_nodes, inner])
+        found = [nodal.take(rows[:k], axis=0)]
+        for on, part in self._split(rows):
+            corner, shape = on.of(rows[part])
+            inner = np.zeros((len(corner), 3))
+            for j in range(corner.shape[1]):
+                inner += shape[:, j, None] * nodal.take(corner[:, j], axis=0)
+            found.append(inner)
+        return np.concatenate(found)
 
     def nodal(self, rows: IndexArray, values: FloatArray) -> FloatArray:
-        """(n, 3) at the nodes, of `values` (len(rows), 3) at the points `rows`."""
-        if self._rule is None:
-            out = np.zeros((self.n_nodes, 3))
+        """(n, 3) at the nodes, of `values` (len(rows), 3) at the points `rows`, ascending."""
+        out = np.zeros((self.n_nodes, 3))
+        if not self._faces:
             out[rows] = values
-            return out
-        corner, shape = self._corners(rows)
-        columns = [self._gathered(corner, shape * values[:, d, None]) for d in range(3)]
-        return np.stack(columns, axis=1)
+        for on, part in self._split(rows):
+            corner, shape = on.of(rows[part])
+            for d in range(3):
+                out[:, d] += self._gathered(corner, shape * values[part, d, None])
+        return out
 
     def nodal_sum(self, rows: IndexArray, values: FloatArray) -> FloatArray:
-        """(n,) at the nodes, of `values` (len(rows),) at the points `rows`."""
-        if self._rule is None:
-            out = np.zeros(self.n_nodes)
+        """(n,) at the nodes, of `values` (len(rows),) at the points `rows`, ascending."""
+        out = np.zeros(self.n_nodes)
+        if not self._faces:
             out[rows] = values
-            return out
-        corner, shape = self._corners(rows)
-        return self._gathered(corner, shape * values[:, None])
+        for on, part in self._split(rows):
+            corner, shape = on.of(rows[part])
+            out += self._gathered(corner, shape * values[part, None])
+        return out
 
-    def _corners(self, rows: IndexArray) -> tuple[IntArray, FloatArray]:
-        """Corners (r, 3) and shape functions (r, 3) of quadrature points."""
-        assert self._rule is not None
-        facet, k = np.divmod(rows - self.n_nodes, len(self._rule.weight))
-        return self._facets[facet], self._rule.shape[k]
+    def _split(self, rows: IndexArray) -> Iterator[tuple[_OnFaces, slice]]:
+        """Which of `rows`, ascending, are on faces of each number of corners."""
+        for on in self._faces:
+            start, stop = np.searchsorted(rows, (on.first, on.stop)).tolist()
+            if stop > start:
+                yield on, slice(start, stop)
 
     def _gathered(self, corner: IntArray, values: FloatArray) -> FloatArray:
         whole = np.bincount(corner.ravel(), weights=values.ravel(), minlength=self.n_nodes)
@@ -194,20 +243,25 @@ class Sampling:
 
     def _mean(self, nodal: FloatArray) -> FloatArray:
         """(n_points,) means of the corners that have a value."""
-        assert self._rule is not None
-        at = nodal[self._facets]
-        whole = np.einsum("fj,kj->fk", at, self._rule.shape, optimize=False)
-        there = np.einsum("fj,kj->fk", (at > 0.0) * 1.0, self._rule.shape, optimize=False)
-        inner = np.zeros_like(whole)
-        np.divide(whole, there, out=inner, where=there > 0.0)
-        return np.concatenate([nodal, inner.ravel()])
+        means = [nodal]
+        for on in self._faces:
+            at = nodal[on.corners]
+            whole = np.einsum("fj,kj->fk", at, on.shape, optimize=False)
+            there = np.einsum("fj,kj->fk", (at > 0.0) * 1.0, on.shape, optimize=False)
+            inner = np.zeros_like(whole)
+            np.divide(whole, there, out=inner, where=there > 0.0)
+            means.append(inner.ravel())
+        return np.concatenate(means)
 
-    def _shared(self, nodal: FloatArray, area: FloatArray) -> FloatArray:
-        """(n_points,) shares of what the nodes have, whose sum is theirs."""
+    def _shared(self, nodal: FloatArray) -> FloatArray:
+        """(n_points,) shares of what the nodes have, by area, whose sum is theirs."""
+        assert self.weight is not None
         rows = np.arange(self.n_nodes, self.n_points, dtype=np.int64)
-        corner, shape = self._corners(rows)
-        part = shape * area[:, None]
-        whole = self._gathered(corner, part)
+        whole = self.nodal_sum(rows, self.weight[self.n_nodes :])
         each = np.zeros(self.n_nodes)
         np.divide(nodal, whole, out=each, where=whole > 0.0)
-        return np.concatenate([np.zeros(self.n_nodes), (part * each[corner]).sum(axis=1)])
+        shares = [np.zeros(self.n_nodes)]
+        for on in self._faces:
+            corner, shape = on.of(np.arange(on.first, on.stop, dtype=np.int64))
+            shares.append((shape * on.area[:, None] * each[corner]).sum(axis=1))
+        return np.concatenate(shares)

@@ -10,10 +10,22 @@ from numpy.typing import ArrayLike, NDArray
 from contiga.arrays.layout import real
 from contiga.errors import MeshError
 from contiga.records import FloatArray, IntArray
+from contiga.slaves.quads import triangle_normals
 
 BoolArray = NDArray[np.bool_]
 ROUNDING = 1e-9
 """Points this share of the slave's extent outside a box count as on its border."""
+
+
+class Surface(NamedTuple):
+    """What is chosen from."""
+
+    points: FloatArray
+    """(n, 3)."""
+    facets: IntArray | None
+    """(m, 3) rows of `points`, None for a cloud."""
+    quads: IntArray
+    """(q, 2) rows of `facets` that are the halves of quadrilaterals: chosen together."""
 
 
 class Selected(NamedTuple):
@@ -36,19 +48,11 @@ class Criteria(NamedTuple):
     """Direction (3,), and how many degrees normals may be off it."""
 
 
-def select(
-    points: FloatArray,
-    facets: IntArray | None,
-    active: BoolArray,
-    criteria: Criteria,
-    where: str,
-) -> Selected:
+def select(surface: Surface, active: BoolArray, criteria: Criteria, where: str) -> Selected:
     """Facets whose corners are all chosen and whose normal points the way asked for.
 
     Parameters
     ----------
-    points : (n, 3), length
-    facets : (m, 3) rows of `points`, None for a cloud
     active : (n,) points that take part so far; others are never chosen
     where : whose points they are, for messages
 
@@ -57,6 +61,7 @@ def select(
     MeshError
         A criterion that is none, or one that leaves nothing.
     """
+    points, facets, quads = surface
     chosen = active.copy()
     if criteria.nodes is not None:
         chosen &= _as_mask(criteria.nodes, len(points), where)
@@ -66,14 +71,21 @@ def select(
         if criteria.side is not None:
             raise MeshError("a cloud has no sides: it has no facets", where=f"{where}, side")
         return _checked(Selected(None, chosen), where)
-    kept = chosen[facets].all(axis=1)
+    kept = facets_of(chosen, facets, quads)
     if criteria.side is not None:
-        kept &= faces_to(points, facets, criteria.side, where)
+        kept &= faces_to(surface, criteria.side, where)
     on_facets = np.zeros(len(points), dtype=bool)
     on_facets[facets] = True
     result = chosen & ~on_facets if criteria.side is None else np.zeros(len(points), dtype=bool)
     result[facets[kept]] = True
     return _checked(Selected(np.ascontiguousarray(facets[kept]), result), where)
+
+
+def facets_of(chosen: BoolArray, facets: IntArray, quads: IntArray) -> BoolArray:
+    """(m,) facets all of whose corners are among chosen points, quadrilaterals whole."""
+    kept: BoolArray = np.asarray(chosen[facets].all(axis=1))
+    kept[quads] = kept[quads].all(axis=1, keepdims=True)
+    return kept
 
 
 def _checked(selected: Selected, where: str) -> Selected:
@@ -130,10 +142,8 @@ def _rounded(corner: FloatArray) -> list[float]:
     return [float(f"{x:.6g}") for x in corner]
 
 
-def faces_to(
-    points: FloatArray, facets: IntArray, side: tuple[ArrayLike, float], where: str
-) -> BoolArray:
-    """Facets whose normal is within an angle of a direction."""
+def faces_to(surface: Surface, side: tuple[ArrayLike, float], where: str) -> BoolArray:
+    """(m,) facets whose normal is within an angle of a direction; of quadrilaterals the mean."""
     way, angle = _numbers(side[0]), float(side[1])
     length = 0.0 if way is None or way.shape != (3,) else float(np.sqrt((way * way).sum()))
     if way is None or not (0.0 < length < np.inf):
@@ -149,8 +159,10 @@ def faces_to(
             found=angle,
             allowed="above 0, up to 180",
         )
-    a, b, c = (points[facets[:, k]] for k in range(3))
-    normals = np.cross(b - a, c - a)
+    points, facets, quads = surface
+    assert facets is not None
+    normals = triangle_normals(points, facets)
+    normals[quads] = normals[quads].sum(axis=1)[:, None]
     lengths = np.sqrt((normals * normals).sum(axis=1))
     along = (normals * (way / length)).sum(axis=1)
     kept: BoolArray = (lengths > 0.0) & (along >= np.cos(np.radians(angle)) * lengths)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.cells import SHELLS, SOLIDS, face_kind, split_shells
+from contiga.slaves.quads import at_corners, corner_areas, corners_of, triangle_normals
 
 Int64Array = NDArray[np.int64]
 
@@ -50,25 +51,29 @@ def facet_width(points: FloatArray, facets: IntArray) -> float:
 
 def facet_areas(points: FloatArray, facets: IntArray) -> FloatArray:
     """(m,) areas of triangles (m, 3) on `points` (n, 3)."""
-    a, b, c = (points[facets[:, i]] for i in range(3))
-    area: FloatArray = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    area: FloatArray = 0.5 * np.linalg.norm(triangle_normals(points, facets), axis=1)
     return area
 
 
-def tributary_area(points: FloatArray, facets: IntArray) -> FloatArray:
-    """Each node's share of the surface: a third of every facet it is a corner of.
+def tributary_area(
+    points: FloatArray, facets: IntArray, quads: IntArray | None = None
+) -> FloatArray:
+    """Each node's share of the surface: ∫ N dA of its shape function over the faces.
+
+    That is a third of every triangle it is a corner of, and a quarter of every parallelogram.
 
     Parameters
     ----------
     points : (n, 3), length
     facets : (m, 3) rows of `points`
+    quads : (q, 2) rows of `facets` that are the halves of a quadrilateral; none if omitted
 
     Returns
     -------
-    (n,) area, zero for nodes on no facet; the sum is the area of the facets
+    (n,) area, zero for nodes on no facet; the sum is the area of the faces
     """
-    share = np.repeat(facet_areas(points, facets) / 3.0, 3)
-    return np.bincount(facets.ravel(), weights=share, minlength=len(points)).astype(np.float64)
+    skin = corners_of(facets, np.zeros((0, 2), np.int32) if quads is None else quads)
+    return at_corners(skin, corner_areas(points, skin), len(points))
 
 
 def skin(points: FloatArray, blocks: list[CellBlock] | tuple[CellBlock, ...]) -> IntArray:

@@ -15,7 +15,8 @@ from contiga.errors import MeshError
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.checks import as_active, as_facets, as_nodal, check_points
 from contiga.slaves.elements import as_elements, mirrored
-from contiga.slaves.selection import Criteria, select
+from contiga.slaves.quads import halves_of
+from contiga.slaves.selection import Criteria, Surface, select
 from contiga.slaves.skin import tributary_area
 
 _RIGID_TOLERANCE = 1e-9
@@ -50,7 +51,8 @@ class Slave(Displayed):
     facets : (m, 3) or (m, 4) rows of `points`
         Surface facets; quadrilaterals are split along their shorter diagonal.
     area : (n,) or one for every point, length², at least 0
-        Contact area of each point; by default its third of every facet it is a corner of.
+        Contact area of each point; by default its third of every facet it is a corner of, and of
+        quadrilateral faces of solid elements ∫ N dA of its bilinear shape function.
     thickness : (n,) or one for every point, length, at least 0
         Thickness of the shell at each point, 0 where there is no shell.
     mass : (n,) or one for every point, at least 0
@@ -95,10 +97,13 @@ class Slave(Displayed):
     parts: tuple[MeshPart, ...]
     elements: Mapping[str, IntArray]
     """By kind, (e, k) rows of `points`, read-only; empty where none are known."""
+    quads: IntArray
+    """(q, 2) int32 rows of `facets`, read-only: the halves of each quadrilateral face of a solid
+    element, which is bilinear in areas, quadrature and loads."""
 
     __slots__ = (
         *("points", "facets", "area", "thickness", "mass"),
-        *("active", "name", "unit", "cells", "parts", "elements", "__weakref__"),
+        *("active", "name", "unit", "cells", "parts", "elements", "quads", "__weakref__"),
     )
 
     def __init__(
@@ -119,8 +124,11 @@ class Slave(Displayed):
         coordinates = read_only(as_points(points, f"{name}: points"))
         check_points(coordinates, where=name)
         triangles = None if facets is None else as_facets(coordinates, facets, name)
+        cells_by_kind = as_elements(elements, len(coordinates), name)
+        quads = halves_of(triangles, cells_by_kind, len(coordinates))
+        quads.flags.writeable = False
         if area is None and triangles is not None:
-            area = tributary_area(coordinates, triangles)
+            area = tributary_area(coordinates, triangles, quads)
         values: dict[str, Any] = {
             "points": coordinates,
             "facets": triangles,
@@ -132,7 +140,8 @@ class Slave(Displayed):
             "unit": unit,
             "cells": MappingProxyType(dict(cells or {})),
             "parts": tuple(parts),
-            "elements": as_elements(elements, len(coordinates), name),
+            "elements": cells_by_kind,
+            "quads": quads,
         }
         for key, value in values.items():
             object.__setattr__(self, key, value)
@@ -192,17 +201,18 @@ class Slave(Displayed):
         (8, 4, [1.0, 1.0], 1.0)
         """
         criteria = Criteria(nodes, box, side)
-        facets, active = select(self.points, self.facets, self.active, criteria, self.name)
+        surface = Surface(self.points, self.facets, self.quads)
+        facets, active = select(surface, self.active, criteria, self.name)
         fields = self._values()
         if facets is not None and self._shares_its_facets():
-            fields["area"] = tributary_area(self.points, facets)
+            fields["area"] = None  # the shares of those that stay
         return Slave(**(fields | {"facets": facets, "active": active}))
 
     def _shares_its_facets(self) -> bool:
         """Whether the areas are the points' shares of the facets, and not given otherwise."""
         if self.area is None or self.facets is None:
             return False
-        areas = tributary_area(self.points, self.facets)
+        areas = tributary_area(self.points, self.facets, self.quads)
         # To be moved or scaled changes their last bits.
         return bool((np.abs(self.area - areas) <= _SAME_AREA * areas.max(initial=0.0)).all())
 
@@ -268,7 +278,7 @@ class Slave(Displayed):
         return Slave(**(self._values() | given | lengths))
 
 
-_FIELDS = tuple(key for key in Slave.__slots__ if key != "__weakref__")
+_FIELDS = tuple(key for key in Slave.__slots__ if key not in ("quads", "__weakref__"))
 
 
 def box_of(points: FloatArray, active: NDArray[np.bool_] | None = None) -> FloatArray:

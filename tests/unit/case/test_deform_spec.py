@@ -259,6 +259,11 @@ def test_a_belt_is_a_row_of_bars(tmp_path: Path) -> None:
     length = 20.0 + 2.0 * np.hypot(30.0, 25.0)
     mass = simulation.mechanism.masses["belt"]
     assert mass.sum() == pytest.approx(1e-3 * 50.0 * length)
+    by_area = BELT.replace("stiffness = 50.0", "stiffness = 50.0, per_area = true")
+    (tmp_path / "area.toml").write_text(by_area)
+    # Bars have no facets to put points on: without a word it touches by its nodes.
+    contact = cg.build(load_case(tmp_path / "area.toml")).contacts[0].contact
+    assert (contact.quadrature, contact.law.per_area) == ("nodes", True)
     state = simulation.step(simulation.step(simulation.start()))
     assert (state.slaves["belt"].velocities[1:-1, 2] < 0.0).all()
     (tmp_path / "belt.toml").write_text(BELT.replace("[10, 0, 25]", "[-10, 0, 25]"))

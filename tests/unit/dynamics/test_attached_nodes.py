@@ -177,3 +177,38 @@ def test_a_board_that_may_turn_needs_inertia_to_carry_a_pad() -> None:
     motion = cg.motion.Deforming(attached=TOP | {"body": "board"}, **RUBBER)
     with pytest.raises(InputError, match="needs mass and inertia"):
         _simulation(slave, motion, cg.motion.Free(mass=1.0, hold=["rx"]), end=1.0, step=0.01)
+
+
+def test_the_velocity_given_is_that_of_the_own_centre_and_glued_nodes_have_the_body_s() -> None:
+    """Written beside it for glued nodes, another is overridden, and the ledger has what moves."""
+    slave, spin = block((1, 1, 2), (2.0, 2.0, 3.0)), np.array([0.3, -0.2, 0.4])
+    given, own = np.array([0.1, 0.5, -0.2]), np.array([1.0, 1.0, 4.0])
+    rigid, more = given + np.cross(spin, slave.points - own), np.array([0.0, 0.0, 0.7])
+    glued = np.isclose(slave.points[:, 2], 3.0)
+    motion = cg.motion.Deforming(attached=TOP | {"body": "board"}, velocity=rigid + more, **RUBBER)
+    carrier = _free(velocity=given, spin=spin)
+    simulation = _simulation(slave, motion, carrier, end=0.5, step=0.01)
+    state = simulation.start()
+    twist = state.bodies["board"].twist
+    np.testing.assert_allclose(twist.at(np.zeros(3), own), given, atol=1e-14)
+    went = np.where(glued[:, None], rigid, rigid + more)
+    np.testing.assert_allclose(state.slaves["pad"].velocities, went, atol=1e-14)
+    mass = simulation.mechanism.nodes["pad"].mass
+    kinetic = 0.5 * (2.0 * given @ given + spin @ INERTIA @ spin + mass @ (went * went).sum(axis=1))
+    assert state.energy.kinetic == pytest.approx(kinetic, rel=1e-14)
+    for _ in range(5):
+        state = simulation.step(state)
+        pose, twist = state.bodies["board"]
+        points, velocities = (part[glued] for part in state.slaves["pad"])
+        np.testing.assert_allclose(velocities, twist.at(pose[:3, 3], points), atol=1e-15)
+
+
+def test_what_is_held_of_a_board_stays_though_glued_nodes_shift_its_centre() -> None:
+    slave = block((1, 1, 2), (2.0, 2.0, 3.0))
+    motion = cg.motion.Deforming(attached=TOP | {"body": "board"}, **RUBBER)
+    carrier = _free(velocity=[0.0, 0.3, 0.0], spin=[0.0, 0.2, 0.0], hold=["x"])
+    system = _simulation(slave, motion, carrier, end=0.5, step=0.01).mechanism
+    lower = system.fixed[0, 3] - 4.0
+    assert lower < -1e-3
+    # Spin about y would take the common centre along x, which is held, and leaves y as it is.
+    np.testing.assert_allclose(system.start[0, 7:9], [0.0, 0.3], atol=1e-15)

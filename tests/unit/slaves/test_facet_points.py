@@ -9,10 +9,11 @@ from contiga.slaves.kernels.facet_points_nb import points_of_facets
 
 
 @pytest.mark.interpreted
-def test_rows_asked_for_are_written_and_no_others() -> None:
+@pytest.mark.parametrize("corners", [3, 4])
+def test_rows_asked_for_are_written_and_no_others(corners: int) -> None:
     rng = np.random.default_rng(0)
-    nodal, shape = rng.standard_normal((7, 3)), rng.dirichlet(np.ones(3), 4)
-    facets = rng.integers(0, 7, (5, 3)).astype(np.int32)
+    nodal, shape = rng.standard_normal((7, 3)), rng.dirichlet(np.ones(corners), 4)
+    facets = rng.integers(0, 7, (5, corners)).astype(np.int32)
     out = np.full((20, 3), np.nan)
     points_of_facets(nodal, facets, shape, out, 1, 4)
     whole = np.einsum("kj,fja->fka", shape, nodal[facets]).reshape(-1, 3)

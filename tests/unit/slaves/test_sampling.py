@@ -44,7 +44,7 @@ def test_a_rule_of_higher_degree_would_not_do(count: int) -> None:
 
 @pytest.mark.parametrize("count", list(RULES))
 def test_points_lie_on_their_facets_and_weigh_their_areas(count: int) -> None:
-    sampling = Sampling(SHEET, None, RULES[count])
+    sampling = Sampling(SHEET, None, count)
     points = sampling.points(SHEET.points)
     assert (sampling.n_points, sampling.first) == (5 + 2 * count, 5)
     np.testing.assert_array_equal(points[:5], SHEET.points)
@@ -59,8 +59,7 @@ def test_points_lie_on_their_facets_and_weigh_their_areas(count: int) -> None:
 
 @pytest.mark.parametrize("count", [None, *RULES])
 def test_forces_at_the_points_and_at_the_nodes_do_the_same_work(count: int | None) -> None:
-    rule = None if count is None else RULES[count]
-    sampling = Sampling(SHEET, np.ones(5), rule)
+    sampling = Sampling(SHEET, np.ones(5), count)
     rng = np.random.default_rng(0)
     rows = np.arange(sampling.first, sampling.n_points, 2)
     force, moved = rng.normal(size=(len(rows), 3)), rng.normal(size=(5, 3))
@@ -74,7 +73,7 @@ def test_forces_at_the_points_and_at_the_nodes_do_the_same_work(count: int | Non
 
 @pytest.mark.parametrize("count", list(RULES))
 def test_masses_are_shared_and_thicknesses_are_means(count: int) -> None:
-    sampling = Sampling(SHEET, None, RULES[count])
+    sampling = Sampling(SHEET, None, count)
     # Node 4 is on no facet: its mass stays out.
     assert sampling.mass[5:].sum() == pytest.approx(10.0, rel=1e-14)
     # Nodes 0 and 2 are corners of both facets, and share theirs by area.
@@ -94,13 +93,13 @@ def test_masses_are_shared_and_thicknesses_are_means(count: int) -> None:
 def test_points_of_a_facet_with_an_inactive_corner_take_no_part() -> None:
     active = np.array([True, True, True, False, False])
     slave = cg.Slave(SHEET.points, SHEET.facets, active=active)
-    sampling = Sampling(slave, None, RULES[3])
+    sampling = Sampling(slave, None, 3)
     np.testing.assert_array_equal(sampling.active[5:], [True] * 3 + [False] * 3)
 
 
 def test_a_cloud_has_no_facets_to_put_points_on() -> None:
     with pytest.raises(InputError, match="points lie on facets"):
-        Sampling(cg.Slave([[0.0, 0.0, 0.0]]), None, RULES[1])
+        Sampling(cg.Slave([[0.0, 0.0, 0.0]]), None, 1)
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1e-3, 1.0, 25.4, 1e3])

@@ -11,7 +11,11 @@ from contiga.contact.state import State
 from contiga.laws.force import ForceLaw
 from contiga.masters.nearness import nearest
 from contiga.records import FloatArray
-from contiga.simulation.checks.depth_checks import STEP_OF_LAYER, deeper_than
+from contiga.simulation.checks.depth_checks import (
+    STEP_OF_LAYER,
+    deeper_than,
+    deeper_than_elements,
+)
 from contiga.simulation.checks.facing import two_layers
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.layers import layers_of
@@ -122,6 +126,7 @@ def _deep(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator
     reached = float(own["max_penetration"][at]), float(own["time"][at])
     for layer in layers_of(pair.contact):
         yield from deeper_than(layer, pair.where, reached, scene.said)
+    yield from deeper_than_elements(pair, own, scene.said)
 
 
 def _fast(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
