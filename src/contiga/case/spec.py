@@ -280,14 +280,7 @@ def _existing(path: str, info: ValidationInfo) -> str:
 def _pattern(pattern: str, info: ValidationInfo) -> str:
     from contiga.io.mesh.series import find_files
 
-    try:
-        find_files(pattern, _folder(info))
-    except (OSError, ValueError, IndexError, NotImplementedError) as error:
-        if isinstance(error, FileError):
-            raise
-        raise FileError(
-            "is not a file name pattern", found=pattern, allowed="such as step_*.vtu"
-        ) from error
+    find_files(pattern, _folder(info))
     return (_folder(info).resolve() / pattern).as_posix()
 
 
