@@ -40,7 +40,7 @@ def plotly_script() -> str:
     assert spec.origin is not None
     path = Path(spec.origin).parent / "package_data" / "plotly.min.js"
     own = files("contiga.report").joinpath("print.js").read_text(encoding="utf-8")
-    return path.read_text(encoding="utf-8") + own
+    return f"{path.read_text(encoding='utf-8')}\n{own}"
 
 
 def side_by_side(drawn: Iterable[str]) -> str:

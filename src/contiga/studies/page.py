@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from contiga.io.out.files import write_text
-from contiga.report.figure import as_json, plotly_script, side_by_side
+from contiga.report.figure import as_json, plotly_script
 from contiga.report.lines import CONFIG, FONT
 from contiga.report.style import GRID, INK, LINES, MUTED, SCALE, number
 from contiga.report.style import page as styled
@@ -246,7 +246,8 @@ def _convergence_of(data: dict[str, Any]) -> str:
         return ""
     return (
         f"<h2>Convergence</h2>{_choices(convergence_y='Quantity')}"
-        f"{side_by_side(('<div id=convergence></div>', '<div id=errors></div>'))}"
+        '<div class="panels"><div class="frame"><div id="convergence"></div></div>'
+        '<div class="frame"><div id="errors"></div></div></div>'
         '<p class="caption" id="orders"></p>'
     )
 
