@@ -56,3 +56,27 @@ def too_wide(page: Any) -> list[str]:
       return found;
     }"""
     return list(page.evaluate(script))
+
+
+def outside_on_paper(page: Any, folder: Path, **paper: Any) -> list[str]:
+    """What of a page, printed as PDF, is wider than the card it stands in, or than the paper."""
+    page.evaluate("""() => {
+      const paper = matchMedia("print");
+      window.printed = null;
+      paper.addEventListener("change", () => {
+        if (!paper.matches) return;
+        const found = [], main = document.querySelector("main");
+        const limit = main.getBoundingClientRect().right + 0.5;
+        for (const one of document.querySelectorAll("main *")) {
+          if (one.closest("svg") !== one && one.closest("svg")) continue;
+          const box = one.getBoundingClientRect(), card = one.closest(".frame");
+          const inner = card ? card.getBoundingClientRect().right + 0.5 : limit;
+          if (box.width > 0 && box.right > Math.min(inner, limit)) {
+            found.push(one.tagName + "." + (one.className.baseVal ?? one.className));
+          }
+        }
+        window.printed = found;
+      });
+    }""")
+    page.pdf(path=folder / "page.pdf", **paper)
+    return list(page.evaluate("window.printed"))

@@ -17,8 +17,8 @@ import numba
 import pytest
 from hypothesis import settings
 
-from contiga.arrays.cache_folder import FOLDER
 from contiga.arrays.digest import Digest
+from contiga.cache_folder import FOLDER
 from contiga.geometry.faces import Faces
 from contiga.jit.dispatcher import KernelDispatcher
 from contiga.search.balls import radii

@@ -10,7 +10,8 @@ import sys
 from collections import Counter
 from pathlib import Path
 
-SOURCES = Path(__file__).resolve().parents[1] / "src"
+from contiga.jit.folder import kernel_folder
+
 ALLOWED = frozenset({"element_nb.bicubic", "newton_nb.polynomial_at", "newton_nb.weight_at"})
 """Kernels, as "module.name", that may have several: a few lines each, put into kernels that read
 the coefficients of a record, and into others that read those of lanes."""
@@ -18,14 +19,15 @@ the coefficients of a record, and into others that read those of lanes."""
 
 def more_than_one(folder: Path) -> dict[str, int]:
     """Kernels kept under `folder` in several versions, and in how many."""
-    kept = Counter(file.name.split("-")[0] for file in folder.rglob("*.nbc"))
-    return {name: n for name, n in sorted(kept.items()) if n > 1 and name not in ALLOWED}
+    kept = Counter(file.name.rsplit(".", 2)[0] for file in folder.rglob("*.nbc"))  # of one stamp
+    several = {name.partition("-")[0]: n for name, n in sorted(kept.items()) if n > 1}
+    return {name: n for name, n in several.items() if name not in ALLOWED}
 
 
 def main(arguments: list[str]) -> int:
     """Print them."""
-    folder = Path(arguments[0]) if arguments else SOURCES
-    if not any(folder.rglob("*.nbc")):
+    folder = Path(arguments[0]) if arguments else kernel_folder()
+    if folder is None or not any(folder.rglob("*.nbc")):
         print(f"no kernel is kept under {folder}: run the demo first", file=sys.stderr)
         return 1
     result = more_than_one(folder)

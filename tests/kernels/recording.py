@@ -18,7 +18,7 @@ from numba.core.sigutils import normalize_signature
 from tests.kernels import exercises
 
 import contiga as cg
-from contiga.arrays.cache_folder import FOLDER
+from contiga.cache_folder import FOLDER
 from contiga.io import apart
 from contiga.jit.dispatcher import KernelDispatcher
 from contiga.jit.reference import Reference

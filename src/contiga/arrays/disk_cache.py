@@ -11,18 +11,18 @@ import os
 import pickle
 import secrets
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from functools import cached_property
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
-from time import thread_time, time
+from time import thread_time
 from typing import Any, TypeVar
 
 import numpy as np
 
-from contiga.arrays.cache_folder import cache_folder
+from contiga.cache_folder import asked_for, cache_folder, is_ours, trim
 from contiga.jit.stamps import stamp_of
 from contiga.version import __version__
 
@@ -33,8 +33,6 @@ LONG = 0.1
 MOST, MANY = 512 * 1024**2, 2_000
 """Bytes that all entries may take, and how many there may be; those not asked for the longest go
 first."""
-LEFT_OVER = 86_400.0
-"""Seconds after which what a process has left that was killed as it wrote is removed."""
 _SEAL = 32
 """Bytes of the checksum in front of an entry."""
 
@@ -76,13 +74,13 @@ class DiskCache:
             return None
         path = self._path(folder, key)
         with suppress(OSError):
-            if not (_is_ours(folder) and _is_ours(path)):
+            if not (is_ours(folder) and is_ours(path)):
                 return None
             content = path.read_bytes()
             if content[:_SEAL] == sha256(content[_SEAL:]).digest():
                 with suppress(Exception):  # of another make of the same version
                     value = pickle.loads(memoryview(content)[_SEAL:])
-                    _asked_for(path)
+                    asked_for(path)
                     return value
             path.unlink()
         return None
@@ -95,7 +93,7 @@ class DiskCache:
         with suppress(OSError, pickle.PicklingError, TypeError, AttributeError):
             content = _pickled(value)
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            if not _is_ours(folder):
+            if not is_ours(folder):
                 return  # what is written there would not be opened
             path = self._path(folder, key)
             temporary = folder / f"{secrets.token_hex(8)}.new"
@@ -105,7 +103,7 @@ class DiskCache:
                 temporary.replace(path)
             finally:
                 temporary.unlink(missing_ok=True)
-            _trim(folder)
+            trim(folder, (".kept",), MOST, MANY)
 
     def _path(self, folder: Path, key: str) -> Path:
         name = sha256(f"{self._made_by}\0{key}".encode()).hexdigest()[:32]
@@ -130,39 +128,3 @@ def _pickled(value: Any) -> bytes:
 def _private(path: str, flags: int) -> int:
     """Open a file that nobody else may write to, whatever the process allows others."""
     return os.open(path, flags, 0o600)
-
-
-def _asked_for(path: Path) -> None:
-    """Have an entry stay. Where that cannot be written down it may go earlier."""
-    with suppress(OSError):
-        os.utime(path)
-
-
-def _is_ours(path: Path) -> bool:
-    """Whether nobody else can have written a file or a folder, as far as the system says."""
-    if not hasattr(os, "geteuid"):
-        return True
-    status = path.stat()
-    return status.st_uid == os.geteuid() and not status.st_mode & 0o022
-
-
-def _trim(folder: Path) -> None:
-    """Remove what was not asked for the longest, until the rest is no more than it may be, and
-    what was never written to its end."""
-    entries = list(_entries(folder, "*.kept"))
-    total, count = sum(status.st_size for _, status in entries), len(entries)
-    for path, status in sorted(entries, key=lambda entry: entry[1].st_mtime_ns):
-        if total <= MOST and count <= MANY:
-            break
-        path.unlink(missing_ok=True)
-        total, count = total - status.st_size, count - 1
-    for path, status in _entries(folder, "*.new"):
-        if status.st_mtime < time() - LEFT_OVER:
-            path.unlink(missing_ok=True)
-
-
-def _entries(folder: Path, pattern: str) -> Iterator[tuple[Path, os.stat_result]]:
-    """Files, but those that another process has just removed."""
-    for path in folder.glob(pattern):
-        with suppress(OSError):
-            yield path, path.stat()

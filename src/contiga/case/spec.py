@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import operator
+import os
+import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property, reduce
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Generic, Self, TypeVar, get_args
@@ -266,13 +269,15 @@ def _folder(info: ValidationInfo) -> Path:
 
 
 def _existing(path: str, info: ValidationInfo) -> str:
+    mode = 0
     try:
         full = (_folder(info) / path).resolve()
-        there, folder = full.is_file(), full.is_dir()
+        with suppress(FileNotFoundError, NotADirectoryError):
+            mode = os.stat(full).st_mode
     except (OSError, ValueError) as error:  # too long, or with a character no name can have
         raise FileError("is not a file name", found=path) from error
-    if not there:
-        what = "this is a folder, not a file" if folder else "no such file"
+    if not stat.S_ISREG(mode):
+        what = "this is a folder, not a file" if stat.S_ISDIR(mode) else "no such file"
         raise FileError(what, found=path, allowed=f"a file; looked for {full}")
     return full.as_posix()
 
@@ -280,14 +285,7 @@ def _existing(path: str, info: ValidationInfo) -> str:
 def _pattern(pattern: str, info: ValidationInfo) -> str:
     from contiga.io.mesh.series import find_files
 
-    try:
-        find_files(pattern, _folder(info))
-    except (OSError, ValueError, IndexError, NotImplementedError) as error:
-        if isinstance(error, FileError):
-            raise
-        raise FileError(
-            "is not a file name pattern", found=pattern, allowed="such as step_*.vtu"
-        ) from error
+    find_files(pattern, _folder(info))
     return (_folder(info).resolve() / pattern).as_posix()
 
 

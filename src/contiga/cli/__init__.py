@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 
+from contiga.cli.plain_signs import write_plain_signs
 from contiga.errors import MissingPackageError
 from contiga.extras import require
 from contiga.warmup.garbage import looked_for_seldom
@@ -15,6 +16,7 @@ from contiga.warmup.garbage import looked_for_seldom
 
 def main() -> None:
     """Run the command line and leave with its exit code."""
+    write_plain_signs()
     try:
         require("the command line", "typer", "rich", "pydantic")
     except MissingPackageError as error:

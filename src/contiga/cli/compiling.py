@@ -30,8 +30,10 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
 
     from contiga.arrays.threads import thread_count
     from contiga.jit.cache import COMPILE_LISTENERS
+    from contiga.jit.folder import kernel_folder
 
-    helpers = min(thread_count() - 1, HELPERS) if helped else 0
+    shared = helped and kernel_folder() is not None  # what others compile is found in files
+    helpers = min(thread_count() - 1, HELPERS) if shared else 0
     compile_pool: list[CompilePool] = []
     counted, first = 0, False
 

@@ -43,7 +43,7 @@ _TEXTS: dict[str, tuple[str, tuple[str, ...]]] = {
             "contiga study study.toml -o out --scheduler tcp://login1:8786",
         ),
     ),
-    "warmup": ("command-line.md", ("contiga warmup", "contiga warmup --jobs 2")),
+    "warmup": ("command-line.md", ("contiga warmup --jobs 2", "contiga warmup --clear")),
     "reproduce": ("reproduce.md", ("contiga reproduce --only 5.1,5.4 -o reproduction",)),
     "verify": ("verify.md", ("contiga verify --only spring,mass -o verification",)),
 }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import threading
-from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated
 
@@ -26,36 +25,53 @@ def warmup(
         int | None,
         typer.Option("--jobs", min=1, metavar="N", help="Processes; one a core if left out."),
     ] = None,
+    clear: Annotated[
+        bool,
+        typer.Option("--clear", help="Remove all kernels that are kept, and compile none."),
+    ] = False,
     quiet: Quiet = False,
 ) -> None:
     """Compile all kernels now, on all cores, so that no run has to wait for them."""
     from contiga.arrays.threads import thread_count
+    from contiga.jit.folder import kernel_folder, remove_kernels
     from contiga.warmup import record
     from contiga.warmup.compile_pool import CompilePool
     from contiga.warmup.listing import listing
 
+    folder = kernel_folder()
+    if folder is None:
+        raise RunError(
+            "no folder can be written to in which kernels could be kept; runs go on without, and "
+            "NUMBA_CACHE_DIR=folder names one"
+        )
+    if clear:
+        removed = remove_kernels()
+        if not quiet:
+            print(f"{removed} kernels removed from {folder}")
+        return
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         print("nothing to compile: NUMBA_DISABLE_JIT is set")
         return
     start = perf_counter()
-    kept = record.known()
-    if kept:
-        if not quiet:
-            print(_line(0, kept, perf_counter() - start))
-        return
-    jobs = jobs or min(thread_count(), MOST)
-    with progress_bar("warmup", quiet=quiet) as show:
-        count = _Count(show, [f"{one.module}.{one.name}" for one in listing().kernels])
-        with CompilePool(jobs, count.hear) as compile_pool:
-            compile_pool.wait()
-    kept = [str(file) for folder in count.folders for file in Path(folder).glob("*.nb[ci]")]
+    names = [f"{one.module}.{one.name}" for one in listing().kernels]
+    compiled, there, failed = 0, len(names), list[str]()
+    if not record.has_all():
+        with progress_bar("warmup", quiet=quiet) as show:
+            count = _Count(show, names)
+            with CompilePool(jobs or min(thread_count(), MOST), count.hear) as compile_pool:
+                compile_pool.wait()
+        compiled, there, failed = count.compiled, count.there, count.failed
+        if not failed:
+            record.write(count.files)
     if not quiet:
-        print(_line(count.compiled, kept, perf_counter() - start))
-    if not count.failed:
-        record.written(count.folders)
-    else:
-        failed = "; ".join(count.failed)
-        raise RunError(f"not all kernels could be compiled ({failed}); runs go on without")
+        done = f"{compiled} kernels compiled, {there}"
+        if not compiled:
+            done = f"nothing to compile: {there} kernels"
+        seconds = f"{perf_counter() - start:.0f} s"
+        print(f"{done} were there already; {seconds}; kept in {folder}")
+    if failed:
+        why = "; ".join(failed)
+        raise RunError(f"not all kernels could be compiled ({why}); runs go on without")
 
 
 class _Count:
@@ -67,7 +83,8 @@ class _Count:
         self._done = 0
         self._at: dict[int, str] = {}
         self.compiled = 0
-        self.folders: set[str] = set()
+        self.there = 0
+        self.files: set[str] = set()
         self.failed: list[str] = []
 
     def hear(self, process: int, progress: Progress) -> None:
@@ -78,7 +95,8 @@ class _Count:
                 self._done += 1
                 self._at.pop(process, None)
                 self.compiled += progress.made
-                self.folders |= {progress.folder} - {""}
+                self.there += not (progress.made or progress.error)
+                self.files |= {progress.file} - {""}
                 if progress.error:
                     self.failed.append(f"{name}: {progress.error}")
             else:
@@ -87,15 +105,3 @@ class _Count:
 
     def _said(self) -> str:
         return ", ".join((f"{self.compiled} kernels compiled", *self._at.values()))
-
-
-def _line(compiled: int, files: list[str], seconds: float) -> str:
-    """What was done, and where the `files` of kernels are."""
-    there = max(sum(file.endswith(".nbc") for file in files) - compiled, 0)
-    if compiled:
-        counts = f"{compiled} kernels compiled, {there} were there already"
-    else:
-        counts = f"nothing to compile: {there} kernels were there already"
-    folders = {os.path.dirname(file) for file in files}
-    where = os.path.commonpath(folders) if folders else "no files"
-    return f"{counts}; {seconds:.0f} s; kept in {where}"

@@ -2,39 +2,41 @@
 
 numba stamps a cached kernel with the text of its own file. A kernel holds the code of the kernels
 it calls, so here the stamp is the text of its file and of all files of the package which that
-imports, directly or not: an edit compiles anew what it touches, and nothing else. The stamp is
-part of the files' names too. numba writes the index of a kernel before its code, so that one who
-reads in between, or after a process that died there, would find the old code under the new index.
+imports, directly or not, and numba's version: an edit compiles anew what it touches, and nothing
+else. The stamp is part of the files' names too, so that several versions of a package share a
+folder (`folder`). numba writes the index of a kernel before its code: one who reads in between, or
+after a process that died there, would find the old code under the new index.
 
 What is to be compiled is compiled by one process; others wait for it and read it. Locks are by
 kernel and types: as kernels call each other in no circle, neither can processes that wait. What a
 kept kernel calls is kept beside it, and loaded before it.
 
-`NUMBA_CACHE_DIR`, a read-only package and different processors in one folder are numba's business,
-as ever. Only kernels of ours are kept so: no list of numba's is changed.
+Different processors in one folder are numba's business, as ever. Only kernels of ours are kept so:
+no list of numba's is changed.
 """
 
 from __future__ import annotations
 
 import inspect
-import os
 import re
 import sys
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import AbstractContextManager, ExitStack, suppress
+from hashlib import sha256
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol
 
+import numba
 from numba.core import event
-from numba.core.caching import CompileResultCacheImpl, FunctionCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache
 
+from contiga.cache_folder import asked_for
+from contiga.jit.folder import PRIVATE, kernel_folder, make_room
 from contiga.jit.libraries import CalledLibrary, calls_of, module_of
 from contiga.jit.locks import alone
 from contiga.jit.stamps import LOCAL, PACKAGES, stamp_at_import
 
 DIGITS = 16
-KEPT = (".nbi", ".nbc")
-"""Endings of the files of compiled kernels."""
 PLACE_IN_MEMORY = re.compile(r"\b0x[0-9a-f]+")
 """In the names of types of functions: another process has another."""
 
@@ -55,17 +57,17 @@ COMPILE_LISTENERS: list[CompileListener] = []
 
 
 class Sourced:
-    """Where a kernel of our packages is kept: where numba would, by stamps of all sources."""
+    """Where a kernel of our packages is kept, by stamps of all sources: a locator of numba's."""
 
-    def __init__(self, function: Any, numbas: Any) -> None:
-        name = f"{Path(inspect.getfile(function)).stem}.{function.__qualname__}"
-        self._name = name.replace("<", "").replace(">", "")
-        self._stamp = stamp_at_import(function)
-        self._numbas = numbas
+    def __init__(self, function: Any, file: Path, folder: Path) -> None:
+        self._py_file = str(file)
+        stamp = f"{numba.__version__} {stamp_at_import(function)}"
+        self._stamp = sha256(stamp.encode()).hexdigest()
+        self._folder = folder
 
     def get_cache_path(self) -> str:
         """The folder."""
-        return str(self._numbas.get_cache_path())
+        return str(self._folder)
 
     def get_source_stamp(self) -> str:
         """What the index of the function is checked by."""
@@ -76,26 +78,25 @@ class Sourced:
         return self._stamp[:DIGITS]
 
     def ensure_cache_path(self) -> None:
-        """Called before a kernel is written, too: those of other sources are removed then."""
-        self._numbas.ensure_cache_path()
-        folder = Path(self.get_cache_path())
-        all_stamps, current = f"{self._name}-", f"{self._name}-{self.get_disambiguator()}."
-        for name in os.listdir(folder):  # a pattern takes ten times as long, for each kernel
-            if name.startswith(all_stamps) and not name.startswith(current) and name.endswith(KEPT):
-                (folder / name).unlink(missing_ok=True)
+        """Called before a kernel is written."""
+        self._folder.mkdir(mode=PRIVATE, parents=True, exist_ok=True)
+        make_room(self._folder)
 
 
 class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
     """What of a compiled kernel is kept: numba's own, and what it calls by name."""
 
     def __init__(self, function: Any) -> None:
-        super().__init__(function)
-        file = Path(inspect.getfile(function)).resolve()
-        if any(package in file.parents for package in PACKAGES):
-            self._locator: Any = Sourced(function, self._locator)
-            self._filename_base = self.get_filename_base(
-                f"{file.stem}.{function.__qualname__}", getattr(sys, "abiflags", "")
-            )
+        file = _file_of_ours(function)
+        folder = kernel_folder()
+        if file is None or folder is None:
+            super().__init__(function)
+            return
+        self._lineno = function.__code__.co_firstlineno
+        self._locator = Sourced(function, file, folder)
+        self._filename_base = self.get_filename_base(
+            f"{file.stem}.{function.__qualname__}", getattr(sys, "abiflags", "")
+        )
 
     def check_cachable(self, compiled: Any) -> bool:
         """Not where it calls what another process would not find."""
@@ -129,6 +130,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
 
     def __init__(self, function: Any) -> None:
         super().__init__(function)
+        self.index = self._cache_file._index_path
         self._home = function.__module__, function.__qualname__
         self._locks: dict[Any, ExitStack] = {}
 
@@ -147,14 +149,20 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
     def _kept(self, signature: Any, target: Any) -> Any:
         """What is kept; nothing where records that it was called with have moved since."""
         try:
-            return super().load_overload(signature, target)
+            overload = super().load_overload(signature, target)
         except (ImportError, AttributeError):
             self.flush()
             return None
+        if overload is not None:
+            asked_for(self.index)
+        return overload
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
-        """numba's own reads the index of a kernel, and writes it with one line more."""
-        with self._alone("index"):
+        """Keep a version, where that can be written.
+
+        numba's own reads the index of a kernel, and writes it with one line more.
+        """
+        with suppress(OSError), self._alone("index"):
             super().save_overload(signature, compiled)
 
     def done(self, signature: Any) -> None:
@@ -166,6 +174,19 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
     def _alone(self, what: str, *how: Any) -> AbstractContextManager[None]:
         name = f"{self._cache_file._index_name} {PLACE_IN_MEMORY.sub('', what)}"
         return alone(self._cache_path, name, *how)
+
+
+def cache_of(function: Any) -> Any:
+    """The files of a kernel; without a folder for them, numba's cache that keeps nothing."""
+    if kernel_folder() is None and _file_of_ours(function) is not None:
+        return NullCache()
+    return KernelCache(function)
+
+
+def _file_of_ours(function: Any) -> Path | None:
+    """The file of a function of our packages; None of any other."""
+    file = Path(inspect.getfile(function)).resolve()
+    return file if any(package in file.parents for package in PACKAGES) else None
 
 
 def _waiting() -> AbstractContextManager[None]:

@@ -29,10 +29,11 @@ def is_missing(kernel: Any) -> bool:
 def _kept(kernel: Any) -> list[Any]:
     """Signatures of a kernel that its cache holds for this processor and that are not loaded."""
     cache = getattr(kernel, "_cache", None)
-    if cache is None:
+    files = getattr(cache, "_cache_file", None)
+    if cache is None or files is None:
         return []
     kernel.targetctx.refresh()  # the order in which numba's own loading does it
-    files, codegen = cache._cache_file, kernel.targetctx.codegen()
+    codegen = kernel.targetctx.codegen()
     return [
         key[0]
         for key, name in files._load_index().items()

@@ -11,7 +11,7 @@ from contiga.io.out.files import write_text
 from contiga.records import FloatArray
 from contiga.report import require_packages
 from contiga.report.comparison import Comparison, Pair, columns_of
-from contiga.report.figure import Figure, embedded, plotly_script
+from contiga.report.figure import Figure, embedded, plotly_script, side_by_side
 from contiga.report.html_tables import STAGES
 from contiga.report.lines import PLOT_CONFIG, add_line, finish, largest, with_unit
 from contiga.report.run_folder import Run
@@ -72,7 +72,7 @@ def page_of(comparison: Comparison) -> str:
         f'<p class="under">{titles} · in common {escape(span)}</p>',
         _section("Settings that differ", _settings(comparison)),
         _section("Histories", _differences(comparison)),
-        f'<div class="panels">{"".join(_panels(comparison))}</div>',
+        side_by_side(_drawn(comparison)),
         _section("Criteria", _pairs(comparison, comparison.criteria)),
         _section("Energy balance error", _pairs(comparison, comparison.energies)),
         _section("Time taken", _timings(comparison)),
@@ -122,7 +122,7 @@ def _differences(comparison: Comparison) -> str:
     return f'{table}<p class="caption">{"; ".join(facts)}.</p>'
 
 
-def _panels(comparison: Comparison) -> Iterator[str]:
+def _drawn(comparison: Comparison) -> Iterator[str]:
     """Figures of the columns that both have, one line a run."""
     columns = tuple(columns_of(run) for run in comparison.runs)
     shown = 0
@@ -134,9 +134,8 @@ def _panels(comparison: Comparison) -> Iterator[str]:
             continue
         unit = getattr(comparison.runs[0].units, panel[2])
         figure = _figure(comparison, pair, (f"{owner}: {panel[1].lower()}", unit))
-        html = embedded(figure, f"both-{shown}", PLOT_CONFIG)
+        yield embedded(figure, f"both-{shown}", PLOT_CONFIG)
         shown += 1
-        yield f'<div class="frame">{html}</div>'
 
 
 def _figure(

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import math
 from base64 import b64encode
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from importlib.resources import files
 from importlib.util import find_spec
 from json import dumps
 from pathlib import Path
@@ -32,12 +34,26 @@ class Figure:
 
 
 def plotly_script() -> str:
-    """The script, from the package of plotly, none of whose modules are imported."""
+    """The script of plotly, none of whose modules are imported, and what prints its drawings."""
     spec = find_spec("plotly")
     assert spec is not None
     assert spec.origin is not None
     path = Path(spec.origin).parent / "package_data" / "plotly.min.js"
-    return path.read_text(encoding="utf-8")
+    own = files("contiga.report").joinpath("print.js").read_text(encoding="utf-8")
+    return f"{path.read_text(encoding='utf-8')}\n{own}"
+
+
+def side_by_side(drawn: Iterable[str]) -> str:
+    """Drawings as HTML, side by side in frames, two in a row; the last of an odd number is as wide.
+
+    The page cannot find that out by itself: while it is read no frame is known to be the last.
+    """
+    drawn = list(drawn)
+    whole = [""] * len(drawn)
+    if len(drawn) % 2:
+        whole[-1] = " whole"
+    frames = (f'<div class="frame{k}">{html}</div>' for k, html in zip(whole, drawn, strict=True))
+    return f'<div class="panels">{"".join(frames)}</div>'
 
 
 def embedded(figure: Figure, name: str, config: dict[str, Any]) -> str:

@@ -6,7 +6,7 @@ from base64 import b64encode
 from html import escape
 from importlib.resources import files
 
-from contiga.report.figure import Figure, as_json, embedded, plotly_script
+from contiga.report.figure import Figure, as_json, embedded, plotly_script, side_by_side
 from contiga.report.html_tables import inputs_table, key_figures, status_table, timings_table
 from contiga.report.lines import PLOT_CONFIG
 from contiga.report.motion import body_figures, criteria_table, extremes_table, sensor_figures
@@ -234,11 +234,9 @@ def _over_time(run: Run, peak_time: float | None) -> str:
 
 
 def _panels(figures: list[Figure], name: str) -> str:
-    panels = "".join(
-        f'<div class="frame">{embedded(figure, f"{name}-{k}", PLOT_CONFIG)}</div>'
-        for k, figure in enumerate(figures)
+    return side_by_side(
+        embedded(figure, f"{name}-{k}", PLOT_CONFIG) for k, figure in enumerate(figures)
     )
-    return f'<div class="panels">{panels}</div>'
 
 
 def _peak_note(peak_time: float | None) -> str:

@@ -190,8 +190,8 @@
     links($("course"));
   }
 
-  // The table: only the rows in sight are in the page.
-  var order = all(), sorted = null, rising = true, height = 33;
+  // The table: only the rows in sight are in the page, on paper all.
+  var order = all(), sorted = null, rising = true, height = 33, printing = false;
   var box = $("rows"), head = $("rows-head"), body = $("rows-body"), above = $("rows-above"), below = $("rows-below");
   function compare(column) {
     return function (a, b) {
@@ -224,8 +224,8 @@
     });
   }
   function rows() {
-    var first = Math.max(0, Math.floor(box.scrollTop / height) - 8);
-    var last = Math.min(n, first + Math.ceil(box.clientHeight / height) + 16);
+    var first = printing ? 0 : Math.max(0, Math.floor(box.scrollTop / height) - 8);
+    var last = printing ? n : Math.min(n, first + Math.ceil(box.clientHeight / height) + 16);
     above.style.height = first * height + "px";
     below.style.height = (n - last) * height + "px";
     body.textContent = "";
@@ -266,6 +266,9 @@
   heads();
   rows();
   box.addEventListener("scroll", function () { window.requestAnimationFrame(rows); });
+  ["beforeprint", "afterprint"].forEach(function (name) {
+    window.addEventListener(name, function () { printing = name === "beforeprint"; rows(); });
+  });
   options($("parallel-colour"), numbers, 0);
   ready(["parallel-colour"], parallel);
   options($("response-x"), variables, 0);

@@ -28,8 +28,8 @@ class Progress(NamedTuple):
     """False where it is begun."""
     made: bool = False
     """It was compiled, and not there already."""
-    folder: str = ""
-    """Where it is kept."""
+    file: str = ""
+    """Where it is kept; none where it is not."""
     error: str = ""
     """Why it cannot be had: words, none where it can."""
 

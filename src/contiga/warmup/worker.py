@@ -43,13 +43,13 @@ def _listen(rows: SimpleQueue[int]) -> None:
 
 
 def compiled(row: int) -> dict[str, Any]:
-    """Have a kernel of the list; whether it was made, where it is kept, and why not."""
+    """Have a kernel of the list; whether it was made, its file, and why it could not be had."""
     try:
         kernel = listing().compile(row)
     except Exception as failed:
         return {"error": f"{type(failed).__name__}: {failed}"}
     made = listing().arguments(row) in kernel.stats.cache_misses
-    return {"made": made, "folder": kernel.stats.cache_path}
+    return {"made": made, "file": getattr(kernel._cache, "index", "")}
 
 
 def tell(answers: TextIO, **what: object) -> None:

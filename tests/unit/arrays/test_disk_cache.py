@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from contiga.arrays import disk_cache
-from contiga.arrays.cache_folder import FOLDER, cache_folder
 from contiga.arrays.disk_cache import DiskCache
+from contiga.cache_folder import FOLDER, cache_folder
 
 
 @pytest.fixture

@@ -176,7 +176,7 @@ TABLE = [
             "slave[0].motion.files: is not a file name pattern",
             kind=FileError,
         )
-        for pattern in ("", "a**b")
+        for pattern in ("", "a**b", "a\\u0000b", "**", "x/**", "a**/b_*.vtu")
     ),
 ]
 

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numba
 import pytest
 import typer
 
@@ -23,8 +24,7 @@ for line in sys.stdin:
     row = int(line)
     if row == {lost!r}:
         os._exit(7)
-    folder = {kept!r} + ("/b" if {made!r} and row % 2 else "/a")
-    told = dict(made={made!r} and row > 0, folder=folder)
+    told = dict(made={made!r} and row > 0, file={kept!r} + f"/{{row}}.nbi")
     if row == {failing!r}:
         told = dict(error="ValueError: of the stub")
     print(json.dumps(told), flush=True)
@@ -42,12 +42,12 @@ def stub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("contiga.warmup.listing.listing", lambda: listed)
     monkeypatch.setattr(compile_pool, "listing", lambda: listed)
     monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)
-    monkeypatch.setattr(record, "_place", lambda: tmp_path / record.FILE)
-    log, kept = tmp_path / "log", tmp_path / "kept"
-    for folder in (log, kept / "a", kept / "b"):
+    log, kept = tmp_path / "log", tmp_path / "kept" / "contiga"
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(kept.parent))
+    for folder in (log, kept):
         folder.mkdir(parents=True)
     for k in range(len(PARTS)):
-        (kept / ("a" if k % 2 else "b") / f"{k}.nbc").touch()
+        (kept / f"{k}.nbi").touch()
 
     start = compile_pool._started
 
@@ -71,7 +71,7 @@ def test_it_says_what_was_compiled_and_where_it_is(command: Command, stub: Any) 
     code, out, err = command("warmup", "--jobs", "3")
     assert code == 0
     assert out.startswith(f"{len(PARTS) - 1} kernels compiled, 1 were there already; ")
-    assert out.endswith(f"s; kept in {log.parent / 'kept'}\n")
+    assert out.endswith(f"s; kept in {log.parent / 'kept' / 'contiga'}\n")
     assert f"{len(PARTS)}/{len(PARTS)}" in err
     assert len(list(log.iterdir())) == 3
 
@@ -79,9 +79,8 @@ def test_it_says_what_was_compiled_and_where_it_is(command: Command, stub: Any) 
 def test_a_second_time_there_is_nothing_to_compile(command: Command, stub: Any) -> None:
     stub(made=False)
     code, out, _ = command("warmup", "--jobs", "1")
-    there = len(PARTS) // 2  # in the one folder that is told of
     assert code == 0
-    assert out.startswith(f"nothing to compile: {there} kernels were there already; ")
+    assert out.startswith(f"nothing to compile: {len(PARTS)} kernels were there already; ")
 
 
 def test_what_was_warmed_up_is_not_gone_through_again(command: Command, stub: Any) -> None:
@@ -91,34 +90,63 @@ def test_what_was_warmed_up_is_not_gone_through_again(command: Command, stub: An
     code, out, _ = command("warmup")
     assert code == 0
     assert out.startswith(f"nothing to compile: {len(PARTS)} kernels were there already; ")
-    assert out.endswith(f"s; kept in {log.parent / 'kept'}\n")
+    assert out.endswith(f"s; kept in {log.parent / 'kept' / 'contiga'}\n")
     assert len(list(log.iterdir())) == processes
-    next((log.parent / "kept" / "a").glob("*.nbc")).unlink()
+    (log.parent / "kept" / "contiga" / "3.nbi").unlink()
     command("warmup", "--jobs", "2")
     assert len(list(log.iterdir())) > processes
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"of": 1, "kept": 2}', "\x00"])
+@pytest.mark.parametrize("text", ["", "[]", "{}", "[1]", "\x00", '["nowhere"]'])
 def test_a_record_that_cannot_be_read_is_none(
     text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(record, "_place", lambda: tmp_path / record.FILE)
-    (tmp_path / record.FILE).write_text(text, encoding="utf-8")
-    assert record.known() is None
-    monkeypatch.setattr(record, "_place", lambda: tmp_path / "nowhere" / record.FILE)
-    record.written([str(tmp_path)])
-    assert record.known() is None
+    monkeypatch.setattr(record, "_place", lambda: tmp_path / "record")
+    (tmp_path / "record").write_text(text, encoding="utf-8")
+    assert not record.has_all()
+    monkeypatch.setattr(record, "_place", lambda: tmp_path / "nowhere" / "record")
+    record.write([str(tmp_path)])
+    assert not record.has_all()
 
 
-def test_a_record_of_other_sources_or_of_another_processor_is_none(
+def test_a_record_is_of_these_sources_this_python_and_this_processor(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(record, "_place", lambda: tmp_path / record.FILE)
+    monkeypatch.setattr(record, "kernel_folder", lambda: tmp_path)
     (tmp_path / "a.nbi").touch()
-    record.written([str(tmp_path)])
-    assert record.known() == [str(tmp_path / "a.nbi")]
-    monkeypatch.setattr(record, "_of", lambda: "others")
-    assert record.known() is None
+    record.write([str(tmp_path / "a.nbi")])
+    assert record.has_all()
+    with monkeypatch.context() as patch:
+        patch.setattr(sys.implementation, "cache_tag", "another")
+        assert not record.has_all()
+    other = tmp_path / "contiga"
+    (other / "sub").mkdir(parents=True)
+    monkeypatch.setattr(record, "PACKAGE", other)
+    assert not record.has_all()
+    record.write([str(tmp_path / "a.nbi")])
+    assert record.has_all()
+    (other / "sub" / "new.py").touch()
+    assert not record.has_all()
+
+
+def test_kernels_are_removed_and_none_is_compiled(command: Command, stub: Any) -> None:
+    log = stub()
+    folder = log.parent / "kept" / "contiga"
+    (folder / "warmup-1.json").touch()
+    code, out, _ = command("warmup", "--clear")
+    assert (code, out) == (0, f"{len(PARTS)} kernels removed from {folder}\n")
+    assert not list(folder.iterdir())
+    assert not list(log.iterdir())
+    assert command("warmup", "--clear", "--quiet")[:2] == (0, "")
+
+
+def test_without_a_folder_that_can_be_written_to_it_says_so(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("contiga.jit.folder.kernel_folder", lambda: None)
+    code, out, err = command("warmup")
+    assert (code, out) == (1, "")
+    assert "NUMBA_CACHE_DIR" in one_message(err)
 
 
 @pytest.mark.parametrize(
@@ -135,7 +163,7 @@ def test_one_message_says_what_failed_and_the_others_go_on(
     code, out, err = command("warmup", "--jobs", "2", "--quiet")
     assert (code, out) == (1, "")
     assert said in one_message(err)
-    assert not list(log.parent.glob(record.FILE))
+    assert not list((log.parent / "kept").rglob("*.json"))
     assert err.count(": ") == 3 + ("failing" in how)
 
 

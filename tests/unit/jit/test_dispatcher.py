@@ -57,7 +57,9 @@ except ValueError as error:
 def fresh(folder: Path) -> list[str]:
     """What a new process prints. Python's own cache would miss a file changed within a second."""
     run = [sys.executable, "-B", "-c", RUN, str(folder)]
-    return subprocess.run(run, capture_output=True, text=True, check=True).stdout.split("\n")
+    env = os.environ | {"NUMBA_CACHE_DIR": str(folder / "kept")}
+    found = subprocess.run(run, env=env, capture_output=True, text=True, check=True)
+    return found.stdout.split("\n")
 
 
 def test_a_linked_kernel_has_no_machine_code_and_its_caller_has_it_all() -> None:
@@ -131,7 +133,7 @@ def test_kernels_called_by_name_are_found_by_other_processes(tmp_path: Path) -> 
     assert run("") == ["18.0 1 0", "below zero", ""]
     assert run(" + 1.0") == ["19.0 0 1", "below zero", ""]
     assert run(" + 1.0", "5.0") == ["31.0 0 0", "below zero", ""]
-    for file in folder.rglob("inmost*.nb[ci]"):
+    for file in tmp_path.rglob("inmost*.nb[ci]"):
         file.unlink()
     assert run(" + 1.0", "5.0") == ["31.0 1 0", "below zero", ""]
 
@@ -197,7 +199,7 @@ def divided(tmp_path: Path) -> Callable[..., str]:
 
     def said(model: str, **environment: str) -> str:
         run = [sys.executable, "-c", code.replace("{0}", model), str(tmp_path)]
-        env = os.environ | environment
+        env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "kept")} | environment
         return subprocess.run(run, capture_output=True, text=True, check=True, env=env).stdout
 
     return said

@@ -107,7 +107,8 @@ def holder(folder: Path):
 
 def at_once(folder: Path, *kinds: str) -> list[list[str]]:
     """What processes print that call a kernel at the same time."""
-    env = {k: v for k, v in os.environ.items() if k not in ("NUMBA_DISABLE_JIT", "NUMBA_CACHE_DIR")}
+    env = {k: v for k, v in os.environ.items() if k != "NUMBA_DISABLE_JIT"}
+    env |= {"NUMBA_CACHE_DIR": str(folder / "kept")}
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "env": env}
     runs = [
         subprocess.Popen([sys.executable, "-c", COMPILE, str(folder), kind], **pipes)

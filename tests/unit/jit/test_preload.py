@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -29,7 +30,8 @@ if sys.argv[2] == "call":
 
 def said(folder: Path, what: str) -> list[str]:
     command = [sys.executable, "-c", RUN, str(folder), what]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    env = os.environ | {"NUMBA_CACHE_DIR": str(folder / "kept")}
+    done = subprocess.run(command, env=env, capture_output=True, text=True, check=True)
     return done.stdout.splitlines()
 
 
@@ -37,7 +39,7 @@ def test_what_the_cache_holds_is_loaded_and_nothing_is_compiled(tmp_path: Path) 
     (tmp_path / "kernels_of_mine.py").write_text(SOURCE)
     assert said(tmp_path, "call") == ["0 0", "0"]
     assert said(tmp_path, "look") == ["2 2"]
-    for data in (tmp_path / "__pycache__").glob("*.1.nbc"):
+    for data in (tmp_path / "kept").rglob("*.1.nbc"):
         data.unlink()
     assert said(tmp_path, "look") == ["1 1"]
 
@@ -57,5 +59,6 @@ def test_a_kernel_is_missing_until_it_is_kept(tmp_path: Path) -> None:
         "print(is_missing(doubled)); doubled(1); print(is_missing(doubled), is_missing(len))\n"
     )
     command = [sys.executable, "-c", run, str(tmp_path)]
-    said = [subprocess.run(command, capture_output=True, text=True).stdout for _ in range(2)]
+    how = {"env": os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}, "text": True}
+    said = [subprocess.run(command, capture_output=True, **how).stdout for _ in range(2)]
     assert said == ["True\nFalse False\n", "False\nFalse False\n"]

@@ -13,7 +13,7 @@ from tests.unit.search.holed import holed_plate
 
 import contiga as cg
 from contiga.arrays import disk_cache
-from contiga.arrays.cache_folder import FOLDER
+from contiga.cache_folder import FOLDER
 from contiga.errors import ContigaWarning
 from contiga.geometry import body_key, body_mesh, faces
 from contiga.geometry.face_mesh import FaceMesh

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib import image
-from tests.browser import WIDTHS, browser, opened, too_wide
+from tests.browser import WIDTHS, browser, opened, outside_on_paper, too_wide
 from tests.sample import slow
 
 from contiga.studies.maps import map_figure, map_of
@@ -48,6 +48,22 @@ def test_the_table_sorts_and_nothing_is_wider_than_the_window(
     if column(1)[0] == "1":  # it was sorted so
         head.click()
     assert column(1)[:3] == ["12", "11", "10"]
+    assert wrong == []
+    page.close()
+
+
+def test_all_rows_and_drawings_are_on_paper(chromium: Any, folder: Path, tmp_path: Path) -> None:
+    path = folder / "study.html"
+    path.write_text(data_of(STUDY, folder, 80)[1], encoding="utf-8")
+    page, wrong = opened(chromium, path, 1400)
+    page.wait_for_selector("#parallel canvas")
+    page.evaluate(
+        "addEventListener('beforeprint', () => { "
+        "window.rows = document.querySelectorAll('#rows-body tr').length; })"
+    )
+    assert outside_on_paper(page, tmp_path, format="A4") == []
+    assert page.evaluate("window.rows") == 80
+    assert page.locator("#rows-body tr").count() < 80
     assert wrong == []
     page.close()
 

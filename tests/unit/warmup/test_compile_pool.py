@@ -34,7 +34,8 @@ def test_a_process_has_a_kernel_and_says_where_it_is_kept() -> None:
     begun, done = told
     name = LISTED[0].name
     assert (begun.row, begun.done, done.row, done.done, done.error) == (0, False, 0, True, "")
-    assert list(Path(done.folder).glob(f"*.{name}-*.nbc"))
+    assert Path(done.file).is_file()
+    assert f".{name}-" in Path(done.file).name
 
 
 def test_what_cannot_be_compiled_is_told_and_the_next_one_is_taken(
@@ -52,7 +53,7 @@ def test_what_cannot_be_compiled_is_told_and_the_next_one_is_taken(
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=env)
     first, second = run.stdout.splitlines()
     assert "AttributeError: module 'rooms' has no attribute" in first
-    assert "folder" in second
+    assert "file" in second
 
 
 RUN = """

@@ -10,7 +10,7 @@ from functools import lru_cache
 from hashlib import file_digest
 from pathlib import Path
 
-from contiga.arrays.cache_folder import cache_folder
+from contiga.cache_folder import cache_folder
 from contiga.io.apart import prepare
 
 SUFFIXES = (".step", ".stp", ".iges", ".igs", ".3dm", ".xml")

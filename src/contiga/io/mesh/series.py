@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -28,20 +29,32 @@ def natural_order(path: Path) -> tuple[tuple[int, int, str], ...]:
 
 
 def find_files(pattern: str | Path, folder: str | Path = ".") -> tuple[Path, ...]:
-    """Files that fit a pattern such as ``step_*.vtu``, in natural order.
+    """Files that fit a pattern such as ``step_*.vtu``, in natural order; ``**`` stands for folders
+    of any depth.
 
     Raises
     ------
     FileError
-        None does.
+        None does, or no name can: what pathlib makes of such a pattern depends on its version.
     """
     pattern = Path(pattern)
     start = Path(pattern.anchor) if pattern.is_absolute() else Path(folder)
     relative = pattern.relative_to(pattern.anchor) if pattern.is_absolute() else pattern
-    files = sorted((p for p in start.glob(str(relative)) if p.is_file()), key=natural_order)
+    *folders, name = relative.parts or ("",)
+    if not name or "**" in name or "\0" in str(relative) or any(map(_is_odd, folders)):
+        raise FileError(
+            "is not a file name pattern", found=str(pattern), allowed="such as step_*.vtu"
+        )
+    files: list[Path] = []
+    with suppress(OSError):  # a name that is too long
+        files = sorted((p for p in start.glob(str(relative)) if p.is_file()), key=natural_order)
     if not files:
         raise FileError("no file fits the pattern", where=str(start), found=str(pattern))
     return tuple(files)
+
+
+def _is_odd(part: str) -> bool:
+    return "**" in part and part != "**"
 
 
 class MeshSeries:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.arrays.cache_folder import FOLDER
+from contiga.cache_folder import FOLDER
 from contiga.cli.info import rows_of
 from contiga.errors import ContigaWarning, FileError
 from contiga.io.cad import formats, kept, read_cad

@@ -33,6 +33,7 @@ def test_natural_order_takes_every_run_of_digits(tmp_path):
         (tmp_path / name).write_text("0,0,0\n")
     assert [path.name for path in find_files("*.csv", tmp_path)] == names
     assert [path.name for path in find_files(tmp_path / "a1_*.csv")] == names[:2]
+    assert [path.name for path in find_files("**/a1_*.csv", tmp_path.parent)] == names[:2]
 
 
 def test_each_instant_gives_its_file_exactly(files):
