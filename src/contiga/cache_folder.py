@@ -34,7 +34,8 @@ def user_folder() -> Path | None:
             return Path(os.environ.get("LOCALAPPDATA", home / "AppData" / "Local")) / "contiga"
         if sys.platform == "darwin":
             return home / "Library" / "Caches" / "contiga"
-        return Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache") / "contiga"
+        named = Path(os.environ.get("XDG_CACHE_HOME", ""))
+        return (named if named.is_absolute() else home / ".cache") / "contiga"
     return None
 
 

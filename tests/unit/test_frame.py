@@ -195,37 +195,6 @@ def test_decorators_come_from_one_place() -> None:
     assert given == {"kernel", "inner", "inlined", "intrinsic"}
 
 
-def functions_longer_than(most: int, paths: list[Path]) -> dict[str, int]:
-    """Lines of functions from ``def`` to their end, those inside of others too."""
-    return {
-        f"{path.name}: {node.name}": count
-        for path in paths
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.FunctionDef)
-        if (count := (node.end_lineno or 0) - node.lineno + 1) > most
-    }
-
-
-def test_functions_stay_short() -> None:
-    assert functions_longer_than(60, [*SOURCES, *EVIDENCE]) == {}
-
-
-def test_long_functions_are_seen_in_classes_too(tmp_path: Path) -> None:
-    path = tmp_path / "long.py"
-    path.write_text("class A:\n    def f(self):\n" + 60 * "        pass\n")
-    assert functions_longer_than(60, [path]) == {"long.py: f": 61}
-    assert functions_longer_than(61, [path]) == {}
-
-
-def test_files_stay_short() -> None:
-    long = {
-        str(path.relative_to(ROOT)): count
-        for path in [*SOURCES, *EVIDENCE]
-        if (count := len(path.read_text(encoding="utf-8").splitlines())) >= 400
-    }
-    assert long == {}
-
-
 def test_registry_hosts_are_named_nowhere() -> None:
     for path in (ROOT / "Makefile", ROOT / ".ci" / "run", ROOT / "pyproject.toml"):
         text = path.read_text(encoding="utf-8")

@@ -274,6 +274,8 @@ def _existing(path: str, info: ValidationInfo) -> str:
         full = (_folder(info) / path).resolve()
         with suppress(FileNotFoundError, NotADirectoryError):
             mode = os.stat(full).st_mode
+    except PermissionError as error:
+        raise FileError("cannot be read (permission denied)", found=path) from error
     except (OSError, ValueError) as error:  # too long, or with a character no name can have
         raise FileError("is not a file name", found=path) from error
     if not stat.S_ISREG(mode):

@@ -14,6 +14,7 @@ from unicodedata import name, normalize
 ERRORS = "contiga.plain_signs"
 """Name of the way to handle what cannot be encoded."""
 PLAIN = {
+    "⁄": "/",
     "²": "^2",
     "³": "^3",
     "⁴": "^4",

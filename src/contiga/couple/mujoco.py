@@ -129,6 +129,7 @@ class MujocoCoupling(Displayed):
 
     def _forget(self) -> None:
         self._contacts: dict[str, State] = {}
+        self._before: dict[str, State] = {}
         self._walls: dict[str, float] = {}
         self._rows: dict[str, list[float]] = {}
         self._time = math.nan
@@ -326,6 +327,7 @@ class MujocoCoupling(Displayed):
         if last is not None:
             speed += 0.5 * self.model.opt.timestep * last.acceleration
         dt = float(self.data.time) - self._time
+        self._before = dict(self._contacts)
         for part in self._parts:
             begun = perf_counter()
             ours, under = (frame_of(self.model, self.data, b, speed) for b in self._pair(part))
@@ -378,7 +380,8 @@ class MujocoCoupling(Displayed):
         for part in self._parts:
             prefix = "" if len(self._parts) == 1 else f"{part.name}."
             state, wall = self._contacts[part.name], self._walls[part.name]
-            columns = contact_columns(state, wall, measured=measured)
+            before = self._before.get(part.name)
+            columns = contact_columns(state, before, wall, measured=measured)
             row |= {prefix + name: value for name, value in columns.items()}
         for name, body in self._moving.items():
             values = motion_of(self.model, data, body, now.speed, now.acceleration)

@@ -260,6 +260,7 @@ class Poses:
         case = None if units is None else (units[0], "kg", units[1])
         try:
             sheet = read_sheet(Path(path), header)
+            sheet.check_header(header)
             order = sheet.order(POSE_COLUMNS, (len(POSE_COLUMNS),), header)
             return cls.from_table(sheet.numbers(order, _POSE_KINDS, case).table)
         except (FileError, UnitError):

@@ -94,14 +94,16 @@ def _extracted(patch: NurbsSurface) -> bezier.BezierGrid:
 def _poles(coefs: FloatArray) -> NDArray[np.bool_]:
     """(…, 4) the sides of elements whose control points are one point, to what a foot is exact to.
 
-    A side that is merely short stays what it is in the file.
+    A side that is merely short stays what it is in the file; an element that is as thin all along
+    is a line, and has no pole.
     """
     p, q = coefs.shape[-3] - 1, coefs.shape[-2] - 1
     points = coefs[..., :3] / coefs[..., 3:]
     rounding = ROUNDING * (p + q + 2) * np.abs(points).max(axis=(-3, -2, -1))
     near = np.maximum(rounding, POLE * np.ptp(points, axis=(-3, -2)).max(axis=-1))
-    sides = points[..., 0, :, :], points[..., -1, :, :], points[..., 0, :], points[..., -1, :]
-    return np.stack([np.ptp(side, axis=-2).max(axis=-1) <= near for side in sides], axis=-1)
+    point = [np.ptp(points, axis=axis).max(axis=-1) <= near[..., None] for axis in (-2, -3)]
+    poles = [each[..., end] & ~each.all(axis=-1) for each in point for end in (0, -1)]
+    return np.stack(poles, axis=-1)
 
 
 def _fill(rows: Records, coefs: FloatArray, used: int) -> list[FloatArray]:

@@ -105,7 +105,7 @@ def _count(value: int, name: str, least: int) -> int:
     good = isinstance(value, int | np.integer) and not isinstance(value, bool)
     if not good or not least <= value <= MOST_POINTS:
         raise InputError(
-            "must be a whole number",
+            "must be a whole number within limits",
             where=name,
             found=value,
             allowed=f"{least} or more, at most {MOST_POINTS}",

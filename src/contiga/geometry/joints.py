@@ -25,7 +25,7 @@ from contiga.records import FloatArray
 if TYPE_CHECKING:
     from contiga.geometry.faces import Faces
 
-ALONG = 9
+N_SAMPLES = 9
 """Points of an edge that are compared with another edge."""
 UNEVEN = 0.02
 """Share of an edge by which the faces on its two sides may differ in length, as chords have it."""
@@ -82,7 +82,7 @@ def joints_of(body: Faces) -> Joints:
 
 
 def _mispaired(body: Faces, senses: list[list[bool]]) -> set[int]:
-    """Edges in one place, each with two faces that go along it one way, of which one is reversed.
+    """Coincident edges, each used by two faces in one sense, the two edges in opposite senses.
 
     Four faces meet there, in pairs that a reader has mixed up: as where a hole touches a wall in
     a line. Which of them belong together is not known, but the surface ends nowhere.
@@ -103,11 +103,11 @@ def _coincide(first: NurbsCurve, second: NurbsCurve, reach: float) -> bool | Non
     if np.abs(first.bounds() - second.bounds()).max() > reach:
         return None
     low, high = second.domain
-    t = low + (high - low) * np.linspace(0.0, 1.0, ALONG)
+    t = low + (high - low) * np.linspace(0.0, 1.0, N_SAMPLES)
     there, off = CurveFeet(first)(second.evaluate(t))
     if off.max() > reach:
         return None
-    middle = ALONG // 2
+    middle = N_SAMPLES // 2
     ways = [first.derivatives(there[[middle]], 1)[0, 1], second.derivatives(t[[middle]], 1)[0, 1]]
     return bool(ways[0] @ ways[1] > 0.0)
 

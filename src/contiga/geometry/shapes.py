@@ -331,7 +331,7 @@ def _waves(waves: int | tuple[int, int]) -> tuple[int, int]:
         for w in pair
     ):
         raise GeometryError(
-            "the number of waves must be a whole number",
+            "the number of waves must be a whole number within limits",
             where="waves",
             found=waves,
             allowed=f"1, 2, 3, ... {_MOST_WAVES} or a pair",

@@ -16,9 +16,9 @@ PartKeys = str | int | Sequence[str | int]
 SHOWN = 40
 """Names a message lists at most."""
 
-NAME = re.compile(r"\w[\w \-]*")
-"""Letters, digits, spaces, _ and -: names become heads of columns, groups and parts of files."""
-NAMES = "letters, digits, spaces, _ and -, the first a letter or digit"
+NAME = re.compile(r"\w[\w\-]*(?: [\w\-]+)*")
+"""Names become heads of columns, groups and parts of files."""
+NAMES = "letters, digits, single spaces, _ and -, the first a letter or digit"
 
 
 def check_name(name: object, where: str) -> None:

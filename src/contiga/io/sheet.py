@@ -275,9 +275,11 @@ def read_sheet(
     first = next(rows, None)
     if first is None:
         return Sheet(path, 1, [], mark, iter(()))
-    if all(map(_is_number, first.cells)):
-        return Sheet(path, first.line, [], mark, chain([first], rows))
-    heads = [_head(text) for text in _without_empty_end(first.cells)]
+    cells = _without_empty_end(first.cells)
+    if all(map(_is_number, cells)):
+        bare = (Row(line, _without_empty_end(given)) for line, given in rows)
+        return Sheet(path, first.line, [], mark, chain([Row(first.line, cells)], bare))
+    heads = [_head(text) for text in cells]
     return Sheet(path, first.line, heads, mark, _fitting(path, rows, len(heads), mark))
 
 
@@ -398,7 +400,8 @@ def _mark(texts: list[str], marks: Sequence[str]) -> str:
             continue
         counts = [len(_without_empty_end(row.cells)) for row in rows]
         if counts and counts[0] > 1:
-            if len(set(counts)) == 1 and (mark != " " or len(counts) == 2):
+            numbers = all(map(_is_number, rows[0].cells))
+            if len(set(counts)) == 1 and (mark != " " or len(counts) == 2 or numbers):
                 return mark
             single = single or (mark if mark != " " else "")
     return single or ","

@@ -304,13 +304,13 @@ def consistent_factor(unit: str, length: str, mass: str, time: str, where: str) 
     Raises
     ------
     UnitError
-        It is no such unit; "g", which is one of mass and of acceleration; an angle.
+        It is no such unit; "g" or "G", of mass or of acceleration; an angle.
 
     >>> consistent_factor("g/cm^3", "mm", "kg", "ms", "density")
     1e-06
     """
     text = unit.strip()
-    if text == "g":
+    if text in ("g", "G"):
         raise UnitError(
             "a unit of mass and of acceleration",
             where=where,
@@ -321,13 +321,15 @@ def consistent_factor(unit: str, length: str, mass: str, time: str, where: str) 
         return 1.0
     if text in _RATES[1]:
         return velocity_factor(text, length, time)
+    if text in _RATES[2]:
+        return acceleration_factor(text, length, time)
     readings = _readings(text)
     powers = dict(readings[0].dimensionality) if readings else {"no unit": 1}
     sizes = {
         f"[{dimension}]": base_factor(one, dimension)
         for dimension, one in (("length", length), ("mass", mass), ("time", time))
     }
-    if not powers.keys() <= sizes.keys():
+    if not powers.keys() <= sizes.keys() or any(power % 1 for power in powers.values()):
         raise UnitError(
             "not a unit of the quantities of a case",
             where=where,

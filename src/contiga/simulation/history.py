@@ -67,8 +67,8 @@ def history_row(
     row: dict[str, float] = {"time": stepped.state.time}
     for contact, prefix in column_prefixes(model).items():
         now = stepped.state.contacts[contact]
-        columns = contact_columns(now, stepped.walls[contact], measured=measured)
-        columns["n_tunnelled"] = 0 if last is None else tunnelled(last.contacts[contact], now)
+        before = None if last is None else last.contacts[contact]
+        columns = contact_columns(now, before, stepped.walls[contact], measured=measured)
         row |= {prefix + name: value for name, value in columns.items()}
     row |= sensor_columns(model, stepped.state, last)
     row |= relative_columns(model, stepped.state, last)
@@ -135,10 +135,13 @@ def element_columns(energy: Energy) -> dict[str, float]:
     return {"energy.hourglass": energy.hourglass, "energy.viscosity": energy.viscosity}
 
 
-def contact_columns(state: State, wall: float, *, measured: bool) -> dict[str, float]:
+def contact_columns(
+    state: State, last: State | None, wall: float, *, measured: bool
+) -> dict[str, float]:
     """What the history says of one contact.
 
-    `wall` are the seconds its step took; contact areas are NaN where not `measured`.
+    `last` is its state before the step, None at the start; `wall` are the seconds the step took;
+    contact areas are NaN where not `measured`.
     """
     force = _total(state, "force")
     measured = measured or state.contact.weights == "area"
@@ -159,12 +162,16 @@ def contact_columns(state: State, wall: float, *, measured: bool) -> dict[str, f
     }
     columns |= {name: counts[status] for name, status in COUNTED.items()}
     columns["n_unproved"] = state.n_unproved if touching else 0
+    columns["n_tunnelled"] = 0 if last is None else tunnelled(last, state)
     return columns
 
 
 def tunnelled(last: State, now: State) -> int:
-    """How many points a step let go by another wall than the one that held them: what leaves by
-    that one comes out in front of it, and these are behind it by more than half of their depth."""
+    """Number of points that a step released by another wall than the one that held them.
+
+    A point that leaves by its own wall comes out in front of it; these are behind it by more than
+    half of their depth.
+    """
     rows = np.flatnonzero(now.status == ContactStatus.RELEASED)
     if len(rows) == 0:
         return 0

@@ -9,6 +9,7 @@ from contiga.errors import RunError
 from contiga.simulation.critical import limit_of
 from contiga.simulation.model import Model
 from contiga.simulation.system_state import SystemState
+from contiga.slaves.sampling import more_points
 from contiga.slaves.skin import facet_width
 
 GAINED = 100.0
@@ -62,6 +63,7 @@ def remedy(model: Model, state: SystemState, slave: str) -> str:
         if part.slave == slave and deep > width:
             return (
                 f"Its facets, {width:.4g} wide, are too coarse for {part.master}, in which points "
-                f"of theirs lie {deep:.4g} deep: mesh it finer there, or take quadrature = 6"
+                f"of theirs lie {deep:.4g} deep: mesh it finer there"
+                f"{more_points(part.contact.quadrature)}"
             )
     return "Look at its material, at its contacts and at the units; shorter steps show which it is"

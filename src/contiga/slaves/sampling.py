@@ -81,6 +81,15 @@ rules for the triangle, IJNME 21 (1985), degrees 1, 2, 4 and 6."""
 QUADRATURES: tuple[str | int, ...] = ("nodes", *RULES)
 
 QUAD_RULES: dict[int, QuadRule] = {n: quad_rule(k + 2) for k, n in enumerate(RULES)}
+
+
+def more_points(quadrature: str | int) -> str:
+    """Advice to put more points of contact on facets, for a remedy; "" where a rule has enough."""
+    if quadrature in ("nodes", 1, 3):
+        return ", or take quadrature = 6, which puts more points of contact on facets"
+    return ""
+
+
 """Points a triangle -> rule on quadrilaterals: Gauss's of 4, 9, 16 and 25 points, in u and in v of
 degree 3, 5, 7 and 9: the first with no fewer points than two triangles have."""
 

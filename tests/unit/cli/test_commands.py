@@ -187,12 +187,24 @@ def test_wrong_input_of_a_run_is_told_without_a_bar(command: Command, case: Path
     assert "nodal mass" in one_message(err)
 
 
-def test_a_want_of_memory_is_told(command: Command, case: Path) -> None:
-    many = "nu = 1000000, nv = 1000000"
-    case.write_text(CASE.replace("nu = 9, nv = 9", many), encoding="utf-8")
+def test_a_want_of_memory_is_told(
+    command: Command, case: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def allocate(*_: object, **__: object) -> None:
+        raise MemoryError("Unable to allocate 7.3 TiB")
+
+    monkeypatch.setattr("contiga.case.schema.load_case", allocate)
     code, _, err = command("run", case)
     assert code == 1
     assert "not enough memory (Unable to allocate" in one_message(err)
+
+
+def test_points_without_number_are_refused_by_their_keys(command: Command, case: Path) -> None:
+    many = "nu = 1000000, nv = 1000000"
+    case.write_text(CASE.replace("nu = 9, nv = 9", many), encoding="utf-8")
+    code, _, err = command("run", case)
+    assert code == 2
+    assert "slave[0].points" in one_message(err)
 
 
 def test_a_body_without_size_is_told(command: Command, case: Path) -> None:

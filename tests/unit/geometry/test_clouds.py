@@ -60,7 +60,7 @@ def test_random_points_stay_in_their_box():
 
 
 def test_wrong_requests_are_refused():
-    with pytest.raises(InputError, match="nu: must be a whole number; found 1"):
+    with pytest.raises(InputError, match="nu: must be a whole number within limits; found 1"):
         clouds.sample(shapes.plane(), 1, 5)
     with pytest.raises(InputError, match="n: must be a whole number"):
         clouds.random_on(shapes.plane(), -1)

@@ -180,3 +180,17 @@ def test_a_table_is_what_pandas_makes_of_it(tmp_path: Path) -> None:
         np.testing.assert_array_equal(actual.table[:, 0], TIMES)
         np.testing.assert_allclose(actual.table[:, 1], frame["acc [g]"] * 9.80665, rtol=1e-15)
         assert actual.lines == [2, 3, 4]
+
+
+def test_rows_of_numbers_with_an_empty_end_are_no_heads(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("1.0, 2.0,\n4,5,\n7,8,\n")
+    sheet = read_sheet(path, "")
+    assert sheet.heads == []
+    assert [row.cells for row in sheet.rows] == [["1.0", "2.0"], ["4", "5"], ["7", "8"]]
+
+
+def test_one_row_of_numbers_parted_by_blanks_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "a.xyz"
+    path.write_text("1  2  3\n")
+    assert [row.cells for row in read_sheet(path, "").rows] == [["1", "2", "3"]]

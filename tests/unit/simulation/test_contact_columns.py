@@ -30,7 +30,7 @@ def states() -> list[cg.State]:
 @pytest.mark.parametrize("measured", [True, False])
 def test_columns_are_those_of_whole_arrays(measured: bool) -> None:
     for state in states():
-        row = contact_columns(state, 0.5, measured=measured)
+        row = contact_columns(state, None, 0.5, measured=measured)
         sums = state.force.sum(axis=0), state.friction.sum(axis=0), state.centre_of_pressure
         for name, values in zip(("force", "friction", "centre"), sums, strict=True):
             own = [row[f"{name}_{axis}"] for axis in "xyz"]

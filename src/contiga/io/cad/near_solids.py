@@ -22,13 +22,13 @@ NARROW = 1e-5
 wide."""
 TOUCHING = 1e-9
 """Of the whole size: what is nearer touches, and is told by `Body.flaws`."""
-DRAWN = 200
-"""Places drawn on each face."""
-FEWEST = 3
-"""Places of two solids that must be so near: those that touch in a point or along a line do not
-lie along each other."""
-MOST = 4
-"""Slits after which no more are told."""
+SAMPLES_PER_FACE = 200
+"""Random points on each face."""
+MIN_SAMPLES = 3
+"""Number of points that must lie so near the other solid: solids that touch in a point or along a
+line do not lie along each other."""
+MAX_SLITS = 4
+"""Number of slits after which no more are looked for."""
 FACING = -0.99
 """Cosine of the angle between normals across a slit, at most."""
 
@@ -52,10 +52,10 @@ class Slit(NamedTuple):
 
 
 def slits_between(body: Body) -> list[Slit]:
-    """Where pieces of `body` nearly touch, one place for each pair, the first `MOST`.
+    """Where pieces of `body` nearly touch, one place for each pair, the first `MAX_SLITS`.
 
-    From places drawn on the faces by chance it is looked a little to the free side: there the wall
-    across a slit is nearer than the face, and it is seen from behind.
+    Random points on the faces are offset along the normal by twice the largest slit width and
+    projected: across a slit, the closest surface is the other solid's wall, seen from inside.
     """
     pieces = body.pieces
     if len(pieces) < 2:
@@ -82,7 +82,7 @@ def slits_between(body: Body) -> list[Slit]:
     slits: list[Slit] = []
     for pair in np.unique(pairs, axis=0):
         here = rows[(pairs == pair).all(axis=1)]
-        if len(here) >= FEWEST and len(slits) < MOST:
+        if len(here) >= MIN_SAMPLES and len(slits) < MAX_SLITS:
             k = int(here[np.argmax(width[here])])
             x, y, z = points[k].tolist()
             slits.append(Slit((int(patch[k]), int(feet.patch[k])), (x, y, z), float(width[k])))
@@ -101,7 +101,7 @@ def _places(
         if len(others) == 0:
             continue
         low, high = parameter_box(surface, loops)
-        uv = low + (high - low) * rng.random((DRAWN, 2))
+        uv = low + (high - low) * rng.random((SAMPLES_PER_FACE, 2))
         points = surface.evaluate(uv)[:, None]
         uv = uv[
             ((points >= boxes[others, 0]) & (points <= boxes[others, 1])).all(axis=2).any(axis=1)

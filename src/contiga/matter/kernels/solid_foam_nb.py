@@ -161,10 +161,11 @@ def _overstress(bank, lane, numbers, step, old, new):
 
 @inner(linked=False)
 def solid_foam(bank, numbers, step, old, new):
-    """P, energies and the new memory from F, its rate and the old memory."""
+    """P, energies and the new memory from F, the step and the old memory."""
     rated = numbers[CURVES] > 1.0
-    first = DIRECTION if rated else MEMORY
-    principal(bank, old[first * LANES :])
+    # what bulk viscosity remembers follows in `old`
+    first, axes = DIRECTION * LANES, 9 * LANES if rated else 0
+    principal(bank, old[first : first + axes])
     _stretches(bank)
     for lane in range(LANES):
         _lane(bank, lane, numbers, old, new)

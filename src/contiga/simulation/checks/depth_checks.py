@@ -145,7 +145,7 @@ def _rounded_up(number: float) -> float:
     (0.013, 20.0)
     """
     unit = 10.0 ** (np.floor(np.log10(number)) - 1.0)
-    return float(np.ceil(number / unit * (1.0 - 1e-9)) * unit)
+    return float(f"{np.ceil(number / unit * (1.0 - 1e-9)) * unit:.2g}")
 
 
 def _too_fast(pair: Pair, said: Said) -> Iterator[Finding]:

@@ -58,7 +58,7 @@ def _hourglass(scene: Scene, history: Mapping[str, FloatArray]) -> Iterator[Find
     modes = float(np.max(history["energy.hourglass"]))
     others = [*of, "kinetic", "contact", "external"]
     largest = max(float(np.abs(history[f"energy.{name}"]).max()) for name in others)
-    if modes > _HOURGLASS * taken and modes > _NOTHING * largest:
+    if taken > 0.0 and modes > _HOURGLASS * taken and modes > _NOTHING * largest:
         said = scene.said
         yield Finding(
             "hourglass",

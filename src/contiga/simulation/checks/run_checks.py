@@ -26,6 +26,7 @@ from contiga.simulation.checks.turned import ran_from_behind
 from contiga.simulation.checks.wall_checks import jump_columns, jumped
 from contiga.simulation.model import Model, column_prefixes
 from contiga.simulation.system_state import SystemState
+from contiga.slaves.sampling import more_points
 from contiga.slaves.skin import facet_width
 
 Columns = Mapping[str, FloatArray]
@@ -161,7 +162,7 @@ def _sudden(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterat
             f"{scene.said(float(deep[first]))} deep, and facets of {pair.part.slave} are "
             f"{scene.said(width)} wide: too coarse, they let {pair.part.master} in before a point "
             "of theirs was touched",
-            "Take a finer mesh there, or quadrature = 6, which puts points of contact on facets; "
+            f"Take a finer mesh there{more_points(pair.contact.quadrature)}; "
             "where one step went so far, shorter steps",
         )
 
@@ -253,7 +254,7 @@ def _coarse(scene: Scene, pair: Pair, state: State) -> Iterator[Finding]:
             pair.where,
             f"at the greatest force {len(rows)} nodes are in contact, {across:.2g} facets of "
             f"{scene.said(edge)} across: the force depends on where the nodes happen to lie",
-            "Take a finer mesh there, or quadrature = 6, which puts points of contact on facets",
+            f"Take a finer mesh there{more_points(pair.contact.quadrature)}",
         )
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from contiga.masters.body import Body
+from contiga.geometry.faces import Faces
+from contiga.search.borders.openings import openings_of
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Scene
 
@@ -18,7 +19,7 @@ def check_surfaces(scene: Scene) -> Iterator[Finding]:
     """Bodies in contact that a flaw makes open; sheets, which merely end, are not among them."""
     for name in dict.fromkeys(pair.part.master for pair in scene.pairs):
         body = scene.model.bodies[name].body
-        if isinstance(body, Body) and not body.closed and _is_flawed(body):
+        if body.faces is not None and not body.closed and _is_flawed(body.faces):
             flaws = body.flaws
             more = f"; and {len(flaws) - _SOME} more" if len(flaws) > _SOME else ""
             yield Finding(
@@ -31,9 +32,9 @@ def check_surfaces(scene: Scene) -> Iterator[Finding]:
             )
 
 
-def _is_flawed(body: Body) -> bool:
+def _is_flawed(faces: Faces) -> bool:
     """Whether faces do not agree, beside a slit that is bridged and borders that are free."""
-    openings = body.openings
+    openings = openings_of(faces)
     return bool(
         openings.gaping_edges
         or openings.crowded_edges

@@ -74,15 +74,15 @@ def test_corners_that_miss_each_other_by_more_than_rounding_keep_their_sides():
     the third has an edge of 1e-11 there: each face counts with its angle all the same."""
     import warnings
 
-    from tests.stress import fields, unions
+    from tests.stress import fields, pieces, unions
     from tests.stress.solids import written
 
-    pieces = unions._heap(5)
-    path = written("corners", unions._together([piece.shape for piece in pieces]))
+    heap = unions._heap(5)
+    path = written("corners", pieces.together(*heap).shape)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         body = cg.read_cad(path)
     corner = np.array([2.451273, -7.041569, -10.784478])
     p = corner + np.random.default_rng(0).normal(size=(400, 3)) * 0.05
-    inside = fields.union(*(piece.field for piece in pieces))(p) < 0.0
+    inside = fields.union(*(piece.field for piece in heap))(p) < 0.0
     np.testing.assert_array_equal(body.contains(p), inside)

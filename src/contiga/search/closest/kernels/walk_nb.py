@@ -175,8 +175,9 @@ def walk(elements, start, point, tolerance, h):
 
 @inner()
 def _is_polar(elements, e, q, square, h):
-    """Whether a step of a length (its square given) from a foot near a round pole is one that
-    (s, t), in what are polar coordinates, make no sense of: long, or f not convex in them."""
+    """Whether a Newton step near a smooth pole is unreliable in (s, t), which are polar coordinates
+    there: it is longer than half of the distance to the pole, or f is not convex.
+    """
     about, is_round = elements.table[e]["about"], elements.table[e]["round"]
     axis = 0 if about[0] != 0.0 else 1
     if about[axis] == 0.0 or is_round[2 * axis + (1 if about[axis] > 0.0 else 0)] == 0:
