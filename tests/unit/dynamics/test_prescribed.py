@@ -109,7 +109,7 @@ def test_poses_come_in_the_units_that_are_asked_for(tmp_path: Path) -> None:
     ("text", "kind", "message"),
     [
         ("t,x,y,z,qw,qx,qy\n", FileError, r"poses\.csv:1: the column 'qz' is missing"),
-        ("", FileError, "the column 't' is missing"),
+        ("", FileError, "the first line must name the columns"),
         ("t,x,y,z,qw,qx,qy,qz\n0,0,0,0,1,0,0\n", FileError, r"poses\.csv:2: a row does not"),
         ("t,x,y,z,qw,qx,qy,qz\n0,0,0,zero,1,0,0,0\n", FileError, r"poses\.csv:2: a row does not"),
         ("t,x,y,z,qw,qx,qy,qz\n", InputError, r"poses\.csv: .*at least one row"),
