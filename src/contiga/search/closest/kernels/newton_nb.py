@@ -81,7 +81,7 @@ def newton_step(place, so_far, p, x, y, z, tolerance):
     det = fma(h_ss, h_tt, -h_st * h_st)
     regular = (a > 1e-12 * b) & (b > 1e-12 * a)  # away from poles
     sound = regular & (det > 1e-6 * a * b) & (h_ss > 0.0) & (f <= best + tolerance)
-    i = 1.0 / det
+    i = 1.0 / (det if det != 0.0 else 1.0)  # zero at a pole, which is not sound
     new_s = fma(fma(g_t, h_st, -g_s * h_tt), i, s)
     new_t = fma(fma(g_s, h_st, -g_t * h_ss), i, t)
     step_s = new_s - s
@@ -114,7 +114,8 @@ def foot_record(p, state, x, y, z, tolerance):
     n_x = fma(y[1], z[2], -z[1] * y[2])
     n_y = fma(z[1], x[2], -x[1] * z[2])
     n_z = fma(x[1], y[2], -y[1] * x[2])
-    i = 1.0 / math.sqrt(_dot(n_x, n_y, n_z, n_x, n_y, n_z))
+    square = _dot(n_x, n_y, n_z, n_x, n_y, n_z)
+    i = 1.0 / math.sqrt(square if square != 0.0 else 1.0)  # at a pole its point is given back
     n_x *= i
     n_y *= i
     n_z *= i
