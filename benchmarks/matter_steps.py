@@ -97,7 +97,7 @@ def _touching(side: int) -> tuple[Any, Any, Any]:
 
 
 def _moving(material: Any, nodes: np.ndarray) -> cg.motion.Deforming:
-    """What strains by some per cent."""
+    """A motion whose elements strain by some per cent."""
     return cg.motion.Deforming(
         material=material, density=1.0, velocity=10.0 * (bent(nodes) - nodes)
     )

@@ -28,7 +28,7 @@ def real(values: Any, where: str | None = None) -> Any:
 
 
 def _unreal(values: Any) -> str | None:
-    """What makes `values` no real numbers; None of what is real, or no numbers at all."""
+    """Name why `values` are not real numbers; None if they are, or are no numbers at all."""
     if type(values) is np.ndarray:  # most of what comes
         return "complex numbers" if values.dtype.kind == "c" else None
     if isinstance(values, list | tuple):

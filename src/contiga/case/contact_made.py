@@ -78,7 +78,7 @@ def _thickness_of(spec: ContactSpec, slave: SlavePart) -> ArrayLike | None:
 
 
 def _quadrature_of(spec: ContactSpec, slave: SlavePart, law: Law, area: AreaMethod) -> str | int:
-    """Of what deforms points on the facets, where it has some and nothing is said against them.
+    """Choose points on the facets for a slave that deforms, if it has facets and may use them.
 
     The nodes of solids carry evenly spread loads unevenly, and are few. Bars and points have nodes
     alone.

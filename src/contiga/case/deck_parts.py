@@ -211,7 +211,7 @@ class DeckParts:
         return _table(combined(every)), where
 
     def _given(self, inertia: Inertia) -> MassProperties:
-        """What *PART_INERTIA says, in world axes."""
+        """Return the mass properties that *PART_INERTIA gives, in world axes."""
         xx, xy, xz, yy, yz, zz = inertia.tensor
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         centre = np.array(inertia.centre)
@@ -231,7 +231,7 @@ class DeckParts:
         return "*PART_INERTIA, its own axes taken for those of the world"
 
     def _of_shells(self, part: int) -> MassProperties | None:
-        """Of a part of shells, with what its section and *ELEMENT_MASS_PART add over its area;
+        """Mass properties of shells, with what section and *ELEMENT_MASS_PART add over the area;
         shells without a thickness as if it were 1.
 
         Three points a facet are exact.
@@ -247,7 +247,7 @@ class DeckParts:
         return of_points(middles, np.repeat(masses / 3.0, 3)) if masses.sum() > 0.0 else None
 
     def _of_solids(self, part: int) -> MassProperties | None:
-        """Of a part of solids, with what *ELEMENT_MASS_PART adds over its volume."""
+        """Mass properties of solids, with what *ELEMENT_MASS_PART adds over the volume."""
         material = self.material(part)
         assert material is not None
         if material.density <= 0.0 and part not in self.model.part_masses:
@@ -260,7 +260,7 @@ class DeckParts:
         return one._replace(mass=share * one.mass, inertia=share * one.inertia)
 
     def _volume(self, part: int) -> MassProperties:
-        """Of the solids of a part, at a density of 1."""
+        """Mass properties of the solids of a part at a density of 1."""
         slave = slave_of(self.mesh, self.model.path, chosen=([part], None, "skin"))
         where = f"{self.model.path}: part {part}"
         return master_of(slave, where=where).compact().mass_properties(1.0)
@@ -278,7 +278,7 @@ class DeckParts:
         return final - own if final > 0.0 else added
 
     def density(self, part: int) -> float:
-        """Of a part that deforms, with what cards add over its area or volume."""
+        """Density of a part that deforms, with what cards add over its area or volume."""
         material = self.material(part)
         assert material is not None
         density = material.density
@@ -304,7 +304,7 @@ class DeckParts:
         return mask
 
     def _lumped(self, part: int) -> MassProperties | None:
-        """Of the masses that stand on nodes of a rigid part."""
+        """Mass properties of the lumped masses on nodes of a rigid part."""
         if self.mesh.mass is None:
             return None
         at = np.flatnonzero(self._carried(part) & (self.mesh.mass > 0.0))

@@ -38,7 +38,7 @@ PLAIN = {
     "‘": "'",
     "’": "'",
 }
-"""What signs are written as."""
+"""Plain spelling of each sign."""
 
 
 def write_plain_signs() -> None:

@@ -19,7 +19,7 @@ from contiga.rigid import transform
 __all__ = ["random_in_box", "random_on", "sample"]
 
 MOST_POINTS = 50_000_000
-"""Of a cloud: they take gigabytes, and more are a slip of the keyboard."""
+"""Largest number of points of a cloud; more are taken for a typing error."""
 _BATCH = 1024
 # Parts of an element in each direction that are bounded apart: few points are rejected then.
 _PARTS = 4

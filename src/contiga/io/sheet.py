@@ -26,7 +26,7 @@ from contiga.io.quantities import Quantity, Units, quantity_factor
 from contiga.records import FloatArray
 
 MARKS = (";", ",", "\t", " ")
-"""What may part columns, the likeliest first."""
+"""Separators of columns, the likeliest first."""
 _LONGEST_LINE = 10_000_000
 _AHEAD = 20
 """Lines from which the mark is told: names in quotation marks may go over several."""
@@ -391,7 +391,7 @@ def _fitting(path: Path, rows: Iterator[Row], count: int, mark: str) -> Iterator
 
 
 def _mark(texts: list[str], marks: Sequence[str]) -> str:
-    """What parts the first two rows into equally many cells, or the first row alone."""
+    """Find the separator that cuts the first two rows into equally many cells, or the first row."""
     single = ""
     for mark in marks:
         try:

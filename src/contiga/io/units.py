@@ -294,7 +294,7 @@ def _size(unit: str, known: dict[str, float], dimension: str, base: str) -> floa
 
 
 def consistent_factor(unit: str, length: str, mass: str, time: str, where: str) -> float:
-    """What a number in `unit`, whatever it measures, is multiplied by to be in a consistent set.
+    """Factor that converts a number in `unit`, of any dimension, to a consistent set of units.
 
     Parameters
     ----------

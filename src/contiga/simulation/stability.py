@@ -52,7 +52,7 @@ def check_stable(model: Model, state: SystemState) -> None:
 
 
 def remedy(model: Model, state: SystemState, slave: str) -> str:
-    """What to do about a slave that is unstable."""
+    """Advice about a slave that is unstable."""
     critical = limit_of(model, state).critical
     if state.step > critical:
         return f'Take steps below {0.9 * critical:.3g}, or step = "auto"'

@@ -21,7 +21,7 @@ NARROW = 1e-5
 """Slits narrower than this share of the smaller solid are told: clearances are a hundred times as
 wide."""
 TOUCHING = 1e-9
-"""Of the whole size: what is nearer touches, and is told by `Body.flaws`."""
+"""Share of the whole size: solids that are nearer touch, and `Body.flaws` tells it."""
 SAMPLES_PER_FACE = 200
 """Random points on each face."""
 MIN_SAMPLES = 3
@@ -34,7 +34,7 @@ FACING = -0.99
 
 
 class Slit(NamedTuple):
-    """Where two solids nearly touch."""
+    """A place where two solids nearly touch."""
 
     patches: tuple[int, int]
     """A face of each."""
@@ -52,7 +52,7 @@ class Slit(NamedTuple):
 
 
 def slits_between(body: Body) -> list[Slit]:
-    """Where pieces of `body` nearly touch, one place for each pair, the first `MAX_SLITS`.
+    """Find where pieces of `body` nearly touch: a place for each pair, the first `MAX_SLITS`.
 
     Random points on the faces are offset along the normal by twice the largest slit width and
     projected: across a slit, the closest surface is the other solid's wall, seen from inside.

@@ -195,7 +195,7 @@ class Sewn:
         }
 
     def _in_one_place(self, numbers: list[int]) -> set[int]:
-        """Those of some edges that coincide with another of them, between the same corners."""
+        """Find the edges that coincide with another of them between the same corners."""
         from OCP.BRep import BRep_Tool
         from OCP.BRepAdaptor import BRepAdaptor_Curve
 
@@ -219,7 +219,7 @@ class Sewn:
 
 
 def _solid(faces: list[Any]) -> Any:
-    """What a closed surface bounds; `faces` agree, and the solid has them face outward."""
+    """Build the solid that a closed surface bounds; `faces` agree, and face outward in it."""
     from OCP.BRep import BRep_Builder
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid
     from OCP.BRepLib import BRepLib

@@ -35,7 +35,7 @@ of the squares' side."""
 
 
 class _Missed(NamedTuple):
-    """Where a body goes through a facet before a point of contact around it is touched."""
+    """A body that goes through a facet before a point of contact around it is touched."""
 
     reach: float
     """How far, along the normal of the facet."""
