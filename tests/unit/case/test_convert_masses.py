@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ from tests.decks import (
 import contiga as cg
 from contiga.case.convert import convert
 from contiga.case.schema import Case, parse_case
+from contiga.errors import MeshError
 
 SIDE = 20.0
 OWN = DENSITY * SIDE**3
@@ -262,6 +264,31 @@ def test_axes_that_are_not_understood_are_listed(tmp_path: Path, head: list[str]
     assert told == [
         "*PART_INERTIA (part 1: its own axes are not understood, those of the world are taken)"
     ]
+
+
+CURVE = ["*DEFINE_CURVE", card(7), f"{0:20}{0:20}", f"{1:20}{2:20}"]
+
+
+@pytest.mark.parametrize(
+    ("given", "again", "told"),
+    [
+        (SOFT, ["*MAT_ELASTIC", card(2, 1e-6, 0.02, 0.3)], "MAT_ELASTIC: material 2 is given"),
+        (SOFT, ["*MAT_RIGID", *SOFT[1:], card(0), ""], "MAT_RIGID: material 2 is given"),
+        (CURVE, [*CURVE[:3], f"{1:20}{3:20}"], "DEFINE_CURVE: curve 7 is given"),
+    ],
+)
+def test_a_number_that_is_given_twice_not_alike_is_refused(
+    tmp_path: Path, given: list[str], again: list[str], told: str
+) -> None:
+    _, listed = cubes(tmp_path, [] if given is SOFT else given, given)
+    assert listed == []
+    with pytest.raises(
+        MeshError, match=rf"deck\.k, line \d+: \*{told} twice, otherwise in line"
+    ) as e:
+        cubes(tmp_path, given, again)
+    lines = (tmp_path / "deck.k").read_text().splitlines()
+    first, second = (lines[int(n) - 1] for n in re.findall(r"line (\d+)", str(e.value))[::-1])
+    assert (first, second) == (given[1], again[1])
 
 
 BULK = 0.01 / (3.0 * (1.0 - 2.0 * 0.3))
