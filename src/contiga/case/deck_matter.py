@@ -96,12 +96,14 @@ def deforming(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
         motion["parts"] = [
             {"set": number} | (table or {}) for number, table in zip(numbers, tables, strict=True)
         ]
-    held = {"fixed": ties.fixed, "attached": ties.attached}
+    masses = parts.masses(_nodes_of(parts, numbers), ties.hosts)
+    held = {"fixed": ties.fixed, "attached": ties.attached, "masses": masses}
     motion |= {key: value for key, value in held.items() if value}
     if problem := _problem(parts, numbers, motion):
         parts.model.leave(soft[0].block, problem)
         return None
     parts.tied |= {tie.key for tie in ties.cards}
+    parts.weighed.update(masses["nodes"] if masses else ())
     velocity = parts.common_velocity(numbers)
     if velocity is not None:
         motion["velocity"] = velocity
@@ -111,6 +113,8 @@ def deforming(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
         notes.append("its rates are smoothed over some steps, filter")
     if any(map(_bends, map(parts.is_shell, numbers), soft)):
         notes.append("its shells are membranes, without bending")
+    if masses:
+        notes.append(f"masses of {sum(masses['mass']):g} by *ELEMENT_MASS")
     source = "; ".join(dict.fromkeys([*places, *notes, *ties.sources]))
     return SoftSlave(motion, source, ties.hosts)
 

@@ -69,6 +69,8 @@ class DeckParts:
         """Parts that are in several slaves of the case."""
         self.tied: set[tuple[str, int, int]] = set()
         """Keys of what holds nodes of parts that deform, or is told of otherwise."""
+        self.weighed: set[int] = set()
+        """Numbers of nodes whose lumped masses slaves that deform have."""
 
     @cached_property
     def mesh(self) -> RawMesh:
@@ -317,19 +319,32 @@ class DeckParts:
                 self.tied.update(tie.key for tie in ties)
         return of_points(self.mesh.points[at], self.mesh.mass[at])
 
+    def masses(self, nodes: NDArray[np.bool_], hosts: Iterable[int]) -> dict[str, Any] | None:
+        """The table of lumped masses on nodes (n,) of what deforms, but those of its rigid hosts;
+        None where there are none."""
+        if self.mesh.mass is None or self.mesh.node_ids is None:
+            return None
+        own = nodes & (self.mesh.mass > 0.0)
+        for part in hosts:
+            own &= ~self._carried(part)
+        at = np.flatnonzero(own)
+        if not len(at):
+            return None
+        return {"nodes": self.mesh.node_ids[at].tolist(), "mass": self.mesh.mass[at].tolist()}
+
     def leave_masses(self, bodies: Iterable[int]) -> None:
-        """Note the lumped masses on nodes of no rigid part of the case."""
+        """Note the lumped masses on nodes of nothing in the case that has a mass."""
         if self.mesh.mass is None or self.mesh.node_ids is None:
             return
         carried = np.zeros(len(self.mesh.points), np.bool_)
         for part in bodies:
             carried |= self._carried(part)
-        left = set(self.mesh.node_ids[~carried & (self.mesh.mass > 0.0)].tolist())
+        left = set(self.mesh.node_ids[~carried & (self.mesh.mass > 0.0)].tolist()) - self.weighed
         for block in {id(one.block): one.block for one in self.model.masses}.values():
             here = [one for one in self.model.masses if one.block is block]
             nodes = {n for one in here for n in self.model.nodes_of(one)} & left
             if nodes:
-                which = f"{len(nodes)} nodes of no rigid part here, first {min(nodes)}"
+                which = f"{len(nodes)} nodes of nothing that moves here, first {min(nodes)}"
                 self.model.leave(block, f"{which}: their masses are left out")
 
     def free_motion(self, part: int) -> dict[str, Any] | None:

@@ -8,7 +8,14 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from contiga.case.material_spec import MaterialSpec
-from contiga.case.nodal_spec import AttachedSpec, DrivenSpec, HeldSpec, NodalLoadSpec, NodesOf
+from contiga.case.nodal_spec import (
+    AttachedSpec,
+    DrivenSpec,
+    HeldSpec,
+    MassesSpec,
+    NodalLoadSpec,
+    NodesOf,
+)
 from contiga.case.rigid_spec import ToldMotionSpec
 from contiga.case.spec import MotionSpec, NotNegative, Positive, Spec, Vector
 from contiga.dynamics.deforming import Deforming
@@ -78,7 +85,7 @@ class MadeOfSpec(_MadeOf):
 class DeformSpec(_MadeOf, MotionSpec):
     """`{ kind = "deform", material, density, parts, fixed, driven, attached, … }`: elements.
 
-    `parts`, `fixed`, `driven`, `attached` and `loads` are tables, or lists of them.
+    `parts`, `fixed`, `driven`, `attached`, `masses` and `loads` are tables, or lists of them.
     """
 
     by_forces = True
@@ -92,6 +99,8 @@ class DeformSpec(_MadeOf, MotionSpec):
     """α of a force −α m v on each node."""
     driven: list[DrivenSpec] = Field(default_factory=list)
     attached: list[AttachedSpec] = Field(default_factory=list)
+    masses: list[MassesSpec] = Field(default_factory=list)
+    """Lumped masses on nodes, beside those of the elements."""
     loads: list[NodalLoadSpec] = Field(default_factory=list)
     mass_scaling: Positive | None = None
     """Time that the critical step of the elements at rest is not to be shorter than."""
@@ -101,7 +110,7 @@ class DeformSpec(_MadeOf, MotionSpec):
     def _one_table_is_a_list(cls, data: Any) -> Any:
         if not isinstance(data, dict):
             return data
-        keys = ("parts", "fixed", "driven", "attached", "loads")
+        keys = ("parts", "fixed", "driven", "attached", "masses", "loads")
         return data | {key: [data[key]] for key in keys if isinstance(data.get(key), dict)}
 
     @model_validator(mode="after")
@@ -141,6 +150,7 @@ class DeformSpec(_MadeOf, MotionSpec):
             damping=self.damping,
             driven=[one.table(nodes_of) | {"motion": motion_of(one.motion)} for one in self.driven],
             attached=[one.table(nodes_of) for one in self.attached],
+            masses=[one.table(nodes_of) for one in self.masses],
             loads=[one.load(nodes_of) for one in self.loads],
             mass_scaling=self.mass_scaling,
         )
@@ -153,6 +163,7 @@ class DeformSpec(_MadeOf, MotionSpec):
         held = f", nodes held at {len(self.fixed)} places" if self.fixed else ""
         held += "".join(f", {one.describe()}" for one in self.driven)
         held += "".join(f", nodes attached to {one.body}" for one in self.attached)
+        held += "".join(f", {one.describe()}" for one in self.masses)
         held += "".join(f", {one.describe()}" for one in self.loads)
         if self.mass_scaling is not None:
             held += f", masses scaled for steps of {self.mass_scaling:g}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import cached_property
 from typing import Annotated, Any, Literal, Self
@@ -17,8 +18,10 @@ from contiga.errors import CaseError
 
 Way = Literal["x", "y", "z"]
 _ALL: tuple[Way, ...] = ("x", "y", "z")
-NodesOf = Callable[[str | int], Any]
-"""(n,) whether nodes of a slave are in the set of a name or number."""
+_PLACES = ("box", "plane", "set", "side", "layer", "nodes")
+NodesOf = Callable[[str | int | list[int]], Any]
+"""(n,) whether nodes of a slave are in the set of a name or number; (k,) rows of nodes, of their
+numbers in the file."""
 
 
 def _number_or_rows(value: Any) -> Any:
@@ -31,6 +34,15 @@ def _number_or_rows(value: Any) -> Any:
     return value
 
 
+def _number_or_each(value: Any) -> Any:
+    numbers = value if isinstance(value, list) else [value]
+    if not all(is_number(one) and 0.0 <= one < math.inf for one in numbers):
+        raise CaseError(
+            "must be a number, or one for each of nodes", found=value, allowed="0 or more"
+        )
+    return value
+
+
 class LayerSpec(Spec):
     """`layer = { direction, depth }`: nodes furthest along a direction, and those below them."""
 
@@ -39,7 +51,7 @@ class LayerSpec(Spec):
 
 
 class NodesSpec(Spec):
-    """One of `box`, `plane`, `set`, `side`, `layer`: which nodes are meant."""
+    """One of `box`, `plane`, `set`, `side`, `layer`, `nodes`: which nodes are meant."""
 
     box: Pair | None = None
     """Lowest and highest corner."""
@@ -50,6 +62,8 @@ class NodesSpec(Spec):
     side: SideSpec | None = None
     """Corners of facets whose normals are near a direction."""
     layer: LayerSpec | None = None
+    nodes: Annotated[list[int], Field(min_length=1)] | None = None
+    """Numbers that the mesh file gives its nodes."""
 
     @model_validator(mode="after")
     def _one_place(self) -> Self:
@@ -57,19 +71,20 @@ class NodesSpec(Spec):
             raise CaseError(
                 "says twice which nodes",
                 found=", ".join(self._places),
-                allowed="one of box, plane, set, side, layer",
+                allowed="one of " + ", ".join(_PLACES),
             )
         return self
 
     @cached_property
     def _places(self) -> list[str]:
-        keys = ("box", "plane", "set", "side", "layer")
-        return [key for key in keys if getattr(self, key) is not None]
+        return [key for key in _PLACES if getattr(self, key) is not None]
 
     def place(self, nodes_of: NodesOf) -> dict[str, Any]:
         """As `contiga.motion.Deforming` takes it; nothing where all are meant."""
         if self.set is not None:
             return {"nodes": nodes_of(self.set)}
+        if self.nodes is not None:
+            return {"nodes": nodes_of(self.nodes)}
         if self.side is not None:
             return {"side": (self.side.direction, self.side.angle)}
         if self.layer is not None:
@@ -86,7 +101,7 @@ class HeldSpec(NodesSpec):
     @model_validator(mode="after")
     def _somewhere(self) -> Self:
         if not self._places:
-            raise CaseError("must have exactly one of the keys box, plane, set, side or layer")
+            raise CaseError(f"must have exactly one of the keys {', '.join(_PLACES)}")
         return self
 
     def table(self, nodes_of: NodesOf) -> dict[str, Any]:
@@ -119,6 +134,33 @@ class AttachedSpec(NodesSpec):
     def table(self, nodes_of: NodesOf) -> dict[str, Any]:
         """As `Deforming` takes it."""
         return self.place(nodes_of) | {"body": self.body}
+
+
+class MassesSpec(NodesSpec):
+    """A table of `masses`: a place (all nodes if omitted), and `mass`."""
+
+    mass: Annotated[float | list[float], BeforeValidator(_number_or_each)]
+    """Of all nodes together; or of each, in the order of `nodes`."""
+
+    @model_validator(mode="after")
+    def _each_node_has_one(self) -> Self:
+        if isinstance(self.mass, list) and len(self.mass) != len(self.nodes or ()):
+            raise CaseError(
+                "must have one mass for each of nodes",
+                where="mass",
+                found=f"{len(self.mass)} for {len(self.nodes or ())}",
+                allowed="a number in all, or as many as there are nodes = […]",
+            )
+        return self
+
+    def table(self, nodes_of: NodesOf) -> dict[str, Any]:
+        """As `Deforming` takes it."""
+        return self.place(nodes_of) | {"mass": self.mass}
+
+    def describe(self) -> str:
+        """In words."""
+        whole = sum(self.mass) if isinstance(self.mass, list) else self.mass
+        return f"masses of {whole:g} on nodes"
 
 
 class NodalLoadSpec(NodesSpec):

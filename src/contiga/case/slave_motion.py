@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ from contiga.dynamics.free import Attached, Dependent
 from contiga.dynamics.prescribed import BodyMotion, Fixed, Moved, SlaveMotion
 from contiga.dynamics.pulses import check_covers
 from contiga.errors import CaseError
+from contiga.io.mesh.numbered import rows_of
 from contiga.io.mesh.raw import cells_of, nodes_of
 from contiga.io.mesh.read_mesh import read_raw
 from contiga.io.mesh.series import MeshSeries, find_files
@@ -64,7 +66,7 @@ def deforming_of(
     """How a slave deforms; what does not fit is told. `motion_of` answers motions in the units of
     the case."""
     deforming = motion.moved(
-        partial(_nodes_of_set, spec), motion_of, partial(_elements_of_set, spec, slave)
+        partial(_nodes_named, spec), motion_of, partial(_elements_of_set, spec, slave)
     )
     bodies: dict[str, int] = {}
     deforming.nodes(spec.name, slave, lambda name: bodies.setdefault(name, len(bodies)))
@@ -80,17 +82,19 @@ def prescribed(spec: ToldMotionSpec, case: Case) -> BodyMotion:
     return spec.made
 
 
-def _nodes_of_set(spec: SlaveSpec, key: str | int) -> NDArray[np.bool_]:
-    """(n,) nodes of a set, part or group of the slave's file."""
+def _nodes_named(spec: SlaveSpec, key: str | int | list[int]) -> NDArray[Any]:
+    """(n,) nodes of a set, part or group of the slave's file; (k,) rows of nodes by number."""
     if not isinstance(spec.points, FilePoints):
+        by_number = isinstance(key, list)
         raise CaseError(
-            "only a mesh from a file has sets",
-            where="set",
+            f"only a mesh from a file has {'numbers of nodes' if by_number else 'sets'}",
+            where="nodes" if by_number else "set",
             found=key,
             allowed="box = [low, high], plane = [point, normal], side or layer",
         )
     path = Path(spec.points.file)
-    return nodes_of(read_raw(path), key, str(path))
+    mesh, where = read_raw(path), str(path)
+    return rows_of(mesh, key, where) if isinstance(key, list) else nodes_of(mesh, key, where)
 
 
 def _elements_of_set(spec: SlaveSpec, slave: Slave, key: str | int) -> dict[str, IntArray]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any
@@ -16,6 +16,7 @@ from contiga.dynamics.deforming_parts import Filling, nodal_thickness, parts_of
 from contiga.dynamics.free import Dependent, Number, _velocity
 from contiga.dynamics.holding import attached_to, drives_of, held_ways
 from contiga.dynamics.nodal_loads import NodalForce, Pressure
+from contiga.dynamics.nodal_masses import check_carried, lumped_masses
 from contiga.dynamics.nodes import Joint, NodeMover
 from contiga.dynamics.prescribed import Stopped, kinks_in
 from contiga.errors import InputError
@@ -60,6 +61,10 @@ class Deforming(Dependent):
     attached : which nodes are fixed to a body: a table of a place as of `fixed` (all nodes without
         one) with the name of the ``"body"``, in whose axes they stand; or a list of them. A free
         body carries their masses beside its own, and feels all forces on them
+    masses : lumped masses beside those of the elements: a table of a place as of `fixed` (all nodes
+        without one) with a ``"mass"``, a number in all, which nodes share as they share a
+        `NodalForce`, or one for each node of the place; or a list of them. `Slave.mass` is not
+        added: ``{"mass": slave.mass}`` does that
     rest : (n, 3) nodes where no element is strained; where the slave stands if omitted
     mass_scaling : time: nodes get so much mass beside their own that the critical step of the
         elements at rest is no shorter; what is added is told part by part
@@ -110,6 +115,7 @@ class Deforming(Dependent):
     loads: tuple[NodalLoad, ...]
     driven: Any
     attached: Any
+    masses: Any
     rest: FloatArray | None
     mass_scaling: float | None
 
@@ -129,6 +135,7 @@ class Deforming(Dependent):
         loads: NodalLoad | Sequence[NodalLoad] = (),
         driven: Any = None,
         attached: Any = None,
+        masses: Any = None,
         rest: ArrayLike | None = None,
         mass_scaling: float | None = None,
     ) -> None:
@@ -154,11 +161,13 @@ class Deforming(Dependent):
         put(self, "loads", (loads,) if isinstance(loads, NodalLoad) else tuple(loads))
         put(self, "driven", _as_tables(driven, "driven", "motion", "a motion of a body"))
         put(self, "attached", _as_tables(attached, "attached", "body", "its name"))
+        put(self, "masses", _as_tables(masses, "masses", "mass", "a number, or one a node"))
         put(self, "rest", None if rest is None else read_only(as_points(rest, "rest")))
         scale = None if mass_scaling is None else positive(mass_scaling, "mass_scaling")
         put(self, "mass_scaling", scale)
-        if is_matter and scale is not None:
-            raise InputError("matter of one's own has its masses", where="mass_scaling")
+        for key, given in (("mass_scaling", scale), ("masses", self.masses)):
+            if is_matter and given:
+                raise InputError("matter of one's own has its masses", where=key)
         if not (np.isfinite(self.damping) and self.damping >= 0.0):
             raise InputError("must be 0 or more", where="damping", found=damping)
         kinds = "contiga.motion.Pressure, NodalForce"
@@ -222,7 +231,9 @@ class Deforming(Dependent):
         )
 
     def with_masses(self, slave: Slave) -> Slave:
-        """A copy of the slave with the masses (n,) that its elements give its nodes.
+        """A copy of the slave with the masses (n,) that its elements and `masses` give its nodes.
+
+        What the slave had before does not count.
 
         Laws with a `damping_ratio` see these: make contacts and simulation with that slave.
 
@@ -310,9 +321,13 @@ class Deforming(Dependent):
         facets = slave.facets
         if facets is not None:
             facets = lower[facets[np.isin(facets, rows).all(axis=1)]]
+        lumped = lumped_masses(self.masses, slave, f"{where}: masses")
+        check_carried(lumped, rows, slave, f"{where}: masses")
         scale, moved = self.mass_scaling, None if free is None else free[rows]
         rest = self._rest_of(slave)[rows]
-        matter = assemble(rest, inner, facets=facets, mass_scaling=scale, free=moved)
+        matter = assemble(
+            rest, inner, facets=facets, lumped=lumped[rows], mass_scaling=scale, free=moved
+        )
         return matter, rows.astype(np.intp)
 
     def _parts(self, slave: Slave, where: str) -> list[Part]:
@@ -368,7 +383,8 @@ def _as_parts(given: Sequence[Part], own: bool) -> tuple[Part, ...]:
 
 def _as_tables(given: Any, name: str, key: str, what: str) -> list[dict[str, Any]]:
     """One table, or several, as a list."""
-    tables = [given] if isinstance(given, Mapping) else list(given or ())
+    several = isinstance(given, Iterable) and not isinstance(given, str | Mapping)
+    tables = list(given) if several else [] if given is None else [given]
     allowed = f'{{"plane": …, "{key}": {what}}}, or a list of such tables'
     all_of(Mapping, tables, name, "must be tables", allowed)
     return [dict(table) for table in tables]

@@ -143,15 +143,32 @@ class NodalForce(_OverTime):
     def nodes(self, slave: Slave, where: str) -> NodalForces:
         """The load with the nodes of a slave."""
         key = place_of(self.on, (), where)
-        rows = nodes_at(key, self.on.get(key or ""), slave, where)
-        shares = rows / rows.sum()
-        if slave.facets is not None:
-            facets = facets_at(key, self.on.get(key or ""), slave, where)
-            if facets.any() and np.isin(np.flatnonzero(rows), slave.facets[facets]).all():
-                skin = corners_of(slave.facets, slave.quads, facets)
-                areas = at_corners(skin, corner_areas(slave.points, skin), len(slave))
-                shares = areas / areas.sum()
-        return _Shared(self, shares)
+        return _Shared(self, shares_at(key, self.on.get(key or ""), slave, where))
+
+
+def shares_at(key: str | None, value: Any, slave: Slave, where: str) -> FloatArray:
+    """(n,) shares, 1 in all, of the nodes of a slave at a place.
+
+    By the areas of facets at rest, where the nodes are all corners of facets that are wholly at the
+    place; evenly elsewhere.
+
+    Parameters
+    ----------
+    key, value, where : as of `contiga.dynamics.places.nodes_at`
+
+    Raises
+    ------
+    InputError
+        As `nodes_at`.
+    """
+    rows = nodes_at(key, value, slave, where)
+    if slave.facets is not None:
+        facets = facets_at(key, value, slave, where)
+        if facets.any() and np.isin(np.flatnonzero(rows), slave.facets[facets]).all():
+            skin = corners_of(slave.facets, slave.quads, facets)
+            areas = at_corners(skin, corner_areas(slave.points, skin), len(slave))
+            return areas / areas.sum()
+    return rows / rows.sum()
 
 
 class _OnFacets(NamedTuple):

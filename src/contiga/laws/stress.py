@@ -12,6 +12,12 @@ from contiga.laws.hysteresis import Hysteresis, Moved, elastic_move, hysteresis_
 from contiga.laws.law import above_zero, as_curve, critical_damping, not_negative, remembered
 from contiga.records import FloatArray, LawInput, LawOutput
 
+# Relative size of a stress that counts as none.
+_SAME = 1e-9
+# Rates at which a callable is tried before a run, and how far beyond its end a table is.
+_TRIED = np.array([1e-6, 1e-3, 1.0])
+_FAR = 1e3
+
 
 @dataclass(frozen=True, init=False, eq=False)
 class StressLaw:
@@ -26,7 +32,8 @@ class StressLaw:
     damping : C_d ≥ 0, stress × time
     damping_ratio : ζ ≥ 0, a share of the critical damping of each point: adds the force
         2 ζ √(k_i m_i) λ̇_i of the present stiffness k_i and the mass m_i; not amplified
-    damping_curve : σ_d, stress over relative rate λ̇/t (negative while a contact opens)
+    damping_curve : σ_d, stress over relative rate λ̇/t, of the sign of the rate: above zero while
+        a contact closes, below while it opens
     amplification : f_d, a factor over the elastic stress; 1 if None
     unloading : σ_u ≤ σ_e, the stress over λ/t of an unloading; as `elastic` if None
     hysteresis_slope : K, stress over λ/t between the two curves; goes with `unloading`, and is not
@@ -44,9 +51,10 @@ class StressLaw:
     Raises
     ------
     InputError
-        Thickness not above zero, negative damping, a curve that is wrong, unloading above loading
-        or below zero, K missing or too small; at `respond`, no thickness given and none in the
-        input, a damping ratio without masses.
+        Thickness not above zero, negative damping, a curve that is wrong, a damping curve that
+        pushes on what moves, unloading above loading or below zero, K missing or too small; at
+        `respond`, no thickness given and none in the input, a damping ratio without masses, a
+        callable damping curve of the wrong sign.
 
     Examples
     --------
@@ -82,6 +90,9 @@ class StressLaw:
         put(self, "damping", not_negative(damping, "damping"))
         for name, curve in (("damping_curve", damping_curve), ("amplification", amplification)):
             put(self, name, None if curve is None else as_curve(curve, name))
+        if self.damping_curve is not None:
+            rates = _rates_to_check(self.damping_curve)
+            _check_damping(self.damping_curve, rates, self.damping_curve(rates))
         put(self, "damping_ratio", not_negative(damping_ratio, "damping_ratio"))
         put(self, "hysteresis", hysteresis_of(self.elastic, unloading, hysteresis_slope))
 
@@ -129,7 +140,10 @@ class StressLaw:
         """(C_d λ̇/t + σ_d(λ̇/t)) f_d(σ_e), of either sign."""
         stress = self.damping * strain_rate
         if self.damping_curve is not None:
-            stress = stress + self.damping_curve(strain_rate)
+            rated = self.damping_curve(strain_rate)
+            if not self.damping_curve.is_table:
+                _check_damping(self.damping_curve, strain_rate, rated)
+            stress = stress + rated
         if self.amplification is not None:
             stress = stress * self.amplification(elastic_stress)
         return stress
@@ -162,3 +176,40 @@ class StressLaw:
         past = remembered(inp, self.n_memory)
         moved = self.hysteresis.move(past[:, 0], past[:, 1], strain)
         return moved, np.column_stack([strain, moved.force])
+
+
+def _rates_to_check(curve: Characteristic) -> FloatArray:
+    """(k,) abscissae between and beyond which a table does not change its sign; samples of a
+    callable, whose rates are not known before a run."""
+    if not curve.is_table:
+        return np.concatenate([-_TRIED[::-1], [0.0], _TRIED])
+    far = _FAR * np.abs(curve.x).max()
+    rates = np.concatenate([curve.x, [0.0, -far, far]])
+    if curve.extrapolation == "error":
+        rates = rates[(rates >= curve.x[0]) & (rates <= curve.x[-1])]
+    return rates
+
+
+def _check_damping(curve: Characteristic, rates: FloatArray, stress: FloatArray) -> None:
+    """Refuse stresses (k,) at rates (k,) that are not zero at zero, or of the other sign.
+
+    Raises
+    ------
+    InputError
+        As said: such a damping curve would give energy to what moves.
+    """
+    least = _SAME * np.abs(stress).max(initial=0.0)
+    wrong = np.flatnonzero((np.abs(stress) > least) & (stress * np.sign(rates) <= 0.0))
+    if wrong.size:
+        rate, found = float(rates[wrong[0]]), float(stress[wrong[0]])
+        allowed = "zero" if rate == 0.0 else f"zero or {'above' if rate > 0.0 else 'below'}"
+        remedy = "It resists the rate: above zero while a contact closes, below while it opens"
+        if curve.is_table and not curve.x[0] <= rate <= curve.x[-1]:
+            remedy += f'; beyond its table it goes on by extrapolation = "{curve.extrapolation}"'
+        raise InputError(
+            f"the damping curve is {'below' if found < 0.0 else 'above'} zero at {rate:.6g}",
+            where=curve.name,
+            found=found,
+            allowed=allowed,
+            remedy=remedy,
+        )

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import as_points, positive
+from contiga.arrays.layout import as_points, positive, real
 from contiga.errors import InputError, MeshError
 from contiga.matter.assembled import Assembled, Average, Group
 from contiga.matter.blocks import NodeSums, block_sums, in_lanes, node_sums, nodes_in_lanes
@@ -26,6 +26,7 @@ def assemble(
     *,
     damping: float = 0.0,
     facets: ArrayLike | None = None,
+    lumped: ArrayLike | None = None,
     mass_scaling: float | None = None,
     free: ArrayLike | None = None,
 ) -> Assembled:
@@ -37,13 +38,14 @@ def assemble(
     parts : elements with their materials
     damping : α ≥ 0 of a force −α m v on each node, 1/time
     facets : (f, 3) the skin that contact sees; the outer faces if omitted
+    lumped : (m,) masses that nodes have beside those of their elements, 0 or more
     mass_scaling : time; nodes get so much mass that the critical step at rest is no shorter
     free : (m,) bool, nodes that forces move: only these get more; all if omitted
 
     Raises
     ------
     InputError
-        No part, a damping below zero, a time that is not above zero.
+        No part, a damping or mass below zero, a time that is not above zero.
     MeshError
         An element that is inside out or has no volume, a node that is in no element.
 
@@ -69,6 +71,8 @@ def assemble(
     masses = np.stack([_masses(*each, len(points)) for each in zip(parts, shapes, strict=True)])
     mass = masses.sum(axis=0)
     _check_mass(points, mass)
+    if lumped is not None:
+        mass = mass + _lumped(lumped, len(points))
     outer = skin([(part.kind, part.elements) for part in parts])
     given = outer if facets is None else np.ascontiguousarray(facets, dtype=np.int32)
     groups, sums = _groups(parts, shapes, points)
@@ -76,7 +80,7 @@ def assemble(
     if mass_scaling is not None:
         heavy = scaled(matter, positive(mass_scaling, "mass_scaling"))
         matter.mass = heavy if free is None else np.where(free, heavy, mass)
-        matter.added = added_to(parts, masses, matter.mass)
+        matter.added = added_to(parts, masses, matter.mass - mass)
     return matter
 
 
@@ -85,6 +89,19 @@ def _masses(part: Part, shapes: Shapes, n: int) -> FloatArray:
     weights = (part.density * part.across * shapes.shares).ravel()
     shares = np.bincount(part.elements.ravel(), weights=weights, minlength=n)
     return shares.astype(np.float64)
+
+
+def _lumped(given: ArrayLike, n: int) -> FloatArray:
+    """(n,) masses on nodes, checked."""
+    lumped = np.asarray(real(given, "lumped"), dtype=np.float64)
+    if lumped.shape != (n,) or not (np.isfinite(lumped) & (lumped >= 0.0)).all():
+        raise InputError(
+            "must be masses of the nodes, 0 or more",
+            where="lumped",
+            found=f"shape {lumped.shape}, from {lumped.min(initial=np.inf):g}",
+            allowed=f"({n},)",
+        )
+    return lumped
 
 
 def _finite(nodes: ArrayLike) -> FloatArray:

@@ -32,14 +32,13 @@ class AddedMass(NamedTuple):
         return self.added / self.mass
 
 
-def added_to(
-    parts: Sequence[Part], masses: FloatArray, scaled: FloatArray
-) -> tuple[AddedMass, ...]:
-    """What each part was given, of `masses` (parts, m) at the nodes, which are now `scaled` (m,).
+def added_to(parts: Sequence[Part], masses: FloatArray, added: FloatArray) -> tuple[AddedMass, ...]:
+    """What each part was given, of masses `added` (m,) to the nodes, where parts have `masses`
+    (parts, m).
 
     At a node that parts share, by their masses there.
     """
-    more = scaled / masses.sum(axis=0) - 1.0
+    more = added / masses.sum(axis=0)
     return tuple(
         AddedMass(part.name, float(own.sum()), float((own * more).sum()))
         for part, own in zip(parts, masses, strict=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ from tests.decks import (
 import contiga as cg
 from contiga.case.convert import convert
 from contiga.case.schema import Case, parse_case
+from contiga.errors import MeshError
 
 SIDE = 20.0
 OWN = DENSITY * SIDE**3
@@ -110,11 +112,45 @@ def test_part_inertia_stands_alone(tmp_path: Path) -> None:
     assert told == []
 
 
-def test_masses_on_other_nodes_are_listed(tmp_path: Path) -> None:
+def test_masses_on_nodes_of_what_rests_are_listed(tmp_path: Path) -> None:
     case, told = cubes(tmp_path, lumped((1, 4.5), (12, 1.0), (15, 1.0)))
     assert case.body[0].mass.total == pytest.approx(OWN + 4.5, rel=1e-12)
-    why = "2 nodes of no rigid part here, first 12: their masses are left out"
+    why = "2 nodes of nothing that moves here, first 12: their masses are left out"
     assert told == [f"*ELEMENT_MASS ({why})"]
+
+
+def weights(case: Case) -> tuple[float, np.ndarray]:
+    """Mass of the free body, and of each of the nodes of the pad that are not the body's."""
+    mechanism = cg.build(case).mechanism
+    nodes = mechanism.nodes["pad"]
+    apart = ~nodes.bare
+    for joint in nodes.joints:
+        apart[joint.rows] = False
+    return float(mechanism.fixed[0, 0]), np.where(apart, nodes.mass, 0.0)
+
+
+def test_masses_on_nodes_of_a_part_that_deforms_are_those_of_the_deck(tmp_path: Path) -> None:
+    nodes = ["*SET_NODE_LIST", card(7), card(15, 16)]
+    masses = lumped((1, 4.5), (18, 1.0), (15, 0.5), (18, 0.25))
+    case, told = cubes(tmp_path, HELD, nodes, masses, lumped((7, 0.5), option="_NODE_SET"))
+    assert told == []
+    (table,) = case.slave[0].motion.masses
+    assert dict(zip(table.nodes, table.mass, strict=True)) == {15: 0.75, 16: 0.25, 18: 1.25}
+    body, nodal = weights(case)
+    assert body + nodal.sum() == pytest.approx((DENSITY + 1e-6) * SIDE**3 + 6.75, rel=1e-12)
+    own = 1e-6 * SIDE**3 / 8.0
+    np.testing.assert_allclose(nodal[8:], own + np.array([0, 0, 0, 0, 0.75, 0.25, 0, 1.25]))
+
+
+def test_a_mass_on_a_node_that_a_rigid_part_shares_counts_once(tmp_path: Path) -> None:
+    extra = ["*CONSTRAINED_EXTRA_NODES_NODE", card(1, 18)]
+    case, told = cubes(tmp_path, HELD, extra, lumped((18, 1.0), (15, 0.5)))
+    assert told == []
+    (table,) = case.slave[0].motion.masses
+    assert (table.nodes, table.mass) == ([15], [0.5])
+    assert case.body[0].mass.total == pytest.approx(OWN + 1.0, rel=1e-12)
+    body, nodal = weights(case)
+    assert body + nodal.sum() == pytest.approx((DENSITY + 1e-6) * SIDE**3 + 1.5, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -228,6 +264,31 @@ def test_axes_that_are_not_understood_are_listed(tmp_path: Path, head: list[str]
     assert told == [
         "*PART_INERTIA (part 1: its own axes are not understood, those of the world are taken)"
     ]
+
+
+CURVE = ["*DEFINE_CURVE", card(7), f"{0:20}{0:20}", f"{1:20}{2:20}"]
+
+
+@pytest.mark.parametrize(
+    ("given", "again", "told"),
+    [
+        (SOFT, ["*MAT_ELASTIC", card(2, 1e-6, 0.02, 0.3)], "MAT_ELASTIC: material 2 is given"),
+        (SOFT, ["*MAT_RIGID", *SOFT[1:], card(0), ""], "MAT_RIGID: material 2 is given"),
+        (CURVE, [*CURVE[:3], f"{1:20}{3:20}"], "DEFINE_CURVE: curve 7 is given"),
+    ],
+)
+def test_a_number_that_is_given_twice_not_alike_is_refused(
+    tmp_path: Path, given: list[str], again: list[str], told: str
+) -> None:
+    _, listed = cubes(tmp_path, [] if given is SOFT else given, given)
+    assert listed == []
+    with pytest.raises(
+        MeshError, match=rf"deck\.k, line \d+: \*{told} twice, otherwise in line"
+    ) as e:
+        cubes(tmp_path, given, again)
+    lines = (tmp_path / "deck.k").read_text().splitlines()
+    first, second = (lines[int(n) - 1] for n in re.findall(r"line (\d+)", str(e.value))[::-1])
+    assert (first, second) == (given[1], again[1])
 
 
 BULK = 0.01 / (3.0 * (1.0 - 2.0 * 0.3))

@@ -106,6 +106,36 @@ def test_held_ways_leave_the_others_free(tmp_path: Path) -> None:
     assert not state.slaves["block"].points[0, :2].any()
 
 
+def test_masses_stand_on_the_nodes_of_these_numbers(tmp_path: Path) -> None:
+    """Numbers of the block are its rows and 1."""
+    tables = """[{ nodes = [12, 9], mass = [2.0, 0.5] },
+        { plane = [[0, 0, 1], [0, 0, 1]], mass = 0.4 }]"""
+    plain = cg.build(load_case(write_case(tmp_path))).mechanism.masses["block"]
+    case = load_case(write_case(tmp_path, fixed=f"{PLANE}\nmasses = {tables}"))
+    simulation = cg.build(case)
+    extra = simulation.mechanism.masses["block"] - plain
+    top = simulation.slaves["block"].slave.points[:, 2] == 1.0
+    expected = np.where(top, 0.1, 0.0)
+    expected[[11, 8]] += [2.0, 0.5]
+    np.testing.assert_allclose(extra, expected, rtol=1e-12)
+    assert "masses of 2.5 on nodes, masses of 0.4 on nodes" in case.slave[0].motion.describe()
+
+
+def test_numbers_of_nodes_are_those_of_a_file(tmp_path: Path) -> None:
+    path = write_case(tmp_path, fixed="{ nodes = [1] }")
+    grid = '{ grid = { shape = "plane", width = 1, length = 1, nu = 3, nv = 3 } }\nthickness = 0.1'
+    path.write_text(path.read_text().replace('{ file = "block.inp" }', grid))
+    with pytest.raises(InputError, match="nodes: only a mesh from a file has numbers of nodes"):
+        cg.build(load_case(path))
+    slave = block((1, 1, 2), (1.0, 1.0, 1.0), kind="hexahedron")
+    cells = [("hexahedron", np.asarray(slave.elements["hexahedron"]))]
+    meshio.Mesh(slave.points, cells).write(tmp_path / "block.vtu")
+    path = write_case(tmp_path, fixed="{ nodes = [1] }")
+    path.write_text(path.read_text().replace("block.inp", "block.vtu"))
+    with pytest.raises(InputError, match="does not number its nodes"):
+        cg.build(load_case(path))
+
+
 NODAL = """
 [[slave.motion.driven]]
 layer = { direction = [0, 0, 1] }
@@ -288,7 +318,19 @@ def test_a_stiffness_a_point_stays_with_the_nodes(tmp_path: Path) -> None:
         ({"fixed": '{ set = "up" }'}, "no part, set or group.*'up'"),
         ({"fixed": '{ set = "low", hold = ["rx"] }'}, "hold"),
         ({"fixed": "{ box = [[5, 5, 5], [6, 6, 6]] }"}, "no node of the slave is there"),
-        ({"fixed": "{ }"}, "one of the keys box, plane, set, side or layer"),
+        ({"fixed": "{ }"}, "one of the keys box, plane, set, side, layer, nodes"),
+        ({"fixed": "{ nodes = [99] }"}, "block.inp: no node has this number.*99"),
+        ({"fixed": "{ nodes = [] }"}, r"fixed\[0\].nodes"),
+        ({"fixed": f"{PLANE}\nmasses = {{ mass = -1 }}"}, r"masses\[0\].mass: must be a number"),
+        ({"fixed": f"{PLANE}\nmasses = {{ mass = inf }}"}, r"masses\[0\].mass: must be a number"),
+        (
+            {"fixed": f"{PLANE}\nmasses = {{ mass = [1, 2] }}"},
+            "one mass for each of nodes.*2",
+        ),
+        (
+            {"fixed": f"{PLANE}\nmasses = {{ nodes = [1, 2], mass = [1.0] }}"},
+            "one mass for each of nodes.*1 for 2",
+        ),
         ({"fixed": '{ set = "low", plane = [[0, 0, 0], [0, 0, 1]] }'}, "says twice which nodes"),
         ({"fixed": f"{PLANE}\nloads = {{ }}"}, "loads.*one of the keys pressure or force"),
         ({"fixed": f"{PLANE}\nloads = {{ pressure = [1, 2] }}"}, "a number, or rows over time"),

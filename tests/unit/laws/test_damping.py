@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from contiga.errors import InputError
+from contiga.laws.characteristic import Characteristic
 from contiga.laws.combined import CombinedLaw
 from contiga.laws.force import ForceLaw
 from contiga.laws.normal import AdaptiveLaw, PenaltyLaw
@@ -95,6 +96,54 @@ def test_laws_without_a_rate_tell_that_none_of_the_force_is_due_to_it(law) -> No
 def test_a_ratio_without_masses_says_what_to_do(law) -> None:
     with pytest.raises(InputError, match=r"damping_ratio: .*needs nodal masses.*absolute damping"):
         law.respond(INPUT._replace(mass=None))
+
+
+HELD = {"extrapolation": "constant", "name": "damping_curve"}
+
+
+@pytest.mark.parametrize(
+    ("curve", "told"),
+    [
+        (-3.0, "is below zero at 1;"),
+        ([[-1, 3], [0, 0], [1, 3]], "is above zero at -1"),
+        ([[-1, -3], [0, 0], [1, -2]], "is below zero at 1;.*found -2.*zero or above"),
+        ([[-1, -3], [1, 4]], r"is above zero at 0;.*found 0.5; allowed: zero\."),
+        ([[0, 0], [1, 3], [2, 1]], "is below zero at 2000;.*extrapolation = .linear"),
+        (Characteristic([[0.5, 2.0], [1.0, 3.0]], **HELD), "is above zero at 0;"),
+        (lambda rate: np.abs(rate), "is above zero at -1"),
+        (lambda rate: 1.0 + rate, "is above zero at -"),
+    ],
+)
+def test_a_damping_curve_that_pushes_on_is_refused(curve, told) -> None:
+    with pytest.raises(InputError, match=rf"damping_curve: the damping curve {told}"):
+        StressLaw(1.0, 1.0, damping_curve=curve)
+
+
+def test_a_function_is_looked_at_at_the_rates_of_a_run() -> None:
+    law = StressLaw(8.0, 0.5, damping_curve=lambda rate: np.where(rate < -10.0, 1.0, rate))
+    law.respond(INPUT._replace(rate=np.array([0.5, -0.5, -4.9])))
+    with pytest.raises(InputError, match="the damping curve is above zero at -180"):
+        law.respond(INPUT)
+
+
+@pytest.mark.parametrize(
+    "curve",
+    [
+        2.0,
+        0.0,
+        [[0, 0], [1, 3]],
+        [[-1, -3], [0, 0], [1, 5], [2, 5]],
+        Characteristic([[0, 0], [1, 3], [2, 1]], **HELD),
+        Characteristic([[0.5, 2.0], [1.0, 3.0]], extrapolation="error"),
+        [[-0.3, -0.3], [0.1, 0.1]],
+        np.arctan,
+    ],
+)
+def test_a_damping_curve_that_resists_is_taken(curve) -> None:
+    answer = StressLaw(8.0, 0.5, damping_curve=curve).respond(
+        INPUT._replace(rate=np.array([0.3, 0.4, 0.5]))
+    )
+    assert (answer.damping >= 0.0).all()
 
 
 @pytest.mark.parametrize("value", [-0.1, np.inf, "much"])

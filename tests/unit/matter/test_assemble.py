@@ -102,6 +102,19 @@ def test_mass_is_that_of_the_volume(kind: str) -> None:
     np.testing.assert_allclose(centre, [1.0, 0.5, 0.5], rtol=0.2)
 
 
+def test_lumped_masses_stand_beside_those_of_elements() -> None:
+    lumped = [0.0, 2.0, 0.5, 0.0]
+    plain = assemble(rig.ONE_TET, [Part(**GOOD)])
+    matter = assemble(rig.ONE_TET, [Part(**GOOD)], lumped=lumped)
+    np.testing.assert_allclose(matter.mass, plain.mass + lumped, rtol=1e-15)
+
+
+@pytest.mark.parametrize("lumped", [1.0, [1.0, 2.0], [1.0, 1.0, 1.0, -1.0], [np.inf, 0, 0, 0]])
+def test_lumped_masses_that_are_none_are_refused(lumped: Any) -> None:
+    with pytest.raises(InputError, match="lumped: must be masses of the nodes"):
+        assemble(rig.ONE_TET, [Part(**GOOD)], lumped=lumped)
+
+
 @pytest.mark.parametrize("kind", ["tet4", "hex8"])
 def test_the_skin_is_closed_and_faces_outward(kind: str) -> None:
     """The sum of normals is zero, and x·n over three is the volume."""

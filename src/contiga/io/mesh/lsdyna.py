@@ -69,7 +69,7 @@ def read_lsdyna(path: Path) -> RawMesh:
         raise FileError("not an LS-DYNA keyword deck", where=str(path), allowed="a file with *NODE")
     _refuse_moved_nodes(blocks, path)
     node_ids, points, shells, solids = _nodes_and_elements(blocks)
-    node_ids, points = _without_repeats(node_ids, points, path)
+    node_ids, points = _without_repeats(node_ids, points, blocks)
     rows = Rows(node_ids, str(path), "numbers given under *NODE")
     parts = read_parts(blocks, _warn_of_parts)
     cells, part_numbers, thickness = _cells(shells, solids, rows, parts)
@@ -264,22 +264,32 @@ def _unknown_element(block: Block, allowed: Iterable[str]) -> MeshError:
 
 
 def _without_repeats(
-    ids: Int64Array, points: FloatArray, path: Path
+    ids: Int64Array, points: FloatArray, blocks: Iterable[Block]
 ) -> tuple[Int64Array, FloatArray]:
     """Nodes once each. A node given twice in the same place (included files) is no error."""
-    _, first, inverse = np.unique(ids, return_index=True, return_inverse=True)
-    if len(first) == len(ids):
+    _, rows, inverse = np.unique(ids, return_index=True, return_inverse=True)
+    if len(rows) == len(ids):
         return ids, points
-    moved = np.flatnonzero((points != points[first[inverse]]).any(axis=1))
+    moved = np.flatnonzero((points != points[rows[inverse]]).any(axis=1))
     if len(moved):
+        number = int(ids[moved[0]])
+        first, *others = _cards_of_node(number, blocks)
+        again = next(row for row in others if row.reals("X Y Z") != first.reals("X Y Z"))
         raise MeshError(
-            "a node is given twice, in different places",
-            where=str(path),
-            found=f"node {ids[moved[0]]}",
-            allowed="each node number once",
+            f"node {number} is given twice, at another place in line {first.card.line} of "
+            f"{first.block.path.name}",
+            where=again.block.where(again.card),
+            allowed="each number of a node once",
         )
-    first.sort()
-    return ids[first], points[first]
+    rows.sort()
+    return ids[rows], points[rows]
+
+
+def _cards_of_node(number: int, blocks: Iterable[Block]) -> list[Row]:
+    """All cards that give a node."""
+    of_nodes = (block for block in blocks if block.keyword == "NODE")
+    rows = (row_of(card, block, _NODE) for block in of_nodes for card in block.cards)
+    return [row for row in rows if row.texts[0] and row.whole("NID") == number]
 
 
 def _cells(

@@ -123,10 +123,38 @@ def leaving_parameters(block: Block, leave: Leave | None) -> Iterator[None]:
     """
     try:
         yield
-    except MeshError:
-        if leave is None or not any("&" in card.text for card in block.cards):
+    except MeshError as error:
+        if leave is None or "&" not in str(error.found):
             raise
         leave(block, "a parameter without a value")
+
+
+Given = dict[tuple[str, int], tuple[Block, Sequence[Card]]]
+"""Cards that gave a number, by what it is the number of ("part", "material" …) and the number."""
+
+
+def check_once(given: Given, what: str, number: int, block: Block, cards: Sequence[Card]) -> None:
+    """Note the cards of a number; the same cards may give it again, as included files do.
+
+    Raises
+    ------
+    MeshError
+        Other cards gave it before.
+    """
+    first, before = given.setdefault((what, number), (block, cards))
+    if _content(block, cards) != _content(first, before):
+        raise MeshError(
+            f"{what} {number} is given twice, otherwise in line {before[0].line} of "
+            f"{first.path.name}",
+            where=block.where(cards[0]),
+            allowed=f"each number of a {what} once",
+        )
+
+
+def _content(block: Block, cards: Sequence[Card]) -> tuple[str, str]:
+    """Keyword and text, without blanks that say nothing."""
+    text = "\n".join(card.text.rstrip() for card in cards)
+    return block.keyword.removesuffix("_TITLE"), text.rstrip()
 
 
 class Field(NamedTuple):

@@ -15,7 +15,9 @@ import numpy as np
 from contiga.errors import FileError
 from contiga.io.mesh.lsdyna_cards import (
     Block,
+    Given,
     Leave,
+    check_once,
     layout,
     leaving_parameters,
     read_blocks,
@@ -49,13 +51,15 @@ def read_curves(blocks: Iterable[Block], leave: Leave | None = None) -> dict[int
     Raises
     ------
     MeshError
-        A field that should be a number is none.
+        A field that should be a number is none; a curve is given twice, not alike.
     """
     curves: dict[int, DeckCurve] = {}
+    given: Given = {}
     for block in filter(is_curve, blocks):
         with leaving_parameters(block, leave):
             curve = _curve(block)
             if curve is not None:
+                check_once(given, "curve", curve.number, block, block.cards)
                 curves[curve.number] = curve
     return curves
 

@@ -22,6 +22,7 @@ from contiga.io.mesh.lsdyna_cards import (
     Block,
     Card,
     Row,
+    check_once,
     layout,
     leaving_parameters,
     read_blocks,
@@ -90,7 +91,8 @@ def read_model(path: Path) -> DeckModel:
     FileError
         Not a keyword deck, or an included file is missing.
     MeshError
-        A field that should be a number is none; parameters (&) without a value are noted.
+        A field that should be a number is none; parameters (&) without a value are noted. A part,
+        section, material or curve is given twice, not alike.
     """
     try:
         blocks = list(read_blocks(path))
@@ -208,6 +210,7 @@ def _material(block: Block, model: DeckModel) -> None:
         elif code < 0:
             model.leave(block, "held in axes of its own")
     number = first.whole("MID")
+    check_once(model.parts.given, "material", number, block, cards)
     model.materials[number] = Material(density, modulus, poisson, rigid, held, block, soft, why)
 
 

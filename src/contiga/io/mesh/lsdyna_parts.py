@@ -12,7 +12,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.io.mesh.lsdyna_cards import Block, Card, Leave, Row, layout, leaving_parameters, row_of
+from contiga.io.mesh.lsdyna_cards import (
+    Block,
+    Card,
+    Given,
+    Leave,
+    Row,
+    check_once,
+    layout,
+    leaving_parameters,
+    row_of,
+)
 from contiga.records import FloatArray
 
 _PART = layout("PID SECID MID EOSID HGID GRAV ADPOPT TMID")
@@ -68,6 +78,8 @@ class Parts(NamedTuple):
     """Material of each part."""
     inertia: dict[int, Inertia]
     """Of the parts that say it."""
+    given: Given
+    """Cards of each part and shell section."""
 
     def shell_thickness(self, part: NDArray[np.int64]) -> FloatArray:
         """(m, 4) thickness at the corners of shells of these parts; 0 where the deck says none."""
@@ -89,9 +101,9 @@ def read_parts(blocks: Iterable[Block], leave: Leave | None = None) -> Parts:
     Raises
     ------
     MeshError
-        A field that should be a number is none.
+        A field that should be a number is none; a part or section is given twice, not alike.
     """
-    parts = Parts({}, {}, {}, {}, {}, {})
+    parts = Parts({}, {}, {}, {}, {}, {}, {})
     for block in blocks:
         reader = next((read for start, read in _READERS if block.keyword.startswith(start)), None)
         if reader is not None or block.keyword == "PART":
@@ -115,9 +127,11 @@ def _read_part(block: Block, parts: Parts) -> None:
         block.told(heading)
         number, section, material = row_of(card, block, _PART).wholes("PID SECID MID")
         # What can fail comes first: a part is known with all its cards, or not at all.
+        own = [heading, card]
         for option in options if is_part(block) else ():
             layouts = _PART_OPTIONS[option]
             extra = list(islice(cards, len(layouts)))
+            own += extra
             rows = [row_of(one, block, fields) for one, fields in zip(extra, layouts, strict=False)]
             if option == "INERTIA" and rows:
                 # Of a tensor in axes of its own one more card, with these, follows.
@@ -125,6 +139,7 @@ def _read_part(block: Block, parts: Parts) -> None:
                 if len(rows) == len(layouts):
                     axes = next((row_of(one, block, _AXES) for one in local), None)
                     parts.inertia[number] = _inertia(rows, axes, block)
+        check_once(parts.given, "part", number, block, own)
         parts.materials[number] = material
         parts.titles[number] = heading.text.strip()
         parts.sections[number] = section
@@ -179,6 +194,7 @@ def _read_section(block: Block, parts: Parts) -> None:
             return
         head, values = row_of(first, block, _SHELL), row_of(second, block, _THICKNESS)
         number = head.whole("SECID")
+        check_once(parts.given, "section", number, block, [first, second])
         thickness = values.reals("T1 T2 T3 T4")
         t1, t2, t3, t4 = (value if value > 0.0 else thickness[0] for value in thickness)
         parts.thickness[number] = (t1, t2, t3, t4)

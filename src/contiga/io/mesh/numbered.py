@@ -53,6 +53,30 @@ class Rows:
         return rows
 
 
+def rows_of(mesh: RawMesh, numbers: Sequence[int], where: str) -> Int64Array:
+    """(k,) rows of the points of a mesh with these numbers in its file.
+
+    Raises
+    ------
+    MeshError
+        A number that no node has, or a file that does not number its nodes.
+    """
+    if mesh.node_ids is None:
+        raise MeshError(
+            "does not number its nodes",
+            where=where,
+            found=f"node {numbers[0]}",
+            allowed="nodes of an LS-DYNA, Abaqus or Nastran deck",
+            remedy="Say where the nodes are, by a box or plane",
+        )
+    ids = np.array(numbers, dtype=np.int64)
+    rows = Rows(mesh.node_ids, where, "")
+    unknown = ids[~rows.known(ids)]
+    if len(unknown):
+        raise MeshError("no node has this number", where=where, found=int(unknown[0]))
+    return rows(ids)
+
+
 class Elements(NamedTuple):
     """All elements of one kind of a deck."""
 

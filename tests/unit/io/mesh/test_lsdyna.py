@@ -298,7 +298,11 @@ def test_included_files_are_read_in_their_place(deck, tmp_path):
         ),
         ("*KEYWORD I10=Y\n" + NODES, MeshError, r"\*KEYWORD: fields of ten characters.*LONG=Y"),
         (NODES.replace("*NODE", "*NODE %"), MeshError, r"\*NODE: fields of ten characters"),
-        (NODES + NODES.replace("1.0", "1.5"), MeshError, "twice.*node 2"),
+        (
+            NODES + NODES.replace("1.0", "1.5"),
+            MeshError,
+            r"line 13: \*NODE: node 2 is given twice, at another place in line 5 of a.k",
+        ),
         (NODES + SHELLS.replace("       6       6", "      66      66"), MeshError, "node 66"),
         (NODES + SHELLS.replace("SHELL", "SHELL_COMPOSITE"), MeshError, "COMPOSITE.*THICKNESS"),
         (NODES + "*ELEMENT_SOLID_H20\n1,1\n", MeshError, "ELEMENT_SOLID_H20"),
@@ -313,6 +317,30 @@ def test_bad_decks_are_refused_with_file_and_line(deck, text, kind, message):
     with pytest.raises(kind, match=message) as caught:
         read_mesh(deck(text))
     assert "a.k" in str(caught.value)
+
+
+PART_1 = "*PART\nhead\n" + "".join(f"{k:10d}" for k in (1, 4, 5)) + "\n"
+SECTION_4 = f"*SECTION_SHELL\n{4:10d}{2:10d}\n{0.5:10}\n"
+
+
+@pytest.mark.parametrize(
+    ("given", "again", "message"),
+    [
+        (PART_1, PART_1.replace("5", "6"), r"line 18: \*PART: part 1 is given"),
+        (PART_1, PART_1.replace("head", "neck"), r"line 18: \*PART: part 1 is given"),
+        (
+            SECTION_4,
+            SECTION_4.replace("0.5", "0.6"),
+            r"line 18: \*SECTION_SHELL: section 4 is given",
+        ),
+    ],
+)
+def test_numbers_are_given_once_or_alike(deck, given, again, message):
+    plain = read_mesh(deck(NODES + SHELLS + given))
+    alike = read_mesh(deck(NODES + SHELLS + given + "$ again\n" + given.replace("\n*", "   \n*")))
+    assert [part.label for part in alike.parts] == [part.label for part in plain.parts]
+    with pytest.raises(MeshError, match=rf"{message} twice, otherwise in line 15 of a\.k"):
+        read_mesh(deck(NODES + SHELLS + given + again))
 
 
 def test_a_file_without_keywords_is_no_deck(tmp_path):
