@@ -60,7 +60,7 @@ def unsaid(now: dict[str, str], record: str, changes: str) -> list[str]:
 
 def _of_names(owner: Any, names: list[str], prefix: str) -> Iterator[tuple[str, str]]:
     for name in names:
-        in_class = inspect.isclass(owner)  # where getattr would ask properties and old names
+        in_class = inspect.isclass(owner)  # where getattr would ask properties
         value = inspect.getattr_static(owner, name, None) if in_class else getattr(owner, name)
         if isinstance(value, (classmethod, staticmethod)):
             value = value.__func__

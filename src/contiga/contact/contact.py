@@ -41,7 +41,6 @@ from contiga.errors import InputError
 from contiga.laws.friction import Friction
 from contiga.laws.normal import Law
 from contiga.masters.protocol import Master, Surface
-from contiga.old_names import OldName
 from contiga.records import FloatArray, IndexArray, rows_of
 from contiga.rigid.frames import standing, to_body
 from contiga.rigid.pose import identity
@@ -299,8 +298,6 @@ class Contact(Displayed):
         """
         checked = (self._checked(points, pose) for points, pose in placements)
         return dry_run(self._surface, checked, (self._sampling.active, most), self._options)
-
-    rehearse = OldName("dry_run")
 
     def area_input(self, state: State) -> AreaInput:
         """The nodes in contact in `state`, as area methods see them."""

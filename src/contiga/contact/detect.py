@@ -126,10 +126,9 @@ def _nothing(p_B: FloatArray, active: np.ndarray) -> Detected:
 
 def nowhere(workspace: Workspace, columns: Columns) -> Detected:
     """Points without feet, of which nothing is said."""
-    status, safe_distance, near, uv, *_ = columns
-    return Detected(
-        status, no_feet(workspace, columns), safe_distance, near, uv, workspace.rows[0, :0]
-    )
+    status, safe_distance, last_patch, uv, *_ = columns
+    feet, nothing = no_feet(workspace, columns), workspace.rows[0, :0]
+    return Detected(status, feet, safe_distance, last_patch, uv, nothing)
 
 
 def no_feet(workspace: Workspace, columns: Columns) -> Projection:

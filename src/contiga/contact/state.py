@@ -16,7 +16,6 @@ from contiga.contact.loads import Loads
 from contiga.contact.state_rows import kept_of
 from contiga.display import Displayed, Facts
 from contiga.errors import InputError
-from contiga.old_names import OldName
 from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
 from contiga.rigid.frames import to_world, turn_to_world
 
@@ -120,8 +119,6 @@ class State(Displayed):
     forces on the slave's points, where they are."""
     energies: FloatArray
     """(5,) `energy` as an array."""
-    near = OldName("last_patch")
-    grip = OldName("friction_memory")
     of: InitVar[Owner | None] = None
     """The contact that this is a state of."""
 

@@ -177,8 +177,8 @@ class Workspaces:
 class Columns(NamedTuple):
     """What a search says of n points that a state keeps of all of them: new arrays, or old ones.
 
-    Wherever it is not being written to, patch, feature and near are −1 and the rest is zero, or
-    what a search has said of an earlier step.
+    Wherever it is not being written to, last_patch, patch and feature are −1 and the rest is zero,
+    or what a search has said of an earlier step.
     """
 
     status: ByteArray
@@ -192,11 +192,10 @@ class Columns(NamedTuple):
     @classmethod
     def of(cls, n: int) -> Columns:
         """New ones."""
-        near, patch, feature = np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n, np.int8)
-        for none in (near, patch, feature):
-            none.fill(-1)
-        status, certified = np.zeros(n, np.int8), np.zeros(n, np.int8)
-        return cls(status, np.zeros(n), near, np.zeros((n, 2)), patch, feature, certified)
+        last_patch, patch = np.full(n, -1, np.int32), np.full(n, -1, np.int32)
+        feature, status = np.full(n, -1, np.int8), np.zeros(n, np.int8)
+        uv, certified = np.zeros((n, 2)), np.zeros(n, np.int8)
+        return cls(status, np.zeros(n), last_patch, uv, patch, feature, certified)
 
 
 class Placing(NamedTuple):

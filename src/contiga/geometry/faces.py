@@ -32,7 +32,6 @@ from contiga.geometry.faces_like import Trims as Trims
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import Loop, TrimTables, build_trim_tables, check_loops
 from contiga.geometry.trim_area import body_area, body_volume
-from contiga.old_names import OldName
 from contiga.records import FloatArray
 from contiga.rigid import transform
 from contiga.rigid.movable import Movable
@@ -242,8 +241,6 @@ class Faces(Displayed, Movable):
     def with_reference_point(self, point: ArrayLike) -> Self:
         """The same body with another reference point (3,)."""
         return self._with(self._patches, reference_point=as_points(point, "reference_point")[0])
-
-    about = OldName("with_reference_point")
 
     def flipped(self) -> Self:
         """The same surface with free and contact side swapped; p-curves are mirrored along."""

@@ -12,7 +12,6 @@ from contiga.contact.state import State
 from contiga.display import Displayed, Facts
 from contiga.dynamics.nodes import SlaveState
 from contiga.dynamics.springs import SpringState
-from contiga.old_names import OldName
 from contiga.records import FloatArray
 from contiga.rigid.rigid_lanes import STATE
 from contiga.rigid.twist import Twist
@@ -133,8 +132,6 @@ class SystemState(Displayed):
     """What depths of points that share a force are off by: `contiga.simulation.hand_over`."""
     speed_error: float = 0.0
     """And how fast these change."""
-
-    most = OldName("peak_energy")
 
     def _facts(self) -> Facts:
         return [

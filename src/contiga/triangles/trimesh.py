@@ -12,7 +12,6 @@ from contiga.arrays.layout import positive
 from contiga.arrays.queries import Queries
 from contiga.display import Displayed, Facts
 from contiga.errors import MeshError
-from contiga.old_names import OldName
 from contiga.records import FloatArray, Hit, IntArray, MassProperties, Projection
 from contiga.rigid import transform
 from contiga.rigid.inertia import of_volume
@@ -132,8 +131,6 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
     def with_reference_point(self, point: ArrayLike) -> Self:
         """The same mesh with another reference point (3,)."""
         return self._with(reference_point=point)
-
-    about = OldName("with_reference_point")
 
     def like(self, name: str, unit: str | None, reference_point: ArrayLike) -> Self:
         """The same mesh with the name, unit and reference point of a body that it replaces."""

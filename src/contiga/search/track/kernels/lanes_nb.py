@@ -41,7 +41,7 @@ BANKS = LANES // WIDE
 # handed: the point now and before, and the start (u, v). Newton's method: the point from the
 # element's origin, where it is, the square of the distance so far, the state.
 ROW_NOW, ROW_BEFORE, ROW_START = 0, 3, 6
-PASSED_BY_POINTER = 8
+NUMBERS_HANDED = 8
 ROW_X, ROW_S, ROW_T, ROW_F, ROW_STATE = 8, 11, 12, 13, 14
 # What is found, in the order of the columns it is handed on in; the place is (u, v).
 ROW_FOUND = 15
@@ -174,7 +174,7 @@ def load(records, order, first, last, lanes):
         bank = lanes[b]
         for l in range(0, WIDE, 4):
             rows = _records_of(order, first + b * WIDE + l, last)
-            for c in range(0, PASSED_BY_POINTER, 4):
+            for c in range(0, NUMBERS_HANDED, 4):
                 turn(records, below(rows, c), bank, columns_from(c, l))
     return banks
 

@@ -34,8 +34,8 @@ from contiga.search.track.kernels.lanes_nb import (
     FLAG,
     LANE_NUMBERS,
     LANES,
+    NUMBERS_HANDED,
     ORIGIN,
-    PASSED_BY_POINTER,
     PLACE,
     PROVED,
     ROW_F,
@@ -102,7 +102,7 @@ def wait(tables, e, records, row, queue, n):
     """Have a row of element e wait, behind n others."""
     lanes, who = queue.lanes, queue.who
     bank, l = lanes[n // WIDE], n % WIDE
-    for c in range(PASSED_BY_POINTER):
+    for c in range(NUMBERS_HANDED):
         bank[c * WIDE + l] = records[row, c]
     for c in range(2):
         bank[(ROW_S + c) * WIDE + l] = records[row, ROW_START + c]
@@ -116,7 +116,7 @@ def wait_beyond(tables, e, bank, l, row, queue, n):
     """Have a row wait that has left element e, behind n others; it was in lane l of a bank."""
     lanes, who = queue.lanes, queue.who
     waiting, k = lanes[n // WIDE], n % WIDE
-    for c in range(PASSED_BY_POINTER):
+    for c in range(NUMBERS_HANDED):
         waiting[c * WIDE + k] = bank[c * WIDE + l]
     s, t = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
     waiting[ROW_S * WIDE + k], waiting[ROW_T * WIDE + k] = s, t
