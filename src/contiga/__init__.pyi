@@ -44,6 +44,7 @@ from contiga.laws.normal import AdaptiveLaw as AdaptiveLaw
 from contiga.laws.normal import PenaltyLaw as PenaltyLaw
 from contiga.laws.stress import StressLaw as StressLaw
 from contiga.masters.body import Body as Body
+from contiga.masters.closest_point_search import closest_point_search as closest_point_search
 from contiga.masters.protocol import Master as Master
 from contiga.placement.align import align as align
 from contiga.placement.place import place as place

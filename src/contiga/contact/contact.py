@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.area.method import AreaInput, AreaMethod, Areas, Outlines, Rest, prepared, weights_of
-from contiga.arrays.layout import as_points, positive
+from contiga.arrays.layout import as_points, positive, read_only
 from contiga.contact.checks import (
     MasterLaw,
     check_friction,
@@ -45,7 +45,7 @@ from contiga.old_names import OldName
 from contiga.records import FloatArray, IndexArray, rows_of
 from contiga.rigid.frames import standing, to_body
 from contiga.rigid.pose import identity
-from contiga.rigid.transform import PoseLike
+from contiga.rigid.transform import PoseLike, vector
 from contiga.slaves.slave import Slave
 
 
@@ -139,6 +139,7 @@ class Contact(Displayed):
         check_friction(friction)
         check_master(master, area)
         self.master = master
+        self._reference_point = read_only(vector(master.reference_point, "reference_point"))
         self.slave = slave
         self.contact_type = contact_type
         self.law = law_of(law, master_law, contact_type)
@@ -398,7 +399,7 @@ class Contact(Displayed):
             answer = respond(self.law, self.friction, points, inp, past)
             # The forces act where the slave's points are: so those on slave and master balance,
             # with their moments, whatever friction adds along the surface.
-            felt = forces(points, answer, p_B, past, (X_WB, self.master.reference_point))
+            felt = forces(points, answer, p_B, past, (X_WB, self._reference_point))
         whole = whole_of(detected, places, felt)
         loads = loads_of(held, detected.opposed, points, answer, felt)
         if sampling.first:
