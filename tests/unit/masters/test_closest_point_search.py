@@ -11,7 +11,14 @@ import contiga as cg
 from contiga.arrays.digest import Digest
 from contiga.errors import GeometryError, InputError
 from contiga.masters.protocol import Surface, is_master
-from contiga.records import ContactStatus, FloatArray
+from contiga.records import (
+    ContactStatus,
+    FacingLimits,
+    FloatArray,
+    SurfacePlaces,
+    empty_projection,
+)
+from contiga.statuses import Status
 
 RNG = np.random.default_rng(0)
 CLOUD = RNG.uniform([-1.3, -1.3, 1.02], [1.3, 1.3, 1.3], (300, 3))
@@ -133,6 +140,44 @@ def test_crossings_are_those_of_the_exact_ball() -> None:
     np.testing.assert_array_equal(sense, their_sense)
     crossed = sense != 0
     np.testing.assert_allclose(crossing.point[crossed], theirs.point[crossed], rtol=0, atol=1e-11)
+
+
+def ring(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """A ring of radius 2 about z, 0.5 thick. Points of its axis have no closest one."""
+    flat, away = points * [1.0, 1.0, 0.0], np.hypot(points[:, 0], points[:, 1])[:, None]
+    lost = np.full(points.shape, np.nan)
+    middle = np.divide(2.0 * flat, away, out=lost, where=away > 0.0)
+    off = points - middle
+    with np.errstate(invalid="ignore"):
+        normals = off / np.linalg.norm(off, axis=1)[:, None]
+    return middle + 0.5 * normals, normals
+
+
+def test_paths_go_over_places_without_a_closest_point() -> None:
+    """The second step of the way lands on the axis of the ring."""
+    search, one = cg.closest_point_search(ring), np.zeros(1, np.int32)
+    start, end = np.array([[-0.75, 0.0, 0.0]]), np.array([[2.25, 0.0, 0.0]])
+    assert search.entries(start, end, one).fraction[0] == pytest.approx(0.75, abs=1e-15)
+    crossing, sense = search.last_crossings(start, end, one)
+    assert (crossing.fraction[0], sense[0]) == (pytest.approx(0.75, abs=1e-15), 1)
+
+
+def test_paths_begin_inside_where_there_is_no_closest_point() -> None:
+    ball, one = Ball(), np.zeros(1, np.int32)
+    centre, end = np.zeros((1, 3)), np.array([[0.0, 0.0, 2.0]])
+    assert np.isnan(ball.first_hit(centre, end).fraction[0])
+    crossing, sense = ball.surface.last_crossings(centre, end, one)
+    assert (crossing.fraction[0], sense[0]) == (pytest.approx(0.5, abs=1e-15), -1)
+
+
+def test_walls_that_face_away_or_are_too_near_do_not_hold() -> None:
+    points = np.tile([0.0, 0.0, 0.9], (3, 1))
+    guards = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.0, 0.0, 1.0]])
+    limits = FacingLimits(-0.5, np.array([0.05, 0.05, 0.15]))
+    starts, feet = SurfacePlaces(np.full(3, -1, np.int32), np.zeros((3, 2))), empty_projection(3)
+    Ball().surface.closest_facing(points, guards, limits, starts, feet)
+    assert feet.status.tolist() == [Status.OK, Status.MAX_ITERATIONS, Status.MAX_ITERATIONS]
+    np.testing.assert_array_equal(feet.point[0], [0.0, 0.0, 1.0])
 
 
 def test_points_sink_into_a_ground_of_ones_own() -> None:
