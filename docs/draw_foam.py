@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import contiga as cg
-from contiga import style
+from contiga.report import style
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE, PICTURE = ROOT / "docs" / "foam.md", ROOT / "docs" / "images" / "foam_beside.png"

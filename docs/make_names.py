@@ -41,12 +41,15 @@ def _rows() -> Iterator[tuple[str, str]]:
 
 
 def _members(kind: type) -> Iterator[str]:
-    """Methods and properties that a class of ours gives, those of its parents of ours too."""
+    """Methods and properties that a class of ours gives, those of its parents of ours too.
+
+    What pydantic has put into the classes of cases is left out: it begins with ``model_``.
+    """
     fields = getattr(kind, "_fields", ())
     for parent in kind.__mro__:
         if parent.__module__.startswith("contiga."):
             for name, value in vars(parent).items():
-                if not name.startswith("_") and name not in fields and _is_said(value):
+                if not name.startswith(("_", "model_")) and name not in fields and _is_said(value):
                     yield name
 
 

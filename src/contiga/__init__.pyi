@@ -14,7 +14,6 @@ from contiga.area.method import AreaInput as AreaInput
 from contiga.area.method import AreaMethod as AreaMethod
 from contiga.area.method import Areas as Areas
 from contiga.area.nodal import NodalArea as NodalArea
-from contiga.arrays.threads import thread_count as thread_count
 from contiga.case.build import build as build
 from contiga.case.schema import Case as Case
 from contiga.case.schema import load_case as load_case
@@ -33,7 +32,6 @@ from contiga.io.cad.read_cad import read_cad as read_cad
 from contiga.io.cad.unite_body import unite as unite
 from contiga.io.mesh.read_master import read_master as read_master
 from contiga.io.mesh.read_mesh import read_mesh as read_mesh
-from contiga.io.out import files as files
 from contiga.io.out.write_mesh import write_mesh as write_mesh
 from contiga.laws.by_face import FaceLaws as FaceLaws
 from contiga.laws.characteristic import Characteristic as Characteristic
@@ -46,6 +44,7 @@ from contiga.laws.normal import AdaptiveLaw as AdaptiveLaw
 from contiga.laws.normal import PenaltyLaw as PenaltyLaw
 from contiga.laws.stress import StressLaw as StressLaw
 from contiga.masters.body import Body as Body
+from contiga.masters.closest_point_search import closest_point_search as closest_point_search
 from contiga.masters.protocol import Master as Master
 from contiga.placement.align import align as align
 from contiga.placement.place import place as place
@@ -58,13 +57,10 @@ from contiga.records import LawOutput as LawOutput
 from contiga.records import MassProperties as MassProperties
 from contiga.records import Projection as Projection
 from contiga.records import RayHit as RayHit
-from contiga.report import style as style
 from contiga.report.comparison import Comparison as Comparison
 from contiga.report.comparison import compare as compare
-from contiga.report.view import View as View
 from contiga.running.run_case import run as run
 from contiga.simulation.checks.finding import Finding as Finding
-from contiga.simulation.clock import Clock as Clock
 from contiga.simulation.model import OutputOptions as OutputOptions
 from contiga.simulation.result import Result as Result
 from contiga.simulation.sensor import RelativeSensor as RelativeSensor

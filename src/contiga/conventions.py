@@ -19,8 +19,10 @@ contact side       P  (g < 0, λ = −g)
 sum is the wrench: force, and moment about the body's reference point.
 
 **Frames.** `p_W` is a point in world axes, `n_B` a normal in body axes, `X_WB` the pose of the body
-B in the world W, a `(4, 4)` matrix: `p_W = R_WB p_B + t_WB`. The search runs in the body's frame:
-slave points are brought to the master, so that everything known about the master is built once.
+B in the world W, a `(4, 4)` matrix: `p_W = R_WB p_B + t_WB`. In its place `scipy`'s `Rotation` and
+a pair `(R, t)`, of a `Rotation` or a `(3, 3)` matrix and a position, are accepted everywhere;
+results have matrices. The search runs in the body's frame: slave points are brought to the master,
+so that everything known about the master is built once.
 
 **Units.** The library is unit-free: any consistent set will do. A case file names its length, mass
 and time units; files with a unit of their own are converted when they are read, and derived units

@@ -7,7 +7,9 @@ in Python need no more. What does asks here first, so that its user is told what
 from __future__ import annotations
 
 import sys
+from importlib import import_module
 from importlib.util import find_spec
+from typing import Any
 
 from contiga.errors import MissingPackageError
 
@@ -58,6 +60,28 @@ def require(purpose: str, *modules: str) -> None:
             f"{purpose} needs {names}, which {be} not installed. "
             f'Install what is missing with: pip install "contiga[{extras}]"'
         )
+
+
+def imported(purpose: str, module: str) -> Any:
+    """Import a module of a package that no extra of contiga installs.
+
+    Raises
+    ------
+    MissingPackageError
+        The package is not installed, or cannot be imported; the message names it.
+
+    >>> imported("reading", "numpy").ndarray.__name__
+    'ndarray'
+    """
+    try:
+        return import_module(module)
+    except ImportError as error:
+        package = module.partition(".")[0]
+        why = f"cannot be imported ({error})" if _is_there(package) else "is not installed"
+        raise MissingPackageError(
+            f"{purpose} needs {package}, which {why}. "
+            f"Install what is missing with: pip install {package}"
+        ) from error
 
 
 def _is_there(module: str) -> bool:

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 
-from contiga import thread_count
+from contiga.arrays.threads import thread_count
 from contiga_validation.engine.experiment import Experiment
 
 MANY = 10

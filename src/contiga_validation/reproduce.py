@@ -7,9 +7,10 @@ from contextlib import suppress
 from pathlib import Path
 from time import perf_counter
 
-from contiga import Clock, files
 from contiga.errors import FileError, RunError
 from contiga.extras import require
+from contiga.io.out import files
+from contiga.simulation.clock import Clock
 from contiga_validation.ahead import BEFORE, compiling_ahead
 from contiga_validation.catalogue import chapter_title, chosen
 from contiga_validation.engine.drawing import png

@@ -8,9 +8,9 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from contiga import files
 from contiga.errors import RunError
 from contiga.extras import require
+from contiga.io.out import files
 from contiga_validation.closed_forms.case import Case
 from contiga_validation.closed_forms.catalogue import chosen
 from contiga_validation.closed_forms.page import SIZE, Shown, page

@@ -32,8 +32,8 @@ BROUGHT_BY = {
     "llvmlite": "numba",
 }
 """Packages that come with one which is declared."""
-ONLY_HANDED_OVER = {"trimesh"}
-"""Packages whose objects are made of ours, for users who have them."""
+ONLY_HANDED_OVER = {"trimesh", "geomdl", "splinepy"}
+"""Packages whose objects are made of ours, for users who have them: by `extras.imported`."""
 ONLY_READ = {"plotly"}
 """Packages that a file is taken from, and none of whose modules is imported."""
 
@@ -294,3 +294,6 @@ def imported(path: Path) -> Iterator[str]:
             yield from (alias.name.partition(".")[0] for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             yield node.module.partition(".")[0]
+        elif isinstance(node, ast.Call) and ast.unparse(node.func) == "imported":
+            names = [n.value for n in ast.walk(node.args[1]) if isinstance(n, ast.Constant)]
+            yield from (str(name).partition(".")[0] for name in names)

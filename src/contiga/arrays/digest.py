@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import pickle
 from typing import Any
 
 import numpy as np
@@ -31,3 +32,7 @@ class Digest:
                 contiguous = np.ascontiguousarray(array)
                 self.text(f"{contiguous.shape} {contiguous.dtype.str}")
                 self._hash.update(contiguous.tobytes())
+
+    def thing(self, value: Any) -> None:
+        """An object of any kind, by what of it is kept in a pickle."""
+        self.text(pickle.dumps(value, protocol=5).hex())

@@ -54,7 +54,10 @@ def check_master(master: Master, area: AreaMethod | None) -> None:
     """Refuse what is no master or cannot serve as one, and areas that need patches it lacks."""
     if not is_master(master):
         raise InputError(
-            "the master must be a Body or a TriMesh", where="master", found=type(master).__name__
+            "the master must be a Body or a TriMesh",
+            where="master",
+            found=type(master).__name__,
+            allowed="one of them, or an object of a class derived from contiga.Master",
         )
     master.check()
     if master.faces is None and isinstance(area, HullArea):

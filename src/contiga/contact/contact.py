@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.area.method import AreaInput, AreaMethod, Areas, Outlines, Rest, prepared, weights_of
-from contiga.arrays.layout import as_points, positive
+from contiga.arrays.layout import as_points, positive, read_only
 from contiga.contact.checks import (
     MasterLaw,
     check_friction,
@@ -44,6 +44,7 @@ from contiga.masters.protocol import Master, Surface
 from contiga.records import FloatArray, IndexArray, rows_of
 from contiga.rigid.frames import standing, to_body
 from contiga.rigid.pose import identity
+from contiga.rigid.transform import PoseLike, vector
 from contiga.slaves.slave import Slave
 
 
@@ -137,6 +138,7 @@ class Contact(Displayed):
         check_friction(friction)
         check_master(master, area)
         self.master = master
+        self._reference_point = read_only(vector(master.reference_point, "reference_point"))
         self.slave = slave
         self.contact_type = contact_type
         self.law = law_of(law, master_law, contact_type)
@@ -190,7 +192,7 @@ class Contact(Displayed):
         return options._replace(half=self.half_thickness)
 
     def start(
-        self, points: ArrayLike, pose: ArrayLike | None = None, *, clock: StageClock = untimed
+        self, points: ArrayLike, pose: PoseLike | None = None, *, clock: StageClock = untimed
     ) -> State:
         """The state at the start.
 
@@ -200,7 +202,8 @@ class Contact(Displayed):
         Parameters
         ----------
         points : (n, 3) slave points, world axes
-        pose : (4, 4) X_WB of the master, the identity if omitted
+        pose : X_WB of the master, (4, 4), a scipy `Rotation` or a pair (R, t); the identity if
+            omitted
         clock : times the stages
 
         Raises
@@ -218,7 +221,7 @@ class Contact(Displayed):
         self,
         state: State,
         points: ArrayLike,
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
         dt: float | None = None,
         *,
         velocity: ArrayLike | None = None,
@@ -234,7 +237,8 @@ class Contact(Displayed):
         ----------
         state : of the last step
         points : (n, 3) slave points, world axes
-        pose : (4, 4) X_WB of the master, the identity if omitted
+        pose : X_WB of the master, (4, 4), a scipy `Rotation` or a pair (R, t); the identity if
+            omitted
         dt : length of the step, > 0. May be omitted where no force depends on it: without damping,
             friction that depends on the velocity and `AdaptiveLaw`, or with `velocity`
         velocity : (n, 3) of the slave points, world axes. Damping and friction take rates and
@@ -289,12 +293,12 @@ class Contact(Displayed):
         return 1.0
 
     def dry_run(
-        self, placements: Iterable[tuple[ArrayLike, ArrayLike | None]], *, most: int | None = None
+        self, placements: Iterable[tuple[ArrayLike, PoseLike | None]], *, most: int | None = None
     ) -> Iterator[DryRun]:
         """The search alone, without forces, over a series of poses. Raises as `start` does.
 
-        `placements` are slave points (n, 3), world axes, and poses (4, 4) of the master. Of the
-        points in contact after the start `most` are followed, spread evenly; all if omitted.
+        `placements` are slave points (n, 3), world axes, and poses of the master, as of `start`.
+        Of the points in contact after the start `most` are followed, spread evenly; all if omitted.
         """
         checked = (self._checked(points, pose) for points, pose in placements)
         return dry_run(self._surface, checked, (self._sampling.active, most), self._options)
@@ -320,13 +324,13 @@ class Contact(Displayed):
             return np.zeros((len(state.status), 3))
         return self.friction.slid(state.friction_memory)
 
-    def outlines(self, state: State, pose: ArrayLike | None = None) -> Outlines | None:
+    def outlines(self, state: State, pose: PoseLike | None = None) -> Outlines | None:
         """Closed lines around the regions of contact of `state`, world axes.
 
         Parameters
         ----------
         state : of this contact
-        pose : (4, 4) X_WB of the master to draw them at; that of the state if omitted
+        pose : X_WB of the master to draw them at, as of `start`; that of the state if omitted
 
         Returns
         -------
@@ -347,7 +351,7 @@ class Contact(Displayed):
         """Whether the area method has outlines of the regions of contact."""
         return hasattr(self.area, "outlines")
 
-    def _checked(self, points: ArrayLike, pose: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
+    def _checked(self, points: ArrayLike, pose: PoseLike | None) -> tuple[FloatArray, FloatArray]:
         """Points of contact and pose."""
         p_W = as_points(points)
         if len(p_W) != len(self.slave):
@@ -392,7 +396,7 @@ class Contact(Displayed):
             answer = respond(self.law, self.friction, points, inp, past)
             # The forces act where the slave's points are: so those on slave and master balance,
             # with their moments, whatever friction adds along the surface.
-            felt = forces(points, answer, p_B, past, (X_WB, self.master.reference_point))
+            felt = forces(points, answer, p_B, past, (X_WB, self._reference_point))
         whole = whole_of(detected, places, felt)
         loads = loads_of(held, detected.opposed, points, answer, felt)
         if sampling.first:

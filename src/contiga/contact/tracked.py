@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.arrays import codes
+from contiga.arrays.layout import as_numbers
 from contiga.arrays.ordered import row_lengths
 from contiga.contact.force_records import Column
 from contiga.contact.loads import UNGUARDED, Guards, Holds, holds_of
@@ -79,7 +80,7 @@ def options_of(
     how: tuple[bool, bool, bool, bool], depth: float | None, closed: bool, master: Master
 ) -> Options:
     """The options of a contact with `master`; `how` are the first four of them."""
-    size, bounds = master.size, master.bounds()
+    size, bounds = master.size, as_numbers(master.bounds(), "bounds")
     depth = reach_of(depth, closed, size)
     band = SAME_PLACE * size + ROUNDING * float(np.abs(bounds).max())
     return Options(*how, depth, closed, size, band, bounds)

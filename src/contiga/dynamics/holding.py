@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from contiga.dynamics.nodes import Instant
 from contiga.dynamics.places import PLACES, nodes_at, nodes_given, place_of
-from contiga.dynamics.prescribed import BodyMotion
+from contiga.dynamics.prescribed import BodyMotion, pose_at
 from contiga.errors import InputError
 from contiga.records import FloatArray
 from contiga.rigid.frames import to_world
@@ -34,7 +34,7 @@ class Drive(NamedTuple):
 
     def place(self, now: Instant, points: FloatArray, velocities: FloatArray) -> None:
         """Have points and velocities (n, 3) of the nodes as the motion says at a time."""
-        X, twist = self.motion.pose(now.time), self.motion.twist(now.time)
+        X, twist = pose_at(self.motion, now.time), self.motion.twist(now.time)
         there, ways = to_world(X, self.base), self.ways[self.rows]
         points[self.rows] = np.where(ways, there, points[self.rows])
         speed = twist.at(X[:3, 3], there)

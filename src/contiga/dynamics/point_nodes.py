@@ -17,7 +17,7 @@ from contiga.dynamics.nodes import (
     on_body,
     work_of_weight,
 )
-from contiga.dynamics.prescribed import Moved, SlaveMotion
+from contiga.dynamics.prescribed import Moved, SlaveMotion, pose_at
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
@@ -67,7 +67,7 @@ class DrivenNodes(NodeMover):
 
 def _digest_motion(digest: Any, motion: SlaveMotion, times: FloatArray) -> None:
     if isinstance(motion, Moved):
-        digest.arrays("carried", *(motion.motion.pose(float(t)) for t in times))
+        digest.arrays("carried", *(pose_at(motion.motion, float(t)) for t in times))
         if isinstance(motion.base, np.ndarray):
             digest.arrays("rest", motion.base)
         else:

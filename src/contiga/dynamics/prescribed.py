@@ -8,7 +8,7 @@ where a motion is held.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -28,7 +28,8 @@ from contiga.io.quantities import Quantity
 from contiga.io.sheet import read_sheet
 from contiga.records import FloatArray
 from contiga.rigid import pose, quaternion, twist
-from contiga.rigid.transform import Axis, unit_axis, vector
+from contiga.rigid.frames import standing
+from contiga.rigid.transform import Axis, PoseLike, unit_axis, vector
 from contiga.rigid.twist import Twist
 
 POSE_COLUMNS = ("t", "x", "y", "z", "qw", "qx", "qy", "qz")
@@ -46,8 +47,8 @@ class BodyMotion(Protocol):
     One that bends or jumps may say when: `kinks`, times that steps which choose themselves end at.
     """
 
-    def pose(self, t: float) -> FloatArray:
-        """X_WB at time `t`, (4, 4)."""
+    def pose(self, t: float) -> PoseLike:
+        """X_WB at time `t`: (4, 4), a scipy `Rotation`, or a pair (R, t)."""
 
     def twist(self, t: float) -> Twist:
         """Velocity of the frame's origin and spin at time `t`, world axes."""
@@ -61,6 +62,11 @@ class SlaveMotion(Protocol):
 
     def velocities(self, t: float) -> FloatArray:
         """Velocities at time `t`, (n, 3), world axes."""
+
+
+def pose_at(motion: BodyMotion, t: float) -> FloatArray:
+    """X_WB (4, 4) of a motion at time `t`; checked, since the motion may be a user's own."""
+    return standing(motion.pose(t), f"{type(motion).__name__}.pose({t:g})")
 
 
 def kinks_in(motion: object) -> FloatArray:
@@ -116,7 +122,7 @@ class Stopped:
 
     def pose(self, t: float) -> FloatArray:
         """The same always."""
-        return self.motion.pose(self.time)
+        return pose_at(self.motion, self.time)
 
     def twist(self, t: float) -> Twist:
         """Zero."""
@@ -214,14 +220,14 @@ class Poses:
     Parameters
     ----------
     times : (n,) strictly increasing
-    poses : (n, 4, 4) rigid poses X_WB
+    poses : n rigid poses X_WB: (n, 4, 4), or scipy `Rotation`s or pairs (R, t)
     """
 
     told: ClassVar[bool] = True
     times: FloatArray
     poses: FloatArray
 
-    def __init__(self, times: ArrayLike, poses: Sequence[ArrayLike] | FloatArray) -> None:
+    def __init__(self, times: ArrayLike, poses: Iterable[PoseLike]) -> None:
         checked = [pose.as_pose(X, f"poses[{i}]") for i, X in enumerate(poses)]
         object.__setattr__(self, "times", read_only(as_times(times, len(checked))))
         object.__setattr__(self, "poses", read_only(np.array(checked)))
@@ -330,13 +336,13 @@ class Combine:
 
     def pose(self, t: float) -> FloatArray:
         """The product of the motions' poses."""
-        return pose.compose(*(motion.pose(t) for motion in reversed(self.motions)))
+        return pose.compose(*(pose_at(motion, t) for motion in reversed(self.motions)))
 
     def twist(self, t: float) -> Twist:
         """Twists of the motions, each carried by those after it."""
         total, X = twist.still(), pose.identity()
         for motion in self.motions:
-            carrier = motion.pose(t)
+            carrier = pose_at(motion, t)
             total = twist.combined(motion.twist(t), carrier, total, X)
             X = pose.compose(carrier, X)
         return total
@@ -384,13 +390,13 @@ class Moved:
         """World coordinates at `t`, (n, 3)."""
         if is_still(self.motion):
             return self._carried(t)
-        return pose.apply(self.motion.pose(t), self._carried(t))
+        return pose.apply(pose_at(self.motion, t), self._carried(t))
 
     def velocities(self, t: float) -> FloatArray:
         """Velocities at `t`, (n, 3), world axes: of what is carried, and of what carries it."""
         if is_still(self.motion):
             return self._still if isinstance(self.base, np.ndarray) else self.base.velocities(t)
-        X_WB = self.motion.pose(t)
+        X_WB = pose_at(self.motion, t)
         moved = self.motion.twist(t).at(X_WB[:3, 3], pose.apply(X_WB, self._carried(t)))
         if isinstance(self.base, np.ndarray):
             return moved

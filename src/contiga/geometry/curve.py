@@ -11,6 +11,7 @@ from contiga.arrays.layout import read_only, real
 from contiga.errors import GeometryError
 from contiga.geometry import knots as kv
 from contiga.geometry import refine
+from contiga.geometry.exchange import SplineParts, parts_of
 from contiga.geometry.kernels.evaluate_nb import CurveArrays, curve_range
 from contiga.geometry.quadrature import curve_length
 from contiga.geometry.spline import Spline, cartesian, homogeneous
@@ -70,6 +71,33 @@ class NurbsCurve(Spline[CurveArrays]):
             net = cartesian(refine.refine_points(U, p, homogeneous(net), inner))
             U = inner
         self._set(p, U, net, factors is not None)
+
+    @classmethod
+    def from_any(cls, spline: object) -> Self:
+        """Read a curve of geomdl, splinepy or scipy; a `NurbsCurve` comes back as it is.
+
+        Parameters
+        ----------
+        spline : BSpline.Curve or NURBS.Curve of geomdl; BSpline, NURBS, Bezier or RationalBezier of
+            splinepy with one parameter; BSpline of scipy. Points (2,) lie in the plane z = 0
+
+        Raises
+        ------
+        GeometryError
+            It is none of these.
+
+        >>> from scipy.interpolate import BSpline
+        >>> NurbsCurve.from_any(BSpline([0, 0, 1, 1], [[0, 0, 0], [2, 0, 0]], 1)).length()
+        2.0
+        """
+        if isinstance(spline, cls):
+            return spline
+        parts = parts_of(spline, 1)
+        return cls(parts.degrees[0], parts.knots[0], parts.control_points, parts.weights)
+
+    @property
+    def _parts(self) -> SplineParts:
+        return SplineParts((self.degree,), (self.knots,), self.control_points, self.weights)
 
     def _set(self, degree: int, knots: FloatArray, net: FloatArray, rational: bool) -> None:
         arrays = CurveArrays(degree, read_only(knots), read_only(net), rational)

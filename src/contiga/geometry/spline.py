@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
+from contiga.geometry import exchange
+from contiga.geometry.exchange import SplineParts
 from contiga.geometry.kernels.evaluate_nb import CurveArrays, SurfaceArrays
 from contiga.records import FloatArray
 from contiga.rigid.movable import Movable
@@ -45,6 +47,32 @@ class Spline(Movable, Generic[Arrays]):
     def homogeneous(self) -> FloatArray:
         """(n, 4), of a surface (n, m, 4), control points (wx, wy, wz, w), a new array."""
         return homogeneous(self._arrays.net)
+
+    @property
+    def _parts(self) -> SplineParts:
+        raise NotImplementedError
+
+    def to_geomdl(self) -> Any:
+        """Convert to a spline of geomdl: BSpline, or NURBS if it is rational.
+
+        Its knots keep their values (``normalize_kv=False``).
+
+        Raises
+        ------
+        MissingPackageError
+            geomdl is not installed.
+        """
+        return exchange.to_geomdl(self._parts)
+
+    def to_splinepy(self) -> Any:
+        """Convert to a spline of splinepy: BSpline, or NURBS if it is rational.
+
+        Raises
+        ------
+        MissingPackageError
+            splinepy is not installed.
+        """
+        return exchange.to_splinepy(self._parts)
 
     def bounds(self) -> FloatArray:
         """(2, 3) lower and upper corner of the control points, which hold the spline."""

@@ -14,6 +14,7 @@ from contiga.errors import GeometryError
 from contiga.geometry import knots as kv
 from contiga.geometry import refine, tessellate
 from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.exchange import SplineParts, parts_of
 from contiga.geometry.kernels import evaluate_nb as nb
 from contiga.geometry.quadrature import surface_area
 from contiga.geometry.spline import Spline, cartesian, homogeneous
@@ -84,6 +85,36 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         if not (kv.is_clamped(U, p, n) and kv.is_clamped(V, q, m)):
             U, V, net = _clamped_net(p, q, U, V, net)
         self._set((p, q), (U, V), net, factors is not None)
+
+    @classmethod
+    def from_any(cls, spline: object) -> Self:
+        """Read a surface of geomdl, splinepy or scipy; a `NurbsSurface` comes back as it is.
+
+        Parameters
+        ----------
+        spline : BSpline.Surface or NURBS.Surface of geomdl, without trims; BSpline, NURBS, Bezier
+            or RationalBezier of splinepy with two parameters; NdBSpline of scipy with two. Points
+            (2,) lie in the plane z = 0
+
+        Raises
+        ------
+        GeometryError
+            It is none of these.
+
+        >>> import contiga as cg
+        >>> ball = cg.shapes.sphere(radius=2.0)
+        >>> NurbsSurface.from_any(ball.to_geomdl())
+        <NURBS surface, degrees (2, 2), 9 x 5 points>
+        """
+        if isinstance(spline, cls):
+            return spline
+        parts = parts_of(spline, 2)
+        degrees, knots = (parts.degrees[0], parts.degrees[1]), (parts.knots[0], parts.knots[1])
+        return cls(degrees, knots, parts.control_points, parts.weights)
+
+    @property
+    def _parts(self) -> SplineParts:
+        return SplineParts(self.degrees, self.knots, self.control_points, self.weights)
 
     def _set(self, degrees: tuple[int, int], knots: Pair, net: FloatArray, rational: bool) -> None:
         arrays = nb.SurfaceArrays(

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contiga.arrays.digest import Digest
+from contiga.arrays.layout import as_points, one_of
+from contiga.arrays.ordered import length
+from contiga.errors import GeometryError, InputError
 from contiga.geometry.faces import Faces
 from contiga.records import (
     ByteArray,
@@ -19,7 +23,9 @@ from contiga.records import (
     MassProperties,
     Projection,
     SurfacePlaces,
+    empty_projection,
 )
+from contiga.rigid.transform import PoseLike
 from contiga.search.contact_tables import ContactTables
 from contiga.triangles.trimesh import TriMesh
 
@@ -133,77 +139,137 @@ class Surface(Protocol):
 
 
 class Master(Protocol):
-    """A rigid master: `Body` or `TriMesh`."""
+    """A rigid master: `Body`, `TriMesh`, or a class of a user's own that is derived from this one.
+
+    A class of one's own must have `bounds` and `surface`, the search on it, which
+    `closest_point_search` makes of its closest points. The rest is worked out from these, or needed
+    only by what a user may do without: a master without `tessellate` is not drawn, one without
+    `transformed` is moved by its pose only.
+    """
+
+    @property
+    @abstractmethod
+    def surface(self) -> Surface:
+        """The search on it; its tables are built at first use."""
+
+    @abstractmethod
+    def bounds(self) -> FloatArray:
+        """(2, 3) low and high corner of a box that holds it."""
 
     @property
     def name(self) -> str:
         """What reports and messages call it."""
+        return type(self).__name__
 
     @property
     def reference_point(self) -> FloatArray:
-        """(3,) point the wrench is taken about."""
+        """(3,) point the wrench is taken about, body axes."""
+        return np.zeros(3)
 
     @property
     def size(self) -> float:
         """Length of the diagonal of `bounds`."""
+        low, high = self.bounds()
+        return length(high - low)
 
     @property
     def closed(self) -> bool:
         """Whether the surface has no border."""
+        return self.surface.closed
 
     @property
     def n_pieces(self) -> int:
         """Patches or triangles: what the `patch` of a foot counts."""
-
-    @property
-    def surface(self) -> Surface:
-        """The search on it; its tables are built at first use."""
+        return 1
 
     @property
     def faces(self) -> Faces | None:
         """The exact geometry, for work in the (u, v) of patches; None for triangles."""
+        return None
 
     @property
     def flaws(self) -> list[str]:
         """Faults where faces meet, a sentence each."""
+        return []
 
-    def bounds(self) -> FloatArray:
-        """(2, 3) low and high corner of a box that holds it."""
-
-    def tessellate(self, tol: float) -> TriMesh:
-        """Triangles at most `tol` off it, length."""
-
-    def transformed(self, matrix: ArrayLike) -> Master:
-        """The same master moved by a regular affine (4, 4) matrix."""
-
-    def with_reference_point(self, point: ArrayLike) -> Master:
-        """The same master with another reference point (3,)."""
+    def check(self) -> None:
+        """Raise a `GeometryError` or a `MeshError` if it cannot serve as a master."""
+        box = np.asarray(self.bounds())
+        if box.shape != (2, 3) or not np.isfinite(box).all() or (box[0] > box[1]).any():
+            raise GeometryError(
+                "must be the low and the high corner of a box",
+                where=f"{self.name}, bounds",
+                found=box.tolist(),
+                allowed="(2, 3) finite numbers",
+            )
 
     def project(
         self, points: ArrayLike, *, start: Projection | None = None, mode: str = "global"
     ) -> Projection:
-        """Feet of `points` (n, 3): the closest points, or those continued from `start`."""
+        """Feet of `points` (n, 3): the closest points, or those continued from `start`.
+
+        `mode` is "global" or "track".
+        """
+        p_B = as_points(points)
+        feet = empty_projection(len(p_B))
+        if one_of("mode", mode, ("global", "track")) == "track" and start is not None:
+            self.surface.track(p_B, start.patch, start.uv, feet)
+        else:
+            self.surface.closest(p_B, np.arange(len(p_B), dtype=np.int32), feet)
+        return feet
 
     def first_hit(self, p0: ArrayLike, p1: ArrayLike) -> Hit:
         """Where points that move from `p0` to `p1` (n, 3) first enter."""
+        a_B, b_B = as_points(p0, "p0"), as_points(p1, "p1")
+        return self.surface.entries(a_B, b_B, np.arange(len(a_B), dtype=np.int32))
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """(n,) which points (n, 3) lie on the contact side."""
+        return np.asarray(self.project(points).gap < 0.0)
+
+    def tessellate(self, tol: float) -> TriMesh:
+        """Triangles at most `tol` off it, length.
+
+        Without a method of its own there are none, over the corners of its box: views have room
+        for it, and nothing is drawn.
+        """
+        corners = np.stack(np.meshgrid(*np.asarray(self.bounds()).T), axis=-1).reshape(-1, 3)
+        return TriMesh(corners, np.zeros((0, 3), np.int64), name=self.name)
+
+    def transformed(self, matrix: PoseLike) -> Master:
+        """The same master moved by a regular affine (4, 4) matrix."""
+        raise _lacks(self, "transformed", "Give the body a motion, or the contact a pose")
+
+    def with_reference_point(self, point: ArrayLike) -> Master:
+        """The same master with another reference point (3,)."""
+        raise _lacks(self, "with_reference_point", "Give its class a reference_point")
 
     def mass_properties(self, density: float) -> MassProperties:
         """Mass, centre and inertia of what a closed master encloses."""
-
-    def check(self) -> None:
-        """Raise a `GeometryError` or a `MeshError` if it cannot serve as a master."""
+        raise _lacks(self, "mass_properties", "Give its mass, centre and inertia as numbers")
 
     def digest(self, digest: Digest) -> None:
         """Add what decides results to a digest."""
+        digest.thing(self)
 
     def facts(self) -> dict[str, Any]:
         """Facts on it for a run's summary."""
+        return {"kind": self.name, "closed": self.closed, "size": self.size}
 
     def condition_rows(self) -> list[tuple[str, str]]:
         """A summary of its quality as a master: (label, text)."""
+        return []
+
+
+def _lacks(master: Master, method: str, remedy: str) -> InputError:
+    """The error of a master of a user's own that is asked for what it does not have."""
+    return InputError(
+        f"has no {method} of its own",
+        where=master.name,
+        found=type(master).__name__,
+        allowed=f"a class with {method}, as Body and TriMesh have",
+        remedy=remedy,
+    )
 
 
 _ASKED = [name for name in vars(Master) if not name.startswith("_")]

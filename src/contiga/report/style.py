@@ -1,6 +1,6 @@
 """Colours, number formats and the page layout of reports, for pictures and pages of one's own.
 
->>> from contiga import style
+>>> from contiga.report import style
 >>> style.number(12.5), style.INK
 ('12.5', '#21262d')
 """

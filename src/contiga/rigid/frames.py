@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import locked
 from contiga.arrays.threads import run_ranges
 from contiga.records import FloatArray
 from contiga.rigid.kernels import rigid_nb
 from contiga.rigid.pose import RIGID, as_pose
+from contiga.rigid.transform import PoseLike
 
 # Points below which a second thread does not pay.
 POINTS = 32768
 
 
-def standing(X: ArrayLike) -> FloatArray:
+def standing(X: PoseLike, where: str = "pose") -> FloatArray:
     """`X` checked to be a rigid pose, a copy; see `as_pose`, which says what is wrong with others.
 
     Arrays are looked at by a kernel: four times as fast, and once in every step.
@@ -24,7 +24,7 @@ def standing(X: ArrayLike) -> FloatArray:
         pose = X.copy()
         if rigid_nb.is_rigid(pose, RIGID):
             return pose
-    return as_pose(X)
+    return as_pose(X, where)
 
 
 def to_body(X_WB: FloatArray, p_W: FloatArray, out: FloatArray | None = None) -> FloatArray:

@@ -18,8 +18,10 @@ class Movable:
     def _moved(self, matrix: FloatArray) -> Self:
         raise NotImplementedError
 
-    def transformed(self, matrix: ArrayLike) -> Self:
+    def transformed(self, matrix: transform.PoseLike) -> Self:
         """The same moved by a regular affine (4, 4) matrix; the free side stays the free side.
+
+        A scipy `Rotation` or a pair (R, t) will do.
 
         The image of a point on the free side is on the free side of the image. A reflecting matrix
         alone would swap the sides, so what has sides is flipped as well: the u of patches runs
@@ -29,6 +31,8 @@ class Movable:
         ------
         GeometryError
             Not a finite (4, 4) matrix whose last row is 0, 0, 0, 1, or a singular one.
+        InputError
+            A pair (R, t) whose R is not (3, 3), or several rotations.
         """
         return self._moved(transform.affine(matrix))
 

@@ -1,6 +1,8 @@
 """Poses: where a rigid frame stands, as (4, 4) matrices with a turn R and a position t.
 
 ``X_WB`` is the pose of the body B in the world W: ``p_W = R p_B + t``. Angles are in radians.
+Wherever contiga takes a pose, a ``scipy.spatial.transform.Rotation`` and a pair ``(R, t)`` will do:
+`as_pose` converts them.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from contiga.arrays.ordered import product
 from contiga.errors import InputError
 from contiga.records import FloatArray
 from contiga.rigid import quaternion, transform
-from contiga.rigid.transform import Axis
+from contiga.rigid.transform import Axis, PoseLike, as_matrix
 
 RIGID = 1e-9
 """Largest entry of R Rᵀ − 1 of what counts as a pose."""
@@ -79,22 +81,37 @@ def from_euler(
     return X
 
 
-def as_pose(X: ArrayLike, where: str = "pose") -> FloatArray:
-    """`X` checked to be a rigid pose.
+def as_pose(X: PoseLike, where: str = "pose") -> FloatArray:
+    """Check a rigid pose and return it as a (4, 4) matrix, a copy.
+
+    Parameters
+    ----------
+    X : a (4, 4) matrix, a `scipy.spatial.transform.Rotation` about the origin, or a pair (R, t) of
+        a Rotation or (3, 3) matrix and a position (3,), length
+    where : name of the pose in messages
 
     Raises
     ------
     InputError
-        Not a finite (4, 4) matrix with last row 0, 0, 0, 1, or its 3 × 3 part is not a rotation.
+        None of these, or its (3, 3) part is not a rotation: not orthonormal, or a reflection.
+
+    >>> from scipy.spatial.transform import Rotation
+    >>> as_pose((Rotation.from_euler("z", 180, degrees=True), [0.0, 0.0, 5.0]))[:3, 3].tolist()
+    [0.0, 0.0, 5.0]
     """
-    real(X, where)
+    given = real(as_matrix(X, where), where)
     try:
-        pose = np.array(X, dtype=np.float64, order="C")  # as kernels read it
+        pose = np.array(given, dtype=np.float64, order="C")  # as kernels read it
     except (TypeError, ValueError) as error:
         raise InputError("a pose must be an array of numbers", where=where) from error
     rows = pose.tolist()
     if pose.shape != (4, 4) or not all(map(isfinite, chain.from_iterable(rows))):
-        raise InputError("a pose must be a finite (4, 4) matrix", where=where, found=pose.shape)
+        raise InputError(
+            "a pose must be a finite (4, 4) matrix",
+            where=where,
+            found=pose.shape if pose.shape != (4, 4) else rows,
+            allowed="a (4, 4) matrix, a scipy Rotation, or a pair (R, t)",
+        )
     if not _off_rigid(rows) <= RIGID:
         raise InputError(
             "a pose must be a rotation and a translation",

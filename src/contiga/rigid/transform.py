@@ -3,17 +3,30 @@
 from __future__ import annotations
 
 import math
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import real
+from contiga.arrays.layout import as_numbers, real
 from contiga.arrays.ordered import length, product
-from contiga.errors import GeometryError
+from contiga.errors import GeometryError, InputError
 from contiga.records import FloatArray
 from contiga.rigid.vectors import cross_matrix
 
 Axis = str | ArrayLike
+
+
+class HasMatrix(Protocol):
+    """A rotation, or a rotation with a translation: scipy's `Rotation` and `RigidTransform`."""
+
+    def as_matrix(self) -> Any:
+        """Return the (3, 3) or (4, 4) matrix."""
+
+
+PoseLike: TypeAlias = ArrayLike | HasMatrix | tuple[HasMatrix | ArrayLike, ArrayLike]
+"""A (4, 4) matrix, a rotation, or a pair (R, t): R a rotation or (3, 3), t (3,), length."""
+
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _SINGULAR = 1e-14
 
@@ -28,6 +41,41 @@ def vector(values: ArrayLike, where: str) -> FloatArray:
     if array.shape != (3,) or not np.isfinite(array).all():
         raise GeometryError("must be three finite numbers", where=where, found=values)
     return array
+
+
+def as_matrix(X: PoseLike, where: str) -> Any:
+    """Convert a rotation or a pair (R, t) to a (4, 4) matrix; return anything else unchanged.
+
+    Neither R nor the result is checked to be a rotation: callers check the matrix.
+
+    Raises
+    ------
+    InputError
+        R is not one (3, 3) matrix of numbers, or t is not three finite numbers.
+    """
+    is_pair = isinstance(X, tuple | list) and len(X) == 2
+    if not (is_pair or hasattr(X, "as_matrix")):
+        return X
+    given: tuple[Any, Any] = X if is_pair else (X, (0.0, 0.0, 0.0))  # type: ignore[assignment]
+    R, t = given
+    turn = as_numbers(
+        R.as_matrix() if hasattr(R, "as_matrix") else R,
+        where,
+        "the rotation of a pose must be an array of numbers",
+    )
+    if turn.shape == (4, 4) and not is_pair:  # scipy's RigidTransform has its translation with it
+        return turn
+    if turn.shape != (3, 3):
+        raise InputError(
+            "the rotation of a pose must be one (3, 3) matrix",
+            where=where,
+            found=turn.shape,
+            allowed="a scipy Rotation, a pair (R, t) with R (3, 3) or a Rotation, a (4, 4) matrix",
+            remedy="Of several rotations take one, such as rotations[0]" if turn.ndim > 2 else None,
+        )
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = turn, vector(t, f"{where}, translation")
+    return matrix
 
 
 def unit_axis(axis: Axis, where: str = "axis") -> FloatArray:
@@ -126,15 +174,17 @@ def _shortest_turn(k: FloatArray) -> FloatArray:
     return rotation(turn_axis, math.atan2(sine, k[2]))[:3, :3]
 
 
-def affine(matrix: ArrayLike) -> FloatArray:
+def affine(matrix: PoseLike) -> FloatArray:
     """`matrix` checked to be a regular affine map.
 
     Raises
     ------
     GeometryError
         not (4, 4), not finite, a last row other than (0, 0, 0, 1), or singular.
+    InputError
+        A rotation or a pair (R, t) that is not one: see `as_matrix`.
     """
-    array = np.array(real(matrix, "transform"), dtype=np.float64)
+    array = np.array(real(as_matrix(matrix, "transform"), "transform"), dtype=np.float64)
     if array.shape != (4, 4) or not np.isfinite(array).all():
         raise GeometryError(
             "a transform must be a finite (4, 4) matrix", where="transform", found=array.shape

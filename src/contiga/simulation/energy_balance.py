@@ -126,7 +126,7 @@ def _no_gradient(model: Model, name: str) -> str:
             "its laws differ from face to face, so that forces jump where points go over from one "
             "to another, which is the gradient of no energy: laws that are alike there keep it"
         )
-    if part.contact.master.faces is None:
+    if facts.get("normals") == "facet":
         return (
             "its master is of facets, over whose edges normals jump: a finer mesh, or the CAD, "
             "keeps more at any step"

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from contiga.contact.contact import Contact
 from contiga.dynamics.free import Dependent
+from contiga.dynamics.prescribed import pose_at
 from contiga.dynamics.stepping import AutoSteps, ended
 from contiga.simulation.model import Model
 from contiga.simulation.things import Things
@@ -60,7 +61,7 @@ def identity_of(model: Model, end: float | None = None) -> Identity:
         if isinstance(part.motion, Dependent):
             digest.thing(part.motion)
         else:
-            digest.arrays("poses", *(part.motion.pose(float(t)) for t in times))
+            digest.arrays("poses", *(pose_at(part.motion, float(t)) for t in times))
         part.body.digest(digest)
     for name, (slave, _) in model.slaves.items():
         digest.text(name)

@@ -16,7 +16,7 @@ from contiga.display import Displayed, Facts
 from contiga.dynamics.free import Dependent, Free
 from contiga.dynamics.kinks import united
 from contiga.dynamics.loads import Load
-from contiga.dynamics.prescribed import BodyMotion, SlaveMotion, kinks_in
+from contiga.dynamics.prescribed import BodyMotion, SlaveMotion, kinks_in, pose_at
 from contiga.dynamics.pulses import check_covers
 from contiga.dynamics.springs import Spring
 from contiga.dynamics.stepping import Stepping
@@ -175,7 +175,7 @@ class Model(Displayed):
         """(n, 4, 4) poses of the bodies at the start."""
         poses = np.broadcast_to(np.eye(4), (len(self.bodies), 4, 4)).copy()
         for i, motion in self.mechanism.driven.items():
-            poses[i] = motion.pose(self.stepping.start)
+            poses[i] = pose_at(motion, self.stepping.start)
         return poses[self.mechanism.root]
 
     @cached_property

@@ -33,7 +33,8 @@ def body_part(name: str, given: Any) -> BodyPart:
             "expected a Body or TriMesh",
             where=f"bodies[{name!r}]",
             found=type(body).__name__,
-            allowed="a Body, a TriMesh, or (one of them, its motion)",
+            allowed="a Body, a TriMesh, an object of a class derived from contiga.Master, or (one "
+            "of them, its motion)",
         )
     if isinstance(motion, Deforming):
         raise InputError(

@@ -13,6 +13,7 @@ from contiga.arrays.layout import as_points, read_only, real
 from contiga.display import Displayed, Facts
 from contiga.errors import MeshError
 from contiga.records import FloatArray, IntArray
+from contiga.rigid.transform import PoseLike, as_matrix
 from contiga.slaves.checks import as_active, as_facets, as_nodal, check_points
 from contiga.slaves.elements import as_elements, mirrored
 from contiga.slaves.quads import halves_of
@@ -216,9 +217,10 @@ class Slave(Displayed):
         # To be moved or scaled changes their last bits.
         return bool((np.abs(self.area - areas) <= _SAME_AREA * areas.max(initial=0.0)).all())
 
-    def transformed(self, transform: ArrayLike) -> Slave:
+    def transformed(self, transform: PoseLike) -> Slave:
         """A copy moved by a (4, 4) similarity: rotation, translation, uniform scale, mirror.
 
+        A scipy `Rotation` or a pair (R, t) will do.
         Lengths, areas and thicknesses scale along; a mirror turns the facets so that their
         normals stay on the same side. Mass stays.
 
@@ -227,7 +229,8 @@ class Slave(Displayed):
         MeshError
             The matrix is not (4, 4), or stretches: areas that were given could not follow it.
         """
-        matrix = np.asarray(real(transform, self.name), dtype=np.float64)
+        given = as_matrix(transform, f"{self.name}, transform")
+        matrix = np.asarray(real(given, self.name), dtype=np.float64)
         linear, factor = _similarity(matrix, self.name)
         mirrored_points = np.linalg.det(linear) < 0.0
         facets = (

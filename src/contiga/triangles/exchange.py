@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from contiga.arrays.layout import real
-from contiga.errors import MeshError, MissingPackageError
-from contiga.extras import require
+from contiga.errors import MeshError
+from contiga.extras import imported, require
 from contiga.records import FloatArray, IntArray
 from contiga.triangles.triangle_arrays import TriangleArrays
 
@@ -108,13 +108,7 @@ class Exchanged(TriangleArrays):
         MissingPackageError
             trimesh is not installed.
         """
-        try:
-            import trimesh
-        except ImportError as error:
-            raise MissingPackageError(
-                "TriMesh.to_trimesh needs trimesh, which is not installed. "
-                "Install what is missing with: pip install trimesh"
-            ) from error
+        trimesh = imported("TriMesh.to_trimesh", "trimesh")
         return trimesh.Trimesh(self.vertices.copy(), self.triangles.copy(), process=False)
 
 

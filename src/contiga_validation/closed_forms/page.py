@@ -9,7 +9,7 @@ from importlib.resources import files
 from itertools import groupby
 from typing import Any, NamedTuple
 
-from contiga import style
+from contiga.report import style
 from contiga_validation.closed_forms.case import LEAST_ORDER, Answer, Case, Check, Order
 from contiga_validation.engine.page import heading, image
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from contiga import style
+from contiga.report import style
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.experiment import Picture
 

@@ -9,7 +9,7 @@ from importlib.resources import files
 from itertools import groupby
 from typing import Any
 
-from contiga import style
+from contiga.report import style
 from contiga_validation.engine.experiment import Cell, Claim, Found, Picture, Table
 from contiga_validation.engine.table_files import plain
 

@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
-from contiga import files
 from contiga.errors import FileError, InputError
+from contiga.io.out import files
 
 Progress = Callable[[int, int, str], None]
 """Called with how many are done, how many there are, and which comes next."""

@@ -12,7 +12,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from contiga import __version__, thread_count
+from contiga import __version__
+from contiga.arrays.threads import thread_count
 from contiga_validation.engine.experiment import Cell, Found
 
 HEADER = ("experiment", "table", "row", "column", "value")

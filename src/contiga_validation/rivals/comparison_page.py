@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contiga import thread_count
+from contiga.arrays.threads import thread_count
 from contiga_validation.engine.drawing import INK, LINES, MUTED
 from contiga_validation.engine.experiment import (
     Cell,

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga import AreaMethod, FacetArea, HullArea, NodalArea, Slave, View
+from contiga import AreaMethod, FacetArea, HullArea, NodalArea, Slave
+from contiga.report.view import View
 from contiga_validation.engine.arrays import FloatArray, IntArray
 from contiga_validation.engine.drawing import BODY, INK, LINES, MUTED
 from contiga_validation.engine.experiment import Cell, Claim, Experiments, Outcome, Picture, Table

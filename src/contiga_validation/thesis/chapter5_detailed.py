@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga import ContactStatus, State, View
+from contiga import ContactStatus, State
+from contiga.report.view import View
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, plane
 from contiga_validation.engine.experiment import Claim, Experiments, Outcome, Picture, Table

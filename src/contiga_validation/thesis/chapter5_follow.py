@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contiga import ContactStatus, View
+from contiga import ContactStatus
+from contiga.report.view import View
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, MUTED, draw_curve, plane
 from contiga_validation.engine.experiment import Claim, Experiments, Outcome, Picture, Table

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga import Body, Hit, NurbsCurve, Projection, View, clouds, shapes
+from contiga import Body, Hit, NurbsCurve, Projection, clouds, shapes
+from contiga.report.view import View
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, draw_curve, plane
 from contiga_validation.engine.experiment import Claim, Experiments, Outcome, Picture, Table

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from contiga import NurbsCurve, NurbsSurface, View, clouds, shapes
+from contiga import NurbsCurve, NurbsSurface, clouds, shapes
+from contiga.report.view import View
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES
 from contiga_validation.engine.experiment import Claim, Experiments, Outcome, Picture, Table

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contiga import NurbsCurve, NurbsSurface, View
+from contiga import NurbsCurve, NurbsSurface
 from contiga import knots as kv
+from contiga.report.view import View
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, draw_curve, draw_polygon, plane
 from contiga_validation.engine.experiment import Claim, Experiments, Outcome, Picture, Table

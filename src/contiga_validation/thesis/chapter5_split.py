@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga import NurbsSurface, View
+from contiga import NurbsSurface
+from contiga.report.view import View
 from contiga_validation.engine.drawing import BODY, LINES, MUTED
 from contiga_validation.engine.experiment import Claim, Experiments, Outcome, Picture, Table
 from contiga_validation.thesis.play import patches_of

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga import NodalArea, NurbsSurface, Simulation, SystemState, TriMesh, View
+from contiga import NodalArea, NurbsSurface, Simulation, SystemState, TriMesh
+from contiga.report.view import View
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import BODY, INK, LINES, MUTED
 from contiga_validation.engine.experiment import Cell, Claim, Experiments, Outcome, Picture, Table

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import contiga as cg
+from contiga.errors import InputError
 from contiga.records import ContactStatus as Is
 from contiga.rigid import pose
 
@@ -98,3 +100,30 @@ def test_shared_rigid_motion_changes_nothing() -> None:
         after = contact.step(state, pose.apply(X, CLOUD), moved)
         assert (after.status[state.in_contact] == Is.OLD).all()
         np.testing.assert_allclose(after.penetration, state.penetration, rtol=0, atol=1e-12)
+
+
+def test_a_pose_may_be_spelt_in_any_way_with_the_same_bits() -> None:
+    contact, X_WB = _contact(), _pose(0.8)
+    turn = Rotation.from_matrix(X_WB[:3, :3])
+    X_WB[:3, :3] = turn.as_matrix()
+    expected = contact.step(contact.start(CLOUD), CLOUD, X_WB)
+    assert expected.n_contact > 50
+    for spelt in ((turn, X_WB[:3, 3]), (X_WB[:3, :3], X_WB[:3, 3].tolist()), X_WB.tolist()):
+        state = contact.step(contact.start(CLOUD), CLOUD, spelt)
+        np.testing.assert_array_equal(state.force, expected.force)
+        np.testing.assert_array_equal(state.pose, X_WB)
+    np.testing.assert_array_equal(contact.start(CLOUD, turn).pose[:3, :3], X_WB[:3, :3])
+    (run,) = contact.dry_run([(CLOUD, turn)])
+    np.testing.assert_array_equal(run.pose[:3, :3], X_WB[:3, :3])
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ((np.diag([1.0, 1.0, -1.0]), [0.0, 0.0, 1.0]), "must be a rotation"),
+        (Rotation.from_rotvec(np.eye(3)), "one .3, 3. matrix"),
+    ],
+)
+def test_a_reflection_or_several_rotations_are_no_pose(wrong: object, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        _contact().start(CLOUD, wrong)  # type: ignore[arg-type]

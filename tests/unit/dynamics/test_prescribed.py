@@ -6,10 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from contiga.dynamics import Combine, Fixed, Moved, Poses, Rotate, Translate
+from contiga.dynamics import Combine, Fixed, Moved, Poses, Rotate, Translate, Twist
+from contiga.dynamics.prescribed import pose_at
 from contiga.errors import FileError, InputError, UnitError
 from contiga.rigid import pose
+from contiga.rigid.transform import PoseLike
 
 HALF = np.sqrt(0.5)
 
@@ -153,3 +156,45 @@ def test_a_missing_pose_file_is_named(tmp_path: Path) -> None:
 def test_a_wrong_table_is_refused_with_its_rule(make, message: str) -> None:
     with pytest.raises(InputError, match=message):
         make()
+
+
+class Turning:
+    """A motion of a user's own that gives rotations and pairs."""
+
+    def __init__(self, position: list[float] | None = None) -> None:
+        self.position = position
+
+    def pose(self, t: float) -> PoseLike:
+        turn = Rotation.from_euler("z", 90.0 * t, degrees=True)
+        return turn if self.position is None else (turn, self.position)
+
+    def twist(self, t: float) -> Twist:
+        return Twist(np.zeros(3), np.array([0.0, 0.0, 0.5 * np.pi]))
+
+
+def test_motions_of_ones_own_may_give_rotations_or_pairs() -> None:
+    turn, lift = pose.rotation("z", np.pi / 2), Translate([[0, 0, 0, 0], [1, 0, 0, 2]])
+    points = [[1.0, 0.0, 0.0]]
+    moved, velocity = Moved(points, Turning()), [[-0.5 * np.pi, 0.0, 0.0]]
+    np.testing.assert_allclose(moved.points(1.0), [[0, 1, 0]], atol=1e-15)
+    np.testing.assert_allclose(moved.velocities(1.0), velocity, atol=1e-15)
+    expected = pose.compose(pose.translation([0, 0, 2]), turn)
+    np.testing.assert_allclose(Combine([Turning(), lift]).pose(1.0), expected, atol=1e-15)
+    np.testing.assert_allclose(pose_at(Turning([0, 0, 2]), 1.0), expected, atol=1e-15)
+
+
+def test_a_motion_of_ones_own_that_gives_no_pose_is_named() -> None:
+    motion = Turning([0.0, 0.0, np.nan])
+    with pytest.raises(InputError, match=r"Turning.pose\(2\).*three finite numbers"):
+        Moved([[1.0, 0.0, 0.0]], motion).points(2.0)
+
+
+def test_poses_may_be_rotations_or_pairs() -> None:
+    turns = Rotation.from_rotvec([[0, 0, 0], [0, 0, 90]], degrees=True)
+    np.testing.assert_allclose(
+        Poses([0.0, 2.0], turns).pose(1.0), pose.rotation("z", np.pi / 4), atol=1e-15
+    )
+    motion = Poses([0.0, 2.0], [(turns[0], [0, 0, 0]), (turns[1], [4, 0, 0])])
+    np.testing.assert_allclose(motion.pose(1.0)[:3, 3], [2, 0, 0])
+    with pytest.raises(InputError, match=r"poses\[1\].*rotation and a translation"):
+        Poses([0.0, 2.0], [turns[0], (np.diag([1.0, -1.0, 1.0]), [0, 0, 0])])

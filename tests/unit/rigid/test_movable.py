@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import contiga as cg
-from contiga.errors import GeometryError
-from contiga.rigid import transform
+from contiga.errors import GeometryError, InputError
+from contiga.rigid import pose, transform
 from contiga.rigid.movable import Movable
 
 MATRICES = [
@@ -51,3 +52,17 @@ def test_what_is_moved_stays_of_its_kind(thing) -> None:
     moved = thing.rotated("x", 0.2).translated([0.0, 0.0, 2.0]).scaled(2.0)
     assert type(moved) is type(thing)
     np.testing.assert_allclose(moved.bounds().mean(axis=0), [0.0, 0.0, 4.0], atol=0.1)
+
+
+def test_rotations_and_pairs_move_as_their_matrix_does() -> None:
+    turn, position = Rotation.from_rotvec([0.3, -1.1, 0.7]), [1.0, 2.0, 3.0]
+    matrix = pose.as_pose((turn, position))
+    slave = cg.Slave([[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]], name="pad")
+    curve = cg.NurbsCurve(1, [0, 0, 1, 1], [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]])
+    for moved, plain in ((slave.transformed, "points"), (curve.transformed, "control_points")):
+        expected = getattr(moved(matrix), plain)
+        np.testing.assert_array_equal(getattr(moved((turn, position)), plain), expected)
+        by_turn = getattr(moved(turn), plain) + position
+        np.testing.assert_allclose(by_turn, expected, atol=1e-15)
+    with pytest.raises(InputError, match=r"pad, transform.*one \(3, 3\) matrix"):
+        slave.transformed(Rotation.from_rotvec(np.eye(3)))

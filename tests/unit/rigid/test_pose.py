@@ -7,7 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from contiga.errors import InputError
-from contiga.rigid import pose
+from contiga.rigid import pose, transform
+from contiga.rigid.frames import standing
 
 
 def test_a_quarter_turn_about_z_is_exact() -> None:
@@ -73,3 +74,66 @@ def test_a_pose_in_columns_is_read_as_kernels_read_it() -> None:
     in_columns = pose.as_pose(np.asfortranarray(turn))
     assert in_columns.flags.c_contiguous
     np.testing.assert_array_equal(in_columns, turn)
+
+
+TURN = Rotation.from_rotvec([0.3, -1.1, 0.7])
+POSITION = [1.0, 2.0, 3.0]
+
+
+class RigidTransform:
+    """Turn and translation in one, as scipy has from 1.16 on."""
+
+    def __init__(self, matrices: np.ndarray) -> None:
+        self._matrices = matrices
+
+    def as_matrix(self) -> np.ndarray:
+        return self._matrices
+
+
+def matrix(t: object = (0.0, 0.0, 0.0)) -> np.ndarray:
+    X = np.eye(4)
+    X[:3, :3], X[:3, 3] = TURN.as_matrix(), t
+    return X
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        (TURN, matrix()),
+        (RigidTransform(matrix(POSITION)), matrix(POSITION)),
+        ((TURN, POSITION), matrix(POSITION)),
+        ([TURN.as_matrix(), np.array(POSITION)], matrix(POSITION)),
+        ((TURN.as_matrix().tolist(), (1, 2, 3)), matrix(POSITION)),
+        (matrix(POSITION).tolist(), matrix(POSITION)),
+    ],
+)
+def test_a_pose_may_be_a_rotation_or_a_pair(given: object, expected: np.ndarray) -> None:
+    np.testing.assert_allclose(pose.as_pose(given), expected, rtol=0, atol=1e-15)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(standing(given), pose.as_pose(given))  # type: ignore[arg-type]
+    np.testing.assert_array_equal(transform.affine(given), pose.as_pose(given))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ((np.diag([1.0, 1.0, -1.0]), POSITION), "must be a rotation and a translation.*det R = 1"),
+        ((np.diag([1.0, 1.0, 1.0 + 1e-6]), POSITION), "must be a rotation and a translation"),
+        ((np.full((3, 3), np.nan), POSITION), "finite"),
+        ((TURN, [1.0, 2.0, np.nan]), "translation: must be three finite numbers"),
+        ((TURN, [1.0, 2.0]), "translation: must be three finite numbers"),
+        ((np.eye(3) * 1j, POSITION), "complex"),
+        (("up", POSITION), "array of numbers"),
+        ((np.eye(4), POSITION), r"one \(3, 3\) matrix.*found \(4, 4\)"),
+        (Rotation.from_rotvec([[0, 0, 1], [0, 1, 0]]), r"one \(3, 3\).*rotations\[0\]"),
+        ((Rotation.from_rotvec([[0, 0, 1]]), POSITION), r"one \(3, 3\).*rotations\[0\]"),
+        (RigidTransform(np.stack([np.eye(4)] * 2)), r"one \(3, 3\)"),
+        ("up", "array of numbers"),
+        (np.eye(3), r"\(4, 4\)"),
+    ],
+)
+def test_what_is_no_rotation_or_pair_is_refused_with_its_name(given: object, message: str) -> None:
+    with pytest.raises(InputError, match=message) as raised:
+        pose.as_pose(given, "bodies['ball']")  # type: ignore[arg-type]
+    assert "bodies['ball']" in str(raised.value)
+    with pytest.raises(InputError, match=message):
+        standing(given)  # type: ignore[arg-type]

@@ -50,7 +50,7 @@ def _plus(a, t, b):
 
 @inlined()
 def _sag(side, m, change):
-    """What, times m, leads from the middle of a chord to that of its image.
+    """Return the factor of m that leads from the middle of a chord to the middle of its image.
 
     With m = n_a + n_b and q = (n_b − n_a)·(p_b − p_a) it is q/(2|m| (2 + |m|)): exact for an arc.
     """

@@ -75,7 +75,7 @@ def direction(p, q):
 
 @inner()
 def slack_of(p, q, size):
-    """Length below which what is measured along p → q, by a body of this size, is rounding."""
+    """Rounding error, a length, of distances measured along p → q past a body of this size."""
     most = 0.0
     for c in range(3):
         most = max(most, abs(p[c]), abs(q[c]))

@@ -10,7 +10,7 @@ from contiga.jit import inner, kernel
 
 @inner(error_model="numpy")
 def _way(before, now, k):
-    """How far a point has gone; infinite or not a number where that is not known."""
+    """Distance that point k has moved; infinite or NaN if a coordinate is not finite."""
     x, y, z = now[k, 0] - before[k, 0], now[k, 1] - before[k, 1], now[k, 2] - before[k, 2]
     return math.sqrt(x * x + y * y + z * z)
 

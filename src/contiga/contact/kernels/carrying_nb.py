@@ -9,7 +9,7 @@ from contiga.jit import inner, kernel
 
 @inner()
 def way_of(now, before, k, c):
-    """How far point k has gone along axis c; zero where that is not known."""
+    """Displacement of point k along axis c; zero if a coordinate is not finite."""
     way = now[k, c] - before[k, c]
     return way if math.isfinite(way) else 0.0
 

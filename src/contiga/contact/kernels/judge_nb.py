@@ -70,8 +70,7 @@ def take_nearest(asked, way, limits):
 
 @inner()
 def _kind(asked, limits, i):
-    """Of row i: whether its closest point was needed, whether its place is known, whether it lies
-    inside."""
+    """Classify row i: closest point needed, position known, inside, inside beyond rounding."""
     truth, side = asked.truth, asked.side[i]
     needed = is_needed(asked.was[i], side, limits.penetration, limits.nearest)
     solved = not needed or truth.status[i] == OK

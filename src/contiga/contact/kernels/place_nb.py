@@ -24,9 +24,9 @@ def _left(distance, way):
 
 @inner()
 def _take_back(columns, k):
-    """A row as it is of a point of which nothing is known.
+    """Reset row k to that of a point without a foot.
 
-    Most rows are so already, and are not written to.
+    Most rows are in that state already, and are not written to.
     """
     if columns.patch[k] >= 0:
         columns.patch[k] = columns.feature[k] = -1
@@ -84,7 +84,7 @@ def _place(placing, before, now, start, stop):
 
 @inner(error_model="numpy")
 def _ways(before, now, ways):
-    """How far points (3 n,) have gone, infinite where that is not known."""
+    """Compute the distances that points (3 n,) have moved; infinite if one is not finite."""
     for k in range(now.shape[0] // 3):
         x, y = now[3 * k] - before[3 * k], now[3 * k + 1] - before[3 * k + 1]
         z = now[3 * k + 2] - before[3 * k + 2]

@@ -58,8 +58,8 @@ def distance(feet, i, p):
 
 @inner()
 def _by_ball(feet, i, radius, band, side, reach):
-    """Side and way to the surface that a ball at the foot proves, if more than was known; and
-    whether it proves the foot to be the closest point.
+    """Improve a side and a lower bound of the distance by the ball that touches at the foot; also
+    return whether the ball proves the foot to be the closest point.
 
     The ball holds no surface: a point is on its side up to 2ρ from the foot, and no wall is nearer
     than the ball's nearer end.
@@ -113,7 +113,7 @@ def take_foot(feet, k, source, i):
 
 @inner()
 def remember_foot(detected, k, feet, i):
-    """Keep the foot of a free point: what its side is proved by the next time."""
+    """Store the foot of a free point: the next step proves the side of the point by it."""
     detected.last_patch[k] = feet.patch[i]
     detected.uv[k, 0] = feet.uv[i, 0]
     detected.uv[k, 1] = feet.uv[i, 1]
@@ -247,7 +247,7 @@ def settle(rows, feet, known, mark, balls, band, detected, left):
 
 @inner()
 def becomes(status):
-    """What becomes of a point in contact whose foot of this status is kept."""
+    """Return the `ContactStatus` of a point in contact whose foot, of this status, is kept."""
     if status == BRANCH_EVENT:
         return REACQUIRED
     return HELD if _at_border(status) else OLD
@@ -255,8 +255,8 @@ def becomes(status):
 
 @kernel()
 def starts(rows, side, place, step, last_patch, far, begun):
-    """List free points whose side is not known, and where their feet are looked for from: at the
-    last foot, or at a place near by where they have gone farther than `far`.
+    """List the free points of unknown side and the starting points of the search for their feet:
+    the last foot, or a place near by for points that have moved farther than `far`.
 
     `place` are `SurfacePlaces` in the points' cells, `step` is a `Step`, `last_patch` that of the
     last feet of all points; `begun` are `FreeRows`, to be filled. Returns how many have a start.
@@ -286,7 +286,7 @@ def starts(rows, side, place, step, last_patch, far, begun):
 
 @kernel()
 def askable(feet, count, band, asked):
-    """List those of the first feet that balls may tell of in `asked` (AskedFeet); how many."""
+    """List in `asked` (AskedFeet) the first feet that touching balls apply to; return how many."""
     index, which_side = asked.which, asked.side
     m = 0
     for i in range(count):

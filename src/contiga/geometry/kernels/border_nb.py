@@ -87,10 +87,10 @@ def insert_all(t, order, hint, metric, alias):
 
 @inner()
 def around(t, start, v, to):
-    """Triangle with corner v whose opposite side the way from v to `to` meets, and the answer.
+    """Find the triangle with corner v whose opposite side the line from v to `to` crosses.
 
-    The answer is the corner number of v, or −1 − k where side k already runs from v to `to`,
-    or −9 where the way runs over another vertex.
+    Returns it and a code: the corner number of v, or −1 − k where side k already runs from v to
+    `to`, or −9 where the way runs over another vertex.
     """
     here, _ = walk(t, start, v)
     first = here
@@ -268,7 +268,7 @@ def flooded(t, twice, stack):
 
 @kernel()
 def carve(t, inside):
-    """Drop what is not inside; sides with a segment become border."""
+    """Remove the triangles that are not inside; sides that carry a segment become border."""
     new = np.full(inside.size, BORDER, np.int64)
     n = 0
     for here in range(inside.size):

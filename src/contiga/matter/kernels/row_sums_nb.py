@@ -37,7 +37,7 @@ ALL = MOST_CORNERS * ROW
 
 @inner(linked=False)
 def all_gradients(some, corners, width, full):
-    """Gradients of all corners (corners, 3, LANES) from those of all but the first."""
+    """Fill `full` (corners, 3, LANES): gradients sum to zero, and `some` lacks the first corner."""
     for lane in range(3 * LANES):
         full[lane] = 0.0
     for a in range(1, corners):

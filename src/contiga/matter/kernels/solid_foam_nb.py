@@ -99,7 +99,7 @@ def _pull_forward(bank):
 
 @inner()
 def _kept(numbers, energy, most):
-    """The factor of the force, and what is stored of `energy`."""
+    """Return the unloading factor of the force and the recoverable part of `energy`."""
     kept, shape = numbers[KEPT], numbers[SHAPE]
     if energy >= most:
         return 1.0, energy * (kept + (1.0 - kept) / (shape + 1.0))

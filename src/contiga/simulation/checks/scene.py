@@ -17,7 +17,7 @@ from contiga.contact.dry_run import DryRun, spread
 from contiga.dynamics.deforming_nodes import DeformingNodes
 from contiga.dynamics.free import Dependent, Free
 from contiga.dynamics.nodes import NodeMover
-from contiga.dynamics.prescribed import BodyMotion, Moved, is_told, rows_in
+from contiga.dynamics.prescribed import BodyMotion, Moved, is_told, pose_at, rows_in
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.rigid import pose, quaternion
@@ -173,7 +173,7 @@ class Pair:
             return pose.translation(self._flight(mover.flight, time))
         if isinstance(motion, Moved) and isinstance(motion.base, np.ndarray):
             same = np.array_equal(motion.base, self.slave.points)
-            return motion.motion.pose(time) if same else None
+            return pose_at(motion.motion, time) if same else None
         return None
 
     def _flight(self, velocity: FloatArray, time: float) -> FloatArray:
@@ -187,7 +187,7 @@ class Pair:
     def _body_pose(self, i: int, time: float) -> FloatArray:
         system, motion = self.model.mechanism, self._body_motion(i)
         if not isinstance(motion, Dependent):
-            return motion.pose(time)
+            return pose_at(motion, time)
         assert isinstance(motion, Free)
         t = time - self.model.stepping.start
         centre = system.start[system.row[i], CENTRE : CENTRE + 3]

@@ -52,8 +52,11 @@ def _nearest_around(facets, number, best, point):
 
 @inner(pipeline_class=Compiler)
 def walk(facets, s, first, point):
-    """The local minimum reached from a place `first` of triangle s: slot, place, two numbers,
-    solved. `first` is what `closest_on` says of it."""
+    """Walk from a place on triangle s to a local minimum of the distance.
+
+    `first` is the result of `closest_on` there. Returns slot, place, its two numbers, and whether
+    the minimum was reached.
+    """
     shape = facets.shape
     link = facets.link
     best, place, a, b = first

@@ -182,7 +182,7 @@ def _bound_cell(body, a, home, limits, value, samples, count):
 
 @inner()
 def _wanting(value, samples, n, goal):
-    """Share of the samples at which less than half of what may be there is proved."""
+    """Share of the samples at which less than half of the possible radius is proved."""
     above = samples.above
     if n == 0:
         return 0.0
@@ -200,7 +200,7 @@ def _wanting(value, samples, n, goal):
 
 @kernel()
 def bound_cells(body, surface, homes, limits, result, start, stop):
-    """Corner values (2, 4) and what is wanting, of the rows start … stop of a body's cells.
+    """Compute corner radii (2, 4) and the unproved share of rows start … stop of a body's cells.
 
     `body` is a `CellTree`, `surface` a `CentredSurface`, `limits` are `BallLimits`, and `result` is
     `CellBounds`.

@@ -8,7 +8,7 @@ from contiga.jit import inner, kernel
 
 @inner()
 def radius_at(balls, grid, patch, u, v, side):
-    """Radius known of the touching ball at (u, v), zero where nothing is known."""
+    """Proved radius of the ball that touches at (u, v); zero if none is proved."""
     e, s, t = locate(grid, patch, u, v)
     row = balls.elements[e]
     x = (s + 0.5) * row["cells"][0]

@@ -108,9 +108,9 @@ def is_in(tables, e, s, t):
 
 @inner(error_model="numpy")
 def _frame(tables, foot, tangent, aside, h):
-    """The `EdgeFrame` at a place of an edge in a face, and whether b is told.
+    """Return the `EdgeFrame` at a place of an edge in a face, and whether the sense of b is sure.
 
-    b leads `aside` far to places inside the face, −b to none.
+    From there b, `aside` far, leads into the face, and −b out of it.
     """
     e, s, t = foot
     normal = normal_at(tables.elements, e, s, t, h)

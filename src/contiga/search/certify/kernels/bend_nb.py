@@ -31,7 +31,7 @@ MOST_STRETCH = 0.45
 
 @kernel(linked=True, error_model="numpy")
 def bend_work():
-    """A record for `bend_bounds` to leave what it finds in."""
+    """Allocate the record that `bend_bounds` fills."""
     return Bending(np.empty((4, 6)), np.empty((2, 5)))
 
 

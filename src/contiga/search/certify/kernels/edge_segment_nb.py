@@ -318,10 +318,11 @@ def _slopes(coefs, n, c, w, spread):
 
 @inner(linked=False, error_model="numpy")
 def stretch_bend(segment, k, bending):
-    """Of stretch k: C'' in about the middle, how far it departs from that, least and largest |C'|,
-    largest curvature as a curve in space. Infinite where nothing is known.
+    """Bound the bending of stretch k of an edge.
 
-    `bending` is what `bend_bounds` leaves of the cell.
+    Returns C'' near the middle, the largest deviation from it, the least and the largest |C'|, and
+    the largest curvature in space; infinite if there is no bound. `bend_bounds` has filled
+    `bending` for the cell.
     """
     h, rest = bending.derivatives, bending.rest
     coefs, degree = segment.coefs, segment.degree

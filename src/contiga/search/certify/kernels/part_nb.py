@@ -45,7 +45,7 @@ def is_whole(elements, e, n):
 
 @inner(error_model="numpy")
 def scales(elements, e, n):
-    """How many times as long the parameters of e are as those of n, of the same patch."""
+    """Ratios of the parameter ranges of element e to those of n, of the same patch, in u and v."""
     a = elements.table[e]["box"]
     b = elements.table[n]["box"]
     return (a[1] - a[0]) / (b[1] - b[0]), (a[3] - a[2]) / (b[3] - b[2])

@@ -154,8 +154,8 @@ def _passes(trims, piece, t, place, carrier, c):
 
 @inner(error_model="numpy")
 def _bends(form, x, y):
-    """How far the surface bends away from its tangent plane x and y away, as seen along the path:
-    what lies beyond second order is taken for no more than that."""
+    """Estimate the distance of the surface from its tangent plane at (x, y), along the path: the
+    second-order term, which higher orders are assumed not to exceed."""
     square = 0.0
     for k in range(3):
         second = (form[2, k] * x + form[3, k] * y) * x + form[4, k] * y * y
@@ -186,10 +186,10 @@ def _met_at(trims, piece, width, place, form, carrier, c):
 
 @inner(linked=False, error_model="numpy")
 def _piece_beside(trims, piece_width, place, x, form, widths, carrier):
-    """Largest width of the pieces within whose width the path passes, zero where there is none,
-    whether one of them is an edge that has width, (u, v) of such an edge where it is nearest, and
-    how much farther along the path it comes within its width.
+    """Find the trimming pieces that the path passes within their width.
 
+    Returns their largest width, zero if there is none; whether one of them is an edge with width;
+    the nearest (u, v) of such an edge; and how much farther along the path its width begins.
     `place` (u, v) is where the path meets the carrier, at `x`, `form` the surface about it,
     `widths` the largest to look for, and that which every piece has at least at which another face
     joins; `carrier` as `_past_piece` has it.
@@ -259,8 +259,8 @@ def _from_side(h, d, side, within):
 
 @inner(error_model="numpy")
 def _rim(elements, e, place, path, least, h):
-    """Width of the element's sides within whose width a place lies, BESIDE where it lies beyond,
-    and whether it lies off the element.
+    """Return the largest width of those sides of the element that the place is within, BESIDE if it
+    is beyond one, and whether it is off the element.
 
     Sides that are no smooth joint are at least `least` wide; where the surface ends, none is.
     """

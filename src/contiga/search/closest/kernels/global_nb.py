@@ -316,7 +316,7 @@ def _edge_is_guarded(tables, e, r, point, among):
 
 @inner(linked=False)
 def closest(tables, point, among, reach, nearest, h):
-    """Closest point to `point` no farther than `reach`, of what it is looked for `among`.
+    """Find the closest point to `point` within `reach`, on the part that `among` selects.
 
     Fills `nearest` with element, s, t, or with −1 − piece and the piece's parameter when a trimming
     curve is closest, and nearest[LEFT_OUT] with 0, DROPPED or GIVEN_UP. Returns the distance,

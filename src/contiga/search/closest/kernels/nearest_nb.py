@@ -131,9 +131,9 @@ def _guess(tables, point):
 
 @inner(linked=False)
 def _searched(tables, k, point, within, guess, out, nearest, h):
-    """Row k of `out`: the `Guess` where nothing is closer, else what is.
+    """Write row k of `out`: the closest point, which is the `Guess` if nothing is closer.
 
-    A foot is known at the distance `within`.
+    The body has a point at the distance `within`.
     """
     e, uv, record = guess.element, guess.uv, guess.record
     if e >= 0:

@@ -58,7 +58,7 @@ def _angle(ax, ay, az, bx, by, bz):
 
 @inner()
 def _corner_angle(h, s, t):
-    """Angle an element takes at the point: π inside a side, that of its tangents at a corner."""
+    """Interior angle of an element at a point: π on a side, between tangents at a corner."""
     if abs(s) < 0.5 or abs(t) < 0.5:
         return math.pi
     sign = -1.0 if (s > 0.0) != (t > 0.0) else 1.0

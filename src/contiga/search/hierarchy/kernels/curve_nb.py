@@ -183,8 +183,8 @@ def closest_on_stretch(tables, leaf, point, best, slack, h):
 
 @inner()
 def polish(tables, nearest, point, h):
-    """Newton on f' = 0 from what a search found on a piece: where f is flat its rounding hides
-    the last half of the digits of nearest[S].
+    """Refine the minimum that a search found on a piece by Newton's method on f' = 0: near the
+    minimum f is flat, and its rounding hides the last half of the digits of nearest[S].
     """
     piece = int(-1 - nearest[ELEMENT])
     d = scratch(3, 3)
@@ -202,7 +202,7 @@ def polish(tables, nearest, point, h):
 
 @inner()
 def surface_foot(tables, nearest, h):
-    """(element, s, t) of what a search found: a point of a face, or of a trimming piece."""
+    """Return (element, s, t) of the point that a search found, on a face or on a trimming piece."""
     if nearest[ELEMENT] >= 0:
         return int(nearest[ELEMENT]), nearest[S], nearest[T]
     d = scratch(3, 3)

@@ -48,9 +48,11 @@ def _to_side(x, parts):
 
 @inner()
 def side_at(grid, x):
-    """Side of a place x in cells (1 outside, −1 inside, 0 not known), a way (in cells) that leads
-    to no surface (less `skin`), parts of the cell that the place was looked up in, and the word
-    there or −1."""
+    """Look up the side of a place x, in units of cells: 1 outside, −1 inside, 0 not known.
+
+    Also returns a lower bound of the distance to the surface, in cells, before `skin` is taken off;
+    the number of parts that the cell is divided into; and its word, −1 if it has none.
+    """
     if not (
         0.0 <= x[0] < grid.cell.shape[0]
         and 0.0 <= x[1] < grid.cell.shape[1]
@@ -91,8 +93,8 @@ def sides(grid, points, rows, side, reach, start, stop):
 
 @kernel()
 def places(grid, points, rows, known, near, start, stop):
-    """`sides` of points[rows[start:stop]] into `known` (KnownSides), and a piece of the surface
-    near them into `near` (SurfacePlaces), patch −1 where the grid names none."""
+    """Write the `sides` of points[rows[start:stop]] into `known` (KnownSides), and a piece of the
+    surface near each into `near` (SurfacePlaces), patch −1 if the grid has none there."""
     side, reach = known.side, known.reach
     patch, uv = near.patch, near.uv
     sides(grid, points, rows, side, reach, start, stop)

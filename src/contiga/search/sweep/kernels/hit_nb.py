@@ -245,7 +245,7 @@ def _write(elements, out, i, crossing, length, h):
 
 @inner()
 def _room():
-    """Work arrays of a search: its crossings, the queue of nodes, and what a leaf needs."""
+    """Allocate the work arrays of a search: crossings, queue of nodes, and work of a leaf."""
     queue = Queue(np.empty(128, np.int64), np.empty(128))
     stack, k, corner = np.empty((DEPTH, 4)), np.empty(9), np.empty((2, 3))
     work = CellWork(stack, np.empty((4, 6)), k, corner, np.zeros(2, np.int64))

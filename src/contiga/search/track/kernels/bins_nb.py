@@ -94,7 +94,7 @@ def order_rows(element, counts):
 
 @inlined()
 def _where_it_was(there, feet, k):
-    """Where point k was before the step: told, or by the foot it had; not a number where unknown.
+    """Return the position of point k before the step, given or from its foot; NaN if unknown.
 
     `feet` are `FeetBefore`. A tracked foot held at a border has the surface's own normal, which
     does not lead to the point.

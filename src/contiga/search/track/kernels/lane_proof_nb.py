@@ -53,7 +53,7 @@ def load_surroundings(neighbourhoods, e, lanes, banks):
 
 @inlined()
 def surround(neighbourhoods, elements, bank, l):
-    """What is kept around the feet of four lanes from l on into them, whose elements are given."""
+    """Load the stored neighbourhoods of the feet of lanes l … l + 3, in the given elements."""
     records = (
         _record(elements[0], bank, l),
         _record(elements[1], bank, l + 1),
@@ -66,7 +66,7 @@ def surround(neighbourhoods, elements, bank, l):
 
 @inlined()
 def _record(e, bank, l):
-    """Where the record of what is kept around the foot of lane l begins."""
+    """Offset of the stored neighbourhood of the foot of lane l."""
     part = part_of(bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
     return NUMBERS * (e * PARTS * PARTS + part)
 

@@ -74,7 +74,7 @@ def powers_of(bank, l, element, o, k):
 
 @inlined()
 def start(bank, l, place, element, o, k):
-    """Where lane l starts from place = (u, v), in the element whose numbers are every k-th from
+    """Set the start of lane l at place = (u, v), in the element whose numbers are every k-th from
     element[o] on."""
     n = WIDE
     bank[ROW_S * n + l] = local_place(place[0], element[o + BOX * k], element[o + SCALE * k])

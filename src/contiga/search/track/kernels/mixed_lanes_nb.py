@@ -135,8 +135,7 @@ def wait_beyond(tables, e, bank, l, row, queue, n):
 
 @inner(linked=False)
 def _enter(tables, queue, i):
-    """Where row i of those that wait starts, (u, v), and whether it does: its element is known
-    then."""
+    """Find the element and the start (u, v) of the waiting row i, and whether it has one."""
     lanes, who = queue.lanes, queue.who
     bank, l = lanes[i // WIDE], i % WIDE
     place = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]

@@ -49,7 +49,7 @@ RING_LINES = PARTS * PARTS * NUMBERS * SIZE // LINE
 
 @inner()
 def _room(tables, proves, queue, waiting, records):
-    """Go on with what waits where there is no room for more; answers how many wait then."""
+    """Process waiting rows until the queue has room; return how many are left in it."""
     while waiting == LANES:
         waiting = go_on(tables, proves, queue, waiting, records)
     return waiting
@@ -89,7 +89,7 @@ def _wait_beyond(tables, proves, block, lanes, rows, queue, waiting):
 
 @inner(linked=False)
 def _see_to_trims(tables, block, lanes, rows):
-    """Flag the feet of a block that are trimmed away, and take back what trims leave unproved."""
+    """Flag the feet of a block that are trimmed away, and clear proofs that a trim invalidates."""
     records, order = rows.records, rows.order
     elements = tables.elements
     e, first, last = block.element, block.first, block.last
