@@ -20,6 +20,8 @@ from contiga.search.hierarchy.kernels.tree_nb import box_distance2
 
 SAFE = 1.0 - 1e-8
 """Radii are shrunk by this for rounding."""
+GAIN = 1.25
+"""A half of which no more than so many times as much is proved as of the whole is not cut again."""
 SAMPLES = 5
 ENOUGH = 2.0
 """Radii beyond this many goals are not worth a loss of smaller ones."""
@@ -222,7 +224,11 @@ def bound_cells(body, surface, homes, limits, result, start, stop):
         if home["near"][0] > 0.0 or home["near"][1] > 0.0:
             _bound_cell(body, a, home, enough, value[k], samples, n)
         value[k] *= SAFE
-        for side in range(2):  # what was known of the whole holds for its half
-            if np.maximum(known[side], 0.0).sum() >= np.maximum(value[k, side], 0.0).sum():
+        gained = False
+        for side in range(2):
+            before = np.maximum(known[side], 0.0).sum()
+            after = np.maximum(value[k, side], 0.0).sum()
+            if before >= after:  # what was known of the whole holds for its half
                 value[k, side] = known[side]
-        want[k] = _wanting(value[k], samples, n, goal)
+            gained |= before == 0.0 or after > GAIN * before
+        want[k] = _wanting(value[k], samples, n, goal) if gained else 0.0
