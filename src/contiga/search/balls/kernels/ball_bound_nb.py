@@ -145,6 +145,9 @@ def _bound_cell(body, a, home, limits, value, samples, count):
     normal = scratch(2, 3)
     normal[0] = -a["normal"]
     normal[1] = a["normal"]
+    clear = scratch(2, 4)
+    for side in range(2):
+        _clear(a, normal[side], side, value[side], clear[side])
     stack = stack_int64(256)
     stack[0] = 0
     top = 1
@@ -153,14 +156,12 @@ def _bound_cell(body, a, home, limits, value, samples, count):
         top -= 1
         node = stack[top]
         for side in range(2):
-            v = value[side]
-            affects[side] = False
-            if max(max(v[0], v[1]), max(v[2], v[3])) <= 0.0:
-                continue
-            x, y, z, r = clear_ball(a, normal[side], side, v)
-            if box_distance2(tree, node, x, y, z) >= r * r:
-                continue
-            affects[side] = not far_box(a, tree, node, normal[side], v, work)
+            x, y, z, r = clear[side, 0], clear[side, 1], clear[side, 2], clear[side, 3]
+            affects[side] = (
+                r > 0.0
+                and box_distance2(tree, node, x, y, z) < r * r
+                and not far_box(a, tree, node, normal[side], value[side], work)
+            )
         if not (affects[0] or affects[1]):
             continue
         first = tree[node]["first"]
@@ -179,7 +180,16 @@ def _bound_cell(body, a, home, limits, value, samples, count):
                 continue
             for side in range(2):
                 if affects[side] and lower(a, b, (normal[side], side), limits, value[side], work):
+                    _clear(a, normal[side], side, value[side], clear[side])
                     _lower_samples(samples, count, b, side)
+
+
+@inner()
+def _clear(a, normal, side, v, ball):
+    """Set the ball beyond which nothing lowers `v`: its middle and radius, 0 where all is lost."""
+    ball[3] = 0.0
+    if max(max(v[0], v[1]), max(v[2], v[3])) > 0.0:
+        ball[0], ball[1], ball[2], ball[3] = clear_ball(a, normal, side, v)
 
 
 @inner()
