@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.pointer_records import pass_by_pointer
-from contiga.records import FloatArray
+from contiga.records import FloatArray, IndexArray
 
 
 @pass_by_pointer
 class Starts(NamedTuple):
     """Places on pairs of leaves that Newton's method starts from, as many of each pair."""
 
-    pairs: NDArray[np.int64]
+    pairs: IndexArray
     """(n, 2) leaves."""
     share: FloatArray
     """(n, count, 2, 2) where in its leaf a place is: shares of the leaf's sides."""

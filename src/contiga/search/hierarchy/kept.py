@@ -74,11 +74,8 @@ def _digest_of(tables: Tables, how: tuple[Any, ...]) -> str:
     neighbourhoods: those are filled in when they are asked for. And of `how`."""
     digest, seeds = Digest(), tables.seeds
     digest.text(repr(how))
-    asked_for = {
-        "seeds": seeds._replace(leaf=seeds.leaf[:0]),
-        "neighbourhoods": tables.neighbourhoods[:0],
-    }
-    tables = tables._replace(**asked_for)
+    tables = tables._replace(seeds=seeds._replace(leaf=seeds.leaf[:0]))
+    tables = tables._replace(neighbourhoods=tables.neighbourhoods[:0])
     for k, leaf in enumerate(_leaves(tables)):
         digest.arrays(str(k), np.asarray(leaf))
     return digest.hexdigest()

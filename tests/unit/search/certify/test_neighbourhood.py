@@ -8,7 +8,7 @@ from tests.unit.search import plain
 
 import contiga as cg
 from contiga.search.certify.neighbourhoods import build_neighbourhoods
-from contiga.search.tables import tracking_tables_of
+from contiga.search.tables import tables_of, tracking_tables_of
 
 
 def test_curvatures_around_every_part_of_a_torus_are_bounded():
@@ -74,3 +74,24 @@ def test_parts_about_a_smooth_pole_have_room_all_round():
     assert (about["room"] <= 0.25).all()
     assert not about["ends"].any()
     assert (neighbourhoods["curvature"] < 1e-9).all()
+
+
+def test_only_tracked_feet_ask_for_neighbourhoods(monkeypatch):
+    built = []
+    monkeypatch.setattr(
+        "contiga.search.certify.neighbourhoods.build_neighbourhoods",
+        lambda elements: built.append(1) or build_neighbourhoods(elements),
+    )
+    body, points = cg.Body([cg.shapes.torus()]), np.array([[3.0, 0.0, 0.1], [2.0, 0.5, 0.6]])
+    feet = body.project(points)
+    assert body.closed
+    assert body.contains(points).tolist() == [False, False]
+    assert built == []
+    assert len(tables_of(body).neighbourhoods) == 0
+    for shift in (0.01, 0.02):
+        body.project(points + shift, start=feet, mode="track")
+    assert body.surface.tables is tracking_tables_of(body)
+    assert built == [1]
+    tracked = tracking_tables_of(body)
+    assert len(tracked.neighbourhoods) == len(tracked.elements.table)
+    assert tracked.elements.table is tables_of(body).elements.table
