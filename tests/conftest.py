@@ -7,7 +7,6 @@ import importlib.util
 import os
 import shutil
 import tempfile
-from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
@@ -17,13 +16,8 @@ import numba
 import pytest
 from hypothesis import settings
 
-from contiga.arrays.digest import Digest
 from contiga.cache_folder import FOLDER
-from contiga.geometry.faces import Faces
 from contiga.jit.dispatcher import KernelDispatcher
-from contiga.search.balls import radii
-from contiga.search.borders import openings
-from contiga.search.hierarchy.kept import _digest_of
 
 # Files are read, and what is worked out of them is not what a run before has left.
 os.environ[FOLDER] = "0"
@@ -102,54 +96,6 @@ def _looked_at() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(KernelDispatcher, "straight", property(straight))
-        yield
-
-
-ANEW = "unit/search", "unit/arrays", "unit/io", "stress", "reference/test_cad"
-"""Where tests are of what a body is found to be: there it is found out anew for each body."""
-MOST = 64
-"""Bodies of which is kept what was found out."""
-_openings: OrderedDict[str, Any] = OrderedDict()
-_balls: OrderedDict[str, Any] = OrderedDict()
-
-
-def _once(
-    make: Callable[[Any], Any], key_of: Callable[[Any], str], kept: OrderedDict[str, Any]
-) -> Callable[[Any], Any]:
-    """What `make` gives, or gave before of the same."""
-
-    def given(of: Any) -> Any:
-        key = key_of(of)
-        if key not in kept:
-            kept[key] = make(of)
-        kept.move_to_end(key)
-        while len(kept) > MOST:
-            kept.popitem(last=False)
-        return kept[key]
-
-    return given
-
-
-def _shape_of(body: Faces) -> str:
-    digest = Digest()
-    body.digest(digest)
-    digest.text(repr((body.unit, body.pieces_apart, [edge.gap for edge in body.edges])))
-    return digest.hexdigest()
-
-
-def _tables_of(tables: Any) -> str:
-    return _digest_of(tables, ())
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _known_shapes(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Of the thousands of balls that tests make it is found out once that they are closed, and
-    which balls touch them: half a second each."""
-    with pytest.MonkeyPatch.context() as patch:
-        if not any(f"tests/{part}" in request.path.as_posix() for part in ANEW):
-            patch.setattr(openings, "_found", _once(openings._found, _shape_of, _openings))
-            build = radii._BALLS._build
-            patch.setattr(radii._BALLS, "_build", _once(build, _tables_of, _balls))
         yield
 
 

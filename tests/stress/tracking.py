@@ -19,7 +19,7 @@ from tests.stress.tally import Clock, Tally
 
 import contiga as cg
 from contiga.records import Projection, SurfacePlaces, empty_projection
-from contiga.search.tables import tables_of
+from contiga.search.tables import tracking_tables_of
 from contiga.search.track.project import track
 from contiga.statuses import Feature, Status
 
@@ -163,13 +163,18 @@ def certified(feet: Projection) -> np.ndarray:
 def uncertified(body: cg.Body, points: np.ndarray, start: Projection) -> Projection:
     """Tracked feet by Newton's method alone: certificates, which are judged, do not help."""
     out = empty_projection(len(points))
-    track(tables_of(body), np.ascontiguousarray(points), SurfacePlaces(start.patch, start.uv), out)
+    track(
+        tracking_tables_of(body),
+        np.ascontiguousarray(points),
+        SurfacePlaces(start.patch, start.uv),
+        out,
+    )
     return out
 
 
 def _across(body: cg.Body, here: Projection, there: Projection) -> np.ndarray:
     """(n,) how far feet may be apart and be one: from an edge on, some widths of that."""
-    table = tables_of(body).elements.table
+    table = tracking_tables_of(body).elements.table
     widest = np.zeros(len(body.patches))
     np.maximum.at(widest, table["patch"], table["edge_tolerance"])
     beside = (here.feature != Feature.FACE) | (there.feature != Feature.FACE)

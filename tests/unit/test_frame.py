@@ -34,6 +34,18 @@ def test_import_contiga_loads_no_heavy_package() -> None:
     assert done.stdout.split() == []
 
 
+def test_a_pose_loads_nothing_of_what_deforms_and_motion_has_all_names() -> None:
+    code = (
+        "import sys; import contiga as cg; cg.motion.pose.translation([0.0, 0.0, 1.0]); "
+        "assert not any(name.startswith('contiga.matter') for name in sys.modules); "
+        "import contiga.dynamics as d, contiga.motion as m; from contiga.motion import Free; "
+        "assert all(getattr(m, name) is getattr(d, name) for name in d.__all__); "
+        "assert m.__all__ == d.__all__ and dir(m) == sorted(d.__all__); "
+        "assert not hasattr(m, 'deforming_nodes') and not hasattr(m, '__path__')"
+    )
+    subprocess.run([sys.executable, "-I", "-c", code], check=True)
+
+
 @pytest.mark.parametrize("name", contiga.__all__)
 def test_public_name_resolves(name: str) -> None:
     assert getattr(contiga, name) is not None

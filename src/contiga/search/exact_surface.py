@@ -33,7 +33,7 @@ from contiga.search.hierarchy.table_types import Tables
 from contiga.search.sides import side_grid
 from contiga.search.sides.body_sides import sides_of
 from contiga.search.sweep import hits
-from contiga.search.tables import tables_of
+from contiga.search.tables import tracking_tables_of
 from contiga.search.track import project
 
 # Points below which a second thread does not pay.
@@ -153,7 +153,7 @@ def exact_surface(faces: Faces) -> ExactSurface:
     openings = openings_of(faces)
     # Faces are off the edges they share, and their loops off themselves where they close.
     slit = openings.slit + float(stitches(faces)[0].max(initial=0.0))
-    tables = tables_of(faces)
+    tables = tracking_tables_of(faces)
     return ExactSurface(tables, openings.closed, slit, _sheets(tables), _has_edges(tables))
 
 

@@ -189,24 +189,25 @@ def _bands(chart: FloatArray, w: FloatArray, steps: FloatArray, count: int) -> t
     x = np.arange(count + 1) / count
     along = restriction(len(w) - 1, x[:-1], x[1:])
     across = restriction(q, steps[:-1], steps[1:])
-    parts = np.einsum("kcd,nxad->nxkac", across, np.einsum("xab,nbd->nxad", along, nets))
+    parts = np.einsum("kcd,nxad->nacxk", across, np.einsum("xab,nbd->nxad", along, nets))
+    parts = np.ascontiguousarray(parts)
     wide = np.full((count, len(steps) - 1), 1.0 / count), np.diff(steps) + np.zeros((count, 1))
     tau = Span(steps[:-1], steps[1:])
-    middle = parts.mean(axis=(3, 4))
+    middle = parts.mean(axis=(1, 2))
     length = np.hypot(middle[0], middle[1])
-    cos, sin = (middle[:2] / np.maximum(length, 1e-300))[..., None, None]
+    cos, sin = middle[:2] / np.maximum(length, 1e-300)
     parts[0], parts[1] = cos * parts[0] + sin * parts[1], cos * parts[1] - sin * parts[0]
     weights = spans_of(parts[3], wide)
     c: list[list[Span]] = []
     ends: list[Span] = []
     for k in range(3):
         centre = (length, np.zeros_like(length), middle[2])[k] / middle[3]
-        net = parts[k] - centre[..., None, None] * parts[3]
+        net = parts[k] - centre * parts[3]
         spans = quotient(spans_of(net, wide), weights)
         spans[0] = spans[0] + Span(centre, centre)
         c.append(spans)
-        last = parts[k, ..., -1] / parts[3, ..., -1]
-        ends.append(Span(last.min(axis=-1), last.max(axis=-1)))
+        last = parts[k, :, -1] / parts[3, :, -1]
+        ends.append(Span(last.min(axis=0), last.max(axis=0)))
     return _reduced(c, c[2], ends, tau), _angle(chart, count)
 
 

@@ -44,8 +44,8 @@ SHORTEST = 1e-3
 # Rounds of cutting the largest cells where too little was proved, and how many they may add.
 ROUNDS = 12
 BUDGET = 30000
-# Share of a cell in which too little was proved for it to be cut.
-WANTING = 0.25
+# Share of a cell in which too little was proved for it to be cut, and of the body for any to be.
+WANTING, WANTING_IN_ALL = 0.25, 0.01
 # How far the surroundings of a cell tried as its smooth block go, in its lengths.
 SURROUNDINGS = (2.0, 1.0, 0.0)
 # Balls that a block is to allow, in units of the goal.
@@ -275,11 +275,13 @@ def _has_cap(all_cells: _Cells) -> NDArray[np.bool_]:
 def _worth_cutting(all_cells: _Cells, place: _Place, most: int) -> Places:
     """Cells in which much is wanting, the largest first until the budget is spent."""
     cells = all_cells.cells
-    loss = all_cells.want * _length(cells) ** 2
+    length, leaf = _length(cells), _is_leaf(all_cells)
+    loss = all_cells.want * length**2
     sound = (cells["turn"] <= LARGEST_TURN) | _has_cap(all_cells)
-    able = _is_leaf(all_cells) & sound & (_length(cells) > SHORTEST * place.size)
-    able &= all_cells.depth < DEEPEST
+    able = leaf & sound & (length > SHORTEST * place.size) & (all_cells.depth < DEEPEST)
     rows = np.flatnonzero(able & (all_cells.want > WANTING))
+    if loss[rows].sum() <= WANTING_IN_ALL * (length[leaf] ** 2).sum():
+        return rows[:0]
     free = min(most - len(cells), BUDGET // ROUNDS) // 2
     return np.sort(rows[np.argsort(-loss[rows], kind="stable")[:free]])
 

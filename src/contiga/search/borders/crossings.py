@@ -10,18 +10,18 @@ these are nearly flat.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.arrays.codes import GENERAL, RATIONAL_CUBIC
 from contiga.arrays.layout import as_contiguous
-from contiga.elements.element_arrays import Records
+from contiga.arrays.threads import run_ranges
 from contiga.geometry.faces import Faces
 from contiga.geometry.kernels.trim_nb import points_in_trim
 from contiga.records import FloatArray, IndexArray, IntArray
+from contiga.search.borders.crossing_records import CommonPoints, Starts
+from contiga.search.borders.kernels import common_point_nb, near_leaves_nb
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.tables import tables_of
 
@@ -31,19 +31,18 @@ STEEP = 1e-2
 """Sine of the angle under which faces cross at least: what is flatter may be rounding."""
 MET = 1e-11
 """Distance of two places that are one, in the body's size."""
-STARTS, HOPS = 1, 10
-"""Pairs of places of two leaves that Newton's method starts from at least, those that are nearest,
-and its steps."""
+STARTS = 1
+"""Pairs of places of two leaves that Newton's method starts from at least: the nearest ones."""
 FEW = 20_000
 """Starts in all while these are more than so many of each pair."""
-NEARER = 0.35
-"""Share of their distance that Newton's method leaves of it at each step at most."""
+PAIRS = 8
+"""Pairs of near leaves a leaf for which there is room at first; most bodies have five."""
+POINTS = 1024
+"""Starts below which a second thread does not pay."""
 ALIKE = 0.5
 """Cosine between normals that face about the same way."""
 SINGULAR = 1e-7
 """Ratio of derivatives beneath which a place is a pole."""
-RANK = 1e-14
-"""Share of a matrix that is added to one that may be singular."""
 GRID = np.array([[0.0, 0.0], [-0.6, -0.6], [-0.6, 0.6], [0.6, -0.6], [0.6, 0.6]])
 """Places of a leaf, in halves of its sides from its middle."""
 
@@ -89,7 +88,7 @@ def crossing_of(body: Faces, group: IntArray, slit: float) -> Crossing | None:
     pairs = pairs[np.where(same, ~_beside(tables, pairs, uv), together)]
     if len(pairs) == 0:
         return None
-    first, second = _led_together(body, tables, pairs, uv)
+    first, second = _led_together(body, tables, pairs)
     margin = max(ASIDE * body.size, 4.0 * slit)
     crossed = np.flatnonzero(_pierce(body, first, second, margin))
     if len(crossed) == 0:
@@ -137,69 +136,18 @@ def leaf_boxes(tables: Tables) -> FloatArray:
 
 def near_leaves(tables: Tables, within: float = 0.0) -> IndexArray:
     """(n, 2) pairs of leaves of faces that may come nearer than `within`."""
-    tree, leaves, plates = tables.tree, tables.leaves, tables.plates
-    nodes: IndexArray = np.zeros((1, 2), np.int64)
-    ends: list[IndexArray] = []
-    while len(nodes):
-        a, b = nodes.T
-        meet = (tree["low"][a] <= tree["high"][b] + within).all(axis=1)
-        meet &= (tree["low"][b] <= tree["high"][a] + within).all(axis=1)
-        nodes = nodes[meet]
-        inner = tree["count"][nodes] == 0
-        ends.append(nodes[~inner.any(axis=1)])
-        nodes = _opened(tree, nodes[inner.any(axis=1)])
-    pairs = _members(tree, np.concatenate(ends))
-    pairs = pairs[(leaves["element"][pairs] >= 0).all(axis=1)]
-    one, two = plates[pairs[:, 0]], plates[pairs[:, 1]]
-    off = np.linalg.norm(two["middle"] - one["middle"], axis=1)
-    pairs = pairs[off <= one["radius"] + two["radius"] + within]
-    return pairs[_plates_meet(plates, pairs, within)]
+    count = PAIRS * len(tables.leaves)
+    while True:
+        pairs: IndexArray = np.empty((count, 2), np.int64)
+        given = tables.tree, tables.leaves, tables.plates, within
+        count = near_leaves_nb.list_near_leaves(*given, pairs)
+        if count <= len(pairs):
+            return pairs[:count]
 
 
-def _opened(tree: Records, nodes: IndexArray) -> IndexArray:
-    """Pairs of children of pairs of nodes, each once; an end of the hierarchy stays itself."""
-    inner = tree["count"][nodes] == 0
-    first = np.where(inner, tree["first"][nodes], nodes)
-    alike = nodes[:, 0] == nodes[:, 1]
-    pairs = []
-    for i, j in ((0, 0), (0, 1), (1, 0), (1, 1)):
-        there = (inner | (np.array([i, j]) == 0)).all(axis=1) & ~(alike & (i > j))
-        pairs.append(first[there] + [i, j])
-    return np.concatenate(pairs)
-
-
-def _members(tree: Records, nodes: IndexArray) -> IndexArray:
-    """Pairs of leaves of pairs of nodes, each once."""
-    most = int(tree["count"].max(initial=1))
-    first, count = tree["first"][nodes], tree["count"][nodes]
-    i, j = (axis.ravel() for axis in np.indices((most, most)))
-    inside = (i < count[:, :1]) & (j < count[:, 1:])
-    inside &= (i < j) | (nodes[:, :1] != nodes[:, 1:])
-    pairs = np.stack([first[:, :1] + i, first[:, 1:] + j], axis=2)
-    return np.asarray(pairs[inside], np.int64)
-
-
-def _plates_meet(plates: Records, pairs: IndexArray, within: float) -> NDArray[np.bool_]:
-    """Whether the plates of leaves do: thick rectangles, by their separating axes."""
-    one, two = plates[pairs[:, 0]], plates[pairs[:, 1]]
-    off = two["middle"] - one["middle"]
-    meet = np.ones(len(pairs), bool)
-    for axis in (one["normal"], two["normal"], one["x"], one["y"], two["x"], two["y"]):
-        length = np.maximum(np.linalg.norm(axis, axis=1), 1e-300)
-        way = axis / length[:, None]
-        reach = within + one["departure"] + two["departure"]
-        for plate in (one, two):
-            reach = reach + np.abs((plate["x"] * way).sum(axis=1))
-            reach += np.abs((plate["y"] * way).sum(axis=1))
-        meet &= np.abs((off * way).sum(axis=1)) <= reach
-    return meet
-
-
-def _led_together(
-    body: Faces, tables: Tables, pairs: IndexArray, uv: FloatArray
-) -> tuple[_Places, _Places]:
+def _led_together(body: Faces, tables: Tables, pairs: IndexArray) -> tuple[_Places, _Places]:
     """Places of two leaves each that are one point."""
-    plates, element = tables.plates, tables.leaves["element"]
+    plates = tables.plates
     x, y = GRID.T[:, :, None]
     on = [
         plates["middle"][side][:, None]
@@ -208,92 +156,21 @@ def _led_together(
         for side in pairs.T
     ]
     off = np.linalg.norm(on[0][:, :, None] - on[1][:, None], axis=3).reshape(len(pairs), -1)
-    starts = max(STARTS, min(FEW // len(pairs), len(GRID) ** 2))
-    nearest = np.argsort(off, axis=1, kind="stable")[:, :starts]
-    rows = np.repeat(np.arange(len(pairs)), nearest.shape[1])
-    sides = np.divmod(nearest.ravel(), len(GRID))
-    low, high = (
-        np.concatenate([uv[pairs[rows, k], end] for k in (0, 1)], axis=1) for end in (0, 1)
-    )
-    share = 0.5 + 0.5 * np.concatenate([GRID[side] for side in sides], axis=1)
-    place = low + share * (high - low)
-    elements = element[pairs[rows]]
-    reach = np.take_along_axis(off, nearest, axis=1).ravel()
-    near = MET * body.size
-    met: list[tuple[_Places, _Places]] = []
-    for hop in range(HOPS + 1):
-        one, two = (
-            _evaluated(body, tables, elements[:, k], place[:, 2 * k : 2 * k + 2]) for k in (0, 1)
-        )
-        miss = two.point - one.point
-        off = np.linalg.norm(miss, axis=1)
-        there = off <= near
-        met.append((_taken(one, there), _taken(two, there)))
-        go = ~there & (off <= reach * NEARER ** (hop - 1))
-        place, low, high = place[go], low[go], high[go]
-        elements, reach, miss = elements[go], reach[go], miss[go]
-        slope = np.concatenate([one.along[go], -two.along[go]], axis=1)
-        step = _shortest(slope, miss)
-        for _ in range(2):  # what is at an end of its leaf and would leave it stays
-            slope[((step < 0.0) & (place <= low)) | ((step > 0.0) & (place >= high))] = 0.0
-            step = _shortest(slope, miss)
-        place = np.clip(place + step, low, high)
-    return _all_of([pair[0] for pair in met]), _all_of([pair[1] for pair in met])
+    count = max(STARTS, min(FEW // len(pairs), len(GRID) ** 2))
+    nearest = np.argsort(off, axis=1, kind="stable")[:, :count]
+    share = 0.5 + 0.5 * GRID[np.stack(np.divmod(nearest, len(GRID)), axis=2)]
+    starts = Starts(pairs, share, np.take_along_axis(off, nearest, axis=1))
+    common = CommonPoints.of(len(pairs), count)
+    given = tables.elements, tables.leaves, starts, MET * body.size, common
+    run_ranges(common_point_nb.lead_together, len(pairs), POINTS // count + 1, *given)
+    patch = tables.leaves["patch"][pairs[np.nonzero(common.met)[0]]]
+    uv, point, along = (field[common.met] for field in common[1:])
+    one, two = (_Places(patch[:, k], uv[:, k], point[:, k], along[:, k]) for k in (0, 1))
+    return one, two
 
 
 def _taken(at: _Places, rows: NDArray[np.bool_] | IndexArray) -> _Places:
     return _Places(at.patch[rows], at.uv[rows], at.point[rows], at.along[rows])
-
-
-def _all_of(some: Sequence[_Places]) -> _Places:
-    patch, uv, point, along = (np.concatenate(field) for field in zip(*some, strict=True))
-    return _Places(patch, uv, point, along)
-
-
-def _shortest(slope: FloatArray, miss: FloatArray) -> FloatArray:
-    """(n, 4) shortest steps x with x · slope = miss (n, 3), least squares where it has no rank."""
-    square = slope.transpose(0, 2, 1) @ slope
-    square += RANK * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(3)
-    square[(square == 0.0).all(axis=(1, 2))] = np.eye(3)
-    return np.asarray((slope @ np.linalg.solve(square, miss[:, :, None]))[:, :, 0])
-
-
-def _evaluated(body: Faces, tables: Tables, element: IndexArray, uv: FloatArray) -> _Places:
-    """Points and first derivatives at places of elements."""
-    table = tables.elements.table
-    patch, form = table["patch"][element], table["form"][element]
-    point, along = np.empty((len(uv), 3)), np.empty((len(uv), 2, 3))
-    rows = np.flatnonzero(form != GENERAL)
-    box = table["box"][element[rows]].reshape(-1, 2, 2)
-    width = np.ptp(box, axis=2)
-    net = table["cubic"][element[rows]].reshape(-1, 4, 4, 4)
-    about = table["about"][element[rows]] + 0.5
-    (s, ds), (t, dt) = (
-        _powers((uv[rows, k] - box[:, k, 0]) / width[:, k] - about[:, k]) for k in (0, 1)
-    )
-    by_t, by_dt = (np.einsum("nckl,nl->nck", net, powers) for powers in (t, dt))
-    at, du, dv = (
-        np.einsum("nck,nk->nc", half, powers)
-        for half, powers in ((by_t, s), (by_t, ds), (by_dt, s))
-    )
-    weight = np.where(form[rows] == RATIONAL_CUBIC, at[:, 3], 1.0)[:, None]
-    place = at[:, :3] / weight
-    for k, d in enumerate((du, dv)):
-        bent = np.where(form[rows] == RATIONAL_CUBIC, d[:, 3], 0.0)[:, None]
-        along[rows, k] = (d[:, :3] - bent * place) / weight / width[:, k : k + 1]
-    point[rows] = place + table["origin"][element[rows]]
-    for k in np.unique(patch[form == GENERAL]).tolist():
-        rows = np.flatnonzero((form == GENERAL) & (patch == k))
-        d = body.patches[k].derivatives(uv[rows], 1)
-        point[rows] = d[:, 0, 0]
-        along[rows] = np.stack([d[:, 1, 0], d[:, 0, 1]], axis=1)
-    return _Places(patch, uv, point, along)
-
-
-def _powers(x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(n, 4) powers 0 to 3 of x, and their derivatives."""
-    one = np.ones_like(x)
-    return np.stack([one, x, x * x, x**3], 1), np.stack([0.0 * x, one, 2.0 * x, 3.0 * x * x], 1)
 
 
 def _pierce(body: Faces, one: _Places, two: _Places, margin: float) -> NDArray[np.bool_]:

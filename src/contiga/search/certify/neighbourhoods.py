@@ -15,6 +15,11 @@ ELEMENTS = 64
 QUARTERED = ((3, 100), (2, 400), (1, 4000))
 
 
+def none() -> Records:
+    """(0, 16) in the tables of a body whose feet are not tracked."""
+    return np.zeros((0, part_nb.PARTS**2), NEIGHBOURHOOD)
+
+
 def build_neighbourhoods(elements: Elements) -> Records:
     """(elements, 16) bounds around the parts of all elements."""
     n = len(elements.table)

@@ -70,11 +70,12 @@ class Kept(Generic[T]):
 
 
 def _digest_of(tables: Tables, how: tuple[Any, ...]) -> str:
-    """Of all arrays and numbers of tables, but for the leaves that guesses begin at: those are
-    filled in as points ask for them. And of `how`."""
+    """Of all arrays and numbers of tables, but for the leaves that guesses begin at and the
+    neighbourhoods: those are filled in when they are asked for. And of `how`."""
     digest, seeds = Digest(), tables.seeds
     digest.text(repr(how))
     tables = tables._replace(seeds=seeds._replace(leaf=seeds.leaf[:0]))
+    tables = tables._replace(neighbourhoods=tables.neighbourhoods[:0])
     for k, leaf in enumerate(_leaves(tables)):
         digest.arrays(str(k), np.asarray(leaf))
     return digest.hexdigest()

@@ -119,5 +119,5 @@ class Tables(NamedTuple):
     scale: FloatArray
     """(2,) size of the body, tangential tolerance of a foot; lengths."""
     neighbourhoods: Records
-    """(elements, 16) `NEIGHBOURHOOD`."""
+    """(elements, 16) `NEIGHBOURHOOD`, of no elements before feet are tracked."""
     joints: Joints

@@ -19,7 +19,7 @@ from contiga.records import FloatArray, Projection, SurfacePlaces
 from contiga.search.certify.kernels import branch_nb, follow_nb
 from contiga.search.closest.closest import closest_of_rows
 from contiga.search.hierarchy.table_types import Tables
-from contiga.search.tables import tables_of
+from contiga.search.tables import tables_of, tracking_tables_of
 from contiga.search.track.kernels import track_nb
 from contiga.search.track.kernels.lanes_nb import RECORD
 from contiga.search.track.track_records import Left, Path, Room
@@ -77,14 +77,13 @@ def project(
     """
     p_B = as_points(points)
     is_global = checked_mode(mode)
-    tables = tables_of(body)
     if is_global:
         feet = checked_out(out, p_B, None)
         feet.certified[:] = 0
-        closest_of_rows(tables, p_B, np.arange(len(p_B), dtype=np.int32), feet)
+        closest_of_rows(tables_of(body), p_B, np.arange(len(p_B), dtype=np.int32), feet)
         return feet
     last, feet = checked_feet(start, out, p_B, len(body.patches), "patch")
-    track(tables, p_B, SurfacePlaces(last.patch, last.uv), feet, last)
+    track(tracking_tables_of(body), p_B, SurfacePlaces(last.patch, last.uv), feet, last)
     return feet
 
 

@@ -159,6 +159,20 @@ def test_on_a_box_the_inner_ball_falls_with_the_distance_to_the_edge():
     assert (outer >= np.minimum(2.0 * a, 0.99 * ball_cells.CAP * body.size)).all()
 
 
+def test_cells_along_edges_are_not_cut_until_the_budget_is_spent():
+    """A bound that is zero at an edge is as steep as the ball: halves would prove no more."""
+    assert len(ball.balls_of(box(2.0, 3.0, 4.0).surface.tables).child) < 1000
+    can = cg.Body(
+        [
+            cg.shapes.cylinder(radius=2.0, height=3.0),
+            cg.shapes.disc(radius=2.0, centre=(0.0, 0.0, 1.5)),
+            cg.shapes.disc(radius=2.0, centre=(0.0, 0.0, -1.5), axis=(0.0, 0.0, -1.0)),
+        ]
+    )
+    assert can.closed
+    assert len(ball.balls_of(can.surface.tables).child) < 3000
+
+
 def test_far_from_the_origin_the_balls_are_nearly_the_same():
     here = BENT["bent torus 0"]()
     there = here.translated((1e6, -2e6, 5e5))

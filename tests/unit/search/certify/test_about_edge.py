@@ -18,7 +18,7 @@ import contiga as cg
 from contiga.elements.extraction import elements_of
 from contiga.search.certify.certify_records import Bending, Cells
 from contiga.search.certify.kernels import about_edge_nb, bend_nb, edge_segment_nb
-from contiga.search.tables import tables_of
+from contiga.search.tables import tracking_tables_of
 
 pytestmark = pytest.mark.interpreted
 
@@ -33,7 +33,7 @@ def fold_about(tables, foot, r):
 def place(body, point):
     """The element of a roof's face that a point lies on, and where in it."""
     foot = body.project([point])
-    tables = tables_of(body)
+    tables = tracking_tables_of(body)
     for e, row in enumerate(tables.elements.table):
         u0, u1, v0, v1 = row["box"]
         u, v = foot.uv[0]
@@ -49,7 +49,7 @@ def test_both_faces_of_a_fold_are_known_with_their_frames(turn, sense):
     half = 0.5 * turn
     away = 0.05
     foot = place(body, [sense * away * np.cos(half), 0.2, -away * np.sin(half)])
-    known, first, second, way = fold_about(tables_of(body), foot, 0.3)
+    known, first, second, way = fold_about(tracking_tables_of(body), foot, 0.3)
     assert known
     assert way == pytest.approx(away, rel=1e-6)
     for frame, own in ((first, sense), (second, -sense)):
@@ -62,11 +62,11 @@ def test_both_faces_of_a_fold_are_known_with_their_frames(turn, sense):
 
 def test_far_from_the_edge_there_is_no_fold():
     body = trimmed_fold(1.0)
-    assert not fold_about(tables_of(body), place(body, [0.4, 0.0, -0.2]), 0.05)[0]
+    assert not fold_about(tracking_tables_of(body), place(body, [0.4, 0.0, -0.2]), 0.05)[0]
 
 
 def known(body, foot, r):
-    return fold_about(tables_of(body), foot, r)[0]
+    return fold_about(tracking_tables_of(body), foot, r)[0]
 
 
 def test_no_fold_is_known_beside_a_corner():
@@ -99,7 +99,7 @@ def test_no_fold_is_known_where_the_element_of_the_foot_ends():
     parts = [left.insert_knots(u=[0.9 / 1.5]), right]
     body = cg.Body(parts, trims=fold.trims, edges=fold.edges)
     foot = (1, 0.08 / 0.6 - 0.5, 0.0)
-    assert tables_of(body).elements.table[1]["box"].tolist() == [0.9 / 1.5, 1.0, 0.0, 1.0]
+    assert tracking_tables_of(body).elements.table[1]["box"].tolist() == [0.9 / 1.5, 1.0, 0.0, 1.0]
     assert known(body, foot, 0.03)
     assert not any(known(body, foot, r) for r in (0.08, 0.1, 0.12))
 
@@ -120,7 +120,7 @@ def slip_of(tables, foot, r):
 
 def test_tangents_that_leave_the_second_face_at_the_foot_itself_slip():
     """Whatever was measured elsewhere along the edge."""
-    tables = tables_of(bent_fold(1.0, tilt=1e-4))
+    tables = tracking_tables_of(bent_fold(1.0, tilt=1e-4))
     edges = np.array(tables.joints.edges)
     edges["slip"] = 0.0
     tables = tables._replace(joints=tables.joints._replace(edges=edges))
@@ -147,7 +147,7 @@ def cell_of(tables, foot, reach, bend, bending):
 def test_no_way_as_long_as_the_reach_leaves_the_cell_about_a_foot():
     rng = np.random.default_rng(0)
     edge = np.linspace(0.0, 1.0, 41)
-    tables = tables_of(natural_fold(0.0))
+    tables = tracking_tables_of(natural_fold(0.0))
     told = 0
     for _ in range(few(8, 2)):
         patch = uneven(rng)
@@ -185,7 +185,7 @@ def along(coefs, foot, cell, bending):
 def test_a_edge_segment_is_no_longer_either_way_than_told():
     """A straight one across a square sheet, from the place next to the foot."""
     body = cg.Body([cg.shapes.bilinear([0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0])])
-    elements, bending = tables_of(body).elements, bend_nb.bend_work()
+    elements, bending = tracking_tables_of(body).elements, bend_nb.bend_work()
     cell = (-0.2, 0.2, -0.1, 0.1)
     assert bend_nb.bend_bounds(elements, 0, cell, np.empty(6), bending)
     rng = np.random.default_rng(1)

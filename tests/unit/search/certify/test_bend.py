@@ -10,7 +10,7 @@ from tests.unit.search.sheets import SHEETS, inside, truth
 
 import contiga as cg
 from contiga.search.certify.kernels.bend_nb import bend_bounds, bend_work
-from contiga.search.tables import tables_of
+from contiga.search.tables import tracking_tables_of
 
 
 def rough(seed, degrees):
@@ -35,7 +35,7 @@ SURFACES = {
 @pytest.mark.parametrize("name", SURFACES)
 def test_bounds_hold_in_every_cell_and_become_tight(name):
     patch = SURFACES[name]
-    tables, rng = tables_of(cg.Body([patch])), np.random.default_rng(3)
+    tables, rng = tracking_tables_of(cg.Body([patch])), np.random.default_rng(3)
     bend, work = np.empty(6), bend_work()
     for size, most in ((0.3, np.inf), (0.05, np.inf), (0.005, 1.5)):
         for _ in range(20):

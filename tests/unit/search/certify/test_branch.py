@@ -10,7 +10,7 @@ from tests.sample import FULL, slow
 
 import contiga as cg
 from contiga.search.certify.kernels import branch_nb
-from contiga.search.exact_surface import tables_of
+from contiga.search.exact_surface import tracking_tables_of
 from contiga.statuses import Feature, Status
 
 
@@ -264,7 +264,7 @@ def corners_of_way(row, foot, side, start):
 @pytest.mark.parametrize("name", ["torus", "bumps"])
 def test_a_way_over_a_side_is_no_shorter_than_on_the_surface(name):
     body = cg.Body(pieces(SURFACES[name], 5))
-    tables = tables_of(body)
+    tables = tracking_tables_of(body)
     table, rng = tables.elements.table, np.random.default_rng(4)
 
     def along(e, a, b):
@@ -367,5 +367,5 @@ def test_where_two_patches_meet_at_a_border_feet_need_not_be_followed():
     (u0, u1), _ = plane.domain
     left, right = plane.split(u=0.5 * (u0 + u1))
     for other in (right, right.transposed().flipped()):
-        neighbourhoods = tables_of(cg.Body([left, other])).neighbourhoods
+        neighbourhoods = tracking_tables_of(cg.Body([left, other])).neighbourhoods
         assert (neighbourhoods["room"] > 0.1).all()

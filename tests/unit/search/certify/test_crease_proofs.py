@@ -13,7 +13,7 @@ from tests.unit.search.folds import at_crease, focal, natural_fold, place
 
 from contiga.search.certify.certify_records import Near
 from contiga.search.certify.kernels import crease_nb, joined_nb
-from contiga.search.tables import tables_of
+from contiga.search.tables import tracking_tables_of
 
 pytestmark = pytest.mark.interpreted
 
@@ -27,7 +27,7 @@ def over_crease(near, foot, last, path):
 
 
 def near(body):
-    tables = tables_of(body)
+    tables = tracking_tables_of(body)
     return Near(tables.elements, tables.neighbourhoods, tables.trims.trimmed, tables.scale[1])
 
 

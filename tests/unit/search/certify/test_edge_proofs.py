@@ -12,7 +12,7 @@ from numba import njit
 from tests.unit.search.folds import at_fold, bent_fold, focal, over, place, trimmed_fold
 
 from contiga.search.certify.kernels import about_edge_nb, edge_nb
-from contiga.search.tables import tables_of
+from contiga.search.tables import tracking_tables_of
 
 pytestmark = pytest.mark.interpreted
 
@@ -30,7 +30,7 @@ def runs_into_fold(tables, last, path):
 def joined(body, foot, last, before, after=None):
     """Whether the feet `last` of a point before its motion and `foot` after it are joined."""
     path = (tuple(before), tuple(before if after is None else after))
-    return over_edge(tables_of(body), at_fold(body, *foot), at_fold(body, *last), path)
+    return over_edge(tracking_tables_of(body), at_fold(body, *foot), at_fold(body, *last), path)
 
 
 def test_two_minima_in_the_hollow_of_one_face_are_not_joined():
@@ -106,7 +106,9 @@ def test_the_ball_is_twice_as_large_as_the_motion(way, fits):
 
 
 def ends(body, last, before, after):
-    return runs_into_fold(tables_of(body), at_fold(body, *last), (tuple(before), tuple(after)))
+    return runs_into_fold(
+        tracking_tables_of(body), at_fold(body, *last), (tuple(before), tuple(after))
+    )
 
 
 @pytest.mark.parametrize("turn", [1.0, 0.1, -0.1, -1.0])

@@ -8,12 +8,12 @@ from tests.unit.search import plain
 
 import contiga as cg
 from contiga.search.certify.neighbourhoods import build_neighbourhoods
-from contiga.search.tables import tables_of
+from contiga.search.tables import tables_of, tracking_tables_of
 
 
 def test_curvatures_around_every_part_of_a_torus_are_bounded():
     patch = cg.shapes.torus(major=3.0, minor=1.0)
-    tables = tables_of(cg.Body([patch]))
+    tables = tracking_tables_of(cg.Body([patch]))
     # towards the outward normal the rim bends by 1/4 at most inward, the hole by 1/2 outward
     curvature = tables.neighbourhoods["curvature"]
     assert (curvature[..., 1] >= 1.0 - 1e-9).all()
@@ -25,7 +25,7 @@ def test_curvatures_around_every_part_of_a_torus_are_bounded():
 
 def test_speeds_and_widths_hold_within_the_block():
     patch = cg.shapes.bumpy_plate(waves=2)
-    tables = tables_of(cg.Body([patch]))
+    tables = tracking_tables_of(cg.Body([patch]))
     rng = np.random.default_rng(0)
     for neighbourhood in rng.choice(tables.neighbourhoods.ravel(), 40):
         u0, u1, v0, v1 = neighbourhood["block"]
@@ -40,7 +40,7 @@ def test_speeds_and_widths_hold_within_the_block():
 
 
 def test_the_border_of_a_sheet_ends_the_parts_beside_it():
-    ends = tables_of(cg.Body([cg.shapes.saddle()])).neighbourhoods["ends"]
+    ends = tracking_tables_of(cg.Body([cg.shapes.saddle()])).neighbourhoods["ends"]
     assert ends.any()
     assert not ends.all()
 
@@ -51,7 +51,7 @@ def test_parts_at_a_corner_where_smooth_elements_meet_have_room():
     knots = [0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0]
     x, y = np.meshgrid(*2 * [[0.0, 0.25, 0.75, 1.0]], indexing="ij")
     sheet = cg.NurbsSurface((2, 2), (knots, knots), np.stack([x, y, 0.0 * x], axis=-1))
-    neighbourhoods = tables_of(cg.Body([sheet])).neighbourhoods.reshape(4, 4, 4)
+    neighbourhoods = tracking_tables_of(cg.Body([sheet])).neighbourhoods.reshape(4, 4, 4)
     assert (neighbourhoods["room"] > 0.1).all()
     inner = (
         neighbourhoods[0, 3, 3],
@@ -74,3 +74,24 @@ def test_parts_about_a_smooth_pole_have_room_all_round():
     assert (about["room"] <= 0.25).all()
     assert not about["ends"].any()
     assert (neighbourhoods["curvature"] < 1e-9).all()
+
+
+def test_only_tracked_feet_ask_for_neighbourhoods(monkeypatch):
+    built = []
+    monkeypatch.setattr(
+        "contiga.search.certify.neighbourhoods.build_neighbourhoods",
+        lambda elements: built.append(1) or build_neighbourhoods(elements),
+    )
+    body, points = cg.Body([cg.shapes.torus()]), np.array([[3.0, 0.0, 0.1], [2.0, 0.5, 0.6]])
+    feet = body.project(points)
+    assert body.closed
+    assert body.contains(points).tolist() == [False, False]
+    assert built == []
+    assert len(tables_of(body).neighbourhoods) == 0
+    for shift in (0.01, 0.02):
+        body.project(points + shift, start=feet, mode="track")
+    assert body.surface.tables is tracking_tables_of(body)
+    assert built == [1]
+    tracked = tracking_tables_of(body)
+    assert len(tracked.neighbourhoods) == len(tracked.elements.table)
+    assert tracked.elements.table is tables_of(body).elements.table

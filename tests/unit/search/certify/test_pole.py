@@ -9,7 +9,7 @@ from tests.unit.search.sheets import inside, truth
 import contiga as cg
 from contiga.search.certify.kernels.bend_nb import bend_work
 from contiga.search.certify.kernels.pole_nb import pole_bounds, pole_side
-from contiga.search.tables import tables_of
+from contiga.search.tables import tracking_tables_of
 
 
 def pointed(turn):
@@ -35,7 +35,7 @@ def test_bounds_hold_beside_a_pole_whichever_side_it_is(way):
         "first": patch.transposed(),
         "turned": patch.flipped(),
     }[way]
-    tables, rng = tables_of(cg.Body([patch])), np.random.default_rng(6)
+    tables, rng = tracking_tables_of(cg.Body([patch])), np.random.default_rng(6)
     kind = tables.elements.table[0]["kind"]
     side = int(np.flatnonzero(kind == 3)[0])
     bend, work = np.empty(6), bend_work()
@@ -57,7 +57,7 @@ def test_bounds_hold_beside_a_pole_whichever_side_it_is(way):
 
 
 def test_the_tip_of_a_cone_has_no_bound():
-    tables = tables_of(cg.Body([pointed(0.3)]))
+    tables = tracking_tables_of(cg.Body([pointed(0.3)]))
     side = int(np.flatnonzero(tables.elements.table[0]["kind"] == 3)[0])
     cell = (0.0, 0.1, -0.5, -0.4)
     assert side == 2
@@ -65,7 +65,7 @@ def test_the_tip_of_a_cone_has_no_bound():
 
 
 def test_the_bound_at_the_pole_of_a_sphere_is_about_twice_its_curvature():
-    tables = tables_of(cg.Body([cg.shapes.sphere(radius=2.0)]))
+    tables = tracking_tables_of(cg.Body([cg.shapes.sphere(radius=2.0)]))
     bend = np.empty(6)
     cell = (0.0, 0.0625, -0.5, -0.4375)
     assert pole_bounds(tables.elements, 0, cell, 2, bend, bend_work())

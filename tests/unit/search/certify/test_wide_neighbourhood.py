@@ -13,7 +13,7 @@ from tests.stress.tracking import slivers
 import contiga as cg
 from contiga.search.certify.kernels import branch_nb
 from contiga.search.hierarchy.table_types import Tables
-from contiga.search.tables import tables_of
+from contiga.search.tables import tracking_tables_of
 
 SHARES = np.array([0.0, 0.203, 0.2142, 0.4537, 0.5211, 0.5232, 0.8059, 1.0])
 """Where `slivers` cuts."""
@@ -44,7 +44,7 @@ def depth(parts: np.ndarray, block: np.ndarray) -> np.ndarray:
 @pytest.fixture(scope="module")
 def uneven() -> Tables:
     """Of the uneven plane; without the compiler of one with a narrow row and column alone."""
-    return tables_of(cg.Body([uneven_plane(few(SHARES, SHARES[[0, 4, 5, 7]]))]))
+    return tracking_tables_of(cg.Body([uneven_plane(few(SHARES, SHARES[[0, 4, 5, 7]]))]))
 
 
 @pytest.mark.interpreted
@@ -72,7 +72,7 @@ def test_a_surface_cut_and_turned_has_the_surroundings_of_one_that_is_not_turned
     found = []
     for patches in (whole, slivers(patch)):
         body = cg.Body(patches)
-        tables = tables_of(body)
+        tables = tracking_tables_of(body)
         parts, of = parts_of(tables), tables.elements.table["patch"]
         middle = np.stack([parts[..., :2].mean(axis=-1), parts[..., 2:].mean(axis=-1)], axis=-1)
         at = np.concatenate(
@@ -90,7 +90,7 @@ def test_a_surface_cut_and_turned_has_the_surroundings_of_one_that_is_not_turned
 def test_speeds_widths_and_curvatures_hold_within_wide_blocks():
     patch = cg.shapes.bumpy_plate(waves=1)
     body = cg.Body(slivers(patch))
-    tables, rng = tables_of(body), np.random.default_rng(0)
+    tables, rng = tracking_tables_of(body), np.random.default_rng(0)
     table = tables.elements.table
     for e in rng.choice(len(table), 60):
         neighbourhood, own = (
@@ -125,8 +125,8 @@ def way_beyond(table, neighbourhoods, foot, start):
 def test_ways_over_sides_slivers_and_corners_are_no_shorter_than_the_straight_ones(name):
     """And infinite where the surroundings, those of the surface in one piece, hold no start."""
     patch = uneven_plane() if name == "plane" else cg.shapes.torus(major=1.0, minor=0.4)
-    body, whole = cg.Body(slivers(patch)), tables_of(cg.Body([uneven_plane()]))
-    tables, rng = tables_of(body), np.random.default_rng(2)
+    body, whole = cg.Body(slivers(patch)), tracking_tables_of(cg.Body([uneven_plane()]))
+    tables, rng = tracking_tables_of(body), np.random.default_rng(2)
     table, parts = tables.elements.table, parts_of(whole).reshape(-1, 4)
     low, high = np.array(patch.domain).T
     on = patch.evaluate(low + (high - low) * rng.random((6000, 2)))
@@ -172,8 +172,8 @@ def test_parts_beside_a_face_that_is_trimmed_have_no_room_there():
     def loop(points):
         return [cg.shapes.line([*a, 0.0], [*b, 0.0]) for a, b in pairwise(points)]
 
-    whole = tables_of(cg.Body([left, right]))
-    holed = tables_of(cg.Body([left, right], trims=[None, [loop(rim), loop(hole)]]))
+    whole = tracking_tables_of(cg.Body([left, right]))
+    holed = tracking_tables_of(cg.Body([left, right], trims=[None, [loop(rim), loop(hole)]]))
     beside = np.arange(16) >= 12
     assert whole.neighbourhoods["reach"][0, beside].any(axis=-1).all()
     assert (whole.neighbourhoods["room"][0, beside] > 0.0).all()
@@ -210,7 +210,7 @@ def test_where_other_than_four_elements_meet_there_are_no_rows_and_columns(count
             for k in range(count)
         ]
     )
-    tables = tables_of(body)
+    tables = tracking_tables_of(body)
     assert (tables.elements.table["kind"][:, [0, 2]] == 0).all()
     at_corner = tables.neighbourhoods[:, 0]
     assert (at_corner["room"] > 0.0).all()

@@ -23,7 +23,7 @@ from tests.unit.search.folds import (
 
 import contiga as cg
 from contiga.search.certify.kernels import about_edge_nb, edge_nb, edge_segment_nb, within_face_nb
-from contiga.search.tables import tables_of
+from contiga.search.tables import tracking_tables_of
 from contiga.statuses import Feature, Status
 
 pytestmark = pytest.mark.interpreted
@@ -57,7 +57,7 @@ def joined(body, foot, last, before, after=None, at=at_fold):
         if at is at_crease
         else (at_fold(body, *f) for f in (foot, last))
     )
-    return stays_in_face(tables_of(body), *feet, path)
+    return stays_in_face(tracking_tables_of(body), *feet, path)
 
 
 @pytest.mark.parametrize("k", [0, 1])
@@ -75,7 +75,7 @@ def test_feet_beside_a_sharp_edge_are_joined_from_inside(k, depth):
     assert joined(body, feet[0], feet[1], *ends[::-1])
     if depth < 0.0:
         assert not over_edge(
-            tables_of(body), at_fold(body, *feet[1]), at_fold(body, *feet[0]), path
+            tracking_tables_of(body), at_fold(body, *feet[1]), at_fold(body, *feet[0]), path
         )
 
 
@@ -149,7 +149,7 @@ def test_a_face_is_known_as_far_as_its_element_goes(y, good):
     u = np.linspace(-1.0, 1.0, 3)
     net = np.stack([*np.meshgrid(u, u, indexing="ij"), np.zeros((3, 3))], axis=-1)
     body = cg.Body([cg.NurbsSurface((1, 1), (knots, knots), net)])
-    tables = tables_of(body)
+    tables = tracking_tables_of(body)
     foot, last = (0, -0.3, y), (0, -0.3, y - 0.15)
     p = [np.array([s - 0.5, t - 0.5, 0.3]) for _, s, t in (last, foot)]
     told = stays_in_face(tables, foot, last, (tuple(p[0]), tuple(p[1])))
@@ -171,7 +171,7 @@ def test_a_foot_does_not_go_over_a_slot(wide):
 
     def told(x0, x1):
         feet = (0, 0.5 * x1, 0.0), (0, 0.5 * x0, 0.0)
-        return stays_in_face(tables_of(body), *feet, ((x0, 0.0, 0.1), (x1, 0.0, 0.1)))
+        return stays_in_face(tracking_tables_of(body), *feet, ((x0, 0.0, 0.1), (x1, 0.0, 0.1)))
 
     x = 0.5 * wide
     # Of a narrow slot the other side is in the ball, too.

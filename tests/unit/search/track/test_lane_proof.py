@@ -13,7 +13,7 @@ import contiga as cg
 from contiga.records import empty_projection
 from contiga.search.certify.kernels import branch_nb
 from contiga.search.hierarchy.table_types import NEIGHBOURHOOD
-from contiga.search.tables import tables_of
+from contiga.search.tables import tracking_tables_of
 from contiga.search.track.kernels import lane_proof_nb, lanes_nb
 from contiga.search.track.track_records import Left
 
@@ -47,7 +47,7 @@ def test_numbers_of_a_record_are_where_lanes_look_for_them():
 def test_lanes_prove_what_the_bounds_around_a_foot_prove_one_by_one(kind):
     """All of it, but for ways over a pole."""
     body = cg.Body(BODIES[kind])
-    tables, rng = tables_of(body), np.random.default_rng(4)
+    tables, rng = tracking_tables_of(body), np.random.default_rng(4)
     low, high = body.bounds()
     at = body.project(low + (high - low) * rng.uniform(0.0, 1.0, (3000, 3)))
     p = at.point + 0.02 * body.size * rng.uniform(-1.0, 1.0, (3000, 1)) * at.normal
@@ -76,7 +76,7 @@ def test_lanes_prove_what_the_bounds_around_a_foot_prove_one_by_one(kind):
 def test_the_ball_of_a_proof_ends_before_the_face_does():
     """On a plate that ends, of one element: it is as large as the motion, and a tenth more."""
     body = cg.Body([cg.shapes.plane()])
-    tables, rng = tables_of(body), np.random.default_rng(6)
+    tables, rng = tracking_tables_of(body), np.random.default_rng(6)
     p = np.column_stack([rng.uniform(-0.49, 0.49, (3000, 2)), np.full(3000, 0.1)])
     start = body.project(p)
     q = p + rng.uniform(-0.1, 0.1, (3000, 3)) * [1.0, 1.0, 0.0]
@@ -91,7 +91,7 @@ def test_the_ball_of_a_proof_ends_before_the_face_does():
 def test_lanes_look_at_holes_within_the_ball_of_a_proof():
     plate = cg.shapes.bilinear([0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0])
     body = cg.Body([plate], trims=[[ring(0.0, 1.0), ring(0.4, 0.6)]])
-    tables = tables_of(body)
+    tables = tracking_tables_of(body)
     rng = np.random.default_rng(5)
     p = np.column_stack([rng.uniform(0.05, 0.35, (2000, 2)), np.full(2000, 0.1)])
     start = body.project(p)

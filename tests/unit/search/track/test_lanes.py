@@ -13,7 +13,7 @@ import contiga as cg
 from contiga.arrays.codes import TO_WALK
 from contiga.jit.pipeline import CalledCompiler
 from contiga.records import SurfacePlaces, empty_projection
-from contiga.search.tables import tables_of
+from contiga.search.tables import tracking_tables_of
 from contiga.search.track.kernels import lanes_nb, project_nb, track_nb
 from contiga.search.track.kernels.lanes_nb import RECORD
 from contiga.search.track.track_records import Chunk, Left, Path, room_for
@@ -38,11 +38,11 @@ def in_lanes(tables, points, start, out, before=None):
 
 def lanes_only(body, points, start):
     out = empty_projection(len(points))
-    return out, in_lanes(tables_of(body), points, start, out) == 0
+    return out, in_lanes(tracking_tables_of(body), points, start, out) == 0
 
 
 def walk_only(body, points, start):
-    tables, out = tables_of(body), empty_projection(len(points))
+    tables, out = tracking_tables_of(body), empty_projection(len(points))
     n = len(points)
     rows, flags = np.arange(n, dtype=np.int32), np.full(n, TO_WALK, np.uint8)
     left = Left(rows, flags, np.empty((n, 3)), start.patch, start.uv)
@@ -80,7 +80,7 @@ def moved(kind, way):
 def test_feet_that_leave_their_element_go_on_in_the_next(kind):
     """They are those that the walk finds; few are left to it."""
     body, start, q = moved(kind, 0.02)
-    tables = tables_of(body)
+    tables = tracking_tables_of(body)
     fast, done = lanes_only(body, q, start)
     box = tables.elements.table["box"]
 

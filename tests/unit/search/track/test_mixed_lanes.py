@@ -14,7 +14,7 @@ import contiga as cg
 from contiga.arrays.codes import TO_WALK
 from contiga.elements.element_arrays import ELEMENT
 from contiga.records import empty_projection, rows_of
-from contiga.search.tables import tables_of
+from contiga.search.tables import tracking_tables_of
 from contiga.search.track.kernels import lanes_nb, mixed_lanes_nb
 
 from .test_lanes import PATCHES, in_lanes, vector_code
@@ -40,7 +40,7 @@ def step(body, way, n=1200):
 def tracked(body, p, start, q, rows):
     """Of these rows, in the order of `rows`, and which are done."""
     out = empty_projection(len(rows))
-    back = in_lanes(tables_of(body), q[rows], rows_of(start, rows), out, p[rows])
+    back = in_lanes(tracking_tables_of(body), q[rows], rows_of(start, rows), out, p[rows])
     return out, back == 0
 
 
@@ -62,7 +62,7 @@ def test_a_row_alone_finds_the_bits_that_it_finds_among_others_of_its_element(ki
 
 def test_a_row_that_leaves_its_element_waits_again_and_one_that_leaves_two_is_flagged():
     body = cg.Body(cg.shapes.plane().split(u=0.5))
-    tables = tables_of(body)
+    tables = tracking_tables_of(body)
     box = tables.elements.table["box"]
     far = np.array([0.0, 0.1, 0.3, 0.8, 0.9, 2.0])
     p = np.column_stack([np.full(6, -0.2), np.zeros(6), np.full(6, 0.1)])
@@ -98,10 +98,10 @@ def test_a_row_that_has_left_for_nowhere_is_flagged_wherever_its_foot_would_be()
     """Over the border of a plate, and over the edge that two plates meet at at an angle."""
     wall = cg.shapes.bilinear([1, 0, 0], [1, 0, 1], [1, 1, 0], [1, 1, 1])
     for body in (cg.Body([PLATE]), cg.Body([PLATE, wall])):
-        record, waiting = gone_on(tables_of(body), 0, (0.7, 0.0), (0.5, 0.5, 0.1))
+        record, waiting = gone_on(tracking_tables_of(body), 0, (0.7, 0.0), (0.5, 0.5, 0.1))
         assert (record[lanes_nb.FLAG], waiting) == (TO_WALK, 0)
     flat = cg.Body([PLATE, PLATE.translated([1.0, 0.0, 0.0])])
-    record, waiting = gone_on(tables_of(flat), 0, (0.7, 0.0), (1.2, 0.5, 0.1))
+    record, waiting = gone_on(tracking_tables_of(flat), 0, (0.7, 0.0), (1.2, 0.5, 0.1))
     assert (record[lanes_nb.FLAG], waiting) == (0.0, 0)
     np.testing.assert_allclose(record[lanes_nb.FOOT : lanes_nb.FOOT + 3], [1.2, 0.5, 0.0])
 

@@ -8,7 +8,7 @@ from tests.unit.search.holed import holed_plate
 
 import contiga as cg
 from contiga.records import Projection, SurfacePlaces, empty_projection, rows_of
-from contiga.search.tables import tables_of
+from contiga.search.tables import tracking_tables_of
 from contiga.search.track.kernels import row_nb
 from contiga.search.track.project import track
 from contiga.search.track.track_records import FlaggedFeet, RowStarts, Way
@@ -39,14 +39,14 @@ def one_by_one(body: cg.Body, before, points, feet: Projection) -> tuple[Project
     """Feet, and which rows were done."""
     out, back = copy_of(feet), np.full(len(points), 7, np.uint8)
     for k in range(len(points)):
-        row_nb.track_row(tables_of(body), Way(before, points), FlaggedFeet(out, back), k)
+        row_nb.track_row(tracking_tables_of(body), Way(before, points), FlaggedFeet(out, back), k)
     assert set(back) <= {0, row_nb.HANDED_BACK}
     return out, back == 0
 
 
 def by_the_lanes(body: cg.Body, before, points, feet: Projection) -> Projection:
     out = empty_projection(len(points))
-    track(tables_of(body), points, SurfacePlaces(feet.patch, feet.uv), out, before)
+    track(tracking_tables_of(body), points, SurfacePlaces(feet.patch, feet.uv), out, before)
     return out
 
 
@@ -79,7 +79,7 @@ def test_rows_done_have_the_bits_of_the_lanes_and_the_others_are_as_they_were(ki
 def test_feet_that_go_on_into_the_next_element_are_found():
     body, before, points, feet = scene("rational", 0.01)
     out, done = one_by_one(body, before, points, feet)
-    grid = tables_of(body).grid
+    grid = tracking_tables_of(body).grid
     u, v = (grid.breaks[slice(*grid.patches[0][name])] for name in ("u", "v"))
     there, here = (
         np.searchsorted(u, f.uv[:, 0]) * len(v) + np.searchsorted(v, f.uv[:, 1])

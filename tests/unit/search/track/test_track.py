@@ -10,7 +10,7 @@ from contiga.arrays.codes import TO_FOLLOW, TO_SEARCH
 from contiga.records import Projection, SurfacePlaces, empty_projection
 from contiga.search.certify.kernels.branch_nb import certify_rows
 from contiga.search.certify.kernels.follow_nb import follow_rows
-from contiga.search.tables import tables_of
+from contiga.search.tables import tracking_tables_of
 from contiga.search.track import project
 from contiga.search.track.track_records import Left
 from contiga.statuses import Status
@@ -28,7 +28,7 @@ def _tracked(
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(project, "_chunk", lambda *_: size)
         known = before if len(before) else None
-        project.track(tables_of(body), now, SurfacePlaces(*start), out, known)
+        project.track(tracking_tables_of(body), now, SurfacePlaces(*start), out, known)
     return out
 
 
@@ -100,7 +100,7 @@ def test_only_rows_that_are_flagged_are_followed() -> None:
     flags = np.arange(len(rows), dtype=np.uint8) % 2 * np.uint8(TO_FOLLOW)
     out.certified[:] = 0
     left = Left(rows, flags, before[rows], feet.patch[rows], feet.uv[rows])
-    follow_rows(tables_of(body), now, left, len(rows), out)
+    follow_rows(tracking_tables_of(body), now, left, len(rows), out)
     np.testing.assert_array_equal(out.certified[rows], flags == TO_FOLLOW)
 
 
@@ -112,7 +112,7 @@ def test_of_rows_to_be_certified_flags_are_what_is_left_to_follow() -> None:
     out = _tracked(body, (before, now), (patch, feet.uv), len(now))
     rows, flags = np.arange(len(now), dtype=np.int32), np.full(len(now), TO_SEARCH, np.uint8)
     left = Left(rows, flags, before, patch, feet.uv)
-    m = certify_rows(tables_of(body), now, left, len(now), out)
+    m = certify_rows(tracking_tables_of(body), now, left, len(now), out)
     assert m == (flags == TO_FOLLOW).sum()
     assert set(np.unique(flags)) == {0, TO_FOLLOW}
     assert (flags[(patch < 0) | np.isnan(before[:, 0])] == 0).all()

@@ -20,6 +20,8 @@ from contiga.search.hierarchy.kernels.tree_nb import box_distance2
 
 SAFE = 1.0 - 1e-8
 """Radii are shrunk by this for rounding."""
+GAIN = 1.25
+"""A half of which no more than so many times as much is proved as of the whole is not cut again."""
 SAMPLES = 5
 ENOUGH = 2.0
 """Radii beyond this many goals are not worth a loss of smaller ones."""
@@ -143,6 +145,9 @@ def _bound_cell(body, a, home, limits, value, samples, count):
     normal = scratch(2, 3)
     normal[0] = -a["normal"]
     normal[1] = a["normal"]
+    clear = scratch(2, 4)
+    for side in range(2):
+        _clear(a, normal[side], side, value[side], clear[side])
     stack = stack_int64(256)
     stack[0] = 0
     top = 1
@@ -151,14 +156,12 @@ def _bound_cell(body, a, home, limits, value, samples, count):
         top -= 1
         node = stack[top]
         for side in range(2):
-            v = value[side]
-            affects[side] = False
-            if max(max(v[0], v[1]), max(v[2], v[3])) <= 0.0:
-                continue
-            x, y, z, r = clear_ball(a, normal[side], side, v)
-            if box_distance2(tree, node, x, y, z) >= r * r:
-                continue
-            affects[side] = not far_box(a, tree, node, normal[side], v, work)
+            x, y, z, r = clear[side, 0], clear[side, 1], clear[side, 2], clear[side, 3]
+            affects[side] = (
+                r > 0.0
+                and box_distance2(tree, node, x, y, z) < r * r
+                and not far_box(a, tree, node, normal[side], value[side], work)
+            )
         if not (affects[0] or affects[1]):
             continue
         first = tree[node]["first"]
@@ -177,7 +180,16 @@ def _bound_cell(body, a, home, limits, value, samples, count):
                 continue
             for side in range(2):
                 if affects[side] and lower(a, b, (normal[side], side), limits, value[side], work):
+                    _clear(a, normal[side], side, value[side], clear[side])
                     _lower_samples(samples, count, b, side)
+
+
+@inner()
+def _clear(a, normal, side, v, ball):
+    """Set the ball beyond which nothing lowers `v`: its middle and radius, 0 where all is lost."""
+    ball[3] = 0.0
+    if max(max(v[0], v[1]), max(v[2], v[3])) > 0.0:
+        ball[0], ball[1], ball[2], ball[3] = clear_ball(a, normal, side, v)
 
 
 @inner()
@@ -222,7 +234,11 @@ def bound_cells(body, surface, homes, limits, result, start, stop):
         if home["near"][0] > 0.0 or home["near"][1] > 0.0:
             _bound_cell(body, a, home, enough, value[k], samples, n)
         value[k] *= SAFE
-        for side in range(2):  # what was known of the whole holds for its half
-            if np.maximum(known[side], 0.0).sum() >= np.maximum(value[k, side], 0.0).sum():
+        gained = False
+        for side in range(2):
+            before = np.maximum(known[side], 0.0).sum()
+            after = np.maximum(value[k, side], 0.0).sum()
+            if before >= after:  # what was known of the whole holds for its half
                 value[k, side] = known[side]
-        want[k] = _wanting(value[k], samples, n, goal)
+            gained |= before == 0.0 or after > GAIN * before
+        want[k] = _wanting(value[k], samples, n, goal) if gained else 0.0

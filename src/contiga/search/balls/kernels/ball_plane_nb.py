@@ -18,6 +18,8 @@ from contiga.jit import inner
 
 ROUNDING = 1e-14
 """Distances of planes are shrunk by this share of the body's size."""
+ZERO = 1e-9
+"""Corner values down to minus this share of the largest are zero but for that."""
 
 
 @inner()
@@ -73,10 +75,11 @@ def _score(f, v, enough):
     """What a bound leaves of `v`: nine places of the cell, each counted up to `enough`.
 
     A bound that is negative at a corner claims nothing there; scaled down it stays one where it is
-    positive, and takes less from others when it is interpolated with them.
+    positive, and takes less from others when it is interpolated with them. One that is zero there
+    but for rounding, as at an edge, is left as it is: it grows as steeply as the ball does.
     """
     most = max(max(f[0], f[1]), max(f[2], f[3]))
-    if most > enough and min(min(f[0], f[1]), min(f[2], f[3])) < 0.0:
+    if most > enough and min(min(f[0], f[1]), min(f[2], f[3])) < -ZERO * most:
         for i in range(4):
             f[i] *= enough / most
     a, b, c, d = min(f[0], v[0]), min(f[1], v[1]), min(f[2], v[2]), min(f[3], v[3])
