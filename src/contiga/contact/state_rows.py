@@ -58,14 +58,8 @@ class KeptRows:
 
     def column(self, name: str) -> Sparse | None:
         """What is kept of the array `name`; None where that is whole, or there is none."""
-        arrays = self._arrays
-        if "_sparse" not in arrays:
-            if "_loads" not in arrays:
-                return None
-            p_B = arrays["points_B"]
-            arrays.update(arrays["_loads"].without(len(p_B)), _sparse=arrays["_loads"].sparse(p_B))
-        column: Sparse | None = arrays["_sparse"].get(name)
-        return column
+        loads = self._loads
+        return None if loads is None else loads.column(name, self._arrays["points_B"])
 
     def shape(self, name: str) -> tuple[int, ...]:
         """Shape of the array `name`."""
