@@ -68,8 +68,8 @@ def _all_forces(inside: Arrays) -> FloatArray:
 
 def _acting(inside: Arrays, forces: Forces, gravity: FloatArray) -> Acting:
     """Of contacts and elements, and loads and drag where `inside` has them."""
-    some = (inside.get(name, NOTHING) for name in ("load", "drag"))
-    return node_steps.acting(forces.listed(), inside["force"], gravity, *some)
+    loads, drag = inside.get("load", NOTHING), inside.get("drag", NOTHING)
+    return node_steps.acting(forces.listed(), inside["force"], gravity, loads, drag)
 
 
 @dataclass(frozen=True, eq=False)

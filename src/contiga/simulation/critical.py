@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import weakref
 from collections.abc import Iterable, Iterator
+from operator import is_
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -86,10 +87,9 @@ are forgotten."""
 
 
 def limit_of(model: Model, state: SystemState, of: Of = "all") -> Limit:
-    """The critical step of what touches and pulls in `state`.
+    """`find_limit`, found once for each state that is asked for again and again.
 
-    Worked out where it was not asked for before: a state that differs in what steps know of one
-    another has the same limit.
+    A state that differs in what steps know of one another has the same limit.
     """
     key, rigid = id(state.rigid), state.rigid
     if key not in _KNOWN:
@@ -97,9 +97,9 @@ def limit_of(model: Model, state: SystemState, of: Of = "all") -> Limit:
         weakref.finalize(rigid, _KNOWN.pop, key, None)
     what = model, state.contacts, state.springs, state.slaves, state.bodies
     known = _KNOWN[key].get(of)
-    if known is not None and all(a is b for a, b in zip(known[0], what, strict=True)):
+    if known is not None and all(map(is_, known[0], what)):
         return known[1]
-    limit = _worked_out(model, state, of)
+    limit = find_limit(model, state, of)
     _KNOWN[key][of] = what, limit
     return limit
 
@@ -114,7 +114,8 @@ class _End(NamedTuple):
     """Those of it as one body."""
 
 
-def _worked_out(model: Model, state: SystemState, of: Of) -> Limit:
+def find_limit(model: Model, state: SystemState, of: Of = "all") -> Limit:
+    """Find the critical step of what touches and pulls in `state`."""
     felt: dict[object, list[tuple[str, Rates, Rates]]] = {}
     for text, ends in _couplings(model, state, of):
         both, whole = Rates.total([e.rates for e in ends]), Rates.total([e.whole for e in ends])
