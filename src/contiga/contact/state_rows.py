@@ -66,10 +66,12 @@ class KeptRows:
         return tuple(shape)
 
     def part(self, name: str, rows: IndexArray) -> FloatArray:
-        """(len(rows), …) some rows of the array `name`."""
+        """(len(rows), …) some rows of the array `name`; zeros of one that a state may lack."""
         column = self.column(name)
-        values: FloatArray = getattr(self._state, name)[rows] if column is None else column.at(rows)
-        return values
+        if column is not None:
+            return column.at(rows)
+        whole: FloatArray = getattr(self._state, name)
+        return whole[rows] if len(whole) else np.zeros((len(rows), *whole.shape[1:]))
 
     def listed(self, name: str) -> Column:
         """Rows (k,) of the array `name` (m, …), ascending, and their values; others are zero."""
@@ -142,10 +144,6 @@ class KeptRows:
         """Springs that bound the slope of the normal forces, `tangent` or `stiffness`, as
         `nonzero`."""
         return self.nonzero("tangent" if self.shape("tangent")[0] else "stiffness")
-
-    def part_or_zero(self, name: str, rows: IndexArray) -> FloatArray:
-        """(len(rows),) some rows of an array that a state may not have."""
-        return self.part(name, rows) if self.shape(name)[0] else np.zeros(len(rows))
 
 
 kept_of = KeptRows

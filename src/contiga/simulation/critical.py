@@ -215,8 +215,8 @@ class _Springs(NamedTuple):
 def _springs_of(part: ContactPart, state: SystemState, of: Of) -> _Springs:
     kept = kept_of(state.contacts[part.name])
     rows, along = kept.steepest
-    across = np.zeros(len(rows)) if of == "following" else kept.part_or_zero("tangential", rows)
-    damping = kept.part_or_zero("viscosity", rows)
+    across = np.zeros(len(rows)) if of == "following" else kept.part("tangential", rows)
+    damping = kept.part("viscosity", rows)
     return _Springs(rows, along, across, damping, _dragging(part, rows, state))
 
 
@@ -227,9 +227,8 @@ def _contact_ends(
     ends: list[_End] = []
     contact, (rows, along, across, damping, dragging) = state.contacts[part.name], springs
     damped = damping.any() or dragging.any()
-    bodies = system.free_sides(part.master, part.slave)
+    bodies, kept = system.free_sides(part.master, part.slave), kept_of(contact)
     if bodies:
-        kept = kept_of(contact)
         points = to_world(contact.pose, contact.points_B[rows])
         normals = turn_to_world(contact.pose, kept.part("normal_B", rows))
     for row in bodies:
@@ -238,7 +237,7 @@ def _contact_ends(
             fastest(points, normals, along, across, *body_row),
             fastest(points, normals, damping, dragging, *body_row) if damped else 0.0,
         )
-        if len(contact.tangent):
+        if kept.shape("tangent")[0]:
             # Steps follow the swing on the curve; what shares its force is kept stable alone.
             single = kept.part("stiffness", rows)
             whole = rates._replace(square=fastest(points, normals, single, across, *body_row))
