@@ -140,7 +140,7 @@ class KeptRows:
         vars(self._state).update(_area_input=seen, areas=areas)
 
     @property
-    def steepest(self) -> tuple[IndexArray, FloatArray]:
+    def normal_springs(self) -> tuple[IndexArray, FloatArray]:
         """Springs that bound the slope of the normal forces, `tangent` or `stiffness`, as
         `nonzero`."""
         return self.nonzero("tangent" if self.shape("tangent")[0] else "stiffness")

@@ -25,7 +25,7 @@ def rates_of(
     is that of the whole system.
     """
     kept = kept_of(state)
-    rows, along = kept.steepest
+    rows, along = kept.normal_springs
     if len(rows) == 0 or model.nv == 0:
         return Rates()
     arms = to_world(state.pose, state.points_B[rows]) - point

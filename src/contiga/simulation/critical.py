@@ -214,7 +214,7 @@ class _Springs(NamedTuple):
 
 def _springs_of(part: ContactPart, state: SystemState, of: Of) -> _Springs:
     kept = kept_of(state.contacts[part.name])
-    rows, along = kept.steepest
+    rows, along = kept.normal_springs
     across = np.zeros(len(rows)) if of == "following" else kept.part("tangential", rows)
     damping = kept.part("viscosity", rows)
     return _Springs(rows, along, across, damping, _dragging(part, rows, state))
