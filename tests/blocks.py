@@ -69,3 +69,9 @@ class Chain:
         sums = np.full(len(self.mass), 4.0 * self.spring)
         sums[[0, -1]] = 2.0 * self.spring
         return sums
+
+
+def facet_areas(points: np.ndarray, facets: np.ndarray) -> np.ndarray:
+    """(m,) areas of triangles (m, 3) on `points` (n, 3)."""
+    a, b, c = (points[facets[:, k]] for k in range(3))
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)

@@ -6,8 +6,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from tests.blocks import facet_areas
 
-from contiga.slaves.skin import CellBlock, facet_areas, skin, tributary_area
+from contiga.slaves.skin import CellBlock, skin, tributary_area
 from contiga.slaves.slave import Slave
 
 finite = st.floats(-1e3, 1e3)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import meshio
 import numpy as np
 import pytest
+from tests.blocks import facet_areas
 
 from contiga.io.mesh import lsdyna
 from contiga.io.mesh.lsdyna_cards import read_blocks
 from contiga.io.mesh.read_mesh import read_mesh
 from contiga.slaves.cells import split_shells
 from contiga.slaves.mesh_summary import mesh_summary
-from contiga.slaves.skin import facet_areas
 
 TYRE = "hmmwv_lugged_tyre_c3d10.inp"
 TORUS = "torus_tet4.vtk"

@@ -40,7 +40,7 @@ _EQUAL = 0.433
 """Area of a triangle of three equal sides, the largest there is, in squares of the longest."""
 _DEFAULT = "A thousandth of the size of the body is the default"
 Corner = Annotated[int, Field(ge=2)]
-PointCount = Annotated[int, Field(ge=1, le=clouds.MOST_POINTS)]
+PointCount = Annotated[int, Field(ge=1, le=clouds.MAX_CLOUD_POINTS)]
 Seed = Annotated[int, Field(ge=0)]
 
 

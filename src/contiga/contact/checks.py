@@ -218,14 +218,15 @@ def checked_state(
     is_own = isinstance(state, State) and is_made_by(state, owner)
     if not is_own:
         _check_shape(state, n_points, memories)
+    n_pieces = master.n_pieces
     for name in ("patch", "last_patch"):
         highest = int(getattr(state, name).max(initial=-1))
-        if highest >= master.n_pieces:
+        if highest >= n_pieces:
             raise InputError(
                 "the state belongs to another master",
                 where=f"state.{name}",
                 found=highest,
-                allowed=f"-1 … {master.n_pieces - 1}",
+                allowed=f"-1 … {n_pieces - 1}",
             )
     return state if is_own else own_arrays(state)
 

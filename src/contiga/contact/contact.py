@@ -25,6 +25,7 @@ from contiga.contact.checks import (
 from contiga.contact.choices import check_choices
 from contiga.contact.detect import detect_at_start
 from contiga.contact.dry_run import DryRun, dry_run
+from contiga.contact.force_records import Column
 from contiga.contact.measured import Measure
 from contiga.contact.motion import Velocities, relative_velocity
 from contiga.contact.moved import detect_moved
@@ -342,9 +343,12 @@ class Contact(Displayed):
         X_WB = state.pose if pose is None else standing(pose)
         return self._measure.outlines(kept_of(state).area_input, X_WB)
 
-    def nodal_sum(self, rows: IndexArray, values: FloatArray) -> FloatArray:
-        """(n,) at the slave's nodes, of `values` (k,) at the points of contact `rows` (k,)."""
-        return self._sampling.nodal_sum(rows, values)
+    def nodal_sum(self, rows: IndexArray, values: FloatArray) -> Column:
+        """At the slave's nodes, of `values` (k,) at the points of contact `rows` (k,)."""
+        if self._sampling.first == 0:  # the points are nodes
+            return Column(rows, values)
+        sums = self._sampling.nodal_sum(rows, values)
+        return Column(np.arange(len(sums)), sums)
 
     @property
     def has_outlines(self) -> bool:

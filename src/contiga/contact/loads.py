@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,26 @@ NOWHERE = np.zeros((0, 3))
 NONE = np.zeros(0)
 NO_ROWS = np.zeros(0, np.int32)
 NO_SIZES, NO_FORCES = Column(NO_ROWS, NONE), Column(NO_ROWS, NOWHERE)
+NO_MEMORY = np.zeros((0, 0))
+OF_HELD = {"penetration": "penetration", "normal_B": "normal", "foot_B": "foot"}
+"""Array of a state -> field of `Loads` with its rows of the points in contact."""
+OF_CARRYING = {
+    "normal_force": "normal_force",
+    "stiffness": "stiffness",
+    "memory": "memory",
+    "force": "world",
+    "damping": "damping",
+    "viscosity": "viscosity",
+    "friction_memory": "friction_memory",
+    "traction_B": "traction",
+    "tangential": "tangential",
+    "tangent": "tangent",
+}
+"""The same of those that carry forces."""
+ABSENT = dict.fromkeys(("damping", "viscosity", "tangential", "tangent"), Sparse(0, *NO_SIZES)) | {
+    "traction_B": Sparse(0, *NO_FORCES)
+}
+"""Arrays that a state may lack."""
 
 
 class Holds(NamedTuple):
@@ -123,36 +143,16 @@ class Loads(NamedTuple):
             NO_SIZES if damping is None else Column(self.rows, damping),
         )
 
-    def sparse(self, p_B: FloatArray) -> dict[str, Sparse]:
-        """The arrays of a state that are of n points, p_B (n, 3), by name."""
-        n, rows = len(p_B), self.rows
-        columns = {
-            "normal_force": self.normal_force,
-            "stiffness": self.stiffness,
-            "memory": self.memory,
-            "force": self.world,
-            "damping": self.damping,
-            "viscosity": self.viscosity,
-            "friction_memory": self.friction_memory,
-            "traction_B": self.traction,
-            "tangential": self.tangential,
-            "tangent": self.tangent,
-        }
-        return {
-            "penetration": Sparse(n, self.held, self.penetration),
-            "normal_B": Sparse(n, self.held, self.normal),
-            "foot_B": Sparse(n, self.held, self.foot, p_B),
-            "guard_B": Sparse(n, *self.opposed),
-        } | {
-            name: Sparse(n, rows, values) for name, values in columns.items() if values is not None
-        }
-
-    def without(self, n: int) -> dict[str, Any]:
-        """The arrays of a state of n points that say that there is no such thing, by name."""
-        none: dict[str, Any] = {"tangent": np.zeros(0)} if self.tangent is None else {}
-        if self.damping is None:
-            none |= {"damping": np.zeros(0), "viscosity": np.zeros(0)}
-        if self.friction_memory is None:
-            none |= {"friction_memory": np.zeros((n, 0)), "traction_B": np.zeros((0, 3))}
-            none["tangential"] = np.zeros(0)
-        return none
+    def column(self, name: str, p_B: FloatArray) -> Sparse | None:
+        """What is kept of the array `name` of a state of n points, p_B (n, 3); None of one that is
+        kept whole. An array that says that there is no such thing has no rows."""
+        n = len(p_B)
+        if name in OF_HELD:
+            values = getattr(self, OF_HELD[name])
+            return Sparse(n, self.held, values, p_B if name == "foot_B" else None)
+        if name == "guard_B":
+            return Sparse(n, *self.opposed)
+        values = getattr(self, OF_CARRYING[name]) if name in OF_CARRYING else None
+        if values is not None:
+            return Sparse(n, self.rows, values)
+        return Sparse(n, NO_ROWS, NO_MEMORY) if name == "friction_memory" else ABSENT.get(name)

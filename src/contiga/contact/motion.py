@@ -33,11 +33,8 @@ class RelativeVelocity(NamedTuple):
 
     def at(self, rows: IndexArray) -> FloatArray:
         """(k, 3) of points `rows`, ascending, body axes."""
-        v_B = np.empty((len(rows), 3))
-        v_W, p_W = (
-            locked(self.sampling.points_at(rows, self.nodes)),
-            locked(self.points.take(rows, axis=0)),
-        )
+        v_W, p_W = self.sampling.points_at(rows, self.nodes), self.points.take(rows, axis=0)
+        v_B = np.empty(v_W.shape)
         given = v_W, p_W, self.pose, self.twist, v_B
         run_ranges(relative_nb.relative, len(rows), POINTS, *given)
         return v_B
@@ -93,14 +90,14 @@ def relative_velocity(
 def _checked(twist: Velocities) -> FloatArray:
     real(twist, "twist")
     try:
-        parts = [np.asarray(part, dtype=np.float64) for part in twist]
+        both = np.array(twist, np.float64)
     except (TypeError, ValueError):
-        parts = []
-    if len(parts) != 2 or any(p.shape != (3,) or not np.isfinite(p).all() for p in parts):
+        both = np.zeros(0)
+    if both.shape != (2, 3) or not np.isfinite(both).all():
         raise InputError(
             "a twist is a velocity and a spin",
             where="twist",
             found=twist,
             allowed="(v, w) of three finite numbers each",
         )
-    return np.stack(parts)
+    return both

@@ -117,8 +117,7 @@ def _friction_input(
     else:
         kept = kept_of(past.state)
         before, memory = kept.part("normal_B", rows), kept.part("friction_memory", rows)
-        known = past.velocity
-        velocity = points.path / past.dt if known is None else known.at(rows)
+        velocity = points.path / past.dt if past.velocity is None else points.velocity
     return FrictionInput(
         normal=locked(n),
         normal_before=before,

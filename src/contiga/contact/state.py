@@ -123,7 +123,7 @@ class State(Displayed):
     """The contact that this is a state of."""
 
     def __post_init__(self, of: Owner | None) -> None:
-        self.__dict__.update(_contact=of, _sparse={})
+        self.__dict__["_contact"] = of
 
     if not TYPE_CHECKING:  # it would answer to any name
 
@@ -133,8 +133,6 @@ class State(Displayed):
             if column is not None:
                 whole = self.__dict__[name] = column.whole()
                 return whole
-            if name in self.__dict__:
-                return self.__dict__[name]
             spent = "" if self.__dict__ else " any more: it was the out of a step that failed"
             raise AttributeError(f"a State has no {name!r}{spent}", name=name, obj=self)
 

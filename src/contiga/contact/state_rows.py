@@ -27,6 +27,8 @@ class StateLike(Protocol):
     @property
     def pose(self) -> FloatArray: ...
     @property
+    def points_B(self) -> FloatArray: ...
+    @property
     def stiffness(self) -> FloatArray: ...
     @property
     def tangent(self) -> FloatArray: ...
@@ -45,27 +47,17 @@ class KeptRows:
 
     def __init__(self, state: StateLike) -> None:
         self._state = state
-        self._arrays: dict[str, Any] = vars(state)
+        self._loads: Loads | None = vars(state).get("_loads")
 
     @property
     def is_made(self) -> bool:
         """Whether a start or a step of a contact has made the state, and not somebody by hand."""
-        return "_loads" in self._arrays
-
-    @property
-    def _loads(self) -> Loads | None:
-        return self._arrays.get("_loads")
+        return self._loads is not None
 
     def column(self, name: str) -> Sparse | None:
         """What is kept of the array `name`; None where that is whole, or there is none."""
-        arrays = self._arrays
-        if "_sparse" not in arrays:
-            if "_loads" not in arrays:
-                return None
-            p_B = arrays["points_B"]
-            arrays.update(arrays["_loads"].without(len(p_B)), _sparse=arrays["_loads"].sparse(p_B))
-        column: Sparse | None = arrays["_sparse"].get(name)
-        return column
+        loads = self._loads
+        return None if loads is None else loads.column(name, self._state.points_B)
 
     def shape(self, name: str) -> tuple[int, ...]:
         """Shape of the array `name`."""
@@ -74,10 +66,12 @@ class KeptRows:
         return tuple(shape)
 
     def part(self, name: str, rows: IndexArray) -> FloatArray:
-        """(len(rows), …) some rows of the array `name`."""
+        """(len(rows), …) some rows of the array `name`; zeros of one that a state may lack."""
         column = self.column(name)
-        values: FloatArray = getattr(self._state, name)[rows] if column is None else column.at(rows)
-        return values
+        if column is not None:
+            return column.at(rows)
+        whole: FloatArray = getattr(self._state, name)
+        return whole[rows] if len(whole) else np.zeros((len(rows), *whole.shape[1:]))
 
     def listed(self, name: str) -> Column:
         """Rows (k,) of the array `name` (m, …), ascending, and their values; others are zero."""
@@ -91,6 +85,8 @@ class KeptRows:
         """Rows (k,) of the array `name` (m,) that are not zero, and their values (k,)."""
         column = self.column(name)
         values = getattr(self._state, name) if column is None else column.values
+        if column is not None and np.count_nonzero(values) == len(values):  # nearly always
+            return column.rows, values
         rows = np.flatnonzero(values)
         return rows if column is None else column.rows[rows], values[rows]
 
@@ -107,15 +103,14 @@ class KeptRows:
     @property
     def deep(self) -> Column:
         """`penetration`, as `listed`."""
-        loads = self._loads
-        return self.listed("penetration") if loads is None else loads.deep
+        return self.listed("penetration") if self._loads is None else self._loads.deep
 
     @property
     def holds(self) -> Holds:
         """What holds the points in contact."""
-        loads, state = self._loads, self._state
-        if loads is not None:
-            return loads.holds
+        if self._loads is not None:
+            return self._loads.holds
+        state = self._state
         rows = np.flatnonzero(state.patch >= 0).astype(np.int32)
         guards = state.guard_B[rows]
         pushed = guards.any(axis=1)
@@ -125,9 +120,8 @@ class KeptRows:
     @property
     def carried(self) -> tuple[Column, Column, Column, Column]:
         """Normal forces, normals, friction and damping, each as `listed`."""
-        loads = self._loads
-        if loads is not None:
-            return loads.carried
+        if self._loads is not None:
+            return self._loads.carried
         names = "normal_force", "normal_B", "traction_B", "damping"
         size, normals, tractions, damping = map(self.listed, names)
         return size, normals, tractions, damping
@@ -135,7 +129,7 @@ class KeptRows:
     @property
     def area_input(self) -> AreaInput:
         """The nodes in contact, as area methods see them; looked up once."""
-        arrays = self._arrays
+        arrays = vars(self._state)
         if "_area_input" not in arrays:
             arrays["_area_input"] = self._state.contact.area_input(self._state)
         seen: AreaInput = arrays["_area_input"]
@@ -143,19 +137,14 @@ class KeptRows:
 
     def keep(self, seen: AreaInput, areas: Areas) -> None:
         """Take what was measured as the state was made, not to measure it again."""
-        self._arrays.update(_area_input=seen, areas=areas)
+        vars(self._state).update(_area_input=seen, areas=areas)
 
     @property
-    def steepest(self) -> tuple[IndexArray, FloatArray]:
+    def normal_springs(self) -> tuple[IndexArray, FloatArray]:
         """Springs that bound the slope of the normal forces, `tangent` or `stiffness`, as
         `nonzero`."""
         return self.nonzero("tangent" if self.shape("tangent")[0] else "stiffness")
 
-    def part_or_zero(self, name: str, rows: IndexArray) -> FloatArray:
-        """(len(rows),) some rows of an array that a state may not have."""
-        return self.part(name, rows) if self.shape(name)[0] else np.zeros(len(rows))
 
-
-def kept_of(state: StateLike) -> KeptRows:
-    """The rows that are kept of a state."""
-    return KeptRows(state)
+kept_of = KeptRows
+"""The rows that are kept of a state."""

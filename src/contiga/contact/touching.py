@@ -41,13 +41,16 @@ class ContactRows(NamedTuple):
     rate: FloatArray
     """(k,) dλ/dt: exact where velocities are given, else of old contacts the change of λ over the
     step and of new ones their speed of approach; zero at the start."""
+    velocity: FloatArray
+    """(k, 3) against the body; (0, 3) where velocities are not given."""
 
     @classmethod
-    def of(cls, rows: IntArray) -> ContactRows:
-        """Of these rows, with nothing filled in."""
+    def of(cls, rows: IntArray, velocity: FloatArray = NOWHERE) -> ContactRows:
+        """Of these rows, with nothing else filled in."""
         k = len(rows)
         depth, rate, old = np.empty(k), np.empty(k), np.empty(k, np.bool_)
-        return cls(rows, depth, np.empty((k, 3)), np.empty((k, 3)), np.empty((k, 3)), old, rate)
+        three = np.empty((k, 3)), np.empty((k, 3)), np.empty((k, 3))
+        return cls(rows, depth, *three, old, rate, velocity)
 
     def since(self, first: int) -> ContactRows:
         """Those of them from the point `first` on: the ones that carry forces."""
@@ -72,14 +75,15 @@ class LastDepths(NamedTuple):
 
 def touching(detected: Detected, p_B: FloatArray, past: PreviousStep | None) -> ContactRows:
     """What is known of the points in contact before forces."""
-    points, gather = ContactRows.of(detected.held), straight(carrying_nb.gather)
+    rows, gather = detected.held, straight(carrying_nb.gather)
     if past is None:
+        points = ContactRows.of(rows)
         last = LastDepths(np.full(len(p_B), -1, np.int32), p_B, NO_ROWS, NONE)
-        gather(detected.feet, p_B, last, NOWHERE, 1.0, points)
+        gather(detected.feet, p_B, last, 1.0, points)
         points.rate.fill(0.0)
         return points
     state = past.state
     last = LastDepths(state.patch, state.points_B, *kept_of(state).deep)
-    velocity = NOWHERE if past.velocity is None else past.velocity.at(points.rows)
-    gather(detected.feet, p_B, last, velocity, past.dt, points)
+    points = ContactRows.of(rows, NOWHERE if past.velocity is None else past.velocity.at(rows))
+    gather(detected.feet, p_B, last, past.dt, points)
     return points

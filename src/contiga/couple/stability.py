@@ -25,15 +25,15 @@ def rates_of(
     is that of the whole system.
     """
     kept = kept_of(state)
-    rows, along = kept.steepest
+    rows, along = kept.normal_springs
     if len(rows) == 0 or model.nv == 0:
         return Rates()
     arms = to_world(state.pose, state.points_B[rows]) - point
     normals = turn_to_world(state.pose, kept.part("normal_B", rows))
-    across = kept.part_or_zero("tangential", rows)
+    across = kept.part("tangential", rows)
     mobility = _mobility(model, data, point, bodies)
     square = _largest(mobility, _springs(arms, normals, along, across))
-    decay, viscosity = 0.0, kept.part_or_zero("viscosity", rows)
+    decay, viscosity = 0.0, kept.part("viscosity", rows)
     if viscosity.any():
         none = np.zeros(len(rows))
         decay = _largest(mobility, _springs(arms, normals, viscosity, none))

@@ -68,8 +68,8 @@ def _all_forces(inside: Arrays) -> FloatArray:
 
 def _acting(inside: Arrays, forces: Forces, gravity: FloatArray) -> Acting:
     """Of contacts and elements, and loads and drag where `inside` has them."""
-    some = (inside.get(name, NOTHING) for name in ("load", "drag"))
-    return node_steps.acting(forces.listed(), inside["force"], gravity, *some)
+    loads, drag = inside.get("load", NOTHING), inside.get("drag", NOTHING)
+    return node_steps.acting(forces.listed(), inside["force"], gravity, loads, drag)
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,8 +278,8 @@ class DeformingNodes(NodeMover):
     def _next_bounds(self, before: Arrays, state: MatterState) -> dict[str, FloatArray]:
         limit = _Limit(*before["limit"].tolist())
         if limit.left > 1.0:
-            left = limit._replace(left=limit.left - 1.0)
-            return {"limit": np.array(left), "stiffness": before["stiffness"]}
+            waiting = np.array([limit.square, limit.left - 1.0, limit.interval])
+            return {"limit": waiting, "stiffness": before["stiffness"]}
         bounds = self._bounds(state, limit.interval)
         if abs(bounds["limit"][0] - limit.square) > GROWN * limit.square:
             interval = max(0.5 * limit.interval, OFTEN)

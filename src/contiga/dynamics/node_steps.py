@@ -49,7 +49,8 @@ def drifted(
     masses: Masses, forces: Acting, points: FloatArray, velocities: FloatArray, dt: float
 ) -> Drifted:
     """Nodes a step on from points and velocities (n, 3)."""
-    out = Drifted(*(np.empty(points.shape) for _ in Drifted._fields))
+    shape = points.shape
+    out = Drifted(np.empty(shape), np.empty(shape), np.empty(shape))
     last = Course(locked(points), locked(velocities))
     run_ranges(nodes_nb.drift, len(points), NODES, masses, forces, last, dt, out)
     return out

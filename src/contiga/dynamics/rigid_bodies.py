@@ -10,7 +10,7 @@ from contiga.arrays.ordered import principal_axes, product
 from contiga.dynamics.free import HOLDS, Free
 from contiga.dynamics.kernels import rigid_body_nb
 from contiga.errors import InputError
-from contiga.records import FloatArray, MassProperties
+from contiga.records import FloatArray, IndexArray, MassProperties
 from contiga.rigid import rigid_lanes as lanes
 from contiga.rigid.inertia import combined
 
@@ -142,9 +142,12 @@ def kicked(placed: Placed, fixed: FloatArray, loads: FloatArray, dt: float) -> f
     return energy
 
 
-def add_gravity(placed: Placed, fixed: FloatArray, gravity: FloatArray, loads: FloatArray) -> None:
-    """Add the weights of bodies to `loads` (b, 6), which are as in `kicked`."""
-    rigid_body_nb.weigh(placed.rows, fixed, gravity, placed.poses, loads)
+def add_gravity(
+    placed: Placed, fixed: FloatArray, gravity: FloatArray, free: IndexArray, loads: FloatArray
+) -> None:
+    """Add the weights of bodies to the rows `free` (b,) of loads (n, 6), which are as in
+    `kicked`."""
+    rigid_body_nb.weigh(placed.rows, fixed, gravity, placed.poses, free, loads)
 
 
 def work_of_gravity(

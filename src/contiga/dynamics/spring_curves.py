@@ -43,7 +43,7 @@ class SpringLaw(Protocol):
     def move(self, x_old: float, f_old: float, x: float) -> Axial:
         """The step from elongation and force to the elongation `x`."""
 
-    def steepest(self, x: float) -> float:
+    def max_slope(self, x: float) -> float:
         """A bound of dF/dx for a step from `x`, ≥ 0."""
 
 
@@ -92,7 +92,7 @@ class ElasticTable:
             self._curve(x)  # says so
         return Axial(*self._line.at(x), 0.0)
 
-    def steepest(self, x: float) -> float:
+    def max_slope(self, x: float) -> float:
         """Of the piece at `x` and the pieces beside it."""
         k = bisect_right(self._line.x, x)
         return max(0.0, *self._line.slopes[max(k - 1, 0) : k + 2])
@@ -110,7 +110,7 @@ class ElasticFunction:
         stored = 0.5 * x * float((y * _WEIGHTS).sum())
         return Axial(float(self._curve(x)), self._slope(x), stored, 0.0)
 
-    def steepest(self, x: float) -> float:
+    def max_slope(self, x: float) -> float:
         """The slope at `x`."""
         return max(0.0, self._slope(x))
 
@@ -133,7 +133,7 @@ class _Tensile:
             return Axial(0.0, 0.0, 0.0, 0.0)
         return self._taut(max(x_old, 0.0), f_old, x)
 
-    def steepest(self, x: float) -> float:
+    def max_slope(self, x: float) -> float:
         """The slope of hysteresis: no curve is steeper."""
         return self._slope
 

@@ -179,7 +179,7 @@ class Spring:
         Along it the steepest slope that a step may come upon: with hysteresis its slope, else that
         of the table's piece at hand and of those beside it. Across it the tension by the length.
         """
-        along = self._law.steepest(state.length - self.length)
+        along = self._law.max_slope(state.length - self.length)
         if state.length == 0.0:
             return along, along
         return along, max(state.force, 0.0) / state.length

@@ -18,7 +18,7 @@ from contiga.rigid import transform
 
 __all__ = ["random_in_box", "random_on", "sample"]
 
-MOST_POINTS = 50_000_000
+MAX_CLOUD_POINTS = 50_000_000
 """Largest number of points of a cloud; more are taken for a typing error."""
 _BATCH = 1024
 # Parts of an element in each direction that are bounded apart: few points are rejected then.
@@ -45,12 +45,12 @@ def check_grid(nu: int, nv: int) -> None:
         As said.
     """
     most = max((_count(nu, "nu", 2), "nu"), (_count(nv, "nv", 2), "nv"))
-    if int(nu) * int(nv) > MOST_POINTS:
+    if int(nu) * int(nv) > MAX_CLOUD_POINTS:
         raise InputError(
             f"makes {float(nu) * float(nv):.3g} points",
             where=most[1],
             found=most[0],
-            allowed=f"at most {MOST_POINTS} points",
+            allowed=f"at most {MAX_CLOUD_POINTS} points",
         )
 
 
@@ -103,11 +103,11 @@ def _jacobian(surface: NurbsSurface, uv: FloatArray) -> FloatArray:
 
 def _count(value: int, name: str, least: int) -> int:
     good = isinstance(value, int | np.integer) and not isinstance(value, bool)
-    if not good or not least <= value <= MOST_POINTS:
+    if not good or not least <= value <= MAX_CLOUD_POINTS:
         raise InputError(
             "must be a whole number within limits",
             where=name,
             found=value,
-            allowed=f"{least} or more, at most {MOST_POINTS}",
+            allowed=f"{least} or more, at most {MAX_CLOUD_POINTS}",
         )
     return int(value)

@@ -26,7 +26,7 @@ from contiga.records import FloatArray, IntArray
 
 BLOCKS, NODES = 8, 2000
 """Grains of threads."""
-AT_ONCE = 1e-250
+INSTANT_STEP = 1e-250
 """Step in which nothing that resists a rate has time to give."""
 KERNELS: dict[str, tuple[Callable[..., Any], Callable[..., Any]]] = {
     "tet4": (elements_nb.tetrahedra, row_sums_nb.tet_rows),
@@ -230,7 +230,7 @@ class Assembled:
 
     def stiffness(self, state: MatterState) -> FloatArray:
         """See `Matter`: at the state's points, without damping."""
-        motion = Motion(locked(state.points), locked(state.points), AT_ONCE, np.zeros(0))
+        motion = Motion(locked(state.points), locked(state.points), INSTANT_STEP, np.zeros(0))
         partial = _workspace.rows(len(self._sums.rows), 3)
         for group in self.groups:
             blocks = len(group.tables.nodes)

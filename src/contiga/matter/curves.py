@@ -63,6 +63,6 @@ def at(table: FloatArray, x: FloatArray) -> FloatArray:
     return np.asarray(np.interp(x, table[:, 0], table[:, 1]) + slope * beyond)
 
 
-def steepest(table: FloatArray) -> float:
+def max_slope(table: FloatArray) -> float:
     """The largest slope of a table."""
     return float(np.max(np.diff(table[:, 1]) / np.diff(table[:, 0])))

@@ -10,7 +10,7 @@ import numpy as np
 from contiga.arrays.layout import positive, real
 from contiga.errors import InputError
 from contiga.matter.coefficients import Coefficients, Reach
-from contiga.matter.curves import CurveLike, as_table, at, packed, steepest
+from contiga.matter.curves import CurveLike, as_table, at, max_slope, packed
 from contiga.matter.kernels import bar_nb, membrane_fabric_nb
 from contiga.matter.kernels.elements_stress_nb import BAR, FABRIC
 from contiga.records import FloatArray
@@ -88,7 +88,7 @@ class Fabric:
         head = [across, *(self.compression * slope for slope in first), *points, len(self.shear)]
         numbers = np.concatenate([head, *blocks, packed(self.shear)])
         steep = [float(block[0]) for block in blocks]
-        tangent = across * np.array([*steep, 0.0, steepest(self.shear)])
+        tangent = across * np.array([*steep, 0.0, max_slope(self.shear)])
         column = membrane_fabric_nb.REACHED
         return Coefficients(
             FABRIC,
@@ -180,14 +180,14 @@ def _both_curves(
 ) -> FloatArray:
     """K, the loading and the unloading curve as `hysteresis_nb` has them."""
     if unloading is None:
-        steep = steepest(loading)
+        steep = max_slope(loading)
         return np.concatenate([[steep], packed(loading), packed(loading)])
     lower = as_table(unloading, name)
     if slope is None:
         raise InputError(
             "is missing: an unloading curve was given", where="hysteresis_slope", allowed="> 0"
         )
-    steep = max(steepest(loading), steepest(lower))
+    steep = max(max_slope(loading), max_slope(lower))
     number = positive(slope, "hysteresis_slope")
     if number < steep * (1.0 - 1e-12):
         raise InputError(

@@ -11,16 +11,16 @@ from __future__ import annotations
 
 import math
 import weakref
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from operator import is_
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from contiga.arrays.ordered import row_lengths, row_products
-from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
 from contiga.dynamics.kernels.stiffness_nb import fastest
-from contiga.records import FloatArray
+from contiga.records import FloatArray, IndexArray
 from contiga.rigid.frames import to_world, turn_to_world
 from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import ContactPart, Model
@@ -40,6 +40,15 @@ class Rates(NamedTuple):
 
     def __add__(self, other: Rates) -> Rates:  # type: ignore[override]
         return Rates(self.square + other.square, self.decay + other.decay)
+
+    @classmethod
+    def total(cls, rates: Iterable[Rates]) -> Rates:
+        """The sum of several."""
+        square = decay = 0.0
+        for one in rates:
+            square += one.square
+            decay += one.decay
+        return cls(square, decay)
 
     def most(self, other: Rates) -> Rates:
         """The faster of both, each."""
@@ -78,10 +87,9 @@ are forgotten."""
 
 
 def limit_of(model: Model, state: SystemState, of: Of = "all") -> Limit:
-    """The critical step of what touches and pulls in `state`.
+    """`find_limit`, found once for each state that is asked for again and again.
 
-    Worked out where it was not asked for before: a state that differs in what steps know of one
-    another has the same limit.
+    A state that differs in what steps know of one another has the same limit.
     """
     key, rigid = id(state.rigid), state.rigid
     if key not in _KNOWN:
@@ -89,25 +97,35 @@ def limit_of(model: Model, state: SystemState, of: Of = "all") -> Limit:
         weakref.finalize(rigid, _KNOWN.pop, key, None)
     what = model, state.contacts, state.springs, state.slaves, state.bodies
     known = _KNOWN[key].get(of)
-    if known is not None and all(a is b for a, b in zip(known[0], what, strict=True)):
+    if known is not None and all(map(is_, known[0], what)):
         return known[1]
-    limit = _worked_out(model, state, of)
+    limit = find_limit(model, state, of)
     _KNOWN[key][of] = what, limit
     return limit
 
 
-def _worked_out(model: Model, state: SystemState, of: Of) -> Limit:
+class _End(NamedTuple):
+    """What a coupling does to one body or slave with its other end held."""
+
+    of: object
+    """Row of the body, or name of the slave."""
+    rates: Rates
+    whole: Rates
+    """Those of it as one body."""
+
+
+def find_limit(model: Model, state: SystemState, of: Of = "all") -> Limit:
+    """Find the critical step of what touches and pulls in `state`."""
     felt: dict[object, list[tuple[str, Rates, Rates]]] = {}
     for text, ends in _couplings(model, state, of):
-        both = sum((rates for _, rates, _ in ends), Rates())
-        whole = sum((rates for _, _, rates in ends), Rates())
-        for end, _, _ in ends:
-            felt.setdefault(end, []).append((text, both, whole))
+        both, whole = Rates.total([e.rates for e in ends]), Rates.total([e.whole for e in ends])
+        for end in ends:
+            felt.setdefault(end.of, []).append((text, both, whole))
     critical, who, bodies, points, nodes = math.inf, "", Rates(), 0.0, Rates()
-    for end, couplings in felt.items():
-        rates = sum((both for _, both, _ in couplings), Rates())
-        whole = sum((w for _, _, w in couplings), Rates())
-        if end in model.mechanism.masses:
+    for of_end, couplings in felt.items():
+        rates = Rates.total([both for _, both, _ in couplings])
+        whole = Rates.total([w for _, _, w in couplings])
+        if of_end in model.mechanism.masses:
             nodes = nodes.most(rates)
         else:
             bodies = bodies.most(whole)
@@ -117,10 +135,6 @@ def _worked_out(model: Model, state: SystemState, of: Of) -> Limit:
             critical = rates.critical
             who = max(couplings, key=lambda entry: entry[1])[0]
     return Limit(critical, who, bodies, points, nodes)
-
-
-_End = tuple[object, Rates, Rates]
-"""Which body or slave, its rates, and those of it as one body."""
 
 
 def has_energy(law: object) -> bool:
@@ -140,18 +154,14 @@ def _couplings(model: Model, state: SystemState, of: Of) -> Iterator[tuple[str, 
         follows = follows_step(part.contact.law)
         if of == ("lasting" if follows else "following"):
             continue
-        contact = state.contacts[part.name]
-        rows, along = kept_of(contact).steepest
-        if len(rows):
-            ends = _contact_ends(system, part, contact, (rows, along), state, of)
-            if ends:
-                drags = bool(_dragging(part, rows, state).any())
-                drags = drags and all(rates.decay**2 > rates.square for _, rates, _ in ends)
-                yield f"{'viscous friction of ' if drags else ''}contact {part.name!r}", ends
+        springs = _springs_of(part, state, of)
+        if len(springs.rows) and (ends := _contact_ends(system, part, springs, state)):
+            drags = springs.dragging.any() and all(e.rates.decay**2 > e.rates.square for e in ends)
+            yield f"{'viscous friction of ' if drags else ''}contact {part.name!r}", ends
     for name, nodes in system.nodes.items() if of != "following" else ():
         rates = Rates(*nodes.rates(state.slaves[name]))
         if rates.square > 0.0:
-            yield f"the elements of slave {name!r}", [(name, rates, rates)]
+            yield f"the elements of slave {name!r}", [_End(name, rates, rates)]
         # Row sums bound the elements' energy node by node: what their nodes do to a body adds
         # nothing to what they do to one another.
         for joint in nodes.joints:
@@ -160,7 +170,7 @@ def _couplings(model: Model, state: SystemState, of: Of) -> Iterator[tuple[str, 
                 stiffness = nodes.stiffness(state.slaves[name])[joint.rows]
                 row = system.row[joint.host]
                 square = fastest(points, points, stiffness, stiffness, *_row(system, state, row))
-                yield f"the elements of slave {name!r}", [(row, Rates(square), Rates())]
+                yield f"the elements of slave {name!r}", [_End(row, Rates(square), Rates())]
     for name in state.springs if of != "following" else ():
         if ends := _spring_ends(system, name, state):
             yield f"spring {name!r}", ends
@@ -179,7 +189,7 @@ def _spring_ends(system: Mechanism, name: str, state: SystemState) -> list[_End]
             fastest(place, axis, np.array([along]), np.array([across]), *body_row),
             fastest(place, axis, np.array([spring.damping]), np.zeros(1), *body_row),
         )
-        ends.append((row, rates, rates))
+        ends.append(_End(row, rates, rates))
     return ends
 
 
@@ -187,47 +197,59 @@ def _row(system: Mechanism, state: SystemState, row: int) -> tuple[FloatArray, F
     return state.rigid[row], system.fixed[row]
 
 
+class _Springs(NamedTuple):
+    """Springs and dampers of a contact at k points."""
+
+    rows: IndexArray
+    """(k,) the points."""
+    along: FloatArray
+    """(k,) stiffness of the normal forces."""
+    across: FloatArray
+    """(k,) that of friction."""
+    damping: FloatArray
+    """(k,) viscosity of the normal forces."""
+    dragging: FloatArray
+    """(k,) viscous friction over the sliding speed."""
+
+
+def _springs_of(part: ContactPart, state: SystemState, of: Of) -> _Springs:
+    kept = kept_of(state.contacts[part.name])
+    rows, along = kept.normal_springs
+    across = np.zeros(len(rows)) if of == "following" else kept.part("tangential", rows)
+    damping = kept.part("viscosity", rows)
+    return _Springs(rows, along, across, damping, _dragging(part, rows, state))
+
+
 def _contact_ends(
-    system: Mechanism,
-    part: ContactPart,
-    contact: State,
-    springs: tuple[np.ndarray, FloatArray],
-    state: SystemState,
-    of: Of,
+    system: Mechanism, part: ContactPart, springs: _Springs, state: SystemState
 ) -> list[_End]:
-    """The free sides of a contact that has `springs` (k,) at points (k,)."""
+    """The free sides of a contact."""
     ends: list[_End] = []
-    (rows, along), kept = springs, kept_of(contact)
-    single, damping = kept.part("stiffness", rows), kept.part_or_zero("viscosity", rows)
-    across = np.zeros(len(rows))
-    if of != "following":
-        across = kept.part_or_zero("tangential", rows)
-    dragging = _dragging(part, rows, state)
-    bodies = system.free_sides(part.master, part.slave)
+    contact, (rows, along, across, damping, dragging) = state.contacts[part.name], springs
+    damped = damping.any() or dragging.any()
+    bodies, kept = system.free_sides(part.master, part.slave), kept_of(contact)
     if bodies:
         points = to_world(contact.pose, contact.points_B[rows])
         normals = turn_to_world(contact.pose, kept.part("normal_B", rows))
     for row in bodies:
         body_row = _row(system, state, row)
-        rates = Rates(
+        rates = whole = Rates(
             fastest(points, normals, along, across, *body_row),
-            fastest(points, normals, damping, dragging, *body_row)
-            if damping.any() or dragging.any()
-            else 0.0,
+            fastest(points, normals, damping, dragging, *body_row) if damped else 0.0,
         )
-        # Steps follow the swing on the curve; what shares its force is kept stable alone.
-        swung = (
-            fastest(points, normals, single, across, *body_row) if len(contact.tangent) else None
-        )
-        whole = rates if swung is None else rates._replace(square=swung)
-        ends.append((row, rates, whole))
+        if kept.shape("tangent")[0]:
+            # Steps follow the swing on the curve; what shares its force is kept stable alone.
+            single = kept.part("stiffness", rows)
+            whole = rates._replace(square=fastest(points, normals, single, across, *body_row))
+        ends.append(_End(row, rates, whole))
     if part.slave in system.masses:
-        mass = system.masses[part.slave]
-        most = [
-            float((part.contact.nodal_sum(rows, values) / mass).max()) if values.any() else 0.0
-            for values in (np.maximum(along, across), np.maximum(damping, dragging))
-        ]
-        ends.append((part.slave, Rates(*most), Rates()))
+        nodes, stiffness = part.contact.nodal_sum(rows, np.maximum(along, across))
+        mass = system.masses[part.slave][nodes]
+        square, decay = float((stiffness / mass).max()), 0.0
+        if damped:
+            viscosity = part.contact.nodal_sum(rows, np.maximum(damping, dragging)).values
+            decay = float((viscosity / mass).max())
+        ends.append(_End(part.slave, Rates(square, decay), Rates()))
     return ends
 
 

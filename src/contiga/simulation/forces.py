@@ -11,8 +11,9 @@ from contiga.contact.state_rows import kept_of
 from contiga.dynamics.rigid_bodies import add_gravity
 from contiga.dynamics.springs import SpringState
 from contiga.records import FloatArray
+from contiga.rigid.kernels.rigid_nb import add_wrench
 from contiga.rigid.vectors import cross
-from contiga.simulation.load_forces import load_point, loaded, point_of, turned
+from contiga.simulation.load_forces import load_point, loaded, point_of
 from contiga.simulation.model import Model
 from contiga.simulation.place import Placement, forces_on
 from contiga.simulation.system_state import SystemState
@@ -55,10 +56,8 @@ def wrenches(
     total = np.zeros((len(system.index), 6))
     for part in model.contacts:
         state, i = contacts[part.name], system.root_of(part.master)
-        if state.wrench.any():
-            reference = model.bodies[part.master].body.reference_point
-            arm = turned(poses[i, :3, :3], reference)
-            _add(total[i], state.wrench[:3], arm, state.wrench[3:])
+        about = model.bodies[part.master].body.reference_point
+        add_wrench(state.wrench, about, poses[i], total[i])
         host = system.carried.get(part.slave)
         if host is not None:
             rows, force = kept_of(state).listed("force")
@@ -86,9 +85,7 @@ def wrenches(
             load_point(model, load, i, poses[i], standing.free.rows) - poses[i, :3, 3],
             moment,
         )
-    of_free = total[system.free]
-    add_gravity(standing.free, system.fixed, model.gravity, of_free)
-    total[system.free] = of_free
+    add_gravity(standing.free, system.fixed, model.gravity, system.free, total)
     return total
 
 

@@ -41,17 +41,18 @@ def energy_of(
     springs: Mapping[str, SpringState],
     slaves: Sequence[Stored],
     kinetic: float,
-    since: tuple[float, float | None],
+    external: float,
+    initial: float | None,
 ) -> Energy:
-    """Of a system: `kinetic` of its bodies; `since` are the external work since the start and the
-    energy then, which is None at the start."""
+    """Of a system: `kinetic` of its bodies, `external` work since the start and the `initial`
+    energy, which is None at the start."""
     of_contacts = contact_energy(contacts)
     strain, hysteresis, damping = 0.0, of_contacts.hysteresis, of_contacts.damping
     for spring in springs.values():
         strain += spring.stored
         hysteresis += spring.hysteresis
         damping += spring.damping
-    nodes = Stored(*(sum(parts) for parts in zip(*slaves, strict=True)))
+    nodes = Stored(*map(sum, zip(*slaves, strict=True)))
     energy = Energy(
         of_contacts.contact,
         hysteresis + nodes.hysteresis,
@@ -59,11 +60,12 @@ def energy_of(
         of_contacts.friction,
         kinetic + nodes.kinetic,
         strain + nodes.strain,
-        since[0],
-        hourglass=nodes.hourglass,
-        viscosity=nodes.viscosity,
+        external,
+        0.0 if initial is None else initial,
+        nodes.hourglass,
+        nodes.viscosity,
     )
-    return energy._replace(initial=energy.total if since[1] is None else since[1])
+    return energy._replace(initial=energy.total) if initial is None else energy
 
 
 def external_work(

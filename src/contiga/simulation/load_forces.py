@@ -54,6 +54,8 @@ def load_point(model: Model, load: Load, i: int, pose: FloatArray, rows: FloatAr
 def foresee_loads(model: Model, last: SystemState, free: Placed, time: float) -> None:
     """Change the twists of bodies that have drifted to those that the loads at `time` will give,
     with what else acted in `last`."""
+    if not model.mechanism.loads:
+        return
     change = np.zeros((len(free.rows), 6))
     for load in model.mechanism.loads:
         i = model.mechanism.root_of(load.body)

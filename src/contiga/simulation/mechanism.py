@@ -77,7 +77,7 @@ class Mechanism:
         """Whether any body is attached to another."""
         return bool((self.root != np.arange(len(self.root))).any())
 
-    @property
+    @cached_property
     def moved(self) -> bool:
         """Whether forces move anything, or springs take part."""
         return len(self.free) > 0 or len(self.masses) > 0 or len(self.springs) > 0

@@ -13,7 +13,7 @@ import numpy as np
 from contiga.arrays.layout import positive
 from contiga.contact.contact import Contact
 from contiga.display import Displayed, Facts
-from contiga.dynamics.free import Dependent, Free
+from contiga.dynamics.free import Dependent, Free, is_driven
 from contiga.dynamics.kinks import united
 from contiga.dynamics.loads import Load
 from contiga.dynamics.prescribed import BodyMotion, SlaveMotion, kinks_in, pose_at
@@ -141,6 +141,17 @@ class Model(Displayed):
             positive(self.output.interval, "output: interval")
         for name in self.output.fields:
             _check_name("field", name, FIELDS, "output: fields")
+
+    @cached_property
+    def driven_contacts(self) -> frozenset[str]:
+        """Names of the contacts of which a prescribed motion moves one of the two sides."""
+        system = self.mechanism
+        return frozenset(
+            part.name
+            for part in self.contacts
+            if is_driven(self.slaves[part.slave].motion)
+            or any(side in system.driven for side in system.sides(part.master, part.slave))
+        )
 
     @cached_property
     def point_sensors(self) -> tuple[Sensor, ...]:

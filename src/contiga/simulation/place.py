@@ -89,8 +89,11 @@ class ForcesOn(NamedTuple):
 
     def listed(self) -> Pushes:
         """Of those they act on."""
-        parts = [part.name for part in self.model.contacts if part.slave == self.name]
-        columns = [kept_of(self.contacts[part]).listed("force") for part in parts]
+        columns = [
+            kept_of(self.contacts[part.name]).listed("force")
+            for part in self.model.contacts
+            if part.slave == self.name
+        ]
         if len(columns) == 1:
             return Pushes(*columns[0])
         rows, place = np.unique(

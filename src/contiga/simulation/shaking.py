@@ -69,7 +69,8 @@ def shaking_of_nodes(model: Model, last: SystemState, state: SystemState, decay:
                 continue
             for felt in _rates(part, last, state, decay):
                 for k, values in enumerate(felt.forces.T):
-                    rates[:, k] += part.contact.nodal_sum(felt.rows, np.ascontiguousarray(values))
+                    nodes, sums = part.contact.nodal_sum(felt.rows, np.ascontiguousarray(values))
+                    rates[nodes, k] += sums
         most = max(most, math.sqrt(float((np.square(rates).sum(axis=1) / mass).sum())))
     return most
 

@@ -66,7 +66,7 @@ def _moved(
         work = external_work(model, last, standing, contacts, acting, time)
         external, initial = last.energy.external + work, last.energy.initial
     inside = [nodes.energy(standing.slaves[name]) for name, nodes in system.nodes.items()]
-    energy = energy_of(contacts, springs, inside, kinetic, (external, initial))
+    energy = energy_of(contacts, springs, inside, kinetic, external, initial)
     bodies = frames(system, standing)
     now = standing.now._replace(twists=bodies.twists)
     return SystemState(

@@ -16,7 +16,7 @@ from itertools import count
 from contiga.dynamics.stepping import AutoSteps
 from contiga.errors import RunError
 from contiga.simulation.clock import Clock
-from contiga.simulation.critical import Limit, limit_of
+from contiga.simulation.critical import Limit, find_limit, limit_of
 from contiga.simulation.model import Model
 from contiga.simulation.reasons import Choice, Cut, Reason
 from contiga.simulation.stability import check_stable
@@ -49,7 +49,7 @@ def _after(model: Model, last: SystemState, clock: Clock) -> Stepped:
     time = stepping.after(last.time)
     if model.mechanism.moved and not model.allow_unstable:
         with clock("motion"):
-            _check(limit_of(model, last), time - last.time, last.time)
+            _check(find_limit(model, last), time - last.time, last.time)
     return advance(model, last, time, clock)
 
 

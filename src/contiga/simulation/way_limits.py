@@ -10,7 +10,6 @@ import numpy as np
 from contiga.arrays.ordered import row_products
 from contiga.contact.state import State
 from contiga.contact.tracked import closest
-from contiga.dynamics.free import is_driven
 from contiga.records import FloatArray
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.reasons import Cut, Reason
@@ -32,7 +31,7 @@ def driven_ways(model: Model, most: float, state: SystemState) -> Iterator[Cut]:
     """The steps after `state`, below `most`, in which points that a motion drives go as far as they
     may."""
     for part in model.contacts:
-        if _driven(model, part) and (speed := _speed(part, state)) > 0.0:
+        if part.name in model.driven_contacts and (speed := _speed(part, state)) > 0.0:
             before = state.contacts[part.name]
             room = _room(model, part, before, np.full(len(before.patch), most * speed / AIM))
             step = AIM * float(room.min(initial=math.inf)) / speed
@@ -76,19 +75,11 @@ def _ways(model: Model, part: ContactPart, last: SystemState, state: SystemState
     """(m,) how far points go, as the master sees it."""
     before, now = last.contacts[part.name], state.contacts[part.name]
     ways = _lengths(now.points_B - before.points_B)
-    if _driven(model, part):
+    if part.name in model.driven_contacts:
         # What a table drives may turn round, or whole turns, between the ends of a step.
         fastest = max(_speed(part, at) for at in (last, state))
         ways = np.maximum(ways, fastest * state.step)
     return ways
-
-
-def _driven(model: Model, part: ContactPart) -> bool:
-    """Whether a motion that is prescribed moves one of the two sides."""
-    system = model.mechanism
-    if any(side in system.driven for side in system.sides(part.master, part.slave)):
-        return True
-    return is_driven(model.slaves[part.slave].motion)
 
 
 def _speed(part: ContactPart, at: SystemState) -> float:

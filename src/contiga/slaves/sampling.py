@@ -208,6 +208,8 @@ class Sampling:
 
     def points_at(self, rows: IndexArray, nodal: FloatArray) -> FloatArray:
         """(len(rows), 3) of `points` at some of them, ascending."""
+        if not self._faces:
+            return nodal.take(rows, axis=0)
         k = int(np.searchsorted(rows, self.n_nodes))
         found = [nodal.take(rows[:k], axis=0)]
         for on, part in self._split(rows):

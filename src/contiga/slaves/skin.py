@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.cells import SHELLS, SOLIDS, face_kind, split_shells
-from contiga.slaves.quads import at_corners, corner_areas, corners_of, triangle_normals
+from contiga.slaves.quads import at_corners, corner_areas, corners_of
 
 Int64Array = NDArray[np.int64]
 
@@ -47,12 +47,6 @@ def facet_width(points: FloatArray, facets: IntArray) -> float:
     corners = points[facets]
     squares = np.square(corners - np.roll(corners, 1, axis=1)).sum(axis=2)
     return float(np.sqrt(np.median(squares.min(axis=1))))
-
-
-def facet_areas(points: FloatArray, facets: IntArray) -> FloatArray:
-    """(m,) areas of triangles (m, 3) on `points` (n, 3)."""
-    area: FloatArray = 0.5 * np.linalg.norm(triangle_normals(points, facets), axis=1)
-    return area
 
 
 def tributary_area(

@@ -16,7 +16,7 @@ from contiga.errors import CaseError, FileError, UnitError
 from contiga.io.sheet import Row, Sheet, as_number, read_sheet
 from contiga.io.units import consistent_factor
 from contiga.records import FloatArray
-from contiga.studies.spec import MOST, SampleSpec, StudySpec, VariableSpec
+from contiga.studies.spec import MAX_CASES, SampleSpec, StudySpec, VariableSpec
 
 _UNIT_KEYS = ("unit", "units", "time_unit")
 """Of tables of a case whose numbers are in units of their own."""
@@ -72,12 +72,12 @@ def cases_of(
     if study.sample is not None:
         ways.append(_samples(study.sample, [v for v in study.variable if v.ranged]))
     count = int(np.prod([float(len(way)) for way in ways]))
-    if count > MOST:
+    if count > MAX_CASES:
         raise CaseError(
             "too many cases",
             where=str(study.file),
             found=count,
-            allowed=f"up to {MOST}",
+            allowed=f"up to {MAX_CASES}",
             remedy="Sample the variables: low and high without count, and a [sample]",
         )
     kept = [

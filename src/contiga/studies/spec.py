@@ -20,7 +20,7 @@ from contiga.studies.quantities import Quantity, quantity_of
 from contiga.studies.targets import TargetsSpec
 
 _LIMIT = re.compile(r"(.+?)\s*(<=|>=)\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)")
-MOST = 1_000_000
+MAX_CASES = 1_000_000
 """Cases of a study at most: more is a grid of the wrong kind."""
 RESERVED = ("case", "status", "message")
 """Columns that every table has."""
@@ -29,7 +29,7 @@ Keys = Annotated[
     list[str], BeforeValidator(lambda value: [value] if isinstance(value, str) else value)
 ]
 """One key or several."""
-CaseCount = Annotated[int, Field(ge=1, le=MOST)]
+CaseCount = Annotated[int, Field(ge=1, le=MAX_CASES)]
 VariableName = Annotated[str, Field(pattern=r"^[A-Za-z_]\w*$")]
 
 
@@ -45,7 +45,7 @@ class VariableSpec(Spec):
     """Of the table of the study."""
     low: float | None = None
     high: float | None = None
-    count: Annotated[int, Field(ge=2, le=MOST)] | None = None
+    count: Annotated[int, Field(ge=2, le=MAX_CASES)] | None = None
     """Values from `low` to `high`; without it they are sampled, or the optimiser's."""
     scale: Literal["linear", "log"] = "linear"
     whole: bool = False

@@ -34,9 +34,9 @@ def test_every_point_is_seen_as_plain_numpy_says(known: bool) -> None:
     deep = np.flatnonzero(rng.random(N) < 0.5).astype(np.int32)
     penetration = rng.random(len(deep))
     velocity = rng.normal(size=(len(rows), 3)) if known else NOWHERE
-    points = ContactRows.of(rows)
+    points = ContactRows.of(rows, velocity)
     last = LastDepths(patch, before, deep, penetration)
-    gather(feet, now, last, velocity, 0.25, points)
+    gather(feet, now, last, 0.25, points)
 
     depth, normal = np.maximum(-feet.gap[rows], 0.0), feet.normal[rows]
     way = now[rows] - before[rows]

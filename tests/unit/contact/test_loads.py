@@ -44,7 +44,8 @@ def test_what_the_next_step_asks_is_the_same_of_whole_arrays(
     rows, same = kept_of(kept), kept_of(whole)
     for one, other in zip((rows.deep, *rows.carried), (same.deep, *same.carried), strict=True):
         np.testing.assert_array_equal(as_whole(one), as_whole(other))
-    assert "_sparse" not in vars(kept)  # nothing has been made for that
+    made = {"penetration", "normal_force", "normal_B", "damping", "traction_B"} & vars(kept).keys()
+    assert not made, made  # no whole array for that
     width = friction.n_memory if friction else 0
     for name, columns in (("memory", 0), ("friction_memory", width)):
         assert rows.shape(name) == same.shape(name) == (N, columns)
@@ -62,6 +63,7 @@ def test_of_what_there_is_not_the_arrays_are_empty() -> None:
 def test_forces_may_be_those_of_other_points() -> None:
     rows, one, three = np.array([2], np.int32), np.ones(1), np.ones((1, 3))
     loads = Loads(rows, one, three, three, rows, one, one, np.zeros((1, 0)), None)
-    assert "force" not in loads.sparse(np.zeros((N, 3)))
-    own = loads._replace(world=three).sparse(np.zeros((N, 3)))
-    assert own["force"].whole().sum() == 3.0
+    assert loads.column("force", np.zeros((N, 3))) is None
+    own = loads._replace(world=three).column("force", np.zeros((N, 3)))
+    assert own is not None
+    assert own.whole().sum() == 3.0

@@ -118,3 +118,11 @@ def test_a_pose_may_be_off_by_as_much_as_poses_may(off: float) -> None:
     matrix = np.eye(4)
     matrix[0, 1] = off
     assert rigid_nb.is_rigid(matrix, pose.RIGID) == (abs(off) <= pose.RIGID)
+
+
+@pytest.mark.interpreted
+def test_a_wrench_is_added_about_the_origin_of_the_frame() -> None:
+    wrench, about_B, total = np.arange(1.0, 7.0), np.array([0.3, -2.0, 5.0]), np.full(6, 10.0)
+    rigid_nb.add_wrench(wrench, about_B, X_WB, total)
+    moment = np.cross(X_WB[:3, :3] @ about_B, wrench[:3]) + wrench[3:]
+    np.testing.assert_allclose(total - 10.0, [*wrench[:3], *moment], rtol=0, atol=1e-13)

@@ -37,7 +37,7 @@ def test_a_state_keeps_its_limit_and_another_has_its_own(monkeypatch: pytest.Mon
     simulation = falling()
     free, state = simulation.start(), touching(simulation)
     limit, asked = limit_of(simulation, state), []
-    monkeypatch.setattr(critical, "_worked_out", lambda *what: asked.append(what) or limit)
+    monkeypatch.setattr(critical, "find_limit", lambda *what: asked.append(what) or limit)
     assert limit.critical < 1.0
     assert limit_of(simulation, replace(state, shaking=3.0, leak=1.0)) is limit
     assert asked == []

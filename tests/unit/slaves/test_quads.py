@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.blocks import block
+from tests.blocks import block, facet_areas
 
 import contiga as cg
 from contiga.slaves.cells import SOLIDS
@@ -19,7 +19,7 @@ from contiga.slaves.quads import (
     quad_rule,
 )
 from contiga.slaves.sampling import QUAD_RULES, RULES, Sampling
-from contiga.slaves.skin import facet_areas, tributary_area
+from contiga.slaves.skin import tributary_area
 
 NO_QUADS = np.zeros((0, 2), np.int32)
 ONE = np.array([[0, 1, 2, 3]], np.int32)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.blocks import facet_areas
 
 from contiga.slaves.cells import N_NODES, SHELLS, SOLIDS, split_quads, split_shells
-from contiga.slaves.skin import CellBlock, facet_areas, mend_degenerate, skin, tributary_area
+from contiga.slaves.skin import CellBlock, mend_degenerate, skin, tributary_area
 
 CUBE = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float

@@ -26,14 +26,14 @@ def at(rows, k, j):
 
 
 @kernel(error_model="numpy")
-def gather(feet, now, last, velocity, dt, out):
+def gather(feet, now, last, dt, out):
     """Fill the columns of `ContactRows` for the points that they list.
 
     `feet` are those of all points, which are `now` (n, 3). `last` is what was at the last step,
-    `LastDepths`. `velocity` (k, 3) has no rows where it is not known: then the rate is the change
-    over the step `dt` of old contacts, and of new ones the speed of approach.
+    `LastDepths`. Where velocities are not known the rate is the change over the step `dt` of old
+    contacts, and of new ones the speed of approach.
     """
-    place, deep = 0, last.rows
+    place, deep, velocity = 0, last.rows, out.velocity
     for i in range(out.rows.shape[0]):
         k = out.rows[i]
         below = -feet.gap[k]

@@ -258,20 +258,21 @@ def kick(rows, fixed, loads, h, poses, twists):
 
 
 @kernel(error_model="numpy")
-def weigh(rows, fixed, gravity, poses, loads):
-    """Add the weight of bodies to `loads` (b, 6): force and moment about the frames' origins."""
+def weigh(rows, fixed, gravity, poses, free, loads):
+    """Add the weight of bodies to rows `free` (b,) of loads (n, 6): force and moment about the
+    frames' origins."""
     for i in range(rows.shape[0]):
-        mass = fixed[i, MASS]
+        mass, load = fixed[i, MASS], loads[free[i]]
         x, y, z = mass * gravity[0], mass * gravity[1], mass * gravity[2]
         a = rows[i, CENTRE] - poses[i, 0, 3]
         b = rows[i, CENTRE + 1] - poses[i, 1, 3]
         c = rows[i, CENTRE + 2] - poses[i, 2, 3]
-        loads[i, 0] += x
-        loads[i, 1] += y
-        loads[i, 2] += z
-        loads[i, 3] += b * z - c * y
-        loads[i, 4] += c * x - a * z
-        loads[i, 5] += a * y - b * x
+        load[0] += x
+        load[1] += y
+        load[2] += z
+        load[3] += b * z - c * y
+        load[4] += c * x - a * z
+        load[5] += a * y - b * x
 
 
 @kernel(error_model="numpy")

@@ -55,3 +55,21 @@ def is_rigid(pose, tolerance):
             if not abs(along - (1.0 if i == row else 0.0)) <= tolerance:
                 return False
     return turned >= 0.0 and pose[3, 3] == 1.0
+
+
+@kernel()
+def add_wrench(wrench, point_B, pose, total):
+    """Add a wrench (6,) about a point of a body to one about the origin of its frame, world axes.
+
+    `point_B` (3,) is in the axes of the body, whose pose is (4, 4).
+    """
+    x, y, z = point_B[0], point_B[1], point_B[2]
+    a = pose[0, 0] * x + pose[0, 1] * y + pose[0, 2] * z
+    b = pose[1, 0] * x + pose[1, 1] * y + pose[1, 2] * z
+    c = pose[2, 0] * x + pose[2, 1] * y + pose[2, 2] * z
+    total[0] += wrench[0]
+    total[1] += wrench[1]
+    total[2] += wrench[2]
+    total[3] = total[3] + (b * wrench[2] - c * wrench[1]) + wrench[3]
+    total[4] = total[4] + (c * wrench[0] - a * wrench[2]) + wrench[4]
+    total[5] = total[5] + (a * wrench[1] - b * wrench[0]) + wrench[5]

@@ -110,19 +110,23 @@ def _near(pair: Pair, times: FloatArray) -> tuple[IndexArray, int]:
     if slave.facets is None:
         return np.zeros(0, np.intp), 0
     whole = np.flatnonzero(slave.active[slave.facets].all(axis=1))
-    low, high = pair.body.bounds()
-    longest = float(_radii(slave.points[slave.facets[whole]]).max(initial=0.0))
+    facets = slave.facets[whole]
+    longest = float(_radii(slave.points[facets]).max(initial=0.0))
+    low, high = pair.body.bounds() + 2.0 * longest * np.array([[-1.0], [1.0]])
     since = 0
     for k, time in enumerate(times.tolist()):
         points, X_WB = pair.standing(time)
         p_B = to_body(X_WB, points)
-        boxed = ((p_B >= low - 2.0 * longest) & (p_B <= high + 2.0 * longest)).all(axis=1)
-        some = whole[boxed[slave.facets[whole]].any(axis=1)]
-        corners = p_B[slave.facets[some]]
+        # Column by column: NumPy reduces rows of three at a tenth of the speed.
+        x, y, z = ((p_B >= low) & (p_B <= high)).T
+        boxed = x & y & z
+        a, b, c = facets.T
+        some = np.flatnonzero(boxed[a] | boxed[b] | boxed[c])
+        corners = p_B[facets[some]]
         middle, radius = np.ascontiguousarray(corners.mean(axis=1)), _radii(corners)
         bounds = lower_bounds(surface, middle, np.arange(len(some), dtype=np.int32), None)
         since = since if near else max(k - 1, 0)
-        near |= dict.fromkeys(some[bounds <= radius].tolist())
+        near |= dict.fromkeys(whole[some[bounds <= radius]].tolist())
         if len(near) >= _FACETS:
             break
     return np.array(list(near)[:_FACETS], np.intp), since
