@@ -55,8 +55,6 @@ def check_coarse(scene: Scene) -> Iterator[Finding]:
             continue
         said, now = scene.said, _COVER[pair.contact.quadrature]
         smaller = said(min(missed.deepest / now, 0.5 * missed.side))
-        finer = [k for k in RULES if missed.deepest / missed.side > _COVER[k] < now]
-        rule = f", or quadrature = {finer[0]}, which puts points on them" if finer else ""
         yield Finding(
             "coarse",
             pair.where,
@@ -64,7 +62,7 @@ def check_coarse(scene: Scene) -> Iterator[Finding]:
             f"{pair.part.slave} with a side of {said(missed.side)}, from "
             f"t = {said(missed.time, 'time')} on, before one of its points of contact "
             f"is touched: it is some {said(2.0 * missed.deepest)} wide there",
-            f"Take facets of {smaller} there{rule}",
+            f"Take facets of {smaller} there",
         )
 
 
