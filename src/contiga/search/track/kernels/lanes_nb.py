@@ -18,11 +18,11 @@ import math
 import numpy as np
 
 from contiga.arrays.codes import TO_WALK
-from contiga.arrays.vectors import numbers_in_vector
 from contiga.jit import inlined, inner
 from contiga.jit.block import SIZE, read_anew, turn
 from contiga.jit.prefetch import LINE
 from contiga.jit.scratch import scratch
+from contiga.jit.vectors import numbers_in_vector
 from contiga.search.closest.kernels.newton_nb import (
     ACTIVE,
     DONE,

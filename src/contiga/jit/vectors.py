@@ -1,8 +1,8 @@
-"""How many numbers a vector of the processor holds that kernels are compiled for."""
+"""How many numbers a vector holds in the kernels of this process."""
 
 from __future__ import annotations
 
-from numba.core.registry import cpu_target
+from contiga.jit.prebuilt import target
 
 
 def numbers_in_vector() -> int:
@@ -11,5 +11,5 @@ def numbers_in_vector() -> int:
     It does for AMD's processors that have them; for Intel's it takes 256 bits, as their clocks may
     slow down otherwise.
     """
-    _, name, features = cpu_target.target_context.codegen().magic_tuple()
+    _, name, features = target()
     return 8 if name.startswith("znver") and "+avx512f" in features else 4

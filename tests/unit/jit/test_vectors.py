@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from numba.core.registry import cpu_target
 
-from contiga.arrays.vectors import numbers_in_vector
+from contiga.jit.vectors import numbers_in_vector
 
 CODE = cpu_target.target_context.codegen()
 

@@ -1,0 +1,189 @@
+"""All kernels of the list as a wheel, for processes that find them there (`contiga.jit.prebuilt`).
+
+They are compiled for a level of processors, which numba's own settings name to the processes that
+compile (`NUMBA_CPU_NAME`): the wheel does not depend on the machine that it is made on.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import pickle
+import platform
+import sys
+import sysconfig
+import zlib
+from collections.abc import Mapping
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, NamedTuple
+from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
+
+import llvmlite
+import numba
+from numba.core.serialize import dumps
+
+from contiga.errors import RunError
+from contiga.jit.prebuilt import CODE, MANIFEST, NAME, Manifest, digest_of, python_name
+from contiga.jit.stamps import PACKAGE, sources_of, stamp_of_files
+from contiga.version import __version__
+from contiga.warmup.listing import FILE, Row, listing
+
+NEVER = (1980, 1, 1, 0, 0, 0)
+"""The time of all files in a wheel: one of the same content is the same file."""
+MODE = 0o100644
+"""Of files in a wheel: everybody may read them."""
+FIRST_ARM_MACOS = 11
+SUMMARY = "Compiled kernels of contiga"
+METADATA = f"""Metadata-Version: 2.1
+Name: {NAME}
+Version: {__version__}
+Summary: {SUMMARY}, for {{level}} and numba {{numba}}
+License: MIT
+"""
+WHEEL = f"""Wheel-Version: 1.0
+Generator: contiga {__version__}
+Root-Is-Purelib: false
+Tag: {{tag}}
+"""
+
+
+class Level(NamedTuple):
+    """Processors that kernels are compiled for."""
+
+    name: str
+    """As LLVM calls it."""
+    features: tuple[str, ...]
+    """Those that a processor must have, of those that not all have that LLVM compiles for."""
+
+
+X86 = Level(
+    "x86-64-v3",
+    (
+        *("cx16", "popcnt", "sahf", "sse3", "ssse3", "sse4.1", "sse4.2"),
+        *("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave"),
+    ),
+)
+GENERIC = Level("generic", ())
+
+
+def level() -> Level:
+    """x86-64-v3 on x86, what all processors of a kind have on others."""
+    return X86 if platform.machine().lower() in ("x86_64", "amd64") else GENERIC
+
+
+def environment(folder: Path) -> dict[str, str]:
+    """Environment of processes that compile for the level and keep kernels under `folder`.
+
+    Other settings of numba's are left out: some of them change the code.
+    """
+    own = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
+    target = {"NUMBA_CPU_NAME": level().name, "NUMBA_CPU_FEATURES": ""}
+    return own | target | {"NUMBA_CACHE_DIR": str(folder)}
+
+
+def write_wheel(kept: Mapping[Row, str], folder: Path) -> Path:
+    """Write the wheel of all kernels of the list into a folder, which is made if it is not there.
+
+    Parameters
+    ----------
+    kept : of each kernel, the index file that its process has named
+
+    Raises
+    ------
+    RunError
+        where a kernel was not kept
+    OSError
+        where the wheel cannot be written
+    """
+    manifest, code = _packed(kept)
+    tag = f"{_python_tag()}-{_platform_tag()}"
+    about = f"{NAME}-{__version__}.dist-info"
+    files = {
+        f"{NAME}/__init__.py": f'"""{SUMMARY}: data for contiga.jit.prebuilt."""\n'.encode(),
+        f"{NAME}/{MANIFEST}": json.dumps(manifest._asdict()).encode(),
+        f"{NAME}/{CODE}": code,
+        f"{about}/METADATA": METADATA.format(level=manifest.level, numba=manifest.numba).encode(),
+        f"{about}/WHEEL": WHEEL.format(tag=tag).encode(),
+    }
+    record = [f"{name},sha256={_digest(content)},{len(content)}" for name, content in files.items()]
+    files[f"{about}/RECORD"] = "\n".join((*record, f"{about}/RECORD,,\n")).encode()
+    folder.mkdir(parents=True, exist_ok=True)
+    wheel = folder / f"{NAME}-{__version__}-{tag}.whl"
+    unfinished = wheel.with_suffix(".new")
+    try:
+        with ZipFile(unfinished, "w", ZIP_DEFLATED) as archive:
+            for name, content in files.items():
+                entry = ZipInfo(name, NEVER)
+                entry.external_attr = MODE << 16
+                archive.writestr(entry, content, ZIP_DEFLATED)
+        unfinished.replace(wheel)
+    finally:
+        unfinished.unlink(missing_ok=True)
+    return wheel
+
+
+def _packed(kept: Mapping[Row, str]) -> tuple[Manifest, bytes]:
+    """The kernels in one file, and what is to be known of them."""
+    versions = {file: _versions(Path(file)) for file in sorted(set(kept.values()) - {""})}
+    for row, kernel in enumerate(listing().kernels):
+        found = versions.get(kept.get(row, ""), {})
+        if all(types != listing().arguments(row) for types, *_ in found):
+            raise RunError(f"{kernel.module}.{kernel.name} was compiled and could not be kept")
+    (target,) = {target for found in versions.values() for _, target, _ in found}
+    places: dict[str, tuple[int, int]] = {}
+    code = b""
+    for file, found in versions.items():
+        ours = {(types, hashes): content for (types, _, hashes), content in found.items()}
+        packed = zlib.compress(dumps(ours), 9)
+        places[Path(file).stem] = len(code), len(packed)
+        code += packed
+    modules = {kernel.module.partition(".")[2] for kernel in listing().kernels}
+    files = [PACKAGE / f"{module.replace('.', '/')}.py" for module in sorted(modules)]
+    sources = [*sources_of(files), FILE.relative_to(PACKAGE).as_posix()]
+    manifest = Manifest(
+        python=python_name(),
+        numba=numba.__version__,
+        llvmlite=llvmlite.__version__,
+        target=target,
+        features=level().features,
+        sources=sources,
+        stamp=stamp_of_files(sources),
+        places=places,
+    )
+    return manifest._replace(digest=digest_of(manifest, code)), code
+
+
+def _versions(file: Path) -> dict[Any, bytes]:
+    """What is kept of a kernel, by numba's keys, from its index file."""
+    with file.open("rb") as index:
+        pickle.load(index)  # numba's version
+        _, names = pickle.loads(index.read())
+    return {key: file.with_name(name).read_bytes() for key, name in names.items()}
+
+
+def _python_tag() -> str:
+    """Python and its binary interface, as wheels are named by."""
+    version = f"cp{sys.version_info.major}{sys.version_info.minor}"
+    return f"{version}-{version}{getattr(sys, 'abiflags', '')}"
+
+
+def _platform_tag() -> str:
+    """The system, as wheels are named by.
+
+    Python for macOS may be for two kinds of processor, and these kernels are for one.
+    """
+    system, version, *_ = *sysconfig.get_platform().split("-"), ""
+    if system != "macosx":
+        return sysconfig.get_platform().replace("-", "_").replace(".", "_")
+    machine = platform.machine()
+    oldest = FIRST_ARM_MACOS if machine == "arm64" else 0
+    major, minor, *_ = (*map(int, version.split(".")), 0)
+    major, minor = max((major, minor), (oldest, 0))
+    return f"macosx_{major}_{minor}_{machine}"
+
+
+def _digest(content: bytes) -> str:
+    """As the list of a wheel's files has it."""
+    return base64.urlsafe_b64encode(sha256(content).digest()).rstrip(b"=").decode()
