@@ -88,14 +88,15 @@ def warmup(
 
 def _pack(folder: Path, jobs: int | None, quiet: bool) -> None:
     """Compile all kernels for other machines, too, and write them as a wheel."""
-    from contiga.warmup.pack import environment, write_wheel
+    from contiga.warmup.pack import environment, sources, write_wheel
 
+    of = sources()
     with TemporaryDirectory(prefix="contiga-pack-", ignore_cleanup_errors=True) as kept:
         count = _compiled(jobs, quiet, environment(Path(kept)))
         if count.failed:
             raise RunError(f"not all kernels could be compiled: {'; '.join(count.failed)}")
         try:
-            wheel = write_wheel(count.files, folder)
+            wheel = write_wheel(count.files, of, folder)
         except OSError as error:
             raise RunError(f"no wheel could be written to {folder} ({error.strerror})") from None
     if not quiet:

@@ -181,9 +181,8 @@ def _check_fits(manifest: Manifest) -> None:
             raise _UnusableError(f"it was compiled for {what} {theirs}, and this is {ours}")
     lacking = [name for name in manifest.features if f"+{name}" not in features.split(",")]
     if lacking:
-        raise _UnusableError(
-            f"it is for {manifest.level}; this processor lacks {', '.join(lacking)}"
-        )
+        names = ", ".join(lacking)
+        raise _UnusableError(f"it is for {manifest.level}, and this processor lacks {names}")
     try:
         stamp = stamp_of_files(manifest.sources)
     except FileNotFoundError:

@@ -83,21 +83,41 @@ def environment(folder: Path) -> dict[str, str]:
     return own | target | {"NUMBA_CACHE_DIR": str(folder)}
 
 
-def write_wheel(kept: Mapping[Row, str], folder: Path) -> Path:
+class Sources(NamedTuple):
+    """What the kernels of the list are compiled from."""
+
+    files: list[str]
+    """Names of files of contiga."""
+    stamp: str
+    """Their hash."""
+
+
+def sources() -> Sources:
+    """The files of all kernels and of all that these import, and the list, as they are now."""
+    modules = {kernel.module.partition(".")[2] for kernel in listing().kernels}
+    files = sources_of(PACKAGE / f"{module.replace('.', '/')}.py" for module in sorted(modules))
+    files.append(FILE.relative_to(PACKAGE).as_posix())
+    return Sources(files, stamp_of_files(files))
+
+
+def write_wheel(kept: Mapping[Row, str], of: Sources, folder: Path) -> Path:
     """Write the wheel of all kernels of the list into a folder, which is made if it is not there.
 
     Parameters
     ----------
     kept : of each kernel, the index file that its process has named
+    of : the sources when compiling began
 
     Raises
     ------
     RunError
-        where a kernel was not kept
+        where a kernel was not kept, or the sources are others by now
     OSError
         where the wheel cannot be written
     """
-    manifest, code = _packed(kept)
+    if sources() != of:
+        raise RunError("the sources of kernels have changed while they were compiled")
+    manifest, code = _packed(kept, of)
     tag = f"{_python_tag()}-{_platform_tag()}"
     about = f"{NAME}-{__version__}.dist-info"
     files = {
@@ -124,7 +144,7 @@ def write_wheel(kept: Mapping[Row, str], folder: Path) -> Path:
     return wheel
 
 
-def _packed(kept: Mapping[Row, str]) -> tuple[Manifest, bytes]:
+def _packed(kept: Mapping[Row, str], of: Sources) -> tuple[Manifest, bytes]:
     """The kernels in one file, and what is to be known of them."""
     versions = {file: _versions(Path(file)) for file in sorted(set(kept.values()) - {""})}
     for row, kernel in enumerate(listing().kernels):
@@ -139,17 +159,14 @@ def _packed(kept: Mapping[Row, str]) -> tuple[Manifest, bytes]:
         packed = zlib.compress(dumps(ours), 9)
         places[Path(file).stem] = len(code), len(packed)
         code += packed
-    modules = {kernel.module.partition(".")[2] for kernel in listing().kernels}
-    files = [PACKAGE / f"{module.replace('.', '/')}.py" for module in sorted(modules)]
-    sources = [*sources_of(files), FILE.relative_to(PACKAGE).as_posix()]
     manifest = Manifest(
         python=python_name(),
         numba=numba.__version__,
         llvmlite=llvmlite.__version__,
         target=target,
         features=level().features,
-        sources=sources,
-        stamp=stamp_of_files(sources),
+        sources=of.files,
+        stamp=of.stamp,
         places=places,
     )
     return manifest._replace(digest=digest_of(manifest, code)), code
