@@ -35,6 +35,7 @@ def compiled(folder: Path) -> dict[int, str]:
 
 def written(kept: dict[int, str], folder: Path) -> Path:
     """The wheel of such kernels."""
+    folder.mkdir(exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pack, "listing", lambda: LISTED)
         return pack.write_wheel(kept, pack.sources(), folder)

@@ -87,18 +87,20 @@ def warmup(
 
 
 def _pack(folder: Path, jobs: int | None, quiet: bool) -> None:
-    """Compile all kernels for other machines, too, and write them as a wheel."""
+    """Compile all kernels for the level of this kind of processor, and write them as a wheel."""
     from contiga.warmup.pack import environment, sources, write_wheel
 
-    of = sources()
-    with TemporaryDirectory(prefix="contiga-pack-", ignore_cleanup_errors=True) as kept:
-        count = _compiled(jobs, quiet, environment(Path(kept)))
-        if count.failed:
-            raise RunError(f"not all kernels could be compiled: {'; '.join(count.failed)}")
-        try:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(prefix="contiga-pack-", ignore_cleanup_errors=True) as kept:
+            of = sources()
+            count = _compiled(jobs, quiet, environment(Path(kept)))
+            if count.failed:
+                why = "; ".join(count.failed)
+                raise RunError(f"no wheel is written: not all kernels could be compiled ({why})")
             wheel = write_wheel(count.files, of, folder)
-        except OSError as error:
-            raise RunError(f"no wheel could be written to {folder} ({error.strerror})") from None
+    except OSError as error:
+        raise RunError(f"no wheel can be written to {folder} ({error.strerror})") from None
     if not quiet:
         print(f"{len(count.files)} kernels in {wheel}")
 

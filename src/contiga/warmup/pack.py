@@ -101,7 +101,7 @@ def sources() -> Sources:
 
 
 def write_wheel(kept: Mapping[Row, str], of: Sources, folder: Path) -> Path:
-    """Write the wheel of all kernels of the list into a folder, which is made if it is not there.
+    """Write the wheel of all kernels of the list into a folder.
 
     Parameters
     ----------
@@ -129,7 +129,6 @@ def write_wheel(kept: Mapping[Row, str], of: Sources, folder: Path) -> Path:
     }
     record = [f"{name},sha256={_digest(content)},{len(content)}" for name, content in files.items()]
     files[f"{about}/RECORD"] = "\n".join((*record, f"{about}/RECORD,,\n")).encode()
-    folder.mkdir(parents=True, exist_ok=True)
     wheel = folder / f"{NAME}-{__version__}-{tag}.whl"
     unfinished = wheel.with_suffix(".new")
     try:
