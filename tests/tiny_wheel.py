@@ -18,6 +18,10 @@ LISTED = Listing(CONTENT | {"kernels": CONTENT["kernels"][:3]})
 """The list without all others: two kernels, and one that is built of them."""
 
 
+LEVEL = pack.levels()[0]
+"""The lowest one, which machines that run tests have."""
+
+
 def compiled(folder: Path) -> dict[int, str]:
     """Their files, compiled under a folder by a process for the level."""
     done: dict[int, str] = {}
@@ -28,7 +32,7 @@ def compiled(folder: Path) -> dict[int, str]:
             done[progress.row] = progress.file
 
     plan = Plan([kernel.parts for kernel in LISTED.kernels])
-    with CompilePool(1, hear, plan, pack.environment(folder)) as compile_pool:
+    with CompilePool(1, hear, plan, pack.environment(LEVEL, folder)) as compile_pool:
         compile_pool.wait()
     return done
 
@@ -38,7 +42,7 @@ def written(kept: dict[int, str], folder: Path) -> Path:
     folder.mkdir(exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pack, "listing", lambda: LISTED)
-        return pack.write_wheel(kept, pack.sources(), folder)
+        return pack.write_wheel({LEVEL: kept}, pack.sources(), folder)
 
 
 def unpacked(folder: Path) -> Path:

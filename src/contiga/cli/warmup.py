@@ -18,6 +18,7 @@ from contiga.running.progress import Show, progress_bar
 
 if TYPE_CHECKING:
     from contiga.warmup.compile_pool import Progress
+    from contiga.warmup.pack import Level
 
 MOST = 16
 """Processes where none are asked for, at most: each takes some 400 MB, and more help little."""
@@ -87,22 +88,26 @@ def warmup(
 
 
 def _pack(folder: Path, jobs: int | None, quiet: bool) -> None:
-    """Compile all kernels for the level of this kind of processor, and write them as a wheel."""
-    from contiga.warmup.pack import environment, sources, write_wheel
+    """Compile all kernels for the levels of this kind of processor, and write them as a wheel."""
+    from contiga.warmup.pack import environment, levels, sources, write_wheel
 
+    kept: dict[Level, dict[int, str]] = {}
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        with TemporaryDirectory(prefix="contiga-pack-", ignore_cleanup_errors=True) as kept:
+        with TemporaryDirectory(prefix="contiga-pack-", ignore_cleanup_errors=True) as made:
             of = sources()
-            count = _compiled(jobs, quiet, environment(Path(kept)))
-            if count.failed:
-                why = "; ".join(count.failed)
-                raise RunError(f"no wheel is written: not all kernels could be compiled ({why})")
-            wheel = write_wheel(count.files, of, folder)
+            for level in levels():
+                count = _compiled(jobs, quiet, environment(level, Path(made, level.name)))
+                if count.failed:
+                    why = "; ".join(count.failed)
+                    raise RunError(f"no wheel is written: kernels could not be compiled ({why})")
+                kept[level] = count.files
+            wheel = write_wheel(kept, of, folder)
     except OSError as error:
         raise RunError(f"no wheel can be written to {folder} ({error.strerror})") from None
     if not quiet:
-        print(f"{len(count.files)} kernels in {wheel}")
+        names = " and ".join(level.name for level in kept)
+        print(f"{len(count.files)} kernels for {names} in {wheel}")
 
 
 def _compiled(jobs: int | None, quiet: bool, environment: Mapping[str, str]) -> _Count:

@@ -38,7 +38,7 @@ from contiga.cache_folder import asked_for
 from contiga.jit.folder import PRIVATE, kernel_folder, make_room
 from contiga.jit.libraries import CalledLibrary, calls_of, module_of
 from contiga.jit.locks import alone
-from contiga.jit.prebuilt import Version, choice
+from contiga.jit.prebuilt import Version, choice, made_for
 from contiga.jit.stamps import LOCAL, PACKAGES, stamp_at_import
 from contiga.jit.vectors import numbers_in_vector
 
@@ -69,7 +69,7 @@ class Sourced:
 
     def __init__(self, function: Any, file: Path, folder: Path) -> None:
         self._py_file = str(file)
-        stamp = f"{numba.__version__} {numbers_in_vector()} {stamp_at_import(function)}"
+        stamp = f"{numba.__version__} {numbers_in_vector(made_for())} {stamp_at_import(function)}"
         self._stamp = sha256(stamp.encode()).hexdigest()
         self._folder = folder
 

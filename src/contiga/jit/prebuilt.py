@@ -1,13 +1,13 @@
 """Kernels that were compiled elsewhere: the package `contiga_kernels`, if it is installed.
 
-`contiga.warmup.pack` writes it, for a level of processors (x86-64-v3) where this machine's own
-compiler takes the processor at hand. A process uses all of its kernels or none: constants of
-kernels depend on the level (`vectors`), and have one value in a process. A kernel that the package
-does not hold is compiled for this processor, as ever, with those constants. The two may call each
-other, since they hand over numbers and addresses and no vectors, and have the same bits, since
-these depend on no instruction set.
+`contiga.warmup.pack` writes it, for levels of processors (x86-64-v3), where kernels of this machine
+are compiled for the processor at hand. A process uses all of the kernels of one level or none:
+constants of kernels depend on the level (`vectors`), and have one value in a process. A kernel that
+the package does not hold is compiled for this processor, as ever, with those constants. The two may
+call each other, since they hand over numbers and addresses and no vectors, and have the same bits,
+since these depend on no instruction set.
 
-The package holds two files of data, and no code that is imported:
+Of each level the package holds two files of data, and no code is imported:
 
 - ``manifest.json``: what the kernels were compiled by, for and from (`Manifest`)
 - ``kernels.bin``: of each kernel its versions, ``{(types of arguments, hashes of numba's): what
@@ -35,11 +35,10 @@ from numba import config
 from numba.core.registry import cpu_target
 
 from contiga.jit.stamps import PACKAGE, stamp_of_files
+from contiga.jit.vectors import Target, numbers_in_vector
 
 NAME = "contiga_kernels"
 MANIFEST, CODE = "manifest.json", "kernels.bin"
-Target = Sequence[str]
-"""What numba compiles for: system, processor, and features of processors, as ``+avx2,-avx512f``."""
 Version = tuple[Any, Any]
 """Types of a kernel's arguments, and numba's hashes of its bytecode."""
 VERSION_OF_SYSTEM = re.compile(r"[\d.]+$")
@@ -114,7 +113,7 @@ def choice() -> Choice:
     return Choice(prebuilt, f"kernels are those of {NAME} in {folder}: {prebuilt.manifest.level}")
 
 
-def target() -> Target:
+def made_for() -> Target:
     """What the constants of kernels are made for in this process: the level of prebuilt kernels, or
     else what numba compiles for."""
     prebuilt = choice().prebuilt
@@ -137,8 +136,9 @@ def _installed() -> Path | None:
     return None if spec is None or spec.origin is None else Path(spec.origin).parent
 
 
-def _checked(folder: Path) -> Prebuilt:
-    """The kernels of a folder, which fit this process and are whole; or else `_UnusableError`."""
+def _checked(package: Path) -> Prebuilt:
+    """The kernels of the highest level that this processor has, which fit this process and are
+    whole; or else `_UnusableError`."""
     if config.DISABLE_JIT:
         raise _UnusableError("NUMBA_DISABLE_JIT is set")
     if config.CPU_NAME is not None or config.CPU_FEATURES is not None:
@@ -146,19 +146,38 @@ def _checked(folder: Path) -> Prebuilt:
     if config.USING_SVML:
         raise _UnusableError("numba takes functions of Intel's SVML here, whose bits are others")
     try:
-        for path in (folder.parent, folder, folder / MANIFEST, folder / CODE):
-            if _others_may_write(path):
-                raise _UnusableError(f"others may write to {path}")
-        manifest = Manifest(**json.loads((folder / MANIFEST).read_text(encoding="utf-8")))
+        folder, manifest = _of_highest_level(package)
         code = (folder / CODE).read_bytes()
     except OSError as error:
-        raise _UnusableError(f"{error.filename} cannot be read ({error.strerror})") from None
-    except (ValueError, TypeError):
+        raise _UnusableError(f"its files cannot be read ({error})") from None
+    except (ValueError, TypeError, RecursionError):
         raise _UnusableError(f"its {MANIFEST} is damaged") from None
     if digest_of(manifest, code) != manifest.digest:
         raise _UnusableError("its files are damaged")
     _check_fits(manifest)
     return Prebuilt(manifest, code)
+
+
+def _of_highest_level(package: Path) -> tuple[Path, Manifest]:
+    """The folder and the manifest of the highest level that this processor has: by its name."""
+    _check_ours(package.parent, package)
+    reason = "it holds no kernels"
+    for folder in sorted((path for path in package.iterdir() if path.is_dir()), reverse=True):
+        _check_ours(folder, folder / MANIFEST, folder / CODE)
+        manifest = Manifest(**json.loads((folder / MANIFEST).read_text(encoding="utf-8")))
+        if not (lacking := _lacking(manifest)):
+            return folder, manifest
+        reason = f"it is for {manifest.level}, and this processor lacks {', '.join(lacking)}"
+    raise _UnusableError(reason)
+
+
+def _lacking(manifest: Manifest) -> list[str]:
+    """What this processor would need for such kernels, or the compiler does not use on it."""
+    here = compiled_for()
+    lacking = [name for name in manifest.features if f"+{name}" not in here[2].split(",")]
+    if not lacking and numbers_in_vector(manifest.target) > numbers_in_vector(here):
+        lacking = ["vectors of 512 bits"]
+    return lacking
 
 
 def digest_of(manifest: Manifest, code: bytes) -> str:
@@ -170,7 +189,7 @@ def digest_of(manifest: Manifest, code: bytes) -> str:
 
 def _check_fits(manifest: Manifest) -> None:
     """Compare what kernels were compiled by, for and from with what is here."""
-    system, _, features = compiled_for()
+    system = compiled_for()[0]
     for what, theirs, ours in (
         ("Python", manifest.python, python_name()),
         ("numba", manifest.numba, numba.__version__),
@@ -179,10 +198,6 @@ def _check_fits(manifest: Manifest) -> None:
     ):
         if theirs != ours:
             raise _UnusableError(f"it was compiled for {what} {theirs}, and this is {ours}")
-    lacking = [name for name in manifest.features if f"+{name}" not in features.split(",")]
-    if lacking:
-        names = ", ".join(lacking)
-        raise _UnusableError(f"it is for {manifest.level}, and this processor lacks {names}")
     try:
         stamp = stamp_of_files(manifest.sources)
     except FileNotFoundError:
@@ -194,6 +209,13 @@ def _check_fits(manifest: Manifest) -> None:
 def python_name() -> str:
     """What Python calls itself in the names of files that only it can read."""
     return f"{sys.implementation.cache_tag}{getattr(sys, 'abiflags', '')}"
+
+
+def _check_ours(*paths: Path) -> None:
+    """Refuse what others may write to."""
+    for path in paths:
+        if _others_may_write(path):
+            raise _UnusableError(f"others may write to {path}")
 
 
 def _others_may_write(path: Path) -> bool:

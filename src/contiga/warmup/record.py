@@ -13,6 +13,7 @@ from typing import Any
 import numba
 
 from contiga.jit.folder import RECORD, kernel_folder
+from contiga.jit.prebuilt import made_for
 from contiga.jit.stamps import PACKAGE
 from contiga.jit.vectors import numbers_in_vector
 from contiga.rigid.kernels.rigid_nb import to_body
@@ -42,7 +43,7 @@ def _place() -> Path | None:
     folder = kernel_folder()
     if folder is None:
         return None
-    made_by = sys.implementation.cache_tag, numba.__version__, numbers_in_vector()
+    made_by = sys.implementation.cache_tag, numba.__version__, numbers_in_vector(made_for())
     whole = sha256(repr((*made_by, to_body.targetctx.codegen().magic_tuple())).encode())
     for file in sorted(PACKAGE.rglob("*.py")):
         whole.update(file.relative_to(PACKAGE).as_posix().encode() + file.read_bytes())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -14,7 +15,7 @@ from typing import Any
 
 import numba
 import pytest
-from tests.tiny_wheel import unpacked
+from tests.tiny_wheel import LEVEL, unpacked
 
 from contiga.jit import prebuilt
 from contiga.jit.prebuilt import CODE, MANIFEST, Manifest, choice, digest_of
@@ -47,11 +48,11 @@ def reason() -> str:
     return tail
 
 
-def rewritten(package: Path, **fields: Any) -> None:
-    """The manifest with other fields, and whole."""
-    file = package / MANIFEST
+def rewritten(package: Path, of: str = LEVEL.name, **fields: Any) -> None:
+    """The manifest of a level with other fields, and whole."""
+    file = package / of / MANIFEST
     manifest = Manifest(**json.loads(file.read_text()))._replace(**fields)
-    digest = digest_of(manifest, (package / CODE).read_bytes())
+    digest = digest_of(manifest, (package / of / CODE).read_bytes())
     file.write_text(json.dumps(manifest._replace(digest=digest)._asdict()))
 
 
@@ -93,6 +94,42 @@ def test_kernels_of_another_kind_are_not_used(
     assert text in reason()
 
 
+def level(package: Path, name: str, features: str, needs: list[str]) -> None:
+    """The same kernels as those of another level."""
+    shutil.copytree(package / LEVEL.name, package / name)
+    system = prebuilt.compiled_for()[0]
+    rewritten(package, name, target=[system, name, features], features=needs)
+
+
+def test_the_highest_level_that_a_processor_has_is_taken(
+    package: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    level(package, "x86-64-v8", "-prefer-256-bit", ["sse2", "ink"])
+    level(package, "x86-64-v9", "", ["sse2", "ink", "quill"])
+    system = prebuilt.compiled_for()[0]
+
+    def taken(processor: str, features: str) -> str:
+        monkeypatch.setattr(prebuilt, "compiled_for", lambda: (system, processor, features))
+        chosen = choice.__wrapped__()
+        return chosen.prebuilt.manifest.level if chosen.prebuilt else chosen.text
+
+    lowest = ",".join(f"+{name}" for name in LEVEL.needs)
+    assert taken("any", f"{lowest},-avx512f") == LEVEL.name
+    assert taken("any", f"{lowest},+sse2,+ink,+quill") == "x86-64-v9"
+    assert taken("znver9", f"{lowest},+sse2,+ink,+avx512f") == "x86-64-v8"
+    assert taken("any", f"{lowest},+sse2,+ink,+avx512f") == LEVEL.name  # its vectors are shorter
+    shutil.rmtree(package / LEVEL.name)
+    assert taken("any", "+sse2,+ink").endswith(
+        ": it is for x86-64-v8, and this processor lacks vectors of 512 bits"
+    )
+    assert taken("any", "-ink").endswith(
+        ": it is for x86-64-v8, and this processor lacks sse2, ink"
+    )
+    shutil.rmtree(package / "x86-64-v8")
+    shutil.rmtree(package / "x86-64-v9")
+    assert taken("any", lowest).endswith(": it holds no kernels")
+
+
 def test_those_of_another_version_of_a_system_are_used(package: Path, monkeypatch: Any) -> None:
     here = prebuilt.compiled_for()
     monkeypatch.setattr(
@@ -115,17 +152,17 @@ def altered(file: Path, at: int) -> None:
 @pytest.mark.parametrize(
     "damage",
     [
-        lambda package: cut(package / CODE, 0),
-        lambda package: cut(package / CODE, -1),
-        lambda package: altered(package / CODE, 0),
-        lambda package: altered(package / CODE, -1),
-        lambda package: cut(package / MANIFEST, 0),
-        lambda package: cut(package / MANIFEST, 100),
-        lambda package: altered(package / MANIFEST, -4),
-        lambda package: (package / MANIFEST).write_text("[]"),
-        lambda package: (package / MANIFEST).write_text("{}"),
-        lambda package: (package / MANIFEST).write_bytes(b"\xff\xfe"),
-        lambda package: (package / MANIFEST).write_text("0" * 10000),
+        lambda package: cut(package / LEVEL.name / CODE, 0),
+        lambda package: cut(package / LEVEL.name / CODE, -1),
+        lambda package: altered(package / LEVEL.name / CODE, 0),
+        lambda package: altered(package / LEVEL.name / CODE, -1),
+        lambda package: cut(package / LEVEL.name / MANIFEST, 0),
+        lambda package: cut(package / LEVEL.name / MANIFEST, 100),
+        lambda package: altered(package / LEVEL.name / MANIFEST, -4),
+        lambda package: (package / LEVEL.name / MANIFEST).write_text("[]"),
+        lambda package: (package / LEVEL.name / MANIFEST).write_text("{}"),
+        lambda package: (package / LEVEL.name / MANIFEST).write_bytes(b"\xff\xfe"),
+        lambda package: (package / LEVEL.name / MANIFEST).write_text("[" * 10000),
     ],
 )
 def test_damaged_ones_are_not_used(damage: Callable[[Path], Any], package: Path) -> None:
@@ -134,23 +171,24 @@ def test_damaged_ones_are_not_used(damage: Callable[[Path], Any], package: Path)
 
 
 def test_no_bit_of_the_manifest_may_change(package: Path) -> None:
-    whole = (package / MANIFEST).read_bytes()
+    whole = (package / LEVEL.name / MANIFEST).read_bytes()
     for at in range(0, len(whole), 97):
-        altered(package / MANIFEST, at)
+        altered(package / LEVEL.name / MANIFEST, at)
         assert reason()
-        (package / MANIFEST).write_bytes(whole)
+        (package / LEVEL.name / MANIFEST).write_bytes(whole)
 
 
 @pytest.mark.parametrize("name", [CODE, MANIFEST])
 def test_a_file_that_is_not_there_is_named(name: str, package: Path) -> None:
-    (package / name).unlink()
-    assert reason().startswith(f"{package / name} cannot be read (")
+    (package / LEVEL.name / name).unlink()
+    assert re.fullmatch(rf"its files cannot be read \(.*{re.escape(name)}.*\)", reason())
 
 
 @POSIX
-@pytest.mark.parametrize("part", [".", MANIFEST, CODE, ".."])
+@pytest.mark.parametrize("part", ["..", ".", "", MANIFEST, CODE])
 def test_what_others_may_write_to_is_not_used(part: str, package: Path) -> None:
-    path = (package / part).resolve()
+    inside = "" if part.startswith(".") else LEVEL.name
+    path = (package / inside / part).resolve()
     path.chmod(path.stat().st_mode | 0o002)
     assert reason() == f"others may write to {path}"
 
@@ -159,13 +197,13 @@ def test_what_others_may_write_to_is_not_used(part: str, package: Path) -> None:
 def test_a_group_may_write_to_them_if_it_may_to_contiga(
     package: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    (package / CODE).chmod(0o664)
+    (package / LEVEL.name / CODE).chmod(0o664)
     (tmp_path / "contiga").mkdir()
     monkeypatch.setattr(prebuilt, "stamp_of_files", lambda _: Manifest(**manifest).stamp)
-    manifest = json.loads((package / MANIFEST).read_text())
+    manifest = json.loads((package / LEVEL.name / MANIFEST).read_text())
     monkeypatch.setattr(prebuilt, "PACKAGE", tmp_path / "contiga")
     (tmp_path / "contiga").chmod(0o755)
-    assert reason() == f"others may write to {package / CODE}"
+    assert reason() == f"others may write to {package / LEVEL.name / CODE}"
     (tmp_path / "contiga").chmod(0o775)
     assert choice.__wrapped__().prebuilt is not None
 
@@ -283,7 +321,7 @@ def test_they_are_used_where_no_folder_can_be_written_to(original: Path, tmp_pat
 
 
 def test_a_process_with_damaged_ones_compiles_all(package: Path, tmp_path: Path) -> None:
-    altered(package / CODE, 0)
+    altered(package / LEVEL.name / CODE, 0)
     found = said(tmp_path, package.parent, NUMBA_CACHE_DIR=str(tmp_path / "kept"))
     assert (found["used"], found["compiled"]) == (False, 2)
     assert found["text"].endswith(" is not used: its files are damaged")

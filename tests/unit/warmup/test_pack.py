@@ -15,7 +15,7 @@ from zipfile import ZipFile
 
 import numba
 import pytest
-from tests.tiny_wheel import LISTED, compiled, written
+from tests.tiny_wheel import LEVEL, LISTED, compiled, written
 
 from contiga.errors import RunError
 from contiga.version import __version__
@@ -83,13 +83,18 @@ def test_the_name_is_that_of_the_system(
 
 
 @pytest.mark.parametrize(
-    ("machine", "name"), [("x86_64", "x86-64-v3"), ("AMD64", "x86-64-v3"), ("arm64", "generic")]
+    ("machine", "names"),
+    [
+        ("x86_64", ["x86-64-v3", "x86-64-v4"]),
+        ("AMD64", ["x86-64-v3", "x86-64-v4"]),
+        ("arm64", ["generic"]),
+    ],
 )
-def test_the_level_is_that_of_the_kind_of_processor(
-    machine: str, name: str, monkeypatch: pytest.MonkeyPatch
+def test_levels_are_those_of_the_kind_of_processor(
+    machine: str, names: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(platform, "machine", lambda: machine)
-    assert pack.level().name == name
+    assert [level.name for level in pack.levels()] == names
 
 
 def test_of_numbas_settings_only_the_level_counts(
@@ -97,9 +102,9 @@ def test_of_numbas_settings_only_the_level_counts(
 ) -> None:
     monkeypatch.setenv("NUMBA_OPT", "0")
     monkeypatch.setenv("NUMBA_CPU_NAME", "vax")
-    found = pack.environment(tmp_path)
+    found = pack.environment(pack.X86[1], tmp_path)
     own = {name: value for name, value in found.items() if name.startswith("NUMBA_")}
-    level = {"NUMBA_CPU_NAME": pack.level().name, "NUMBA_CPU_FEATURES": ""}
+    level = {"NUMBA_CPU_NAME": "x86-64-v4", "NUMBA_CPU_FEATURES": "-prefer-256-bit"}
     assert own == level | {"NUMBA_CACHE_DIR": str(tmp_path)}
     assert found["PATH"] == os.environ["PATH"]
 
@@ -124,5 +129,5 @@ def test_sources_that_change_meanwhile_are_noticed(
     )
     monkeypatch.setattr(pack, "stamp_of_files", lambda _: "another")
     with pytest.raises(RunError, match="have changed while they were compiled"):
-        pack.write_wheel(kept, before, tmp_path)
+        pack.write_wheel({LEVEL: kept}, before, tmp_path)
     assert not list(tmp_path.iterdir())
