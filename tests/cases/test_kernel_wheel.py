@@ -12,6 +12,8 @@ from zipfile import ZipFile
 import pytest
 from tests.command import Command
 
+from contiga.jit.prebuilt import SWITCH
+
 ROOT = Path(__file__).resolve().parents[2]
 SAID = re.compile(r"(\d+) kernels compiled, .* bits (\w+)\n")
 
@@ -21,7 +23,7 @@ def said(*installed: Path, **environment: str) -> tuple[int, str]:
     path = os.pathsep.join(map(str, (*installed, ROOT / "src")))
     done = subprocess.run(
         [sys.executable, str(ROOT / "tests" / "nothing_compiled.py")],
-        env=os.environ | {"PYTHONPATH": path} | environment,
+        env=os.environ | {"PYTHONPATH": path, SWITCH: str(len(installed))} | environment,
         capture_output=True,
         text=True,
     )

@@ -38,6 +38,8 @@ from contiga.jit.stamps import PACKAGE, stamp_of_files
 from contiga.jit.vectors import Target, numbers_in_vector
 
 NAME = "contiga_kernels"
+SWITCH = "CONTIGA_KERNELS"
+"""Environment variable: "0" where installed kernels are not to be used."""
 MANIFEST, CODE = "manifest.json", "kernels.bin"
 Version = tuple[Any, Any]
 """Types of a kernel's arguments, and numba's hashes of its bytecode."""
@@ -139,6 +141,8 @@ def _installed() -> Path | None:
 def _checked(package: Path) -> Prebuilt:
     """The kernels of the highest level that this processor has, which fit this process and are
     whole; or else `_UnusableError`."""
+    if os.environ.get(SWITCH) == "0":
+        raise _UnusableError(f"{SWITCH} is 0")
     if config.DISABLE_JIT:
         raise _UnusableError("NUMBA_DISABLE_JIT is set")
     if config.CPU_NAME is not None or config.CPU_FEATURES is not None:

@@ -230,6 +230,13 @@ def test_settings_of_numba_go_first(
     assert reason() == text
 
 
+def test_they_may_be_switched_off(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(prebuilt.SWITCH, "0")
+    assert reason() == "CONTIGA_KERNELS is 0"
+    monkeypatch.setenv(prebuilt.SWITCH, "1")
+    assert choice.__wrapped__().prebuilt is not None
+
+
 TINY = """
 from contiga.geometry.kernels.basis_nb import discrete_splines, find_span, refinement_rows
 from contiga.jit import kernel
@@ -282,6 +289,7 @@ def said(folder: Path, *installed: Path, **environment: str) -> dict[str, Any]:
     (folder / "tiny" / "__init__.py").touch()
     (folder / "tiny" / "both_nb.py").write_text(TINY)
     env = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
+    env[prebuilt.SWITCH] = str(len(installed))
     env["PYTHONPATH"] = os.pathsep.join(map(str, (*installed, env.get("PYTHONPATH", ""))))
     run = [sys.executable, "-c", textwrap.dedent(RUN), str(folder)]
     done = subprocess.run(run, env=env | environment, capture_output=True, text=True)
