@@ -2,6 +2,7 @@
 # make test    everything the continuous integration checks
 # make lint    style, types, import walls      make bench   the measured speeds      make docs   the pages as HTML
 # make stress  the search, the checkpoints and the readers attacked in full: an hour or more
+# KERNELS=file or folder: the demo takes the compiled kernels of a wheel (docs/install.md).
 # VENV=folder chooses the virtual environment, PYTHON=interpreter what it is made from.
 
 VENV ?= .venv
@@ -17,13 +18,18 @@ ONE_THREAD := tests/unit/triangles tests/cases/test_faceted_search.py \
 PYTEST := $(BIN)/python -m pytest -q -p no:cacheprovider
 TWO := -n 2 --dist loadfile --no-loadscope-reorder
 
-.PHONY: demo run test lint bench stress docs clean
+.PHONY: demo kernels run test lint bench stress docs clean
 .DEFAULT_GOAL := demo
 
-demo: $(BIN)/.run-stamp $(GENERATED)/headform.step $(GENERATED)/pad.vtu $(GENERATED)/foam_block.vtu
-	@test -d $(DEMO) || echo "The first run compiles the kernels: three minutes of processor time, once."
+demo: $(if $(KERNELS),kernels) $(BIN)/.run-stamp $(GENERATED)/headform.step $(GENERATED)/pad.vtu $(GENERATED)/foam_block.vtu
+	@test -d $(DEMO) || test -n "$(KERNELS)" || echo "The first run compiles the kernels: three minutes of processor time, once."
 	$(BIN)/contiga run examples/01_headform.toml -o $(DEMO)
 	@echo "The report: $(abspath $(DEMO)/report.html)"
+
+kernels: $(BIN)/.run-stamp
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-index --no-deps --force-reinstall \
+	  $(if $(wildcard $(KERNELS)/.),--find-links $(KERNELS) contiga_kernels,$(KERNELS))
+	@$(BIN)/contiga --version
 
 test: lint
 	NUMBA_NUM_THREADS=2 $(PYTEST) $(TWO) -m "not slow"

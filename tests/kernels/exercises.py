@@ -7,6 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from tests import nothing_compiled
 from tests.blocks import block
 from tests.kernels.scenes import cloud, plate, puck, sheet
 
@@ -20,7 +21,8 @@ from contiga.search.sweep.piece_lists import WORTH
 
 ALL = (
     *("run", "flight", "meshes", "balls", "followed", "paths", "sides", "closest", "rubbed"),
-    *("crowds", "areas", "pressed", "simulations", "files", "triangles", "shapes", "deformed"),
+    *("readme", "crowds", "areas", "pressed", "simulations", "files", "triangles", "shapes"),
+    "deformed",
 )
 """In the order in which runs come to what they need."""
 MANY = 300
@@ -154,6 +156,11 @@ def areas() -> None:
     on_points: list[cg.AreaMethod] = [cg.HullArea(), cg.HullArea(mapping="exact"), cg.CloudArea()]
     for area in on_points:
         _press(plate(), cloud(), area=area)
+
+
+def readme() -> None:
+    """Its ten lines, with a law of the force."""
+    nothing_compiled.pressed()
 
 
 def rubbed() -> None:

@@ -64,7 +64,9 @@ def _fail(message: str, error: Exception, code: int) -> None:
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        print(f"contiga {__version__}")
+        from contiga.jit.prebuilt import choice
+
+        print(f"contiga {__version__}\n{choice().text}")
         raise typer.Exit
 
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import os
 import threading
+from collections.abc import Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,6 +18,7 @@ from contiga.running.progress import Show, progress_bar
 
 if TYPE_CHECKING:
     from contiga.warmup.compile_pool import Progress
+    from contiga.warmup.pack import Level
 
 MOST = 16
 """Processes where none are asked for, at most: each takes some 400 MB, and more help little."""
@@ -29,15 +33,27 @@ def warmup(
         bool,
         typer.Option("--clear", help="Remove all kernels that are kept, and compile none."),
     ] = False,
+    pack: Annotated[
+        Path | None,
+        typer.Option(
+            "--pack", metavar="FOLDER", help="Write all kernels as a wheel, for other machines."
+        ),
+    ] = None,
     quiet: Quiet = False,
 ) -> None:
     """Compile all kernels now, on all cores, so that no run has to wait for them."""
-    from contiga.arrays.threads import thread_count
     from contiga.jit.folder import kernel_folder, remove_kernels
+    from contiga.jit.prebuilt import choice
     from contiga.warmup import record
-    from contiga.warmup.compile_pool import CompilePool
     from contiga.warmup.listing import listing
 
+    if pack is not None:
+        _pack(pack, jobs, quiet)
+        return
+    if choice().prebuilt is not None and not clear:
+        if not quiet:
+            print(f"nothing to compile: {choice().text}")
+        return
     folder = kernel_folder()
     if folder is None:
         raise RunError(
@@ -53,17 +69,14 @@ def warmup(
         print("nothing to compile: NUMBA_DISABLE_JIT is set")
         return
     start = perf_counter()
-    names = [f"{one.module}.{one.name}" for one in listing().kernels]
-    compiled, there, failed = 0, len(names), list[str]()
+    compiled, there, failed = 0, len(listing().kernels), list[str]()
     if not record.has_all():
-        with progress_bar("warmup", quiet=quiet) as show:
-            count = _Count(show, names)
-            with CompilePool(jobs or min(thread_count(), MOST), count.hear) as compile_pool:
-                compile_pool.wait()
+        count = _compiled(jobs, quiet, os.environ)
         compiled, there, failed = count.compiled, count.there, count.failed
         if not failed:
-            record.write(count.files)
+            record.write(count.files.values())
     if not quiet:
+        print(choice().text)
         done = f"{compiled} kernels compiled, {there}"
         if not compiled:
             done = f"nothing to compile: {there} kernels"
@@ -72,6 +85,44 @@ def warmup(
     if failed:
         why = "; ".join(failed)
         raise RunError(f"not all kernels could be compiled ({why}); runs go on without")
+
+
+def _pack(folder: Path, jobs: int | None, quiet: bool) -> None:
+    """Compile all kernels for the levels of this kind of processor, and write them as a wheel."""
+    from contiga.warmup.pack import environment, levels, sources, write_wheel
+
+    kept: dict[Level, dict[int, str]] = {}
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(prefix="contiga-pack-", ignore_cleanup_errors=True) as made:
+            of = sources()
+            for level in levels():
+                count = _compiled(jobs, quiet, environment(level, Path(made, level.name)))
+                if count.failed:
+                    why = "; ".join(count.failed)
+                    raise RunError(f"no wheel is written: kernels could not be compiled ({why})")
+                kept[level] = count.files
+            wheel = write_wheel(kept, of, folder)
+    except OSError as error:
+        raise RunError(f"no wheel can be written to {folder} ({error.strerror})") from None
+    if not quiet:
+        names = " and ".join(level.name for level in kept)
+        print(f"{len(count.files)} kernels for {names} in {wheel}")
+
+
+def _compiled(jobs: int | None, quiet: bool, environment: Mapping[str, str]) -> _Count:
+    """Have all kernels of the list, by processes of this environment."""
+    from contiga.arrays.threads import thread_count
+    from contiga.warmup.compile_pool import CompilePool
+    from contiga.warmup.listing import listing
+
+    names = [f"{one.module}.{one.name}" for one in listing().kernels]
+    with progress_bar("warmup", quiet=quiet) as show:
+        count = _Count(show, names)
+        processes = jobs or min(thread_count(), MOST)
+        with CompilePool(processes, count.hear, environment=environment) as compile_pool:
+            compile_pool.wait()
+    return count
 
 
 class _Count:
@@ -84,7 +135,8 @@ class _Count:
         self._at: dict[int, str] = {}
         self.compiled = 0
         self.there = 0
-        self.files: set[str] = set()
+        self.files: dict[int, str] = {}
+        """Of each kernel that is kept, the file."""
         self.failed: list[str] = []
 
     def hear(self, process: int, progress: Progress) -> None:
@@ -96,7 +148,8 @@ class _Count:
                 self._at.pop(process, None)
                 self.compiled += progress.made
                 self.there += not (progress.made or progress.error)
-                self.files |= {progress.file} - {""}
+                if progress.file:
+                    self.files[progress.row] = progress.file
                 if progress.error:
                     self.failed.append(f"{name}: {progress.error}")
             else:

@@ -6,6 +6,7 @@ Kernels see the decorators; in reading order, each on those before it:
 - stamps: hashes of source files and of all they import, which kept kernels are known by
 - locks: one process at a time for what several would do
 - folder: where kernels are kept, and how many
+- prebuilt, vectors: kernels that were installed, and what of kernels depends on their level
 - cache: kernels in files, numba's own with our stamps and locks
 - scratch, block, prefetch: what kernels write and Python has no word for
 - libraries: code that is linked into its callers, and code that is called

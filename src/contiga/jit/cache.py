@@ -11,16 +11,20 @@ What is to be compiled is compiled by one process; others wait for it and read i
 kernel and types: as kernels call each other in no circle, neither can processes that wait. What a
 kept kernel calls is kept beside it, and loaded before it.
 
-Different processors in one folder are numba's business, as ever. Only kernels of ours are kept so:
-no list of numba's is changed.
+Kernels that were installed (`prebuilt`) are looked for first. Different processors in one folder
+are numba's business, as ever; the numbers in a vector, which are constants of kernels, belong to
+the stamp. Only kernels of ours are kept so: no list of numba's is changed.
 """
 
 from __future__ import annotations
 
 import inspect
+import os
+import pickle
 import re
 import sys
 from contextlib import AbstractContextManager, ExitStack, suppress
+from functools import cached_property
 from hashlib import sha256
 from importlib import import_module
 from pathlib import Path
@@ -28,15 +32,19 @@ from typing import Any, Protocol
 
 import numba
 from numba.core import event
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
 
 from contiga.cache_folder import asked_for
 from contiga.jit.folder import PRIVATE, kernel_folder, make_room
 from contiga.jit.libraries import CalledLibrary, calls_of, module_of
 from contiga.jit.locks import alone
+from contiga.jit.prebuilt import Version, choice, made_for
 from contiga.jit.stamps import LOCAL, PACKAGES, stamp_at_import
+from contiga.jit.vectors import numbers_in_vector
 
 DIGITS = 16
+NOWHERE = Path(os.devnull)
+"""The folder of kernels where none can be written to: nothing is looked for in it."""
 PLACE_IN_MEMORY = re.compile(r"\b0x[0-9a-f]+")
 """In the names of types of functions: another process has another."""
 
@@ -61,7 +69,7 @@ class Sourced:
 
     def __init__(self, function: Any, file: Path, folder: Path) -> None:
         self._py_file = str(file)
-        stamp = f"{numba.__version__} {stamp_at_import(function)}"
+        stamp = f"{numba.__version__} {numbers_in_vector(made_for())} {stamp_at_import(function)}"
         self._stamp = sha256(stamp.encode()).hexdigest()
         self._folder = folder
 
@@ -88,12 +96,11 @@ class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
 
     def __init__(self, function: Any) -> None:
         file = _file_of_ours(function)
-        folder = kernel_folder()
-        if file is None or folder is None:
+        if file is None:
             super().__init__(function)
             return
         self._lineno = function.__code__.co_firstlineno
-        self._locator = Sourced(function, file, folder)
+        self._locator = Sourced(function, file, kernel_folder() or NOWHERE)
         self._filename_base = self.get_filename_base(
             f"{file.stem}.{function.__qualname__}", getattr(sys, "abiflags", "")
         )
@@ -130,14 +137,29 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
 
     def __init__(self, function: Any) -> None:
         super().__init__(function)
-        self.index = self._cache_file._index_path
+        is_kept = self._cache_path != str(NOWHERE)
+        self.index = self._cache_file._index_path if is_kept else ""
         self._home = function.__module__, function.__qualname__
         self._locks: dict[Any, ExitStack] = {}
+        if not is_kept:
+            self.disable()
+
+    @cached_property
+    def _prebuilt(self) -> dict[Version, bytes]:
+        prebuilt = choice().prebuilt
+        return {} if prebuilt is None else prebuilt.versions(self._impl.filename_base)
+
+    def prebuilt_signatures(self, target: Any) -> list[Any]:
+        """Types of arguments of the versions that were installed."""
+        codegen = target.codegen()
+        return [
+            types for types, _ in self._prebuilt if self._version(types, codegen) in self._prebuilt
+        ]
 
     def load_overload(self, signature: Any, target: Any) -> Any:
-        """What is kept. Where nothing is, the caller compiles, and alone, until `done`."""
-        overload = self._kept(signature, target)
-        if overload is None and signature not in self._locks:
+        """What was installed or is kept. Else the caller compiles, and alone, until `done`."""
+        overload = self._installed(signature, target) or self._kept(signature, target)
+        if overload is None and self._enabled and signature not in self._locks:
             for listener in COMPILE_LISTENERS:
                 with _waiting():
                     listener.before(*self._home, signature)
@@ -145,6 +167,19 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
             lock.enter_context(self._alone(str(signature), _waiting))
             overload = super().load_overload(signature, target)
         return overload
+
+    def _installed(self, signature: Any, target: Any) -> Any:
+        """A version among those that were installed."""
+        if not self._prebuilt:
+            return None
+        target.refresh()  # the order in which numba's own loading does it
+        kept = self._prebuilt.get(self._version(signature, target.codegen()))
+        return None if kept is None else self._impl.rebuild(target, pickle.loads(kept))
+
+    def _version(self, signature: Any, codegen: Any) -> Version:
+        """numba's key without what it compiles for."""
+        types, _, hashes = self._index_key(signature, codegen)
+        return types, hashes
 
     def _kept(self, signature: Any, target: Any) -> Any:
         """What is kept; nothing where records that it was called with have moved since."""
@@ -174,13 +209,6 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
     def _alone(self, what: str, *how: Any) -> AbstractContextManager[None]:
         name = f"{self._cache_file._index_name} {PLACE_IN_MEMORY.sub('', what)}"
         return alone(self._cache_path, name, *how)
-
-
-def cache_of(function: Any) -> Any:
-    """The files of a kernel; without a folder for them, numba's cache that keeps nothing."""
-    if kernel_folder() is None and _file_of_ours(function) is not None:
-        return NullCache()
-    return KernelCache(function)
 
 
 def _file_of_ours(function: Any) -> Path | None:

@@ -14,7 +14,7 @@ from numba import config
 from numba.core import types as numba_types
 from numba.core.registry import CPUDispatcher
 
-from contiga.jit.cache import KernelCache, cache_of
+from contiga.jit.cache import KernelCache
 from contiga.jit.libraries import CALLED
 from contiga.jit.pipeline import CalledCompiler, KernelCompiler
 from contiga.jit.stamps import stamp_at_import
@@ -47,14 +47,14 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
 
     @cached_property
     def _cache(self) -> Any:
-        return cache_of(self.py_func)
+        return KernelCache(self.py_func)
 
     def compile(self, signature: Any) -> Any:
         """Have a version: read, or compiled."""
         try:
             return super().compile(signature)
         finally:
-            if isinstance(self._cache, KernelCache):  # not without files, nor out of a pickle
+            if isinstance(self._cache, KernelCache):  # not out of a pickle
                 self._cache.done(signature)
 
     def known_as(self, arguments: Any) -> str:

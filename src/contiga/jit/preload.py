@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from contiga.jit.cache import KernelCache
+
 
 def preload(kernels: Iterable[Any]) -> int:
     """Load what the cache holds of `kernels`; how many specialisations that are.
@@ -27,17 +29,20 @@ def is_missing(kernel: Any) -> bool:
 
 
 def _kept(kernel: Any) -> list[Any]:
-    """Signatures of a kernel that its cache holds for this processor and that are not loaded."""
+    """Signatures of a kernel that are installed, or that its cache holds for this processor, and
+    that are not loaded."""
     cache = getattr(kernel, "_cache", None)
-    files = getattr(cache, "_cache_file", None)
-    if cache is None or files is None:
+    if cache is None:
         return []
     kernel.targetctx.refresh()  # the order in which numba's own loading does it
-    codegen = kernel.targetctx.codegen()
-    return [
-        key[0]
-        for key, name in files._load_index().items()
-        if key == cache._index_key(key[0], codegen)
-        and Path(files._data_path(name)).is_file()
-        and key[0] not in kernel.overloads
-    ]
+    found: list[Any] = []
+    if isinstance(cache, KernelCache):
+        found = cache.prebuilt_signatures(kernel.targetctx)
+    if not found and getattr(cache, "_enabled", False):
+        codegen, files = kernel.targetctx.codegen(), cache._cache_file
+        found = [
+            key[0]
+            for key, name in files._load_index().items()
+            if key == cache._index_key(key[0], codegen) and Path(files._data_path(name)).is_file()
+        ]
+    return [signature for signature in found if signature not in kernel.overloads]

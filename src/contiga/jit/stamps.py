@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -42,6 +42,28 @@ def stamp_at_import(function: Callable[..., Any]) -> str:
 
 def stamp_of(file: str | Path, package: Path = PACKAGE) -> str:
     """Hash of a source file and of all files of `package` that it imports, directly or not."""
+    whole = sha256()
+    for _, content in sorted(_with_imports(file, package).items()):
+        whole.update(content)
+    return whole.hexdigest()
+
+
+def sources_of(files: Iterable[str | Path]) -> list[str]:
+    """Names of files of the package and of all that they import, from the package's folder on."""
+    paths = {path for file in files for path in _with_imports(file, PACKAGE)}
+    return sorted(Path(path).relative_to(PACKAGE).as_posix() for path in paths)
+
+
+def stamp_of_files(names: Iterable[str]) -> str:
+    """Hash of so named files of the package; OSError where one is not there."""
+    whole = sha256()
+    for name in names:
+        whole.update(_hashed(name, PACKAGE.joinpath(name).read_bytes()))
+    return whole.hexdigest()
+
+
+def _with_imports(file: str | Path, package: Path) -> dict[str, bytes]:
+    """Name and hash of a file and of all files of the package that it imports, by their paths."""
     seen: dict[str, bytes] = {}
     waiting = [os.path.realpath(file)]
     while waiting:
@@ -50,10 +72,11 @@ def stamp_of(file: str | Path, package: Path = PACKAGE) -> str:
             stat = os.stat(path)
             seen[path], imported = _read(path, stat.st_mtime_ns, stat.st_size, package)
             waiting += imported
-    whole = sha256()
-    for path in sorted(seen):
-        whole.update(seen[path])
-    return whole.hexdigest()
+    return seen
+
+
+def _hashed(name: str, text: bytes) -> bytes:
+    return name.encode() + b"\0" + sha256(text).digest()
 
 
 @cache
@@ -70,8 +93,7 @@ def _read(path: str, when: int, size: int, package: Path) -> tuple[bytes, tuple[
             absolute = _absolute(module, Path(path), package)
             wanted = [absolute, *(f"{absolute}.{name}" for name in _names(names))]
         imported += [file for name in wanted if (file := _file_of(name, package)) is not None]
-    name = os.path.relpath(path, package).encode()
-    return name + b"\0" + sha256(text).digest(), tuple(dict.fromkeys(imported))
+    return _hashed(os.path.relpath(path, package), text), tuple(dict.fromkeys(imported))
 
 
 def _names(listed: str) -> list[str]:

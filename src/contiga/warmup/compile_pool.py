@@ -8,7 +8,7 @@ import os
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Self
 
 from contiga.warmup.listing import Row, listing
@@ -50,9 +50,16 @@ class CompilePool:
     jobs : how many processes
     hear : told what they say
     plan : what is to be done, and by default everything
+    environment : of the processes, and by default that of this one
     """
 
-    def __init__(self, jobs: int, hear: Hear = _unheard, plan: Plan | None = None) -> None:
+    def __init__(
+        self,
+        jobs: int,
+        hear: Hear = _unheard,
+        plan: Plan | None = None,
+        environment: Mapping[str, str] = os.environ,
+    ) -> None:
         self._plan = plan or _everything()
         self._own: set[Row] = set()
         """What this process has taken itself."""
@@ -60,7 +67,7 @@ class CompilePool:
         self._processes: list[subprocess.Popen[str]] = []
         self._threads: list[threading.Thread] = []
         for number in range(jobs):
-            process = _started()
+            process = _started(environment)
             self._processes.append(process)
             keep = threading.Thread(target=self._keep_busy, args=(number, process), daemon=True)
             self._threads.append(keep)
@@ -144,7 +151,7 @@ def _everything() -> Plan:
     return Plan([kernel.parts for kernel in listing().kernels])
 
 
-def _started() -> subprocess.Popen[str]:
+def _started(environment: Mapping[str, str]) -> subprocess.Popen[str]:
     one = dict.fromkeys(("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1")
     return subprocess.Popen(
         [sys.executable, "-P", "-c", _BOOT],
@@ -152,7 +159,7 @@ def _started() -> subprocess.Popen[str]:
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         encoding="utf-8",
-        env={**os.environ, **one},
+        env={**environment, **one},
         creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
     )
 

@@ -13,7 +13,9 @@ from typing import Any
 import numba
 
 from contiga.jit.folder import RECORD, kernel_folder
+from contiga.jit.prebuilt import made_for
 from contiga.jit.stamps import PACKAGE
+from contiga.jit.vectors import numbers_in_vector
 from contiga.rigid.kernels.rigid_nb import to_body
 
 
@@ -21,7 +23,7 @@ def write(files: Iterable[str]) -> None:
     """Write down the `files` of all kernels. Without a place for it: nothing."""
     if (place := _place()) is not None:
         with suppress(OSError):
-            place.write_text(json.dumps(sorted(files)), encoding="utf-8")
+            place.write_text(json.dumps(sorted(set(files))), encoding="utf-8")
 
 
 def has_all() -> bool:
@@ -41,7 +43,7 @@ def _place() -> Path | None:
     folder = kernel_folder()
     if folder is None:
         return None
-    made_by = sys.implementation.cache_tag, numba.__version__
+    made_by = sys.implementation.cache_tag, numba.__version__, numbers_in_vector(made_for())
     whole = sha256(repr((*made_by, to_body.targetctx.codegen().magic_tuple())).encode())
     for file in sorted(PACKAGE.rglob("*.py")):
         whole.update(file.relative_to(PACKAGE).as_posix().encode() + file.read_bytes())

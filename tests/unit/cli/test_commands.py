@@ -16,12 +16,14 @@ import contiga.running.run_case
 from contiga.cli import commands
 from contiga.cli.compiling import watch_compiling
 from contiga.errors import RunError
+from contiga.jit.prebuilt import choice
 
 from .conftest import CASE, NO_REPORT, Command, one_message
 
 
 def test_version(command: Command) -> None:
-    assert command("--version") == (0, f"contiga {contiga.__version__}\n", "")
+    said = f"contiga {contiga.__version__}\n{choice().text}\n"
+    assert command("--version") == (0, said, "")
 
 
 @pytest.mark.parametrize("arguments", [["nonsense"], ["run"], ["run", "a.toml", "--fast"]])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,9 @@ import typer
 
 from contiga.cli import commands, compiling
 from contiga.cli.options import HELPED, WITH_CASE
-from contiga.warmup import compile_pool, record
+from contiga.jit import prebuilt
+from contiga.jit.prebuilt import Choice
+from contiga.warmup import compile_pool, pack, record
 from contiga.warmup.listing import Listing
 
 from .conftest import Command, one_message
@@ -29,6 +32,7 @@ for line in sys.stdin:
         told = dict(error="ValueError: of the stub")
     print(json.dumps(told), flush=True)
 """
+HERE = Choice(None, "kernels are compiled on this machine; none are installed")
 PARTS: list[list[int]] = [[], [], [0, 1], [2], [0], [], []]
 """Of the kernels that are listed, what they are built of."""
 
@@ -41,6 +45,7 @@ def stub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     listed = Listing({"types": [], "kernels": kernels})
     monkeypatch.setattr("contiga.warmup.listing.listing", lambda: listed)
     monkeypatch.setattr(compile_pool, "listing", lambda: listed)
+    monkeypatch.setattr(prebuilt, "choice", lambda: HERE)
     monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)
     log, kept = tmp_path / "log", tmp_path / "kept" / "contiga"
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(kept.parent))
@@ -51,8 +56,8 @@ def stub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
     start = compile_pool._started
 
-    def started() -> Any:
-        process = start()
+    def started(environment: Mapping[str, str]) -> Any:
+        process = start(environment)
         (log / str(process.pid)).touch()
         return process
 
@@ -70,6 +75,8 @@ def test_it_says_what_was_compiled_and_where_it_is(command: Command, stub: Any) 
     log = stub()
     code, out, err = command("warmup", "--jobs", "3")
     assert code == 0
+    first, out = out.split("\n", 1)
+    assert first == HERE.text
     assert out.startswith(f"{len(PARTS) - 1} kernels compiled, 1 were there already; ")
     assert out.endswith(f"s; kept in {log.parent / 'kept' / 'contiga'}\n")
     assert f"{len(PARTS)}/{len(PARTS)}" in err
@@ -80,7 +87,7 @@ def test_a_second_time_there_is_nothing_to_compile(command: Command, stub: Any) 
     stub(made=False)
     code, out, _ = command("warmup", "--jobs", "1")
     assert code == 0
-    assert out.startswith(f"nothing to compile: {len(PARTS)} kernels were there already; ")
+    assert f"\nnothing to compile: {len(PARTS)} kernels were there already; " in out
 
 
 def test_what_was_warmed_up_is_not_gone_through_again(command: Command, stub: Any) -> None:
@@ -89,7 +96,7 @@ def test_what_was_warmed_up_is_not_gone_through_again(command: Command, stub: An
     processes = len(list(log.iterdir()))
     code, out, _ = command("warmup")
     assert code == 0
-    assert out.startswith(f"nothing to compile: {len(PARTS)} kernels were there already; ")
+    assert f"\nnothing to compile: {len(PARTS)} kernels were there already; " in out
     assert out.endswith(f"s; kept in {log.parent / 'kept' / 'contiga'}\n")
     assert len(list(log.iterdir())) == processes
     (log.parent / "kept" / "contiga" / "3.nbi").unlink()
@@ -140,9 +147,76 @@ def test_kernels_are_removed_and_none_is_compiled(command: Command, stub: Any) -
     assert command("warmup", "--clear", "--quiet")[:2] == (0, "")
 
 
+def test_where_kernels_are_installed_there_is_nothing_to_compile(
+    command: Command, stub: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log = stub()
+    installed = Choice(object(), "kernels are those of the test")  # type: ignore[arg-type]
+    monkeypatch.setattr(prebuilt, "choice", lambda: installed)
+    said = "nothing to compile: kernels are those of the test\n"
+    assert command("warmup") == (0, said, "")
+    assert not list(log.iterdir())
+    assert command("warmup", "--quiet") == (0, "", "")
+    assert "kernels removed from" in command("warmup", "--clear")[1]
+
+
+def test_kernels_are_compiled_for_each_level_and_packed(
+    command: Command, stub: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log = stub(made=True)
+    environments: list[Mapping[str, str]] = []
+    monkeypatch.setattr(pack, "levels", lambda: pack.X86)
+    start = compile_pool._started
+
+    def started(environment: Mapping[str, str]) -> Any:
+        environments.append(environment)
+        return start(environment)
+
+    def written(kept: Mapping[pack.Level, Mapping[int, str]], _: object, folder: Path) -> Path:
+        assert tuple(kept) == pack.X86
+        assert all(sorted(files) == list(range(len(PARTS))) for files in kept.values())
+        assert Path(environments[0]["NUMBA_CACHE_DIR"]).parent.is_dir()
+        return folder / "contiga_kernels.whl"
+
+    monkeypatch.setattr(compile_pool, "_started", started)
+    monkeypatch.setattr(pack, "write_wheel", written)
+    code, out, _ = command("warmup", "--pack", tmp_path / "dist", "--jobs", "2")
+    wheel = tmp_path / "dist" / "contiga_kernels.whl"
+    said = f"{len(PARTS)} kernels for x86-64-v3 and x86-64-v4 in {wheel}\n"
+    assert (code, out) == (0, said)
+    assert len(list(log.iterdir())) == 2 * len(pack.X86)
+    names = [environment["NUMBA_CPU_NAME"] for environment in environments]
+    assert names == ["x86-64-v3", "x86-64-v3", "x86-64-v4", "x86-64-v4"]
+    assert not Path(environments[0]["NUMBA_CACHE_DIR"]).parent.exists()
+
+
+@pytest.mark.parametrize("how", [{"failing": 2}, {"lost": 2}])
+def test_no_wheel_is_written_of_kernels_that_cannot_be_compiled(
+    command: Command, stub: Any, how: dict[str, int], tmp_path: Path
+) -> None:
+    stub(**how)
+    code, out, err = command("warmup", "--pack", tmp_path / "dist", "--jobs", "2", "--quiet")
+    assert (code, out) == (1, "")
+    assert "kernels could not be compiled (contiga.rooms_nb.k2" in one_message(err)
+    assert not list((tmp_path / "dist").iterdir())
+
+
+def test_a_folder_that_cannot_be_made_is_named_before_anything_is_compiled(
+    command: Command, stub: Any, tmp_path: Path
+) -> None:
+    log = stub()
+    (tmp_path / "file").touch()
+    folder = tmp_path / "file" / "dist"
+    code, _, err = command("warmup", "--pack", folder, "--jobs", "1", "--quiet")
+    assert code == 1
+    assert f"no wheel can be written to {folder} (" in one_message(err)
+    assert not list(log.iterdir())
+
+
 def test_without_a_folder_that_can_be_written_to_it_says_so(
     command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(prebuilt, "choice", lambda: HERE)
     monkeypatch.setattr("contiga.jit.folder.kernel_folder", lambda: None)
     code, out, err = command("warmup")
     assert (code, out) == (1, "")

@@ -195,4 +195,4 @@ def test_a_users_function_is_compiled_as_without_this_package(beside: Any) -> No
 
 def _nameless(text: str) -> str:
     """Machine code without the numbers that numba counts its functions by, and addresses."""
-    return re.sub(r'"?\.bytes\.-?\d+"?|v\d+B|\d{6,}|0x[0-9a-f]+|\.const\.[\w.$<>]+', "", text)
+    return re.sub(r'"?\.bytes\.-?\d+"?|B\d+v\d+B|\d{6,}|0x[0-9a-f]+|\.const\.[\w.$<>]+', "", text)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from contiga.jit.prebuilt import SWITCH
 from contiga.warmup.compile_pool import CompilePool, Progress
 from contiga.warmup.listing import listing
 from contiga.warmup.plan import Plan
@@ -29,7 +30,8 @@ def only(*rows: int) -> Plan:
 
 def test_a_process_has_a_kernel_and_says_where_it_is_kept() -> None:
     told: list[Progress] = []
-    with CompilePool(1, lambda _, said: told.append(said), only(0)) as compile_pool:
+    hear, compiling = (lambda _, said: told.append(said)), os.environ | {SWITCH: "0"}
+    with CompilePool(1, hear, only(0), compiling) as compile_pool:
         compile_pool.wait()
     begun, done = told
     name = LISTED[0].name
@@ -75,7 +77,7 @@ RUN = """
 def test_a_process_compiles_together_with_others(tmp_path: Path) -> None:
     name = next(one.name for one in LISTED if one.parts)
     code = textwrap.dedent(RUN).replace("span_and_basis", name)
-    env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), SWITCH: "0"}
     run = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, env=env, timeout=300
     )

@@ -18,11 +18,12 @@ import math
 import numpy as np
 
 from contiga.arrays.codes import TO_WALK
-from contiga.arrays.vectors import numbers_in_vector
 from contiga.jit import inlined, inner
 from contiga.jit.block import SIZE, read_anew, turn
+from contiga.jit.prebuilt import made_for
 from contiga.jit.prefetch import LINE
 from contiga.jit.scratch import scratch
+from contiga.jit.vectors import numbers_in_vector
 from contiga.search.closest.kernels.newton_nb import (
     ACTIVE,
     DONE,
@@ -34,7 +35,7 @@ from contiga.search.closest.kernels.newton_nb import (
 )
 
 LANES = 16
-WIDE = numbers_in_vector()
+WIDE = numbers_in_vector(made_for())
 """Lanes of a bank."""
 BANKS = LANES // WIDE
 # Rows of a bank, each WIDE long, the rest in the order in which they come to be. What lanes are
