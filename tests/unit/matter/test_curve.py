@@ -9,7 +9,7 @@ import pytest
 from numba import njit
 
 from contiga.errors import InputError
-from contiga.matter.curves import as_table, at, packed, steepest
+from contiga.matter.curves import as_table, at, max_slope, packed
 from contiga.matter.kernels import curve_nb
 
 TABLE = np.array([[0.0, 0.0], [0.1, 2.0], [0.5, 3.0], [0.6, 3.0], [0.9, 9.0]])
@@ -32,7 +32,7 @@ def test_a_curve_and_its_integral() -> None:
         s = np.union1d(np.linspace(0.0, end, 2), TABLE[TABLE[:, 0] <= end, 0])
         expected.append(np.sum(0.5 * np.diff(s) * (at(TABLE, s[1:]) + at(TABLE, s[:-1]))))
     np.testing.assert_allclose(w, expected, rtol=1e-12, atol=1e-16)
-    assert steepest(TABLE) == pytest.approx(20.0)
+    assert max_slope(TABLE) == pytest.approx(20.0)
 
 
 def test_a_modulus_is_a_straight_line() -> None:
