@@ -129,7 +129,7 @@ class Prepared(AnalysisPass):  # type: ignore[misc]
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class Fused(NopythonRewrites):  # type: ignore[misc]
-    """numba's rewrites of typed kernels, where there is arithmetic with whole arrays to be fused."""
+    """numba's rewrites of typed kernels, where there is arithmetic with whole arrays."""
 
     _name = "contiga_fused"
 
