@@ -307,7 +307,8 @@ def sizes_and_samples(parent, labels, depth, places, first, mask):
                     places[w, 2] + ((bit & 3) + 0.5) / SPLIT,
                 )
                 for q in range(0 if size[r] == 0 else 2, 3):
-                    samples[r, q] = middle
+                    for c in range(3):
+                        samples[r, q, c] = middle[c]
             size[r] += _ones(mask[p])
     return size, samples
 

@@ -287,7 +287,7 @@ def _push_parts(stack, top, cell, part, across):
         return top
     left = (part[1] - part[0]) * (part[3] - part[2])
     if left < 0.5 * (cell[1] - cell[0]) * (cell[3] - cell[2]):
-        stack[top] = part
+        put(stack, top, part)
         return top + 1
     _halve(stack, top, cell, across)
     return top + 2
