@@ -47,9 +47,9 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
 
     def say() -> None:
         messages.append(Messages(1 + helpers, tell))
-        COMPILE_LISTENERS.append(messages[0])
 
     def call_others() -> None:
+        COMPILE_LISTENERS.extend(messages)
         if helpers:
             with suppress(OSError):  # no more processes: the run compiles by itself
                 compile_pool.append(_crew(helpers, messages[0]))
@@ -72,8 +72,8 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
     @context.call_on_close
     def end() -> None:
         event.unregister("numba:compile", watcher)
-        for listener in (*messages, *compile_pool):
-            COMPILE_LISTENERS.remove(listener)
+        own = (*messages, *compile_pool)
+        COMPILE_LISTENERS[:] = [other for other in COMPILE_LISTENERS if other not in own]
         for one in compile_pool:
             one.end()
 
