@@ -25,7 +25,6 @@ from numba.core.typed_passes import (
 )
 from numba.core.untyped_passes import (
     InlineClosureLikes,
-    InlineInlinables,
     LiteralPropagationSubPipelinePass,
     LiteralUnroll,
     MakeFunctionToJitFunction,
@@ -41,7 +40,7 @@ types: Any = numba_types
 DIGITS = 12
 UNUSED = (
     *(InlineClosureLikes, MakeFunctionToJitFunction),  # functions within kernels, comprehensions
-    *(InlineInlinables, InlineOverloads),  # numba's inline="always"
+    InlineOverloads,  # functions of numba's own with inline="always"; of kernels one has it
     *(LiteralUnroll, LiteralPropagationSubPipelinePass),  # literal_unroll, mixed containers
     *(WithLifting, DumpParforDiagnostics),  # with, parallel loops
     AnnotateTypes,  # text for inspect_types, which would be kept beside the code

@@ -66,6 +66,13 @@ def test_passes_that_are_left_out_change_no_code(
     assert code(function, monkeypatch, True) == code(function, monkeypatch, False)
 
 
+def test_numbas_own_inlining_of_a_kernel_goes_on() -> None:
+    callee = njit(inline="always")(lambda x: 2.0 * x)
+    caller = njit(pipeline_class=KernelCompiler)(lambda x: callee(x) + 1.0)
+    assert caller(3.0) == 7.0
+    assert not callee.signatures  # its text was put there, and is no function
+
+
 def test_a_kernel_with_a_function_in_it_does_not_compile() -> None:
     def closed(x):
         def add(y):
