@@ -250,10 +250,12 @@ def _home(cells, smooth, base, ij, rows, home):
             n += 1
     if not near(cells, rows[:n], k, home):
         rows[0] = k
-        uv[0], uv[1] = cells[k]["uv"]
+        for c in range(4):
+            uv[c] = cells[k]["uv"][c]
         if not near(cells, rows[:1], k, home):
             return
-    home["uv"][0], home["uv"][1] = uv[0], uv[1]
+    for c in range(4):
+        home["uv"][c] = uv[c]
 
 
 @kernel()
@@ -277,6 +279,7 @@ def homes_within(elements, centre, around, enough, homes):
             if min(trial[0]["near"][0], trial[0]["near"][1]) > least:
                 for c in range(2):
                     homes[k]["near"][c] = trial[0]["near"][c]
+                for c in range(4):
                     homes[k]["uv"][c] = around[i, k]["uv"][c]
                 homes[k]["cap"] = -1
 
