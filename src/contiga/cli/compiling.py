@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import sys
+import threading
 from contextlib import suppress
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 if TYPE_CHECKING:
-    from contiga.warmup.compile_pool import CompilePool
+    from contiga.warmup.compile_pool import CompilePool, Progress
+    from contiga.warmup.listing import Row
 
 MANY = 4
 """Kernels that are compiled before other processes are called, where it is not a first run."""
 HELPERS = 7
 """Processes beside a run, at most: each takes some 400 MB."""
+PAUSE = 15.0
+"""Seconds between two messages."""
+TIME = ", some two minutes of processor time"
+"""Of the kernels of a first run."""
 
 
 def watch_compiling(context: typer.Context, helped: bool = False) -> None:
@@ -35,16 +42,17 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
     shared = helped and kernel_folder() is not None  # what others compile is found in files
     helpers = min(thread_count() - 1, HELPERS) if shared else 0
     compile_pool: list[CompilePool] = []
+    messages: list[Messages] = []
     counted, first = 0, False
 
     def say() -> None:
-        if tell:
-            print(_line(helpers), file=sys.stderr, flush=True)
+        messages.append(Messages(1 + helpers, tell))
 
     def call_others() -> None:
+        COMPILE_LISTENERS.extend(messages)
         if helpers:
             with suppress(OSError):  # no more processes: the run compiles by itself
-                compile_pool.append(_crew(helpers))
+                compile_pool.append(_crew(helpers, messages[0]))
 
     class Watcher(event.Listener):  # type: ignore[misc]
         def on_start(self, _: Any) -> None:
@@ -64,14 +72,64 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
     @context.call_on_close
     def end() -> None:
         event.unregister("numba:compile", watcher)
+        own = (*messages, *compile_pool)
+        COMPILE_LISTENERS[:] = [other for other in COMPILE_LISTENERS if other not in own]
         for one in compile_pool:
-            COMPILE_LISTENERS.remove(one)
             one.end()
 
     first = helpers > 0 and _is_first()
     if first:
         say()
         call_others()
+
+
+class Messages:
+    """Says on the error stream that kernels are compiled, and every now and then how many are left:
+    a `CompileListener`, which hears the processes of a `CompilePool`, too.
+
+    Which kernels a run will need is not known before: those that are left are at most those of the
+    list that nobody has come to.
+
+    Parameters
+    ----------
+    cores : how many processes compile
+    tell : whether anything is said
+    """
+
+    def __init__(self, cores: int, tell: bool) -> None:
+        from contiga.warmup.listing import listing
+
+        self._listing = listing()
+        self._left = set(range(len(self._listing.kernels)))
+        self._lock = threading.Lock()
+        self._tell = tell
+        self._said_at = perf_counter()
+        on = f" on {cores} cores" if cores > 1 else ""
+        self._say(f"compiling kernels{on}, once for all projects of this user", TIME)
+
+    def before(self, module: str, name: str, arguments: tuple[Any, ...]) -> None:
+        """A kernel will be compiled."""
+
+    def after(self, module: str, name: str, arguments: tuple[Any, ...]) -> None:
+        """A kernel is there, or cannot be compiled."""
+        self._done(self._listing.find(module, name, arguments))
+
+    def hear(self, process: int, progress: Progress) -> None:
+        """What another process tells."""
+        if progress.done:
+            self._done(progress.row)
+
+    def _done(self, row: Row | None) -> None:
+        with self._lock:
+            self._left -= {row}
+            if perf_counter() - self._said_at >= PAUSE:
+                self._said_at = perf_counter()
+                self._say("compiling kernels")
+
+    def _say(self, what: str, how_long: str = "") -> None:
+        if self._tell:
+            text = f"{what}: at most {len(self._left)} left{how_long}"
+            print(text, file=sys.stderr, flush=True)
 
 
 def _is_first() -> bool:
@@ -82,18 +140,10 @@ def _is_first() -> bool:
     return is_missing(track_chunks)
 
 
-def _line(helpers: int) -> str:
-    cores = f" on {1 + helpers} cores" if helpers else ""
-    return (
-        f"compiling kernels{cores}, which a first run on a machine does: some three minutes of "
-        "processor time, once"
-    )
-
-
-def _crew(helpers: int) -> CompilePool:
+def _crew(helpers: int, messages: Messages) -> CompilePool:
     from contiga.jit.cache import COMPILE_LISTENERS
     from contiga.warmup.compile_pool import CompilePool
 
-    compile_pool = CompilePool(helpers)
+    compile_pool = CompilePool(helpers, messages.hear)
     COMPILE_LISTENERS.append(compile_pool)
     return compile_pool

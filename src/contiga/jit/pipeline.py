@@ -1,24 +1,53 @@
-"""How a kernel is compiled: numba's passes, and two of ours among them.
+"""How a kernel is compiled: by those of numba's passes that it needs, and three of ours.
 
 `Uncounted` takes away counting that counts nothing. `Prepared` chooses before all others what
-becomes of the code (`libraries`), and by what name kernels in other processes call it.
+becomes of the code (`libraries`), and by what name kernels in other processes call it. `Fused`
+looks for expressions of whole arrays only where there are some. The passes of `UNUSED` are for what
+kernels do not have; each of the dearer ones finds the lifetimes of all variables anew. The code is
+the same without them.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+from numba.core import ir
+from numba.core import types as numba_types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import AnalysisPass, register_pass
-from numba.core.typed_passes import NoPythonSupportedFeatureValidation
-from numba.core.untyped_passes import TranslateByteCode
+from numba.core.typed_passes import (
+    AnnotateTypes,
+    DumpParforDiagnostics,
+    InlineOverloads,
+    NopythonRewrites,
+    NoPythonSupportedFeatureValidation,
+)
+from numba.core.untyped_passes import (
+    InlineClosureLikes,
+    LiteralPropagationSubPipelinePass,
+    LiteralUnroll,
+    MakeFunctionToJitFunction,
+    TranslateByteCode,
+    WithLifting,
+)
 
 from contiga.jit.libraries import CalledLibrary, LinkedLibrary
 from contiga.jit.stamps import LOCAL, stamp_at_import
 from contiga.jit.uncounted import Uncounted
 
+types: Any = numba_types
 DIGITS = 12
+UNUSED = (
+    *(InlineClosureLikes, MakeFunctionToJitFunction),  # functions within kernels, comprehensions
+    InlineOverloads,  # functions of numba's own with inline="always"; of kernels one has it
+    *(LiteralUnroll, LiteralPropagationSubPipelinePass),  # literal_unroll, mixed containers
+    *(WithLifting, DumpParforDiagnostics),  # with, parallel loops
+    AnnotateTypes,  # text for inspect_types, which would be kept beside the code
+)
+"""Passes of numba's that kernels are compiled without. What needs one of them does not compile."""
+REWRITTEN = "binop", "inplace_binop", "unary", "call"
+"""Expressions that may become a part of a larger one where they make an array."""
 
 
 class KernelCompiler(CompilerBase):  # type: ignore[misc]
@@ -30,6 +59,11 @@ class KernelCompiler(CompilerBase):  # type: ignore[misc]
     def define_pipelines(self) -> list[Any]:
         """numba's passes in nopython mode, and ours."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        passes.passes = [
+            (Fused if of is NopythonRewrites else of, name)
+            for of, name in passes.passes
+            if of not in UNUSED
+        ]
         if self.library is not None:
             self.state.kind_of_library = self.library
             passes.add_pass_after(Prepared, TranslateByteCode)
@@ -68,3 +102,20 @@ class Prepared(AnalysisPass):  # type: ignore[misc]
             known.unique_id = int(stamp_at_import(known.func)[:DIGITS], 16)
             known.unique_name = f"{known.func_qualname}${known.unique_id}"
         return False
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class Fused(NopythonRewrites):  # type: ignore[misc]
+    """numba's rewrites of typed kernels, where there is arithmetic with whole arrays."""
+
+    _name = "contiga_fused"
+
+    def run_pass(self, state: Any) -> bool:
+        """A kernel of numbers stays as it is."""
+        made = (
+            state.typemap[line.target.name]
+            for block in state.func_ir.blocks.values()
+            for line in block.find_insts(ir.Assign)
+            if isinstance(line.value, ir.Expr) and line.value.op in REWRITTEN
+        )
+        return any(isinstance(of, types.Array) for of in made) and bool(super().run_pass(state))

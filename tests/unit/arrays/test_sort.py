@@ -1,4 +1,4 @@
-"""Sorting in kernels, against NumPy."""
+"""Sorting in kernels and counting in what is sorted, against NumPy."""
 
 from __future__ import annotations
 
@@ -25,6 +25,16 @@ def sort_by(keys, column, rows):
     sort_nb.sort_by(keys, column, rows, rows.copy())
 
 
+@njit
+def count_below(values, x):
+    return sort_nb.count_below(values, x)
+
+
+@njit
+def count_up_to(values, x):
+    return sort_nb.count_up_to(values, x)
+
+
 @given(st.lists(numbers, max_size=80))
 def test_numbers_ascend(values):
     found = np.array(values, float)
@@ -48,3 +58,11 @@ def test_thousands_of_numbers_with_equals_among_them_ascend():
     expected = np.sort(values)
     sort(values)
     np.testing.assert_array_equal(values, expected)
+
+
+@given(st.lists(numbers, max_size=80), numbers)
+def test_of_ascending_numbers_those_below_another_are_counted(values, x):
+    ascending = np.sort(np.array(values, float))
+    for other in (x, *values[:3]):
+        assert count_below(ascending, other) == np.searchsorted(ascending, other)
+        assert count_up_to(ascending, other) == np.searchsorted(ascending, other, side="right")

@@ -14,9 +14,10 @@ import typer
 from contiga.cli import commands, compiling
 from contiga.cli.options import HELPED, WITH_CASE
 from contiga.jit import prebuilt
+from contiga.jit.cache import COMPILE_LISTENERS
 from contiga.jit.prebuilt import Choice
 from contiga.warmup import compile_pool, pack, record
-from contiga.warmup.listing import Listing
+from contiga.warmup.listing import Listing, listing
 
 from .conftest import Command, one_message
 
@@ -307,6 +308,39 @@ def test_others_help_a_run_that_has_much_to_compile(
     assert all(process.poll() is not None for process in team._processes)
     assert not heard.listeners
     assert capsys.readouterr().err.count("compiling kernels on 3 cores") == 1
+    assert not COMPILE_LISTENERS
+
+
+def test_while_kernels_are_compiled_it_is_said_how_many_are_left(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(compiling, "PAUSE", 0.0)
+    messages = compiling.Messages(2, tell=True)
+    kernel = listing().kernels[3]
+    version = kernel.module, kernel.name, listing().arguments(3)
+    messages.before(*version)
+    messages.after(*version)
+    messages.after("contiga.elsewhere", "unlisted", ())
+    messages.hear(0, compile_pool.Progress(5))
+    messages.hear(0, compile_pool.Progress(5, done=True))
+    most = len(listing().kernels)
+    assert capsys.readouterr().err.splitlines() == [
+        f"compiling kernels on 2 cores, once for all projects of this user: at most {most} left"
+        f"{compiling.TIME}",
+        f"compiling kernels: at most {most - 1} left",
+        f"compiling kernels: at most {most - 1} left",
+        f"compiling kernels: at most {most - 2} left",
+    ]
+
+
+def test_between_two_messages_there_is_time_and_others_hear_none(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for tell in (True, False):
+        messages = compiling.Messages(1, tell)
+        for row in range(20):
+            messages.hear(0, compile_pool.Progress(row, done=True))
+        assert len(capsys.readouterr().err.splitlines()) == tell
 
 
 @pytest.mark.parametrize(("helped", "threads"), [(True, 1), (False, 4)])

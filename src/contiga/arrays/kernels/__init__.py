@@ -2,7 +2,8 @@
 
 - fma_nb: the fused multiply-add, written where it is meant: x·y + z rounded once (IEEE 754, 5.4.1)
 - query_nb: what searches of splines and of triangles share: blank rows, and the lengths of paths
-- sort_nb: numbers put in order, and rows of a table by one of its columns
+- rows_nb: rows of tables that are written, and tables that grow
+- sort_nb: numbers put in order, rows of a table by one of its columns, and places in what is sorted
 - union_nb: sets that are joined, by union and find
 - vector_nb: vectors of three numbers in kernels, as tuples
 """

@@ -1,4 +1,4 @@
-"""Sorting in kernels: a page to compile, where numba's takes a second."""
+"""Sorting in kernels, and counting in what is sorted: numba's take a second to compile."""
 
 from __future__ import annotations
 
@@ -43,3 +43,29 @@ def sort_by(keys, column, rows, spare):
         for k in range(n):
             rows[k] = spare[k]
         width *= 2
+
+
+@inner()
+def count_below(values, x):
+    """How many of the ascending `values` are less than x."""
+    low, high = 0, values.size
+    while low < high:
+        middle = (low + high) // 2
+        if values[middle] < x:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@inner()
+def count_up_to(values, x):
+    """How many of the ascending `values` are x or less."""
+    low, high = 0, values.size
+    while low < high:
+        middle = (low + high) // 2
+        if values[middle] <= x:
+            low = middle + 1
+        else:
+            high = middle
+    return low

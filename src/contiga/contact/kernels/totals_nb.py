@@ -96,7 +96,10 @@ def forces(carrying, answer, last, now, frame, out):
     n = rows.shape[0]
     work, damped, force = np.empty(3 * n), np.empty(3 * n), scratch(3)
     viscous = False
-    totals[:WORK], totals[WORK:] = 0.0, last.energies
+    for k in range(WORK):
+        totals[k] = 0.0
+    for k in range(last.energies.shape[0]):
+        totals[WORK + k] = last.energies[k]
     for i in range(n):
         for c in range(3):
             force[c] = answer.force[i] * normal[i, c]

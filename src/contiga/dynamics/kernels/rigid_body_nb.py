@@ -140,7 +140,8 @@ def _drift_held(q, one, momentum, h, tensor):
     middle = scratch(4)
     x, y, z = _spin(q, one, momentum, tensor)
     for _ in range(ROUNDS):
-        middle[:] = q
+        for k in range(4):
+            middle[k] = q[k]
         _turn_by(middle, 0.5 * h * x, 0.5 * h * y, 0.5 * h * z)
         a, b, c = _spin(middle, one, momentum, tensor)
         change = h * max(abs(a - x), abs(b - y), abs(c - z))
@@ -208,7 +209,8 @@ def drift(last, fixed, h, rows, poses, twists):
     tensor, momentum, velocity = scratch(3, 3), scratch(3), scratch(3)
     for i in range(last.shape[0]):
         row, one = rows[i], fixed[i]
-        row[:] = last[i]
+        for k in range(last.shape[1]):
+            row[k] = last[i, k]
         for k in range(3):
             kick = 0.5 * h * last[i, FORCE + k] / one[MASS] * one[WAYS + k]
             row[VELOCITY + k] += kick

@@ -93,7 +93,8 @@ def fastest(points, normals, along, across, row, one):
             if across[i] != 0.0:
                 _felt(one, axes, d, arm, y)
                 _add(matrix, y, across[i])
-        d[:] = normals[i]
+        for k in range(3):
+            d[k] = normals[i, k]
         _felt(one, axes, d, arm, y)
         _add(matrix, y, along[i] - across[i])
     return _largest(matrix)

@@ -13,6 +13,7 @@ import math
 
 import numpy as np
 
+from contiga.arrays.kernels.rows_nb import put
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
 
@@ -259,7 +260,7 @@ def subdivide(elements, e, flatness, depth, boxes, bounds, corners):
     coefs = elements.coefs[start : start + 4 * n]
     net = np.empty((n, 4))
     stack = scratch(64, 5)
-    stack[0] = (-0.5, 0.5, -0.5, 0.5, 0.0)
+    put(stack, 0, (-0.5, 0.5, -0.5, 0.5, 0.0))
     top = 1
     n_boxes = 0
     while top > 0:
@@ -280,12 +281,12 @@ def subdivide(elements, e, flatness, depth, boxes, bounds, corners):
             n_boxes += 1
         elif way == 0:
             m = 0.5 * (s0 + s1)
-            stack[top] = (s0, m, t0, t1, level + 1.0)
-            stack[top + 1] = (m, s1, t0, t1, level + 1.0)
+            put(stack, top, (s0, m, t0, t1, level + 1.0))
+            put(stack, top + 1, (m, s1, t0, t1, level + 1.0))
             top += 2
         else:
             m = 0.5 * (t0 + t1)
-            stack[top] = (s0, s1, t0, m, level + 1.0)
-            stack[top + 1] = (s0, s1, m, t1, level + 1.0)
+            put(stack, top, (s0, s1, t0, m, level + 1.0))
+            put(stack, top + 1, (s0, s1, m, t1, level + 1.0))
             top += 2
     return n_boxes

@@ -73,8 +73,8 @@ def sample(elements):
         for side in range(4):
             for k in range(SAMPLES):
                 s, t = side_point(side, k / (SAMPLES - 1) - 0.5)
-                x, y, z = normal_at(elements, e, s, t, h)
-                normals[e, side, k] = (x, y, z)
+                normal = normal_at(elements, e, s, t, h)
                 for c in range(3):
+                    normals[e, side, k, c] = normal[c]
                     points[e, side, k, c] = h[c, 0] + elements.table[e]["origin"][c]
     return points, normals

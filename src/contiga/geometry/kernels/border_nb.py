@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from contiga.arrays.kernels.rows_nb import put
 from contiga.geometry.kernels.triangulation_nb import (
     BORDER,
     FRAME,
@@ -36,8 +37,10 @@ def open_frame(t):
         t.xy[k, 0], t.xy[k, 1] = x, y
     t.used[VERTICES], t.used[TRIANGLES] = FRAME, 2
     t.marks[:2] = FREE
-    t.corners[0], t.corners[1] = (0, 1, 2), (0, 2, 3)
-    t.beside[0], t.beside[1] = (BORDER, 1, BORDER), (BORDER, BORDER, 0)
+    put(t.corners, 0, (0, 1, 2))
+    put(t.corners, 1, (0, 2, 3))
+    put(t.beside, 0, (BORDER, 1, BORDER))
+    put(t.beside, 1, (BORDER, BORDER, 0))
 
 
 @inner()

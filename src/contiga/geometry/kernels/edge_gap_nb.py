@@ -153,6 +153,13 @@ def _off(s, image, curve, domain, t, samples, of_image, of_curve):
 
 
 @inner()
+def _take(point, out):
+    """Write the point (1, 1, 3) behind the distance."""
+    for c in range(3):
+        out[1 + c] = point[0, 0, c]
+
+
+@inner()
 def _farthest(s, image, curve, domain, samples, of_image, of_curve, out):
     """Fills `out` as `image_gap` does; returns the p-curve's parameter of the largest distance.
 
@@ -166,7 +173,7 @@ def _farthest(s, image, curve, domain, samples, of_image, of_curve, out):
         distance = _off(s, image, curve, domain, ts[k], samples, of_image, of_curve)
         if distance > out[0]:
             out[0] = distance
-            out[1:4] = of_image.point[0, 0]
+            _take(of_image.point, out)
             at = k
             near = of_curve.nearest[0]
     best = ts[at]
@@ -181,7 +188,7 @@ def _farthest(s, image, curve, domain, samples, of_image, of_curve, out):
         if max(off_a, off_b) > out[0]:
             best = a if off_a > off_b else b
             out[0] = _off(s, image, curve, domain, best, samples, of_image, of_curve)
-            out[1:4] = of_image.point[0, 0]
+            _take(of_image.point, out)
         if off_a > off_b:
             high = b
         else:

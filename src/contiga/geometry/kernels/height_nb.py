@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.arrays.kernels.sort_nb import count_below
 from contiga.geometry.kernels.chord_nb import copy_piece, cut, restrict
 from contiga.jit import inner
 
@@ -155,12 +156,12 @@ def all_below(h, uv, plane, limit):
     u0, u1 = min(uv[0, 0], uv[1, 0], uv[2, 0]), max(uv[0, 0], uv[1, 0], uv[2, 0])
     v0, v1 = min(uv[0, 1], uv[1, 1], uv[2, 1]), max(uv[0, 1], uv[1, 1], uv[2, 1])
     net, box = h.stack[0], h.boxes[0]
-    for i in range(np.searchsorted(h.u[1:-1], u0), h.u.size - 1):
+    for i in range(count_below(h.u[1:-1], u0), h.u.size - 1):
         du = h.u[i + 1] - h.u[i]
         a, b = max((u0 - h.u[i]) / du, 0.0), min((u1 - h.u[i]) / du, 1.0)
         if h.u[i] > u1:
             break
-        for j in range(np.searchsorted(h.v[1:-1], v0), h.v.size - 1):
+        for j in range(count_below(h.v[1:-1], v0), h.v.size - 1):
             dv = h.v[j + 1] - h.v[j]
             c, d = max((v0 - h.v[j]) / dv, 0.0), min((v1 - h.v[j]) / dv, 1.0)
             if h.v[j] > v1:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.arrays.kernels.sort_nb import sort
+from contiga.arrays.kernels.sort_nb import count_up_to, sort
 from contiga.geometry.kernel_records import FLUX
 from contiga.geometry.kernels.quadrature_nb import bernstein, jacobian
 from contiga.geometry.kernels.trim_nb import bernstein_at, parameter_at, point_in_trim
@@ -94,13 +94,13 @@ def add_strip(grid, start, place, rule, factor, out):
     p, q = coefs.shape[2] - 1, coefs.shape[3] - 1
     u, v = place
     low, high = min(start, u), max(start, u)
-    j = min(max(np.searchsorted(v_breaks, v, side="right") - 1, 0), v_breaks.size - 2)
+    j = min(max(count_up_to(v_breaks, v) - 1, 0), v_breaks.size - 2)
     height = v_breaks[j + 1] - v_breaks[j]
     C, dC = np.empty(q + 1), np.empty(q + 1)
     bernstein(q, (v - v_breaks[j]) / height, C, dC)
     B, dB = np.empty((nodes.size, p + 1)), np.empty((nodes.size, p + 1))
     first = last = -1.0  # of the part that B and dB are of: most elements are passed whole
-    i = min(max(np.searchsorted(u_breaks, low, side="right") - 1, 0), u_breaks.size - 2)
+    i = min(max(count_up_to(u_breaks, low) - 1, 0), u_breaks.size - 2)
     # ds = du / width cancels the width in S_s = S_u · width; dt does not.
     signed = factor / height if u >= start else -factor / height
     while i < u_breaks.size - 1 and u_breaks[i] < high:

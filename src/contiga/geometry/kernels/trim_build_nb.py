@@ -124,8 +124,10 @@ def monotone_breaks(coefs, degree):
     rv = roots_inside(turning_polynomial(coefs, degree, 1))
     breaks = np.empty(2 + ru.size + rv.size)
     breaks[0] = 0.0
-    breaks[1 : 1 + ru.size] = ru
-    breaks[1 + ru.size : 1 + ru.size + rv.size] = rv
+    for k in range(ru.size):
+        breaks[1 + k] = ru[k]
+    for k in range(rv.size):
+        breaks[1 + ru.size + k] = rv[k]
     breaks[-1] = 1.0
     sort(breaks)
     keep = 1

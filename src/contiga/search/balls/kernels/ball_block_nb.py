@@ -70,7 +70,9 @@ def jump(elements, e, f, way, tolerance):
     From the Bernstein coefficients of ((A' of f) − (A' of e))·w − (w' of f − w' of e)·A over w².
     Infinite where the two sides are farther apart than `tolerance`.
     """
-    n = 1 + max(elements.table[e]["degree"].max(), elements.table[f]["degree"].max())
+    p, q = elements.table[e]["degree"]
+    r, s = elements.table[f]["degree"]
+    n = 1 + max(p, q, r, s)
     first = np.zeros((n, 4))
     row = np.zeros((n, 4))
     other_first = np.zeros((n, 4))
@@ -81,7 +83,9 @@ def jump(elements, e, f, way, tolerance):
         shift[c] = elements.table[f]["origin"][c] - elements.table[e]["origin"][c]
     if _end_rows(elements, f, 2 * way, shift, other_first, other_row) != degree:
         return math.inf
-    least = row[: degree + 1, 3].min()
+    least = row[0, 3]
+    for k in range(1, degree + 1):
+        least = min(least, row[k, 3])
     for k in range(degree + 1):
         for c in range(3):
             if not abs(row[k, c] - other_row[k, c]) <= tolerance * least:
@@ -217,7 +221,10 @@ def _home(cells, smooth, base, ij, rows, home):
     across = r11 * r22 / math.hypot(r12, r22), r22  # of one cell
     goal = WIDE * max(r11, math.hypot(r12, r22))
     while True:
-        side = int(np.argmin(margin))
+        side = 0
+        for c in range(1, 4):
+            if margin[c] < margin[side]:
+                side = c
         if margin[side] >= goal:
             break
         other = 2 - 2 * (side // 2)
@@ -243,10 +250,12 @@ def _home(cells, smooth, base, ij, rows, home):
             n += 1
     if not near(cells, rows[:n], k, home):
         rows[0] = k
-        uv[:] = cells[k]["uv"]
+        for c in range(4):
+            uv[c] = cells[k]["uv"][c]
         if not near(cells, rows[:1], k, home):
             return
-    home["uv"][:] = uv
+    for c in range(4):
+        home["uv"][c] = uv[c]
 
 
 @kernel()
@@ -268,8 +277,10 @@ def homes_within(elements, centre, around, enough, homes):
             if not around[i, k]["turn"] < WORST or not near(around[i], row, k, trial[0]):
                 continue
             if min(trial[0]["near"][0], trial[0]["near"][1]) > least:
-                homes[k]["near"][:] = trial[0]["near"]
-                homes[k]["uv"][:] = around[i, k]["uv"]
+                for c in range(2):
+                    homes[k]["near"][c] = trial[0]["near"][c]
+                for c in range(4):
+                    homes[k]["uv"][c] = around[i, k]["uv"][c]
                 homes[k]["cap"] = -1
 
 

@@ -143,8 +143,9 @@ def _bound_cell(body, a, home, limits, value, samples, count):
     cells, tree, order = body.cells, body.tree, body.order
     work = PlaneWork(scratch(4), scratch(3), scratch(3), scratch(4), scratch(6))
     normal = scratch(2, 3)
-    normal[0] = -a["normal"]
-    normal[1] = a["normal"]
+    for c in range(3):
+        normal[0, c] = -a["normal"][c]
+        normal[1, c] = a["normal"][c]
     clear = scratch(2, 4)
     for side in range(2):
         _clear(a, normal[side], side, value[side], clear[side])
@@ -233,12 +234,15 @@ def bound_cells(body, surface, homes, limits, result, start, stop):
         n = _take_samples(elements, trims, centre, a, cap, samples)
         if home["near"][0] > 0.0 or home["near"][1] > 0.0:
             _bound_cell(body, a, home, enough, value[k], samples, n)
-        value[k] *= SAFE
         gained = False
         for side in range(2):
-            before = np.maximum(known[side], 0.0).sum()
-            after = np.maximum(value[k, side], 0.0).sum()
-            if before >= after:  # what was known of the whole holds for its half
-                value[k, side] = known[side]
-            gained |= before == 0.0 or after > GAIN * before
+            new, old = 0.0, 0.0
+            for corner in range(4):
+                value[k, side, corner] *= SAFE
+                new += max(value[k, side, corner], 0.0)
+                old += max(known[side, corner], 0.0)
+            if old >= new:  # what was known of the whole holds for its half
+                for corner in range(4):
+                    value[k, side, corner] = known[side, corner]
+            gained |= old == 0.0 or new > GAIN * old
         want[k] = _wanting(value[k], samples, n, goal) if gained else 0.0

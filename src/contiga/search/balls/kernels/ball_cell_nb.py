@@ -141,10 +141,10 @@ def _unit_normal(h, hs, ht, cell):
 def _normal_bounds(g, w, degree, cell):
     """Bounds of n·S' (returned) and n·S'' (into the cell) from the nets n·A and w."""
     p, q = degree
-    least = w.min()
-    most = w.max()
+    least, most = w[0], w[0]
     thick = 0.0
     for k in range((p + 1) * (q + 1)):
+        least, most = min(least, w[k]), max(most, w[k])
         thick = max(thick, abs(g[k]) / w[k])
     w10 = _largest(w, degree, (1, 0))
     w01 = _largest(w, degree, (0, 1))

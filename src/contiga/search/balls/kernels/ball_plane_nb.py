@@ -216,7 +216,8 @@ def lower(a, b, pole, limits, v, work):
         score = _score(f, v, limits.goal)
         if score > top:
             top = score
-            best[:] = f
+            for i in range(4):
+                best[i] = f[i]
     if _axis(a, b, normal, e, m):
         count = _slopes(a, b, normal, e, limits, slopes)
         for k in range(count):
@@ -228,7 +229,8 @@ def lower(a, b, pole, limits, v, work):
             score = _score(f, v, limits.goal)
             if score > top:
                 top = score
-                best[:] = f
+                for i in range(4):
+                    best[i] = f[i]
     for i in range(4):
         v[i] = min(v[i], best[i])
     return True

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 
 from contiga.arrays.codes import POLE, SMOOTH
+from contiga.arrays.kernels.rows_nb import put
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.certify.kernels.bend_nb import (
@@ -69,7 +70,7 @@ def _bends_of(elements, e, cell, depth, total, work):
     stack, bend, bending = work
     total[:] = 0.0
     total[WIDTH_S] = total[WIDTH_T] = math.inf
-    stack[0] = (cell[0], cell[1], cell[2], cell[3], 0.0)
+    put(stack, 0, (cell[0], cell[1], cell[2], cell[3], 0.0))
     top = 1
     while top > 0:
         top -= 1
@@ -88,10 +89,10 @@ def _bends_of(elements, e, cell, depth, total, work):
             continue
         s = 0.5 * (s0 + s1)
         t = 0.5 * (t0 + t1)
-        stack[top] = (s0, s, t0, t, level + 1.0)
-        stack[top + 1] = (s, s1, t0, t, level + 1.0)
-        stack[top + 2] = (s0, s, t, t1, level + 1.0)
-        stack[top + 3] = (s, s1, t, t1, level + 1.0)
+        put(stack, top, (s0, s, t0, t, level + 1.0))
+        put(stack, top + 1, (s, s1, t0, t, level + 1.0))
+        put(stack, top + 2, (s0, s, t, t1, level + 1.0))
+        put(stack, top + 3, (s, s1, t, t1, level + 1.0))
         top += 4
 
 

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import math
 
+from contiga.arrays.kernels.rows_nb import put
 from contiga.arrays.kernels.vector_nb import cross, dot
 from contiga.elements.kernels.bounds_nb import look_closer
 from contiga.elements.kernels.element_nb import evaluate
@@ -180,7 +181,7 @@ def _halve(stack, top, cell, m, wide):
     """Put the halves of a cell on the stack, the one down the slope last."""
     s0, s1, t0, t1 = cell
     for c in range(2):
-        stack[top + c] = (s0, s1, t0, t1)
+        put(stack, top + c, (s0, s1, t0, t1))
     if wide:
         sc = 0.5 * (s0 + s1)
         low = top + 1 if m.rx > 0.0 else top

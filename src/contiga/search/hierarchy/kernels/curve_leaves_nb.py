@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from contiga.arrays.kernels.rows_nb import doubled, put
 from contiga.arrays.kernels.sort_nb import sort
 from contiga.elements.kernels.bounds_nb import cell_bounds, derivative_bounds, restrict
 from contiga.elements.kernels.element_nb import locate
@@ -76,9 +77,10 @@ def _bounds(tables, piece, stretch, net, bound):
     p1 = bound[0]
     p2 = bound[2]
     p3 = bound[5]
-    low = np.minimum(np.maximum(corner[0] - THIN, -0.5), 0.5 - THIN)
-    high = np.minimum(np.maximum(corner[1] + THIN, low + THIN), 0.5)
-    cell_bounds(elements, e, (low[0], high[0], low[1], high[1]), bound)
+    low_s, low_t = max(corner[0, 0] - THIN, -0.5), max(corner[0, 1] - THIN, -0.5)
+    low_s, low_t = min(low_s, 0.5 - THIN), min(low_t, 0.5 - THIN)
+    high_s, high_t = max(corner[1, 0] + THIN, low_s + THIN), max(corner[1, 1] + THIN, low_t + THIN)
+    cell_bounds(elements, e, (low_s, min(high_s, 0.5), low_t, min(high_t, 0.5)), bound)
     l1 = math.hypot(bound[0], bound[1])
     l2 = max(bound[2], bound[4]) + bound[3]
     l3 = bound[5] + 3.0 * bound[6] + 3.0 * bound[7] + bound[8]
@@ -95,9 +97,10 @@ def _fill_row(tables, piece, stretch, bound, row):
     row[0] = piece
     row[1] = t0
     row[2] = t1
-    row[3:6] = bound[:3]
-    row[6:9] = math.inf
-    row[9:12] = -math.inf
+    for c in range(3):
+        row[3 + c] = bound[c]
+        row[6 + c] = math.inf
+        row[9 + c] = -math.inf
     h = scratch(4, 6)
     d = scratch(3, 3)
     bulge = 0.125 * bound[1] * (t1 - t0) ** 2
@@ -107,13 +110,6 @@ def _fill_row(tables, piece, stretch, bound, row):
             x = d[0, c] + elements.table[e]["origin"][c]
             row[6 + c] = min(row[6 + c], x - bulge)
             row[9 + c] = max(row[9 + c], x + bulge)
-
-
-@inner()
-def _grown(rows):
-    bigger = np.zeros((2 * rows.shape[0], rows.shape[1]))
-    bigger[: rows.shape[0]] = rows
-    return bigger
 
 
 @kernel()
@@ -135,7 +131,7 @@ def curve_leaves(elements, grid, trims, flatness, depth):
         for i in range(most - 1):
             if cuts[i + 1] - cuts[i] < SHORTEST:
                 continue
-            stack[0] = (cuts[i], cuts[i + 1], 0.0)
+            put(stack, 0, (cuts[i], cuts[i + 1], 0.0))
             top = 1
             while top > 0:
                 top -= 1
@@ -143,17 +139,19 @@ def curve_leaves(elements, grid, trims, flatness, depth):
                 _bounds(tables, piece, (t0, t1), net, bound)
                 if 0.25 * bound[1] * (t1 - t0) > flatness * bound[0] and level < depth:
                     middle = 0.5 * (t0 + t1)
-                    stack[top] = (t0, middle, level + 1.0)
-                    stack[top + 1] = (middle, t1, level + 1.0)
+                    put(stack, top, (t0, middle, level + 1.0))
+                    put(stack, top + 1, (middle, t1, level + 1.0))
                     top += 2
                     continue
                 if n == rows.shape[0]:
-                    rows = _grown(rows)
+                    rows = doubled(rows)
                 _fill_row(tables, piece, (t0, t1), bound, rows[n])
                 n += 1
-    element = (-1.0 - rows[:n, 0]).astype(np.int32)
-    box = np.zeros((n, 4))
-    box[:, :2] = rows[:n, 1:3]
-    bounds = np.zeros((n, 9))
-    bounds[:, :3] = rows[:n, 3:6]
-    return element, box, bounds, rows[:n, 6:9].copy(), rows[:n, 9:12].copy()
+    element, box, bounds = np.empty(n, np.int32), np.zeros((n, 4)), np.zeros((n, 9))
+    low, high = np.empty((n, 3)), np.empty((n, 3))
+    for k in range(n):
+        element[k] = np.int32(-1.0 - rows[k, 0])
+        box[k, 0], box[k, 1] = rows[k, 1], rows[k, 2]
+        for c in range(3):
+            bounds[k, c], low[k, c], high[k, c] = rows[k, 3 + c], rows[k, 6 + c], rows[k, 9 + c]
+    return element, box, bounds, low, high

@@ -34,9 +34,12 @@ def surface_leaves(elements, flatness, depth):
         subdivide(elements, e, flatness, depth, boxes, bounds, corners)
         for i in range(counts[e]):
             element[k] = e
-            box[k] = boxes[i]
-            bound[k] = bounds[i]
-            low[k] = corners[i, :3] + elements.table[e]["origin"]
-            high[k] = corners[i, 3:] + elements.table[e]["origin"]
+            for c in range(box.shape[1]):
+                box[k, c] = boxes[i, c]
+            for c in range(bound.shape[1]):
+                bound[k, c] = bounds[i, c]
+            for c in range(3):
+                low[k, c] = corners[i, c] + elements.table[e]["origin"][c]
+                high[k, c] = corners[i, 3 + c] + elements.table[e]["origin"][c]
             k += 1
     return element, box, bound, low, high

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from contiga.arrays.kernels.rows_nb import put
 from contiga.arrays.kernels.sort_nb import sort_by
 from contiga.jit import inner, kernel
 
@@ -29,7 +30,7 @@ def build(low, high):
     first = np.zeros(size, np.int32)
     count = np.zeros(size, np.int32)
     stack = np.empty((128, 3), np.int64)
-    stack[0] = (0, 0, n)
+    put(stack, 0, (0, 0, n))
     top = 1
     used = 1
     while top > 0:
@@ -58,8 +59,8 @@ def build(low, high):
         sort_by(middle, axis, order[start:stop], spare[start:stop])
         half = (start + stop) // 2
         first[node] = used
-        stack[top] = (used, start, half)
-        stack[top + 1] = (used + 1, half, stop)
+        put(stack, top, (used, start, half))
+        put(stack, top + 1, (used + 1, half, stop))
         used += 2
         top += 2
     return (

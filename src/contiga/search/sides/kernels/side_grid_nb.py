@@ -183,7 +183,8 @@ def parts_of(near):
         clear = ~near[w]
         if count + 64 > mask.shape[0]:
             more = np.empty(2 * mask.shape[0], np.uint64)
-            more[:count] = mask[:count]
+            for p in range(count):
+                more[p] = mask[p]
             mask = more
         while clear != NONE:
             part = _flood(clear & (~clear + ONE), clear)
@@ -291,7 +292,9 @@ def sizes_and_samples(parent, labels, depth, places, first, mask):
                     elif depth[i, j, k] == 1:
                         for q in range(3):
                             if seen[r] == (2 * q + 1) * beside[r] // 6:
-                                samples[r, q] = (i + 0.5, j + 0.5, k + 0.5)
+                                samples[r, q, 0] = i + 0.5
+                                samples[r, q, 1] = j + 0.5
+                                samples[r, q, 2] = k + 0.5
                         seen[r] += 1
     for w in range(places.shape[0]):
         for p in range(first[w], first[w + 1]):
@@ -304,7 +307,8 @@ def sizes_and_samples(parent, labels, depth, places, first, mask):
                     places[w, 2] + ((bit & 3) + 0.5) / SPLIT,
                 )
                 for q in range(0 if size[r] == 0 else 2, 3):
-                    samples[r, q] = middle
+                    for c in range(3):
+                        samples[r, q, c] = middle[c]
             size[r] += _ones(mask[p])
     return size, samples
 

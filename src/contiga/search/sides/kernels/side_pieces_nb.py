@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from contiga.arrays.codes import CUT, OUT
+from contiga.arrays.kernels.rows_nb import doubled, put
 from contiga.elements.kernels.bounds_nb import restrict
 from contiga.geometry.kernels.trim_nb import box_state
 from contiga.jit import inner, kernel
@@ -99,14 +100,6 @@ def widen(piece, margin):
     piece[MOST] += margin
 
 
-@kernel()
-def doubled(array):
-    """A copy with room for twice the rows."""
-    new = np.empty((2 * array.shape[0], array.shape[1]))
-    new[: array.shape[0]] = array
-    return new
-
-
 @inner()
 def _state(elements, trims, e, box):
     """Whether a part of element e is trimmed away, kept or cut."""
@@ -142,7 +135,7 @@ def surface_pieces(elements, trims, origin, margins, limits):
         n = (degree[0] + 1) * (degree[1] + 1)
         coefs = elements.coefs[row["bernstein"] : row["bernstein"] + 4 * n]
         net = np.empty((n, 4))
-        stack[0] = (-0.5, 0.5, -0.5, 0.5, float(row["trim"]))
+        put(stack, 0, (-0.5, 0.5, -0.5, 0.5, float(row["trim"])))
         top = 1
         while top > 0:
             top -= 1
@@ -168,12 +161,12 @@ def surface_pieces(elements, trims, origin, margins, limits):
             width = box[side + 1] - box[side]
             if fine or width <= SHORTEST or top + 2 > STACK or n_pieces > limits.most:
                 widen(pieces[n_pieces], margins[e])
-                middles[n_pieces] = (float(e), 0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3]))
+                put(middles, n_pieces, (float(e), 0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3])))
                 n_pieces += 1
                 continue
             half = 0.5 * (box[side] + box[side + 1])
             for k in range(2):
-                stack[top] = (box[0], box[1], box[2], box[3], state)
+                put(stack, top, (box[0], box[1], box[2], box[3], state))
                 stack[top, side + 1 - k] = half
                 top += 1
     return pieces[:n_pieces], middles[:n_pieces]

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 
 from contiga.arrays.codes import EITHER, ENTRIES
+from contiga.arrays.kernels.rows_nb import put
 from contiga.arrays.kernels.vector_nb import column, cross, dot, minus
 from contiga.elements.kernels.bounds_nb import cell_box
 from contiga.elements.kernels.element_nb import evaluate
@@ -200,7 +201,7 @@ def _halve(stack, top, cell, across):
     """Put the halves of a cell on the stack, cut across s (True) or t."""
     s0, s1, t0, t1 = cell
     for c in range(2):
-        stack[top + c] = (s0, s1, t0, t1)
+        put(stack, top + c, (s0, s1, t0, t1))
     if across:
         stack[top, 1] = stack[top + 1, 0] = 0.5 * (s0 + s1)
     else:
@@ -286,7 +287,7 @@ def _push_parts(stack, top, cell, part, across):
         return top
     left = (part[1] - part[0]) * (part[3] - part[2])
     if left < 0.5 * (cell[1] - cell[0]) * (cell[3] - cell[2]):
-        stack[top] = part
+        put(stack, top, part)
         return top + 1
     _halve(stack, top, cell, across)
     return top + 2
