@@ -20,8 +20,6 @@ HELPERS = 7
 """Processes beside a run, at most: each takes some 400 MB."""
 PAUSE = 15.0
 """Seconds between two messages."""
-TIME = ", some two minutes of processor time"
-"""Of the kernels of a first run."""
 
 
 def watch_compiling(context: typer.Context, helped: bool = False) -> None:
@@ -97,6 +95,7 @@ class Messages:
     """
 
     def __init__(self, cores: int, tell: bool) -> None:
+        from contiga.jit.prebuilt import choice
         from contiga.warmup.listing import listing
 
         self._listing = listing()
@@ -104,8 +103,10 @@ class Messages:
         self._lock = threading.Lock()
         self._tell = tell
         self._said_at = perf_counter()
+        if tell and choice().refused:
+            print(choice().text, file=sys.stderr, flush=True)
         on = f" on {cores} cores" if cores > 1 else ""
-        self._say(f"compiling kernels{on}, once for all projects of this user", TIME)
+        self._say(f"compiling kernels{on}, once for all projects of this user")
 
     def before(self, module: str, name: str, arguments: tuple[Any, ...]) -> None:
         """A kernel will be compiled."""
@@ -126,10 +127,9 @@ class Messages:
                 self._said_at = perf_counter()
                 self._say("compiling kernels")
 
-    def _say(self, what: str, how_long: str = "") -> None:
+    def _say(self, what: str) -> None:
         if self._tell:
-            text = f"{what}: at most {len(self._left)} left{how_long}"
-            print(text, file=sys.stderr, flush=True)
+            print(f"{what}: at most {len(self._left)} left", file=sys.stderr, flush=True)
 
 
 def _is_first() -> bool:

@@ -99,6 +99,8 @@ class Choice(NamedTuple):
     prebuilt: Prebuilt | None
     text: str
     """A line that says so, and why installed ones are not used."""
+    refused: bool = False
+    """Whether there are installed ones that are not used."""
 
 
 @cache
@@ -111,7 +113,7 @@ def choice() -> Choice:
     try:
         prebuilt = _checked(folder)
     except _UnusableError as reason:
-        return Choice(None, f"{here}; {NAME} in {folder} is not used: {reason}")
+        return Choice(None, f"{here}; {NAME} in {folder} is not used: {reason}", refused=True)
     return Choice(prebuilt, f"kernels are those of {NAME} in {folder}: {prebuilt.manifest.level}")
 
 

@@ -325,8 +325,7 @@ def test_while_kernels_are_compiled_it_is_said_how_many_are_left(
     messages.hear(0, compile_pool.Progress(5, done=True))
     most = len(listing().kernels)
     assert capsys.readouterr().err.splitlines() == [
-        f"compiling kernels on 2 cores, once for all projects of this user: at most {most} left"
-        f"{compiling.TIME}",
+        f"compiling kernels on 2 cores, once for all projects of this user: at most {most} left",
         f"compiling kernels: at most {most - 1} left",
         f"compiling kernels: at most {most - 1} left",
         f"compiling kernels: at most {most - 2} left",
@@ -341,6 +340,16 @@ def test_between_two_messages_there_is_time_and_others_hear_none(
         for row in range(20):
             messages.hear(0, compile_pool.Progress(row, done=True))
         assert len(capsys.readouterr().err.splitlines()) == tell
+
+
+def test_it_is_said_why_installed_kernels_are_not_used(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    refused = Choice(None, "contiga_kernels is not used: its files are damaged", refused=True)
+    monkeypatch.setattr(prebuilt, "choice", lambda: refused)
+    compiling.Messages(1, tell=True)
+    first, *_ = capsys.readouterr().err.splitlines()
+    assert first == refused.text
 
 
 @pytest.mark.parametrize(("helped", "threads"), [(True, 1), (False, 4)])
