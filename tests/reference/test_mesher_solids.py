@@ -14,7 +14,6 @@ from contiga.errors import GeometryError
 from contiga.geometry.kernels.trim_nb import points_in_trim
 from contiga_validation.rivals.rival_meshes import fewest_triangles
 
-pytest.importorskip("OCP")
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
