@@ -9,8 +9,8 @@ holds for machines of any speed, and for busy ones. Time in which kernels are co
 count: it is spent once. What a fixture of a whole module, or of more, takes counts for each test
 that uses it, whichever was the first.
 
-A test that is not listed and takes `GROWN` yardsticks fails. That is ten times `LONG`: the first
-tests of a process load packages and kernels for all others.
+A test that is not listed fails where its own process takes `GROWN` yardsticks. That is ten times
+`LONG`: the first tests of a process load packages and kernels for all others.
 """
 
 from __future__ import annotations
@@ -30,8 +30,6 @@ from typing import Any, NamedTuple
 import pytest
 from numba import config
 from numba.core import event
-
-from contiga.jit.folder import kernel_folder
 
 ROOT = Path(__file__).resolve().parents[1]
 TABLE = Path(__file__).with_name("durations.json")
@@ -155,13 +153,12 @@ class Durations:
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item: pytest.Item) -> Generator[None, Any, Any]:
         """Fail a test that is not listed and is long."""
-        kernels, begun = _kernels_written(), self.spent()
+        begun = self.spent()
         result = yield
         if item.get_closest_marker("long") or item.get_closest_marker("full") or _is_slowed():
             return result
-        spent = self.spent().since(begun)
-        # Of a process of its own nobody knows what it spent compiling.
-        seconds = spent.total if kernels == _kernels_written() else spent.own
+        # A process that ends may have worked for other tests, and compiled: it is not judged.
+        seconds = self.spent().since(begun).own
         if seconds > GROWN * self._yardstick and seconds > GROWN * yardstick():
             taken = round(seconds / self._yardstick)
             pytest.fail(
@@ -171,15 +168,9 @@ class Durations:
         return result
 
 
-def _kernels_written() -> int:
-    """Another number once any process has compiled a kernel and kept it."""
-    folder = kernel_folder()
-    return 0 if folder is None else folder.stat().st_mtime_ns
-
-
 def _is_slowed() -> bool:
-    """Whether kernels are not compiled, somebody watches every line, or modules are not kept."""
-    return bool(config.DISABLE_JIT or sys.gettrace() or sys.dont_write_bytecode)
+    """Whether kernels are not compiled, or somebody watches every line."""
+    return bool(config.DISABLE_JIT or sys.gettrace())
 
 
 def main(tests: list[str]) -> int:
