@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PLACE = ROOT / "out" / "newest"
 MINORS = range(14, 10, -1)
 """Of Python 3, the newest first: those that the hosted workflow tries, and what is between them."""
-EXTRAS = "case"
+EXTRAS = "cad,case"
 NEEDED = ("pytest", "hypothesis")
 QUICK = tuple(f"tests/unit/{room}" for room in ("jit", "arrays", "rigid", "laws", "contact"))
 
