@@ -1,5 +1,6 @@
 # make demo    run the example and say where its report lies
-# make test    everything the continuous integration checks
+# make test    style, types, and the tests that are not long: five minutes once kernels are compiled
+# make check   what make test leaves out: with it, everything the continuous integration checks
 # make lint    style, types, import walls      make bench   the measured speeds      make docs   the pages as HTML
 # make stress  the search, the checkpoints and the readers attacked in full: an hour or more
 # KERNELS=file or folder: the demo takes the compiled kernels of a wheel (docs/install.md).
@@ -17,14 +18,17 @@ ONE_THREAD := tests/unit/triangles tests/cases/test_faceted_search.py \
   certify/test_follow.py closest/test_global.py)
 PYTEST := $(BIN)/python -m pytest -q -p no:cacheprovider
 TWO := -n 2 --dist loadfile --no-loadscope-reorder
+# Without files of bytecode each process of the tests would compile all modules again: half a minute.
+unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo kernels run test lint bench stress docs clean
+.PHONY: demo kernels run test check lint bench stress docs clean oldest newest installed
 .DEFAULT_GOAL := demo
 
 demo: $(if $(KERNELS),kernels) $(BIN)/.run-stamp $(GENERATED)/headform.step $(GENERATED)/pad.vtu $(GENERATED)/foam_block.vtu
-	@test -d $(DEMO) || test -n "$(KERNELS)" || echo "The first run compiles the kernels: three minutes of processor time, once."
+	@test -d $(DEMO) || test -n "$(KERNELS)" || echo "The first run compiles the kernels: a minute and a half of processor time, once."
 	$(BIN)/contiga run examples/01_headform.toml -o $(DEMO)
-	@echo "The report: $(abspath $(DEMO)/report.html)"
+	@echo "Open in a browser: $(abspath $(DEMO)/report.html)"
+	@echo "Try next: make run CASE=06_headform_foam (the pad of foam elements), docs/tutorial.md (your own part), make test"
 
 kernels: $(BIN)/.run-stamp
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-index --no-deps --force-reinstall \
@@ -32,9 +36,17 @@ kernels: $(BIN)/.run-stamp
 	@$(BIN)/contiga --version
 
 test: lint
-	NUMBA_NUM_THREADS=2 $(PYTEST) $(TWO) -m "not slow"
+	NUMBA_NUM_THREADS=2 $(PYTEST) $(TWO) -m "not long"
+
+check: $(BIN)/.test-stamp $(BIN)/.docs-stamp
+	NUMBA_NUM_THREADS=2 $(PYTEST) $(TWO) -m long
 	NUMBA_DISABLE_JIT=1 $(PYTEST) $(TWO) -m interpreted
-	NUMBA_NUM_THREADS=1 $(PYTEST) $(TWO) -m "not slow" $(ONE_THREAD)
+	NUMBA_NUM_THREADS=1 $(PYTEST) $(TWO) $(ONE_THREAD)
+	$(MAKE) -j 2 newest docs oldest installed
+
+# The least version of numba, the newest Python of this machine, the wheel; each takes one core.
+oldest newest installed: $(BIN)/.test-stamp
+	$(BIN)/python -m tests.$@
 
 lint: $(BIN)/.test-stamp
 	$(BIN)/ruff check .

@@ -7,17 +7,17 @@ import importlib.util
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import numba
 import pytest
 from hypothesis import settings
+from tests.durations import Durations
+from tests.sample import FULL
 
 from contiga.cache_folder import FOLDER
-from contiga.jit.dispatcher import KernelDispatcher
 
 # Files are read, and what is worked out of them is not what a run before has left.
 os.environ[FOLDER] = "0"
@@ -34,6 +34,19 @@ settings.load_profile("untimed")
 INTERPRETED = "mark.interpreted"
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Know and measure which tests are long."""
+    config.pluginmanager.register(Durations())
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out what only `make stress` asks for."""
+    left = [] if FULL else [item for item in items if item.get_closest_marker("full")]
+    if left:
+        config.hook.pytest_deselected(items=left)
+        items[:] = [item for item in items if not item.get_closest_marker("full")]
+
+
 def pytest_ignore_collect(collection_path: Path) -> bool | None:
     """Without the compiler only files with tests for that are imported: others take minutes."""
     if not numba.config.DISABLE_JIT or collection_path.suffix != ".py":
@@ -44,59 +57,6 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
 
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
-
-
-NEXT_LOOK = 16
-"""Of calls of a kernel in a test the arguments of the first are looked at, of the 16th, the 256th
-and so on: a look costs more than many calls."""
-_calls: dict[KernelDispatcher, tuple[int, int]] = {}
-"""How often a kernel was called in this test, and at which call it is looked at next."""
-_types: dict[int, tuple[tuple[Any, ...], Any]] = {}
-"""Types of the records of this test, which are as large as costly to look through: by their id."""
-
-
-@pytest.fixture(autouse=True)
-def _looked_at_anew() -> None:
-    _calls.clear()
-    _types.clear()
-
-
-def _type_of(argument: Any) -> Any:
-    if not isinstance(argument, tuple):
-        return numba.typeof(argument)
-    known = _types.get(id(argument))
-    if known is None:
-        known = _types[id(argument)] = argument, numba.typeof(argument)
-    return known[1]
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _looked_at() -> Iterator[None]:
-    """In tests kernels that are called straight look at the types of what they are handed."""
-    entry = KernelDispatcher.straight.fget
-    assert entry is not None
-
-    def straight(kernel: KernelDispatcher) -> Callable[..., Any]:
-        result = entry(kernel)
-        if result is kernel:
-            return kernel
-
-        def call(*arguments: Any) -> Any:
-            calls, look = _calls.get(kernel, (1, 1))
-            if calls < look:
-                _calls[kernel] = calls + 1, look
-                return result(*arguments)
-            _calls[kernel] = calls + 1, NEXT_LOOK * look
-            (known,) = kernel.overloads
-            given = tuple(map(_type_of, arguments))
-            assert given == known, f"{kernel.py_func.__name__} was handed {given}, not {known}"
-            return result(*arguments)
-
-        return call
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(KernelDispatcher, "straight", property(straight))
-        yield
 
 
 @pytest.fixture(scope="session")

@@ -6,15 +6,6 @@ import math
 from pathlib import Path
 from typing import Any
 
-from OCP.BRep import BRep_Builder
-from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
-from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
-from OCP.Quantity import Quantity_Color, Quantity_TypeOfColor
-from OCP.TCollection import TCollection_ExtendedString
-from OCP.TDataStd import TDataStd_Name
-from OCP.TopLoc import TopLoc_Location
-from OCP.TopoDS import TopoDS_Compound, TopoDS_Shell
-from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool
 from tests.occ_solids import parts
 
 from contiga.io.cad.occ_geometry import quiet
@@ -24,15 +15,22 @@ RED, BLUE = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
 
 def box(a: float = 2.0, b: float = 3.0, c: float = 4.0) -> Any:
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
+
     return BRepPrimAPI_MakeBox(a, b, c).Shape()
 
 
 def pin() -> Any:
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
+
     return BRepPrimAPI_MakeCylinder(1.0, 5.0).Shape()
 
 
 def cup() -> Any:
     """A cube of side 1 without its lid, an open shell."""
+    from OCP.BRep import BRep_Builder
+    from OCP.TopoDS import TopoDS_Shell
+
     builder, shell = BRep_Builder(), TopoDS_Shell()
     builder.MakeShell(shell)
     for face in parts(box(1.0, 1.0, 1.0), "FACE")[:5]:
@@ -41,6 +39,9 @@ def cup() -> Any:
 
 
 def together(*shapes: Any) -> Any:
+    from OCP.BRep import BRep_Builder
+    from OCP.TopoDS import TopoDS_Compound
+
     builder, compound = BRep_Builder(), TopoDS_Compound()
     builder.MakeCompound(compound)
     for shape in shapes:
@@ -48,8 +49,11 @@ def together(*shapes: Any) -> Any:
     return compound
 
 
-def at(x: float, y: float, z: float, degrees: float = 0.0) -> TopLoc_Location:
+def at(x: float, y: float, z: float, degrees: float = 0.0) -> Any:
     """Turned about z, then moved."""
+    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
+    from OCP.TopLoc import TopLoc_Location
+
     move = gp_Trsf()
     if degrees:
         move.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)), math.radians(degrees))
@@ -61,25 +65,33 @@ class Rig:
     """A document to which products and assemblies are added by name."""
 
     def __init__(self) -> None:
+        from OCP.XCAFDoc import XCAFDoc_DocumentTool
+
         with quiet():
             self.document = new_document()
         self._shapes = XCAFDoc_DocumentTool.ShapeTool_s(self.document.Main())
         self._colours = XCAFDoc_DocumentTool.ColorTool_s(self.document.Main())
 
     def product(self, shape: Any, name: str, colour: tuple[float, ...] | None = None) -> Any:
+        from OCP.Quantity import Quantity_Color, Quantity_TypeOfColor
+        from OCP.XCAFDoc import XCAFDoc_ColorType
+
         label = self._shapes.AddShape(shape, False)
         if colour is not None:
             own = Quantity_Color(*colour, Quantity_TypeOfColor.Quantity_TOC_sRGB)
             self._colours.SetColor(label, own, XCAFDoc_ColorType.XCAFDoc_ColorGen)
         return self._named(label, name)
 
-    def assembly(self, name: str, *members: tuple[Any, TopLoc_Location, str]) -> Any:
+    def assembly(self, name: str, *members: tuple[Any, Any, str]) -> Any:
         label = self._shapes.NewShape()
         for product, place, instance in members:
             self._named(self._shapes.AddComponent(label, product, place), instance)
         return self._named(label, name)
 
     def _named(self, label: Any, name: str) -> Any:
+        from OCP.TCollection import TCollection_ExtendedString
+        from OCP.TDataStd import TDataStd_Name
+
         TDataStd_Name.Set_s(label, TCollection_ExtendedString(name, True))
         return label
 

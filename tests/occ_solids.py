@@ -6,33 +6,21 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from OCP.BRepAlgoAPI import BRepAlgoAPI_Common, BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
-from OCP.BRepBuilderAPI import BRepBuilderAPI_Sewing, BRepBuilderAPI_Transform
-from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
-from OCP.BRepPrimAPI import (
-    BRepPrimAPI_MakeBox,
-    BRepPrimAPI_MakeCone,
-    BRepPrimAPI_MakeCylinder,
-    BRepPrimAPI_MakeSphere,
-    BRepPrimAPI_MakeTorus,
-)
-from OCP.collections import List_TopoDS_Shape
-from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
-from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
-from OCP.TopAbs import TopAbs_ShapeEnum
-from OCP.TopExp import TopExp_Explorer
-from OCP.TopoDS import TopoDS
-
 from contiga.io.cad.occ_geometry import quiet
 
 Z = (0.0, 0.0, 1.0)
 
 
-def axes(place: tuple[float, ...], way: tuple[float, ...] = Z) -> gp_Ax2:
+def axes(place: tuple[float, ...], way: tuple[float, ...] = Z) -> Any:
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
     return gp_Ax2(gp_Pnt(*place), gp_Dir(*way))
 
 
 def parts(shape: Any, kind: str) -> list[Any]:
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp_Explorer
+
     explorer = TopExp_Explorer(shape, getattr(TopAbs_ShapeEnum, f"TopAbs_{kind}"))
     values = []
     while explorer.More():
@@ -42,14 +30,22 @@ def parts(shape: Any, kind: str) -> list[Any]:
 
 
 def cylinder(r: float, h: float, place: tuple[float, ...], way: tuple[float, ...] = Z) -> Any:
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
+
     return BRepPrimAPI_MakeCylinder(axes(place, way), r, h).Shape()
 
 
 def block(low: tuple[float, ...], high: tuple[float, ...]) -> Any:
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
+    from OCP.gp import gp_Pnt
+
     return BRepPrimAPI_MakeBox(gp_Pnt(*low), gp_Pnt(*high)).Shape()
 
 
 def filleted(shape: Any, radius: float) -> Any:
+    from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
+    from OCP.TopoDS import TopoDS
+
     fillet = BRepFilletAPI_MakeFillet(shape)
     for edge in parts(shape, "EDGE"):
         fillet.Add(radius, TopoDS.Edge(edge))
@@ -58,6 +54,9 @@ def filleted(shape: Any, radius: float) -> Any:
 
 def link_rod() -> Any:
     """Two cylinders with bores, joined by a web, all edges filleted."""
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
+    from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
+
     rod = BRepAlgoAPI_Fuse(cylinder(10, 10, (0, 0, 0)), cylinder(7, 10, (40, 0, 0))).Shape()
     rod = BRepAlgoAPI_Fuse(rod, block((0, -4, 2), (40, 4, 8))).Shape()
     for r, x in ((5, 0), (3, 40)):
@@ -69,6 +68,8 @@ def link_rod() -> Any:
 
 def crossing_bores() -> Any:
     """A block with three bores whose axes pass each other."""
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+
     shape = block((-10, -10, -10), (10, 10, 10))
     bores = ((5, (1, 0, 0), (-20, 0.3, 0)), (4, (0, 1, 0), (0, -20, 0.3)), (4.5, Z, (0.3, 0, -20)))
     for radius, way, place in bores:
@@ -81,18 +82,23 @@ def rounded_box() -> Any:
 
 
 def slot() -> Any:
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+
     return BRepAlgoAPI_Cut(
         block((-10, -6, 0), (10, 6, 8)), block((-0.5, -10, 4), (0.5, 10, 10))
     ).Shape()
 
 
 def cup() -> Any:
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+
     return BRepAlgoAPI_Cut(cylinder(5, 10, (0, 0, 0)), cylinder(4, 10, (0, 0, 1))).Shape()
 
 
 def shell() -> Any:
     """A hollow box, open at the top."""
     from OCP.BRepOffsetAPI import BRepOffsetAPI_MakeThickSolid
+    from OCP.collections import List_TopoDS_Shape
 
     box = block((0, 0, 0), (10, 8, 6))
     top = List_TopoDS_Shape()
@@ -103,20 +109,30 @@ def shell() -> Any:
 
 
 def cone() -> Any:
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCone
+
     return BRepPrimAPI_MakeCone(4.0, 0.0, 9.0).Shape()
 
 
 def lens() -> Any:
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Common
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeSphere
+    from OCP.gp import gp_Pnt
+
     one = BRepPrimAPI_MakeSphere(gp_Pnt(0, 0, 0), 5.0).Shape()
     two = BRepPrimAPI_MakeSphere(gp_Pnt(6, 0, 0), 5.0).Shape()
     return BRepAlgoAPI_Common(one, two).Shape()
 
 
 def torus() -> Any:
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeTorus
+
     return BRepPrimAPI_MakeTorus(6.0, 2.0).Shape()
 
 
 def sphere() -> Any:
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeSphere
+
     return BRepPrimAPI_MakeSphere(3.0).Shape()
 
 
@@ -129,6 +145,8 @@ SOLIDS: dict[str, Callable[[], Any]] = {
 
 
 def sewn(faces: list[Any], tolerance: float) -> Any:
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_Sewing
+
     sewing = BRepBuilderAPI_Sewing(tolerance)
     for face in faces:
         sewing.Add(face)
@@ -137,6 +155,9 @@ def sewn(faces: list[Any], tolerance: float) -> Any:
 
 
 def lifted(face: Any, by: tuple[float, ...]) -> Any:
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+    from OCP.gp import gp_Trsf, gp_Vec
+
     move = gp_Trsf()
     move.SetTranslation(gp_Vec(*by))
     return BRepBuilderAPI_Transform(face, move, True).Shape()
@@ -186,6 +207,7 @@ def edge_uses(shape: Any) -> dict[int, int]:
 
     from OCP.BRep import BRep_Tool
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher
+    from OCP.TopoDS import TopoDS
 
     known = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
     uses: Counter[int] = Counter()

@@ -1,7 +1,8 @@
 """What of a test each commit has time for, and what only `make stress` asks for.
 
-Tests and parameters marked `slow` are left out of `make test`; samples that are larger under
-`make stress` ask `FULL`, those that are smaller without the compiler ask `few`.
+Tests and parameters marked `full` run where `CONTIGA_FULL=1` is set alone, as `make stress` does.
+Samples that are larger there ask `FULL`, those that are smaller without the compiler ask `few`.
+Which of the other tests are left to `make check` is measured: `tests.durations`.
 """
 
 from __future__ import annotations
@@ -21,9 +22,9 @@ def few(many: T, interpreted: T) -> T:
     return interpreted if config.DISABLE_JIT else many
 
 
-def slow(*values: Any) -> list[Any]:
-    """These parameters, of which each is a test of more than some seconds; tuples are several."""
+def full(*values: Any) -> list[Any]:
+    """Parameters left to `make stress`, where each run has a quicker one; tuples are several."""
     return [
-        pytest.param(*(value if isinstance(value, tuple) else (value,)), marks=pytest.mark.slow)
+        pytest.param(*(value if isinstance(value, tuple) else (value,)), marks=pytest.mark.full)
         for value in values
     ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.sample import FULL, slow
+from tests.sample import FULL, full
 from tests.scenes import box, square_sheet
 
 import contiga as cg
@@ -97,7 +97,7 @@ SCENES = {
 }
 
 
-@pytest.mark.parametrize("name", [REST, PAD, *slow(STACK, BONNET)])
+@pytest.mark.parametrize("name", [REST, PAD, *full(STACK, BONNET)])
 def test_steps_are_as_many_as_fixed_ones_and_keep_the_energy(name: str) -> None:
     """Fixed ones: 0.9 of the least critical step, no longer than the longest "auto" may take."""
     simulation = SCENES[name]()

@@ -141,7 +141,7 @@ def casting(data_dir: Path) -> Path:
     return data_dir / "nist_ctc_02_asme1_ap242.stp"
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_casting_pressed_into_a_cloud(
     run_case: Callable, physics: Callable, casting: Path, occ: ModuleType
 ) -> None:
@@ -170,7 +170,7 @@ def test_casting_pressed_into_a_cloud(
     _agrees_with_occ(run, occ, casting, 10, 12)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_casting_meets_a_cloud_all_around_it(
     run_case: Callable, physics: Callable, casting: Path
 ) -> None:
@@ -192,7 +192,7 @@ def test_casting_meets_a_cloud_all_around_it(
     assert run.history["n_contact"].max() > 100
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_points_go_right_through_the_casting(
     run_case: Callable, physics: Callable, casting: Path
 ) -> None:

@@ -7,7 +7,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from tests.sample import FULL, slow
+from tests.sample import FULL, full
 
 import contiga as cg
 from contiga.errors import ContigaWarning
@@ -22,7 +22,7 @@ def _body(name: str, solids: ModuleType, folder: Path) -> cg.Body:
     return cg.read_cad(solids.write(solids.SOLIDS[name](), folder / f"{name}.step"))
 
 
-@pytest.mark.parametrize("name", ["slot", *slow("crossing_bores", "link_rod")])
+@pytest.mark.parametrize("name", ["slot", *full("crossing_bores", "link_rod")])
 def test_points_that_went_right_through_are_released(
     name: str, solids: ModuleType, tmp_path: Path
 ) -> None:
@@ -47,7 +47,7 @@ def test_points_that_went_right_through_are_released(
     "name",
     [
         *("cup", "shell", "cone", "torus", "sphere"),
-        *slow("link_rod", "crossing_bores", "rounded_box", "slot", "lens"),
+        *full("link_rod", "crossing_bores", "rounded_box", "slot", "lens"),
     ],
 )
 def test_feet_slide_round_a_solid_without_a_gap(
@@ -106,7 +106,7 @@ def test_sides_about_a_sharp_rim_where_its_disc_touches_the_square_it_lies_in(
     np.testing.assert_array_equal(cone.contains(points)[told], (outside < 0.0)[told])
 
 
-@pytest.mark.parametrize("angle", [1e-6, 1e-4, *slow(1e-7, 1e-5, 1e-3)])
+@pytest.mark.parametrize("angle", [1e-6, 1e-4, *full(1e-7, 1e-5, 1e-3)])
 @pytest.mark.parametrize("convex", [True, False])
 @pytest.mark.parametrize("named", [True, False])
 def test_a_nearly_tangent_joint_does_not_flicker(angle: float, convex: bool, named: bool) -> None:

@@ -101,7 +101,7 @@ def many_rows(depth: float, count: int = 3001) -> np.ndarray:
     [
         pytest.param(
             cg.motion.Rotate([[0, 0], [100, 72000]]), [-3.0, 0, 0.3], 100.0, 0.5, id="whole turns",
-            marks=pytest.mark.slow,
+            marks=pytest.mark.full,
         ),
         pytest.param(
             cg.motion.Rotate([[0, 0], [2, 1440]]), [-3.0, 0, 0.3], 2.0, 0.5, id="few whole turns"

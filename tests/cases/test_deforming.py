@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from examples import make_foam_block
 from tests.blocks import block
-from tests.sample import slow
+from tests.sample import full
 from tests.scenes import square_sheet
 from tests.unit.simulation.sameness import same_history, same_states
 
@@ -105,7 +105,7 @@ def _thick_cloth(step: float | str) -> cg.Simulation:
     )
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_the_ledger_of_a_thick_shell_closes_in_second_order() -> None:
     errors = []
     for step in (0.01, 0.005, 0.0025):
@@ -145,7 +145,7 @@ def test_a_slack_cloth_lies_flat_on_a_table_half_its_thickness_up() -> None:
     np.testing.assert_allclose(height, 0.1 - 0.004, atol=1e-3)
 
 
-@pytest.mark.parametrize("stiffness", [2.0, *slow(20.0)])
+@pytest.mark.parametrize("stiffness", [2.0, *full(20.0)])
 def test_light_foam_that_rebounds_keeps_its_energy(stiffness: float) -> None:
     """All of a face of light nodes hits at once; steps that went to and fro gave it 121 %."""
     foam = cg.materials.Foam(

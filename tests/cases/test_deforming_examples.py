@@ -64,7 +64,7 @@ def test_normals_of_the_tyre_point_outward() -> None:
     assert (np.isclose(np.abs(points[:, 1]), beads)).sum() == 2 * made["AROUND"]
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_the_ring_takes_the_eye_up_with_its_energy_closed(tmp_path: Path) -> None:
     pytest.importorskip("meshio")
     _made("rubber_ring")["write_ring"](tmp_path / "generated" / "rubber_ring.vtu")

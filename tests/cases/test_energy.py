@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from examples import drop
 from scipy.integrate import quad
-from tests.sample import slow
+from tests.sample import full
 from tests.scenes import square_sheet
 from tests.stress import solids
 
@@ -71,7 +71,7 @@ def _loop(body: cg.Body, slave: cg.Slave, steps: int, **options: object) -> tupl
     [
         ("sphere", 0.0),
         ("filleted block", 0.01),
-        *slow(("sphere", 0.01), ("filleted block", 0.0), ("torus", 0.0), ("torus", 0.01)),
+        *full(("sphere", 0.01), ("filleted block", 0.0), ("torus", 0.0), ("torus", 0.01)),
     ],
 )
 def test_a_closed_loop_of_motion_does_no_work(name: str, wave: float) -> None:
@@ -93,7 +93,7 @@ def test_measured_areas_as_weights_of_the_force_do() -> None:
     assert abs(work) > 1e-3 * loading
 
 
-@pytest.mark.parametrize(("step", "allowed"), [(0.02, 5e-5), *slow((0.01, 1.3e-5))])
+@pytest.mark.parametrize(("step", "allowed"), [(0.02, 5e-5), *full((0.01, 1.3e-5))])
 def test_a_free_ball_on_an_elastic_pad_keeps_its_energy(step: float, allowed: float) -> None:
     ball = cg.Body([cg.shapes.sphere(radius=drop.RADIUS, centre=(0.0, 0.0, drop.RADIUS))])
     course = drop.drop(ball, drop.pad(10.0), cg.StressLaw(2.0, thickness=60.0), step)

@@ -9,7 +9,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from tests.sample import slow
+from tests.sample import full
 
 import contiga as cg
 from contiga.io.out.vtkhdf import read_fields
@@ -33,7 +33,7 @@ def _signed_distance(mesh: cg.TriMesh, points: np.ndarray) -> np.ndarray:
     return np.array([distance.EvaluateFunction(p.tolist()) for p in points])
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_road_pressed_into_a_tyre_of_solids(
     run_case: Callable, physics: Callable, data_dir: Path
 ) -> None:
@@ -121,7 +121,7 @@ law = { kind = "penalty", stiffness = 1.0, per_area = true }
 """
 
 
-@pytest.mark.parametrize("suffix", [".vtu", *slow(".msh", ".stl")])
+@pytest.mark.parametrize("suffix", [".vtu", *full(".msh", ".stl")])
 def test_mesh_of_a_ball_comes_to_the_forces_of_the_ball(tmp_path: Path, suffix: str) -> None:
     from contiga.io.out.write_mesh import write_mesh
 

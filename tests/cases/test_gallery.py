@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.sample import slow
+from tests.sample import full
 
 ROOT = Path(__file__).resolve().parents[2]
 MADE: dict[str, Any] = runpy.run_path(str(ROOT / "docs" / "draw_gallery.py"))
@@ -36,7 +36,7 @@ def test_pictures_are_small(name: str) -> None:
     assert 5_000 < picture.stat().st_size < MADE["LARGEST"]
 
 
-@pytest.mark.parametrize("name", [*QUICK, *slow(*sorted(ENTRIES.keys() - QUICK))])
+@pytest.mark.parametrize("name", [*QUICK, *full(*sorted(ENTRIES.keys() - QUICK))])
 def test_a_run_still_has_the_numbers_of_the_page(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -33,7 +33,7 @@ def said(*installed: Path, **environment: str) -> tuple[int, str]:
     return int(found[1]), found[2]
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_run_with_it_compiles_nothing_and_has_the_same_bits(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

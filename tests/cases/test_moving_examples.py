@@ -10,7 +10,7 @@ import pytest
 import contiga as cg
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.full
 
 
 def of(history: dict[str, np.ndarray], name: str, letter: str) -> np.ndarray:

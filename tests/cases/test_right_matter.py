@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from tests.cases.matter import MATTER, SYSTEMS, Units, belt, mesh, pressed
-from tests.sample import slow
+from tests.sample import full
 from tests.scenes import box
 
 import contiga as cg
@@ -29,7 +29,7 @@ def test_a_section_of_one_makes_a_density_the_mass_of_a_length(system: str) -> N
     assert pressed(webbing, units, SYSTEMS[system], **of_length).check() == ()
 
 
-@pytest.mark.parametrize("name", ["EPP of 60", "natural rubber", *slow("silicone, tetrahedra")])
+@pytest.mark.parametrize("name", ["EPP of 60", "natural rubber", *full("silicone, tetrahedra")])
 def test_a_run_of_it_is_told_nothing(name: str) -> None:
     units = Units.of(SYSTEMS["mm-g-ms"])
     summary = pressed(MATTER[name], units, SYSTEMS["mm-g-ms"], n=6, deep=3e-3).run().summary

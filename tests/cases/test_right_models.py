@@ -20,13 +20,13 @@ from tests.cases.models import (
     on_spring,
     sphere,
 )
-from tests.sample import slow
+from tests.sample import full
 
 import contiga as cg
 
 
 def right(name: str, base: str, often: bool = True, **swaps: str):
-    return pytest.param(base, swaps, id=name, marks=() if often else (pytest.mark.slow,))
+    return pytest.param(base, swaps, id=name, marks=() if often else (pytest.mark.full,))
 
 
 def law(text: str) -> str:
@@ -100,7 +100,7 @@ EXAMPLES = [path.stem for path in sorted(FOLDER.glob("0[2-9]*.toml"))]
 RIGID = ("02_two_regions", "03_two_parts", "04_sled")
 
 
-@pytest.mark.parametrize("name", [*RIGID, *slow(*(n for n in EXAMPLES if n not in RIGID))])
+@pytest.mark.parametrize("name", [*RIGID, *full(*(n for n in EXAMPLES if n not in RIGID))])
 def test_examples_are_told_nothing(name: str) -> None:
     path = FOLDER / f"{name}.toml"
     for file, maker in re.findall(r'"(generated/(\w+)\.\w+)"', path.read_text()):

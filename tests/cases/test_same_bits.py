@@ -10,7 +10,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.sample import FULL
 
 # The third level of x86-64 (AVX2 and fused multiply-adds), whatever more the machine has.
 V3 = {
@@ -53,9 +52,9 @@ def kept():
     return ended(started())
 
 
-@pytest.mark.skipif(not FULL, reason="compiles all kernels anew")
+@pytest.mark.full
 def test_compiled_just_now_and_for_narrower_vectors_the_bits_are_the_same(kept, narrow, tmp_path):
-    """Twice: compiled in the process, and from the files."""
+    """Twice: all kernels compiled anew, and taken from the files."""
     for _ in range(2):
         assert ended(started(tmp_path, **narrow)) == kept
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from tests.sample import slow
+from tests.sample import full
 from tests.scenes import box, grid_quads
 from tests.stress.subjects import plane_body
 
@@ -56,7 +56,7 @@ FALLS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ["on an edge", "tumbling", *slow("flat", "on a corner")])
+@pytest.mark.parametrize("name", ["on an edge", "tumbling", *full("flat", "on a corner")])
 def test_a_block_that_falls_on_a_bed_keeps_its_energy(name) -> None:
     turn, velocity, spin = FALLS[name]
     body, pad = lifted(block(), turn, 0.5), bed(60.0, 3.0)
@@ -144,7 +144,7 @@ def test_a_brick_slides_to_rest_after_the_square_of_its_speed_over_twice_the_fri
     assert np.abs(history["energy.error"]).max() < 1e-4 * started
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_hexagonal_bar_rolls_over_its_edges_and_comes_to_rest_without_creep() -> None:
     """Let go where it leans on an edge just past the balance."""
     body = plane_body("hexagonal bar").transformed(POSE.rotation("x", 0.5 * np.pi))

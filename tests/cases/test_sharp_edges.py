@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from tests.sample import slow
+from tests.sample import full
 from tests.scenes import box, grid_quads
 
 import contiga as cg
@@ -60,7 +60,7 @@ def along(*corners: tuple[float, float, float], step: float) -> np.ndarray:
         (0.1, 0.3, -0.2, 2.0, 3),
         (0.5, 1.1, 0.0, 7.0, 1),
         (2.0, 3.9, 1.3, 3.0, "nodes"),
-        *slow(
+        *full(
             (0.05, 0.7, 0.4, 10.0, 6),
             (0.1, 0.0, 0.0, 0.5, "nodes"),
             (0.5, 2.5, 0.785, 1.5, "nodes"),
@@ -136,7 +136,7 @@ def _end_of(name: str, search: str) -> cg.State:
         ("dropped in one step", "intersection"),
         ("slid", "penetration"),
         ("round a loop", "intersection"),
-        *slow(
+        *full(
             *((name, "intersection") for name in ("slid", "slid from afar", "from deeper")),
             ("lifted round", "intersection"),
             ("round a loop", "penetration"),
@@ -157,7 +157,7 @@ def test_the_force_does_not_depend_on_the_way_taken(name, search) -> None:
 # A plate of 1: a point held from above, whose far side is nearer.
 
 
-@pytest.mark.parametrize(("steps", "angle"), [(50, 0.0), (50, 0.4), *slow((1600, 0.4))])
+@pytest.mark.parametrize(("steps", "angle"), [(50, 0.0), (50, 0.4), *full((1600, 0.4))])
 def test_a_point_in_a_plate_goes_out_by_its_end_and_never_by_the_far_side(steps, angle) -> None:
     plate = box((-20.0, -20.0, 0.0), (20.0, 20.0, 1.0))
     below = np.linspace(0.1, 0.9, 9)

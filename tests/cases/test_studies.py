@@ -104,7 +104,7 @@ def test_workers_that_are_killed_change_nothing(in_turn: list[Row], tmp_path: Pa
     assert told(rows) == told(in_turn)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_case_that_kills_its_workers_is_a_row_and_the_rest_go_on(
     in_turn: list[Row], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -122,7 +122,7 @@ def test_a_case_that_kills_its_workers_is_a_row_and_the_rest_go_on(
     assert told([by[k] for k in (1, 3, 4)]) == told(others)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_workers_are_asked_when_they_first_work_and_may_be_lost_meanwhile(
     in_turn: list[Row], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -191,7 +191,7 @@ def scheduler(tmp_path: Path) -> Iterator[str]:
                 one.terminate()
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_scheduler_that_runs_already_is_used_by_its_address(
     in_turn: list[Row], tmp_path: Path, scheduler: str
 ) -> None:
@@ -253,7 +253,7 @@ def small(
     return study_of({**data, "set": quick, **more}, folder / name), quick
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_heads_hit_the_bonnet_where_rays_say(tmp_path: Path) -> None:
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
     from OCP.BRepExtrema import BRepExtrema_DistShapeShape
@@ -294,7 +294,7 @@ def test_heads_hit_the_bonnet_where_rays_say(tmp_path: Path) -> None:
     assert done.rows[1].collected["head_cg.HIC15"] == hic > 1.0
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_pad_is_found_within_its_limit(tmp_path: Path) -> None:
     coarse = {f"slave.pad.points.grid.{n}": 9 for n in ("nu", "nv")}
     goal = {"minimise": "head_cg.HIC15", "subject_to": ["max(max_penetration) <= 45"]}

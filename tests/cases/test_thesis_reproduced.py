@@ -22,7 +22,7 @@ def _no_fine_meshes(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     "experiment",
     [
-        pytest.param(one, marks=[pytest.mark.slow] if one.key == "8-accuracy" else [], id=one.key)
+        pytest.param(one, marks=[pytest.mark.full] if one.key == "8-accuracy" else [], id=one.key)
         for one in experiments()
     ],
 )

@@ -10,7 +10,7 @@ from contiga_validation.closed_forms.page import SIZE
 from contiga_validation.engine.drawing import png
 from contiga_validation.engine.experiment import Picture
 
-SLOW = (
+ONLY_IN_FULL = (
     *("roll-down", "block-slips", "winkler-deep", "matter-cook-volume", "matter-ball-on-membrane"),
     *("top-kept", "matter-hertz", "matter-catenary"),
 )
@@ -20,7 +20,9 @@ SLOW = (
 @pytest.mark.parametrize(
     "case",
     [
-        pytest.param(case, marks=[pytest.mark.slow] if case.key in SLOW else [], id=case.key)
+        pytest.param(
+            case, marks=[pytest.mark.full] if case.key in ONLY_IN_FULL else [], id=case.key
+        )
         for case in cases()
     ],
 )

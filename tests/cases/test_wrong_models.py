@@ -30,8 +30,8 @@ from contiga.case.schema import parse_case
 from contiga.errors import InputError
 
 
-def wrong(name: str, base: str, rule: str, *words: str, slow: bool = False, **swaps: str):
-    marks = (pytest.mark.slow,) if slow else ()
+def wrong(name: str, base: str, rule: str, *words: str, full: bool = False, **swaps: str):
+    marks = (pytest.mark.full,) if full else ()
     return pytest.param(base, swaps, rule, words, id=name, marks=marks)
 
 
@@ -208,7 +208,7 @@ REFUSED = [
 
 AFTER = [
     wrong("tunnelling through a thin plate", PRESSED, "through", "points leave ball from up to",
-          slow=True,
+          full=True,
           ball='{ shape = "ellipsoid", axes = [12.0, 12.0, 3.0], centre = [0, 0, 5] }',
           table=moved(-19),
           grid=GRID.replace("120.0", "30.0")),
@@ -216,12 +216,12 @@ AFTER = [
           auto="step = 8.0\nallow_unstable = true"),
     wrong("stopped before the peak", DROPPED, "unfinished", "when the run ends", end="end = 6.0"),
     wrong("stopped on the way back", DROPPED, "unfinished", "when the run ends", end="end = 9.0",
-          slow=True),
+          full=True),
     wrong("a drop through the pad", DROPPED, "thickness", "4 mm thick", thick="thickness = 4.0"),
     wrong("a drop beyond the table", DROPPED, "table", curve="[[0, 0], [0.1, 0.1], [0.3, 0.2]]",
           thick="thickness = 40.0"),
     wrong("a spring beyond its table", DROPPED, "table", "spring ball-ground: the elongation",
-          "its curve ends at 8 mm", "continued straight on", slow=True,
+          "its curve ends at 8 mm", "continued straight on", full=True,
           last=on_spring("[[0, 0], [5, 30], [8, 90]]")),
     wrong("a belt without slack", DROPPED, "table", "its curve begins at 0 mm", "is to be slack",
           velocity="velocity = [0, 0, 3.0]", last=on_spring("[[0, 0], [10, 300], [90, 900]]")),
@@ -230,13 +230,13 @@ AFTER = [
     wrong("a mesh too coarse", PRESSED, "coarse", "nodes are in contact", "quadrature",
           grid=GRID.replace("25", "5")),
     wrong("a spring pulls it back", DROPPED, "apart", "in the whole run",
-          slow=True, last=on_spring(5000)),
+          full=True, last=on_spring(5000)),
     wrong("a face on a spring, turned away", DROPPED, "behind", "passed it without contact",
           "flip = true in ball", ball=face(60.0, 30), velocity="velocity = [0, 0, -5.0]",
           last=on_spring(5)),
     wrong("a face that a spring pulls from behind", DROPPED, "behind", "and meet it",
           "flip = true in ball", ball=face(60.0, 30), velocity="velocity = [0, 0, -5.0]",
-          slow=True, last=on_spring(20), thick="thickness = 80.0"),
+          full=True, last=on_spring(20), thick="thickness = 80.0"),
     wrong("both sides of a shell",
         PRESSED,
         "layers",

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from tests import occ_solids
-from tests.sample import slow
+from tests.sample import full
 
 import contiga as cg
 from contiga.geometry.kernels.trim_nb import points_in_trim
@@ -134,7 +134,7 @@ def test_faces_unit_and_size_are_those_of_the_manifest(data_dir, name):
         assert sum(loops is not None for loops in body.trims) == known.trimmed
 
 
-@pytest.mark.parametrize("name", [*SOME, *slow("nist_ctc_02_asme1_ap242.stp")])
+@pytest.mark.parametrize("name", [*SOME, *full("nist_ctc_02_asme1_ap242.stp")])
 def test_area_is_that_of_opencascade(data_dir, name):
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps

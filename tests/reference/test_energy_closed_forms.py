@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.sample import slow
+from tests.sample import full
 
 import contiga as cg
 from contiga.laws.deepest import WIDTH
@@ -120,7 +120,7 @@ def stroke(name: str, steps: int, quadrature: str | int = "nodes") -> cg.State:
 
 
 @pytest.mark.parametrize(
-    "name", ["all", "viscous", *slow("friction", "falling", "damping", "hysteresis")]
+    "name", ["all", "viscous", *full("friction", "falling", "damping", "hysteresis")]
 )
 def test_the_ledger_of_a_stroke_closes_at_second_order(name) -> None:
     steps = np.array([30, 60, 120])

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from tests.sample import FULL, slow
+from tests.sample import FULL, full
 
 import contiga as cg
 
@@ -70,7 +70,7 @@ def slide(
     return Slide(np.array(way) @ R, np.array(speed) @ R, list(states))
 
 
-@pytest.mark.parametrize("quadrature", ["nodes", *slow(6)])
+@pytest.mark.parametrize("quadrature", ["nodes", *full(6)])
 def test_a_block_stops_after_the_square_of_its_speed_over_twice_the_friction(quadrature) -> None:
     mu, stops = 0.3, 1e-7  # what a step before and after the turn may miss of the way
     run = slide(cg.Coulomb(mu), (0.6, 0.8, 0.0), steps=1800, quadrature=quadrature)
@@ -97,7 +97,7 @@ def test_a_coefficient_that_falls_with_the_speed_stops_a_block_later() -> None:
     assert lost == pytest.approx(0.5 * speed**2, rel=3e-6)
 
 
-@pytest.mark.parametrize("share", [0.9, *slow(0.45)])
+@pytest.mark.parametrize("share", [0.9, *full(0.45)])
 def test_below_the_friction_angle_a_block_sticks_and_does_not_creep(share) -> None:
     mu = 0.4
     angle = np.arctan(share * mu)
@@ -270,7 +270,7 @@ def strands(x: np.ndarray, stiff: float, rest: np.ndarray) -> tuple[np.ndarray, 
     return d / length[:, None], stiff * (length - rest)
 
 
-@pytest.mark.parametrize("name", ["circle", *slow("ellipse", "spline")])
+@pytest.mark.parametrize("name", ["circle", *full("ellipse", "spline")])
 def test_a_rope_round_a_convex_profile_pulls_by_the_capstan_equation(name) -> None:
     mu = 0.3
     ratio, angle = pull(name, mu, 41, 2000)

@@ -180,7 +180,7 @@ def nist(path: Path) -> tuple[cg.Body, Any]:
     return cg.read_cad(path, unit="mm"), occ_solids.plain_shape(path)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_part_of_487_faces_has_the_moments_of_opencascade(data_dir):
     body, shape = nist(data_dir / "nist_ctc_02_asme1_ap242.stp")
     assert_is(body.mass_properties(DENSITY), of_occ(shape), body.size, 5e-6)

@@ -14,7 +14,6 @@ from contiga.errors import GeometryError
 from contiga.geometry.kernels.trim_nb import points_in_trim
 from contiga_validation.rivals.rival_meshes import fewest_triangles
 
-pytest.importorskip("OCP")
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
@@ -158,7 +157,7 @@ def test_the_headform_is_closed(headform, tol):
     assert set(faults(mesh).values()) == {0}, faults(mesh)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_part_of_the_data_folder_is_closed(data_dir):
     body = cg.read_cad(data_dir / "nist_ctc_02_asme1_ap242.stp")
     for tol in TOLERANCES:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.sample import slow
+from tests.sample import full
 from tests.scenes import square_sheet
 
 import contiga as cg
@@ -85,7 +85,7 @@ MOVED += [f"{body}.{name}" for body in ("ball", "plate") for name in ("vz", "wx"
 
 @pytest.mark.parametrize(
     ("law", "friction"),
-    [(DAMPED, cg.Coulomb(0.3)), *slow((STRESS, None))],
+    [(DAMPED, cg.Coulomb(0.3)), *full((STRESS, None))],
     ids=["damping and friction", "elastic"],
 )
 def test_a_collision_is_that_of_contigas_own_integrator(
@@ -114,7 +114,7 @@ def test_columns_are_those_of_a_simulation() -> None:
     assert list(by_mujoco(0.02)) == list(by_contiga(0.02))
 
 
-@pytest.mark.parametrize("integrator", ["Euler", *slow("implicitfast")])
+@pytest.mark.parametrize("integrator", ["Euler", *full("implicitfast")])
 def test_force_and_ledger_are_of_second_order(integrator: str) -> None:
     fine = by_mujoco(1.0 / 800.0, integrator=integrator)
     errors, missing = [], []

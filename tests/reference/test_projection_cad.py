@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.sample import FULL, slow
+from tests.sample import FULL, full
 
 import contiga as cg
 from contiga.geometry.kernels.trim_nb import points_in_trim
@@ -22,7 +22,7 @@ FILES = (
     "headface_MED_full.step",
     "dtmb5415_bulbous_bow.iges",
     "goteborg_hull.step",
-    *slow("nist_ctc_02_asme1_ap242.stp"),
+    *full("nist_ctc_02_asme1_ap242.stp"),
     "occt_bearing.iges",
     "utah_teapot_32bezier_gismo.xml",
 )

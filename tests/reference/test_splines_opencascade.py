@@ -2,19 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
-from OCP.BRepGProp import BRepGProp
-from OCP.collections import (
-    Array1_double,
-    Array1_int,
-    Array2_double,
-    Array2_gp_Pnt,
-)
-from OCP.Geom import Geom_BSplineSurface
-from OCP.gp import gp_Pnt
-from OCP.GProp import GProp_GProps
 
 from contiga import NurbsSurface, shapes
 
@@ -26,7 +17,11 @@ def array1(kind, values):
     return out
 
 
-def occ_surface(surface: NurbsSurface) -> Geom_BSplineSurface:
+def occ_surface(surface: NurbsSurface) -> Any:
+    from OCP.collections import Array1_double, Array1_int, Array2_double, Array2_gp_Pnt
+    from OCP.Geom import Geom_BSplineSurface
+    from OCP.gp import gp_Pnt
+
     n, m = surface.control_points.shape[:2]
     weights = surface.weights if surface.is_rational else np.ones((n, m))
     poles, factors = Array2_gp_Pnt(1, n, 1, m), Array2_double(1, n, 1, m)
@@ -85,6 +80,10 @@ def test_elevation_agrees(p, q):
 )
 def test_areas_agree(surface):
     """To six digits: OpenCASCADE's own value of the saddle is 4e-7 off the double integral."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
     properties = GProp_GProps()
     face = BRepBuilderAPI_MakeFace(occ_surface(surface), 1e-7).Face()
     BRepGProp.SurfaceProperties_s(face, properties, 1e-9)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.sample import FULL, slow
+from tests.sample import FULL, full
 from tests.stress import (
     auto,
     checkpoints,
@@ -42,21 +42,21 @@ def clean(tally: Tally) -> None:
     assert tally.count > 0
 
 
-@pytest.mark.parametrize("name", [*SHAKEN, *slow(*OTHERS, *solids.CLOSED_FILES)])
+@pytest.mark.parametrize("name", [*SHAKEN, *full(*OTHERS, *solids.CLOSED_FILES)])
 def test_after_each_step_of_shaking_contact_is_inside_and_came_in(name):
     scales = np.geomspace(1e-6, 0.3, 5)
     clean(shaking.shaken(solids.solid(name), scales, n=40, steps=6, seed=11))
 
 
 @pytest.mark.parametrize(
-    "name", [*BRICKS, *slow("tiles", "pin in its hole", "bolt cast in", "heap 1")]
+    "name", [*BRICKS, *full("tiles", "pin in its hole", "bolt cast in", "heap 1")]
 )
 def test_solids_that_touch_or_overlap_are_their_union(name):
     clean(shaking.shaken(unions.solid(name), np.geomspace(1e-6, 0.3, 4), n=60, steps=6, seed=19))
 
 
 @pytest.mark.parametrize(
-    "name", [*SHOT, *slow(*(n for n in SOLIDS if n not in SHOT), *solids.CLOSED_FILES)]
+    "name", [*SHOT, *full(*(n for n in SOLIDS if n not in SHOT), *solids.CLOSED_FILES)]
 )
 def test_segments_of_every_length_and_angle_enter_where_they_do(name):
     tally = segments.shot(solids.solid(name), 2_000, seed=12)
@@ -64,7 +64,7 @@ def test_segments_of_every_length_and_angle_enter_where_they_do(name):
     assert tally.flagged <= 0.005 * tally.count
 
 
-@pytest.mark.parametrize("name", [*SURFACES, *slow("rational", "with creases")])
+@pytest.mark.parametrize("name", [*SURFACES, *full("rational", "with creases")])
 def test_tracked_feet_are_those_of_tiny_steps_or_flagged(name):
     clean(tracking.follow(tracking.tracked(name), 320, seed=13))
 
@@ -76,7 +76,7 @@ def test_ten_times_as_many_steps_end_in_the_same_contacts_and_depths(name):
     assert tally.notes["contacts"] > 50
 
 
-@pytest.mark.parametrize("name", [*SAMPLED, *slow("internal gear")])
+@pytest.mark.parametrize("name", [*SAMPLED, *full("internal gear")])
 def test_points_pressed_at_one_depth_travel_round_with_a_continuous_foot(name):
     clean(motions.slide(solids.solid(name), 20, 300, seed=14))
 
@@ -104,20 +104,20 @@ def test_ways_through_a_t_end_by_the_same_wall_in_steps_of_any_length(steps):
 
 LOOPS = [
     ("wedge on its edge", 0.4),
-    *slow(
+    *full(
         ("block", 0.0),
         ("T-section on its web", 0.4),
         ("wedge on its wall", 0.0),
         ("cup on its rim", 0.4),
         ("cog on its teeth", 0.0),
     ),
-    *slow(("casting", 0.4)),
+    *full(("casting", 0.4)),
 ]
 WANDERED = ("wedge", "lens", "block, fillets 3")
 
 
 @pytest.mark.parametrize(
-    "name", [*WANDERED, *slow("plate", "T-section", "cup", "blade", *solids.CLOSED_FILES)]
+    "name", [*WANDERED, *full("plate", "T-section", "cup", "blade", *solids.CLOSED_FILES)]
 )
 def test_points_that_wander_are_pushed_by_the_wall_that_the_rule_says(name):
     scales = np.geomspace(1e-6, 0.3, 6 if FULL else 4)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,6 @@ CUBE = cg.TriMesh(
 POINTS = np.array([[0.0, 0.0, 1.5], [0.1, 0.0, 1.4], [0.0, 0.1, 1.3]])
 PAD = cg.Slave(POINTS, area=[1.0, 1.0, 1.0])
 CONTACT = cg.Contact(BALL, PAD, law=cg.PenaltyLaw(1.0))
-STATE = CONTACT.start(POINTS)
 POSE, UP = np.eye(4), np.array([0.0, 0.0, 1.0])
 TABLE = np.array([[0.0, 0.0], [1.0, 2.0]])
 ROWS = np.array([[0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 1.0]])
@@ -30,6 +30,11 @@ SIGNAL = np.linspace(0.0, 1.0, 3000)
 SPRING = cg.Spring(("a", "ground"), at=ROWS[:, 1:], curve=1.0)
 REST = SPRING.start(ROWS[:, 1:], np.zeros((2, 3)))
 POSES = np.stack([POSE, POSE])
+
+
+@cache
+def state() -> cg.State:
+    return CONTACT.start(POINTS)
 
 
 def moved(**more: Any) -> cg.Simulation:
@@ -95,11 +100,11 @@ DOORS: dict[str, tuple[Callable[[Any], object], np.ndarray]] = {
     "Slave.selected box": (lambda x: PAD.selected(box=x), np.array([[-9.0] * 3, [9.0] * 3])),
     "Contact.start": (CONTACT.start, POINTS),
     "Contact.start pose": (lambda x: CONTACT.start(POINTS, x), POSE),
-    "Contact.step": (lambda x: CONTACT.step(STATE, x), POINTS),
-    "Contact.step pose": (lambda x: CONTACT.step(STATE, POINTS, x), POSE),
-    "Contact.step velocity": (lambda x: CONTACT.step(STATE, POINTS, velocity=x), POINTS),
+    "Contact.step": (lambda x: CONTACT.step(state(), x), POINTS),
+    "Contact.step pose": (lambda x: CONTACT.step(state(), POINTS, x), POSE),
+    "Contact.step velocity": (lambda x: CONTACT.step(state(), POINTS, velocity=x), POINTS),
     "Contact.step twist": (
-        lambda x: CONTACT.step(STATE, POINTS, velocity=POINTS, twist=(x, UP)),
+        lambda x: CONTACT.step(state(), POINTS, velocity=POINTS, twist=(x, UP)),
         UP,
     ),
     "ForceLaw": (cg.ForceLaw, TABLE),

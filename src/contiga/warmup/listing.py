@@ -16,6 +16,7 @@ rows of types above it::
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -63,10 +64,14 @@ class Listing:
             self._rows.setdefault((kernel.module, kernel.name), []).append(row)
 
     def find(self, module: str, name: str, arguments: tuple[Any, ...]) -> Row | None:
-        """The row of a kernel that takes these types; none where there is none."""
+        """The row of a kernel that takes these types; none where there is none.
+
+        Types that cannot be made of today's sources are those of an older list.
+        """
         for row in self._rows.get((module, name), ()):
-            if self.arguments(row) == arguments:
-                return row
+            with suppress(AttributeError, ImportError, ValueError):
+                if self.arguments(row) == arguments:
+                    return row
         return None
 
     def compile(self, row: Row) -> Any:

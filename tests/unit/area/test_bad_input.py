@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from tests.command import Command
@@ -14,7 +16,11 @@ HALVES = cg.Body([cg.shapes.plane(width=2.0, length=4.0, centre=[x, 0, 0]) for x
 GRID = np.array(
     [[x, y, -0.1] for x in np.linspace(-0.5, 0.5, 5) for y in np.linspace(-0.5, 0.5, 5)]
 )
-MESH = PLATE.tessellate(0.1)
+
+
+@cache
+def mesh() -> cg.TriMesh:
+    return PLATE.tessellate(0.1)
 
 
 def contact(area, points=GRID, facets=None, body=PLATE):
@@ -66,7 +72,7 @@ IMPOSSIBLE = {
         "area: the points lie on a line, the master is no profile",
     ),
     "a line on a mesh": (
-        lambda: contact(cg.CloudArea(), GRID[:5], body=MESH),
+        lambda: contact(cg.CloudArea(), GRID[:5], body=mesh()),
         "area: the points lie on a line",
     ),
     "several sheets at rest": (
@@ -74,9 +80,9 @@ IMPOSSIBLE = {
                                                         for z in (0.0, 1.0, 2.0)])[:, [0, 2, 1]]),
         "not a graph over its best-fit plane",
     ),
-    "hulls on a mesh": (lambda: contact(cg.HullArea(), body=MESH), r"\(u, v\) of a patch"),
+    "hulls on a mesh": (lambda: contact(cg.HullArea(), body=mesh()), r"\(u, v\) of a patch"),
     "feet on a mesh": (
-        lambda: contact(cg.CloudArea(by="feet"), body=MESH),
+        lambda: contact(cg.CloudArea(by="feet"), body=mesh()),
         r"\(u, v\) of a patch, which a mesh does not have",
     ),
 }  # fmt: skip

@@ -90,7 +90,7 @@ COMMANDS: dict[str, Callable[[Path], tuple[object, ...]]] = {
 
 
 @pytest.mark.parametrize(
-    "encoding", ["cp1252", pytest.param("latin-1", marks=pytest.mark.slow), "ascii"]
+    "encoding", ["cp1252", pytest.param("latin-1", marks=pytest.mark.full), "ascii"]
 )
 def test_every_command_ends_as_with_utf_8(
     encoding: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from tests.sample import FULL, slow
+from tests.sample import FULL, full
 from tests.scenes import box
 
 import contiga as cg
@@ -100,7 +100,7 @@ def _both_move(degrees: float, moved: float, n: int = 250) -> tuple[np.ndarray, 
 
 @pytest.mark.parametrize("degrees", [10.0, 30.0, 60.0, 90.0] if FULL else [10.0, 90.0])
 @pytest.mark.parametrize("how", ["release", "hold"])
-@pytest.mark.parametrize("name", ["sheet", *slow("blade", "teeth")])
+@pytest.mark.parametrize("name", ["sheet", *full("blade", "teeth")])
 def test_one_big_turn_is_many_small_ones(name: str, how: str, degrees: float) -> None:
     points, end, pose_at = _both_move(degrees, 0.05)
     contact = _contact(name, len(points), through=how)
@@ -235,7 +235,7 @@ def test_the_bulge_is_a_bound_and_near_the_truth() -> None:
         assert (off >= 0.1 * bulge).any()
 
 
-@pytest.mark.parametrize("degrees", [0.2, 3.0, 45.0, *slow(170.0)])
+@pytest.mark.parametrize("degrees", [0.2, 3.0, 45.0, *full(170.0)])
 def test_pieces_are_as_straight_as_is_asked(
     monkeypatch: pytest.MonkeyPatch, degrees: float
 ) -> None:

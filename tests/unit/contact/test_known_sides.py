@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.sample import FULL, slow
+from tests.sample import FULL, full
 from tests.stress import shaking, solids
 
 import contiga as cg
@@ -52,7 +52,7 @@ def _run(
 
 @pytest.mark.parametrize(
     "name",
-    [*QUICK, *slow(*OTHERS)],
+    [*QUICK, *full(*OTHERS)],
 )
 def test_the_steps_are_the_same_where_no_side_is_known_at_once(
     monkeypatch: pytest.MonkeyPatch, name: str

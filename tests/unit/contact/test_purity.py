@@ -9,7 +9,7 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from tests.sample import slow
+from tests.sample import full
 
 import contiga as cg
 from contiga.contact.state import State
@@ -79,7 +79,7 @@ def test_a_state_shares_no_memory_with_the_points_or_the_last_state(states: list
 
 @pytest.mark.parametrize(
     ("through", "closed"),
-    [("release", False), ("hold", True), *slow(("release", True), ("hold", False))],
+    [("release", False), ("hold", True), *full(("release", True), ("hold", False))],
 )
 def test_later_steps_change_no_state_whatever_they_work_in(closed: bool, through: str) -> None:
     ring = cg.shapes.torus()

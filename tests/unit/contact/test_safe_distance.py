@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.sample import slow
+from tests.sample import full
 
 import contiga as cg
 from contiga.records import ContactStatus as Is
@@ -35,7 +35,7 @@ class _Looked:
         monkeypatch.setattr(ExactSurface, name, counted)
 
 
-@pytest.mark.parametrize("search", ["intersection", *slow("penetration")])
+@pytest.mark.parametrize("search", ["intersection", *full("penetration")])
 def test_far_points_are_not_looked_at(monkeypatch: pytest.MonkeyPatch, search: str) -> None:
     ball = pointed_ball()
     points = np.random.default_rng(0).uniform([-1.0, -1.0, 5.0], [1.0, 1.0, 7.0], (500, 3))

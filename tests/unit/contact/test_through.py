@@ -75,7 +75,7 @@ def test_small_steps_deep_inside_are_followed_to_the_other_side() -> None:
     assert max(float(state.safe_distance[0]) for state in states if state.n_contact) > 0.1
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_random_walks_are_in_contact_where_they_are_inside() -> None:
     """A thin body, often gone through; truth is the closest point."""
     blade = cg.Body([cg.shapes.ellipsoid(axes=(2.0, 1.0, 0.1))])

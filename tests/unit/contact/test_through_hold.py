@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from tests.sample import slow
+from tests.sample import full
 from tests.scenes import box
 
 import contiga as cg
@@ -193,7 +193,7 @@ def test_what_lies_inside_since_the_start_may_leave() -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["plate", "plate of triangles", "sheet", "ball", "tablet", *slow("two plates", "disc")],
+    ["plate", "plate of triangles", "sheet", "ball", "tablet", *full("two plates", "disc")],
 )
 def test_one_long_step_is_many_short_ones(name: str) -> None:
     """Random walks through and about: where no foot was lost on the way, the ends are the same."""

@@ -75,7 +75,7 @@ def test_a_long_step_ends_where_short_ones_do(steps: int) -> None:
     np.testing.assert_allclose(state.normal_B[0], [1, 0, 0], rtol=0, atol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_without_another_wall_the_opposite_one_takes_over_and_says_so() -> None:
     # Past the middle of a flat ellipsoid and on to its rim, where no foot is left above.
     disc = cg.Body([cg.shapes.ellipsoid(axes=(5.0, 5.0, 0.5))])

@@ -6,7 +6,6 @@ import warnings
 
 import numpy as np
 import pytest
-from scipy.signal import butter, sosfiltfilt
 
 from contiga.criteria import cfc
 from contiga.criteria.filters import CLASSES
@@ -33,6 +32,8 @@ def gain(cls: int, frequency: float, rate: float) -> float:
 @pytest.mark.parametrize("rate", [1e4, 5e4])
 @pytest.mark.parametrize("n", [3, 150, 5000])
 def test_it_is_the_butterworth_filter_of_scipy(cls, rate, n):
+    from scipy.signal import butter, sosfiltfilt
+
     signal = 40.0 + RNG.normal(size=(n, 2)).cumsum(axis=0)
     sos = butter(2, 2.0775 * cls, fs=rate, output="sos")
     pad = min(max(int(0.01 * rate), 100), n - 1)

@@ -6,7 +6,6 @@ import platform
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
 
 from contiga.criteria.filters import CLASSES, coefficients
 from contiga.criteria.kernels.two_poles_nb import forward_and_back
@@ -16,6 +15,8 @@ pytestmark = pytest.mark.interpreted
 
 def one_way(values: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """scipy's filter, settled on the first value."""
+    from scipy.signal import lfilter
+
     return lfilter(a, [1.0, -b[0], -b[1]], values - values[:1], axis=0) + values[:1]
 
 

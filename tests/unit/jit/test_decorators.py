@@ -116,9 +116,9 @@ def called(tiny, by="ours", **environment):
 @pytest.mark.parametrize(
     "line",
     [
-        pytest.param(IMPORTS[0], id="straight", marks=pytest.mark.slow),
+        pytest.param(IMPORTS[0], id="straight", marks=pytest.mark.full),
         pytest.param(IMPORTS[1], id="through another file"),
-        pytest.param(IMPORTS[2], id="relative", marks=pytest.mark.slow),
+        pytest.param(IMPORTS[2], id="relative", marks=pytest.mark.full),
     ],
 )
 def test_a_caller_is_compiled_anew_when_a_file_it_imports_has_changed(tiny, line):

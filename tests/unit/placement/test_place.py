@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.optimize import minimize
-from tests.sample import slow
+from tests.sample import full
 
 import contiga as cg
 from contiga.placement import approach
@@ -145,7 +145,7 @@ PIPE = cg.Body(cg.shapes.cylinder(radius=30.0, height=60.0, centre=[0, 0, 200], 
     ("part", "turned"),
     [
         *((LID, False), (PIPE, True)),
-        *slow((LID, True), (BONNET, False), (BONNET, True), (PIPE, False)),
+        *full((LID, True), (BONNET, False), (BONNET, True), (PIPE, False)),
     ],
     ids=["lid", "pipe, turned", "lid, turned", "bonnet", "bonnet, turned", "pipe"],
 )

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from tests.browser import WIDTHS, browser, opened, outside_on_paper, too_wide
-from tests.sample import slow
+from tests.sample import full
 
 from contiga.report import write_report
 from contiga.report.figure import Figure, embedded, plotly_script, side_by_side
@@ -28,7 +28,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_report(write_folder(tmp_path_factory.mktemp("report") / "out"))
 
 
-@pytest.mark.parametrize("width", [WIDTHS[0], *slow(WIDTHS[1])])
+@pytest.mark.parametrize("width", [WIDTHS[0], *full(WIDTHS[1])])
 def test_nothing_is_wrong_and_nothing_wider_than_the_window(
     chromium: Any, path: Path, width: int
 ) -> None:
@@ -72,7 +72,7 @@ def test_the_dotted_line_follows_the_slider_and_buttons_change_what_is_drawn(
     ("width", "paper"),
     [
         (1400, {"format": "A4"}),
-        *slow((1400, {"format": "A4", "landscape": True}), (500, {"format": "Letter"})),
+        *full((1400, {"format": "A4", "landscape": True}), (500, {"format": "Letter"})),
     ],
 )
 def test_all_drawings_are_in_their_cards_on_paper(

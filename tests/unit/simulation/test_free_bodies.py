@@ -167,7 +167,7 @@ def test_a_step_above_the_critical_one_is_refused_and_one_below_is_stable() -> N
     assert np.abs(grown["ball.vz"]).max() > 3.0
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_killed_run_goes_on_with_the_same_bits(tmp_path: Path) -> None:
     whole = pair(end=3.0).run(tmp_path / "whole")
     count = len(whole.history["time"])

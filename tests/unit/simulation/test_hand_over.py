@@ -54,7 +54,7 @@ def told(result: cg.Result) -> list[str]:
     return [text for text in result.summary["warnings"] if text.startswith("step: ")]
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_each_hand_over_is_off_by_no_more_than_is_said() -> None:
     result = pair(0.001, end=0.09, step="auto").run()
     times = result.history["time"]

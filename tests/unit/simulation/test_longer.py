@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.sample import slow
+from tests.sample import full
 
 import contiga as cg
 from contiga import Simulation
@@ -102,7 +102,7 @@ def test_equal_steps_that_divide_are_those_of_one_run(tmp_path: Path) -> None:
     assert result.summary["notes"] == expected.summary["notes"]
 
 
-@pytest.mark.parametrize(("stepping", "step"), [(EqualSteps, 0.03), *slow((AutoSteps, 0.02))])
+@pytest.mark.parametrize(("stepping", "step"), [(EqualSteps, 0.03), *full((AutoSteps, 0.02))])
 def test_it_is_told_where_the_bits_are_others(tmp_path: Path, stepping: type, step: float) -> None:
     expected = fall(1.0, stepping, step).run()
     fall(0.5, stepping, step).run(tmp_path)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.sample import slow
+from tests.sample import full
 
 import contiga as cg
 from contiga import Simulation
@@ -27,7 +27,7 @@ from .sameness import same_history, same_output, same_states
     ("steps", "every"),
     [
         *((1, 4), (5, 1), (13, 4)),
-        *slow((1, 1), (5, 4), (12, 1), (12, 4), (13, 1)),
+        *full((1, 1), (5, 4), (12, 1), (12, 4), (13, 1)),
     ],
 )
 def test_stopped_and_resumed_is_uninterrupted(
@@ -50,7 +50,7 @@ def test_stopped_and_resumed_is_uninterrupted(
     assert headers[0] == headers[1]
 
 
-@pytest.mark.parametrize("every", [4, *slow(3)])
+@pytest.mark.parametrize("every", [4, *full(3)])
 def test_the_peak_is_written_wherever_a_run_was_stopped(
     make: Make, stop_after: StopAfter, stop: type[Exception], tmp_path: Path, every: int
 ) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.sample import slow
+from tests.sample import full
 from tests.scenes import box
 
 import contiga as cg
@@ -188,9 +188,9 @@ def panels(thick: float, *heights: float) -> cg.Body:
     ("gap", "panel", "thick"),
     [
         (6.0, panels(1.0, 0.0), 1.0),
-        *slow(*((gap, panels(1.0, 0.0), 1.0) for gap in (5.0, 5.5, 7.0))),
+        *full(*((gap, panels(1.0, 0.0), 1.0) for gap in (5.0, 5.5, 7.0))),
         # thinner than a hundredth of a step's way, which may pass two of them
-        *slow((6.0, panels(0.01, 0.0), 0.01)),
+        *full((6.0, panels(0.01, 0.0), 0.01)),
         (6.0, panels(0.01, 0.0, -0.3), 0.01),
     ],
 )
@@ -236,7 +236,7 @@ def test_a_hammer_that_strikes_within_one_step_is_seen() -> None:
     assert result.state.slaves["node"].velocities[0] == pytest.approx([0, 0, -3.0], abs=0.01)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_rotor_that_turns_wholly_in_a_step_is_seen() -> None:
     blade = cg.Body([cg.shapes.sphere(radius=0.5, centre=(3.0, 0, 0))])
     turning = cg.motion.Rotate([[0, 0], [2, 1440]], axis="z")
@@ -259,7 +259,7 @@ def creeping(v0: float, step: float | str) -> cg.Simulation:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("v0", [0.01, *slow(1e-3)])
+@pytest.mark.parametrize("v0", [0.01, *full(1e-3)])
 def test_viscous_friction_is_part_of_the_critical_step(v0: float) -> None:
     run = creeping(v0, "auto").run(keep=1)
     (x0, t0), (x1, t1) = (

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.sample import slow
+from tests.sample import full
 
 from contiga.io.out.history import read_history
 from contiga.io.out.vtkhdf import read_fields
@@ -64,7 +64,7 @@ def _run(case: Path, out: Path) -> None:
 
 
 @pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="one core")
-@pytest.mark.parametrize("search", ["intersection", *slow("penetration")])
+@pytest.mark.parametrize("search", ["intersection", *full("penetration")])
 def test_one_and_two_threads_give_the_same_bits(tmp_path: Path, search: str) -> None:
     case = tmp_path / "case.toml"
     case.write_text(CASE.replace("SEARCH", search))

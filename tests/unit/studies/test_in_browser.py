@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from matplotlib import image
 from tests.browser import WIDTHS, browser, opened, outside_on_paper, too_wide
-from tests.sample import slow
+from tests.sample import full
 
 from contiga.studies.maps import map_figure, map_of
 from contiga.studies.page import page_data, page_of
@@ -28,7 +28,7 @@ def chromium() -> Iterator[Any]:
         yield on
 
 
-@pytest.mark.parametrize("width", [WIDTHS[0], *slow(WIDTHS[1])])
+@pytest.mark.parametrize("width", [WIDTHS[0], *full(WIDTHS[1])])
 def test_the_table_sorts_and_nothing_is_wider_than_the_window(
     chromium: Any, folder: Path, width: int
 ) -> None:
@@ -94,7 +94,7 @@ def page_with_a_map(folder: Path, shape: str) -> Path:
     ("width", "shape"),
     [
         (500, 'shape = "ellipsoid", axes = [12.0, 40.0, 8.0]'),
-        *slow((1400, 'shape = "sphere", radius = 10.0')),
+        *full((1400, 'shape = "sphere", radius = 10.0')),
     ],
 )
 def test_all_of_the_map_is_seen_and_its_title_is_under_no_button(

@@ -8,9 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from OCP.BRepPrimAPI import BRepPrimAPI_MakeTorus
-from OCP.Geom import Geom_BezierCurve, Geom_SurfaceOfRevolution
-from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt
 from tests import occ_rig
 
 import contiga as cg
@@ -40,6 +37,8 @@ def section(v: float) -> float:
 
 @pytest.mark.parametrize("unit", ["mm", "cm"])
 def test_a_torus_that_reaches_over_its_axis_is_refused_with_the_place(tmp_path, unit):
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeTorus
+
     path = written(tmp_path / "apple.step", BRepPrimAPI_MakeTorus(MAJOR, MINOR).Shape())
     z = math.sqrt(3.0) * (1.0 if unit == "mm" else 0.1)
     with pytest.raises(FileError, match=rf"face 1: .*through itself.*, {z:.6g}\)"):
@@ -48,6 +47,8 @@ def test_a_torus_that_reaches_over_its_axis_is_refused_with_the_place(tmp_path, 
 
 @pytest.mark.parametrize(("low", "high"), [(-HALF, HALF), (HALF, 2.0 * math.pi - HALF)])
 def test_its_outer_and_its_inner_part_are_read(tmp_path, low, high):
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeTorus
+
     shape = BRepPrimAPI_MakeTorus(MAJOR, MINOR, low, high).Shape()
     body = cg.read_cad(written(tmp_path / "part.step", shape))
     assert body.closed
@@ -55,6 +56,8 @@ def test_its_outer_and_its_inner_part_are_read(tmp_path, low, high):
 
 
 def test_a_torus_beside_its_axis_and_one_that_touches_it_are_read(tmp_path):
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeTorus
+
     for major, minor in ((3.0, 1.0), (2.0, 2.0)):
         body = cg.read_cad(
             written(tmp_path / "t.step", BRepPrimAPI_MakeTorus(major, minor).Shape())
@@ -65,6 +68,8 @@ def test_a_torus_beside_its_axis_and_one_that_touches_it_are_read(tmp_path):
 def meridian(points: list[tuple[float, float]]) -> Any:
     """A Bézier curve in (x, z), turned about z."""
     from OCP.collections import Array1_gp_Pnt
+    from OCP.Geom import Geom_BezierCurve, Geom_SurfaceOfRevolution
+    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt
 
     poles = Array1_gp_Pnt(1, len(points))
     for k, (x, z) in enumerate(points):

@@ -298,7 +298,7 @@ def test_gismo_knows_no_names_but_its_patches_have_numbers(data_dir: Path) -> No
 @pytest.mark.parametrize(
     ("name", "count"),
     [
-        pytest.param("nist_ctc_02_asme1_ap242.stp", 1, marks=pytest.mark.slow),
+        pytest.param("nist_ctc_02_asme1_ap242.stp", 1, marks=pytest.mark.full),
         ("goteborg_hull.step", 3),
         ("occt_bearing.iges", 1),
         ("dtmb5415_bulbous_bow.iges", 1),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.sample import FULL, slow
+from tests.sample import FULL, full
 
 import contiga as cg
 from contiga.search.balls import ball_cells
@@ -83,7 +83,7 @@ def radii(body, patch, uv):
 
 
 @pytest.fixture(
-    scope="module", params=[*SMOOTH, *FIRST, *slow(*(name for name in BENT if name not in FIRST))]
+    scope="module", params=[*SMOOTH, *FIRST, *full(*(name for name in BENT if name not in FIRST))]
 )
 def body(request):
     return BODIES[request.param]()

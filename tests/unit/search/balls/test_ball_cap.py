@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from tests.sample import FULL, slow
+from tests.sample import FULL, full
 
 import contiga as cg
 from contiga.arrays.codes import POLE
@@ -142,7 +142,7 @@ def test_no_ball_as_large_as_claimed_holds_another_point_of_the_cap(name, scale)
 
 
 @pytest.mark.parametrize("scale", SCALES)
-@pytest.mark.parametrize("name", [*QUICK, *slow(*(name for name in SMOOTH if name not in QUICK))])
+@pytest.mark.parametrize("name", [*QUICK, *full(*(name for name in SMOOTH if name not in QUICK))])
 def test_no_ball_at_a_foot_of_the_cap_holds_a_point_of_the_body(name, scale):
     body = cg.Body([placed(SMOOTH[name](), scale, 7 + len(name))])
     caps = caps_of(body)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numba import njit
 from tests.laws.test_search_laws import pieces
-from tests.sample import FULL, slow
+from tests.sample import FULL, full
 
 import contiga as cg
 from contiga.search.certify.kernels import branch_nb
@@ -197,8 +197,8 @@ def continued(patch, uv, a, b, steps):
     ("name", "size"),
     [
         *(("torus", 1.0), ("bumps", 3.0), ("cylinder", 0.1)),
-        *slow(("torus", 0.1), ("torus", 3.0), ("bumps", 0.1), ("bumps", 1.0)),
-        *slow(("cylinder", 1.0), ("cylinder", 3.0), ("saddle", 0.1)),
+        *full(("torus", 0.1), ("torus", 3.0), ("bumps", 0.1), ("bumps", 1.0)),
+        *full(("cylinder", 1.0), ("cylinder", 3.0), ("saddle", 0.1)),
         ("saddle", 0.5),  # of one element: larger steps leave it
     ],
 )
@@ -220,7 +220,7 @@ def test_what_is_certified_is_where_a_thousand_small_steps_lead(name, size):
     ("name", "size"),
     [
         ("torus", 1.0),
-        *slow(("torus", 0.2), ("torus", 0.5), ("bumps", 0.2), ("bumps", 0.5), ("bumps", 1.0)),
+        *full(("torus", 0.2), ("torus", 0.5), ("bumps", 0.2), ("bumps", 0.5), ("bumps", 1.0)),
     ],
 )
 def test_what_is_certified_over_joints_is_where_a_thousand_small_steps_lead(name, size):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.sample import slow
+from tests.sample import full
 from tests.unit.search.folds import trimmed_fold
 
 import contiga as cg
@@ -153,7 +153,7 @@ OTHERS = [(name, size) for name in SHARES for size in (1e-3, 1e-2, 0.1)]
 
 
 @pytest.mark.parametrize(
-    ("name", "size"), [*QUICK, *slow(*(one for one in OTHERS if one not in QUICK))]
+    ("name", "size"), [*QUICK, *full(*(one for one in OTHERS if one not in QUICK))]
 )
 def test_what_is_certified_beside_the_edges_of_a_solid_is_where_tiny_steps_lead(
     name, size, solids, tmp_path

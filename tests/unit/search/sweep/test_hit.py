@@ -83,7 +83,7 @@ def test_no_entry_into_a_bumpy_plate_is_missed():
     assert found > 5_000
 
 
-@pytest.mark.skipif("not __import__('os').environ.get('CONTIGA_FULL')")
+@pytest.mark.full
 def test_no_entry_is_missed_in_ten_million_segments():
     for seed in range(100):
         assert check_plate(100_000, 100, seed=seed)[0] == 0
