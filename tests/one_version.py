@@ -12,9 +12,11 @@ from pathlib import Path
 
 from contiga.jit.folder import kernel_folder
 
-ALLOWED = frozenset({"element_nb.bicubic", "newton_nb.polynomial_at", "newton_nb.weight_at"})
+ALLOWED = frozenset(
+    {"element_nb.bicubic", "newton_nb.polynomial_at", "newton_nb.weight_at", "rows_nb.put"}
+)
 """Kernels, as "module.name", that may have several: a few lines each, put into kernels that read
-the coefficients of a record, and into others that read those of lanes."""
+the coefficients of a record, and into others that read those of lanes; rows of any length."""
 
 
 def more_than_one(folder: Path) -> dict[str, int]:
