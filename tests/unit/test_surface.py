@@ -74,5 +74,5 @@ def test_signatures_are_spelt_as_they_are_called() -> None:
     assert now["Result.plot"] == "(*, columns=None, path=None)"
     assert now["Feature"].endswith("FACE:0, EDGE:1, VERTEX:2")
     assert "shapes.sphere" in now
-    assert "TriMesh.about" in now
+    assert "TriMesh.with_reference_point" in now
     assert not [name for name in now if "._" in name or ".." in name]

@@ -69,7 +69,7 @@ def test_without_any_it_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path)
     monkeypatch.setattr(sys, "path", [str(tmp_path)])
     (tmp_path / "contiga_kernels").mkdir()  # no package
     text = "kernels are compiled on this machine; contiga_kernels is not installed"
-    assert choice.__wrapped__() == (None, text)
+    assert choice.__wrapped__() == (None, text, False)
 
 
 @pytest.mark.parametrize(
