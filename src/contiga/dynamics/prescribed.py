@@ -220,7 +220,7 @@ class Poses:
     Parameters
     ----------
     times : (n,) strictly increasing
-    poses : n rigid poses X_WB: (n, 4, 4), or scipy `Rotation`s or pairs (R, t)
+    poses : n rigid poses X_WB: (n, 4, 4), rotations of scipy, or pairs (R, t)
     """
 
     told: ClassVar[bool] = True
