@@ -28,7 +28,7 @@ class CurveTable(Spec):
     extrapolation: Extrapolation = "linear"
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         (x0, _), (x1, y1) = self.points[0], self.points[-1]
         beyond = {"linear": "goes on straight", "constant": "held", "error": "the run stops"}
         return (

@@ -78,7 +78,7 @@ class MadeOfSpec(_MadeOf):
         )
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         return f"{self.set}: {self.material.describe()}, density {self.density:g}"
 
 
@@ -156,7 +156,7 @@ class DeformSpec(_MadeOf, MotionSpec):
         )
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         made = [one.describe() for one in self.parts]
         if self.material is not None:
             made.insert(0, f"{self.material.describe()}, density {self.density:g}")

@@ -43,7 +43,7 @@ class LoadSpec(MadeSpec[Load]):
     smooth: bool = False
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         given = []
         for name, value in (("force", self.force), ("moment", self.moment)):
             if value is not None:

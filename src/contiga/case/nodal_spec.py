@@ -105,7 +105,7 @@ class HeldSpec(NodesSpec):
         return self
 
     def table(self, nodes_of: NodesOf) -> dict[str, Any]:
-        """As `Deforming` takes it."""
+        """Return it as `Deforming` takes it."""
         return self.place(nodes_of) | {"hold": self.hold}
 
 
@@ -117,11 +117,11 @@ class DrivenSpec(NodesSpec):
     """World directions in which these nodes go as the motion says."""
 
     def table(self, nodes_of: NodesOf) -> dict[str, Any]:
-        """As `Deforming` takes it, without the motion."""
+        """Return it as `Deforming` takes it, without the motion."""
         return self.place(nodes_of) | {"hold": self.hold}
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         return f"nodes {self.motion.describe()}"
 
 
@@ -132,7 +132,7 @@ class AttachedSpec(NodesSpec):
     """Name of the body that carries these nodes, their mass and the forces on them."""
 
     def table(self, nodes_of: NodesOf) -> dict[str, Any]:
-        """As `Deforming` takes it."""
+        """Return it as `Deforming` takes it."""
         return self.place(nodes_of) | {"body": self.body}
 
 
@@ -140,7 +140,7 @@ class MassesSpec(NodesSpec):
     """A table of `masses`: a place (all nodes if omitted), and `mass`."""
 
     mass: Annotated[float | list[float], BeforeValidator(_number_or_each)]
-    """Of all nodes together; or of each, in the order of `nodes`."""
+    """It is that of all nodes together, or of each, in the order of `nodes`."""
 
     @model_validator(mode="after")
     def _each_node_has_one(self) -> Self:
@@ -154,11 +154,11 @@ class MassesSpec(NodesSpec):
         return self
 
     def table(self, nodes_of: NodesOf) -> dict[str, Any]:
-        """As `Deforming` takes it."""
+        """Return it as `Deforming` takes it."""
         return self.place(nodes_of) | {"mass": self.mass}
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         whole = sum(self.mass) if isinstance(self.mass, list) else self.mass
         return f"masses of {whole:g} on nodes"
 
@@ -186,7 +186,7 @@ class NodalLoadSpec(NodesSpec):
         return NodalForce(self.force, on=on, smooth=self.smooth)
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         name = "force" if self.pressure is None else "pressure"
         value: Any = getattr(self, name)
         rows = isinstance(value, list) and isinstance(value[0], list)

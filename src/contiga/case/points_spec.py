@@ -113,7 +113,7 @@ class FilePoints(_Points):
         )
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         chosen = listed_choice("parts", self.parts) + listed_choice("sets", self.sets)
         layer = "" if self.layer == "skin" else f", layer {self.layer}"
         return f"{self.file}{chosen}{layer}, " + numbers_in(self.unit, "the case's unit")
@@ -135,7 +135,7 @@ class SampleValues(_ShapeSpec):
         return clouds.sample(self.make(), self.nu, self.nv)
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         return f"{self.nu} × {self.nv} points on a {self.shape}"
 
 
@@ -149,7 +149,7 @@ class SamplePoints(_Points):
         return Slave(self.sample.points(), name=name, unit=unit)
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         return f"a cloud of {self.sample.describe()}"
 
 
@@ -164,7 +164,7 @@ class GridPoints(_Points):
         return Slave(points, _grid_facets(points, self.grid.nu, self.grid.nv), name=name, unit=unit)
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         return f"a mesh of {self.grid.describe()}"
 
 
@@ -179,7 +179,7 @@ class RandomOnShape(_ShapeSpec):
         return clouds.random_on(self.make(), self.n, seed=self.seed)
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         return f"{self.n} random points on a {self.shape}"
 
 
@@ -200,7 +200,7 @@ class RandomInBox(Spec):
         return clouds.random_in_box(self.box[0], self.box[1], self.n, seed=self.seed)
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         return f"{self.n} random points in the box {self.box[0]} to {self.box[1]}"
 
 
@@ -217,7 +217,7 @@ class RandomPoints(_Points):
         return Slave(self.random.points(), name=name, unit=unit)
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         return self.random.describe()
 
 
@@ -250,7 +250,7 @@ class GivenPoints(_Points):
         return Slave(points, name=name, unit=unit, elements={"line": lines})
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         given = f"{len(self.coordinates)} given points"
         if self.segments is None:
             return given
@@ -304,7 +304,7 @@ class BodyPoints(_Points):
         return self.chosen(Slave(mesh.vertices, mesh.triangles))
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         tolerance = "a thousandth of its size" if self.tolerance is None else f"{self.tolerance:g}"
         size = "" if self.size is None else f", no side longer than {self.size:g}"
         return f"the surface of {self.body}, sampled to {tolerance}{size}"

@@ -43,7 +43,7 @@ class PointSensorSpec(MadeSpec[Sensor]):
     """Of its channels in ISO-MME files."""
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         at = "" if self.at is None else f" at {self.at}"
         outputs = [*self.measures, *([self.filter] if self.filter else []), *self.criteria]
         return f"on {self.body}{at}, {self.axes} axes: {', '.join(outputs)}"
@@ -66,7 +66,7 @@ class RelativeSensorSpec(MadeSpec[RelativeSensor]):
     code: str | None = None
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         at = "" if self.at is None else f" at {self.at}"
         outputs = ", ".join([*self.measures, *self.criteria])
         return f"between {' and '.join(self.between)}{at}: {outputs}"
@@ -85,7 +85,7 @@ class NodeSensorSpec(MadeSpec[NodeSensor]):
     code: str | None = None
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         return f"of the node of {self.node} at {self.at}: {', '.join(self.measures)}"
 
 
@@ -102,7 +102,7 @@ class SectionSensorSpec(MadeSpec[SectionSensor]):
     code: str | None = None
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         point, normal = self.plane
         where = f"the plane through {point} across {normal}"
         return f"of {self.section} cut by {where}: {', '.join(self.measures)}"

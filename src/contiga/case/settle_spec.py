@@ -20,6 +20,6 @@ class SettleSpec(MadeSpec[Settle]):
     """Free bodies that come to rest as well."""
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         of = f", with {', '.join(self.bodies)}" if self.bodies else ""
         return f"to {self.tolerance:g} of the loads, in {self.steps} steps at most{of}"

@@ -32,7 +32,7 @@ class SpringSpec(MadeSpec[Spring]):
         return with_characteristics(super().arguments()) | {"name": self.name or ""}
 
     def describe(self) -> str:
-        """In words."""
+        """Say it in words."""
         given = [
             f"{name} {curve.describe()}"
             for name, curve in (("curve", self.curve), ("unloading", self.unloading))

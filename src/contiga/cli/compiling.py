@@ -116,7 +116,7 @@ class Messages:
         self._done(self._listing.find(module, name, arguments))
 
     def hear(self, process: int, progress: Progress) -> None:
-        """What another process tells."""
+        """Take note of what another process tells."""
         if progress.done:
             self._done(progress.row)
 

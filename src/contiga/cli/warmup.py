@@ -136,7 +136,7 @@ class _Count:
         self.compiled = 0
         self.there = 0
         self.files: dict[int, str] = {}
-        """Of each kernel that is kept, the file."""
+        """Each row holds the file in which its kernel is kept."""
         self.failed: list[str] = []
 
     def hear(self, process: int, progress: Progress) -> None:

@@ -31,7 +31,7 @@ OF_CARRYING = {
     "tangential": "tangential",
     "tangent": "tangent",
 }
-"""The same of those that carry forces."""
+"""Arrays of the same kind hold those that carry forces."""
 ABSENT = dict.fromkeys(("damping", "viscosity", "tangential", "tangent"), Sparse(0, *NO_SIZES)) | {
     "traction_B": Sparse(0, *NO_FORCES)
 }
@@ -144,8 +144,8 @@ class Loads(NamedTuple):
         )
 
     def column(self, name: str, p_B: FloatArray) -> Sparse | None:
-        """What is kept of the array `name` of a state of n points, p_B (n, 3); None of one that is
-        kept whole. An array that says that there is no such thing has no rows."""
+        """Return what is kept of the array `name` of a state of n points, p_B (n, 3); None where it
+        is kept whole. An array that says that there is no such thing has no rows."""
         n = len(p_B)
         if name in OF_HELD:
             values = getattr(self, OF_HELD[name])

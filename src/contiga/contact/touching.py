@@ -46,7 +46,7 @@ class ContactRows(NamedTuple):
 
     @classmethod
     def of(cls, rows: IntArray, velocity: FloatArray = NOWHERE) -> ContactRows:
-        """Of these rows, with nothing else filled in."""
+        """Make one of these rows, with nothing else filled in."""
         k = len(rows)
         depth, rate, old = np.empty(k), np.empty(k), np.empty(k, np.bool_)
         three = np.empty((k, 3)), np.empty((k, 3)), np.empty((k, 3))

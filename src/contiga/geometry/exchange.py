@@ -18,7 +18,7 @@ from contiga.records import FloatArray
 Array = NDArray[Any]
 
 KINDS = {1: "curve", 2: "surface"}
-"""What a spline is, by its number of parameters."""
+"""The number of parameters of a spline tells which of these it is."""
 ACCEPTED = {
     1: "NurbsCurve; BSpline.Curve or NURBS.Curve of geomdl; BSpline, NURBS, Bezier or "
     "RationalBezier of splinepy with one parameter; BSpline of scipy; points in 2 or 3 dimensions",
@@ -31,7 +31,7 @@ _GEOMDL_AXES = {1: ("",), 2: ("_u", "_v")}
 
 
 class SplineParts(NamedTuple):
-    """What defines a spline of d parameters."""
+    """The degrees, knots, control points and weights define a spline of d parameters."""
 
     degrees: tuple[int, ...]
     """d of them."""

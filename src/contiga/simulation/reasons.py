@@ -25,7 +25,7 @@ class Reason(IntEnum):
 
     @property
     def told(self) -> str:
-        """In words."""
+        """Say it in words."""
         return _TOLD[self]
 
     @property
@@ -72,7 +72,7 @@ class Cut(NamedTuple):
     """The contact, spring or body that asks for it; empty where none does."""
 
     def said(self) -> str:
-        """In words.
+        """Say it in words.
 
         >>> Cut(0.1, Reason.TURN, "body 'wheel'").said()
         "a body turns (body 'wheel')"

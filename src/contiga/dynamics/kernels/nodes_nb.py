@@ -6,6 +6,7 @@ vector code, and make no arrays on the way.
 
 from __future__ import annotations
 
+from contiga.arrays.kernels.sort_nb import count_below
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, zero_scratch
 
@@ -20,19 +21,6 @@ def _add(forces, first, out):
         some = forces.reshape(-1)[first : first + out.shape[0]]
         for k in range(out.shape[0]):
             out[k] += some[k]
-
-
-@inner()
-def _begin(rows, start):
-    """Where in ascending `rows` the first stands that is no less than start."""
-    low, high = 0, rows.shape[0]
-    while low < high:
-        middle = (low + high) // 2
-        if rows[middle] < start:
-            low = middle + 1
-        else:
-            high = middle
-    return low
 
 
 @inner(linked=False)
@@ -156,7 +144,7 @@ def accelerate(masses, acting, out, start, stop):
     """(n, 3) accelerations of nodes start … stop."""
     rows, flat = (scratch(BLOCK), zero_scratch(BLOCK), scratch(BLOCK)), out.reshape(-1)
     _in_a_row(acting.gravity, rows[0])
-    j = _begin(acting.rows, start)
+    j = count_below(acting.rows, start)
     for first in range(3 * start, 3 * stop, BLOCK):
         some = flat[first : min(first + BLOCK, 3 * stop)]
         j = _accelerations(masses, acting, (first, j), rows, some)
@@ -167,7 +155,7 @@ def drift(masses, acting, last, dt, out, start, stop):
     """Nodes start … stop a step on, the velocities of its middle and those foreseen at its end."""
     rows, kicks = (scratch(BLOCK), zero_scratch(BLOCK), scratch(BLOCK)), scratch(BLOCK)
     _in_a_row(acting.gravity, rows[0])
-    j = _begin(acting.rows, start)
+    j = count_below(acting.rows, start)
     points, velocities = out.points.reshape(-1), out.velocities.reshape(-1)
     before, speed = last.points.reshape(-1), last.velocities.reshape(-1)
     halves = out.half.reshape(-1)
@@ -188,7 +176,7 @@ def kick(masses, acting, given, out, start, stop):
     """
     rows, squares = (scratch(BLOCK), zero_scratch(BLOCK), scratch(BLOCK)), scratch(BLOCK)
     _in_a_row(acting.gravity, rows[0])
-    j = _begin(acting.rows, start)
+    j = count_below(acting.rows, start)
     kept = 1.0 / (1.0 + 0.5 * given.dt * given.damping)
     halves, foreseen = given.half.reshape(-1), given.foreseen.reshape(-1)
     velocities = out.velocities.reshape(-1)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from contiga.arrays.kernels.sort_nb import count_up_to
 from contiga.jit import inner, kernel
 
 SAME = 1e-12
@@ -16,22 +17,9 @@ FORCE, STIFFNESS, STORED, LOST = 0, 1, 2, 3
 
 
 @inner()
-def _last_not_above(values, x):
-    """Index of the last of rising `values` that is not above x, 0 where all are."""
-    low, high = 0, values.shape[0]
-    while low < high:
-        middle = (low + high) // 2
-        if values[middle] <= x:
-            low = middle + 1
-        else:
-            high = middle
-    return max(low - 1, 0)
-
-
-@inner()
 def _carried(curve, x):
     """Force at x, the slope behind it, and ∫ of the force from zero."""
-    j = _last_not_above(curve.x, x)
+    j = max(count_up_to(curve.x, x) - 1, 0)
     way = max(x - curve.x[j], 0.0)
     y = curve.slope[j] * way + curve.y[j]
     return y, curve.slope[j], curve.energy[j] + 0.5 * way * (curve.y[j] + y)
@@ -53,7 +41,7 @@ def _meet(table, slope, x, force, low, high):
     """Where the line through (x, force) meets a `BoundTable`, kept in [low, high]."""
     nodes, drop = table.curve.x, table.drop
     level = slope * x - force
-    j = _last_not_above(drop, level)
+    j = max(count_up_to(drop, level) - 1, 0)
     faster = slope - table.curve.slope[j]
     way = (level - drop[j]) / faster if faster > SAME * slope else 0.0
     end = nodes[j + 1] if j + 1 < nodes.shape[0] else math.inf
