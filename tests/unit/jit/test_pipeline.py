@@ -55,7 +55,7 @@ def code(function: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, shortene
         anew(TABLE, 2.5)
     (text,) = anew.inspect_asm().values()
     text = "\n".join(line for line in text.splitlines() if not line.startswith("\t."))
-    return re.sub(r'"?\.bytes\.-?\d+"?|v\d+B|\d{6,}|0x[0-9a-f]+|\.const\.[\w.$<>]+', "", text)
+    return re.sub(r'"?\.bytes\.-?\d+"?|B\d+v\d+|\d{6,}|0x[0-9a-f]+|\.const\.[\w.$<>]+', "", text)
 
 
 @pytest.mark.parametrize("function", [counted, whole, in_place])
