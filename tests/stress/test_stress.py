@@ -10,6 +10,8 @@ from tests.stress import (
     checkpoints,
     loops,
     motions,
+    open_scenes,
+    opened,
     segments,
     shaking,
     solids,
@@ -135,6 +137,17 @@ def test_round_a_closed_loop_no_work_is_done(name, wave):
     assert states[-1].n_contact == 0
     assert states[-1].energy.stored == 0.0
     assert abs(done.sum()) < 2.5e-3 * done[done > 0.0].sum()
+
+
+OPEN = (
+    "stack", "plate with a hole", "block without its bottom", "Z fold", "sphere without its cap",
+    "lidded pipe", "stack, mesh", "hills, mesh",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", [*OPEN, *full(*(n for n in open_scenes.ALL if n not in OPEN))])
+def test_on_open_shells_the_wall_that_the_rule_says_holds_a_point(name):
+    clean(opened.walked(name, 12, seed=20))
 
 
 def test_a_run_that_fails_by_itself_is_wrong_and_none_killed_too(monkeypatch):
