@@ -32,11 +32,11 @@ from contiga.contact.moved import detect_moved
 from contiga.contact.points import default_area, half_of, pressure_of, sampling_of
 from contiga.contact.respond import forces, law_input, loads_of, respond, whole_of
 from contiga.contact.reused import given_up
+from contiga.contact.search_records import Columns, Detected, Options, Workspaces, options_of
 from contiga.contact.stage_clock import StageClock, untimed
 from contiga.contact.state import State, state_of
 from contiga.contact.state_rows import kept_of
 from contiga.contact.touching import ContactRows, PreviousStep, touching
-from contiga.contact.tracked import Columns, Detected, Options, Workspaces, options_of
 from contiga.display import Displayed, Facts
 from contiga.errors import InputError
 from contiga.laws.friction import Friction

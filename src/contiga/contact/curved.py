@@ -22,10 +22,10 @@ from contiga.arrays.layout import locked
 from contiga.arrays.ordered import length, row_lengths
 from contiga.arrays.threads import run_ranges
 from contiga.contact.detect import detect
+from contiga.contact.foot_rows import take
 from contiga.contact.kernels import bulging_nb
 from contiga.contact.loads import Guards, Holds, merged
-from contiga.contact.settle_records import ChunkLists, LastPlaces, Motion
-from contiga.contact.tracked import (
+from contiga.contact.search_records import (
     CHUNK,
     BoolArray,
     Columns,
@@ -34,8 +34,8 @@ from contiga.contact.tracked import (
     Options,
     Workspace,
     listed,
-    take,
 )
+from contiga.contact.settle_records import ChunkLists, LastPlaces, Motion
 from contiga.masters.protocol import Surface
 from contiga.records import ByteArray, ContactStatus, FloatArray, IndexArray, IntArray
 from contiga.rigid.frames import to_body, to_world

@@ -1,11 +1,10 @@
 """Search and detailed search of one step: which points touch, and where their feet are.
 
-Free points (type a): a point that cannot have come as far as the surface is left alone (distance
-is 1-Lipschitz); the others are looked at, and those whose step enters start their foot where they
-entered last. Points in contact (type b): the foot is continued from the last one; the point is
-released when it is back on the free side (Eq. 4.7 with the sign put right) and has slid off when
-the foot passed a border of the body. What holds beyond that depends on the body, closed or open
-(`closed_body`, `open_body`).
+Free points: a point that cannot have come as far as the surface is left alone (distance is
+1-Lipschitz); the others are looked at, and those whose path enters come into contact there. Points
+in contact are pushed by the nearest wall that their guard allows (`nearest`), or keep the one that
+they came in by (`followed`). Nearly all are settled by one call of a kernel (`settle`); those that
+it leaves are looked at one by one.
 """
 
 from __future__ import annotations
@@ -16,9 +15,10 @@ import numpy as np
 
 from contiga.arrays.layout import locked
 from contiga.arrays.threads import run_ranges
-from contiga.contact import closed_body, open_body, thick, through
+from contiga.contact import followed, nearest, settle, thick, through
+from contiga.contact.foot_rows import closest, free_distance, remember, take_inside
 from contiga.contact.kernels import place_nb
-from contiga.contact.tracked import (
+from contiga.contact.search_records import (
     CHUNK,
     Columns,
     Detected,
@@ -27,11 +27,8 @@ from contiga.contact.tracked import (
     Placing,
     Step,
     Workspace,
-    detect_inside,
     listed,
-    track,
 )
-from contiga.contact.walls import give_way
 from contiga.jit import straight
 from contiga.masters.protocol import Surface
 from contiga.records import ContactStatus, FloatArray, IntArray, Projection
@@ -46,13 +43,21 @@ def detect_at_start(
     if options.half is not None:
         thick.detect_at_start(surface, p_B, rows, detected, options)
         return with_feet(detected, (rows, rows[:0]))
+    listed_rows = rows, rows[:0]
     if options.closed:
-        closed_body.detect_at_start(surface, p_B, rows, detected, options)
-        return with_feet(detected, (rows, rows[:0]))
-    surface.safe_distance(p_B, rows, detected.safe_distance)
+        side, reach = surface.sides(p_B, rows)
+        detected.safe_distance[rows] = side * (reach - options.band)
+        rows = rows[side <= 0 if options.penetration else side == 0]
+    else:
+        surface.safe_distance(p_B, rows, detected.safe_distance)
     if options.penetration:
-        detect_inside(surface, p_B, rows, detected, options)
-    return with_feet(detected, (rows, rows[:0]))
+        take_inside(surface, p_B, rows, detected, options)
+    elif options.closed:
+        # Points that lie inside are not in contact until they have been outside.
+        out = closest(surface, p_B, rows)
+        detected.safe_distance[rows] = free_distance(out, options)
+        remember(detected, rows, out, np.ones(len(rows), np.bool_))
+    return with_feet(detected, listed_rows)
 
 
 def detect(
@@ -77,18 +82,14 @@ def detect(
     if options.half is not None:
         thick.detect(surface, step, lists, detected, options)
         return with_feet(detected, lists)
+    feet = last.patch, last.uv
     if options.through:
-        feet = last.patch, last.uv
         rows, near = through.detect(surface, step, feet, lists, detected, options)
-    if options.closed:
-        feet = last.patch, last.uv
-        opposed = closed_body.detect(surface, step, feet, (rows, near), detected, options)
+    left = settle.left(surface, step, feet, (rows, near), detected, options)
+    if options.nearest:
+        opposed = nearest.detect(surface, step, feet, left, detected, options)
         return with_feet(detected, lists)._replace(opposed=opposed)
-    foot = last.patch[rows], last.uv[rows]
-    way = last.points_B[rows], now[rows]
-    tracked = track(surface, way, foot, options)
-    give_way(surface, tracked, way, last.holds.at(rows)[1], options)
-    open_body.detect(surface, step, (rows, near), tracked, detected, options)
+    followed.detect(surface, step, feet, left, detected, options)
     return with_feet(detected, lists)
 
 

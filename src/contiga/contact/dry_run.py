@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from contiga.arrays.ordered import row_lengths
 from contiga.contact.curved import detect_on_curves
 from contiga.contact.detect import detect_at_start
+from contiga.contact.foot_rows import closest
+from contiga.contact.search_records import BoolArray, Last, Options
 from contiga.contact.thick import reach
-from contiga.contact.tracked import BoolArray, Last, Options, closest
 from contiga.masters.protocol import Surface
 from contiga.records import FloatArray, IntArray, rows_of
 from contiga.rigid.frames import to_body

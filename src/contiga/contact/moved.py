@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from contiga.contact.curved import detect_on_curves, is_turned
 from contiga.contact.detect import detect
+from contiga.contact.search_records import BoolArray, Columns, Detected, Last, Options, Workspace
 from contiga.contact.state_rows import kept_of
 from contiga.contact.touching import ContactRows, PreviousStep, touching
-from contiga.contact.tracked import BoolArray, Columns, Detected, Last, Options, Workspace
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.rigid.frames import to_body

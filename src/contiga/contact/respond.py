@@ -13,9 +13,9 @@ from contiga.contact.checks import PLAIN, checked_answer
 from contiga.contact.force_records import Answer, Felt, Frame, LastForces
 from contiga.contact.kernels import totals_nb
 from contiga.contact.loads import NO_FORCES, NO_SIZES, NONE, NOWHERE, Guards, Loads
+from contiga.contact.search_records import Detected
 from contiga.contact.state_rows import kept_of
 from contiga.contact.touching import ContactRows, PreviousStep
-from contiga.contact.tracked import Detected
 from contiga.jit import straight
 from contiga.laws.friction import Friction, FrictionInput, FrictionOutput
 from contiga.laws.normal import Law

@@ -9,9 +9,9 @@ import numpy as np
 
 from contiga.arrays.query_checks import check_apart, check_fillable
 from contiga.contact.checks import kind
+from contiga.contact.search_records import Columns
 from contiga.contact.state import Owner, State
 from contiga.contact.state_rows import kept_of
-from contiga.contact.tracked import Columns
 from contiga.errors import InputError
 from contiga.records import FloatArray
 

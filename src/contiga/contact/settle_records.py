@@ -1,4 +1,4 @@
-"""What the kernels hand each other that settle points: records of arrays to be filled."""
+"""What the search of a step hands its kernels, and these each other: records of arrays."""
 
 from __future__ import annotations
 
@@ -7,7 +7,54 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.records import ByteArray, FloatArray, IndexArray, IntArray
+from contiga.arrays.query_checks import NO_FEET
+from contiga.arrays.workspace import Workspace
+from contiga.contact.search_records import Options
+from contiga.records import (
+    ByteArray,
+    FloatArray,
+    IndexArray,
+    IntArray,
+    Projection,
+    SurfacePlaces,
+    empty_projection,
+)
+from contiga.search.track.kernels.lanes_nb import RECORD
+from contiga.search.track.project import NOWHERE
+from contiga.search.track.track_records import Left, Path, room_for
+
+SAME_FOOT = 1e-9
+"""Feet closer than this, relative to the body's size, are one."""
+
+
+class Limits(NamedTuple):
+    """What decides of points, of the options of a contact."""
+
+    closed: bool
+    """Whether the body has an inside."""
+    nearest: bool
+    """Whether the nearest wall pushes."""
+    hold: bool
+    """Whether points are held on borders."""
+    penetration: bool
+    """Whether the search is by penetration."""
+    band: float
+    """Distance below which rounding decides whether a point is inside, length."""
+    far: float
+    """Way beyond which the last foot of a free point is no longer near by, length."""
+    depth: float
+    """Deepest penetration that a search by penetration takes for one, length."""
+    same_foot: float
+    """How far feet that are one may be apart, length."""
+
+    @classmethod
+    def of(cls, options: Options) -> Limits:
+        """Those of a contact."""
+        of = options
+        same_foot = SAME_FOOT * of.size
+        return cls(
+            of.closed, of.nearest, of.hold, of.penetration, of.band, of.far, of.depth, same_foot
+        )
 
 
 class TouchingRows(NamedTuple):
@@ -23,16 +70,6 @@ class TouchingRows(NamedTuple):
     """(n, 3) where they were, body frame; no rows where nobody asks."""
     now: FloatArray
 
-    @classmethod
-    def of(cls, n: int) -> TouchingRows:
-        """Memory for n rows."""
-        (rows, patch), (before, now) = np.empty((2, n), np.int32), np.empty((2, n, 3))
-        return cls(rows, np.empty(n, np.int8), np.empty(n), patch, np.empty((n, 2)), before, now)
-
-    def first(self, n: int) -> TouchingRows:
-        """The first n rows."""
-        return TouchingRows._make(column[:n] for column in self)
-
 
 class FreeRows(NamedTuple):
     """Free points whose feet are looked for, one row each."""
@@ -45,16 +82,6 @@ class FreeRows(NamedTuple):
     now: FloatArray
     """(n, 3) body frame."""
 
-    @classmethod
-    def of(cls, n: int) -> FreeRows:
-        """Memory for n rows."""
-        which, patch = np.empty((2, n), np.int32)
-        return cls(which, patch, np.empty((n, 2)), np.empty((n, 3)))
-
-    def first(self, n: int) -> FreeRows:
-        """The first n rows."""
-        return FreeRows._make(column[:n] for column in self)
-
 
 class AskedFeet(NamedTuple):
     """Feet that balls may tell of."""
@@ -62,15 +89,6 @@ class AskedFeet(NamedTuple):
     which: IntArray
     side: ByteArray
     """INNER or OUTER."""
-
-    @classmethod
-    def of(cls, n: int) -> AskedFeet:
-        """Memory for n feet."""
-        return cls(np.empty(n, np.int32), np.empty(n, np.int8))
-
-    def first(self, n: int) -> AskedFeet:
-        """The first n feet."""
-        return AskedFeet(self.which[:n], self.side[:n])
 
 
 class FootBalls(NamedTuple):
@@ -107,3 +125,111 @@ class ChunkLists(NamedTuple):
     """(n,)."""
     counts: IndexArray
     """(chunks,) how many each has listed."""
+
+
+class Asked(NamedTuple):
+    """Points to be judged, one row each."""
+
+    rows: IntArray
+    was: NDArray[np.bool_]
+    """In contact before."""
+    kept: NDArray[np.bool_]
+    """In contact before, with a foot that would do."""
+    status: ByteArray
+    """What the foot would make of a point that is kept."""
+    side: ByteArray
+    """1 outside, −1 inside, 0 not known."""
+    safe_distance: FloatArray
+    """Way to the surface at least, where the side is known."""
+    within: FloatArray
+    """Distance to a point of the surface, infinite where none is known."""
+    guard: FloatArray
+    """(n, 3) normals that tell which walls are opposite to those that were in contact, else 0."""
+    depth: FloatArray
+    """(n,) how deep those were, else 0."""
+    opposed: NDArray[np.bool_]
+    """(n,) whose nearest walls were opposite to those that held them."""
+    feet: Projection
+    """The feet that would do; then those of all points inside."""
+    truth: Projection
+    """The closest points, of the rows that are asked for them; status −1 in others."""
+
+
+class Work(NamedTuple):
+    """Memory for n rows, of which nothing is kept."""
+
+    rows: IntArray
+    side: ByteArray
+    reach: FloatArray
+    path: Path
+    """Of rows that have a foot to start from."""
+    starts: SurfacePlaces
+    near: SurfacePlaces
+    """Pieces of surface in the cells of points."""
+    feet: Projection
+    left: Left
+    """Rows that lanes leave to other stages."""
+    records: FloatArray
+    mark: ByteArray
+    asked: IntArray
+    """Feet that balls are asked about."""
+    which: ByteArray
+    """On which side."""
+    radius: FloatArray
+    chosen: IntArray
+    clear: NDArray[np.bool_]
+    within: FloatArray
+    none: NDArray[np.bool_]
+    """False throughout."""
+
+    @classmethod
+    def of(cls, n: int, certify: bool) -> Work:
+        """For n rows, whose feet are certified or not."""
+        before, now = np.empty((2, n, 3))
+        path = Path(before if certify else NOWHERE, now, NO_FEET)
+        (rows, asked, chosen), (side, mark, which) = np.empty((3, n), np.int32), _bytes(3, n)
+        reach, radius, within = np.empty((3, n))
+        return cls(
+            *(rows, side, reach, path, _starts(n), _starts(n), empty_projection(n), room_for(n)),
+            *(
+                Workspace().rows(n, RECORD),
+                mark,
+                asked,
+                which,
+                radius,
+                chosen,
+                np.empty(n, np.bool_),
+            ),
+            *(within, np.zeros(n, np.bool_)),
+        )
+
+
+class DeepRows(NamedTuple):
+    """Memory for n rows whose closest points are asked for, of which nothing is kept."""
+
+    asked: Asked
+    now: FloatArray
+    """(n, 3) the points, body frame."""
+    which: IntArray
+    """0 to n − 1."""
+    place: IntArray
+    """Where rows that are left stand among those asked for, −1 where they do not."""
+
+    @classmethod
+    def of(cls, n: int) -> DeepRows:
+        """For n rows."""
+        (was, kept, opposed), (status, side) = np.empty((3, n), np.bool_), _bytes(2, n)
+        (safe, within, depth), (guard, now) = np.empty((3, n)), np.empty((2, n, 3))
+        rows, place = np.empty((2, n), np.int32)
+        feet, truth = empty_projection(n), empty_projection(n)
+        held = guard, depth, opposed
+        asked = Asked(rows, was, kept, status, side, safe, within, *held, feet, truth)
+        return cls(asked, now, np.arange(n, dtype=np.int32), place)
+
+
+def _bytes(count: int, n: int) -> ByteArray:
+    return np.empty((count, n), np.int8)
+
+
+def _starts(n: int) -> SurfacePlaces:
+    return SurfacePlaces(np.empty(n, np.int32), np.empty((n, 2)))

@@ -18,14 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.area.offset import off_surface
-from contiga.contact.tracked import (
-    BoolArray,
-    Detected,
-    Options,
-    Step,
-    closest,
-    take,
-)
+from contiga.contact.foot_rows import closest, take
+from contiga.contact.search_records import BoolArray, Detected, Options, Step
 from contiga.masters.protocol import Surface
 from contiga.records import ContactStatus, FloatArray, IntArray, Projection
 from contiga.statuses import Status

@@ -5,8 +5,8 @@ foot followed on that wall has it behind it, whatever else its path has passed. 
 of a free point's path counts, not the last crossing, and on a closed body a point in contact may
 lie outside (THROUGH). The wall lets go of it where the followed foot has the point on the free
 side, runs over a border, or vanishes: from there on the point is free, and the rest of its path is
-a free point's. What no wall holds is left to the search that goes by sides (`closed_body`) or last
-crossings (`open_body`).
+a free point's. What no wall holds is left to the search that goes by sides or last crossings
+(`followed`).
 """
 
 from __future__ import annotations
@@ -15,17 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.contact.closed_body import tell
-from contiga.contact.tracked import (
-    Detected,
-    Options,
-    Step,
-    blank,
-    closest,
-    continued,
-    take,
-    track,
-)
+from contiga.contact.followed import track
+from contiga.contact.foot_rows import blank, closest, continued, take
+from contiga.contact.search_records import Detected, Options, Step
 from contiga.masters.protocol import Surface
 from contiga.records import (
     ByteArray,
@@ -33,7 +25,6 @@ from contiga.records import (
     FloatArray,
     IndexArray,
     IntArray,
-    KnownSides,
     Projection,
     rows_of,
     stacked,
@@ -123,12 +114,8 @@ def _sides(
     side, reach = surface.sides(step.now, rows)
     inside = np.flatnonzero((side == 0) & (detected.safe_distance[rows] > 0.0))
     side[inside] = -1
-    within = np.full(len(rows), np.inf)
-    unknown = np.flatnonzero(side == 0).astype(np.int32)
-    followed = unknown, rows_of(held.feet, unknown), step.now[rows[unknown]]
-    tell(surface, followed, KnownSides(side, reach), within, options)
-    unknown = unknown[side[unknown] == 0]
-    truth = closest(surface, step.now, rows[unknown], within[unknown])
+    unknown = np.flatnonzero(side == 0)
+    truth = closest(surface, step.now, rows[unknown])
     proved = (truth.status == Status.OK) & (np.abs(truth.gap) > options.band)
     side[unknown[proved]] = np.sign(truth.gap[proved])
     reach[unknown[proved]] = np.abs(truth.gap[proved])

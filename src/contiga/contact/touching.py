@@ -9,9 +9,9 @@ import numpy as np
 from contiga.contact.kernels import carrying_nb
 from contiga.contact.loads import NO_ROWS, NONE, NOWHERE
 from contiga.contact.motion import RelativeVelocity
+from contiga.contact.search_records import BoolArray, Detected
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
-from contiga.contact.tracked import BoolArray, Detected
 from contiga.jit import straight
 from contiga.records import FloatArray, IndexArray, IntArray
 

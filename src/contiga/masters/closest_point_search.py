@@ -92,15 +92,6 @@ class ClosestPointSearch(NamedTuple):
         return True
 
     @property
-    def has_edges(self) -> bool:
-        """False: edges are asked about on open surfaces only."""
-        return False
-
-    def are_joined(self, first: IntArray, second: IntArray) -> NDArray[np.bool_]:
-        """True for all: the surface is one patch."""
-        return np.ones(len(first), dtype=bool)
-
-    @property
     def n_elements(self) -> int:
         """One."""
         return 1
@@ -246,20 +237,9 @@ class ClosestPointSearch(NamedTuple):
         """Nothing is known at once."""
         return np.zeros(len(rows), dtype=bool)
 
-    def places(self, p_B: FloatArray, rows: IntArray) -> tuple[KnownSides, SurfacePlaces]:
-        """Nothing is known at once."""
-        n = len(rows)
-        return self.sides(p_B, rows), SurfacePlaces(np.full(n, -1, np.int32), np.zeros((n, 2)))
-
     @property
     def contact_tables(self) -> None:
         """Nothing is known at once."""
-
-    def touching_ball(
-        self, patch: IntArray, uv: FloatArray, rows: IntArray, sides: ByteArray
-    ) -> FloatArray:
-        """Zeros: nothing is known."""
-        return np.zeros(len(rows))
 
 
 def _along(start: FloatArray, end: FloatArray, rows: IndexArray, share: FloatArray) -> FloatArray:

@@ -38,13 +38,6 @@ class Surface(Protocol):
         """Whether the surface has no border anywhere."""
 
     @property
-    def has_edges(self) -> bool:
-        """Whether faces meet at an angle anywhere."""
-
-    def are_joined(self, first: IntArray, second: IntArray) -> NDArray[np.bool_]:
-        """Whether patches `first` and `second` (n,) are of one connected sheet."""
-
-    @property
     def n_elements(self) -> int:
         """Pieces the search works on."""
 
@@ -110,32 +103,15 @@ class Surface(Protocol):
         """Sides of p_B[rows] as far as they are known at once: 1 outside, −1 inside, else 0; and
         where they are, a length greater than rounding that leads to no surface.
 
-        Closed surfaces only.
+        An open surface has none.
         """
 
     def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
-        """(len(rows),) True where a_B[rows] → b_B[rows] is known to meet no surface.
-
-        Closed surfaces only.
-        """
-
-    def places(self, p_B: FloatArray, rows: IntArray) -> tuple[KnownSides, SurfacePlaces]:
-        """The `sides` of p_B[rows], and places (patch, uv) on the surface not far from those that
-        lie near it; patch −1 for others. Closed surfaces only."""
+        """(len(rows),) True where a_B[rows] → b_B[rows] is known to meet no surface."""
 
     @property
     def contact_tables(self) -> ContactTables | None:
-        """What kernels of contact may ask themselves; None where there is nothing of the kind, or
-        not yet. Closed surfaces only."""
-
-    def touching_ball(
-        self, patch: IntArray, uv: FloatArray, rows: IntArray, sides: ByteArray
-    ) -> FloatArray:
-        """(len(rows),) radii of balls that touch at feet (patch, uv)[rows], inside where `sides`
-        (len(rows),) is 0 and on the free side where it is 1; zero where none is known.
-
-        Such a ball, and every smaller one, holds no other point of the surface.
-        """
+        """What kernels of contact may ask themselves; None where there is nothing of the kind."""
 
 
 class Master(Protocol):

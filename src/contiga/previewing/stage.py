@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.contact.tracked import reach_of
+from contiga.contact.search_records import reach_of
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Dependent, Free
 from contiga.masters.nearness import gaps_of, nearest

@@ -7,8 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.arrays.codes import CREASE
-from contiga.arrays.groups import groups_of
 from contiga.arrays.layout import bytes_of
 from contiga.arrays.once import once
 from contiga.arrays.threads import run_ranges
@@ -24,7 +22,7 @@ from contiga.records import (
     Projection,
     SurfacePlaces,
 )
-from contiga.search.balls import radii as ball
+from contiga.search.balls.radii import balls_of
 from contiga.search.borders.openings import openings_of
 from contiga.search.closest.closest import closest_of_rows
 from contiga.search.closest.kernels import facing_nb, safe_distance_nb
@@ -39,8 +37,6 @@ from contiga.search.track import project
 # Points below which a second thread does not pay.
 POINTS = 1024
 GUARDED = 16
-SHARP = 0.02
-"""Radians by which faces turn at an edge that is not meant to be smooth."""
 
 
 class ExactSurface(NamedTuple):
@@ -51,14 +47,6 @@ class ExactSurface(NamedTuple):
     """Whether the body has no border anywhere."""
     slit: float
     """How far faces may be apart where they meet, length."""
-    sheet: IntArray
-    """(patches,) number of the connected sheet that each is of."""
-    has_edges: bool
-    """Whether faces meet in edges or creases anywhere."""
-
-    def are_joined(self, first: IntArray, second: IntArray) -> NDArray[np.bool_]:
-        """Whether patches are of one connected sheet."""
-        return np.asarray(self.sheet[first] == self.sheet[second])
 
     @property
     def n_elements(self) -> int:
@@ -126,25 +114,14 @@ class ExactSurface(NamedTuple):
         """By the cells of a grid that ways pass."""
         return side_grid.clear_ways(self._grid, a_B, b_B, rows)
 
-    def places(self, p_B: FloatArray, rows: IntArray) -> tuple[KnownSides, SurfacePlaces]:
-        """By the cells of a grid, each with a piece of the surface in it."""
-        return side_grid.places(self._grid, p_B, rows)
-
     @property
-    def contact_tables(self) -> ContactTables | None:
-        """Once its balls are worked out, a closed body's."""
-        balls = ball.balls_there(self.tables) if self.closed else None
-        return None if balls is None else ContactTables(self.tables, self._grid, balls)
+    def contact_tables(self) -> ContactTables:
+        """With its touching balls, and the grid of its sides."""
+        return ContactTables(self.tables, self._grid, balls_of(self.tables))
 
     @property
     def _grid(self) -> side_grid.SideGrid:
-        return sides_of(self.tables, self.slit)
-
-    def touching_ball(
-        self, patch: IntArray, uv: FloatArray, rows: IntArray, sides: ByteArray
-    ) -> FloatArray:
-        """Lower bounds from cells of the elements."""
-        return ball.touching_radius(self.tables, patch, uv, rows, sides)
+        return sides_of(self.tables, self.slit) if self.closed else side_grid.UNKNOWN
 
 
 @once
@@ -154,17 +131,4 @@ def exact_surface(faces: Faces) -> ExactSurface:
     # Faces are off the edges they share, and their loops off themselves where they close.
     slit = openings.slit + float(stitches(faces)[0].max(initial=0.0))
     tables = tracking_tables_of(faces)
-    return ExactSurface(tables, openings.closed, slit, _sheets(tables), _has_edges(tables))
-
-
-def _sheets(tables: Tables) -> IntArray:
-    """Numbers of connected sheets, by patch."""
-    first, past = tables.grid.patches["adjacent"].T
-    patch = np.repeat(np.arange(len(first)), past - first)
-    return groups_of(patch, tables.grid.adjacent, len(first))
-
-
-def _has_edges(tables: Tables) -> bool:
-    """Whether two faces, or elements of one, meet at an angle that is not rounding's."""
-    creases = bool((tables.elements.table["kind"] == CREASE).any())
-    return creases or bool((tables.joints.edges["turn"] > SHARP).any())
+    return ExactSurface(tables, openings.closed, slit)

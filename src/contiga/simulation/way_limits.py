@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from contiga.arrays.ordered import row_products
+from contiga.contact.foot_rows import closest
 from contiga.contact.state import State
-from contiga.contact.tracked import closest
 from contiga.records import FloatArray
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.reasons import Cut, Reason

@@ -44,15 +44,6 @@ class FacetedSurface(NamedTuple):
         return self.tables.closed
 
     @property
-    def has_edges(self) -> bool:
-        """Whether triangles meet at more than 20° anywhere."""
-        return self.tables.has_edges
-
-    def are_joined(self, first: IntArray, second: IntArray) -> NDArray[np.bool_]:
-        """Whether triangles are of one connected sheet."""
-        return np.asarray(self.tables.sheet[first] == self.tables.sheet[second])
-
-    @property
     def n_elements(self) -> int:
         """Triangles with an area."""
         return len(self.tables.facets.link)
@@ -118,21 +109,9 @@ class FacetedSurface(NamedTuple):
         """Nothing is known at once."""
         return np.zeros(len(rows), dtype=bool)
 
-    def places(self, p_B: FloatArray, rows: IntArray) -> tuple[KnownSides, SurfacePlaces]:
-        """Nothing is known at once."""
-        n = len(rows)
-        nowhere = SurfacePlaces(np.full(n, -1, np.int32), np.zeros((n, 2)))
-        return self.sides(p_B, rows), nowhere
-
     @property
     def contact_tables(self) -> None:
         """Nothing is known at once."""
-
-    def touching_ball(
-        self, patch: IntArray, uv: FloatArray, rows: IntArray, sides: ByteArray
-    ) -> FloatArray:
-        """Nothing is known: a mesh has a kink along every edge."""
-        return np.zeros(len(rows))
 
 
 def faceted_surface(mesh: TriangleArrays) -> FacetedSurface:

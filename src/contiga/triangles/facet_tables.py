@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.arrays.codes import NO_TRIANGLE
-from contiga.arrays.groups import groups_of
 from contiga.arrays.once import once
 from contiga.arrays.ordered import length
 from contiga.errors import MeshError
@@ -15,12 +14,10 @@ from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IntArray
 from contiga.triangles.facets import Facets
 from contiga.triangles.kernels import boxes_nb
-from contiga.triangles.kernels.facet_nb import NEIGHBOUR, TRIANGLE, VERTICES, N
+from contiga.triangles.kernels.facet_nb import NEIGHBOUR, TRIANGLE, VERTICES
 from contiga.triangles.topology import Topology, topology_of
 from contiga.triangles.triangle_arrays import TriangleArrays
 
-SHARP = 20.0
-"""Degrees by which triangles turn at an edge that is none of a smooth surface's."""
 RELATIVE_TOLERANCE = 1e-12
 """Length below which two points are one, relative to the size of the mesh."""
 
@@ -38,10 +35,6 @@ class Tables(NamedTuple):
     """Edges at which two triangles face opposite ways."""
     back_to_back: IntArray
     """(k, 2) triangles with the same corners that face opposite ways."""
-    sheet: IntArray
-    """By triangle of the mesh the number of the connected sheet it is of, −1 without area."""
-    has_edges: bool
-    """Two triangles meet at more than `SHARP`."""
 
 
 @once
@@ -71,19 +64,7 @@ def tables_of(mesh: TriangleArrays) -> Tables:
     facets, slot = _facets(topology, order, box, child)
     closed = not bool((facets.link[:, :3] == NO_TRIANGLE).any())
     folded = topology.back_to_back.astype(np.int32)
-    return Tables(facets, slot, closed, topology.turned, folded, *_sheets(facets, slot))
-
-
-def _sheets(facets: Facets, slot: IntArray) -> tuple[IntArray, bool]:
-    """Numbers of sheets by triangle of the mesh, and whether two triangles meet at an edge."""
-    next_to = facets.link[:, NEIGHBOUR:VERTICES]
-    row, side = np.nonzero(next_to >= 0)
-    other = next_to[row, side]
-    number = groups_of(row, other, len(next_to))
-    normal = facets.shape[:, N : N + 3]
-    cosine = (normal[row] * normal[other]).sum(axis=1)
-    sheet = np.where(slot >= 0, number[slot], -1).astype(np.int32)
-    return sheet, bool((cosine < np.cos(np.radians(SHARP))).any())
+    return Tables(facets, slot, closed, topology.turned, folded)
 
 
 def _facets(

@@ -7,8 +7,8 @@ import pytest
 
 from contiga.arrays.layout import locked
 from contiga.contact.kernels import bulging_nb
+from contiga.contact.search_records import CHUNK, listed
 from contiga.contact.settle_records import ChunkLists, LastPlaces, Motion
-from contiga.contact.tracked import CHUNK, listed
 
 pytestmark = [
     pytest.mark.interpreted,

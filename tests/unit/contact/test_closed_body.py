@@ -98,4 +98,5 @@ def test_free_points_are_proved_to_be_so_by_their_feet(
         height = side * (0.005 + 0.004 * np.sin(k))
         state = contact.step(state, (1.0 + height) * d @ turned.T)
         np.testing.assert_array_equal(state.status, Is.FREE)
-    assert asked <= 0.03 * 20 * len(d)  # no ball is known in the last cells beside the poles
+    if side > 0.0:
+        assert asked <= 0.03 * 20 * len(d)  # no ball is known in the last cells beside the poles

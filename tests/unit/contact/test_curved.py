@@ -14,7 +14,8 @@ import contiga as cg
 from contiga.contact import curved
 from contiga.contact import moved as search_of_step
 from contiga.contact.curved import Path, Story, bulge_of
-from contiga.contact.tracked import BULGE, Detected, blank
+from contiga.contact.foot_rows import blank
+from contiga.contact.search_records import BULGE, Detected
 from contiga.records import ContactStatus as Is
 from contiga.rigid import pose
 from contiga.rigid.frames import to_world

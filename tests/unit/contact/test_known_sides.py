@@ -11,8 +11,8 @@ from tests.stress import shaking, solids
 
 import contiga as cg
 from contiga.records import ContactStatus as Is
-from contiga.records import KnownSides, SurfacePlaces
 from contiga.search.exact_surface import ExactSurface
+from contiga.search.sides.side_grid import UNKNOWN
 
 N = 300 if FULL else 50
 QUICK = ("slot", "torus", "lens", "block, fillets 3")
@@ -21,18 +21,7 @@ SAME = ("status", "feature", "patch", "penetration", "normal", "foot", "force", 
 
 
 def _know_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    def sides(_: object, __: object, rows: np.ndarray) -> KnownSides:
-        return KnownSides(np.zeros(len(rows), np.int8), np.zeros(len(rows)))
-
-    def clear_ways(*args: np.ndarray) -> np.ndarray:
-        return np.zeros(len(args[-1]), dtype=bool)
-
-    def places(_: object, __: object, rows: np.ndarray) -> tuple[KnownSides, SurfacePlaces]:
-        n = len(rows)
-        return sides(_, __, rows), SurfacePlaces(np.full(n, -1, np.int32), np.zeros((n, 2)))
-
-    for method in (sides, clear_ways, places):
-        monkeypatch.setattr(ExactSurface, method.__name__, method)
+    monkeypatch.setattr(ExactSurface, "_grid", UNKNOWN)
 
 
 def _run(
@@ -127,7 +116,7 @@ def test_a_foot_that_is_the_closest_point_stays_though_the_way_led_through_a_cav
     body = cg.Body([cg.shapes.sphere(), cg.shapes.sphere(radius=0.5).flipped()])
     if blind:
         _know_nothing(monkeypatch)
-    monkeypatch.setattr(ExactSurface, "touching_ball", lambda *args: np.zeros(len(args[-1])))
+    monkeypatch.setattr(ExactSurface, "contact_tables", None)  # nor by the ball at its foot
     near, far = np.array([[-0.35, 0.0, 0.45]]), np.array([[0.35, 0.0, 0.45]])
     contact = cg.Contact(body, cg.Slave(near, area=[1.0]), law=cg.PenaltyLaw(1.0))
     state = contact.start(0.5 * near)

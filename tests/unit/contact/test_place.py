@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from contiga.arrays.layout import locked
+from contiga.contact.foot_rows import blank
 from contiga.contact.kernels import place_nb
 from contiga.contact.loads import UNHELD
-from contiga.contact.tracked import Columns, Detected, Last, Placing, blank
+from contiga.contact.search_records import Columns, Detected, Last, Placing
 from contiga.records import ContactStatus
 from contiga.rigid.frames import to_body
 

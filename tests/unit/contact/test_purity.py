@@ -12,8 +12,8 @@ import pytest
 from tests.sample import full
 
 import contiga as cg
+from contiga.contact.search_records import Workspaces
 from contiga.contact.state import State
-from contiga.contact.tracked import Workspaces
 
 N = 3000
 

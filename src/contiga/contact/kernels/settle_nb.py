@@ -1,17 +1,28 @@
-"""Points of a closed body whose sides and feet tell what becomes of them: settled in single passes.
+"""Points in contact, and free ones near the surface, settled a chunk at a time in one call.
 
-Between the passes the body is asked, for all rows at once: for sides (`Surface.sides`), feet, ways
-that are clear of surface, and balls that touch at feet. `closed_body` says what follows from what.
+A point lies on the free side or behind the surface, and its foot is the closest point or not. Four
+things tell, the cheapest first: the cell that it lies in (closed bodies), the ball that touches at
+the foot followed from the last one, how far it has gone since its distance was known, and a search
+for its closest point. Points of which these do not tell enough are listed and left to
+`contiga.contact.nearest` or `contiga.contact.followed`, and nothing is said of them here: their
+paths have to be looked at, or another wall than the nearest may push them.
 """
 
 from __future__ import annotations
 
 import math
 
-from contiga.arrays.codes import AT_BORDER, BRANCH_EVENT, FACE, OK, TRIMMED
+from contiga.arrays.codes import AT_BORDER, BRANCH_EVENT, FACE, MAX_ITERATIONS, OK, TRIMMED
+from contiga.arrays.kernels.query_nb import blank_foot
 from contiga.contact.kernels.carrying_nb import at
-from contiga.contact.kernels.status_nb import HELD, OLD, REACQUIRED, RELEASED
+from contiga.contact.kernels.status_nb import FREE, HELD, LOST, OLD, REACQUIRED, RELEASED
+from contiga.contact.settle_records import Asked, AskedFeet, FootBalls, FreeRows, TouchingRows
 from contiga.jit import inner, kernel
+from contiga.records import KnownSides, SurfacePlaces
+from contiga.search.balls.kernels.ball_nb import radii
+from contiga.search.closest.kernels.nearest_nb import project_proved
+from contiga.search.sides.kernels.side_nb import clear_ways, places, sides
+from contiga.search.track.kernels.track_nb import track_chunks
 
 KEEP, KEPT = 1, 2
 """Marks of a row: its foot would do, and it is sure that it does."""
@@ -119,7 +130,7 @@ def remember_foot(detected, k, feet, i):
     detected.uv[k, 1] = feet.uv[i, 1]
 
 
-@kernel()
+@inner()
 def stay(rows, known, step, last, detected, band, staying):
     """Release points in contact that are outside; list what is known of the others in `staying`.
 
@@ -147,7 +158,7 @@ def stay(rows, known, step, last, detected, band, staying):
     return n
 
 
-@kernel()
+@inner()
 def look(rows, feet, side, safe_distance, limits, mark, ways, asked):
     """Marks of points in contact by their feet; lists of those whose ways are to be looked at, and
     of those that balls may tell of, with the side of these. Returns how many they are.
@@ -177,7 +188,7 @@ def look(rows, feet, side, safe_distance, limits, mark, ways, asked):
     return n, m
 
 
-@kernel()
+@inner()
 def face(rows, feet, holds, way, band, mark, asked):
     """As `look`, where the nearest wall that is not opposite pushes: no way has to be looked at.
 
@@ -208,13 +219,15 @@ def face(rows, feet, holds, way, band, mark, asked):
     return m
 
 
-@kernel()
-def settle(rows, feet, known, mark, balls, band, detected, left):
+@inner()
+def settle(rows, feet, known, mark, balls, limits, detected, left):
     """What becomes of points in contact that have been looked at; returns how many are left.
 
     `known` are `KnownSides`, `balls` are `FootBalls` of those that were asked for one, `detected`
-    is what was `Detected`. Those left are listed in `left`, and nothing is said of them.
+    is what was `Detected`. Those left are listed in `left`, and nothing is said of them. In front
+    of an open body a point may be behind another sheet of it.
     """
+    band, closed = limits.band, limits.closed
     side, reach = known.side, known.reach
     index, radius = balls.which, balls.radius
     status, safe_distance = detected.status, detected.safe_distance
@@ -229,12 +242,12 @@ def settle(rows, feet, known, mark, balls, band, detected, left):
         if nearest and mark[i] & KEEP:
             mark[i] |= KEPT
             feet.certified[i] = 1
-        if side[i] > 0:
+        if side[i] > 0 and closed:
             status[k] = RELEASED
             safe_distance[k] = reach[i] - band
             remember_foot(detected, k, feet, i)
-        elif mark[i] & KEPT:
-            way = reach[i] - band if side[i] < 0 else 0.0
+        elif side[i] <= 0 and mark[i] & KEPT:
+            way = reach[i] - band if side[i] < 0 and closed else 0.0
             if not safe_distance[k] >= way:
                 safe_distance[k] = way
             status[k] = becomes(feet.status[i])
@@ -253,7 +266,7 @@ def becomes(status):
     return HELD if _at_border(status) else OLD
 
 
-@kernel()
+@inner()
 def starts(rows, side, place, step, last_patch, far, begun):
     """List the free points of unknown side and the starting points of the search for their feet:
     the last foot, or a place near by for points that have moved farther than `far`.
@@ -284,7 +297,7 @@ def starts(rows, side, place, step, last_patch, far, begun):
     return n
 
 
-@kernel()
+@inner()
 def askable(feet, count, band, asked):
     """List in `asked` (AskedFeet) the first feet that touching balls apply to; return how many."""
     index, which_side = asked.which, asked.side
@@ -297,7 +310,7 @@ def askable(feet, count, band, asked):
     return m
 
 
-@kernel()
+@inner()
 def tell(index, feet, points, balls, band, known, within):
     """Sides that balls at feet prove, and how far points are from their feet.
 
@@ -316,7 +329,7 @@ def tell(index, feet, points, balls, band, known, within):
             j += 1
 
 
-@kernel()
+@inner()
 def leave(rows, known, held, band, safe_distance, left):
     """Free points that stay so: outside, or `held` inside. Lists the others; how many there are."""
     side, reach = known.side, known.reach
@@ -328,3 +341,286 @@ def leave(rows, known, held, band, safe_distance, left):
             left[n] = i
             n += 1
     return n
+
+
+NOT_ASKED = -1
+"""Status of closest points that were not asked for."""
+
+
+@inner()
+def _apart(feet, truth, i):
+    """How far two feet are apart."""
+    x, y = feet.point[i, 0] - truth.point[i, 0], feet.point[i, 1] - truth.point[i, 1]
+    z = feet.point[i, 2] - truth.point[i, 2]
+    return math.sqrt(x * x + y * y + z * z)
+
+
+@inner()
+def _above_zero(x):
+    """x, or zero where that is more or it is no number."""
+    return x if x > 0.0 else 0.0
+
+
+@inner()
+def is_needed(was, side, penetration, nearest):
+    """Whether a point's closest point is: it tells the side, or how deep one is that comes in, or,
+    where the nearest wall pushes, any that is not outside."""
+    return side == 0 or (nearest and side < 0) or (not was and penetration)
+
+
+@kernel()
+def take_nearest(asked, way, limits):
+    """Closest points for feet of points that were in contact, where those may push and the points
+    have not left meanwhile: followed feet lead there, or they have gone less far than any surface
+    is off.
+
+    `asked` are `Asked`, of which feet, `kept` and `status` are filled in; `way` is that of all
+    points, `limits` are `Limits`.
+    """
+    kept, feet, truth, band = asked.kept, asked.feet, asked.truth, limits.band
+    for i in range(asked.rows.shape[0]):
+        if kept[i] and feet.certified[i] == 1:
+            continue  # it has its closest point already
+        kept[i] = False
+        may = asked.was[i] and not asked.opposed[i]
+        if may and truth.status[i] == OK and truth.gap[i] <= 0.0:
+            gone, depth = way[asked.rows[i]], -truth.gap[i] - band
+            there = not math.isfinite(gone) or depth > gone
+            if there and gone > PART * depth and turns(truth, i, asked.guard, i):
+                there = False
+            # What could not be followed is a closest point already.
+            led = feet.certified[i] == 0 and _apart(feet, truth, i) <= limits.same_foot
+            there = there or led
+            least = asked.depth[i] - gone
+            kept[i] = there and holds_on(truth, i, asked.guard, i, least, band)
+        if kept[i]:
+            asked.status[i] = OLD
+            take_foot(feet, i, truth, i)
+
+
+@inner()
+def _kind(asked, limits, i):
+    """Classify row i: closest point needed, position known, inside, inside beyond rounding."""
+    truth, side = asked.truth, asked.side[i]
+    needed = is_needed(asked.was[i], side, limits.penetration, limits.nearest)
+    solved = not needed or truth.status[i] == OK
+    inside = solved and (side < 0 if side != 0 else truth.gap[i] <= 0.0)
+    deep = inside and (side != 0 or truth.gap[i] < -limits.band)
+    return needed, solved, inside, deep
+
+
+@inner(error_model="numpy")
+def is_plain(asked, step, limits, i):
+    """Whether neither the path of row i has to be looked at, nor another foot be taken."""
+    k, was, kept, truth = asked.rows[i], asked.was[i], asked.kept[i], asked.truth
+    if not limits.closed:
+        return kept
+    _, solved, inside, deep = _kind(asked, limits, i)
+    has_past = math.isfinite(step.way[k])
+    known = kept and truth.status[i] != NOT_ASKED
+    same = known and _apart(asked.feet, truth, i) <= limits.same_foot
+    if inside and not same and has_past and (was or not limits.penetration):
+        return False
+    near = truth.status[i] == OK and truth.gap[i] <= 0.0 and truth.gap[i] >= -limits.depth
+    if limits.penetration and not was and near:
+        return False
+    old = kept and (inside or not solved)
+    free = not was and (step.ignored[k] or not has_past)
+    return not (deep and not old and (was or (not free and not limits.penetration)))
+
+
+@inner()
+def _free_way(truth, limits, i):
+    """Way to the surface of a free point by its closest point; see `judge.free_distance`."""
+    if truth.status[i] != OK:
+        return 0.0
+    if truth.gap[i] > 0.0:
+        return _above_zero(truth.gap[i] - limits.band)
+    reach = limits.depth if limits.penetration else 0.0
+    return -_above_zero(-truth.gap[i] - max(limits.band, reach))
+
+
+@inner(error_model="numpy")
+def write_plain(asked, limits, detected, i):
+    """Fill what was `Detected` for row i, which `is_plain`."""
+    truth, status, safe_distance = asked.truth, detected.status, detected.safe_distance
+    k, was, kept, side = asked.rows[i], asked.was[i], asked.kept[i], asked.side[i]
+    needed, solved, inside, _ = _kind(asked, limits, i)
+    known = (asked.safe_distance[i] if side != 0 else abs(truth.gap[i])) - limits.band
+    if kept and (inside or not solved):
+        status[k] = asked.status[i]
+        # A point may slide off an open body without having crossed it.
+        safe_distance[k] = _above_zero(known) if inside and limits.closed else 0.0
+        take_foot(detected.feet, k, asked.feet, i)
+    else:
+        status[k] = LOST if not solved and not kept else RELEASED if was else FREE
+        safe_distance[k] = _free_way(truth, limits, i) if needed else side * known
+        remember_foot(detected, k, truth, i)
+
+
+@kernel(error_model="numpy")
+def judge_plain(asked, step, limits, detected):
+    """Fill what was `Detected` for the points that are `Asked` for; whether all of them are plain.
+
+    Where one is not nothing is written. `step` is a `Step`, `limits` are `Limits`.
+    """
+    for i in range(asked.rows.shape[0]):
+        if not is_plain(asked, step, limits, i):
+            return False
+    for i in range(asked.rows.shape[0]):
+        write_plain(asked, limits, detected, i)
+    return True
+
+
+@inner(linked=False)
+def _follow(tables, work, n):
+    """Feet of the first n rows of `work` in lanes; those that need more have none."""
+    start = work.starts
+    m = track_chunks(
+        tables.body, work.path, start, n, work.records, work.left, work.feet, (0, 1 if n else 0)
+    )
+    for j in range(m):
+        blank_foot(work.feet, work.left.rows[j], MAX_ITERATIONS)
+
+
+@inner(linked=False)
+def _ask_balls(tables, work, m):
+    """Radii of the balls at the first m feet that are asked for."""
+    feet = SurfacePlaces(work.feet.patch, work.feet.uv)
+    radii(tables.balls, tables.body.grid, feet, work.asked, work.which, work.radius, 0, m)
+
+
+@inner(linked=False)
+def settled(tables, step, last, rows, limits, work, detected, left):
+    """Settle points that were in contact, `rows`; returns how many of `work.rows` are left, listed
+    in `work.chosen`. `left` is memory. The rest is as of `settle_touching`."""
+    n, band = rows.shape[0], limits.band
+    side, reach = work.side, work.reach
+    sides(tables.grid, step.now, rows, side, reach, 0, n)
+    known, begun, path = KnownSides(side, reach), work.starts, work.path
+    columns = TouchingRows(work.rows, side, reach, begun.patch, begun.uv, path.before, path.now)
+    n = stay(rows, known, step, last, detected, band, columns)
+    _follow(tables, work, n)
+    staying, feet, mark = work.rows[:n], work.feet, work.mark
+    asked = AskedFeet(work.asked, work.which)
+    if limits.nearest:
+        m = face(staying, feet, step.holds, step.way, band, mark, asked)
+    else:
+        ways, m = look(
+            staying, feet, side, detected.safe_distance, limits, mark, work.chosen, asked
+        )
+        for j in range(ways):
+            left[j] = staying[work.chosen[j]]
+        clear_ways(tables.grid, step.before, step.now, left, work.clear, 0, ways)
+        for j in range(ways):
+            if work.clear[j]:
+                mark[work.chosen[j]] |= KEPT
+    _ask_balls(tables, work, m)
+    balls = FootBalls(work.asked[:m], work.radius[:m])
+    return settle(staying, feet, known, mark, balls, limits, detected, work.chosen)
+
+
+@kernel()
+def settle_touching(tables, step, last, rows, limits, work, detected, left):
+    """Settle points that were in contact, `rows`; returns how many are `left`, listed there.
+
+    `tables` are `ContactTables`, `step` a `Step`, `last` the `SurfacePlaces` of all points,
+    `limits` are `Limits`, `work` is `Work` for as many rows or more, `detected` is what was
+    `Detected`.
+    """
+    n = settled(tables, step, last, rows, limits, work, detected, left)
+    for j in range(n):
+        left[j] = work.rows[work.chosen[j]]
+    return n
+
+
+@kernel()
+def settle_free(tables, step, rows, limits, work, detected, left):
+    """Settle free points near the surface that stay free; the rest as of `settle_touching`."""
+    n, band = rows.shape[0], limits.band
+    known = KnownSides(work.side, work.reach)
+    places(tables.grid, step.now, rows, known, work.near, 0, n)
+    columns = FreeRows(work.rows, work.starts.patch, work.starts.uv, work.path.now)
+    m = starts(rows, work.side, work.near, step, detected.last_patch, limits.far, columns)
+    _follow(tables, work, m)
+    for j in range(m):
+        k = rows[work.rows[j]]
+        detected.last_patch[k] = work.feet.patch[j]
+        detected.uv[k, 0], detected.uv[k, 1] = work.feet.uv[j, 0], work.feet.uv[j, 1]
+    asked = askable(work.feet, m, band, AskedFeet(work.asked, work.which))
+    _ask_balls(tables, work, asked)
+    balls = FootBalls(work.asked[:asked], work.radius[:asked])
+    tell(work.rows[:m], work.feet, work.path.now, balls, band, known, work.within)
+    n = leave(rows, known, work.none, band, detected.safe_distance, work.chosen)
+    for j in range(n):
+        left[j] = rows[work.chosen[j]]
+    return n
+
+
+@inner()
+def _ask(asked, m, work, i, holds, j):
+    """Fill row m of the points that are asked for with row i of those settled; what held it is
+    that of row j, where there is one."""
+    asked.rows[m], asked.side[m] = work.rows[i], work.side[i]
+    asked.safe_distance[m] = work.reach[i]
+    asked.was[m], asked.kept[m] = True, work.mark[i] & KEEP > 0
+    asked.status[m] = becomes(work.feet.status[i])
+    asked.within[m] = distance(work.feet, i, work.path.now[i])
+    held = j < holds.rows.shape[0] and holds.rows[j] == work.rows[i]
+    asked.depth[m] = holds.depth[j] if held else 0.0
+    asked.opposed[m] = held and holds.opposed[j]
+    for c in range(3):
+        asked.guard[m, c] = holds.guard[j, c] if held else 0.0
+    take_foot(asked.feet, m, work.feet, i)
+
+
+@inner()
+def _first(asked, m):
+    """The first m points that are asked for: kernels go by `rows`."""
+    return Asked(
+        asked.rows[:m],
+        asked.was,
+        asked.kept,
+        asked.status,
+        asked.side,
+        asked.safe_distance,
+        asked.within,
+        asked.guard,
+        asked.depth,
+        asked.opposed,
+        asked.feet,
+        asked.truth,
+    )
+
+
+@kernel()
+def settle_deep(tables, step, last, rows, limits, work, deep, detected, left):
+    """As `settle_touching`, by closest points too, where the nearest wall pushes.
+
+    `deep` are `DeepRows` for as many rows or more.
+    """
+    n = settled(tables, step, last, rows, limits, work, detected, left)
+    holds, m, j = step.holds, 0, 0
+    for a in range(n):
+        i = work.chosen[a]
+        deep.place[a] = -1
+        if work.feet.status[i] == MAX_ITERATIONS:
+            continue
+        j = at(holds.rows, work.rows[i], j)
+        _ask(deep.asked, m, work, i, holds, j)
+        for c in range(3):
+            deep.now[m, c] = work.path.now[i, c]
+        deep.place[a] = m
+        m += 1
+    asked = _first(deep.asked, m)
+    project_proved(tables.body, tables.balls, deep.now, deep.which, asked.within, asked.truth, 0, m)
+    take_nearest(asked, step.way, limits)
+    k = 0
+    for a in range(n):
+        i = deep.place[a]
+        if i >= 0 and is_plain(asked, step, limits, i):
+            write_plain(asked, limits, detected, i)
+        else:
+            left[k] = work.rows[work.chosen[a]]
+            k += 1
+    return k

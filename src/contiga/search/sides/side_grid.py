@@ -27,7 +27,6 @@ from contiga.records import (
     IntArray,
     KnownSides,
     Projection,
-    SurfacePlaces,
     empty_projection,
 )
 from contiga.search.sides.kernels import side_grid_nb, side_nb
@@ -80,6 +79,20 @@ class SideGrid(NamedTuple):
     """(pieces,) its patch."""
     uv: FloatArray
     """(pieces, 2) the parameters of its middle."""
+
+
+UNKNOWN = SideGrid(
+    np.zeros(3),
+    1.0,
+    0.0,
+    0,
+    np.zeros((0, 0, 0), np.int32),
+    np.zeros((0, 2), np.uint64),
+    np.zeros(0, np.int32),
+    np.zeros(0, np.int32),
+    np.zeros((0, 2)),
+)
+"""Of a body that has no sides: nothing is known anywhere."""
 
 
 class Layout(NamedTuple):
@@ -183,13 +196,3 @@ def clear_ways(grid: SideGrid, before: FloatArray, now: FloatArray, rows: IntArr
     clear = np.empty(len(rows), bool)
     run_ranges(side_nb.clear_ways, len(rows), POINTS, grid, before, now, rows, clear)
     return clear
-
-
-def places(grid: SideGrid, p_B: FloatArray, rows: IntArray) -> tuple[KnownSides, SurfacePlaces]:
-    """As of `side_of`; and places (patch, uv) of the surface not far from those whose side is not
-    known, patch −1 where the grid names none."""
-    n = len(rows)
-    known = KnownSides(np.empty(n, np.int8), np.empty(n))
-    near = SurfacePlaces(np.empty(n, np.int32), np.empty((n, 2)))
-    run_ranges(straight(side_nb.places), n, POINTS, grid, p_B, rows, known, near)
-    return known, near

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from contiga.arrays.codes import MAX_ITERATIONS, NOT_FINITE, OK
+from contiga.arrays.codes import MAX_ITERATIONS, NO_TRIANGLE, NOT_FINITE, OK
 from contiga.arrays.kernels.query_nb import blank_foot
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
@@ -187,16 +187,24 @@ def _leads_on(shape, s, point, foot, guard, cosine, square):
 @inner()
 def _is_square(facets, s, point, foot, square):
     """Whether a foot (place, share) on a kink is one of the surface: the kink is sharp, or the
-    triangle nearly square to the way there, as it is where triangles stand for a smooth surface."""
+    triangle nearly square to the way there, as it is where triangles stand for a smooth surface.
+    Beyond a border there is none."""
     shape, link = facets.shape, facets.link
     n = (shape[s, N], shape[s, N + 1], shape[s, N + 2])
     vx, vy, vz = point[0] - shape[s, 0], point[1] - shape[s, 1], point[2] - shape[s, 2]
     height = vx * n[0] + vy * n[1] + vz * n[2]
+    if foot[0] < 4:
+        at_border = link[s, foot[0] - 1] == NO_TRIANGLE
+    else:
+        at_border = facets.corner[link[s, VERTICES + foot[0] - 4], 3] != 0.0
+    if at_border:
+        small = 4.0 * facets.scale[1]
+        return square - height * height <= small * small
     if height * height >= FLAT * FLAT * square:
         return True
     if foot[0] < 4:
         t = link[s, foot[0] - 1]
-        if t < 0:
+        if t < 0:  # more triangles meet there
             return True
         m = (shape[t, N], shape[t, N + 1], shape[t, N + 2])
     else:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.arrays.codes import SMOOTH
+from contiga.arrays.codes import BORDER, SMOOTH
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.jit import inlined, inner
 
@@ -83,14 +83,23 @@ def is_guarded(elements, place, point, among, h):
     """Whether a place is a minimum that does not face away from the guard, the point behind it and
     no nearer than the floor.
 
-    At a kink the surface need not be square to the way to the point.
+    At a kink the surface need not be square to the way to the point. Beyond a border there is none.
     """
     e, s, t = place
     may, away, height = may_hold(elements, place, point, among, h)
     if not may:
         return False
     kind = elements.table[e]["kind"]
+    is_kink = is_border = False
     for side, at in ((0, -s), (1, s), (2, -t), (3, t)):
-        if at >= 0.5 and kind[side] != SMOOTH:
-            return True
+        if at >= 0.5:
+            is_border = is_border or kind[side] == BORDER
+            is_kink = is_kink or kind[side] != SMOOTH
+    return (is_kink and not is_border) or is_square(away, height)
+
+
+@inner()
+def is_square(away, height):
+    """Whether the way of this length from a place, whose end is so high over the face, is square to
+    the face."""
     return away * away - height * height <= SQUARE * SQUARE * away * away

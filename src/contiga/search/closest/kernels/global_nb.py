@@ -29,6 +29,7 @@ from contiga.search.closest.kernels.global_among_nb import (
     ALL,
     SearchLimits,
     is_guarded,
+    is_square,
     may_hold,
 )
 from contiga.search.closest.kernels.local_nb import expand
@@ -310,9 +311,10 @@ def _edge_is_guarded(tables, e, r, point, among):
     """As `is_guarded`, of the face at the parameter r of its trimming piece −1 − e."""
     h, d = scratch(4, 6), scratch(3, 3)
     elements = tables.elements
+    is_open = tables.piece_open[-1 - e] != 0.0
     e, s, t = curve_point(elements, tables.grid, tables.trims, -1 - e, r, h, d)
-    may, _, _ = may_hold(elements, (e, s, t), point, among, h)
-    return may
+    may, away, height = may_hold(elements, (e, s, t), point, among, h)
+    return may and (not is_open or is_square(away, height))
 
 
 @inner(linked=False)

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from tests.sample import FULL, few
 
-from contiga.contact import judge as judging
-from contiga.contact.asked_records import Asked, JudgeLimits
-from contiga.contact.judge import judge
-from contiga.contact.kernels import judge_nb
+from contiga.contact import followed, nearest
+from contiga.contact.foot_rows import blank
+from contiga.contact.kernels import settle_nb
 from contiga.contact.loads import UNHELD
-from contiga.contact.tracked import Detected, Options, Step, blank
+from contiga.contact.search_records import Detected, Options, Step
+from contiga.contact.settle_records import Asked, Limits
 from contiga.records import ContactStatus, Hit, Projection, empty_hit, rows_of
 from contiga.statuses import Status
 
@@ -21,11 +21,18 @@ pytestmark = pytest.mark.interpreted
 
 N = few(1500 if FULL else 500, 150)
 BAND = 0.01
-LOOKED_FOR = ContactStatus.NEW, ContactStatus.REACQUIRED, ContactStatus.FOUND
+LOOKED_FOR = (
+    ContactStatus.NEW,
+    ContactStatus.REACQUIRED,
+    ContactStatus.FOUND,
+    ContactStatus.LOST,
+)
 
 
 class Told:
     """A surface that counts what it is asked: nothing crosses it, and no point of it is closer."""
+
+    contact_tables = None
 
     def __init__(self) -> None:
         self.asked = 0
@@ -58,12 +65,12 @@ def feet_of(rng: np.random.Generator, n: int, status: list[int]) -> Projection:
     )
 
 
-def scene(seed: int, nearest: bool) -> tuple[Asked, Step]:
+def scene(seed: int, is_nearest: bool) -> tuple[Asked, Step]:
     """Points to be judged, and their ways."""
     rng = np.random.default_rng(seed)
     truth = feet_of(rng, N, [Status.OK, Status.OK, Status.MAX_ITERATIONS])
     feet = feet_of(rng, N, [Status.OK, Status.BORDER])
-    if nearest:
+    if is_nearest:
         feet.certified[:] = 0  # they are followed, and no closest points
     same = rng.random(N) < 0.7
     feet.point[same] = truth.point[same]
@@ -71,8 +78,8 @@ def scene(seed: int, nearest: bool) -> tuple[Asked, Step]:
     was = rng.random(N) < 0.5
     # As `judge` has it, who asks for the closest points that it needs.
     spared = (side != 0) & was & (rng.random(N) < 0.5)
-    spared &= (side > 0) | (not nearest)
-    truth.status[spared], truth.patch[spared] = judge_nb.NOT_ASKED, -1
+    spared &= (side > 0) | (not is_nearest)
+    truth.status[spared], truth.patch[spared] = settle_nb.NOT_ASKED, -1
     rows = np.sort(rng.choice(2 * N, N, replace=False)).astype(np.int32)
     becomes = rng.choice([ContactStatus.OLD, ContactStatus.HELD], N).astype(np.int8)
     kept = was & (rng.random(N) < 0.6)
@@ -100,24 +107,28 @@ def found_by(asked: Asked, step: Step, options: Options) -> tuple[Detected, int]
         *(np.full(n, -9, np.int8), blank(n), np.full(n, -7.0), np.full(n, -5, np.int32)),
         *(np.full((n, 2), -3.0), none),
     )
-    judge(surface, step, asked, found, options)  # type: ignore[arg-type]
+    if options.nearest:
+        last = np.zeros(n, np.int32), np.zeros((n, 2))
+        nearest.judge(surface, step, last, asked, found, options)  # type: ignore[arg-type]
+    else:
+        followed.judge(surface, step, asked, found, options)  # type: ignore[arg-type]
     return found, surface.asked
 
 
-def options_of(penetration: bool, nearest: bool, depth: float) -> Options:
+def options_of(penetration: bool, is_nearest: bool, depth: float) -> Options:
     bounds = np.array([[-1.0] * 3, [1.0] * 3])
-    return Options(penetration, False, False, nearest, depth, True, 2.0, BAND, bounds)
+    return Options(penetration, False, False, is_nearest, depth, True, 2.0, BAND, bounds)
 
 
-@pytest.mark.parametrize("nearest", [False, True])
+@pytest.mark.parametrize("is_nearest", [False, True])
 @pytest.mark.parametrize(("penetration", "depth"), [(False, np.inf), (True, np.inf), (True, 0.5)])
 def test_plain_points_are_judged_as_all_are(
-    monkeypatch: pytest.MonkeyPatch, penetration: bool, depth: float, nearest: bool
+    monkeypatch: pytest.MonkeyPatch, penetration: bool, depth: float, is_nearest: bool
 ) -> None:
-    asked, step = scene(3, nearest)
-    options = options_of(penetration, nearest, depth)
+    asked, step = scene(3, is_nearest)
+    options = options_of(penetration, is_nearest, depth)
     plain = np.zeros(N, bool)
-    kernel = judge_nb.judge_plain
+    kernel = settle_nb.judge_plain
 
     def seen(*given: Any) -> bool:
         own = kernel(*given)
@@ -125,17 +136,17 @@ def test_plain_points_are_judged_as_all_are(
             plain[np.searchsorted(asked.rows, given[0].rows[0])] = own
         return bool(own)
 
-    monkeypatch.setattr(judging.judge_nb, "judge_plain", seen)
+    monkeypatch.setattr(settle_nb, "judge_plain", seen)
     for i in range(N):
         found, questions = found_by(rows_of_asked(asked, np.array([i])), step, options)
         if not plain[i]:
             # Where the nearest wall pushes, its foot is known already.
-            assert nearest or questions > 0 or found.status[asked.rows[i]] in LOOKED_FOR
+            assert is_nearest or questions > 0 or found.status[asked.rows[i]] in LOOKED_FOR
         else:
             assert questions == 0
     assert 0.2 * N < plain.sum() < 0.9 * N
     now, _ = found_by(rows_of_asked(asked, np.flatnonzero(plain)), step, options)
-    monkeypatch.setattr(judging.judge_nb, "judge_plain", lambda *_: False)
+    monkeypatch.setattr(settle_nb, "judge_plain", lambda *_: False)
     own = rows_of_asked(asked, np.flatnonzero(plain))
     wanted, questions = found_by(own, step, options)
     assert questions == 0
@@ -152,7 +163,7 @@ def test_where_one_is_not_plain_nothing_is_written() -> None:
     into = np.zeros(n, np.int8), np.zeros(n), np.zeros(n, np.int32), np.zeros((n, 2))
     status, safe_distance, near, uv = into
     found = Detected(status, blank(n), safe_distance, near, uv, near[:0])
-    limits = JudgeLimits(False, False, BAND, np.inf, 1e-9)
-    assert not judge_nb.judge_plain(asked, step, limits, found)
+    limits = Limits(True, False, False, False, BAND, 0.0, np.inf, 1e-9)
+    assert not settle_nb.judge_plain(asked, step, limits, found)
     assert not any(array.any() for array in into)
     assert (found.feet.patch == -1).all()

@@ -1,4 +1,4 @@
-"""What the search of a step hands round: options, the last step, tracked feet, what was found."""
+"""What the search of a step hands round: its options, the last step, and what it has found."""
 
 from __future__ import annotations
 
@@ -7,22 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.arrays import codes
 from contiga.arrays.layout import as_numbers
-from contiga.arrays.ordered import row_lengths
 from contiga.contact.force_records import Column
 from contiga.contact.loads import UNGUARDED, Guards, Holds, holds_of
-from contiga.masters.protocol import Master, Surface
-from contiga.records import (
-    ByteArray,
-    ContactStatus,
-    FloatArray,
-    IndexArray,
-    IntArray,
-    Projection,
-    empty_projection,
-)
-from contiga.statuses import Status
+from contiga.masters.protocol import Master
+from contiga.records import ByteArray, FloatArray, IndexArray, IntArray, Projection
 
 BoolArray = NDArray[np.bool_]
 
@@ -120,6 +109,11 @@ class Step(NamedTuple):
     """(n, 2) its parameters."""
     holds: Holds
     """Of the points that were in contact."""
+
+    def place(self, rows: IndexArray, share: FloatArray) -> FloatArray:
+        """(len(rows), 3) where some points are after these shares of their ways."""
+        gone = self.now[rows] - self.before[rows]
+        return np.asarray(self.before[rows] + share[:, None] * gone)
 
 
 class Workspace(NamedTuple):
@@ -257,115 +251,3 @@ def listed(rows: IntArray, counts: IndexArray) -> IntArray:
         return rows[: counts[0]]
     parts = [rows[c * CHUNK : c * CHUNK + count] for c, count in enumerate(counts)]
     return np.concatenate(parts or [rows])
-
-
-class Tracked(NamedTuple):
-    """Feet continued from where they were, and what is to become of them."""
-
-    feet: Projection
-    solved: BoolArray
-    at_border: BoolArray
-    keep: BoolArray
-    """Inside, and on the surface or (where the options hold it) on its border."""
-
-
-def blank(n: int) -> Projection:
-    """Feet of n points that have none."""
-    return Projection(
-        np.full(n, -1, np.int32),
-        np.zeros((n, 2)),
-        np.zeros((n, 3)),
-        np.zeros((n, 3)),
-        np.zeros(n),
-        np.full(n, -1, np.int8),
-        np.zeros(n, np.int8),
-        np.zeros(n, np.int8),
-    )
-
-
-def track(
-    surface: Surface,
-    path: tuple[FloatArray | None, FloatArray],
-    start: tuple[IntArray, FloatArray],
-    options: Options,
-) -> Tracked:
-    """Feet of points that went along `path`, continued from `start` = (patch, uv).
-
-    `path` is (before, now); without a before feet are not certified. Those that fail are the
-    closest points.
-    """
-    out = follow(surface, path, start)
-    at_border = _at_border(out)
-    solved = (out.status == Status.OK) | (out.status == Status.BRANCH_EVENT) | at_border
-    keep = solved & (out.gap <= 0.0) & (options.hold | ~at_border)
-    return Tracked(out, solved, at_border, keep)
-
-
-def follow(
-    surface: Surface, path: tuple[FloatArray | None, FloatArray], start: tuple[IntArray, FloatArray]
-) -> Projection:
-    """The feet of `track`."""
-    before, p_B = path
-    patch, uv = start
-    out = empty_projection(len(p_B))
-    surface.track(p_B, patch, np.ascontiguousarray(uv), out, before)
-    failed = np.flatnonzero(out.status == codes.MAX_ITERATIONS).astype(np.int32)
-    if len(failed):
-        surface.closest(p_B, failed, out)
-    return out
-
-
-def _at_border(feet: Projection) -> BoolArray:
-    at_border: BoolArray = (feet.status == Status.BORDER) | (feet.status == Status.TRIMMED)
-    return at_border
-
-
-def continued(feet: Projection) -> ByteArray:
-    """What becomes of points in contact whose feet are kept."""
-    status = np.where(_at_border(feet), ContactStatus.HELD, ContactStatus.OLD)
-    status[feet.status == Status.BRANCH_EVENT] = ContactStatus.REACQUIRED
-    return status.astype(np.int8)
-
-
-def closest(
-    surface: Surface, p_B: FloatArray, rows: IntArray, within: FloatArray | None = None
-) -> Projection:
-    """Closest points of p_B[rows], one row an entry of `rows`, as of `within`."""
-    out = empty_projection(len(rows))
-    points = np.ascontiguousarray(p_B[rows])
-    surface.closest(points, np.arange(len(rows), dtype=np.int32), out, within)
-    return out
-
-
-def distances(feet: Projection, p_B: FloatArray) -> FloatArray:
-    """How far points are from their tracked feet; infinite where those may be off the surface."""
-    away = row_lengths(p_B - feet.point)
-    on_it = (feet.status == Status.OK) | (feet.status == Status.BRANCH_EVENT)
-    return np.where(on_it, away, np.inf)
-
-
-def detect_inside(
-    surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detected, options: Options
-) -> None:
-    """Search by penetration: points that lie inside, feet at the closest points."""
-    out = closest(surface, p_B, rows)
-    # Behind an open surface, deeper than contact reaches or beside its border, a point is as far
-    # from contact as from that depth. A foot that was not found (NaN) is looked for again.
-    detected.safe_distance[rows] = np.where(
-        out.gap > 0.0, out.gap, np.fmax(-out.gap - options.depth, 0.0)
-    )
-    keep = (out.status == Status.OK) & (out.gap <= 0.0) & (out.gap >= -options.depth)
-    detected.status[rows[keep]] = ContactStatus.NEW
-    take(detected.feet, rows, out, keep)
-
-
-def remember(detected: Detected, rows: IndexArray, feet: Projection) -> None:
-    """Keep the feet of free points: what their sides are proved by the next time."""
-    detected.last_patch[rows] = feet.patch
-    detected.uv[rows] = feet.uv
-
-
-def take(feet: Projection, rows: IndexArray, out: Projection, keep: BoolArray) -> None:
-    """Write the rows of `out` that are kept into `rows` of `feet`."""
-    for name in Projection._fields:
-        getattr(feet, name)[rows[keep]] = getattr(out, name)[keep]

@@ -1,8 +1,8 @@
-"""The usual points of a closed body, settled by one call of a kernel for a chunk of them.
+"""Points that are settled by one call of a kernel for a chunk of them: nearly all of a step.
 
-Nearly all points of a step are: their sides and feet, and balls that touch there, tell what becomes
-of them, or their closest points, where they lie deeper. Those that are left go through
-`closed_body` stage by stage, as all do of surfaces whose tables kernels do not have.
+Their sides and feet, and balls that touch there, tell what becomes of them, or their closest
+points, where they lie deeper. Those that are left are looked at one by one (`nearest`, `followed`),
+as all are of surfaces whose tables kernels do not have.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from contiga.arrays.threads import run_ranges
-from contiga.contact.kernels import deep_nb, usual_nb
-from contiga.contact.tracked import Detected, Options, Step
-from contiga.contact.usual_records import DeepRows, Work, judge_limits_of, limits_of
+from contiga.contact.kernels import settle_nb
+from contiga.contact.search_records import Detected, Options, Step
+from contiga.contact.settle_records import DeepRows, Limits, Work
 from contiga.jit import straight
 from contiga.masters.protocol import Surface
 from contiga.records import FloatArray, IntArray, SurfacePlaces
@@ -57,29 +57,31 @@ def left(
 ) -> tuple[IntArray, IntArray]:
     """Settle the usual ones of `rows`, points that were in contact and free ones near the surface;
     returns the others."""
-    tables = surface.contact_tables
-    if tables is None or not options.balls:
+    followed = not options.nearest
+    tells = options.balls and (options.closed or not followed)
+    tables = surface.contact_tables if tells else None
+    if tables is None:
         return rows
-    limits, feet = limits_of(options), SurfacePlaces(*last)
+    limits, feet = Limits.of(options), SurfacePlaces(*last)
     touching, free = rows
     if len(touching):
-        kernel = straight(usual_nb.settle_touching)
+        kernel = straight(settle_nb.settle_touching)
 
         def settle(some: IntArray, work: Work, left: IntArray) -> int:
             return int(kernel(tables, step, feet, some, limits, work, detected, left))
 
         size = rows_of_a_chunk(len(touching), surface.n_elements)
-        touching = _left(settle, touching, size, not options.nearest)
-    if len(touching) and options.nearest:
-        deep_kernel, judging = straight(deep_nb.settle_deep), judge_limits_of(options)
+        touching = _left(settle, touching, size, followed)
+    if len(touching) and not followed:
+        deep_kernel = straight(settle_nb.settle_deep)
 
         def settle_deep(some: IntArray, work: Work, left: IntArray) -> int:
-            of_step = tables, step, feet, some, limits, judging
-            return int(deep_kernel(*of_step, work, _memory.deep, detected, left))
+            deep = _memory.deep
+            return int(deep_kernel(tables, step, feet, some, limits, work, deep, detected, left))
 
         touching = _left(settle_deep, touching, DEEP, False)
-    if len(free):
-        free_kernel = straight(usual_nb.settle_free)
+    if len(free) and options.closed:
+        free_kernel = straight(settle_nb.settle_free)
 
         def settle_free(some: IntArray, work: Work, left: IntArray) -> int:
             return int(free_kernel(tables, step, some, limits, work, detected, left))

@@ -1,0 +1,215 @@
+"""Points that keep the wall that they came in by: `foot = "tracked"`, as in the thesis.
+
+Their feet are followed as local minima of the distance. On a closed body a point that lies inside
+and whose foot is lost, or that came in by another wall, starts anew from its closest point; on an
+open one the followed foot alone decides.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.contact.foot_rows import (
+    apart,
+    at_border,
+    continued,
+    follow,
+    take,
+    take_inside,
+    within_depth,
+)
+from contiga.contact.kernels import settle_nb
+from contiga.contact.nearest import asked_of, find, found_of, write
+from contiga.contact.search_records import BoolArray, Detected, Options, Step
+from contiga.contact.settle_records import Asked, Limits
+from contiga.jit import straight
+from contiga.masters.protocol import Surface
+from contiga.records import ContactStatus, FloatArray, IntArray, Projection, rows_of
+from contiga.statuses import Status
+
+
+class Tracked(NamedTuple):
+    """Feet continued from where they were, and what is to become of them."""
+
+    feet: Projection
+    solved: BoolArray
+    at_border: BoolArray
+    keep: BoolArray
+    """Inside, and on the surface or (where the options hold it) on its border."""
+
+
+def track(
+    surface: Surface,
+    path: tuple[FloatArray | None, FloatArray],
+    start: tuple[IntArray, FloatArray],
+    options: Options,
+) -> Tracked:
+    """Feet of points that went along `path`, continued from `start` = (patch, uv).
+
+    `path` is (before, now); without a before feet are not certified. Those that fail are the
+    closest points.
+    """
+    out = follow(surface, path, start)
+    border = at_border(out)
+    solved = (out.status == Status.OK) | (out.status == Status.BRANCH_EVENT) | border
+    keep = solved & (out.gap <= 0.0) & (options.hold | ~border)
+    return Tracked(out, solved, border, keep)
+
+
+def detect(
+    surface: Surface,
+    step: Step,
+    last: tuple[IntArray, FloatArray],
+    rows: tuple[IntArray, IntArray],
+    detected: Detected,
+    options: Options,
+) -> None:
+    """Fill `detected` for points that were in contact and free ones that are near, `rows`; `last`
+    is (patch, uv) of the feet of all."""
+    touching, _ = rows
+    way = step.before[touching], step.now[touching]
+    tracked = track(surface, way, (last[0][touching], last[1][touching]), options)
+    if options.closed:
+        _detect_closed(surface, step, tracked, rows, detected, options)
+    else:
+        _detect_open(surface, step, tracked, rows, detected, options)
+
+
+def _detect_closed(
+    surface: Surface,
+    step: Step,
+    tracked: Tracked,
+    rows: tuple[IntArray, IntArray],
+    detected: Detected,
+    options: Options,
+) -> None:
+    asked = asked_of(surface, step, tracked.feet, rows, detected, options)
+    if len(asked.rows) == 0:
+        return
+    held = np.flatnonzero(asked.was)
+    place = np.searchsorted(rows[0], asked.rows[held])
+    asked.kept[held], asked.status[held] = tracked.keep[place], continued(tracked.feet)[place]
+    judge(surface, step, asked, detected, options)
+
+
+def judge(
+    surface: Surface, step: Step, asked: Asked, detected: Detected, options: Options
+) -> None:
+    """Fill `detected` for points of a closed body that are asked for."""
+    needed = (asked.side == 0) | (~asked.was & options.penetration)
+    find(surface, step, asked, np.flatnonzero(needed))
+    if straight(settle_nb.judge_plain)(asked, step, Limits.of(options), detected):
+        return
+    standing = found_of(step, asked, needed, options)
+    _, solved, inside, deep, free = standing
+    was, kept = asked.was, asked.kept
+    entered, new = _come_in(surface, step, asked, inside, options)
+    old = kept & ~new & (inside | ~solved)
+    anew = deep & ~new & ~old & (was | entered)
+    missed = deep & ~new & ~old & ~anew & ~free & (not options.penetration)
+    at_closest = anew | missed | (new & ~was & options.penetration)
+    lost = _give_feet(surface, step, asked, at_closest)
+    status = np.where(was, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
+    status[old] = asked.status[old]
+    status[new] = ContactStatus.NEW
+    status[anew] = ContactStatus.REACQUIRED
+    status[missed] = ContactStatus.FOUND
+    status[(~solved & ~kept) | lost] = ContactStatus.LOST
+    touching = (old | new | anew | missed) & ~lost
+    write(asked, standing, (status, touching, lost), detected, options)
+
+
+def _come_in(
+    surface: Surface, step: Step, asked: Asked, inside: BoolArray, options: Options
+) -> tuple[BoolArray, BoolArray]:
+    """Which of the points inside have come in within the step, and with a foot that does.
+
+    What counts is the last crossing: a point may leave by one wall and come in by another. It is
+    not asked of points whose feet are the closest points. The feet of those that come in are
+    written into `asked.feet`.
+    """
+    rows, was = asked.rows, asked.was
+    entered = ~was & within_depth(asked.truth, options) & options.penetration
+    new = entered.copy()
+    unsure = inside & ~_same(asked, options) & np.isfinite(step.way[rows])
+    which = np.flatnonzero(unsure & (was | (not options.penetration)))
+    if len(which) == 0:
+        return entered, new
+    hits, sense = surface.last_crossings(step.before, step.now, rows[which])
+    back = np.flatnonzero(sense > 0)
+    find(surface, step, asked, which[back][asked.kept[which[back]] | options.penetration])
+    back = back[~_same(asked, options)[which[back]]]
+    which = which[back]
+    entered[which] = True
+    if options.penetration:
+        take(asked.feet, which, rows_of(asked.truth, which), np.ones(len(which), dtype=bool))
+        new[which] = True
+        return entered, new
+    way = hits.point[back], step.now[rows[which]]
+    tracked = track(surface, way, (hits.patch[back], hits.uv[back]), options)
+    new[which] = tracked.keep
+    take(asked.feet, which, tracked.feet, tracked.keep)
+    return entered, new
+
+
+def _same(asked: Asked, options: Options) -> BoolArray:
+    """Which of the feet that would do are known to be the closest points."""
+    known = asked.kept & (asked.truth.status != settle_nb.NOT_ASKED)
+    return known & (apart(asked.feet, asked.truth) <= Limits.of(options).same_foot)
+
+
+def _give_feet(surface: Surface, step: Step, asked: Asked, at_closest: BoolArray) -> BoolArray:
+    """Closest points for feet; returns which of the points have none."""
+    which = np.flatnonzero(at_closest)
+    lost = np.zeros(len(at_closest), dtype=bool)
+    find(surface, step, asked, which)
+    feet = rows_of(asked.truth, which)
+    take(asked.feet, which, feet, np.ones(len(which), dtype=bool))
+    lost[which] = feet.status != Status.OK
+    return lost
+
+
+def _detect_open(
+    surface: Surface,
+    step: Step,
+    tracked: Tracked,
+    rows: tuple[IntArray, IntArray],
+    detected: Detected,
+    options: Options,
+) -> None:
+    touching, near = rows
+    keep = tracked.keep
+    slid_off = tracked.at_border & (not options.hold)
+    gone = np.where(slid_off, ContactStatus.SLID_OFF, ContactStatus.RELEASED)
+    status = np.where(keep, continued(tracked.feet), gone)
+    detected.status[touching] = np.where(tracked.solved, status, ContactStatus.LOST)
+    detected.safe_distance[touching] = 0.0
+    take(detected.feet, touching, tracked.feet, keep)
+    if options.penetration:
+        take_inside(surface, step.now, near, detected, options)
+        return
+    # A point that left one sheet may have come through another one since.
+    left = touching[detected.status[touching] == ContactStatus.RELEASED]
+    _sweep(surface, step, np.concatenate((left, near)), detected, options)
+    rest = near[detected.feet.patch[near] < 0]
+    surface.safe_distance(step.now, rest, detected.safe_distance)
+
+
+def _sweep(
+    surface: Surface, step: Step, rows: IntArray, detected: Detected, options: Options
+) -> None:
+    """New contacts: points whose last crossing is an entry, with feet that started there."""
+    hits, sense = surface.last_crossings(step.before, step.now, rows)
+    detected.status[rows[hits.status == Status.BUDGET]] = ContactStatus.LOST
+    entered = np.flatnonzero(sense > 0)
+    if len(entered) == 0:
+        return
+    rows = rows[entered]
+    way = hits.point[entered], step.now[rows]
+    tracked = track(surface, way, (hits.patch[entered], hits.uv[entered]), options)
+    new = np.where(tracked.at_border, ContactStatus.HELD, ContactStatus.NEW)
+    detected.status[rows[tracked.keep]] = new[tracked.keep]
+    detected.status[rows[~tracked.solved]] = ContactStatus.LOST
+    take(detected.feet, rows, tracked.feet, tracked.keep)

@@ -1,0 +1,246 @@
+"""Which wall pushes a point at the end of its way: what follows from the answers to the questions
+that `contact.ways` asks, and all of it in one call on exact geometry.
+
+A way is gone along in parts. At the end of each part the nearest wall pushes, if the guard allows
+it; else the nearest one that the guard allows; and where there is none the way is halved, down to a
+thousandth, until that shows why (`docs/theory.md`).
+"""
+
+from __future__ import annotations
+
+import math
+
+from contiga.arrays.codes import AT_BORDER, BRANCH_EVENT, MAX_ITERATIONS, OK, TRIMMED
+from contiga.contact.kernels.settle_nb import LEAST, distance, is_opposite, take_foot
+from contiga.elements.kernels.element_nb import locate
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch
+from contiga.records import FacingLimits, SurfacePlaces
+from contiga.search.closest.kernels.facing_nb import project_facing
+from contiga.search.closest.kernels.foot_nb import tracked_foot
+from contiga.search.closest.kernels.nearest_nb import project_proved
+
+SET_OUT, CLOSEST, CLOSEST_BEFORE, FACING, FACING_BEFORE, ON_WALL, DONE = range(7)
+"""What a way asks: nothing yet; the closest point; the foot on that wall where the part begins; the
+closest foot that the guard allows; its foot where the part begins; the foot on the wall that held
+the point; nothing any more."""
+NEAREST_PUSHES, ANOTHER_PUSHES, ANEW, CAME_OUT, SLID_OFF, GIVEN_UP = range(6)
+"""How a way ends: the nearest wall pushes; another one does; a wall pushes that the point did not
+come to step by step; the point is in front of its wall; its wall has ended at a border; it is not
+told."""
+SHORTEST = 2.0**-10
+"""Share of a way that is halved no further."""
+LOOKS = 256
+"""Parts of a way, and halvings, at most."""
+END = 1.0 - 1e-9
+TRIES = 8
+"""Minima that are asked for one after the other, where the nearest has been nearer all along."""
+ROUND = 2.0 + 1e-6
+"""Times its way by which a foot's depth may exceed the least that it can have come to, and
+rounding."""
+
+
+@inner()
+def _ask(ways, i, question, share):
+    """Ask about the place at a share of way i."""
+    ways.asks[i] = question
+    for c in range(3):
+        ways.point[i, c] = ways.end[i, c] - (1.0 - share) * (ways.end[i, c] - ways.start[i, c])
+    return question
+
+
+@inner()
+def _ask_before(ways, i, question, feet):
+    """Ask for the foot on the wall of foot i of `feet` where the part of way i begins."""
+    ways.from_patch[i] = feet.patch[i]
+    ways.from_uv[i, 0], ways.from_uv[i, 1] = feet.uv[i, 0], feet.uv[i, 1]
+    return _ask(ways, i, question, ways.at[i])
+
+
+@inner()
+def _has_behind(feet, i, limits):
+    """Whether foot i is one that its point lies behind; in a closed body that is known, but for
+    rounding."""
+    return feet.status[i] == OK and feet.gap[i] <= (limits.band if limits.closed else 0.0)
+
+
+@inner()
+def _was_off(ways, i, band):
+    """Whether a wall was no nearer where the part of way i begins than the one that held the point.
+
+    A wall that was nearer has been nearer all along, even if the part is long enough for both to be
+    as near. Where a foot on an edge leads back to an opposite wall it was not that one.
+    """
+    away = distance(ways.followed, i, ways.point[i])
+    return away >= ways.depth[i] - 2.0 * band or is_opposite(ways.followed, i, ways.guard, i)
+
+
+@inner()
+def _stand(ways, i, feet, opposed):
+    """Put way i on the wall of foot i, whose normal is the guard unless its wall is `opposed`."""
+    ways.depth[i], ways.patch[i] = -feet.gap[i], feet.patch[i]
+    ways.uv[i, 0], ways.uv[i, 1] = feet.uv[i, 0], feet.uv[i, 1]
+    ways.opposed[i] = opposed
+    if not opposed:
+        for c in range(3):
+            ways.guard[i, c] = feet.normal[i, c]
+
+
+@inner()
+def _end(ways, i, outcome):
+    ways.outcome[i] = outcome
+    ways.asks[i] = DONE
+    return DONE
+
+
+@inner()
+def _turned_on_the_way(ways, i, least, gone):
+    """Whether the nearest wall may have turned to be opposite little by little.
+
+    Both distances change by no more than the way: where they differ by more than twice that, it has
+    been opposite all along.
+    """
+    nearest, other = ways.nearest, ways.other
+    differ = other.status[i] == OK and nearest.gap[i] - other.gap[i] > 2.0 * gone
+    return not ways.opposed[i] and not differ and -nearest.gap[i] >= least
+
+
+@inner()
+def _take_anew(ways, limits, i):
+    """Put a point that no wall holds step by step on another wall; whether there is one."""
+    if not limits.closed and ways.other.status[i] == OK:
+        _stand(ways, i, ways.other, True)
+    elif limits.closed or _has_behind(ways.nearest, i, limits):
+        _stand(ways, i, ways.nearest, False)
+    else:
+        return False
+    ways.is_anew[i] = True
+    return True
+
+
+@inner()
+def _go_on(ways, i, place):
+    """Begin the next part of way i from the share `place`, if it has not ended there."""
+    ways.at[i] = place
+    ways.part[i] = min(2.0 * ways.part[i], ways.longest[i])
+    if place < 1.0:
+        return SET_OUT
+    if ways.is_anew[i]:
+        return _end(ways, i, ANEW)
+    return _end(ways, i, ANOTHER_PUSHES if ways.opposed[i] else NEAREST_PUSHES)
+
+
+@inner(linked=False)
+def answered(ways, limits, i):
+    """What way i asks next, now that what it asked has been answered: `ways.point` has the place.
+
+    `limits` are `Limits`.
+    """
+    band, closed = limits.band, limits.closed
+    question, nearest, other = ways.asks[i], ways.nearest, ways.other
+    pushes = False
+    while True:
+        if question == SET_OUT:
+            ways.looks[i] += 1
+            if ways.looks[i] > LOOKS:
+                ways.opposed[i] = False
+                found = closed or _has_behind(ways.last, i, limits)
+                return _end(ways, i, ANEW if found else GIVEN_UP)
+            place = ways.at[i] + ways.part[i]
+            ways.to[i] = place = 1.0 if place > END else place
+            if place < 1.0:
+                return _ask(ways, i, CLOSEST, place)
+            take_foot(nearest, i, ways.last, i)
+            question = CLOSEST
+        place, gone = ways.to[i], (ways.to[i] - ways.at[i]) * ways.length[i]
+        least = ways.depth[i] - gone - 2.0 * band
+        if question == CLOSEST:
+            pushes = _has_behind(nearest, i, limits) and -nearest.gap[i] >= least
+            pushes = pushes and not is_opposite(nearest, i, ways.guard, i)
+            if pushes and ways.opposed[i]:
+                return _ask_before(ways, i, CLOSEST_BEFORE, nearest)
+        elif question == CLOSEST_BEFORE:
+            pushes = _was_off(ways, i, band)
+        elif question == FACING:
+            if ways.opposed[i] and other.status[i] == OK:
+                return _ask_before(ways, i, FACING_BEFORE, other)
+        elif question == FACING_BEFORE and not _was_off(ways, i, band):
+            ways.tries[i] += 1
+            if ways.tries[i] < TRIES:
+                ways.floor[i] = 2.0 * band - other.gap[i]
+                return _ask(ways, i, FACING, place)
+            other.status[i] = MAX_ITERATIONS
+        if question in (CLOSEST, CLOSEST_BEFORE):
+            if not pushes:
+                ways.tries[i], ways.floor[i] = 0, least
+                return _ask(ways, i, FACING, place)
+            _stand(ways, i, nearest, False)
+            question = _go_on(ways, i, place)
+        elif question == ON_WALL:
+            # It is why no wall holds the point.
+            status = ways.followed.status[i]
+            at_border = status in (AT_BORDER, TRIMMED)
+            is_foot = at_border or status in (OK, BRANCH_EVENT)
+            if is_foot and ways.followed.gap[i] > 0.0:
+                return _end(ways, i, CAME_OUT)
+            if at_border:
+                return _end(ways, i, SLID_OFF)
+            if not _take_anew(ways, limits, i):
+                return _end(ways, i, CAME_OUT)
+            question = _go_on(ways, i, place)
+        else:
+            # Where the wall that held a point has vanished, others are farther than they can have
+            # come.
+            deepest = math.inf
+            if math.isfinite(least):
+                deepest = least + ROUND * gone + 4.0 * band
+            holds = other.status[i] == OK and -other.gap[i] <= deepest
+            short = ways.part[i] <= SHORTEST
+            if not short and not holds and not closed:
+                again = True
+            else:
+                again = not short and _turned_on_the_way(ways, i, least, gone)
+            if again:
+                ways.part[i] *= 0.5
+                question = SET_OUT
+                continue
+            if holds:
+                _stand(ways, i, other, True)
+            elif closed:
+                _take_anew(ways, limits, i)
+            else:
+                ways.from_patch[i] = ways.patch[i]
+                ways.from_uv[i, 0], ways.from_uv[i, 1] = ways.uv[i, 0], ways.uv[i, 1]
+                return _ask(ways, i, ON_WALL, place)
+            question = _go_on(ways, i, place)
+        if question == DONE:
+            return DONE
+
+
+@kernel()
+def go_on(ways, limits, rows):
+    """What the ways `rows` ask next, in `ways.asks`, now that they have been answered."""
+    for j in range(rows.shape[0]):
+        answered(ways, limits, rows[j])
+
+
+@kernel()
+def go_all_the_way(tables, ways, limits, start, stop):
+    """Go along the ways start … stop of a body with these `ContactTables` to their ends."""
+    body, h, nearest = tables.body, scratch(4, 6), scratch(4)
+    facing, places = FacingLimits(LEAST, ways.floor), SurfacePlaces(ways.patch, ways.uv)
+    points = ways.point
+    for i in range(start, stop):
+        question = answered(ways, limits, i)
+        while question != DONE:
+            if question == CLOSEST:
+                project_proved(
+                    body, tables.balls, points, ways.rows, ways.within, ways.nearest, i, i + 1
+                )
+            elif question == FACING:
+                project_facing(body, points, ways.guard, facing, places, ways.other, i, i + 1)
+            else:
+                point = (points[i, 0], points[i, 1], points[i, 2])
+                foot = locate(body.grid, ways.from_patch[i], ways.from_uv[i, 0], ways.from_uv[i, 1])
+                tracked_foot(body, i, foot, point, ways.followed, nearest, h)
+            question = answered(ways, limits, i)
