@@ -182,11 +182,12 @@ def test_a_sphere_without_its_lowest_cap_is_the_sphere(steps: int) -> None:
             for share in np.linspace(0.0, 1.0, steps + 1)[1:]:
                 states.append(contact.step(states[-1], a + share * (b - a)))
         found.append(states)
-    # Chords between these may lead through the missing cap; from there on nothing is asked.
-    sound = np.ones(n, bool)
+    # Chords may lead over the missing cap; from there on nothing is asked.
+    sound, last = np.ones(n, bool), way[0]
     for own, other in zip(*found, strict=True):
-        p = own.points_B
-        sound &= p[:, 2] > np.sin(latitude + 0.03) * np.sqrt((p**2).sum(axis=1))
+        p = last + np.linspace(0.0, 1.0, 65)[:, None, None] * (own.points_B - last)
+        sound &= (p[..., 2] > np.sin(latitude) * np.sqrt((p**2).sum(axis=-1))).all(axis=0)
+        last = own.points_B
         np.testing.assert_allclose(
             own.penetration[sound], other.penetration[sound], rtol=0, atol=1e-11
         )
@@ -209,6 +210,43 @@ def test_beyond_the_border_of_a_plate_a_point_has_slid_off(kind: str, steps: int
     is_near(depths(states), [0.0, 0.2, 0.2, 0.0, 0.0])
     if steps == 1:
         assert statuses(states) == [Is.FREE, Is.NEW, Is.OLD, Is.SLID_OFF, Is.FREE]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("beyond", [1e-7, 1e-5, 1e-4, 1e-3])
+def test_a_hair_beyond_a_border_a_point_has_slid_off(kind: str, beyond: float) -> None:
+    master = made(plate(0.0), kind)
+    at = [
+        [1.9, 0.9, 0.1],
+        [1.9, 0.9, -0.25],
+        [2.0 - beyond, 0.9, -0.25],
+        [2.0 + beyond, 0.9, -0.25],
+    ]
+    states = gone(master, *at)
+    assert statuses(states) == [Is.FREE, Is.NEW, Is.OLD, Is.SLID_OFF]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("steps", STEPS)
+def test_a_point_that_has_come_out_is_not_held_by_a_sheet_that_it_is_behind(
+    kind: str, steps: int
+) -> None:
+    """In by the lower sheet beside the upper one, and out again below that."""
+    master = made([*plate(0.0), *plate(-0.3, (0.5, 3.0))], kind)
+    way = [[2.5, 1.0, 0.1], [2.5, 1.0, -0.5], [1.5, 1.1, -0.5], [1.4, 1.1, -0.05], [1.3, 1, -0.2]]
+    states = gone(master, *way, steps=steps)
+    is_near(depths(states), [0.0, 0.2, 0.2, 0.0, 0.0])
+    if steps == 1:
+        assert statuses(states) == [Is.FREE, Is.NEW, Is.OLD, Is.RELEASED, Is.FREE]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("steps", STEPS)
+def test_a_sheet_whose_border_a_point_passes_behind_does_not_take_it(kind: str, steps: int) -> None:
+    """Held by the upper sheet it comes from beside the lower one to behind it."""
+    master = made([*plate(0.0), *plate(-0.3, (0.5, 3.0))], kind)
+    way = [[0.2, 1.0, 0.1], [0.2, 1.0, -0.2], [0.3, 1.1, -0.6], [1.5, 1.1, -0.5], [1.4, 1.2, -0.2]]
+    is_near(depths(gone(master, *way, steps=steps)), [0.0, 0.2, 0.6, 0.5, 0.2])
 
 
 @pytest.mark.parametrize("steps", STEPS)
