@@ -189,8 +189,8 @@ class Contact(Displayed):
         through = self.through == "hold"
         nearest = self.foot == "nearest" and not through  # what is held must be followed
         how = self.search == "penetration", self.on_edge == "hold", through, nearest
-        options = options_of(how, self.depth, self._surface.closed, self.master)
-        return options._replace(half=self.half_thickness)
+        half = self.half_thickness
+        return options_of(how, self.depth, self._surface.closed, self.master, half)
 
     def start(
         self, points: ArrayLike, pose: PoseLike | None = None, *, clock: StageClock = untimed

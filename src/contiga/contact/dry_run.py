@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -63,11 +64,11 @@ def dry_run(
     face, no deeper than contact reaches.
     """
     active, most = taking_part
-    options = options._replace(balls=False, bulge=BULGE)
+    options = replace(options, balls=False, bulge=BULGE)
     followed = spread(np.flatnonzero(active).astype(np.int32), most)
     whole, half = options, options.half
     if half is not None:
-        options = options._replace(half=half[followed])
+        options = replace(options, half=half[followed])
     all_of_them = np.ones(len(followed), dtype=bool)
     last, pose, was_held = None, np.eye(4), np.zeros(0, np.int32)
     for p_W, X_WB in standing:

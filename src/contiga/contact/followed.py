@@ -23,7 +23,7 @@ from contiga.contact.foot_rows import (
 from contiga.contact.kernels import settle_nb
 from contiga.contact.nearest import asked_of, find, found_of, write
 from contiga.contact.search_records import BoolArray, Detected, Options, Step
-from contiga.contact.settle_records import Asked, Limits
+from contiga.contact.settle_records import Asked
 from contiga.jit import straight
 from contiga.masters.protocol import Surface
 from contiga.records import ContactStatus, FloatArray, IntArray, Projection, rows_of
@@ -94,13 +94,11 @@ def _detect_closed(
     judge(surface, step, asked, detected, options)
 
 
-def judge(
-    surface: Surface, step: Step, asked: Asked, detected: Detected, options: Options
-) -> None:
+def judge(surface: Surface, step: Step, asked: Asked, detected: Detected, options: Options) -> None:
     """Fill `detected` for points of a closed body that are asked for."""
     needed = (asked.side == 0) | (~asked.was & options.penetration)
     find(surface, step, asked, np.flatnonzero(needed))
-    if straight(settle_nb.judge_plain)(asked, step, Limits.of(options), detected):
+    if straight(settle_nb.judge_plain)(asked, step, options.limits, detected):
         return
     standing = found_of(step, asked, needed, options)
     _, solved, inside, deep, free = standing
@@ -157,7 +155,7 @@ def _come_in(
 def _same(asked: Asked, options: Options) -> BoolArray:
     """Which of the feet that would do are known to be the closest points."""
     known = asked.kept & (asked.truth.status != settle_nb.NOT_ASKED)
-    return known & (apart(asked.feet, asked.truth) <= Limits.of(options).same_foot)
+    return known & (apart(asked.feet, asked.truth) <= options.limits.same_foot)
 
 
 def _give_feet(surface: Surface, step: Step, asked: Asked, at_closest: BoolArray) -> BoolArray:

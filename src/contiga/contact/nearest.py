@@ -29,7 +29,7 @@ from contiga.contact.foot_rows import (
 from contiga.contact.kernels import settle_nb, way_nb
 from contiga.contact.loads import UNGUARDED, Guards, merged
 from contiga.contact.search_records import BoolArray, Detected, Options, Step
-from contiga.contact.settle_records import Asked, Limits
+from contiga.contact.settle_records import Asked
 from contiga.contact.ways import Start, Ways
 from contiga.jit import straight
 from contiga.masters.protocol import Surface
@@ -168,7 +168,7 @@ def judge(
     options: Options,
 ) -> Guards:
     """Fill `detected` for points of a closed body that are asked for."""
-    limits, rows, was = Limits.of(options), asked.rows, asked.was
+    limits, rows, was = options.limits, asked.rows, asked.was
     needed = (asked.side <= 0) | (~was & options.penetration)
     find(surface, step, asked, np.flatnonzero(needed))
     straight(settle_nb.take_nearest)(asked, step.way, limits)
@@ -213,7 +213,7 @@ def _gone(
     held = asked.guard[which], asked.depth[which], asked.opposed[which]
     start = Start(*held, begin.patch[which], begin.uv[which])
     path, nearest = (begin.point[which], step.now[asked.rows[which]]), rows_of(asked.truth, which)
-    return ways.gone(surface, path, start, nearest, Limits.of(options), options.balls)
+    return ways.gone(surface, path, start, nearest, options.limits, options.balls)
 
 
 def _guards(rows: IntArray, gone: Ways, pushed: BoolArray) -> Guards:
@@ -290,7 +290,7 @@ def _detect_open(
     touching, near = rows
     asked = asked_of(surface, step, feet, (touching, near[:0]), detected, options)
     find(surface, step, asked, np.arange(len(touching)))
-    straight(settle_nb.take_nearest)(asked, step.way, Limits.of(options))
+    straight(settle_nb.take_nearest)(asked, step.way, options.limits)
     status, at, kept = asked.status.copy(), np.ones(len(touching)), asked.kept
     # Beyond a border the nearest wall is the border: the foot followed there keeps its normal.
     on_border = at_border(asked.feet) & (asked.feet.gap <= 0.0) & options.hold
@@ -331,7 +331,7 @@ def _have_come_out(surface: Surface, step: Step, asked: Asked, options: Options)
     followed, and have come through no other sheet since."""
     truth, out = asked.truth, np.zeros(len(asked.rows), np.bool_)
     front = (truth.status == Status.OK) & (truth.gap > 0.0) & ~asked.opposed
-    front &= apart(asked.feet, truth) <= Limits.of(options).same_foot
+    front &= apart(asked.feet, truth) <= options.limits.same_foot
     which = np.flatnonzero(front & (asked.depth - step.way[asked.rows] <= 2.0 * options.band))
     hits, sense = surface.last_crossings(step.before, step.now, asked.rows[which])
     out[which] = (sense <= 0) & (hits.status != Status.BUDGET)
@@ -358,7 +358,7 @@ def _come_in(
     guard = closest(surface, there, all_of_them[:n]).normal
     place = hits.patch[came], np.ascontiguousarray(hits.uv[came])
     begin = Start(guard, np.zeros(n), np.zeros(n, np.bool_), *place)
-    nearest, limits = closest(surface, step.now, rows), Limits.of(options)
+    nearest, limits = closest(surface, step.now, rows), options.limits
     gone = ways.gone(surface, (there, end[came]), begin, nearest, limits, options.balls)
     pushed, feet = gone.outcome <= way_nb.ANEW, gone.feet
     status = np.where(pushed, np.int8(ContactStatus.NEW), detected.status[rows])

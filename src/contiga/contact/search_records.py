@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -26,31 +28,47 @@ SAME_PLACE = 4e-12
 ROUNDING = 32.0 * np.finfo(np.float64).eps
 # A point that went no farther than this share of the body's size has its last foot near by.
 SHORT = 2e-3
+# Feet closer than this share of the body's size are one.
+SAME_FOOT = 1e-9
 # Points that a thread goes through at once.
 CHUNK = 32768
 
 
-class Options(NamedTuple):
-    """What the search of a contact is to do."""
+class Limits(NamedTuple):
+    """What decides of points, as kernels are handed it."""
 
-    penetration: bool
-    """Search by penetration: points count as in contact where they lie inside."""
+    closed: bool
+    """Whether the body is closed: a point is inside or outside, whatever its foot."""
+    nearest: bool
+    """The nearest wall that is not opposite pushes; else the one that a point came in by."""
     hold: bool
     """Keep points that slide over a border on its closest point."""
+    penetration: bool
+    """Search by penetration: points count as in contact where they lie inside."""
+    band: float
+    """Distance below which rounding decides whether a point is inside, length."""
+    far: float
+    """Way beyond which the last foot of a point is no longer near by, length."""
+    depth: float
+    """Deepest penetration that a search by penetration takes for one, length."""
+    same_foot: float
+    """How far feet that are one may be apart, length."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the search of a contact is to do; as of `Limits`."""
+
+    penetration: bool
+    hold: bool
     through: bool
     """Hold points that tunnelled on the wall they came in by."""
     nearest: bool
-    """The nearest wall that is not opposite pushes; else the one that a point came in by."""
     depth: float
-    """Deepest penetration a search by penetration takes for one, length."""
     closed: bool
-    """Whether the body is closed: a point is inside or outside, whatever its foot."""
     size: float
     """Of the body, length."""
     band: float
-    """Distance below which rounding decides whether a point is inside, length."""
-    bounds: FloatArray
-    """(2, 3) box of the body."""
     balls: bool = True
     """Ask the balls that touch at feet, which take a while to build and save closest points."""
     bulge: float = BULGE
@@ -59,20 +77,33 @@ class Options(NamedTuple):
     """(n,) half the thickness of shells, from which on points are in contact; None where contact
     begins at the surface."""
 
-    @property
-    def far(self) -> float:
-        """Way beyond which the last foot of a point is no longer near by, length."""
-        return SHORT * self.size
+    @cached_property
+    def limits(self) -> Limits:
+        """Those of them that kernels go by."""
+        return Limits(
+            closed=self.closed,
+            nearest=self.nearest,
+            hold=self.hold,
+            penetration=self.penetration,
+            band=self.band,
+            far=SHORT * self.size,
+            depth=self.depth,
+            same_foot=SAME_FOOT * self.size,
+        )
 
 
 def options_of(
-    how: tuple[bool, bool, bool, bool], depth: float | None, closed: bool, master: Master
+    how: tuple[bool, bool, bool, bool],
+    depth: float | None,
+    closed: bool,
+    master: Master,
+    half: FloatArray | None,
 ) -> Options:
     """The options of a contact with `master`; `how` are the first four of them."""
     size, bounds = master.size, as_numbers(master.bounds(), "bounds")
     depth = reach_of(depth, closed, size)
     band = SAME_PLACE * size + ROUNDING * float(np.abs(bounds).max())
-    return Options(*how, depth, closed, size, band, bounds)
+    return Options(*how, depth, closed, size, band, half=half)
 
 
 def reach_of(depth: float | None, closed: bool, size: float) -> float:

@@ -17,7 +17,7 @@ import numpy as np
 from contiga.arrays.threads import run_ranges
 from contiga.contact.kernels import settle_nb
 from contiga.contact.search_records import Detected, Options, Step
-from contiga.contact.settle_records import DeepRows, Limits, Work
+from contiga.contact.settle_records import DeepRows, Work
 from contiga.jit import straight
 from contiga.masters.protocol import Surface
 from contiga.records import FloatArray, IntArray, SurfacePlaces
@@ -62,7 +62,7 @@ def left(
     tables = surface.contact_tables if tells else None
     if tables is None:
         return rows
-    limits, feet = Limits.of(options), SurfacePlaces(*last)
+    limits, feet = options.limits, SurfacePlaces(*last)
     touching, free = rows
     if len(touching):
         kernel = straight(settle_nb.settle_touching)

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from contiga.arrays.query_checks import NO_FEET
 from contiga.arrays.workspace import Workspace
-from contiga.contact.search_records import Options
 from contiga.records import (
     ByteArray,
     FloatArray,
@@ -22,39 +21,6 @@ from contiga.records import (
 from contiga.search.track.kernels.lanes_nb import RECORD
 from contiga.search.track.project import NOWHERE
 from contiga.search.track.track_records import Left, Path, room_for
-
-SAME_FOOT = 1e-9
-"""Feet closer than this, relative to the body's size, are one."""
-
-
-class Limits(NamedTuple):
-    """What decides of points, of the options of a contact."""
-
-    closed: bool
-    """Whether the body has an inside."""
-    nearest: bool
-    """Whether the nearest wall pushes."""
-    hold: bool
-    """Whether points are held on borders."""
-    penetration: bool
-    """Whether the search is by penetration."""
-    band: float
-    """Distance below which rounding decides whether a point is inside, length."""
-    far: float
-    """Way beyond which the last foot of a free point is no longer near by, length."""
-    depth: float
-    """Deepest penetration that a search by penetration takes for one, length."""
-    same_foot: float
-    """How far feet that are one may be apart, length."""
-
-    @classmethod
-    def of(cls, options: Options) -> Limits:
-        """Those of a contact."""
-        of = options
-        same_foot = SAME_FOOT * of.size
-        return cls(
-            of.closed, of.nearest, of.hold, of.penetration, of.band, of.far, of.depth, same_foot
-        )
 
 
 class TouchingRows(NamedTuple):

@@ -22,8 +22,7 @@ from contiga.arrays.threads import run_ranges
 from contiga.contact.foot_rows import take
 from contiga.contact.kernels import way_nb
 from contiga.contact.kernels.settle_nb import ANOTHER, LEAST, PART
-from contiga.contact.search_records import BoolArray
-from contiga.contact.settle_records import Limits
+from contiga.contact.search_records import BoolArray, Limits
 from contiga.jit import straight
 from contiga.masters.protocol import Surface
 from contiga.pointer_records import pass_by_pointer

@@ -165,7 +165,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
                     listener.before(*self._home, signature)
             lock = self._locks[signature] = ExitStack()
             lock.enter_context(self._alone(str(signature), _waiting))
-            overload = super().load_overload(signature, target)
+            overload = self._kept(signature, target)
         return overload
 
     def _installed(self, signature: Any, target: Any) -> Any:
@@ -198,7 +198,11 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         numba's own reads the index of a kernel, and writes it with one line more.
         """
         with suppress(OSError), self._alone("index"):
-            super().save_overload(signature, compiled)
+            try:
+                super().save_overload(signature, compiled)
+            except (ImportError, AttributeError):  # another version of contiga has written it
+                self.flush()
+                super().save_overload(signature, compiled)
 
     def done(self, signature: Any) -> None:
         """It is there, or cannot be compiled: others may look."""

@@ -12,8 +12,8 @@ from contiga.contact import followed, nearest
 from contiga.contact.foot_rows import blank
 from contiga.contact.kernels import settle_nb
 from contiga.contact.loads import UNHELD
-from contiga.contact.search_records import Detected, Options, Step
-from contiga.contact.settle_records import Asked, Limits
+from contiga.contact.search_records import Detected, Limits, Options, Step
+from contiga.contact.settle_records import Asked
 from contiga.records import ContactStatus, Hit, Projection, empty_hit, rows_of
 from contiga.statuses import Status
 
@@ -116,8 +116,7 @@ def found_by(asked: Asked, step: Step, options: Options) -> tuple[Detected, int]
 
 
 def options_of(penetration: bool, is_nearest: bool, depth: float) -> Options:
-    bounds = np.array([[-1.0] * 3, [1.0] * 3])
-    return Options(penetration, False, False, is_nearest, depth, True, 2.0, BAND, bounds)
+    return Options(penetration, False, False, is_nearest, depth, True, 2.0, BAND)
 
 
 @pytest.mark.parametrize("is_nearest", [False, True])

@@ -1,4 +1,4 @@
-"""Points settled in one call of a kernel: what becomes of them is what looking at each one finds."""
+"""Points settled in one call: what becomes of them is what looking at each one finds."""
 
 from __future__ import annotations
 
@@ -68,8 +68,10 @@ def _contact(name: str, points: np.ndarray, **how: Any) -> cg.Contact:
 @pytest.mark.parametrize("search", ["intersection", "penetration"])
 @pytest.mark.parametrize(
     ("name", "moved"),
-    [("ball", _shaken), ("torus", _shaken), ("box", _shaken), ("bowl", _shaken)]
-    + [("egg", _pressed), ("torus", _pressed), ("plate", _pressed)],
+    [
+        *[(name, _shaken) for name in ("ball", "torus", "box", "bowl")],
+        *[(name, _pressed) for name in ("egg", "torus", "plate")],
+    ],
 )
 def test_nothing_changes_where_kernels_settle_points(
     name: str, moved: Any, search: str, foot: str, monkeypatch: pytest.MonkeyPatch

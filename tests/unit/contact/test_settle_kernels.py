@@ -9,8 +9,8 @@ from numba import config
 from contiga.contact.foot_rows import blank
 from contiga.contact.kernels import settle_nb
 from contiga.contact.loads import UNHELD
-from contiga.contact.search_records import Detected, Step
-from contiga.contact.settle_records import AskedFeet, FootBalls, FreeRows, Limits, TouchingRows
+from contiga.contact.search_records import Detected, Limits, Step
+from contiga.contact.settle_records import AskedFeet, FootBalls, FreeRows, TouchingRows
 from contiga.records import ContactStatus, KnownSides, Projection, SurfacePlaces
 from contiga.statuses import Feature, Status
 

@@ -65,14 +65,26 @@ def _has_behind(feet, i, limits):
 
 
 @inner()
-def _was_off(ways, i, band):
-    """Whether a wall was no nearer where the part of way i begins than the one that held the point.
+def _may_have_been_nearer(ways, i, gap, gone, limits):
+    """Whether a wall with this gap may have been nearer, where the part of way i begins or since,
+    than the one that held the point: that was not the nearest, or the part is long enough for the
+    point to have come through the wall, as it may on an open body."""
+    return ways.opposed[i] or (not limits.closed and -gap <= gone)
 
-    A wall that was nearer has been nearer all along, even if the part is long enough for both to be
-    as near. Where a foot on an edge leads back to an opposite wall it was not that one.
+
+@inner()
+def _was_off(ways, i, limits):
+    """Whether a wall was no nearer than the one that held the point, all along the part of way i.
+
+    A wall that was nearer where the part begins has been so all along, even if the part is long
+    enough for both to be as near. Where a foot on an edge leads back to an opposite wall it was not
+    that one. What the point was in front of it has come through, and was nearer then.
     """
-    away = distance(ways.followed, i, ways.point[i])
-    return away >= ways.depth[i] - 2.0 * band or is_opposite(ways.followed, i, ways.guard, i)
+    before, band = ways.followed, limits.band
+    away = distance(before, i, ways.point[i])
+    off = away >= ways.depth[i] - 2.0 * band or is_opposite(before, i, ways.guard, i)
+    in_front = away < math.inf and before.gap[i] > band
+    return off and (limits.closed or not in_front)
 
 
 @inner()
@@ -157,14 +169,15 @@ def answered(ways, limits, i):
         if question == CLOSEST:
             pushes = _has_behind(nearest, i, limits) and -nearest.gap[i] >= least
             pushes = pushes and not is_opposite(nearest, i, ways.guard, i)
-            if pushes and ways.opposed[i]:
+            if pushes and _may_have_been_nearer(ways, i, nearest.gap[i], gone, limits):
                 return _ask_before(ways, i, CLOSEST_BEFORE, nearest)
         elif question == CLOSEST_BEFORE:
-            pushes = _was_off(ways, i, band)
+            pushes = _was_off(ways, i, limits)
         elif question == FACING:
-            if ways.opposed[i] and other.status[i] == OK:
+            found = other.status[i] == OK
+            if found and _may_have_been_nearer(ways, i, other.gap[i], gone, limits):
                 return _ask_before(ways, i, FACING_BEFORE, other)
-        elif question == FACING_BEFORE and not _was_off(ways, i, band):
+        elif question == FACING_BEFORE and not _was_off(ways, i, limits):
             ways.tries[i] += 1
             if ways.tries[i] < TRIES:
                 ways.floor[i] = 2.0 * band - other.gap[i]
