@@ -125,12 +125,19 @@ def _follow(
 ) -> None:
     """Change `held` to what it is at the end of the way; no entry has a share above 1."""
     (a, b), (on, depth, guard, normal, became) = way, held
-    at_entry = entry.share
-    crossing = a + at_entry[:, None] * (b - a)
+    crossing = a + entry.share[:, None] * (b - a)
+    came = np.flatnonzero(~on)  # from where they cross there is nothing to be looked at before
+    on[came], became[came] = True, Becomes.NEW
+    guard[came] = normal[came] = entry.normal[came]
+    a = a.copy()
+    a[came] = crossing[came]
+    at_entry = entry.share.copy()
+    at_entry[came] = 2.0
+    shares = _shares(a, b, pieces)
     before, last = a, shell.feet(a).distance
     for k in range(1, pieces + 1):
-        now = b if k == pieces else a + (k / pieces) * (b - a)
-        new = np.flatnonzero(~on & (at_entry <= k / pieces) & (at_entry > (k - 1) / pieces))
+        now = b if k == pieces else a + shares[k][:, None] * (b - a)
+        new = np.flatnonzero(~on & (at_entry <= shares[k]) & (at_entry > shares[k - 1]))
         rows = np.flatnonzero(on)
         if len(new):
             on[new], became[new], depth[new] = True, Becomes.NEW, 0.0
@@ -155,6 +162,16 @@ def _follow(
                 on[gone], depth[gone], guard[gone] = own.on, own.depth, own.guard
                 normal[gone], became[gone] = own.normal, own.became
         before, last = now, feet.distance
+
+
+def _shares(a: np.ndarray, b: np.ndarray, pieces: int) -> np.ndarray:
+    """(pieces + 1, n) where to cut ways: the farther from the shell, the longer are the pieces."""
+    length = np.maximum(norm(b - a), 1e-300)
+    start = dot(a, b - a) / length
+    ends = np.arcsinh(start), np.arcsinh(start + length)
+    share = (np.sinh(np.linspace(*ends, pieces + 1)) - start) / length
+    straight = np.linspace(0.0, 1.0, pieces + 1)[:, None]
+    return np.where(length > 1e-3, share, straight)
 
 
 def _outside(feet: Feet) -> np.ndarray:

@@ -133,19 +133,21 @@ def judged(
     """
     a, b = way
     truth = open_rule.step(item.shell, a, b, held, pieces)
-    doubtful = truth.became == Becomes.ENDED
-    differs = np.flatnonzero(_differ(truth, said) & ~doubtful)
+    doubtful = np.zeros(len(a), bool)
+    differs = np.flatnonzero(_differ(truth, said) | (truth.became == Becomes.ENDED))
     for finer in CLOSER:
         if len(differs) == 0:
             break
         was = Held(*(column[differs] for column in truth))
         own = Held(*(column[differs] for column in held))
         fine = open_rule.step(item.shell, a[differs], b[differs], own, finer * pieces)
-        unsure = _differ(fine, was) | (fine.became == Becomes.ENDED)
+        ended = fine.became == Becomes.ENDED
+        unsure = _differ(fine, was) & ~(was.became == Becomes.ENDED) | ended
         doubtful[differs] = unsure
         for column, value in zip(truth, fine, strict=True):
             column[differs] = value
-        differs = differs[_differ(fine, Held(*(column[differs] for column in said))) & ~unsure]
+        wrong = _differ(fine, Held(*(column[differs] for column in said)))
+        differs = differs[(wrong & ~unsure) | ended]
     doubtful |= item.shell.nearest(b) < SAME
     return truth, doubtful & _differ(truth, said)
 
