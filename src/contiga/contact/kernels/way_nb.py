@@ -20,10 +20,10 @@ from contiga.search.closest.kernels.facing_nb import project_facing
 from contiga.search.closest.kernels.foot_nb import tracked_foot
 from contiga.search.closest.kernels.nearest_nb import project_proved
 
-SET_OUT, CLOSEST, CLOSEST_BEFORE, FACING, FACING_BEFORE, ON_WALL, DONE = range(7)
-"""What a way asks: nothing yet; the closest point; the foot on that wall where the part begins; the
-closest foot that the guard allows; its foot where the part begins; the foot on the wall that held
-the point; nothing any more."""
+SET_OUT, CLOSEST, STILL_ON_WALL, CLOSEST_BEFORE, FACING, FACING_BEFORE, ON_WALL, DONE = range(8)
+"""What a way asks: nothing yet; the closest point; whether the wall that held the point still has
+it behind; the foot on the nearest wall where the part begins; the closest foot that the guard
+allows; its foot where the part begins; why no wall holds the point; nothing any more."""
 NEAREST_PUSHES, ANOTHER_PUSHES, ANEW, CAME_OUT, SLID_OFF, GIVEN_UP = range(6)
 """How a way ends: the nearest wall pushes; another one does; a wall pushes that the point did not
 come to step by step; the point is in front of its wall; its wall has ended at a border; it is not
@@ -58,6 +58,14 @@ def _ask_before(ways, i, question, feet):
 
 
 @inner()
+def _ask_wall(ways, i, question):
+    """Ask for the foot on the wall that held the point where the part of way i ends."""
+    ways.from_patch[i] = ways.patch[i]
+    ways.from_uv[i, 0], ways.from_uv[i, 1] = ways.uv[i, 0], ways.uv[i, 1]
+    return _ask(ways, i, question, ways.to[i])
+
+
+@inner()
 def _has_behind(feet, i, limits):
     """Whether foot i is one that its point lies behind; in a closed body that is known, but for
     rounding."""
@@ -65,11 +73,15 @@ def _has_behind(feet, i, limits):
 
 
 @inner()
-def _may_have_been_nearer(ways, i, gap, gone, limits):
-    """Whether a wall with this gap may have been nearer, where the part of way i begins or since,
-    than the one that held the point: that was not the nearest, or the part is long enough for the
-    point to have come through the wall, as it may on an open body."""
-    return ways.opposed[i] or (not limits.closed and -gap <= gone)
+def _is_at_border(feet, i):
+    return feet.status[i] in (AT_BORDER, TRIMMED)
+
+
+@inner()
+def _is_in_front(feet, i):
+    """Whether a point is in front of its foot i."""
+    found = feet.status[i] in (OK, BRANCH_EVENT) or _is_at_border(feet, i)
+    return found and feet.gap[i] > 0.0
 
 
 @inner()
@@ -78,13 +90,18 @@ def _was_off(ways, i, limits):
 
     A wall that was nearer where the part begins has been so all along, even if the part is long
     enough for both to be as near. Where a foot on an edge leads back to an opposite wall it was not
-    that one. What the point was in front of it has come through, and was nearer then.
+    that one. On an open body a wall that the point was in front of has been come through, and one
+    whose border was nearer has been come under: they were nearer then.
     """
-    before, band = ways.followed, limits.band
+    before, nearest_then = ways.followed, ways.depth[i] - 2.0 * limits.band
+    if _is_at_border(before, i):
+        square = 0.0
+        for c in range(3):
+            square += (before.point[i, c] - ways.point[i, c]) ** 2
+        return math.sqrt(square) >= nearest_then
     away = distance(before, i, ways.point[i])
-    off = away >= ways.depth[i] - 2.0 * band or is_opposite(before, i, ways.guard, i)
-    in_front = away < math.inf and before.gap[i] > band
-    return off and (limits.closed or not in_front)
+    off = away >= nearest_then or is_opposite(before, i, ways.guard, i)
+    return off and (limits.closed or away == math.inf or before.gap[i] <= limits.band)
 
 
 @inner()
@@ -166,16 +183,24 @@ def answered(ways, limits, i):
             question = CLOSEST
         place, gone = ways.to[i], (ways.to[i] - ways.at[i]) * ways.length[i]
         least = ways.depth[i] - gone - 2.0 * band
-        if question == CLOSEST:
+        if question == CLOSEST and not closed and ways.depth[i] - gone <= 2.0 * band:
+            return _ask_wall(ways, i, STILL_ON_WALL)
+        if question == STILL_ON_WALL and _is_in_front(ways.followed, i):
+            # It has come out before any other wall was as near.
+            if ways.part[i] <= SHORTEST:
+                return _end(ways, i, CAME_OUT)
+            ways.part[i] *= 0.5
+            question = SET_OUT
+            continue
+        if question in (CLOSEST, STILL_ON_WALL):
             pushes = _has_behind(nearest, i, limits) and -nearest.gap[i] >= least
             pushes = pushes and not is_opposite(nearest, i, ways.guard, i)
-            if pushes and _may_have_been_nearer(ways, i, nearest.gap[i], gone, limits):
+            if pushes and (ways.opposed[i] or not closed):
                 return _ask_before(ways, i, CLOSEST_BEFORE, nearest)
         elif question == CLOSEST_BEFORE:
             pushes = _was_off(ways, i, limits)
         elif question == FACING:
-            found = other.status[i] == OK
-            if found and _may_have_been_nearer(ways, i, other.gap[i], gone, limits):
+            if other.status[i] == OK and (ways.opposed[i] or not closed):
                 return _ask_before(ways, i, FACING_BEFORE, other)
         elif question == FACING_BEFORE and not _was_off(ways, i, limits):
             ways.tries[i] += 1
@@ -183,7 +208,7 @@ def answered(ways, limits, i):
                 ways.floor[i] = 2.0 * band - other.gap[i]
                 return _ask(ways, i, FACING, place)
             other.status[i] = MAX_ITERATIONS
-        if question in (CLOSEST, CLOSEST_BEFORE):
+        if question in (CLOSEST, STILL_ON_WALL, CLOSEST_BEFORE):
             if not pushes:
                 ways.tries[i], ways.floor[i] = 0, least
                 return _ask(ways, i, FACING, place)
@@ -191,12 +216,9 @@ def answered(ways, limits, i):
             question = _go_on(ways, i, place)
         elif question == ON_WALL:
             # It is why no wall holds the point.
-            status = ways.followed.status[i]
-            at_border = status in (AT_BORDER, TRIMMED)
-            is_foot = at_border or status in (OK, BRANCH_EVENT)
-            if is_foot and ways.followed.gap[i] > 0.0:
+            if _is_in_front(ways.followed, i):
                 return _end(ways, i, CAME_OUT)
-            if at_border:
+            if _is_at_border(ways.followed, i):
                 return _end(ways, i, SLID_OFF)
             if not _take_anew(ways, limits, i):
                 return _end(ways, i, CAME_OUT)
@@ -222,9 +244,7 @@ def answered(ways, limits, i):
             elif closed:
                 _take_anew(ways, limits, i)
             else:
-                ways.from_patch[i] = ways.patch[i]
-                ways.from_uv[i, 0], ways.from_uv[i, 1] = ways.uv[i, 0], ways.uv[i, 1]
-                return _ask(ways, i, ON_WALL, place)
+                return _ask_wall(ways, i, ON_WALL)
             question = _go_on(ways, i, place)
         if question == DONE:
             return DONE

@@ -16,6 +16,8 @@ BESIDE = 1e-9
 SQUARE = 1e-3
 """Sine of the angle with the normal under which a minimum is seen: half the digits of one are
 known, and beside a pole fewer."""
+OVER = 1e-7
+"""The same for a place of a border, which points behind the face have up to there: rounding."""
 ALL = -2.0
 """A cosine that no two directions are short of."""
 
@@ -95,11 +97,12 @@ def is_guarded(elements, place, point, among, h):
         if at >= 0.5:
             is_border = is_border or kind[side] == BORDER
             is_kink = is_kink or kind[side] != SMOOTH
-    return (is_kink and not is_border) or is_square(away, height)
+    if is_border:
+        return is_over(away, height)
+    return is_kink or away * away - height * height <= SQUARE * SQUARE * away * away
 
 
 @inner()
-def is_square(away, height):
-    """Whether the way of this length from a place, whose end is so high over the face, is square to
-    the face."""
-    return away * away - height * height <= SQUARE * SQUARE * away * away
+def is_over(away, height):
+    """Whether a point so far away, and so high over the face, is not beside a place of a border."""
+    return away * away - height * height <= OVER * OVER * away * away

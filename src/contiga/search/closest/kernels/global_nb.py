@@ -29,7 +29,7 @@ from contiga.search.closest.kernels.global_among_nb import (
     ALL,
     SearchLimits,
     is_guarded,
-    is_square,
+    is_over,
     may_hold,
 )
 from contiga.search.closest.kernels.local_nb import expand
@@ -314,7 +314,7 @@ def _edge_is_guarded(tables, e, r, point, among):
     is_open = tables.piece_open[-1 - e] != 0.0
     e, s, t = curve_point(elements, tables.grid, tables.trims, -1 - e, r, h, d)
     may, away, height = may_hold(elements, (e, s, t), point, among, h)
-    return may and (not is_open or is_square(away, height))
+    return may and (not is_open or is_over(away, height))
 
 
 @inner(linked=False)
