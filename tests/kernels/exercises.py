@@ -12,16 +12,28 @@ from tests.blocks import block
 from tests.kernels.scenes import cloud, plate, puck, sheet
 
 import contiga as cg
-from contiga.contact.tracked import blank
+from contiga.contact.foot_rows import blank
 from contiga.errors import MissingPackageError
 from contiga.extras import require
 from contiga.records import FloatArray, IntArray
 from contiga.report import write_report
+from contiga.search.balls.radii import balls_of
 from contiga.search.sweep.piece_lists import WORTH
+from contiga.search.tables import tables_of
 
 ALL = (
     *("run", "flight", "meshes", "balls", "followed", "paths", "sides", "closest", "rubbed"),
-    *("readme", "crowds", "areas", "pressed", "simulations", "files", "triangles", "shapes"),
+    *(
+        "deep",
+        "readme",
+        "crowds",
+        "areas",
+        "pressed",
+        "simulations",
+        "files",
+        "triangles",
+        "shapes",
+    ),
     "deformed",
 )
 """In the order in which runs come to what they need."""
@@ -82,10 +94,19 @@ def flight() -> None:
 def balls() -> None:
     """Balls that touch a body at its feet and fit in it, and closest points proved by them."""
     for body in (puck(), plate()):
-        patch, uv, _ = _feet(body)
-        rows = np.arange(len(patch), dtype=np.int32)
-        body.surface.touching_ball(patch, uv, rows, np.zeros(len(rows), np.int8))
+        balls_of(tables_of(body))
         body.project(_points())
+
+
+def deep() -> None:
+    """Points that go through the middle of a body, of which the nearest wall does not hold them."""
+    for body in (puck(), puck().tessellate(0.02)):
+        low, high = body.bounds()
+        points = 0.5 * (low + high) + (high - low) * [[0.0, 0.0, 0.55]]
+        contact = cg.Contact(body, cg.Slave(points, area=[1.0]), law=cg.PenaltyLaw(1.0))
+        state = contact.start(points)
+        for share in (0.1, 0.3, 0.6, 0.7):
+            state = contact.step(state, points - share * [0.0, 0.0, high[2] - low[2]])
 
 
 def followed() -> None:

@@ -31,15 +31,18 @@ from contiga.contact.search_records import (
 )
 from contiga.jit import straight
 from contiga.masters.protocol import Surface
-from contiga.records import ContactStatus, FloatArray, IntArray, Projection
+from contiga.records import ContactStatus, FloatArray, IntArray
 
 
 def detect_at_start(
     surface: Surface, p_B: FloatArray, active: np.ndarray, options: Options
 ) -> Detected:
     """The start: nothing is in contact, or, by penetration, what already lies inside."""
-    detected = _nothing(p_B, active)
-    rows = np.flatnonzero(np.isfinite(p_B).all(axis=1) & active).astype(np.int32)
+    n, finite = len(p_B), np.isfinite(p_B).all(axis=1)
+    detected = Detected.into(Workspace.of(n), Columns.of(n))
+    detected.status[~finite] = ContactStatus.NOT_FINITE
+    detected.safe_distance[~active] = np.inf
+    rows = np.flatnonzero(finite & active).astype(np.int32)
     if options.half is not None:
         thick.detect_at_start(surface, p_B, rows, detected, options)
         return with_feet(detected, (rows, rows[:0]))
@@ -75,7 +78,7 @@ def detect(
     points in world axes and the pose of the body, `now` is filled in.
     """
     workspace, columns = memory or (Workspace.of(len(now)), Columns.of(len(now)))
-    detected = nowhere(workspace, columns)
+    detected = Detected.into(workspace, columns)
     old = last.last_patch, last.uv, last.holds
     step = Step(last.points_B, now, workspace.way, workspace.ignored, *old)
     lists = rows, near = _place(step, last, active, columns, workspace.rows, moved)
@@ -115,28 +118,6 @@ def _place(
         given = placing, locked(moved[0]), moved[1], CHUNK
         run_ranges(straight(place_nb.move_and_place), chunks, 1, *given)
     return listed(rows[0], counts[:, 0]), listed(rows[1], counts[:, 1])
-
-
-def _nothing(p_B: FloatArray, active: np.ndarray) -> Detected:
-    """Nothing in contact, and nothing known of inactive points but that they never are."""
-    detected = nowhere(Workspace.of(len(p_B)), Columns.of(len(p_B)))
-    detected.status[~np.isfinite(p_B).all(axis=1)] = ContactStatus.NOT_FINITE
-    detected.safe_distance[~active] = np.inf
-    return detected
-
-
-def nowhere(workspace: Workspace, columns: Columns) -> Detected:
-    """Points without feet, of which nothing is said."""
-    status, safe_distance, last_patch, uv, *_ = columns
-    feet, nothing = no_feet(workspace, columns), workspace.rows[0, :0]
-    return Detected(status, feet, safe_distance, last_patch, uv, nothing)
-
-
-def no_feet(workspace: Workspace, columns: Columns) -> Projection:
-    """Where feet are written into: what states keep of them into their `columns`."""
-    _, _, _, _, patch, feature, certified = columns
-    uv, point, normal, gap, status, *_ = workspace
-    return Projection(patch, uv, point, normal, gap, feature, status, certified)
 
 
 def with_feet(detected: Detected, lists: tuple[IntArray, IntArray]) -> Detected:

@@ -267,7 +267,15 @@ class Detected(NamedTuple):
     held: IntArray
     """(k,) the points in contact, ascending."""
     opposed: Guards = UNGUARDED
-    """Those of them whose nearest wall is opposite."""
+    """Those of them that another wall than the nearest pushes."""
+
+    @classmethod
+    def into(cls, workspace: Workspace, columns: Columns) -> Detected:
+        """Of points without feet, of which nothing is said: written into that memory."""
+        status, safe_distance, last_patch, uv, patch, feature, certified = columns
+        own_uv, point, normal, gap, own_status, *_ = workspace
+        feet = Projection(patch, own_uv, point, normal, gap, feature, own_status, certified)
+        return cls(status, feet, safe_distance, last_patch, uv, workspace.rows[0, :0])
 
     @property
     def holds(self) -> Holds:

@@ -5,11 +5,9 @@
 - bulging_nb: which points may come to the surface on paths that bulge
 - relative_nb: how fast points move against the body
 - carrying_nb: what is known of the points in contact before forces
-- settle_nb: points of a closed body whose sides and feet tell what becomes of them: settled in
-  single passes
-- usual_nb: the usual points of a closed body: all of these passes in one call
-- judge_nb: points whose feet do not tell, where their closest points do
-- deep_nb: points deeper than balls at their feet tell: all of these passes in one call
+- settle_nb: points that sides, feet, touching balls and closest points tell enough of, settled a
+  chunk at a time in one call
+- way_nb: which wall pushes a point at the end of its way, where these do not tell
 - sums_nb: sums in one order, as NumPy takes them
 - totals_nb: world forces, and sums over the points that carry them: wrench and energies
 """

@@ -11,20 +11,11 @@ inside a face with outward normal n and P = Q − d n (Federer 1959, reach of a 
 
 from __future__ import annotations
 
-import numpy as np
-
 from contiga.arrays.disk_cache import DiskCache
-from contiga.arrays.threads import run_ranges
-from contiga.jit import straight
-from contiga.records import ByteArray, FloatArray, IntArray, SurfacePlaces
 from contiga.search.balls import ball_cells
 from contiga.search.balls.ball_cells import Balls, build_balls
-from contiga.search.balls.kernels import ball_nb
 from contiga.search.hierarchy.kept import Kept
 from contiga.search.hierarchy.table_types import Tables
-
-# Points below which a second thread does not pay.
-POINTS = 4096
 
 # Closest points asked of a body after which its balls are worked out for them: these take as long.
 WORTH = 200_000
@@ -37,30 +28,9 @@ def balls_of(tables: Tables) -> Balls:
     return _BALLS.of(tables)
 
 
-def balls_there(tables: Tables) -> Balls | None:
-    """The balls if they are worked out."""
-    return _BALLS.there(tables)
-
-
 def known_balls(tables: Tables, asked: int) -> Balls | None:
     """The balls if they are worked out, or worth it as `asked` closest points are asked for, too.
 
     Results are the same bits with them and without.
     """
     return _BALLS.if_worth(tables, asked, WORTH)
-
-
-def touching_radius(
-    tables: Tables, patch: IntArray, uv: FloatArray, rows: IntArray, sides: ByteArray
-) -> FloatArray:
-    """(len(rows),) radii known of the balls inside (side 0) or outside (1) at feet
-    (patch, uv)[rows].
-
-    Zero where nothing is known, and in rows of patch −1.
-    """
-    out = np.empty(len(rows))
-    balls = balls_of(tables)
-    feet = SurfacePlaces(patch, uv)
-    radii = straight(ball_nb.radii)
-    run_ranges(radii, len(rows), POINTS, balls, tables.grid, feet, rows, sides, out)
-    return out

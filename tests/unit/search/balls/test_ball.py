@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from tests.sample import FULL, full
+from tests.unit.search.balls.radii_at import radii_at as radii
 
 import contiga as cg
 from contiga.search.balls import ball_cells
@@ -72,14 +73,6 @@ def feet_on(body, n, seed=0):
         uv[own] = low + (high - low) * rng.uniform(1e-6, 1.0 - 1e-6, (int(own.sum()), 2))
         point[own], normal[own] = surface.evaluate(uv[own]), surface.normal(uv[own])
     return patch.astype(np.int32), uv, point, normal
-
-
-def radii(body, patch, uv):
-    surface = body.surface
-    rows = np.arange(len(patch), dtype=np.int32)
-    sides = np.zeros((2, len(patch)), np.int8)
-    sides[1] = 1
-    return tuple(surface.touching_ball(patch, uv, rows, side) for side in sides)
 
 
 @pytest.fixture(
@@ -181,15 +174,10 @@ def test_far_from_the_origin_the_balls_are_nearly_the_same():
         assert abs(np.median(a) - np.median(b)) < 0.2 * np.median(a)
 
 
-def test_rows_without_a_foot_and_meshes_have_no_ball():
-    body = box()
-    rows = np.arange(2, dtype=np.int32)
-    blank = np.full(2, -1, np.int32), np.zeros((2, 2))
-    sides = np.array([0, 1], np.int8)
-    assert not body.surface.touching_ball(*blank, rows, sides).any()
-    mesh = body.tessellate(0.1).surface
-    feet = np.zeros(2, np.int32), np.full((2, 2), 0.3)
-    assert not mesh.touching_ball(*feet, rows, sides).any()
+def test_rows_without_a_foot_have_no_ball():
+    inside, outside = radii(box(), np.full(2, -1, np.int32), np.zeros((2, 2)))
+    assert not inside.any()
+    assert not outside.any()
 
 
 def test_balls_are_worked_out_once_and_only_when_asked_for():
@@ -197,6 +185,5 @@ def test_balls_are_worked_out_once_and_only_when_asked_for():
     surface = body.surface
     body.project([[0.0, 0.0, 0.6]])
     assert ball.known_balls(surface.tables, 0) is None
-    rows = np.zeros(1, np.int32)
-    surface.touching_ball(rows, np.full((1, 2), 0.5), rows, np.zeros(1, np.int8))
+    radii(body, np.zeros(1, np.int32), np.full((1, 2), 0.5))
     assert ball.balls_of(surface.tables) is ball.known_balls(surface.tables, 0)

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from tests.sample import FULL, full
+from tests.unit.search.balls.radii_at import radii_at
 
 import contiga as cg
 from contiga.arrays.codes import POLE
@@ -114,9 +115,7 @@ def within(body, caps, k, n, seed=0):
 
 def balls_at(body, uv):
     """Radii of inner and outer balls at feet in the only patch."""
-    rows, patch = np.arange(len(uv), dtype=np.int32), np.zeros(len(uv), np.int32)
-    sides = np.zeros(len(uv), np.int8), np.ones(len(uv), np.int8)
-    return tuple(body.surface.touching_ball(patch, uv, rows, side) for side in sides)
+    return radii_at(body, np.zeros(len(uv), np.int32), uv)
 
 
 def worst(q, normal, x, radius):

@@ -9,10 +9,11 @@ from tests.scenes import box
 from tests.stress import solids
 
 import contiga as cg
+from contiga.records import KnownSides, SurfacePlaces
 from contiga.search.exact_surface import ExactSurface
 from contiga.search.sides import body_sides, side_grid
 from contiga.search.sides.body_sides import sides_of
-from contiga.search.sides.kernels import side_grid_nb
+from contiga.search.sides.kernels import side_grid_nb, side_nb
 from contiga.search.sides.side_grid import Layout, SideGrid
 from contiga.search.tables import tables_of
 
@@ -27,6 +28,17 @@ def _grid(body: cg.Body) -> SideGrid:
 
 def _sides(body: cg.Body, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return side_grid.side_of(_grid(body), points, np.arange(len(points), dtype=np.int32))
+
+
+def _places(
+    grid: SideGrid, points: np.ndarray, rows: np.ndarray
+) -> tuple[KnownSides, SurfacePlaces]:
+    """Sides of points, and places of the surface near those whose side is not known."""
+    n = len(rows)
+    known = KnownSides(np.empty(n, np.int8), np.empty(n))
+    near = SurfacePlaces(np.empty(n, np.int32), np.empty((n, 2)))
+    side_nb.places(grid, points, rows, known, near, 0, n)
+    return known, near
 
 
 def _all_about(body: cg.Body, n: int, seed: int = 0) -> np.ndarray:
@@ -177,7 +189,7 @@ def test_places_near_by_lie_on_the_surface_about_a_cell_away() -> None:
     points = _near(body, 4000, 1e-3)
     grid = _grid(body)
     rows = np.arange(len(points), dtype=np.int32)
-    known, (patch, uv) = side_grid.places(grid, points, rows)
+    known, (patch, uv) = _places(grid, points, rows)
     side = known.side
     for ours, theirs in zip(known, side_grid.side_of(grid, points, rows), strict=True):
         np.testing.assert_array_equal(ours, theirs)
@@ -207,7 +219,7 @@ def test_sides_without_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
     rows = np.arange(4, dtype=np.int32)
     clear = side_grid.clear_ways(_grid(body), points, points[::-1].copy(), rows)
     assert clear.tolist() == [False, False, False, False]
-    assert side_grid.places(_grid(body), points, rows)[1].patch.tolist() == [-1, 0, -1, -1]
+    assert _places(_grid(body), points, rows)[1].patch.tolist() == [-1, 0, -1, -1]
 
 
 @pytest.mark.interpreted
