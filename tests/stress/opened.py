@@ -198,9 +198,13 @@ def _count(
     tally.count += len(wrong)
     tally.doubtful += int(doubtful.sum())
     tally.flagged += int(flagged.sum())
+    slid = (truth.became == Becomes.SLID_OFF) & said.on & ~flagged
+    vanished = (truth.became == Becomes.REACQUIRED) & ~said.on & ~flagged
     kinds = {
-        "not in contact, but should be": wrong & truth.on & ~said.on & ~flagged,
-        "in contact, but should not be": wrong & ~truth.on & said.on & ~flagged,
+        "over a border and back in one step": wrong & slid,
+        "minimum vanished, and let go": wrong & vanished,
+        "not in contact, but should be": wrong & truth.on & ~said.on & ~flagged & ~vanished,
+        "in contact, but should not be": wrong & ~truth.on & said.on & ~flagged & ~slid,
         "another depth": wrong & truth.on & said.on & ~flagged,
         "proved and wrong": wrong & flagged & proved & said.on,
     }
