@@ -39,7 +39,8 @@ PARTS: dict[str, Callable[[Sizes], Iterator[Row]]] = {
     "free": stepping.free,
     "cold": tracking.cold,
     "swept": tracking.swept,
-    "closed": stepping.closed,
+    "open": stepping.open_body,
+    "deep": stepping.deep,
     "small": stepping.small,
     "threads": tracking.threads,
     "scaling": scaling.rows,
@@ -47,7 +48,8 @@ PARTS: dict[str, Callable[[Sizes], Iterator[Row]]] = {
 GOALS = (
     *(startup.FIRST, startup.COMPILE, startup.EXTRA, startup.SECOND, startup.INFO),
     *(tracking.BESIDE_SPLINEPY, tracking.BESIDE_FCPW, stepping.PART, stepping.SPHERE),
-    *(stepping.FREE, tracking.COLD, tracking.SWEPT, stepping.CLOSED, stepping.SMALL),
+    *(stepping.FREE, tracking.COLD, tracking.SWEPT, stepping.OPEN, stepping.SMALL),
+    *(stepping.DEEP, stepping.DEEP_COPIES, stepping.DEEP_FORM),
     *(tracking.THREADS, scaling.FACES, scaling.POINTS),
 )
 """In the order of the table."""

@@ -15,6 +15,9 @@ STEP = 1e-3
 NIST = Path(__file__).resolve().parents[2] / "shared" / "data" / "nist_ctc_02_asme1_ap242.stp"
 """A public test part: https://www.nist.gov/ctl/smart-connected-systems-division, MBE PMI CTC 02."""
 
+HEADFORM = NIST.with_name("headface_MED_full.step")
+"""An open face of 123 splines: https://github.com/tetrabiodistributed/papr-print-files."""
+
 
 def surface(seed: int = 0) -> cg.NurbsSurface:
     """A wavy bicubic rational surface over the unit square, 12 × 12 control points."""

@@ -9,7 +9,7 @@ from time import process_time
 import numpy as np
 
 import contiga as cg
-from benchmarks.scene import NIST, around
+from benchmarks.scene import HEADFORM, NIST, around
 from benchmarks.sizes import Sizes
 from benchmarks.table import Row, not_measured
 from benchmarks.timing import in_turns, on_threads
@@ -17,7 +17,10 @@ from benchmarks.timing import in_turns, on_threads
 PART = Row("whole step on the NIST part: share of 20 copies of the state", "×", 0.8, None)
 SPHERE = Row("whole step on a sphere: share of 20 copies of the state", "×", 0.35, None)
 FREE = Row("free nodes far away, each", "ns", 5.0, None)
-CLOSED = Row("closed body, all nodes in contact, over the open one", "×", 1.15, None)
+OPEN = Row("open body, all nodes in contact, over the closed one", "×", 1.15, None)
+DEEP = Row("nodes deep in the NIST part, nearest wall over tracked", "×", 1.5, None)
+DEEP_FORM = Row("nodes deep in the headform, nearest wall over tracked", "×", 3.0, None)
+DEEP_COPIES = Row("the same step on the NIST part: share of 20 copies of the state", "×", 3.0, None)
 SMALL = Row("small steps: 4 nodes of 5,000 in contact", "µs", 60.0, None)
 TOUCHING = 0.1
 
@@ -108,7 +111,7 @@ def free(size: Sizes) -> Iterator[Row]:
     yield FREE._replace(value=value, note=note, detail={"points": size.points})
 
 
-def closed(size: Sizes) -> Iterator[Row]:
+def open_body(size: Sizes) -> Iterator[Row]:
     """The same nodes in the same places of a sphere, and of one that lacks its lowest part."""
     whole = ball().patches[0]
     u, (v0, v1) = whole.domain
@@ -128,8 +131,96 @@ def closed(size: Sizes) -> Iterator[Row]:
     seconds = in_turns(steppers, size.rounds)
     each = {name: 1e9 * t / n for name, t in seconds.items()}
     assert all(stepper.touching == 1.0 for stepper in steppers.values())
-    note = f"{each['closed']:.0f} ns and {each['open']:.0f} ns a node, all in contact"
-    yield CLOSED._replace(value=each["closed"] / each["open"], note=note, detail={"ns": each})
+    note = f"{each['open']:.0f} ns and {each['closed']:.0f} ns a node, all in contact"
+    yield OPEN._replace(value=each["open"] / each["closed"], note=note, detail={"ns": each})
+
+
+class Plunge:
+    """A sheet of nodes that goes down into a body, 20 steps of `way` sizes, and then along."""
+
+    def __init__(self, body: cg.Body, nodes: int, down: int, way: float, foot: str) -> None:
+        low, high = body.bounds()
+        along = (down + 1) % 3
+        margin, side = 0.05 * (high - low), int(np.sqrt(nodes))
+        lines = [np.linspace(a, b, side) for a, b in zip(low + margin, high - margin, strict=True)]
+        lines[down] = np.array([high[down] + 0.5 * way * body.size])
+        grid = np.meshgrid(*lines, indexing="ij")
+        self.points = np.stack([axis.ravel() for axis in grid], axis=1)
+        self.deeper, self.onward = np.zeros(3), np.zeros(3)
+        self.deeper[down], self.onward[along] = -way * body.size, way / 3.0 * body.size
+        slave = cg.Slave(self.points)
+        law = cg.ForceLaw([[0.0, 0.0], [body.size, 1.0]])
+        area = cg.NodalArea(1.0)
+        self.contact = cg.Contact(body, slave, law=law, area=area, foot=foot)
+        self.state = self.contact.start(self.points)
+        self.spare: cg.State | None = None
+
+    def ready(self, k: int) -> None:
+        """Make the points of step k."""
+        self.points = self.points + (self.deeper if k <= 20 else self.onward)
+
+    def __call__(self, _: int) -> None:
+        new = self.contact.step(self.state, self.points, dt=1.0, out=self.spare)
+        self.state, self.spare = new, self.state
+
+
+def _plunged(row: Row, body: cg.Body, nodes: int, down: int, way: float) -> Row:
+    """Sums of the steps of both feet, step by step in turns; compiled before."""
+    for foot in ("nearest", "tracked"):
+        warm = Plunge(body, 10_000, down, way, foot)
+        for k in range(1, 31):
+            warm.ready(k)
+            warm(k)
+    plunges = {foot: Plunge(body, nodes, down, way, foot) for foot in ("nearest", "tracked")}
+    seconds = dict.fromkeys(plunges, 0.0)
+    for k in range(1, 31):
+        for foot, plunge in plunges.items():
+            plunge.ready(k)
+            start = process_time()
+            plunge(k)
+            seconds[foot] += process_time() - start
+    state = plunges["nearest"].state
+    each = {foot: 1e6 * t / 30 / state.n_contact for foot, t in seconds.items()}
+    note = (
+        f"{each['nearest']:.1f} and {each['tracked']:.1f} µs a node in contact and step, "
+        f"{state.n_contact:,} of them, {state.max_penetration / body.size:.1%} of the size deep"
+    )
+    value = seconds["nearest"] / seconds["tracked"]
+    return row._replace(value=value, note=note, detail={"seconds": seconds})
+
+
+def deep(size: Sizes) -> Iterator[Row]:
+    """Nodes that lie deep in a part of many faces, and in a body of splines."""
+    nodes = size.points * 4 // 25
+    if NIST.is_file():
+        part = cg.read_cad(NIST)
+        yield _plunged(DEEP, part, nodes, 1, 0.0015)
+        yield _copied(DEEP_COPIES, Plunge(part, size.points, 1, 0.0015, "nearest"), size)
+    else:
+        yield not_measured(DEEP, f"{NIST.name} is not there")
+        yield not_measured(DEEP_COPIES, f"{NIST.name} is not there")
+    if HEADFORM.is_file():
+        yield _plunged(DEEP_FORM, cg.read_cad(HEADFORM), nodes, 2, 0.01)
+    else:
+        yield not_measured(DEEP_FORM, f"{HEADFORM.name} is not there: make demo")
+
+
+def _copied(row: Row, plunge: Plunge, size: Sizes) -> Row:
+    """The last step of a plunge beside copies of its state."""
+    for k in range(1, 31):
+        plunge.ready(k)
+        start = process_time()
+        plunge(k)
+        step = process_time() - start
+    n = len(plunge.points)
+    arrays = [array for array in plunge.state.arrays.values() if array.shape[:1] == (n,)]
+    start = process_time()
+    for _ in range(size.copies):
+        kept = [array.copy() for array in arrays]
+    copies = process_time() - start
+    del kept
+    note = f"{1e9 * step / n:.0f} ns a node, {plunge.state.n_contact / n:.0%} in contact"
+    return row._replace(value=step / copies, note=note, detail={"seconds": [step, copies]})
 
 
 def small(size: Sizes) -> Iterator[Row]:

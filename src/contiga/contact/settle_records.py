@@ -178,19 +178,17 @@ class DeepRows(NamedTuple):
     """(n, 3) the points, body frame."""
     which: IntArray
     """0 to n − 1."""
-    place: IntArray
-    """Where rows that are left stand among those asked for, −1 where they do not."""
 
     @classmethod
     def of(cls, n: int) -> DeepRows:
         """For n rows."""
         (was, kept, opposed), (status, side) = np.empty((3, n), np.bool_), _bytes(2, n)
         (safe, within, depth), (guard, now) = np.empty((3, n)), np.empty((2, n, 3))
-        rows, place = np.empty((2, n), np.int32)
+        rows = np.empty(n, np.int32)
         feet, truth = empty_projection(n), empty_projection(n)
         held = guard, depth, opposed
         asked = Asked(rows, was, kept, status, side, safe, within, *held, feet, truth)
-        return cls(asked, now, np.arange(n, dtype=np.int32), place)
+        return cls(asked, now, np.arange(n, dtype=np.int32))
 
 
 def _bytes(count: int, n: int) -> ByteArray:

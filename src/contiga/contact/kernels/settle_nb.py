@@ -600,26 +600,20 @@ def settle_deep(tables, step, last, rows, limits, work, deep, detected, left):
     `deep` are `DeepRows` for as many rows or more.
     """
     n = settled(tables, step, last, rows, limits, work, detected, left)
-    holds, m, j = step.holds, 0, 0
+    holds, j = step.holds, 0
     for a in range(n):
         i = work.chosen[a]
-        deep.place[a] = -1
-        if work.feet.status[i] == MAX_ITERATIONS:
-            continue
         j = at(holds.rows, work.rows[i], j)
-        _ask(deep.asked, m, work, i, holds, j)
+        _ask(deep.asked, a, work, i, holds, j)
         for c in range(3):
-            deep.now[m, c] = work.path.now[i, c]
-        deep.place[a] = m
-        m += 1
-    asked = _first(deep.asked, m)
-    project_proved(tables.body, tables.balls, deep.now, deep.which, asked.within, asked.truth, 0, m)
+            deep.now[a, c] = work.path.now[i, c]
+    asked = _first(deep.asked, n)
+    project_proved(tables.body, tables.balls, deep.now, deep.which, asked.within, asked.truth, 0, n)
     take_nearest(asked, step.way, limits)
     k = 0
     for a in range(n):
-        i = deep.place[a]
-        if i >= 0 and is_plain(asked, step, limits, i):
-            write_plain(asked, limits, detected, i)
+        if is_plain(asked, step, limits, a):
+            write_plain(asked, limits, detected, a)
         else:
             left[k] = work.rows[work.chosen[a]]
             k += 1
