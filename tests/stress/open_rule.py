@@ -18,7 +18,6 @@ On a closed body a point is let go wherever it comes out.
 from __future__ import annotations
 
 from enum import IntEnum
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -103,24 +102,21 @@ def look(
     )
 
 
-def step(shell: Shell, places: np.ndarray, held: Held, pieces: int) -> Held:
-    """Points that go along chords between places (k + 1, n, 3), each in so many pieces."""
-    chords = list(pairwise(places))
-    entries = [shell.last_crossing(*chord) for chord in chords]
-    crossed = np.array([~np.isnan(entry.share) for entry in entries])
-    last = np.where(crossed.any(axis=0), len(chords) - 1 - crossed[::-1].argmax(axis=0), -1)
+def step(shell: Shell, a: np.ndarray, b: np.ndarray, held: Held, pieces: int) -> Held:
+    """Points that go straight from a to b, (n, 3) each, in so many pieces."""
+    entry = shell.last_crossing(a, b)
+    enters = entry.enters & ~np.isnan(entry.share)
+    some = np.flatnonzero(held.on | enters)
     became = np.where(held.on, Becomes.OLD, Becomes.FREE)
-    out = Held(*(column.copy() for column in held[:-1]), became)
-    for k, (chord, entry) in enumerate(zip(chords, entries, strict=True)):
-        enters = entry.enters & (last == k)
-        some = np.flatnonzero(out.on | enters)
-        if len(some):
-            own = Held(*(column[some] for column in out))
-            share = np.where(enters, entry.share, 2.0)[some]
-            own_entry = Entry(share, entry.normal[some], enters[some])
-            _follow(shell, (chord[0][some], chord[1][some]), own_entry, own, pieces)
-            for column, values in zip(out, own, strict=True):
-                column[some] = values
+    out = Held(held.on.copy(), held.depth.copy(), held.guard.copy(), held.normal.copy(), became)
+    if len(some):
+        own = Held(*(column[some] for column in out))
+        own_entry = Entry(
+            np.where(enters, entry.share, 2.0)[some], entry.normal[some], enters[some]
+        )
+        _follow(shell, (a[some], b[some]), own_entry, own, pieces)
+        for column, values in zip(out, own, strict=True):
+            column[some] = values
     return out
 
 

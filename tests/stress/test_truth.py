@@ -73,7 +73,7 @@ def _on_open(name, *corners, pieces=400):
     """What the rule says of a point at the corners of its way."""
     shell, held, out = open_scenes.scene(name).shell, open_rule.free(1), []
     for a, b in pairwise(np.array(corners, float)):
-        held = open_rule.step(shell, np.array([a[None], b[None]]), held, pieces)
+        held = open_rule.step(shell, a[None], b[None], held, pieces)
         out.append((Becomes(int(held.became[0])), float(held.depth[0]), *held.guard[0]))
     return out
 
