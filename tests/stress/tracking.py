@@ -19,7 +19,7 @@ from tests.stress.tally import Clock, Tally
 
 import contiga as cg
 from contiga.records import Projection, SurfacePlaces, empty_projection
-from contiga.search.tables import tracking_tables_of
+from contiga.search.tables import tables_of
 from contiga.search.track.project import track
 from contiga.statuses import Feature, Status
 
@@ -164,7 +164,7 @@ def uncertified(body: cg.Body, points: np.ndarray, start: Projection) -> Project
     """Tracked feet by Newton's method alone: certificates, which are judged, do not help."""
     out = empty_projection(len(points))
     track(
-        tracking_tables_of(body),
+        tables_of(body),
         np.ascontiguousarray(points),
         SurfacePlaces(start.patch, start.uv),
         out,
@@ -174,7 +174,7 @@ def uncertified(body: cg.Body, points: np.ndarray, start: Projection) -> Project
 
 def _across(body: cg.Body, here: Projection, there: Projection) -> np.ndarray:
     """(n,) how far feet may be apart and be one: from an edge on, some widths of that."""
-    table = tracking_tables_of(body).elements.table
+    table = tables_of(body).elements.table
     widest = np.zeros(len(body.patches))
     np.maximum.at(widest, table["patch"], table["edge_tolerance"])
     beside = (here.feature != Feature.FACE) | (there.feature != Feature.FACE)

@@ -26,14 +26,16 @@ from contiga.records import (
 )
 from contiga.search.balls import radii as ball
 from contiga.search.borders.openings import openings_of
+from contiga.search.certify.neighbourhoods import with_neighbourhoods_there
 from contiga.search.closest.closest import closest_of_rows
 from contiga.search.closest.kernels import facing_nb, safe_distance_nb
+from contiga.search.closest.trimmed_edges import edge_turns
 from contiga.search.contact_tables import ContactTables
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.sides import side_grid
 from contiga.search.sides.body_sides import sides_of
 from contiga.search.sweep import hits
-from contiga.search.tables import tracking_tables_of
+from contiga.search.tables import tables_of
 from contiga.search.track import project
 
 # Points below which a second thread does not pay.
@@ -132,9 +134,12 @@ class ExactSurface(NamedTuple):
 
     @property
     def contact_tables(self) -> ContactTables | None:
-        """Once its balls are worked out, a closed body's."""
+        """Once its balls are worked out, a closed body's; with what certificates of tracked feet
+        need, once that is."""
         balls = ball.balls_there(self.tables) if self.closed else None
-        return None if balls is None else ContactTables(self.tables, self._grid, balls)
+        if balls is None:
+            return None
+        return ContactTables(with_neighbourhoods_there(self.tables), self._grid, balls)
 
     @property
     def _grid(self) -> side_grid.SideGrid:
@@ -153,8 +158,8 @@ def exact_surface(faces: Faces) -> ExactSurface:
     openings = openings_of(faces)
     # Faces are off the edges they share, and their loops off themselves where they close.
     slit = openings.slit + float(stitches(faces)[0].max(initial=0.0))
-    tables = tracking_tables_of(faces)
-    return ExactSurface(tables, openings.closed, slit, _sheets(tables), _has_edges(tables))
+    tables = tables_of(faces)
+    return ExactSurface(tables, openings.closed, slit, _sheets(tables), _has_edges(faces, tables))
 
 
 def _sheets(tables: Tables) -> IntArray:
@@ -164,7 +169,7 @@ def _sheets(tables: Tables) -> IntArray:
     return groups_of(patch, tables.grid.adjacent, len(first))
 
 
-def _has_edges(tables: Tables) -> bool:
+def _has_edges(faces: Faces, tables: Tables) -> bool:
     """Whether two faces, or elements of one, meet at an angle that is not rounding's."""
     creases = bool((tables.elements.table["kind"] == CREASE).any())
-    return creases or bool((tables.joints.edges["turn"] > SHARP).any())
+    return creases or bool((edge_turns(faces, tables) > SHARP).any())

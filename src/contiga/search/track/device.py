@@ -19,6 +19,7 @@ from contiga.arrays.device import check_device, is_resident, launch, on_host, re
 from contiga.arrays.layout import as_points
 from contiga.errors import InputError
 from contiga.records import IntArray, Projection, SurfacePlaces, empty_projection
+from contiga.search.certify.neighbourhoods import with_neighbourhoods
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.track import project
 from contiga.search.track.kernels import row_nb
@@ -62,7 +63,7 @@ def start(tables: Tables, feet: Projection, points: Any) -> Tracked:
     """
     check_device()
     n = len(feet.gap)
-    there = _on_device(points, n)
+    there, tables = _on_device(points, n), with_neighbourhoods(tables)
     return Tracked(tables, flat(tables), resident(feet), there, resident(np.zeros(n, np.uint8)))
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.unit.search.plain import tracking_tables_of
 from tests.unit.search.sheets import inside, truth
 
 import contiga as cg
 from contiga.search.certify.kernels.bend_nb import bend_work
 from contiga.search.certify.kernels.pole_nb import pole_bounds, pole_side
-from contiga.search.tables import tracking_tables_of
 
 
 def pointed(turn):

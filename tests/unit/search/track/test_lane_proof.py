@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from tests.laws.test_search_laws import surface
 from tests.unit.search.folds import ring
+from tests.unit.search.plain import tracking_tables_of
 
 import contiga as cg
 from contiga.records import empty_projection
 from contiga.search.certify.kernels import branch_nb
 from contiga.search.hierarchy.table_types import NEIGHBOURHOOD
-from contiga.search.tables import tracking_tables_of
 from contiga.search.track.kernels import lane_proof_nb, lanes_nb
 from contiga.search.track.track_records import Left
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from numba import config, njit
 from tests.stress.tracking import slivers
+from tests.unit.search.plain import tracking_tables_of
 
 import contiga as cg
 from contiga.arrays.codes import TO_WALK
 from contiga.jit.pipeline import CalledCompiler
 from contiga.records import SurfacePlaces, empty_projection
-from contiga.search.tables import tracking_tables_of
 from contiga.search.track.kernels import lanes_nb, project_nb, track_nb
 from contiga.search.track.kernels.lanes_nb import RECORD
 from contiga.search.track.track_records import Chunk, Left, Path, room_for

@@ -12,27 +12,23 @@ from contiga.search.closest.kernels.global_nb import closest
 from contiga.search.closest.kernels.pseudo_normal_nb import JOIN
 from contiga.search.hierarchy.kernels.curve_nb import curve_point, surface_foot
 
-SPEED = 1e-12
-"""|C'| below this share of the body's size is none."""
-
 
 @kernel(error_model="numpy")
 def measure_pieces(tables, across, samples, measured, start, stop):
-    """Into measured[piece] (turn, slip) of pieces start … stop; infinite where they do not meet.
+    """Into measured[piece] the largest angle between the normals along pieces start … stop,
+    radians; infinite where they do not meet.
 
-    `across` (pieces,) is the patch beyond each, −1 none; `samples` of each are taken. The turn is
-    the angle between the normals, the slip that between the edge's tangent and the plane of the
-    face beyond (radians).
+    `across` (pieces,) is the patch beyond each, −1 none; `samples` of each are taken.
     """
     h = scratch(4, 6)
     d = scratch(3, 3)
     nearest = scratch(4)
     elements = tables.elements
     for k in range(start, stop):
-        measured[k, 0] = measured[k, 1] = math.inf
+        measured[k] = math.inf
         if across[k] < 0 or not tables.piece_width[k] > 0.0:
             continue
-        turn = slip = 0.0
+        turn = 0.0
         for i in range(samples[k]):
             e, s, t = curve_point(
                 elements, tables.grid, tables.trims, k, (i + 0.5) / samples[k], h, d
@@ -42,7 +38,7 @@ def measure_pieces(tables, across, samples, measured, start, stop):
             n = normal_at(elements, e, s, t, h)
             reach = max(tables.piece_width[k], JOIN * tables.scale[0])
             if not math.isfinite(closest(tables, point, on_patch(across[k]), reach, nearest, h)):
-                turn = slip = math.inf
+                turn = math.inf
                 break
             e, s, t = surface_foot(tables, nearest, h)
             m = normal_at(elements, e, s, t, h)
@@ -52,9 +48,4 @@ def measure_pieces(tables, across, samples, measured, start, stop):
                 sine += (n[a] * m[b] - n[b] * m[a]) ** 2
             cosine = n[0] * m[0] + n[1] * m[1] + n[2] * m[2]
             turn = max(turn, math.atan2(math.sqrt(sine), cosine))
-            speed = math.sqrt(d[1, 0] ** 2 + d[1, 1] ** 2 + d[1, 2] ** 2)
-            if speed > SPEED * tables.scale[0]:
-                along = abs(d[1, 0] * m[0] + d[1, 1] * m[1] + d[1, 2] * m[2]) / speed
-                slip = max(slip, along)
-        measured[k, 0] = turn
-        measured[k, 1] = slip
+        measured[k] = turn

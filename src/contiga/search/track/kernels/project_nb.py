@@ -185,9 +185,10 @@ def track_lanes(tables, path, starts, chunk, records, left, m, out):
     `path` is a `Path`, `starts` are `SurfacePlaces`, `left` is `Left`, `records` is a table of as
     many rows as the chunk or more to work in. The feet are in `out`, which may be
     what was started from. Returns how many rows are left to do, m of them from before: see
-    `fetch_rows`.
+    `fetch_rows`. Without neighbourhoods in the tables no foot is proved.
     """
     element, counts = hand_rows(tables, path, starts, chunk, records)
     order, blocks = order_rows(element, counts)
-    _project_blocks(tables, tells(path), records, order, blocks)
+    proves = tells(path) and tables.neighbourhoods.shape[0] > 0
+    _project_blocks(tables, proves, records, order, blocks)
     return fetch_rows(records, path, starts, chunk, left, m, out)

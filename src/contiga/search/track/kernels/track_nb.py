@@ -12,9 +12,11 @@ import numpy as np
 
 from contiga.arrays.codes import (
     BRANCH_EVENT,
+    FACE,
     HAS_ENDED,
     MAX_ITERATIONS,
     NOT_FINITE,
+    OK,
     TO_SEARCH,
     TO_WALK,
 )
@@ -22,6 +24,7 @@ from contiga.arrays.kernels.query_nb import blank_foot
 from contiga.elements.kernels.element_nb import locate
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
+from contiga.search.certify.kernels.bend_nb import principal
 from contiga.search.closest.kernels.foot_nb import tracked_foot
 from contiga.search.closest.kernels.nearest_nb import project_global
 from contiga.search.track.kernels.project_nb import track_lanes
@@ -42,9 +45,20 @@ def track_chunks(tables, path, starts, size, records, left, out, chunks):
     return m
 
 
+@inner()
+def _is_minimum(h, gap):
+    """Whether f bends up at a foot inside a face, where `h` holds the derivatives of S."""
+    bends = principal(h)
+    # On a pole curvatures are not seen.
+    return not (bends.metric[2] > 0.0 and max(bends.inner * gap, -bends.outer * gap) > 1.0)
+
+
 @inner(linked=False)
 def _walk(tables, points, left, m, out):
-    """Feet of the first m rows left that are TO_WALK, continued by careful walks."""
+    """Feet of the first m rows left that are TO_WALK, continued by careful walks.
+
+    Rows whose walk comes to no minimum are flagged HAS_ENDED.
+    """
     h = scratch(4, 6)
     nearest = scratch(4)
     for j in range(m):
@@ -57,30 +71,28 @@ def _walk(tables, points, left, m, out):
         point = (points[k, 0], points[k, 1], points[k, 2])
         foot = locate(tables.grid, left.patch[j], left.uv[j, 0], left.uv[j, 1])
         tracked_foot(tables, k, foot, point, out, nearest, h)
+        in_face = out.status[k] == OK and out.feature[k] == FACE
+        if out.status[k] == MAX_ITERATIONS or (in_face and not _is_minimum(h, out.gap[k])):
+            left.flags[j] = HAS_ENDED
 
 
 @inner(linked=False)
-def _search(tables, points, left, m, flag, out):
-    """Closest points of the first m rows left that have the flag; returns these."""
+def _search(tables, points, left, m, out):
+    """Closest points of the first m rows left that are TO_SEARCH or whose minimum HAS_ENDED."""
     chosen, n = np.empty(m, np.int32), 0
     for j in range(m):
-        if left.flags[j] == flag:
+        if left.flags[j] == TO_SEARCH or left.flags[j] == HAS_ENDED:
             chosen[n] = left.rows[j]
             n += 1
     project_global(tables, points, chosen, np.full(n, math.inf), out, 0, n)
-    return chosen[:n]
+    for j in range(m):
+        k = left.rows[j]
+        if left.flags[j] == HAS_ENDED and out.status[k] != MAX_ITERATIONS:
+            out.status[k] = BRANCH_EVENT
 
 
 @kernel()
 def continue_left(tables, points, left, m, out):
     """Feet of the first m rows left that have none yet: walked to, or searched for."""
     _walk(tables, points, left, m, out)
-    _search(tables, points, left, m, TO_SEARCH, out)
-
-
-@kernel()
-def end_branches(tables, points, left, m, out):
-    """Closest points of the first m rows left whose branch HAS_ENDED; they are BRANCH_EVENTs."""
-    for k in _search(tables, points, left, m, HAS_ENDED, out):
-        if out.status[k] != MAX_ITERATIONS:
-            out.status[k] = BRANCH_EVENT
+    _search(tables, points, left, m, out)
