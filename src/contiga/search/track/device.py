@@ -97,10 +97,21 @@ def track_there(tracked: Tracked, now: Any) -> None:
 
 
 def track_left(tracked: Tracked, now: Any) -> tuple[Tracked, IntArray]:
-    """The rest of the step: the flagged rows by the CPU. Returns what `track` does."""
+    """The rest of the step: the flagged rows by the CPU; only these are copied to and fro. Returns
+    what `track` does."""
     rows = _flagged(tracked.back)
-    if len(rows):
-        _by_the_cpu(tracked, rows, now)
+    m = len(rows)
+    if m:
+        there = resident(rows)
+        starts = resident(
+            RowStarts(np.empty(m, np.int32), np.empty((m, 2)), np.empty((m, 3)), np.empty((m, 3)))
+        )
+        feet = RowStarts(tracked.feet.patch, tracked.feet.uv, tracked.before, now)
+        launch(row_nb.gather_row, m, feet, there, starts)
+        patch, uv, before, p_B = on_host(starts)
+        out = empty_projection(m)
+        project.track(tracked.tables, p_B, SurfacePlaces(patch, uv), out, before)
+        launch(row_nb.scatter_row, m, resident(out), there, tracked.feet)
     return tracked._replace(before=now), rows
 
 
@@ -117,21 +128,6 @@ def _flagged(back: Any) -> IntArray:
     some = np.flatnonzero(packed)
     bits = np.unpackbits(packed[some, None], axis=1, bitorder="little").astype(bool)
     return (8 * some[:, None] + np.arange(8))[bits].astype(np.int32)
-
-
-def _by_the_cpu(tracked: Tracked, rows: IntArray, now: Any) -> None:
-    """Track some rows on the CPU; only these are copied to and fro."""
-    m = len(rows)
-    there = resident(rows)
-    starts = resident(
-        RowStarts(np.empty(m, np.int32), np.empty((m, 2)), np.empty((m, 3)), np.empty((m, 3)))
-    )
-    feet = RowStarts(tracked.feet.patch, tracked.feet.uv, tracked.before, now)
-    launch(row_nb.gather_row, m, feet, there, starts)
-    patch, uv, before, p_B = on_host(starts)
-    out = empty_projection(m)
-    project.track(tracked.tables, p_B, SurfacePlaces(patch, uv), out, before)
-    launch(row_nb.scatter_row, m, resident(out), there, tracked.feet)
 
 
 def _on_device(points: Any, n: int) -> Any:

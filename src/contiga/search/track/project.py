@@ -23,7 +23,7 @@ from contiga.search.hierarchy.table_types import Tables
 from contiga.search.tables import tables_of
 from contiga.search.track.kernels import track_nb
 from contiga.search.track.kernels.lanes_nb import RECORD
-from contiga.search.track.track_records import Left, Path, Room
+from contiga.search.track.track_records import Path, Room
 
 SMALLEST, LARGEST = 2048, 16384
 """Rows of a chunk: below a thread does not pay, above what they use does not stay near."""
@@ -116,20 +116,12 @@ def track(
         records = _workspace.rows(rows, RECORD)
         left = _room.of(min((last - first) * size, n))
         m = track_chunks(tables, path, starts, size, records, left, out, (first, last))
-        if m:
-            _finish(tables, p_B, left, m, out, certify)
+        if (left.flags[:m] != DONE).any():
+            straight(track_nb.continue_left)(tables, p_B, left, m, out)
+        if m and certify:
+            straight(branch_nb.certify_rows)(tables, p_B, left, m, out)
 
     run_ranges(chunks, ceil(n / size), 1)
-
-
-def _finish(
-    tables: Tables, p_B: FloatArray, left: Left, m: int, out: Projection, certify: bool
-) -> None:
-    """The stages after the lanes, each for the rows that the one before has left to it."""
-    if (left.flags[:m] != DONE).any():
-        straight(track_nb.continue_left)(tables, p_B, left, m, out)
-    if certify:
-        straight(branch_nb.certify_rows)(tables, p_B, left, m, out)
 
 
 def rows_of_a_chunk(n: int, elements: int) -> int:

@@ -14,7 +14,7 @@ import contiga as cg
 from contiga.records import empty_projection
 from contiga.search.certify.kernels import branch_nb
 from contiga.search.hierarchy.table_types import NEIGHBOURHOOD
-from contiga.search.track.kernels import lane_proof_nb, lanes_nb
+from contiga.search.track.kernels import lanes_nb
 from contiga.search.track.track_records import Left
 
 from .test_lanes import PATCHES, in_lanes, vector_code
@@ -28,7 +28,7 @@ BODIES = {
 
 def test_numbers_of_a_record_are_where_lanes_look_for_them():
     places = {name: NEIGHBOURHOOD.fields[name][1] for name in NEIGHBOURHOOD.names}
-    rows = lane_proof_nb
+    rows = lanes_nb
     expected = {
         "curvature": rows.CURVATURE,
         "room": rows.ROOM,
@@ -110,6 +110,6 @@ def test_the_loop_over_the_lanes_of_a_proof_is_vector_code():
         np.zeros((lanes_nb.BANKS, lanes_nb.ROWS * lanes_nb.WIDE)),
         np.ones(lanes_nb.LANE_NUMBERS),
     )
-    kernel = getattr(lane_proof_nb, "prove_lanes")  # noqa: B009
+    kernel = getattr(lanes_nb, "prove_lanes")  # noqa: B009
     code = vector_code(kernel, lanes, lanes_nb.BANKS, told, 1e-12)
     assert len(re.findall(r"fmul <\d+ x double>", code)) > 30
