@@ -99,7 +99,13 @@ def track_there(tracked: Tracked, now: Any) -> None:
 def track_left(tracked: Tracked, now: Any) -> tuple[Tracked, IntArray]:
     """The rest of the step: the flagged rows by the CPU; only these are copied to and fro. Returns
     what `track` does."""
-    rows = _flagged(tracked.back)
+    # A bit a flag is fetched, the flags stay where they are.
+    bytes_there = resident(np.empty(ceil(len(tracked.back) / 8), np.uint8))
+    launch(row_nb.pack_flags, len(bytes_there), tracked.back, bytes_there)
+    packed = on_host(bytes_there)
+    some = np.flatnonzero(packed)
+    bits = np.unpackbits(packed[some, None], axis=1, bitorder="little").astype(bool)
+    rows = (8 * some[:, None] + np.arange(8))[bits].astype(np.int32)
     m = len(rows)
     if m:
         there = resident(rows)
@@ -118,16 +124,6 @@ def track_left(tracked: Tracked, now: Any) -> tuple[Tracked, IntArray]:
 def feet_of(tracked: Tracked) -> Projection:
     """A copy of the feet, on the host."""
     return Projection(*on_host(tracked.feet))
-
-
-def _flagged(back: Any) -> IntArray:
-    """The rows that are flagged; a bit each is fetched, the flags stay where they are."""
-    bytes_there = resident(np.empty(ceil(len(back) / 8), np.uint8))
-    launch(row_nb.pack_flags, len(bytes_there), back, bytes_there)
-    packed = on_host(bytes_there)
-    some = np.flatnonzero(packed)
-    bits = np.unpackbits(packed[some, None], axis=1, bitorder="little").astype(bool)
-    return (8 * some[:, None] + np.arange(8))[bits].astype(np.int32)
 
 
 def _on_device(points: Any, n: int) -> Any:

@@ -81,16 +81,6 @@ def is_whole(tables, patch, foot, far_u, far_v):
 
 
 @inner(error_model="numpy")
-def _by_pole(neighbourhood, box, u, v, u0, v0):
-    """Length of the way from (u0, v0) to (u, v) by the pole, at most."""
-    side = neighbourhood["pole"]
-    edge = box[side]
-    if side < 2:
-        return (abs(u - edge) + abs(u0 - edge)) * neighbourhood["speed"][0]
-    return (abs(v - edge) + abs(v0 - edge)) * neighbourhood["speed"][1]
-
-
-@inner(error_model="numpy")
 def way_within(neighbourhood, box, foot, start):
     """Length of a way from a foot (u, v) to a start (u, v) of its patch, at most; infinite where
     that is not in its surroundings."""
@@ -100,8 +90,11 @@ def way_within(neighbourhood, box, foot, start):
     if not (block[0] <= u0 <= block[1] and block[2] <= v0 <= block[3]):
         return math.inf
     way = abs(u0 - u) * neighbourhood["speed"][0] + abs(v0 - v) * neighbourhood["speed"][1]
-    if neighbourhood["pole"] >= 0:
-        way = min(way, _by_pole(neighbourhood, box, u, v, u0, v0))
+    side = neighbourhood["pole"]
+    if side >= 0:  # or by the pole
+        edge, axis = box[side], 0 if side < 2 else 1
+        off = abs(u - edge) + abs(u0 - edge) if axis == 0 else abs(v - edge) + abs(v0 - edge)
+        way = min(way, off * neighbourhood["speed"][axis])
     return way
 
 

@@ -44,45 +44,36 @@ def across(element, side, along):
     return side_point(element["neighbour_side"][side], x)
 
 
-@inner(error_model="numpy")
-def _over(elements, e, place, h):
-    """The place (s, t), beyond element e, seen from the element over the side it is farthest
-    beyond; element −1 where that is not smooth, or it is too far."""
-    side, off, along = side_beyond(place[0], place[1])
-    element = elements.table[e]
-    if element["kind"][side] != SMOOTH:
-        return -1, place
-    n, there = element["neighbour"][side], element["neighbour_side"][side]
-    # Not beyond a corner, where what is worked out here may be anything.
-    on_side = min(max(along, -0.5), 0.5)
-    here = _speed(elements, e, side_point(side, on_side), side >> 1, h)
-    depth = off * here / _speed(elements, n, across(element, side, on_side), there >> 1, h)
-    if not (off <= FARTHEST or depth <= FARTHEST):
-        return -1, place
-    s, t = across(element, side, along)
-    inward = depth if there & 1 == 0 else -depth
-    return n, ((s + inward, t) if there < 2 else (s, t + inward))
-
-
 @inner(linked=False, error_model="numpy")
 def onward(tables, e, s, t):
     """(element, (u, v)) to go on from where (s, t) lies beyond element e; −1 where nowhere."""
-    table = tables.elements.table
+    elements, table = tables.elements, tables.elements.table
     row = table[e]
     side, _, _ = side_beyond(s, t)
     beyond = row["neighbour"][side]
     # Asked first: of many faces most are one element, and of four sides any may be gone over.
     same = beyond >= 0 and table[beyond]["patch"] == row["patch"]
-    if same and may_go_on(tables.elements, e, s, t):
+    if same and may_go_on(elements, e, s, t):
         u, v = parameters_of(row["box"], (s, t))
         return locate(tables.grid, row["patch"], u, v)[0], (u, v)
     h = scratch(4, 6)
     for _ in range(HOPS):
-        e, (s, t) = _over(tables.elements, e, (s, t), h)
-        if e < 0:
+        side, off, along = side_beyond(s, t)
+        row = table[e]
+        if row["kind"][side] != SMOOTH:
             break
+        n, there = row["neighbour"][side], row["neighbour_side"][side]
+        # Not beyond a corner, where what is worked out here may be anything.
+        on_side = min(max(along, -0.5), 0.5)
+        depth = off * _speed(elements, e, side_point(side, on_side), side >> 1, h)
+        depth /= _speed(elements, n, across(row, side, on_side), there >> 1, h)
+        if not (off <= FARTHEST or depth <= FARTHEST):
+            break
+        e, (s, t) = n, across(row, side, along)
+        inward = depth if there & 1 == 0 else -depth
+        s, t = (s + inward, t) if there < 2 else (s, t + inward)
         if abs(s) <= 0.5 and abs(t) <= 0.5:
-            row = tables.elements.table[e]
+            row = table[e]
             box, (u, v) = row["box"], parameters_of(row["box"], (s, t))
             # Not always as simply: where its sides end the next one begins.
             if not (box[0] <= u < box[1] and box[2] <= v < box[3]):

@@ -209,39 +209,31 @@ def track_chunks(tables, path, starts, size, records, left, out, chunks):
     return m
 
 
-@inner(linked=False)
-def _walk_on(tables, points, left, j, out, work):
-    """Continue the foot of row j left by a careful walk; whether that comes to a minimum.
-
-    `work` is ((4,), (4, 6)).
-    """
-    nearest, h = work
-    k = left.rows[j]
-    point = (points[k, 0], points[k, 1], points[k, 2])
-    foot = locate(tables.grid, left.patch[j], left.uv[j, 0], left.uv[j, 1])
-    tracked_foot(tables, k, foot, point, out, nearest, h)
-    if out.status[k] != OK or out.feature[k] != FACE:
-        return out.status[k] != MAX_ITERATIONS
-    # Where Newton's method starts on a maximum it stays there. On a pole curvatures are not seen.
-    bends, gap = principal(h), out.gap[k]
-    return not (bends.metric[2] > 0.0 and max(bends.inner * gap, -bends.outer * gap) > 1.0)
-
-
 @kernel()
 def continue_left(tables, points, left, m, out):
     """Feet of the first m rows left that have none yet: walked to, or searched for.
 
     Rows whose walk comes to no minimum become a BRANCH_EVENT, with the closest point for a foot.
     """
-    work = scratch(4), scratch(4, 6)
+    nearest, h = scratch(4), scratch(4, 6)
     rows, flags = left.rows, left.flags
     chosen, n = np.empty(m, np.int32), 0
     for j in range(m):
         k = rows[j]
-        if flags[j] == TO_WALK:
-            if not math.isfinite(points[k, 0] + points[k, 1] + points[k, 2]):
-                blank_foot(out, k, NOT_FINITE)
-            elif not _walk_on(tables, points, left, j, out, work):
+        point = (points[k, 0], points[k, 1], points[k, 2])
+        if flags[j] == TO_WALK and not math.isfinite(point[0] + point[1] + point[2]):
+            blank_foot(out, k, NOT_FINITE)
+        elif flags[j] == TO_WALK:
+            foot = locate(tables.grid, left.patch[j], left.uv[j, 0], left.uv[j, 1])
+            tracked_foot(tables, k, foot, point, out, nearest, h)
+            ended = out.status[k] == MAX_ITERATIONS
+            if out.status[k] == OK and out.feature[k] == FACE:
+                # Where Newton's method starts on a maximum it stays there. On a pole curvatures
+                # are not seen.
+                bends, gap = principal(h), out.gap[k]
+                bent = max(bends.inner * gap, -bends.outer * gap)
+                ended = bends.metric[2] > 0.0 and bent > 1.0
+            if ended:
                 flags[j] = HAS_ENDED
         if flags[j] == TO_SEARCH or flags[j] == HAS_ENDED:
             chosen[n] = k
