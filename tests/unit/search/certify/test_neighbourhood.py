@@ -8,6 +8,7 @@ from tests.unit.search import plain
 from tests.unit.search.plain import tracking_tables_of
 
 import contiga as cg
+from contiga.arrays.codes import POLE
 from contiga.records import empty_projection
 from contiga.search.certify import neighbourhoods
 from contiga.search.certify.neighbourhoods import build_neighbourhoods, with_neighbourhoods
@@ -73,6 +74,20 @@ def test_parts_about_a_smooth_pole_have_room_all_round():
     assert (about["room"] <= 0.25).all()
     assert not about["ends"].any()
     assert (kept["curvature"] < 1e-9).all()
+
+
+def test_parts_away_from_the_apex_of_a_cone_have_room():
+    """Its elements reach from there to the base: of four parts the two that are not beside it."""
+    cone = cg.Body([cg.shapes.cone()])
+    (side,) = np.unique(np.nonzero(tables_of(cone).elements.table["kind"] == POLE)[1])
+    off = np.arange(4) if side & 1 == 0 else np.arange(4)[::-1]
+    rows = tracking_tables_of(cone).neighbourhoods.reshape(-1, 4, 4)
+    rows = rows if side < 2 else rows.transpose(0, 2, 1)
+    bounded = np.isfinite(rows["curvature"]).all(axis=-1)
+    assert bounded[:, off >= 2].all()
+    assert not bounded[:, off < 2].any()
+    assert (rows["room"][:, off >= 2] > 0.0).all()
+    assert (rows["pole"] == -1).all()
 
 
 @pytest.fixture

@@ -244,7 +244,7 @@ def _fill(elements, raw, e, part, neighbourhood, work):
     """Fill the record of a part (i, j) of element e."""
     i, j = part
     bend = raw[e, i * PARTS + j]
-    kind = elements.table[e]["kind"]
+    kind, is_round = elements.table[e]["kind"], elements.table[e]["round"]
     neighbourhood["curvature"][0] = bend[INNER]
     neighbourhood["curvature"][1] = bend[OUTER]
     neighbourhood["room"] = math.inf
@@ -256,7 +256,8 @@ def _fill(elements, raw, e, part, neighbourhood, work):
     for side in range(3, -1, -1):
         neighbourhood["ends"][side] = neighbourhood["reach"][side] = 0
         k = i if side < 2 else j
-        if kind[side] == POLE and (k if side & 1 == 0 else PARTS - 1 - k) <= BY_POLE:
+        # Where the surface does not close round it in one plane, a pole is an end like others.
+        if is_round[side] == 1 and (k if side & 1 == 0 else PARTS - 1 - k) <= BY_POLE:
             neighbourhood["pole"] = side
     if neighbourhood["pole"] >= 0:
         _cap(elements, raw, (e, neighbourhood["pole"]), part, neighbourhood, work)
