@@ -195,8 +195,8 @@ def continued(patch, uv, a, b, steps):
     """
     low, high = np.transpose(patch.domain)
     edge = patch.evaluate(np.array([low, [high[0], low[1]], [low[0], high[1]]]))
-    neighbourhood = [np.linalg.norm(edge[1 + k] - edge[0]) < 1e-9 for k in range(2)]
-    neighbourhood[1] = neighbourhood[1] and not np.allclose(
+    closed = [np.linalg.norm(edge[1 + k] - edge[0]) < 1e-9 for k in range(2)]
+    closed[1] = closed[1] and not np.allclose(
         patch.evaluate(np.column_stack([[0.3, 0.6], [low[1]] * 2]))[0],
         patch.evaluate(np.column_stack([[0.3, 0.6], [low[1]] * 2]))[1],
     )
@@ -217,7 +217,7 @@ def continued(patch, uv, a, b, steps):
             stays &= np.abs(step / (high - low)).max(axis=1) < 0.05  # else it has jumped
             uv[stays] += step[stays]
             for k in range(2):
-                if neighbourhood[k]:
+                if closed[k]:
                     uv[:, k] = low[k] + (uv[:, k] - low[k]) % (high[k] - low[k])
                 stays &= (uv[:, k] >= low[k] - 1e-12) & (uv[:, k] <= high[k] + 1e-12)
             uv = np.clip(uv, low, high)

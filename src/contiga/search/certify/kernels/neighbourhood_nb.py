@@ -168,7 +168,7 @@ def _add_corner(elements, raw, e, out, neighbourhood, work):
 
 @inner(error_model="numpy")
 def _fan_of_pole(elements, e, side, list_e, list_side):
-    """Elements around the pole that is a side of e; 0 where they do not close up smoothly."""
+    """Elements around the round pole that is a side of e; 0 where they do not join smoothly."""
     n = 0
     link = 4 * e + side
     while n < MOST:
@@ -181,16 +181,10 @@ def _fan_of_pole(elements, e, side, list_e, list_side):
     if n == MOST:
         return 0
     for k in range(n):
-        for end in range(2):
-            lateral = (2 if list_side[k] < 2 else 0) + end
-            if elements.table[list_e[k]]["kind"][lateral] != SMOOTH:
-                return 0
-            other = elements.table[list_e[k]]["neighbour"][lateral]
-            known = False
-            for i in range(n):
-                known = known or list_e[i] == other
-            if not known:
-                return 0
+        lateral = 2 if list_side[k] < 2 else 0
+        kind = elements.table[list_e[k]]["kind"]
+        if kind[lateral] != SMOOTH or kind[lateral + 1] != SMOOTH:
+            return 0
     return n
 
 
