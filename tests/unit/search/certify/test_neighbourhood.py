@@ -142,3 +142,13 @@ def test_a_contact_asks_for_neighbourhoods_only_where_its_feet_are_tracked(built
     assert len(body.surface.contact_tables.body.neighbourhoods) == body.surface.n_elements
     assert tracked.certified.all()
     np.testing.assert_allclose(tracked.penetration, default.penetration, atol=1e-12)
+
+
+def test_a_contact_finds_the_same_bits_whether_they_are_there_or_not(built):
+    first, second = cg.Body([cg.shapes.sphere()]), cg.Body([cg.shapes.sphere()])
+    with_neighbourhoods(tables_of(second))
+    states = [_press(body, foot="tracked") for body in (first, second)]
+    for name in ("status", "certified", "penetration", "normal", "foot", "force"):
+        here, there = (getattr(state, name) for state in states)
+        np.testing.assert_array_equal(here, there, err_msg=name)
+    assert len(built) == 2

@@ -1,4 +1,4 @@
-"""How well two faces meet along the trimming pieces of their common edge, measured at samples."""
+"""How far the surface turns where two faces meet along trimming pieces, measured at samples."""
 
 from __future__ import annotations
 
