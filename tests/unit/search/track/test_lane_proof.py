@@ -73,6 +73,22 @@ def test_lanes_prove_what_the_bounds_around_a_foot_prove_one_by_one(kind):
     assert told.sum() > 500
 
 
+def test_where_no_bounds_are_kept_nothing_is_proved():
+    """Behind the empty array lie the bounds, where a proof would find them."""
+    body = cg.Body([PATCHES["rational"]])
+    tables, rng = tracking_tables_of(body), np.random.default_rng(7)
+    p = body.project(rng.normal(size=(500, 3))).point + 0.01
+    start, q = body.project(p), p + 1e-4
+    found = []
+    for kept in (tables, tables._replace(neighbourhoods=tables.neighbourhoods[:0])):
+        out = empty_projection(len(q))
+        done = in_lanes(kept, q, start, out, p) == 0
+        found.append((out.certified[done], out.point[done]))
+    assert found[0][0].mean() > 0.9
+    assert not found[1][0].any()
+    np.testing.assert_array_equal(found[0][1], found[1][1])
+
+
 def test_the_ball_of_a_proof_ends_before_the_face_does():
     """On a plate that ends, of one element: it is as large as the motion, and a tenth more."""
     body = cg.Body([cg.shapes.plane()])
