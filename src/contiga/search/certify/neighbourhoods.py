@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.arrays.disk_cache import DiskCache
 from contiga.arrays.threads import run_ranges
 from contiga.elements.element_arrays import Records
 from contiga.search.certify.kernels import neighbourhood_nb, part_nb
@@ -38,7 +37,7 @@ def build_neighbourhoods(tables: Tables) -> Records:
     return neighbourhoods
 
 
-_KEPT = Kept(build_neighbourhoods, DiskCache("neighbourhoods", __file__))
+_KEPT = Kept(build_neighbourhoods)
 
 
 def with_neighbourhoods(tables: Tables) -> Tables:
