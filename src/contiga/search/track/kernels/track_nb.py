@@ -31,9 +31,9 @@ from contiga.jit import inner, kernel
 from contiga.jit.block import SIZE
 from contiga.jit.prefetch import LINE, prefetch
 from contiga.jit.scratch import scratch, stack_int64
-from contiga.search.certify.kernels.bend_nb import principal
 from contiga.search.certify.kernels.part_nb import PARTS
 from contiga.search.closest.kernels.foot_nb import tracked_foot
+from contiga.search.closest.kernels.local_nb import expand
 from contiga.search.closest.kernels.nearest_nb import project_global
 from contiga.search.closest.kernels.newton_nb import ACTIVE, DONE, LEFT, ROUNDS
 from contiga.search.hierarchy.kernels.face_nb import in_face
@@ -74,6 +74,10 @@ from contiga.search.track.track_records import Block, Chunk, OrderedRows
 
 LINES = PARTS * PARTS * NUMBERS * SIZE // LINE
 """Lines of the memory of what is kept of the surroundings of an element's parts."""
+POLAR = 1e-12
+"""|S_s|² below this share of |S_t|², or the other way round: so near a pole f is all rounding."""
+FLAT = 1e-12
+"""Curvature of f, which is 1 far from focal points, that is none."""
 
 
 @inner()
@@ -228,11 +232,12 @@ def continue_left(tables, points, left, m, out):
             tracked_foot(tables, k, foot, point, out, nearest, h)
             ended = out.status[k] == MAX_ITERATIONS
             if out.status[k] == OK and out.feature[k] == FACE:
-                # Where Newton's method starts on a maximum it stays there. On a pole curvatures
-                # are not seen.
-                bends, gap = principal(h), out.gap[k]
-                bent = max(bends.inner * gap, -bends.outer * gap)
-                ended = bends.metric[2] > 0.0 and bent > 1.0
+                # Where Newton's method starts on a maximum it stays there.
+                e, s, t = locate(tables.grid, out.patch[k], out.uv[k, 0], out.uv[k, 1])
+                q = expand(tables.elements, e, s, t, point, h)
+                a, b = q.square_s, q.square_t
+                least = min(q.f_ss * b, q.f_ss * q.f_tt - q.f_st * q.f_st)
+                ended = a > POLAR * b and b > POLAR * a and least < -FLAT * a * b
             if ended:
                 flags[j] = HAS_ENDED
         if flags[j] == TO_SEARCH or flags[j] == HAS_ENDED:
