@@ -15,7 +15,7 @@ DEMO := out/demo
 GENERATED := examples/generated
 ONE_THREAD := tests/unit/triangles tests/cases/test_faceted_search.py \
   $(addprefix tests/unit/search/,track/test_project.py track/test_track.py sweep/test_hit.py \
-  certify/test_follow.py closest/test_global.py)
+  closest/test_global.py)
 PYTEST := $(BIN)/python -m pytest -q -p no:cacheprovider
 TWO := -n 2 --dist loadfile --no-loadscope-reorder
 # Without files of bytecode each process of the tests would compile all modules again: half a minute.

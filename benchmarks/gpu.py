@@ -22,7 +22,7 @@ from contiga.arrays.device import check_device, launch, resident
 from contiga.errors import ContigaError
 from contiga.records import Projection, SurfacePlaces, empty_projection
 from contiga.search.hierarchy.table_types import Tables
-from contiga.search.tables import tracking_tables_of
+from contiga.search.tables import tables_of
 from contiga.search.track import device, project
 
 POINTS = 10_000_000
@@ -79,7 +79,7 @@ def patch_scene(points: int, order: str) -> Scene:
     """The rational patch of the other benchmarks."""
     patch = surface()
     p, feet = with_feet(patch, points, order)
-    return Scene(f"patch, {order}", tracking_tables_of(cg.Body(patch)), feet, p, STEP)
+    return Scene(f"patch, {order}", tables_of(cg.Body(patch)), feet, p, STEP)
 
 
 def measured(scene: Scene) -> Iterator[str]:

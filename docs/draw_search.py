@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 
 import contiga as cg
 from contiga.records import ContactStatus
-from contiga.statuses import Status
 
 INK, PALE, GOOD, BAD, SKY = "#22303c", "#d8dee4", "#1a7f5a", "#c0392b", "#2c6fbb"
 
@@ -81,9 +80,10 @@ def ball(ax: Axes) -> None:
 
 
 def branch(ax: Axes) -> None:
-    """A point over a trough: its foot is followed until it vanishes at the focal curve."""
+    """A point over a trough: its foot is proved until its minimum vanishes at the focal curve."""
     control = np.array([[-1.2, 1.2, 0.0], [0.0, -1.2, 0.0], [1.2, 1.2, 0.0]])
     curve = cg.NurbsCurve(2, [0, 0, 0, 1, 1, 1], control)  # a parabola
+    curve = curve.insert_knots(np.linspace(0.0, 1.0, 33)[1:-1])
     trough = cg.Body.from_profile(curve)
     s = np.linspace(0.0, 1.0, 300)
     shown = curve.evaluate(s)
@@ -101,11 +101,12 @@ def branch(ax: Axes) -> None:
     feet = trough.project(path[:1])
     for k, point in enumerate(path):
         feet = trough.project(point[None], start=feet, mode="track") if k else feet
-        event = feet.status[0] == Status.BRANCH_EVENT
-        colour = BAD if event else SKY
-        ax.plot(*np.array([point, feet.point[0]])[:, :2].T, color=colour, lw=2 if event else 0.6)
-        if event:
-            ax.text(point[0] + 0.04, point[1] + 0.08, "BRANCH_EVENT", color=BAD, fontsize=9)
+        proved = not k or feet.certified[0] == 1
+        colour, width = (SKY, 0.6) if proved else (BAD, 1.6)
+        ax.plot(*np.array([point, feet.point[0]])[:, :2].T, color=colour, lw=width)
+        if not proved:
+            at = point
+    ax.text(at[0] + 0.1, at[1] + 0.06, "not proved", color=BAD, fontsize=9)
     ax.plot(*path[:, :2].T, ".", color=INK, markersize=3)
     ax.set_aspect("equal")
     ax.axis("off")

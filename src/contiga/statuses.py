@@ -59,9 +59,8 @@ class Status(Advised):
     MAX_ITERATIONS = 3, 'Not converged; take smaller steps, or project with mode="global".'
     BRANCH_EVENT = (
         4,
-        "The tracked minimum vanished on the way and nothing continues it: the foot is the closest "
-        "point where a focal surface was crossed, and lies in the other face where it ran into a "
-        "fold; smaller steps show where.",
+        "Newton's method from the last foot has come to no minimum, as where a point crosses a "
+        "focal surface: the foot is the closest point instead; smaller steps show where.",
     )
     NOT_FINITE = 5, "The point has a NaN or infinite coordinate; mend the input."
     NO_HIT = (

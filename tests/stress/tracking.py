@@ -1,8 +1,8 @@
 """Tracked feet against closed forms, or the same motion in many tiny steps.
 
 A foot is wrong and unflagged if it is not where the continued one is although its status says that
-all is well, and, where feet are certified, although it is. Where the continued minimum itself ends
-on the way (the point crosses a focal surface) there is no right foot: the row must be flagged.
+all is well and it is certified. Where the continued minimum itself ends on the way (the point
+crosses a focal surface) there is no right foot: it must not be certified.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tests.stress.tally import Clock, Tally
 
 import contiga as cg
 from contiga.records import Projection, SurfacePlaces, empty_projection
-from contiga.search.tables import tracking_tables_of
+from contiga.search.tables import tables_of
 from contiga.search.track.project import track
 from contiga.statuses import Feature, Status
 
@@ -154,17 +154,11 @@ def starts(item: Tracked, n: int, rng: np.random.Generator) -> np.ndarray:
     return feet.point + gap * feet.normal
 
 
-def certified(feet: Projection) -> np.ndarray:
-    """(n,) which feet are certified; all, where that is not told."""
-    told = getattr(feet, "certified", None)
-    return np.ones(len(feet.gap), bool) if told is None else np.asarray(told) > 0
-
-
 def uncertified(body: cg.Body, points: np.ndarray, start: Projection) -> Projection:
     """Tracked feet by Newton's method alone: certificates, which are judged, do not help."""
     out = empty_projection(len(points))
     track(
-        tracking_tables_of(body),
+        tables_of(body),
         np.ascontiguousarray(points),
         SurfacePlaces(start.patch, start.uv),
         out,
@@ -174,7 +168,7 @@ def uncertified(body: cg.Body, points: np.ndarray, start: Projection) -> Project
 
 def _across(body: cg.Body, here: Projection, there: Projection) -> np.ndarray:
     """(n,) how far feet may be apart and be one: from an edge on, some widths of that."""
-    table = tracking_tables_of(body).elements.table
+    table = tables_of(body).elements.table
     widest = np.zeros(len(body.patches))
     np.maximum.at(widest, table["patch"], table["edge_tolerance"])
     beside = (here.feature != Feature.FACE) | (there.feature != Feature.FACE)
@@ -229,7 +223,7 @@ def judge(
     """Track the feet of points that go from a to b, and compare."""
     body, size = item.body, item.body.size
     feet = body.project(b, start=before, mode="track")
-    sure = certified(feet)
+    sure = feet.certified > 0
     flagged = ~np.isin(feet.status, (Status.OK, Status.BORDER, Status.TRIMMED))
     ended = np.zeros(len(a), bool)
     if item.exact is not None:
@@ -252,13 +246,12 @@ def judge(
     tally.fault("foot elsewhere", np.flatnonzero(elsewhere), truth=truth, **values)
     tally.fault("end of branch unnoticed", np.flatnonzero(unnoticed), **values)
     tally.note("wrong, said not to be certified", int((wrong & ~sure).sum()))
-    if hasattr(feet, "certified"):
-        # The share certified is told of feet inside faces, of points in reach of contact.
-        plain = (before.status == Status.OK) & (feet.status == Status.OK)
-        plain &= np.abs(before.gap) <= REACH * item.width
-        limit = next(name for most, name in SIZES.items() if step <= most)
-        tally.note(f"steps up to {limit}", int(plain.sum()))
-        tally.note(f"certified of those up to {limit}", int((plain & sure).sum()))
+    # The share certified is told of feet inside faces, of points in reach of contact.
+    plain = (before.status == Status.OK) & (feet.status == Status.OK)
+    plain &= np.abs(before.gap) <= REACH * item.width
+    limit = next(name for most, name in SIZES.items() if step <= most)
+    tally.note(f"steps up to {limit}", int(plain.sum()))
+    tally.note(f"certified of those up to {limit}", int((plain & sure).sum()))
 
 
 def follow(item: Tracked, n: int, seed: int, scales: int = 8) -> Tally:

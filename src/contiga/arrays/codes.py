@@ -49,10 +49,8 @@ TO_WALK = 1
 """Its foot left the lanes: a careful walk continues it."""
 TO_SEARCH = 2
 """It has no foot to start from: its closest point is searched for."""
-TO_FOLLOW = 3
-"""Its foot is not proved by what is kept of its surroundings: its branch is followed in parts."""
-HAS_ENDED = 4
-"""Its branch ends on the way: its closest point is searched for."""
+HAS_ENDED = 3
+"""The walk has found no minimum: its closest point is searched for, and it is a BRANCH_EVENT."""
 
 # Crossings a search looks for.
 ENTRIES, EITHER = 0, 1

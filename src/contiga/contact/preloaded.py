@@ -9,8 +9,6 @@ from contiga.geometry.kernels.evaluate_nb import curve_range, surface_range
 from contiga.geometry.kernels.trim_build_nb import fill_cells, monotone_pieces
 from contiga.geometry.kernels.trim_nb import box_state
 from contiga.jit.preload import preload
-from contiga.search.certify.kernels.neighbourhood_nb import bends_of_parts, join_parts
-from contiga.search.closest.kernels.joint_nb import measure_pieces
 from contiga.search.closest.kernels.nearest_nb import project_global
 from contiga.search.hierarchy.kernels.curve_leaves_nb import curve_leaves
 from contiga.search.hierarchy.kernels.hierarchy_nb import surface_leaves
@@ -24,8 +22,7 @@ KERNELS = (
     *(refinement_rows, curve_range, surface_range, image_gap),
     *(monotone_pieces, fill_cells, box_state, sample),
     *(surface_leaves, curve_leaves, build, fill_plates),
-    *(bends_of_parts, join_parts, measure_pieces, surface_pieces),
-    *(project_global, last_crossings, track_chunks),
+    *(surface_pieces, project_global, last_crossings, track_chunks),
 )
 """In the order they are called: faces, trims, elements, hierarchy, joints, sides, search."""
 

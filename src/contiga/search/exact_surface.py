@@ -24,6 +24,7 @@ from contiga.records import (
 )
 from contiga.search.balls.radii import balls_of
 from contiga.search.borders.openings import openings_of
+from contiga.search.certify.neighbourhoods import with_neighbourhoods_there
 from contiga.search.closest.closest import closest_of_rows
 from contiga.search.closest.kernels import facing_nb, safe_distance_nb
 from contiga.search.contact_tables import ContactTables
@@ -31,7 +32,7 @@ from contiga.search.hierarchy.table_types import Tables
 from contiga.search.sides import side_grid
 from contiga.search.sides.body_sides import sides_of
 from contiga.search.sweep import hits
-from contiga.search.tables import tracking_tables_of
+from contiga.search.tables import tables_of
 from contiga.search.track import project
 
 # Points below which a second thread does not pay.
@@ -116,8 +117,10 @@ class ExactSurface(NamedTuple):
 
     @property
     def contact_tables(self) -> ContactTables:
-        """With its touching balls, and the grid of its sides."""
-        return ContactTables(self.tables, self._grid, balls_of(self.tables))
+        """With its touching balls, and the grid of its sides; with what certificates of tracked
+        feet need, once that is there."""
+        tables = with_neighbourhoods_there(self.tables)
+        return ContactTables(tables, self._grid, balls_of(self.tables))
 
     @property
     def _grid(self) -> side_grid.SideGrid:
@@ -130,5 +133,4 @@ def exact_surface(faces: Faces) -> ExactSurface:
     openings = openings_of(faces)
     # Faces are off the edges they share, and their loops off themselves where they close.
     slit = openings.slit + float(stitches(faces)[0].max(initial=0.0))
-    tables = tracking_tables_of(faces)
-    return ExactSurface(tables, openings.closed, slit)
+    return ExactSurface(tables_of(faces), openings.closed, slit)

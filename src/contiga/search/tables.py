@@ -1,7 +1,7 @@
 """Everything the search knows about a body, worked out once: elements, neighbours, hierarchy.
 
-The tables of a body are kept as long as the body lives (`tables_of`); what tracked feet need
-beside them is worked out when feet are first tracked (`tracking_tables_of`).
+The tables of a body are kept as long as the body lives; what certificates of tracked feet need
+beside them is worked out when the first are asked for (`contiga.search.certify.neighbourhoods`).
 """
 
 from __future__ import annotations
@@ -21,10 +21,9 @@ from contiga.geometry.faces import Faces
 from contiga.geometry.slits import gaping_edges, stitches
 from contiga.records import FloatArray
 from contiga.search.certify import neighbourhoods
-from contiga.search.closest.trimmed_edges import build_joints
 from contiga.search.closest.widths import edge_widths
 from contiga.search.hierarchy.build import build_hierarchy, empty_seeds
-from contiga.search.hierarchy.table_types import JOINT, Joints, Tables
+from contiga.search.hierarchy.table_types import Tables
 
 # Tangential miss accepted at a foot, relative to the body's size.
 RELATIVE_TOLERANCE = 1e-12
@@ -34,7 +33,6 @@ SMALLEST, LARGEST = 1e-60, 1e60
 NEAR = 1e-3
 
 _DISK = DiskCache("tables", __file__)
-_NEIGHBOURHOODS = DiskCache("neighbourhoods", neighbourhoods.__file__)
 
 
 @once
@@ -43,16 +41,6 @@ def tables_of(body: Faces) -> Tables:
     check_size(body)
     tables = _DISK.kept(key_of(body), lambda: _build(body))
     return tables._replace(trims=body.trim_tables)
-
-
-@once
-def tracking_tables_of(body: Faces) -> Tables:
-    """The same with the neighbourhoods that tracked feet need: half of the work and of the bytes
-    of a body of many elements."""
-    tables = tables_of(body)
-    build = neighbourhoods.build_neighbourhoods
-    around = _NEIGHBOURHOODS.kept(key_of(body), lambda: build(tables.elements))
-    return tables._replace(neighbourhoods=around)
 
 
 def check_size(body: Faces) -> None:
@@ -83,11 +71,8 @@ def _build(body: Faces) -> Tables:
     piece_width = edge_widths(body, elements, trims)
     leaves, plates, tree = build_hierarchy(elements, grid, trims)
     scale = np.array([body.size, RELATIVE_TOLERANCE * body.size])
-    untracked = neighbourhoods.none()
-    none = Joints(np.zeros(0, JOINT), np.zeros((0, 4), np.int32))
     known = elements, grid, leaves, plates, tree, empty_seeds(tree), trims, is_open, piece_width
-    tables = Tables(*known, scale, untracked, none)
-    return tables._replace(joints=build_joints(body, tables))
+    return Tables(*known, scale, neighbourhoods.none())
 
 
 def _open_pieces(body: Faces, trims: trim.TrimTables) -> FloatArray:

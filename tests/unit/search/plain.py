@@ -6,8 +6,9 @@ import contiga as cg
 from contiga.elements.element_arrays import Elements
 from contiga.elements.extraction import elements_of
 from contiga.elements.neighbours import join
+from contiga.search.certify.neighbourhoods import with_neighbourhoods
 from contiga.search.hierarchy.table_types import Tables
-from contiga.search.tables import tracking_tables_of
+from contiga.search.tables import tables_of
 
 
 def elements(body: cg.Body) -> Elements:
@@ -20,5 +21,10 @@ def joined(body: cg.Body) -> Tables:
     trims = body.trim_tables
     own, grid = elements_of(body, trims)
     grid = join(own, grid, body)
-    plane = tracking_tables_of(cg.Body([cg.shapes.plane()]))
+    plane = tables_of(cg.Body([cg.shapes.plane()]))
     return plane._replace(elements=own, grid=grid, trims=trims)
+
+
+def tracking_tables_of(body: cg.Body) -> Tables:
+    """Its tables, with what certificates of tracked feet need."""
+    return with_neighbourhoods(tables_of(body))

@@ -1,4 +1,4 @@
-"""Curves and strips of surface that bend as badly as bounds allow.
+"""Strips of surface that bend as badly as bounds allow.
 
 They turn by constant rates for a while, then by others: what is worst within bounds is of this
 kind. Frames are kept as (…, 3) arrays; a step of the way turns them about one axis.
@@ -51,37 +51,3 @@ def geodesics(rng, n, inner, outer, length, steps=48):
         x[:, k + 1] = x[:, k] + h[:, None] * middle[:, 0]
         frame = turned(frame, h[:, None, None] * axis[:, None])
     return x, tangent, normal
-
-
-def creases(rng, n, bent, torsion, length, steps=32):
-    """Curves of curvature `bent` with two faces along each that turn by `torsion` (2, n) at most.
-
-    From the origin both ways, in the frame (e, U, V) = (x, y, z): points and tangents (n, ways, 3),
-    vectors of curvature, b of both faces (2, n, ways, 3). The faces' angles about the curve are
-    drawn.
-    """
-    start = rng.uniform(-np.pi, np.pi, (2, n))
-    start[1] = np.where(rng.random(n) < 0.5, start[0] + 0.1 * rng.normal(size=n), start[1])
-    halves = []
-    for sense in (1.0, -1.0):
-        part = pieces(rng, n, steps, 2)
-        to = rng.uniform(-np.pi, np.pi, (n, 2))
-        to[:, 0] = np.where(rng.random(n) < 0.5, start[0] + np.pi * rng.integers(0, 2, n), to[:, 0])
-        turns = rng.choice([-1.0, 1.0], (2, n, 2)) * torsion[..., None]
-        frame = np.tile(np.eye(3), (n, 1, 1)) * [[sense], [1.0], [1.0]]
-        h = length / steps
-        x, angle = np.zeros((n, 3)), start.copy()
-        rows = []
-        for k in range(steps + 1):
-            i = part[:, min(k, steps - 1)][:, None]
-            way = np.take_along_axis(to, i, 1)
-            bend = bent[:, None] * (np.cos(way) * frame[:, 1] + np.sin(way) * frame[:, 2])
-            faces = np.cos(angle)[..., None] * frame[:, 1] + np.sin(angle)[..., None] * frame[:, 2]
-            rows.append((x, sense * frame[:, 0], bend, faces))
-            axis = h[:, None] * np.cross(frame[:, 0], bend)
-            x = x + h[:, None] * turned(frame[:, 0], 0.5 * axis)
-            frame = turned(frame, axis[:, None])
-            angle = angle + h * np.stack([np.take_along_axis(t, i, 1)[:, 0] for t in turns])
-        halves += rows
-    x, tangent, bend, faces = (np.stack(part, axis=-2) for part in zip(*halves, strict=True))
-    return x, tangent, bend, faces

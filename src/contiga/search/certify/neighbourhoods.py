@@ -1,13 +1,17 @@
-"""What the certificate of tracked feet keeps of a body: what is proved stands in `branch_nb`."""
+"""What the certificate of tracked feet keeps of a body: what is proved stands in `branch_nb`.
+
+It is worked out when feet are first tracked with certificates, and kept as long as the body lives.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from contiga.arrays.threads import run_ranges
-from contiga.elements.element_arrays import Elements, Records
+from contiga.elements.element_arrays import Records
 from contiga.search.certify.kernels import neighbourhood_nb, part_nb
-from contiga.search.hierarchy.table_types import NEIGHBOURHOOD
+from contiga.search.hierarchy.kept import Kept
+from contiga.search.hierarchy.table_types import NEIGHBOURHOOD, Tables
 
 # Elements below which a second thread does not pay.
 ELEMENTS = 64
@@ -20,8 +24,9 @@ def none() -> Records:
     return np.zeros((0, part_nb.PARTS**2), NEIGHBOURHOOD)
 
 
-def build_neighbourhoods(elements: Elements) -> Records:
+def build_neighbourhoods(tables: Tables) -> Records:
     """(elements, 16) bounds around the parts of all elements."""
+    elements = tables.elements
     n = len(elements.table)
     parts = part_nb.PARTS**2
     raw = np.empty((n, parts, 6))
@@ -30,3 +35,17 @@ def build_neighbourhoods(elements: Elements) -> Records:
     run_ranges(neighbourhood_nb.bends_of_parts, n, ELEMENTS, elements, depth, raw)
     run_ranges(neighbourhood_nb.join_parts, n, ELEMENTS, elements, raw, neighbourhoods)
     return neighbourhoods
+
+
+_KEPT = Kept(build_neighbourhoods)
+
+
+def with_neighbourhoods(tables: Tables) -> Tables:
+    """The tables of a body with its neighbourhoods, worked out at the first call."""
+    return tables._replace(neighbourhoods=_KEPT.of(tables))
+
+
+def with_neighbourhoods_there(tables: Tables) -> Tables:
+    """The same if they are worked out, else `tables`."""
+    there = _KEPT.there(tables)
+    return tables if there is None else tables._replace(neighbourhoods=there)

@@ -29,15 +29,6 @@ NEIGHBOURHOOD = np.dtype(
     ],
     align=True,
 )
-JOINT = np.dtype(
-    [
-        ("patch", "i4", 2),  # the two faces of an edge; -1 where nothing is known of how they meet
-        ("width", "f8"),  # of the edge, length
-        ("turn", "f8"),  # largest angle between their normals along it, radians, as measured
-        ("slip", "f8"),  # largest angle between its tangent in one and the other's plane, likewise
-    ],
-    align=True,
-)
 LEAF = np.dtype(
     [
         ("element", "i4"),  # surface leaf: its element; curve leaf: -1 - trimming piece
@@ -75,16 +66,6 @@ NODE = np.dtype(
 
 
 @pass_by_pointer
-class Joints(NamedTuple):
-    """Edges at which trimmed faces join others (see `trimmed_edges`)."""
-
-    edges: Records
-    """(edges,) `JOINT`."""
-    sides: IntArray
-    """(elements, 4) the edge that an untrimmed patch's natural side is a part of, −1 none."""
-
-
-@pass_by_pointer
 class Seeds(NamedTuple):
     """A leaf near every voxel of a grid over the body: where to look for a closest point first."""
 
@@ -119,5 +100,4 @@ class Tables(NamedTuple):
     scale: FloatArray
     """(2,) size of the body, tangential tolerance of a foot; lengths."""
     neighbourhoods: Records
-    """(elements, 16) `NEIGHBOURHOOD`, of no elements before feet are tracked."""
-    joints: Joints
+    """(elements, 16) `NEIGHBOURHOOD`, of no elements but where tracked feet are certified."""

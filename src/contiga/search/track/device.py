@@ -19,6 +19,7 @@ from contiga.arrays.device import check_device, is_resident, launch, on_host, re
 from contiga.arrays.layout import as_points
 from contiga.errors import InputError
 from contiga.records import IntArray, Projection, SurfacePlaces, empty_projection
+from contiga.search.certify.neighbourhoods import with_neighbourhoods
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.track import project
 from contiga.search.track.kernels import row_nb
@@ -62,7 +63,7 @@ def start(tables: Tables, feet: Projection, points: Any) -> Tracked:
     """
     check_device()
     n = len(feet.gap)
-    there = _on_device(points, n)
+    there, tables = _on_device(points, n), with_neighbourhoods(tables)
     return Tracked(tables, flat(tables), resident(feet), there, resident(np.zeros(n, np.uint8)))
 
 
@@ -96,41 +97,33 @@ def track_there(tracked: Tracked, now: Any) -> None:
 
 
 def track_left(tracked: Tracked, now: Any) -> tuple[Tracked, IntArray]:
-    """The rest of the step: the flagged rows by the CPU. Returns what `track` does."""
-    rows = _flagged(tracked.back)
-    if len(rows):
-        _by_the_cpu(tracked, rows, now)
+    """The rest of the step: the flagged rows by the CPU; only these are copied to and fro. Returns
+    what `track` does."""
+    # A bit a flag is fetched, the flags stay where they are.
+    bytes_there = resident(np.empty(ceil(len(tracked.back) / 8), np.uint8))
+    launch(row_nb.pack_flags, len(bytes_there), tracked.back, bytes_there)
+    packed = on_host(bytes_there)
+    some = np.flatnonzero(packed)
+    bits = np.unpackbits(packed[some, None], axis=1, bitorder="little").astype(bool)
+    rows = (8 * some[:, None] + np.arange(8))[bits].astype(np.int32)
+    m = len(rows)
+    if m:
+        there = resident(rows)
+        starts = resident(
+            RowStarts(np.empty(m, np.int32), np.empty((m, 2)), np.empty((m, 3)), np.empty((m, 3)))
+        )
+        feet = RowStarts(tracked.feet.patch, tracked.feet.uv, tracked.before, now)
+        launch(row_nb.gather_row, m, feet, there, starts)
+        patch, uv, before, p_B = on_host(starts)
+        out = empty_projection(m)
+        project.track(tracked.tables, p_B, SurfacePlaces(patch, uv), out, before)
+        launch(row_nb.scatter_row, m, resident(out), there, tracked.feet)
     return tracked._replace(before=now), rows
 
 
 def feet_of(tracked: Tracked) -> Projection:
     """A copy of the feet, on the host."""
     return Projection(*on_host(tracked.feet))
-
-
-def _flagged(back: Any) -> IntArray:
-    """The rows that are flagged; a bit each is fetched, the flags stay where they are."""
-    bytes_there = resident(np.empty(ceil(len(back) / 8), np.uint8))
-    launch(row_nb.pack_flags, len(bytes_there), back, bytes_there)
-    packed = on_host(bytes_there)
-    some = np.flatnonzero(packed)
-    bits = np.unpackbits(packed[some, None], axis=1, bitorder="little").astype(bool)
-    return (8 * some[:, None] + np.arange(8))[bits].astype(np.int32)
-
-
-def _by_the_cpu(tracked: Tracked, rows: IntArray, now: Any) -> None:
-    """Track some rows on the CPU; only these are copied to and fro."""
-    m = len(rows)
-    there = resident(rows)
-    starts = resident(
-        RowStarts(np.empty(m, np.int32), np.empty((m, 2)), np.empty((m, 3)), np.empty((m, 3)))
-    )
-    feet = RowStarts(tracked.feet.patch, tracked.feet.uv, tracked.before, now)
-    launch(row_nb.gather_row, m, feet, there, starts)
-    patch, uv, before, p_B = on_host(starts)
-    out = empty_projection(m)
-    project.track(tracked.tables, p_B, SurfacePlaces(patch, uv), out, before)
-    launch(row_nb.scatter_row, m, resident(out), there, tracked.feet)
 
 
 def _on_device(points: Any, n: int) -> Any:

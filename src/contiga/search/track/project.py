@@ -16,13 +16,14 @@ from contiga.arrays.workspace import Workspace
 from contiga.geometry.faces import Faces
 from contiga.jit import straight
 from contiga.records import FloatArray, Projection, SurfacePlaces
-from contiga.search.certify.kernels import branch_nb, follow_nb
+from contiga.search.certify.kernels import branch_nb
+from contiga.search.certify.neighbourhoods import with_neighbourhoods
 from contiga.search.closest.closest import closest_of_rows
 from contiga.search.hierarchy.table_types import Tables
-from contiga.search.tables import tables_of, tracking_tables_of
+from contiga.search.tables import tables_of
 from contiga.search.track.kernels import track_nb
 from contiga.search.track.kernels.lanes_nb import RECORD
-from contiga.search.track.track_records import Left, Path, Room
+from contiga.search.track.track_records import Path, Room
 
 SMALLEST, LARGEST = 2048, 16384
 """Rows of a chunk: below a thread does not pay, above what they use does not stay near."""
@@ -83,7 +84,7 @@ def project(
         closest_of_rows(tables_of(body), p_B, np.arange(len(p_B), dtype=np.int32), feet)
         return feet
     last, feet = checked_feet(start, out, p_B, len(body.patches), "patch")
-    track(tracking_tables_of(body), p_B, SurfacePlaces(last.patch, last.uv), feet, last)
+    track(tables_of(body), p_B, SurfacePlaces(last.patch, last.uv), feet, last)
     return feet
 
 
@@ -96,12 +97,14 @@ def track(
 ) -> None:
     """Continue the feet `starts` to `p_B`, into `out`; rows of patch −1 globally.
 
-    With `before` (n, 3), where the points were, or the feet they had, the feet are certified: shown
-    to be on the branch of stationary points that leads from their start. Where the branch ends on
-    the way, the row is a BRANCH_EVENT with the closest point for a foot, or, at the inner side of a
-    fold, with the one that goes on in the other face.
+    With `before` (n, 3), where the points were, or the feet they had, the feet are certified where
+    the quick proof of `branch_nb` shows that they are on the branch of stationary points that leads
+    from their start. A row whose walk comes to no minimum
+    is a BRANCH_EVENT, with the closest point for a foot.
     """
-    n = len(p_B)
+    n, certify = len(p_B), before is not None
+    if certify:
+        tables = with_neighbourhoods(tables)
     size = rows_of_a_chunk(n, len(tables.elements.table))
     feet = before if isinstance(before, Projection) else NO_FEET
     there = before if isinstance(before, np.ndarray) else NOWHERE
@@ -113,23 +116,12 @@ def track(
         records = _workspace.rows(rows, RECORD)
         left = _room.of(min((last - first) * size, n))
         m = track_chunks(tables, path, starts, size, records, left, out, (first, last))
-        if m:
-            _finish(tables, p_B, left, m, out, before is not None)
+        if (left.flags[:m] != DONE).any():
+            straight(track_nb.continue_left)(tables, p_B, left, m, out)
+        if m and certify:
+            straight(branch_nb.certify_rows)(tables, p_B, left, m, out)
 
     run_ranges(chunks, ceil(n / size), 1)
-
-
-def _finish(
-    tables: Tables, p_B: FloatArray, left: Left, m: int, out: Projection, certify: bool
-) -> None:
-    """The stages after the lanes, each for the rows that the one before has left to it."""
-    certify_rows = straight(branch_nb.certify_rows)
-    if (left.flags[:m] != DONE).any():
-        straight(track_nb.continue_left)(tables, p_B, left, m, out)
-    if not certify or not certify_rows(tables, p_B, left, m, out):
-        return
-    if straight(follow_nb.follow_rows)(tables, p_B, left, m, out):
-        track_nb.end_branches(tables, p_B, left, m, out)
 
 
 def rows_of_a_chunk(n: int, elements: int) -> int:

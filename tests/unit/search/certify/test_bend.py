@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from tests.sample import few
 from tests.unit.search import plain
+from tests.unit.search.plain import tracking_tables_of
 from tests.unit.search.sheets import SHEETS, inside, truth
 
 import contiga as cg
 from contiga.search.certify.kernels.bend_nb import bend_bounds, bend_work
-from contiga.search.tables import tracking_tables_of
 
 
 def rough(seed, degrees):

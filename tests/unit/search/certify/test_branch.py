@@ -6,18 +6,20 @@ import numpy as np
 import pytest
 from numba import njit
 from tests.laws.test_search_laws import pieces
-from tests.sample import FULL, full
+from tests.sample import full
+from tests.unit.search.folds import natural_fold, trimmed_fold
+from tests.unit.search.plain import tracking_tables_of
 
 import contiga as cg
 from contiga.search.certify.kernels import branch_nb
-from contiga.search.exact_surface import tracking_tables_of
 from contiga.statuses import Feature, Status
 
 
-def trough():
+def trough(elements=1):
     """The parabola z = x² over [-1, 1], drawn out in y from -1 to 1; normals up."""
     net = [[[x, y, z] for y in (-1.0, 1.0)] for x, z in ((-1.0, 1.0), (0.0, -1.0), (1.0, 1.0))]
-    return cg.Body([cg.NurbsSurface((2, 1), ([0, 0, 0, 1, 1, 1], [0, 0, 1, 1]), np.array(net))])
+    patch = cg.NurbsSurface((2, 1), ([0, 0, 0, 1, 1, 1], [0, 0, 1, 1]), np.array(net))
+    return cg.Body([patch.insert_knots(u=np.linspace(0.0, 1.0, elements + 1)[1:-1])])
 
 
 def foot_on_trough(x, branch):
@@ -31,32 +33,42 @@ END = 2 * 6**-1.5 - 6**-0.5
 """x where the right-hand minimum of points at height 1 vanishes: −0.272."""
 
 
-def test_a_foot_that_would_jump_across_a_trough_is_an_event():
+def test_a_foot_that_jumps_across_a_trough_is_not_proved():
     """The right-hand minimum ends on the way; Newton's method lands 1.2 farther left, silently."""
     body = trough()
     start = body.project([[0.3, 0.0, 1.0]])
     feet = body.project([[-0.3, 0.0, 1.0]], start=start, mode="track")
     assert np.linalg.norm(feet.point - start.point) > 1.19
-    assert feet.status.tolist() == [Status.BRANCH_EVENT]
-    assert feet.certified.tolist() == [1]
+    assert feet.status.tolist() == [Status.OK]
+    assert feet.certified.tolist() == [0]
     left = foot_on_trough(-0.3, 1)
     np.testing.assert_allclose(feet.point, [[left, 0.0, left**2]], atol=1e-10)
-    np.testing.assert_allclose(feet.gap, body.project([[-0.3, 0.0, 1.0]]).gap, atol=1e-12)
 
 
-@pytest.mark.parametrize("steps", [1, 2, 7, 100, 1600])
-def test_the_event_comes_where_the_branch_ends_whatever_the_steps(steps):
-    body = trough()
+@pytest.mark.parametrize("steps", [1, 7, 100, 1600])
+def test_where_the_branch_ends_nothing_is_proved_whatever_the_steps(steps):
+    body = trough(elements=64)
     feet = body.project([[0.3, 0.0, 1.0]])
-    events = []
+    proved = []
     for x in np.linspace(0.3, -0.3, steps + 1)[1:]:
         feet = body.project([[x, 0.0, 1.0]], start=feet, mode="track")
-        events.append(feet.status[0] == Status.BRANCH_EVENT)
+        proved.append(feet.certified[0])
         root = foot_on_trough(x, 0 if x > END else 1)
         np.testing.assert_allclose(feet.point[0, 0], root, atol=1e-8)
-    assert sum(events) == 1
-    first = 0.3 - 0.6 / steps * np.flatnonzero(events)[0]
-    assert first - 0.6 / steps - 1e-9 <= END <= first + 1e-9
+    jump = int(np.ceil((0.3 - END) * steps / 0.6)) - 1
+    assert proved[jump] == 0
+    assert steps < 1000 or np.mean(proved) > 0.8
+
+
+def test_a_foot_that_stands_where_the_minimum_has_vanished_is_an_event():
+    """Of a point that rises along the normal of the bottom, past the focal point at 0.5."""
+    body = trough()
+    start = body.project([[0.0, 0.0, 0.4]])
+    feet = body.project([[0.0, 0.0, 1.0]], start=start, mode="track")
+    assert feet.status.tolist() == [Status.BRANCH_EVENT]
+    assert feet.certified.tolist() == [1]
+    np.testing.assert_allclose(np.abs(feet.point), [[np.sqrt(0.5), 0.0, 0.5]], atol=1e-9)
+    np.testing.assert_allclose(feet.gap, body.project([[0.0, 0.0, 1.0]]).gap, atol=1e-12)
 
 
 @pytest.mark.parametrize("end", [-0.2, -0.27, -0.272])
@@ -65,9 +77,28 @@ def test_up_to_the_focal_surface_one_step_stays_on_its_branch(end):
     start = body.project([[0.3, 0.0, 1.0]])
     feet = body.project([[end, 0.0, 1.0]], start=start, mode="track")
     assert feet.status.tolist() == [Status.OK]
-    assert feet.certified.tolist() == [1]
     np.testing.assert_allclose(feet.point[0, 0], foot_on_trough(end, 0), atol=1e-7)
     assert body.project([[end, 0.0, 1.0]]).point[0, 0] < 0
+
+
+@pytest.mark.parametrize("parts", ["crease", "trimmed edge"])
+def test_feet_on_an_edge_are_right_and_not_proved(parts):
+    """Two planes meet at a right angle along y: of points above it the foot is on the edge."""
+    turn = 0.5 * np.pi
+    body = trimmed_fold(turn) if parts == "trimmed edge" else natural_fold(turn)
+    x, slope = np.linspace(-0.5, 0.5, 2001), np.array([np.sqrt(0.5), 0.0, -np.sqrt(0.5)])
+    path = np.column_stack([x, 0.1 + 0.0 * x, 0.3 + 0.0 * x])
+    along = np.maximum(np.abs(x) * slope[0] + 0.3 * slope[2], 0.0)
+    wanted = along[:, None] * slope * np.sign(x)[:, None] ** [1, 0, 0] + [0.0, 0.1, 0.0]
+    feet, proved = body.project(path[:1]), []
+    for point, foot in zip(path, wanted, strict=True):
+        feet = body.project(point[None], start=feet, mode="track")
+        np.testing.assert_allclose(feet.point[0], foot, atol=1e-9)
+        proved.append(feet.certified[0])
+    on_edge = along == 0.0
+    assert feet.status.tolist() == [Status.OK]
+    assert not np.array(proved)[on_edge].any()
+    assert np.array(proved)[along > 0.05].mean() > 0.9
 
 
 def folded(kind):
@@ -164,8 +195,8 @@ def continued(patch, uv, a, b, steps):
     """
     low, high = np.transpose(patch.domain)
     edge = patch.evaluate(np.array([low, [high[0], low[1]], [low[0], high[1]]]))
-    neighbourhood = [np.linalg.norm(edge[1 + k] - edge[0]) < 1e-9 for k in range(2)]
-    neighbourhood[1] = neighbourhood[1] and not np.allclose(
+    closed = [np.linalg.norm(edge[1 + k] - edge[0]) < 1e-9 for k in range(2)]
+    closed[1] = closed[1] and not np.allclose(
         patch.evaluate(np.column_stack([[0.3, 0.6], [low[1]] * 2]))[0],
         patch.evaluate(np.column_stack([[0.3, 0.6], [low[1]] * 2]))[1],
     )
@@ -186,7 +217,7 @@ def continued(patch, uv, a, b, steps):
             stays &= np.abs(step / (high - low)).max(axis=1) < 0.05  # else it has jumped
             uv[stays] += step[stays]
             for k in range(2):
-                if neighbourhood[k]:
+                if closed[k]:
                     uv[:, k] = low[k] + (uv[:, k] - low[k]) % (high[k] - low[k])
                 stays &= (uv[:, k] >= low[k] - 1e-12) & (uv[:, k] <= high[k] + 1e-12)
             uv = np.clip(uv, low, high)
@@ -196,10 +227,9 @@ def continued(patch, uv, a, b, steps):
 @pytest.mark.parametrize(
     ("name", "size"),
     [
-        *(("torus", 1.0), ("bumps", 3.0), ("cylinder", 0.1)),
-        *full(("torus", 0.1), ("torus", 3.0), ("bumps", 0.1), ("bumps", 1.0)),
-        *full(("cylinder", 1.0), ("cylinder", 3.0), ("saddle", 0.1)),
-        ("saddle", 0.5),  # of one element: larger steps leave it
+        *(("torus", 0.1), ("bumps", 0.3), ("cylinder", 0.1), ("saddle", 0.02)),
+        *full(("torus", 0.01), ("torus", 0.3), ("bumps", 0.01), ("bumps", 0.1)),
+        *full(("cylinder", 0.01), ("cylinder", 0.3), ("saddle", 0.01)),
     ],
 )
 def test_what_is_certified_is_where_a_thousand_small_steps_lead(name, size):
@@ -209,33 +239,28 @@ def test_what_is_certified_is_where_a_thousand_small_steps_lead(name, size):
     feet = body.project(b, start=start, mode="track")
     point, stays = continued(patch, start.uv, a, b, 1000)
     proved = (feet.certified == 1) & (feet.status == Status.OK)
-    assert proved.any()
+    assert proved.sum() > 10
     assert stays[proved].all()
     np.testing.assert_allclose(feet.point[proved], point[proved], atol=1e-6 * body.size)
-    ended = feet.status == Status.BRANCH_EVENT
-    assert not stays[ended].any()
 
 
 @pytest.mark.parametrize(
     ("name", "size"),
-    [
-        ("torus", 1.0),
-        *full(("torus", 0.2), ("torus", 0.5), ("bumps", 0.2), ("bumps", 0.5), ("bumps", 1.0)),
-    ],
+    [("torus", 0.03), *full(("torus", 0.01), ("bumps", 0.01), ("bumps", 0.03))],
 )
-def test_what_is_certified_over_joints_is_where_a_thousand_small_steps_lead(name, size):
+def test_what_is_certified_over_joints_is_where_many_small_steps_lead(name, size):
     """The same surfaces in 49 pieces, of which some are turned over."""
     patch = SURFACES[name]
     body = cg.Body(pieces(patch, 7))
-    at, a, b = motions(patch, 1500 if FULL else 500, size, 0.9, seed=3)
+    at, a, b = motions(patch, 20_000, size, 0.9, seed=3)
     start = body.project(at.point)._replace(normal=at.normal, gap=at.gap)
     feet = body.project(b, start=start, mode="track")
     proved = (feet.certified == 1) & (feet.status == Status.OK)
-    over = proved & (feet.patch != start.patch)
-    assert over.sum() >= 100
-    point, stays = continued(patch, at.uv, a, b, 1000)
-    assert stays[proved].all()
-    np.testing.assert_allclose(feet.point[proved], point[proved], atol=1e-6 * body.size)
+    over = np.flatnonzero(proved & (feet.patch != start.patch))
+    assert len(over) >= 100
+    point, stays = continued(patch, at.uv[over], a[over], b[over], 200)
+    assert stays.all()
+    np.testing.assert_allclose(feet.point[over], point, atol=1e-6 * body.size)
 
 
 @njit
@@ -302,14 +327,12 @@ def test_a_way_over_a_side_is_no_shorter_than_on_the_surface(name):
 @pytest.mark.parametrize(
     ("name", "size", "share"),
     [
-        *((name, 0.01, 0.999) for name in SURFACES),
-        *((name, 0.1, 0.999) for name in SURFACES if name != "saddle"),
-        ("bumps", 1.0, 0.94),
-        ("cylinder", 1.0, 0.95),
+        *(("torus", 0.01, 0.999), ("sphere", 0.01, 0.999), ("cylinder", 0.01, 0.99)),
+        *(("bumps", 0.01, 0.93), ("torus", 0.1, 0.7)),
     ],
 )
-def test_nearly_all_steps_are_certified(name, size, share):
-    """Of those whose branch goes on: they end on a face, and no event is reported."""
+def test_nearly_all_small_steps_are_certified(name, size, share):
+    """Of those whose branch goes on: they end on a face."""
     depth = 0.1 if name == "sphere" else 0.5  # bounds at a pole are some times the curvature
     start, _, b = motions(SURFACES[name], 2000, size, depth, seed=2)
     feet = cg.Body([SURFACES[name]]).project(b, start=start, mode="track")
@@ -344,14 +367,13 @@ def test_a_foot_that_runs_over_seams_knots_and_joints_is_certified():
             u, v = np.linspace(u0, u1, 3), np.linspace(v0, v1, 3)
             part = patch.restricted((u[i], u[i + 1]), (v[j], v[j + 1]))
             parts.append(part.transposed().flipped() if (i + j) % 2 else part)
-    angle = np.linspace(0.0, 2.0 * np.pi, 41)
-    neighbourhood = np.column_stack(
-        [1.4 * np.cos(angle), 1.4 * np.sin(angle), 0.2 * np.sin(3 * angle)]
-    )
-    arc = np.column_stack([0.9 * np.sin(angle), 0.0 * angle, 0.9 * np.cos(angle)])
+    angle = np.linspace(0.0, 2.0 * np.pi, 161)
+    round_it = np.column_stack([1.4 * np.cos(angle), 1.4 * np.sin(angle), 0.2 * np.sin(3 * angle)])
+    fine = np.linspace(-0.2, 0.2, 161)
+    arc = 0.98 * np.column_stack([0.8 * np.sin(fine), 0.6 * np.sin(fine), np.cos(fine)])
     for body, path in (
-        (cg.Body([patch]), neighbourhood),
-        (cg.Body(parts), neighbourhood),
+        (cg.Body([patch]), round_it),
+        (cg.Body(parts), round_it),
         (cg.Body([SURFACES["sphere"]]), arc),
     ):
         feet = body.project(path[:1])

@@ -5,10 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from tests.unit.search import plain
+from tests.unit.search.plain import tracking_tables_of
 
 import contiga as cg
-from contiga.search.certify.neighbourhoods import build_neighbourhoods
-from contiga.search.tables import tables_of, tracking_tables_of
+from contiga.arrays.codes import POLE
+from contiga.records import empty_projection
+from contiga.search.certify import neighbourhoods
+from contiga.search.certify.neighbourhoods import build_neighbourhoods, with_neighbourhoods
+from contiga.search.hierarchy.kept import Kept
+from contiga.search.tables import tables_of
 
 
 def test_curvatures_around_every_part_of_a_torus_are_bounded():
@@ -51,14 +56,9 @@ def test_parts_at_a_corner_where_smooth_elements_meet_have_room():
     knots = [0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0]
     x, y = np.meshgrid(*2 * [[0.0, 0.25, 0.75, 1.0]], indexing="ij")
     sheet = cg.NurbsSurface((2, 2), (knots, knots), np.stack([x, y, 0.0 * x], axis=-1))
-    neighbourhoods = tracking_tables_of(cg.Body([sheet])).neighbourhoods.reshape(4, 4, 4)
-    assert (neighbourhoods["room"] > 0.1).all()
-    inner = (
-        neighbourhoods[0, 3, 3],
-        neighbourhoods[1, 3, 0],
-        neighbourhoods[2, 0, 3],
-        neighbourhoods[3, 0, 0],
-    )
+    kept = tracking_tables_of(cg.Body([sheet])).neighbourhoods.reshape(4, 4, 4)
+    assert (kept["room"] > 0.1).all()
+    inner = kept[0, 3, 3], kept[1, 3, 0], kept[2, 0, 3], kept[3, 0, 0]
     assert not any(neighbourhood["ends"].any() for neighbourhood in inner)
 
 
@@ -66,32 +66,89 @@ def test_parts_at_a_corner_where_smooth_elements_meet_have_room():
 def test_parts_about_a_smooth_pole_have_room_all_round():
     """Four elements of a flat disc about its middle, which is a side of each."""
     disc = cg.shapes.revolved(cg.shapes.line([0, 0, 0], [1, 0, 0]))
-    neighbourhoods = build_neighbourhoods(plain.joined(cg.Body([disc])).elements)
-    about = neighbourhoods[neighbourhoods["pole"] >= 0]
+    kept = build_neighbourhoods(plain.joined(cg.Body([disc])))
+    about = kept[kept["pole"] >= 0]
     assert len(about) == 4 * 12
     # The parts next to them end a quarter of the radius farther out.
     assert (about["room"] > 0.1).all()
     assert (about["room"] <= 0.25).all()
     assert not about["ends"].any()
-    assert (neighbourhoods["curvature"] < 1e-9).all()
+    assert (kept["curvature"] < 1e-9).all()
 
 
-def test_only_tracked_feet_ask_for_neighbourhoods(monkeypatch):
+def test_parts_away_from_the_apex_of_a_cone_have_room():
+    """Its elements reach from there to the base: of four parts the two that are not beside it."""
+    cone = cg.Body([cg.shapes.cone()])
+    (side,) = np.unique(np.nonzero(tables_of(cone).elements.table["kind"] == POLE)[1])
+    off = np.arange(4) if side & 1 == 0 else np.arange(4)[::-1]
+    rows = tracking_tables_of(cone).neighbourhoods.reshape(-1, 4, 4)
+    rows = rows if side < 2 else rows.transpose(0, 2, 1)
+    bounded = np.isfinite(rows["curvature"]).all(axis=-1)
+    assert bounded[:, off >= 2].all()
+    assert not bounded[:, off < 2].any()
+    assert (rows["room"][:, off >= 2] > 0.0).all()
+    assert (rows["pole"] == -1).all()
+
+
+@pytest.fixture
+def built(monkeypatch):
+    """How often neighbourhoods have been worked out."""
     built = []
-    monkeypatch.setattr(
-        "contiga.search.certify.neighbourhoods.build_neighbourhoods",
-        lambda elements: built.append(1) or build_neighbourhoods(elements),
-    )
+
+    def build(tables):
+        built.append(tables)
+        return build_neighbourhoods(tables)
+
+    monkeypatch.setattr(neighbourhoods, "_KEPT", Kept(build))
+    return built
+
+
+def test_only_certificates_of_tracked_feet_ask_for_neighbourhoods(built):
     body, points = cg.Body([cg.shapes.torus()]), np.array([[3.0, 0.0, 0.1], [2.0, 0.5, 0.6]])
     feet = body.project(points)
     assert body.closed
     assert body.contains(points).tolist() == [False, False]
+    surface, out = body.surface, empty_projection(2)
+    surface.track(points + 0.01, feet.patch, feet.uv, out)
     assert built == []
-    assert len(tables_of(body).neighbourhoods) == 0
+    assert len(surface.tables.neighbourhoods) == 0
     for shift in (0.01, 0.02):
         body.project(points + shift, start=feet, mode="track")
-    assert body.surface.tables is tracking_tables_of(body)
-    assert built == [1]
-    tracked = tracking_tables_of(body)
+        surface.track(points + shift, feet.patch, feet.uv, out, points)
+    assert len(built) == 1
+    tracked = with_neighbourhoods(tables_of(body))
     assert len(tracked.neighbourhoods) == len(tracked.elements.table)
     assert tracked.elements.table is tables_of(body).elements.table
+
+
+def _press(body, **options):
+    """Points pressed into the top of a body and moved on, by a contact with these options."""
+    points = np.array([[x, y, 1.05] for x in (-0.2, 0.0, 0.2) for y in (-0.1, 0.1)])
+    contact = cg.Contact(body, cg.Slave(points, area=np.ones(6)), law=cg.PenaltyLaw(1.0), **options)
+    state = contact.start(points)
+    for x in (0.0, 0.01, 0.02):
+        state = contact.step(state, points - [x, 0.0, 0.15])
+    assert state.in_contact.all()
+    return state
+
+
+def test_a_contact_asks_for_neighbourhoods_only_where_its_feet_are_tracked(built):
+    body = cg.Body([cg.shapes.sphere()])
+    default = _press(body)
+    assert built == []
+    assert len(body.surface.contact_tables.body.neighbourhoods) == 0
+    tracked = _press(body, foot="tracked")
+    assert len(built) == 1
+    assert len(body.surface.contact_tables.body.neighbourhoods) == body.surface.n_elements
+    assert tracked.certified.all()
+    np.testing.assert_allclose(tracked.penetration, default.penetration, atol=1e-12)
+
+
+def test_a_contact_finds_the_same_bits_whether_they_are_there_or_not(built):
+    first, second = cg.Body([cg.shapes.sphere()]), cg.Body([cg.shapes.sphere()])
+    with_neighbourhoods(tables_of(second))
+    states = [_press(body, foot="tracked") for body in (first, second)]
+    for name in ("status", "certified", "penetration", "normal", "foot", "force"):
+        here, there = (getattr(state, name) for state in states)
+        np.testing.assert_array_equal(here, there, err_msg=name)
+    assert len(built) == 2

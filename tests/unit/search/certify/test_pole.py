@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.unit.search.plain import tracking_tables_of
 from tests.unit.search.sheets import inside, truth
 
 import contiga as cg
 from contiga.search.certify.kernels.bend_nb import bend_work
 from contiga.search.certify.kernels.pole_nb import pole_bounds, pole_side
-from contiga.search.tables import tracking_tables_of
 
 
 def pointed(turn):
     """A bowl, its rim a random closed curve, whose side is a pole; the tip leans by `turn`."""
     rng = np.random.default_rng(5)
-    neighbourhoods = [np.zeros((4, 3))]
+    rows = [np.zeros((4, 3))]
     for k, height in ((1, 0.0), (2, 0.2), (3, 0.5)):
         x = np.linspace(0.0, 1.0, 4)
-        neighbourhood = k * np.column_stack([np.cos(x), np.sin(x), 0 * x])
-        neighbourhood[:, 2] = height + 0.05 * (k - 1) * rng.normal(size=4) + turn * k * x
-        neighbourhoods.append(neighbourhood)
+        row = k * np.column_stack([np.cos(x), np.sin(x), 0 * x])
+        row[:, 2] = height + 0.05 * (k - 1) * rng.normal(size=4) + turn * k * x
+        rows.append(row)
     knots = np.repeat([0.0, 1.0], 4)
-    net = np.stack(neighbourhoods, axis=1)
+    net = np.stack(rows, axis=1)
     return cg.NurbsSurface((3, 3), (knots, knots), net, rng.uniform(0.8, 1.2, (4, 4)))
 
 

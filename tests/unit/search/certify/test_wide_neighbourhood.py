@@ -9,11 +9,11 @@ import pytest
 from numba import njit
 from tests.sample import few
 from tests.stress.tracking import slivers
+from tests.unit.search.plain import tracking_tables_of
 
 import contiga as cg
 from contiga.search.certify.kernels import branch_nb
 from contiga.search.hierarchy.table_types import Tables
-from contiga.search.tables import tracking_tables_of
 
 SHARES = np.array([0.0, 0.203, 0.2142, 0.4537, 0.5211, 0.5232, 0.8059, 1.0])
 """Where `slivers` cuts."""

@@ -15,12 +15,12 @@ import pytest
 from numba import config, typeof
 from numba.core import types
 from tests.unit.search.holed import holed_plate
+from tests.unit.search.plain import tracking_tables_of
 
 import contiga as cg
 from contiga.arrays import device as num_device
 from contiga.errors import InputError
 from contiga.records import Projection, SurfacePlaces, empty_projection
-from contiga.search.tables import tracking_tables_of
 from contiga.search.track import device
 from contiga.search.track.kernels import row_nb
 from contiga.search.track.project import track

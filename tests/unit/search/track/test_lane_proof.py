@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from tests.laws.test_search_laws import surface
 from tests.unit.search.folds import ring
+from tests.unit.search.plain import tracking_tables_of
 
 import contiga as cg
 from contiga.records import empty_projection
 from contiga.search.certify.kernels import branch_nb
 from contiga.search.hierarchy.table_types import NEIGHBOURHOOD
-from contiga.search.tables import tracking_tables_of
-from contiga.search.track.kernels import lane_proof_nb, lanes_nb
+from contiga.search.track.kernels import lanes_nb
 from contiga.search.track.track_records import Left
 
 from .test_lanes import PATCHES, in_lanes, vector_code
@@ -28,7 +28,7 @@ BODIES = {
 
 def test_numbers_of_a_record_are_where_lanes_look_for_them():
     places = {name: NEIGHBOURHOOD.fields[name][1] for name in NEIGHBOURHOOD.names}
-    rows = lane_proof_nb
+    rows = lanes_nb
     expected = {
         "curvature": rows.CURVATURE,
         "room": rows.ROOM,
@@ -73,6 +73,22 @@ def test_lanes_prove_what_the_bounds_around_a_foot_prove_one_by_one(kind):
     assert told.sum() > 500
 
 
+def test_where_no_bounds_are_kept_nothing_is_proved():
+    """Behind the empty array lie the bounds, where a proof would find them."""
+    body = cg.Body([PATCHES["rational"]])
+    tables, rng = tracking_tables_of(body), np.random.default_rng(7)
+    p = body.project(rng.normal(size=(500, 3))).point + 0.01
+    start, q = body.project(p), p + 1e-4
+    found = []
+    for kept in (tables, tables._replace(neighbourhoods=tables.neighbourhoods[:0])):
+        out = empty_projection(len(q))
+        done = in_lanes(kept, q, start, out, p) == 0
+        found.append((out.certified[done], out.point[done]))
+    assert found[0][0].mean() > 0.9
+    assert not found[1][0].any()
+    np.testing.assert_array_equal(found[0][1], found[1][1])
+
+
 def test_the_ball_of_a_proof_ends_before_the_face_does():
     """On a plate that ends, of one element: it is as large as the motion, and a tenth more."""
     body = cg.Body([cg.shapes.plane()])
@@ -110,6 +126,6 @@ def test_the_loop_over_the_lanes_of_a_proof_is_vector_code():
         np.zeros((lanes_nb.BANKS, lanes_nb.ROWS * lanes_nb.WIDE)),
         np.ones(lanes_nb.LANE_NUMBERS),
     )
-    kernel = getattr(lane_proof_nb, "prove_lanes")  # noqa: B009
+    kernel = getattr(lanes_nb, "prove_lanes")  # noqa: B009
     code = vector_code(kernel, lanes, lanes_nb.BANKS, told, 1e-12)
     assert len(re.findall(r"fmul <\d+ x double>", code)) > 30

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from numba import config, njit
 from tests.stress.tracking import slivers
+from tests.unit.search.plain import tracking_tables_of
 
 import contiga as cg
 from contiga.arrays.codes import TO_WALK
 from contiga.jit.pipeline import CalledCompiler
 from contiga.records import SurfacePlaces, empty_projection
-from contiga.search.tables import tracking_tables_of
-from contiga.search.track.kernels import lanes_nb, project_nb, track_nb
+from contiga.search.track.kernels import lanes_nb, track_nb
 from contiga.search.track.kernels.lanes_nb import RECORD
 from contiga.search.track.track_records import Chunk, Left, Path, room_for
 
@@ -31,7 +31,7 @@ def in_lanes(tables, points, start, out, before=None):
     records, flags = np.empty((len(points), RECORD)), np.zeros(len(points), np.uint8)
     starts, chunk = SurfacePlaces(start.patch, start.uv), Chunk(0, len(points))
     left = room_for(len(points))
-    m = project_nb.track_lanes(tables, path, starts, chunk, records, left, 0, out)
+    m = track_nb.track_lanes(tables, path, starts, chunk, records, left, 0, out)
     flags[left.rows[:m]] = left.flags[:m]
     return flags
 

@@ -9,12 +9,12 @@ import pytest
 from numba import njit
 from tests.stress.tracking import slivers
 from tests.unit.search.folds import ring
+from tests.unit.search.plain import tracking_tables_of
 
 import contiga as cg
 from contiga.arrays.codes import TO_WALK
 from contiga.elements.element_arrays import ELEMENT
 from contiga.records import empty_projection, rows_of
-from contiga.search.tables import tracking_tables_of
 from contiga.search.track.kernels import lanes_nb, mixed_lanes_nb
 
 from .test_lanes import PATCHES, in_lanes, vector_code

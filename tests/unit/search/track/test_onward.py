@@ -12,7 +12,6 @@ from tests.unit.search import plain
 import contiga as cg
 from contiga.arrays.codes import CREASE, POLE
 from contiga.elements.kernels import element_nb
-from contiga.search.hierarchy.table_types import NEIGHBOURHOOD
 from contiga.search.track.kernels import onward_nb
 
 pytestmark = pytest.mark.interpreted
@@ -49,15 +48,9 @@ def beyond(body, tables, e, s, t):
 
 @pytest.fixture(scope="module")
 def cut():
-    """A plane cut into slivers, and its tables: of neighbourhoods what parameters are long
-    there."""
+    """A plane cut into slivers, and its tables."""
     body = cg.Body(slivers(cg.shapes.plane()))
-    tables = plain.joined(body)
-    neighbourhoods = np.zeros((len(tables.elements.table), 16), NEIGHBOURHOOD)
-    for neighbourhood, row in zip(neighbourhoods, tables.elements.table, strict=True):
-        D = body.patches[row["patch"]].derivatives(row["box"][[[0, 2]]], order=1)[0]
-        neighbourhood["speed"] = np.linalg.norm(D[1, 0]), np.linalg.norm(D[0, 1])
-    return body, tables._replace(neighbourhoods=neighbourhoods)
+    return body, plain.joined(body)
 
 
 def test_over_sides_slivers_and_corners_of_a_plane_it_is_the_same_point(cut):

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from tests.unit.search.holed import holed_plate
+from tests.unit.search.plain import tracking_tables_of
 
 import contiga as cg
 from contiga.records import Projection, SurfacePlaces, empty_projection, rows_of
-from contiga.search.tables import tracking_tables_of
 from contiga.search.track.kernels import row_nb
 from contiga.search.track.project import track
 from contiga.search.track.track_records import FlaggedFeet, RowStarts, Way

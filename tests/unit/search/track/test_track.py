@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.unit.search.plain import tracking_tables_of
 
 import contiga as cg
-from contiga.arrays.codes import TO_FOLLOW, TO_SEARCH
 from contiga.records import Projection, SurfacePlaces, empty_projection
 from contiga.search.certify.kernels.branch_nb import certify_rows
-from contiga.search.certify.kernels.follow_nb import follow_rows
-from contiga.search.tables import tracking_tables_of
 from contiga.search.track import project
 from contiga.search.track.track_records import Left
 from contiga.statuses import Status
@@ -53,22 +51,26 @@ def test_chunks_of_any_size_give_the_same_bits() -> None:
     for size in (1, 64, 333):
         for a, b in zip(whole, _tracked(body, (before, now), (patch, uv), size), strict=True):
             np.testing.assert_array_equal(a, b)
-    assert {Status.OK, Status.BRANCH_EVENT, Status.NOT_FINITE} <= set(whole.status)
+    assert {Status.OK, Status.NOT_FINITE} <= set(whole.status)
     assert 0.3 < whole.certified.mean() < 1.0
 
 
-def test_points_without_a_foot_get_their_closest_points_and_so_do_those_whose_branch_ends() -> None:
-    body, before, now, feet = _scene()
+def test_points_without_a_foot_get_their_closest_points_and_so_do_those_without_a_minimum() -> None:
+    """Of points on the axis of a foot, past the focal point, Newton's method stays at a maximum."""
+    body, _, _, _ = _scene()
+    angle = np.linspace(0.0, 6.0, 40)
+    ring = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
+    before, now = 2.3 * ring, 1.8 * ring
+    feet = body.project(before)
     patch = feet.patch.copy()
-    patch[::2] = -1
-    out = _tracked(body, (before, now), (patch, feet.uv), 100)
-    closest = body.project(now)
     anew = np.arange(len(now)) % 2 == 0
-    events = (out.status == Status.BRANCH_EVENT) & (out.certified == 1)
-    assert events.sum() > 3
-    for own in (anew, events):
-        np.testing.assert_array_equal(out.point[own], closest.point[own])
-        np.testing.assert_array_equal(out.gap[own], closest.gap[own])
+    patch[anew] = -1
+    out = _tracked(body, (before, now), (patch, feet.uv), 16)
+    closest = body.project(now)
+    for name in ("point", "gap", "certified"):
+        np.testing.assert_array_equal(getattr(out, name), getattr(closest, name))
+    assert (out.status[anew] == Status.OK).all()
+    assert (out.status[~anew] == Status.BRANCH_EVENT).all()
 
 
 def test_nothing_is_certified_where_nobody_knows_where_the_points_were() -> None:
@@ -93,26 +95,18 @@ def test_a_chunk_without_compilation() -> None:
     assert out.certified.tolist() == [1, 1, 1]
 
 
-def test_only_rows_that_are_flagged_are_followed() -> None:
-    body, before, now, feet = _scene()
-    out = _tracked(body, (before, now), (feet.patch, feet.uv), len(now))
-    rows = np.flatnonzero(out.certified == 1).astype(np.int32)
-    flags = np.arange(len(rows), dtype=np.uint8) % 2 * np.uint8(TO_FOLLOW)
-    out.certified[:] = 0
-    left = Left(rows, flags, before[rows], feet.patch[rows], feet.uv[rows])
-    follow_rows(tracking_tables_of(body), now, left, len(rows), out)
-    np.testing.assert_array_equal(out.certified[rows], flags == TO_FOLLOW)
-
-
-def test_of_rows_to_be_certified_flags_are_what_is_left_to_follow() -> None:
+def test_rows_without_a_place_or_a_foot_are_not_certified() -> None:
     body, before, now, feet = _scene()
     patch = feet.patch.copy()
     patch[::17] = -1
     before[12] = np.nan
     out = _tracked(body, (before, now), (patch, feet.uv), len(now))
-    rows, flags = np.arange(len(now), dtype=np.int32), np.full(len(now), TO_SEARCH, np.uint8)
+    told, out.certified[:] = out.certified.copy(), 0
+    rows, flags = np.arange(len(now), dtype=np.int32), np.zeros(len(now), np.uint8)
     left = Left(rows, flags, before, patch, feet.uv)
-    m = certify_rows(tracking_tables_of(body), now, left, len(now), out)
-    assert m == (flags == TO_FOLLOW).sum()
-    assert set(np.unique(flags)) == {0, TO_FOLLOW}
-    assert (flags[(patch < 0) | np.isnan(before[:, 0])] == 0).all()
+    certify_rows(tracking_tables_of(body), now, left, len(now), out)
+    lost = (patch < 0) | np.isnan(before[:, 0])
+    assert not out.certified[lost].any()
+    followed = ~lost & (out.status == Status.OK)
+    np.testing.assert_array_equal(out.certified[followed], told[followed])
+    assert out.certified.sum() > 100

@@ -20,19 +20,20 @@ over all τ and neither end nor meet. At τ = 1 there is one of them, x_1; so th
 x_0. Nothing but first and second derivatives has been used: knot lines where the curvature jumps,
 seams and smooth joints of patches are nothing special.
 
-The curvatures are rigorous bounds (`bend_nb`, `pole_nb`), here those kept of the surroundings of
-every foot (`neighbourhood_nb`). What they do not prove is left to `follow_nb`.
+The curvatures are rigorous bounds (`bend_nb`, `pole_nb`), those kept of the surroundings of every
+foot (`neighbourhood_nb`). What they do not prove is counted as unproved: feet beside creases, edges
+and borders, close to focal points, and those of long ways.
 """
 
 from __future__ import annotations
 
 import math
 
-from contiga.arrays.codes import IN, OK, SMOOTH, TO_FOLLOW
+from contiga.arrays.codes import IN, OK, SMOOTH
 from contiga.elements.kernels.element_nb import locate
 from contiga.geometry.kernels.trim_nb import box_state
 from contiga.jit import inlined, inner, kernel
-from contiga.search.certify.certify_records import Seen, TakenOut
+from contiga.search.certify.certify_records import Seen
 from contiga.search.certify.kernels.part_nb import PARTS, part_of
 
 WIDER = 1.1
@@ -80,16 +81,6 @@ def is_whole(tables, patch, foot, far_u, far_v):
 
 
 @inner(error_model="numpy")
-def _by_pole(neighbourhood, box, u, v, u0, v0):
-    """Length of the way from (u0, v0) to (u, v) by the pole, at most."""
-    side = neighbourhood["pole"]
-    edge = box[side]
-    if side < 2:
-        return (abs(u - edge) + abs(u0 - edge)) * neighbourhood["speed"][0]
-    return (abs(v - edge) + abs(v0 - edge)) * neighbourhood["speed"][1]
-
-
-@inner(error_model="numpy")
 def way_within(neighbourhood, box, foot, start):
     """Length of a way from a foot (u, v) to a start (u, v) of its patch, at most; infinite where
     that is not in its surroundings."""
@@ -99,8 +90,11 @@ def way_within(neighbourhood, box, foot, start):
     if not (block[0] <= u0 <= block[1] and block[2] <= v0 <= block[3]):
         return math.inf
     way = abs(u0 - u) * neighbourhood["speed"][0] + abs(v0 - v) * neighbourhood["speed"][1]
-    if neighbourhood["pole"] >= 0:
-        way = min(way, _by_pole(neighbourhood, box, u, v, u0, v0))
+    side = neighbourhood["pole"]
+    if side >= 0:  # or by the pole
+        edge, axis = box[side], 0 if side < 2 else 1
+        off = abs(u - edge) + abs(u0 - edge) if axis == 0 else abs(v - edge) + abs(v0 - edge)
+        way = min(way, off * neighbourhood["speed"][axis])
     return way
 
 
@@ -251,24 +245,27 @@ def seen_from(foot, n, a, b, tolerance):
     return Seen((m0, m1), math.sqrt(max(first, second)), slip)
 
 
-@inlined()
-def kept_ball(tables, taken, patches, foot, start, seen):
+@inner(error_model="numpy")
+def kept_ball(tables, patches, foot, start, seen):
     """Radius of a ball that proves a foot (u, v) by the bounds kept around it, or 0.
 
-    `patches` are those of the start and of the foot, `taken` is `TakenOut` of `tables`: where many
-    feet are asked for that is done once. `start` is its (u, v), `seen` as in `by_neighbourhood`.
+    `patches` are those of the start and of the foot, `start` is its (u, v), `seen` as in
+    `by_neighbourhood`.
     """
-    grid, table, neighbourhoods = taken.grid, taken.table, taken.neighbourhoods
+    table, neighbourhoods, trimmed = (
+        tables.elements.table,
+        tables.neighbourhoods,
+        tables.trims.trimmed,
+    )
     before, patch = patches
-    trimmed = tables.trims.trimmed
-    e, s, t = locate(grid, patch, foot[0], foot[1])
+    e, s, t = locate(tables.grid, patch, foot[0], foot[1])
     neighbourhood = neighbourhoods[e, part_of(s, t)]
     box = table[e]["box"]
     way = math.inf
     if patch == before:
         way = way_within(neighbourhood, box, foot, start)
     if way == math.inf and trimmed[before] == 0 and trimmed[patch] == 0:
-        last = locate(grid, before, start[0], start[1])
+        last = locate(tables.grid, before, start[0], start[1])
         way = way_beyond(table, neighbourhoods, (e, s, t), last)
     r = by_neighbourhood(neighbourhood, box, foot, way, seen, tables.scale[1])
     if r > 0.0 and trimmed[patch] != 0:
@@ -279,36 +276,24 @@ def kept_ball(tables, taken, patches, foot, start, seen):
 
 @kernel(error_model="numpy")
 def certify_rows(tables, points, left, m, out):
-    """Certify the feet of the first m rows left by the bounds kept around them.
+    """Certify the feet of the first m rows `left` (`Left`) by the bounds kept around them.
 
-    A row is flagged TO_FOLLOW where that is not enough, and not any more otherwise. Returns how
-    many are.
+    `points` (n, 3) are where the points are now.
     """
-    rows, flags, before, patch, uv = left.rows, left.flags, left.before, left.patch, left.uv
-    to_follow = 0
-    # Taken out of their tuples once: to hand those on costs more than the test.
-    taken = TakenOut(tables.grid, tables.elements.table, tables.neighbourhoods)
-    tolerance = tables.scale[1]
+    rows, before, patch, uv = left.rows, left.before, left.patch, left.uv
     for j in range(m):
         k = rows[j]
-        flags[j] = 0
         a = (before[j, 0], before[j, 1], before[j, 2])
         b = (points[k, 0], points[k, 1], points[k, 2])
         if patch[j] < 0 or not math.isfinite(a[0] + a[1] + a[2] + b[0] + b[1] + b[2]):
             continue
-        flags[j] = TO_FOLLOW
-        to_follow += 1
         # A foot on a kink or an end is refused by its surroundings; one on a pole may not be.
         if out.status[k] != OK:
             continue
         x = (out.point[k, 0], out.point[k, 1], out.point[k, 2])
         n = (out.normal[k, 0], out.normal[k, 1], out.normal[k, 2])
-        seen = seen_from(x, n, a, b, tolerance)
+        seen = seen_from(x, n, a, b, tables.scale[1])
         patches, start = (patch[j], out.patch[k]), (uv[j, 0], uv[j, 1])
         foot = (out.uv[k, 0], out.uv[k, 1])
-        r = kept_ball(tables, taken, patches, foot, start, seen)
-        if r > 0.0:
-            flags[j] = 0
-            to_follow -= 1
+        if kept_ball(tables, patches, foot, start, seen) > 0.0:
             out.certified[k] = 1
-    return to_follow

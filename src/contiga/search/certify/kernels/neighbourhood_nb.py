@@ -48,128 +48,101 @@ FLAT = 0.02
 """and so are those of a cell that turns by no more than this (radians)."""
 
 
-@inner(error_model="numpy")
-def _is_tight(bend, h):
-    """Whether the curvatures in the middle, whose derivatives are in `h`, are about as large."""
-    inner, outer, _ = principal(h)
-    largest = max(bend[INNER], bend[OUTER])
-    return largest <= TIGHT * max(inner, outer) or largest * (length(h, 1) + length(h, 2)) <= FLAT
-
-
-@inner(error_model="numpy")
-def _merge(total, bend):
-    for c in range(WIDTH_S):
-        total[c] = max(total[c], bend[c])
-    for c in range(WIDTH_S, BENDS):
-        total[c] = min(total[c], bend[c])
-
-
-@inner(error_model="numpy")
-def _bends_of(elements, e, cell, depth, total, work):
-    """Bounds over a cell from those of its pieces: quartered until they are tight."""
-    stack, bend, bending = work
-    total[:] = 0.0
-    total[WIDTH_S] = total[WIDTH_T] = math.inf
-    put(stack, 0, (cell[0], cell[1], cell[2], cell[3], 0.0))
-    top = 1
-    while top > 0:
-        top -= 1
-        s0, s1, t0, t1, level = stack[top]
-        cell = (s0, s1, t0, t1)
-        pole = pole_side(elements, e, cell)
-        if pole >= 0:
-            good = pole_bounds(elements, e, cell, pole, bend, bending)
-        else:
-            good = bend_bounds(elements, e, cell, bend, bending)
-        # Next to a pole smaller cells that do not touch it have looser bounds than one that does.
-        if level >= depth or (good and (pole >= 0 or _is_tight(bend, bending.derivatives))):
-            _merge(total, bend)
-            if not good:
-                return
-            continue
-        s = 0.5 * (s0 + s1)
-        t = 0.5 * (t0 + t1)
-        put(stack, top, (s0, s, t0, t, level + 1.0))
-        put(stack, top + 1, (s, s1, t0, t, level + 1.0))
-        put(stack, top + 2, (s0, s, t, t1, level + 1.0))
-        put(stack, top + 3, (s, s1, t, t1, level + 1.0))
-        top += 4
-
-
 @kernel(error_model="numpy")
 def bends_of_parts(elements, depth, raw, start, stop):
-    """Bounds of all parts of elements start … stop into raw[element, part, 6]."""
-    work = (scratch(16, 5), scratch(BENDS), bend_work())
-    for e in range(start, stop):
-        for i in range(PARTS):
-            for j in range(PARTS):
-                cell = (
-                    i / PARTS - 0.5,
-                    (i + 1) / PARTS - 0.5,
-                    j / PARTS - 0.5,
-                    (j + 1) / PARTS - 0.5,
-                )
-                _bends_of(elements, e, cell, depth, raw[e, i * PARTS + j], work)
+    """Bounds of all parts of elements start … stop into raw[element, part, 6].
+
+    From those of their pieces: quartered until they are tight, `depth` times at most.
+    """
+    stack, bend, work = scratch(16, 5), scratch(BENDS), bend_work()
+    h = work.derivatives
+    for k in range(start * PARTS * PARTS, stop * PARTS * PARTS):
+        e, part = k // (PARTS * PARTS), k % (PARTS * PARTS)
+        s, t = part // PARTS / PARTS - 0.5, part % PARTS / PARTS - 0.5
+        total = raw[e, part]
+        total[:] = 0.0
+        total[WIDTH_S] = total[WIDTH_T] = math.inf
+        put(stack, 0, (s, s + 1.0 / PARTS, t, t + 1.0 / PARTS, 0.0))
+        top = 1
+        while top > 0:
+            top -= 1
+            s0, s1, t0, t1, level = stack[top]
+            cell = (s0, s1, t0, t1)
+            pole = pole_side(elements, e, cell)
+            if pole >= 0:
+                good = pole_bounds(elements, e, cell, pole, bend, work)
+            else:
+                good = bend_bounds(elements, e, cell, bend, work)
+            # Next to a pole smaller cells that do not touch it have looser bounds than one that
+            # does. Elsewhere bounds are tight if they are about as large as the curvatures in the
+            # middle.
+            tight = good
+            if good and pole < 0:
+                inner, outer, _ = principal(h)
+                largest = max(bend[INNER], bend[OUTER])
+                tight = largest <= TIGHT * max(inner, outer)
+                tight = tight or largest * (length(h, 1) + length(h, 2)) <= FLAT
+            if level >= depth or tight:
+                for c in range(WIDTH_S):
+                    total[c] = max(total[c], bend[c])
+                for c in range(WIDTH_S, BENDS):
+                    total[c] = min(total[c], bend[c])
+                if not good:
+                    break
+                continue
+            s2, t2 = 0.5 * (s0 + s1), 0.5 * (t0 + t1)
+            put(stack, top, (s0, s2, t0, t2, level + 1.0))
+            put(stack, top + 1, (s2, s1, t0, t2, level + 1.0))
+            put(stack, top + 2, (s0, s2, t2, t1, level + 1.0))
+            put(stack, top + 3, (s2, s1, t2, t1, level + 1.0))
+            top += 4
 
 
 @inner(error_model="numpy")
-def _beyond(elements, e, side, i, j):
-    """The element across a side and its part that adjoins part (i, j) of element e."""
-    n = elements.table[e]["neighbour"][side]
-    there = elements.table[e]["neighbour_side"][side]
-    along = j if side < 2 else i
-    if elements.table[e]["flip"][side] == 1:
-        along = PARTS - 1 - along
-    edge = 0 if there & 1 == 0 else PARTS - 1
-    part = edge * PARTS + along if there < 2 else along * PARTS + edge
-    return n, part, there
-
-
-@inner(error_model="numpy")
-def _add_inside(raw, e, part, way, neighbourhood):
-    """Another part of the same element; `way` tells in which directions it lies off."""
-    bend = raw[e, part]
-    take_curvature(neighbourhood, bend)
-    take_metric(neighbourhood, bend, 1.0, 1.0)
-    if way[0] != 0:
-        neighbourhood["room"] = min(neighbourhood["room"], bend[WIDTH_S] / PARTS)
-    if way[1] != 0:
-        neighbourhood["room"] = min(neighbourhood["room"], bend[WIDTH_T] / PARTS)
+def _keep_room(neighbourhood, length):
+    """A way that leads out may be as short as `length`."""
+    neighbourhood["room"] = min(neighbourhood["room"], length)
 
 
 @inner(error_model="numpy")
 def _add_across(elements, raw, e, side, along, neighbourhood):
-    """The parts across a smooth side: the one that adjoins, and those beside it."""
-    for step in range(-1, 2):
-        k = along + step
-        if k < 0 or k >= PARTS:
-            continue
-        n, part, there = _beyond(elements, e, side, k, k)
-        bend = raw[n, part]
-        if not is_whole(elements, e, n):
-            neighbourhood["room"] = 0.0
+    """The parts across a smooth side of element e: the one that adjoins, and those beside it."""
+    n, there = elements.table[e]["neighbour"][side], elements.table[e]["neighbour_side"][side]
+    edge = 0 if there & 1 == 0 else PARTS - 1
+    if not is_whole(elements, e, n):
+        neighbourhood["room"] = 0.0
+    for k in range(max(along - 1, 0), min(along + 2, PARTS)):
+        beside = PARTS - 1 - k if elements.table[e]["flip"][side] == 1 else k
+        bend = raw[n, edge * PARTS + beside if there < 2 else beside * PARTS + edge]
         take_curvature(neighbourhood, bend)
-        neighbourhood["room"] = min(
-            neighbourhood["room"], bend[WIDTH_S if there < 2 else WIDTH_T] / PARTS
-        )
-        if step != 0:
-            neighbourhood["room"] = min(
-                neighbourhood["room"], bend[WIDTH_T if there < 2 else WIDTH_S] / PARTS
-            )
+        _keep_room(neighbourhood, bend[WIDTH_S if there < 2 else WIDTH_T] / PARTS)
+        if k != along:
+            _keep_room(neighbourhood, bend[WIDTH_T if there < 2 else WIDTH_S] / PARTS)
         if adjoins(elements, e, n, side):
             scale_s, scale_t = scales(elements, e, n)
             take_metric(neighbourhood, bend, scale_s, scale_t)
         else:  # linked point by point: the parameter along the side is the same
-            beside = 1 if side < 2 else 0
+            axis = 1 if side < 2 else 0
             width = bend[WIDTH_T if there < 2 else WIDTH_S]
-            neighbourhood["width"][beside] = min(neighbourhood["width"][beside], width)
+            neighbourhood["width"][axis] = min(neighbourhood["width"][axis], width)
 
 
 @inner(error_model="numpy")
-def _add_fan(elements, raw, e, corner, neighbourhood, work):
-    """The parts of all elements around a corner; False where one has a kink or an end there."""
-    list_e, list_st = work
-    s, t = corner
+def _add_corner(elements, raw, e, out, neighbourhood, work):
+    """The parts of all elements around the corner between the sides `out` of element e; False where
+    a way may lead out there, by a kink or an end."""
+    table, (side_s, side_t), (list_e, list_st) = elements.table, out, work
+    smooth_s, smooth_t = table[e]["kind"][side_s] == SMOOTH, table[e]["kind"][side_t] == SMOOTH
+    if not (smooth_s and smooth_t):
+        if not (smooth_s or smooth_t):
+            return True
+        # Beyond the smooth side the surface has to end where it ends here.
+        smooth, ended = (side_s, side_t) if smooth_s else (side_t, side_s)
+        there = table[e]["neighbour_side"][smooth]
+        end = (ended & 1) ^ table[e]["flip"][smooth]
+        kind = table[table[e]["neighbour"][smooth]]["kind"][(2 if there < 2 else 0) + end]
+        return kind != SMOOTH and kind != POLE
+    s, t = -0.5 if side_s == 0 else 0.5, -0.5 if side_t == 2 else 0.5
     n = around(elements, (e, s, t), list_e, list_st)
     if n >= MOST:
         return False
@@ -178,7 +151,7 @@ def _add_fan(elements, raw, e, corner, neighbourhood, work):
         s2 = list_st[k, 0]
         t2 = list_st[k, 1]
         for side in range(4):
-            if stands(side, s2, t2) and elements.table[e2]["kind"][side] != SMOOTH:
+            if stands(side, s2, t2) and table[e2]["kind"][side] != SMOOTH:
                 return False
         if e2 == e:
             continue
@@ -186,66 +159,16 @@ def _add_fan(elements, raw, e, corner, neighbourhood, work):
             return False
         bend = raw[e2, part_of(s2, t2)]
         take_curvature(neighbourhood, bend)
-        neighbourhood["room"] = min(
-            neighbourhood["room"], min(bend[WIDTH_S], bend[WIDTH_T]) / PARTS
-        )
-        if elements.table[e2]["patch"] == elements.table[e]["patch"]:
+        _keep_room(neighbourhood, min(bend[WIDTH_S], bend[WIDTH_T]) / PARTS)
+        if table[e2]["patch"] == table[e]["patch"]:
             scale_s, scale_t = scales(elements, e, e2)
             take_metric(neighbourhood, bend, scale_s, scale_t)
     return True
 
 
 @inner(error_model="numpy")
-def _corner_is_open(elements, e, side_s, side_t):
-    """Whether beyond one smooth side of a corner the surface ends where it ends here."""
-    element = elements.table[e]
-    smooth, ended = (side_s, side_t) if element["kind"][side_s] == SMOOTH else (side_t, side_s)
-    there = element["neighbour_side"][smooth]
-    end = (ended & 1) ^ element["flip"][smooth]
-    kind = elements.table[element["neighbour"][smooth]]["kind"][(2 if there < 2 else 0) + end]
-    return kind != SMOOTH and kind != POLE
-
-
-@inner(error_model="numpy")
-def _block(elements, e, i, j, neighbourhood):
-    """The parameters of patch around part (i, j), as far as its surroundings go on in them."""
-    table, box = elements.table, elements.table[e]["box"]
-    for axis in range(2):
-        k = i if axis == 0 else j
-        low = box[2 * axis]
-        wide = (box[2 * axis + 1] - low) / PARTS
-        for end in range(2):
-            edge = low + (max(k - 1, 0) if end == 0 else min(k + 2, PARTS)) * wide
-            if k == (PARTS - 1 if end == 1 else 0):
-                side = 2 * axis + end
-                edge = box[side]
-                n = table[e]["neighbour"][side]
-                if table[e]["kind"][side] == SMOOTH and adjoins(elements, e, n, side):
-                    part = (table[n]["box"][2 * axis + 1] - table[n]["box"][2 * axis]) / PARTS
-                    edge += part if end == 1 else -part
-            neighbourhood["block"][2 * axis + end] = edge
-
-
-@inner(error_model="numpy")
-def _pole_near(kind, i, j):
-    """The side that is a pole no more than one part off; −1 where there is none."""
-    for side in range(4):
-        k = i if side < 2 else j
-        off = k if side & 1 == 0 else PARTS - 1 - k
-        if kind[side] == POLE and off <= BY_POLE:
-            return side
-    return -1
-
-
-@inner(error_model="numpy")
-def _part_at(side, along, depth):
-    k = depth if side & 1 == 0 else PARTS - 1 - depth
-    return k * PARTS + along if side < 2 else along * PARTS + k
-
-
-@inner(error_model="numpy")
 def _fan_of_pole(elements, e, side, list_e, list_side):
-    """Elements around the pole that is a side of e; 0 where they do not close up smoothly."""
+    """Elements around the round pole that is a side of e; 0 where they do not join smoothly."""
     n = 0
     link = 4 * e + side
     while n < MOST:
@@ -258,16 +181,10 @@ def _fan_of_pole(elements, e, side, list_e, list_side):
     if n == MOST:
         return 0
     for k in range(n):
-        for end in range(2):
-            lateral = (2 if list_side[k] < 2 else 0) + end
-            if elements.table[list_e[k]]["kind"][lateral] != SMOOTH:
-                return 0
-            other = elements.table[list_e[k]]["neighbour"][lateral]
-            known = False
-            for i in range(n):
-                known = known or list_e[i] == other
-            if not known:
-                return 0
+        lateral = 2 if list_side[k] < 2 else 0
+        kind = elements.table[list_e[k]]["kind"]
+        if kind[lateral] != SMOOTH or kind[lateral + 1] != SMOOTH:
+            return 0
     return n
 
 
@@ -300,11 +217,12 @@ def _cap(elements, raw, foot, part, neighbourhood, work):
         same = elements.table[e2]["patch"] == elements.table[e]["patch"] and list_side[f] == side
         for depth in range(min(deep + 1, PARTS)):
             for along in range(PARTS):
-                bend = raw[e2, _part_at(list_side[f], along, depth)]
+                off = depth if list_side[f] & 1 == 0 else PARTS - 1 - depth
+                by_s = list_side[f] < 2
+                bend = raw[e2, off * PARTS + along if by_s else along * PARTS + off]
                 take_curvature(neighbourhood, bend)
                 if depth == deep:
-                    across = bend[WIDTH_S if list_side[f] < 2 else WIDTH_T]
-                    neighbourhood["room"] = min(neighbourhood["room"], across / PARTS)
+                    _keep_room(neighbourhood, bend[WIDTH_S if by_s else WIDTH_T] / PARTS)
                 if same:
                     scale_s, scale_t = scales(elements, e, e2)
                     take_metric(neighbourhood, bend, scale_s, scale_t)
@@ -316,10 +234,11 @@ def _cap(elements, raw, foot, part, neighbourhood, work):
 
 
 @inner(error_model="numpy")
-def _neighbourhood(elements, raw, e, i, j, neighbourhood, work):
-    """Fill the record of part (i, j) of element e."""
+def _fill(elements, raw, e, part, neighbourhood, work):
+    """Fill the record of a part (i, j) of element e."""
+    i, j = part
     bend = raw[e, i * PARTS + j]
-    kind = elements.table[e]["kind"]
+    kind, is_round = elements.table[e]["kind"], elements.table[e]["round"]
     neighbourhood["curvature"][0] = bend[INNER]
     neighbourhood["curvature"][1] = bend[OUTER]
     neighbourhood["room"] = math.inf
@@ -327,16 +246,25 @@ def _neighbourhood(elements, raw, e, i, j, neighbourhood, work):
     neighbourhood["speed"][1] = bend[SPEED_T]
     neighbourhood["width"][0] = bend[WIDTH_S]
     neighbourhood["width"][1] = bend[WIDTH_T]
-    for side in range(4):
+    neighbourhood["pole"] = -1
+    for side in range(3, -1, -1):
         neighbourhood["ends"][side] = neighbourhood["reach"][side] = 0
-    neighbourhood["pole"] = _pole_near(kind, i, j)
+        k = i if side < 2 else j
+        # Where the surface does not close round it in one plane, a pole is an end like others.
+        if is_round[side] == 1 and (k if side & 1 == 0 else PARTS - 1 - k) <= BY_POLE:
+            neighbourhood["pole"] = side
     if neighbourhood["pole"] >= 0:
-        _cap(elements, raw, (e, neighbourhood["pole"]), (i, j), neighbourhood, work)
+        _cap(elements, raw, (e, neighbourhood["pole"]), part, neighbourhood, work)
         return
-    for a in range(-1, 2):
-        for b in range(-1, 2):
-            if 0 <= i + a < PARTS and 0 <= j + b < PARTS and (a != 0 or b != 0):
-                _add_inside(raw, e, (i + a) * PARTS + j + b, (a, b), neighbourhood)
+    for a in range(max(i - 1, 0), min(i + 2, PARTS)):
+        for b in range(max(j - 1, 0), min(j + 2, PARTS)):
+            bend = raw[e, a * PARTS + b]
+            take_curvature(neighbourhood, bend)
+            take_metric(neighbourhood, bend, 1.0, 1.0)
+            if a != i:
+                _keep_room(neighbourhood, bend[WIDTH_S] / PARTS)
+            if b != j:
+                _keep_room(neighbourhood, bend[WIDTH_T] / PARTS)
     out_s = 0 if i == 0 else (1 if i == PARTS - 1 else -1)
     out_t = 2 if j == 0 else (3 if j == PARTS - 1 else -1)
     for side in (out_s, out_t):
@@ -346,17 +274,23 @@ def _neighbourhood(elements, raw, e, i, j, neighbourhood, work):
                 _add_across(elements, raw, e, side, j if side < 2 else i, neighbourhood)
             else:
                 neighbourhood["ends"][side] = 1
-    if out_s >= 0 and out_t >= 0:
-        smooth = int(kind[out_s] == SMOOTH) + int(kind[out_t] == SMOOTH)
-        corner = (-0.5 if out_s == 0 else 0.5, -0.5 if out_t == 2 else 0.5)
-        closed = smooth == 0
-        if smooth == 2:
-            closed = _add_fan(elements, raw, e, corner, neighbourhood, work)
-        elif smooth == 1:
-            closed = _corner_is_open(elements, e, out_s, out_t)
-        if not closed:
-            neighbourhood["room"] = 0.0
-    _block(elements, e, i, j, neighbourhood)
+    out = out_s, out_t
+    if out_s >= 0 and out_t >= 0 and not _add_corner(elements, raw, e, out, neighbourhood, work):
+        neighbourhood["room"] = 0.0
+    # The parameters of the patch around the part, as far as its surroundings go on in them.
+    table, box = elements.table, elements.table[e]["box"]
+    for side in range(4):
+        axis, end = side >> 1, side & 1
+        k = i if axis == 0 else j
+        wide = (box[2 * axis + 1] - box[2 * axis]) / PARTS
+        edge = box[2 * axis] + (max(k - 1, 0) if end == 0 else min(k + 2, PARTS)) * wide
+        if k == (PARTS - 1 if end == 1 else 0):
+            edge = box[side]
+            n = table[e]["neighbour"][side]
+            if kind[side] == SMOOTH and adjoins(elements, e, n, side):
+                beyond = (table[n]["box"][2 * axis + 1] - table[n]["box"][2 * axis]) / PARTS
+                edge += beyond if end == 1 else -beyond
+        neighbourhood["block"][side] = edge
 
 
 @kernel(error_model="numpy")
@@ -368,7 +302,7 @@ def join_parts(elements, raw, neighbourhoods, start, stop):
         for i in range(PARTS):
             for j in range(PARTS):
                 neighbourhood = neighbourhoods[e, i * PARTS + j]
-                _neighbourhood(elements, raw, e, i, j, neighbourhood, work)
+                _fill(elements, raw, e, (i, j), neighbourhood, work)
                 widen(elements, raw, e, (i, j), neighbourhood)
                 for axis in range(2):  # from local parameters to those of the patch
                     scale = 1.0 / (box[2 * axis + 1] - box[2 * axis])

@@ -118,76 +118,10 @@ def _bowl(a, n, m, normal, least):
 
 
 @inner(error_model="numpy")
-def _tangents(h, v):
-    """U, V and their slopes by x and τ at the pole, into v[3, 6]."""
-    for c in range(3):
-        v[c, 0] = h[c, 1]
-        v[c, 1] = h[c, 0]
-        v[c, 2] = h[c, 3]
-        v[c, 3] = h[c, 4]
-        v[c, 4] = h[c, 1]
-        v[c, 5] = 2.0 * h[c, 2]
-
-
-@inner(error_model="numpy")
 def _parts(h, column, normal):
     """Length of a derivative, and of its part along the normal."""
     x, y, z = h[0, column], h[1, column], h[2, column]
     return math.sqrt(x * x + y * y + z * z), abs(x * normal[0] + y * normal[1] + z * normal[2])
-
-
-@inner(error_model="numpy")
-def _second_rest(h, normal, rest, change):
-    """What U and V leave their slopes by, into change[:, 0] and [:, 1]: all, and along n."""
-    xx = _parts(h, 3, normal)
-    xt = _parts(h, 4, normal)
-    tt = _parts(h, 5, normal)
-    for k in range(2):
-        change[k, 0] = rest[k, D10]
-        change[k, 1] = 0.5 * xx[k] + 2.0 * xt[k] + 1.5 * tt[k] + rest[k, D10] + 2.0 * rest[k, D01]
-
-
-@inner(error_model="numpy")
-def _forms(h, normal, rest, bowl, turn):
-    """Bounds of the three terms of the second form where N leaves n by τ `turn` at most."""
-    t = _parts(h, 2, normal)
-    xx = _parts(h, 3, normal)
-    xt = _parts(h, 4, normal)
-    tt = _parts(h, 5, normal)
-    first = bowl + (xx[0] + rest[0, D20]) * turn
-    second = xt[1] + rest[1, D11] + (xt[0] + rest[0, D11]) * turn
-    third = 0.0
-    for k in range(2):
-        slope = t[k] + xt[k] + tt[k] + rest[k, D01]  # of C_τ
-        third += (2.0 * slope + tt[k] + rest[k, D02]) * (turn if k == 0 else 1.0)
-    return first, second, third
-
-
-@inner(error_model="numpy")
-def _lengths(bend, cell, side, lengths):
-    """Speeds along the pole and from it, and the width from it, of the whole cell, into `bend`."""
-    speed, down, width = lengths
-    wide = cell[1] - cell[0]
-    high = cell[3] - cell[2]
-    if side < 2:
-        bend[SPEED_S] = down / wide
-        bend[WIDTH_S] = width / wide
-        bend[SPEED_T] = 2.0 * speed / high
-    else:
-        bend[SPEED_T] = down / high
-        bend[WIDTH_T] = width / high
-        bend[SPEED_S] = 2.0 * speed / wide
-
-
-@inner(error_model="numpy")
-def _plane_of(v, x, across):
-    """Unit normal of the tangents v[:, 0] and v[:, 1]; |v_0| and the part of v_1 across it."""
-    i = 1.0 / (x * across)
-    return (
-        (v[1, 0] * v[2, 1] - v[2, 0] * v[1, 1]) * i,
-        (v[2, 0] * v[0, 1] - v[0, 0] * v[2, 1]) * i,
-        (v[0, 0] * v[1, 1] - v[1, 0] * v[0, 1]) * i,
-    )
 
 
 @kernel(error_model="numpy")
@@ -200,31 +134,51 @@ def pole_bounds(elements, e, cell, side, bend, work):
     a, sums = scratch(MOST, MOST, 4), scratch(3, 6)
     n, m = _from_pole(elements, e, cell, side, a, scratch(MOST, MOST, 4))
     taylor(a, h)
-    v = scratch(3, 6)
-    _tangents(h, v)
+    v = scratch(3, 6)  # U, V and their slopes by x and τ at the pole
+    for c in range(3):
+        v[c, 0] = h[c, 1]
+        v[c, 1] = h[c, 0]
+        v[c, 2] = h[c, 3]
+        v[c, 3] = h[c, 4]
+        v[c, 4] = h[c, 1]
+        v[c, 5] = 2.0 * h[c, 2]
     x, along, across = frame_of(v)
     if not (x > 0.0 and across > 0.0):
         return False
-    normal = _plane_of(v, x, across)
+    i = 1.0 / (x * across)
+    normal = (
+        (v[1, 0] * v[2, 1] - v[2, 0] * v[1, 1]) * i,
+        (v[2, 0] * v[0, 1] - v[0, 0] * v[2, 1]) * i,
+        (v[0, 0] * v[1, 1] - v[1, 0] * v[0, 1]) * i,
+    )
     least = sums_of(a, n, m, h, normal, sums)
     if not least > 0.0:
         return False
     quotient_rest(sums[0], sums[2], least, rest[0])
     quotient_rest(sums[1], sums[2], least, rest[1])
     bowl = _bowl(a, n, m, normal, least)
-    change = scratch(2, 2)
-    _second_rest(h, normal, rest, change)
+    # Of C_t, C_xx, C_xt and C_tt: length, and part along the normal.
+    t, xx = _parts(h, 2, normal), _parts(h, 3, normal)
+    xt, tt = _parts(h, 4, normal), _parts(h, 5, normal)
+    change = scratch(2, 2)  # what U and V leave their slopes by: all, and along n
+    for k in range(2):
+        change[k, 0] = rest[k, D10]
+        change[k, 1] = 0.5 * xx[k] + 2.0 * xt[k] + 1.5 * tt[k] + rest[k, D10] + 2.0 * rest[k, D01]
     alpha, beta, gamma = 1.0 / x, -along / (x * across), 1.0 / across
     b = abs(beta)
     stretch, _ = stretch_and_turn(v, normal, (alpha, beta, gamma), change)
     if not (stretch < MOST_STRETCH and bowl < math.inf):
         return False
-    lean_u = _parts(h, 4, normal)[1] + rest[1, D11]
-    lean_v = 2.0 * (
-        _parts(h, 2, normal)[1] + _parts(h, 4, normal)[1] + _parts(h, 5, normal)[1] + rest[1, D01]
-    )
+    lean_u = xt[1] + rest[1, D11]
+    lean_v = 2.0 * (t[1] + xt[1] + tt[1] + rest[1, D01])
     turn = math.hypot(alpha * lean_u, b * lean_u + gamma * lean_v) / (1.0 - stretch)
-    uu, uv, vv = _forms(h, normal, rest, bowl, turn)
+    # The three terms of the second form, where N leaves n by τ `turn` at most.
+    uu = bowl + (xx[0] + rest[0, D20]) * turn
+    uv = xt[1] + rest[1, D11] + (xt[0] + rest[0, D11]) * turn
+    vv = 0.0
+    for k in range(2):
+        slope = t[k] + xt[k] + tt[k] + rest[k, D01]  # of C_τ
+        vv += (2.0 * slope + tt[k] + rest[k, D02]) * (turn if k == 0 else 1.0)
     middle, spread = largest_and_spread(
         alpha * alpha * uu,
         alpha * (b * uu + gamma * uv),
@@ -234,5 +188,10 @@ def pole_bounds(elements, e, cell, side, bend, work):
     speed = x + _parts(v, 2, normal)[0] + _parts(v, 3, normal)[0] + change[0, 0]
     down = math.hypot(along, across) + _parts(v, 4, normal)[0] + _parts(v, 5, normal)[0]
     down += change[0, 1]
-    _lengths(bend, cell, side, (speed, down, (1.0 - stretch) * across))
+    width = (1.0 - stretch) * across
+    wide, high = cell[1] - cell[0], cell[3] - cell[2]
+    if side < 2:
+        bend[SPEED_S], bend[WIDTH_S], bend[SPEED_T] = down / wide, width / wide, 2.0 * speed / high
+    else:
+        bend[SPEED_T], bend[WIDTH_T], bend[SPEED_S] = down / high, width / high, 2.0 * speed / wide
     return True

@@ -24,40 +24,6 @@ MOST = 8
 D10, D01, D20, D11, D02 = 0, 1, 2, 3, 4
 
 
-@inner(error_model="numpy")
-def _shift_rows(a, n, at, half):
-    """Powers of x along the first direction, n at most, turned into those of (x − at)/half.
-
-    In place, and of all the columns there is room for: a loop of that many needs no choice.
-    """
-    for k in range(n):
-        for i in range(n - 1, k - 1, -1):
-            for m in range(MOST):
-                for c in range(4):
-                    a[i, m, c] += at * a[i + 1, m, c]
-    factor = 1.0
-    for i in range(1, n + 1):
-        factor *= half
-        for m in range(MOST):
-            for c in range(4):
-                a[i, m, c] *= factor
-
-
-@inner(error_model="numpy")
-def _shift_columns(a, n, beside, at, half):
-    """The same along the second, of the first `beside` + 1 rows."""
-    for m in range(beside + 1):
-        for k in range(n):
-            for i in range(n - 1, k - 1, -1):
-                for c in range(4):
-                    a[m, i, c] += at * a[m, i + 1, c]
-        factor = 1.0
-        for i in range(1, n + 1):
-            factor *= half
-            for c in range(4):
-                a[m, i, c] *= factor
-
-
 @inner(linked=False, error_model="numpy")
 def centred(elements, e, cell, a):
     """Coefficients of (A, w) over a cell in powers of x, y in [-1, 1], into a[8, 8, 4]."""
@@ -69,9 +35,33 @@ def centred(elements, e, cell, a):
         for j in range(q + 1):
             for c in range(4):
                 a[i, j, c] = elements.coefs[start + (i * (q + 1) + j) * 4 + c]
-    x, y = elements.table[e]["about"][0], elements.table[e]["about"][1]
-    _shift_rows(a, p, 0.5 * (cell[0] + cell[1]) - x, 0.5 * (cell[1] - cell[0]))
-    _shift_columns(a, q, p, 0.5 * (cell[2] + cell[3]) - y, 0.5 * (cell[3] - cell[2]))
+    at = 0.5 * (cell[0] + cell[1]) - elements.table[e]["about"][0]
+    half = 0.5 * (cell[1] - cell[0])
+    # Powers along the first direction become those of (x − at)/half; of all the columns there is
+    # room for, as a loop of that many needs no choice.
+    for k in range(p):
+        for i in range(p - 1, k - 1, -1):
+            for m in range(MOST):
+                for c in range(4):
+                    a[i, m, c] += at * a[i + 1, m, c]
+    factor = 1.0
+    for i in range(1, p + 1):
+        factor *= half
+        for m in range(MOST):
+            for c in range(4):
+                a[i, m, c] *= factor
+    at = 0.5 * (cell[2] + cell[3]) - elements.table[e]["about"][1]
+    half = 0.5 * (cell[3] - cell[2])
+    for m in range(p + 1):
+        for k in range(q):
+            for i in range(q - 1, k - 1, -1):
+                for c in range(4):
+                    a[m, i, c] += at * a[m, i + 1, c]
+        factor = 1.0
+        for i in range(1, q + 1):
+            factor *= half
+            for c in range(4):
+                a[m, i, c] *= factor
     return p, q
 
 
@@ -174,8 +164,23 @@ def unit_normal(h):
 
 
 @inner(error_model="numpy")
-def _by_third(elements, e, cell, h, rest):
-    """As `rest_of` for elements that have no powers: from bounds of the third derivatives."""
+def rest_of(elements, e, cell, h, rest):
+    """Bounds of D_x, D_y, D_xx, D_xy, D_yy over a cell into rest[0], along the normal in rest[1].
+
+    x and y run over [-1, 1] in the cell; `h` takes the derivatives by them in its middle. False
+    where the weights allow no bound. Elements that have no powers are bounded by their third
+    derivatives.
+    """
+    if elements.table[e]["monomial"] >= 0:
+        a, sums = scratch(MOST, MOST, 4), scratch(3, 6)
+        p, q = centred(elements, e, cell, a)
+        taylor(a, h)
+        least = sums_of(a, p, q, h, unit_normal(h), sums)
+        if not least > 0.0:
+            return False
+        quotient_rest(sums[0], sums[2], least, rest[0])
+        quotient_rest(sums[1], sums[2], least, rest[1])
+        return True
     hs = 0.5 * (cell[1] - cell[0])
     ht = 0.5 * (cell[3] - cell[2])
     evaluate(elements, e, 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3]), h)
@@ -197,24 +202,4 @@ def _by_third(elements, e, cell, h, rest):
         rest[k, D20] = xxx + xxy
         rest[k, D11] = xxy + xyy
         rest[k, D02] = xyy + yyy
-
-
-@inner(error_model="numpy")
-def rest_of(elements, e, cell, h, rest):
-    """Bounds of D_x, D_y, D_xx, D_xy, D_yy over a cell into rest[0], along the normal in rest[1].
-
-    x and y run over [-1, 1] in the cell; `h` takes the derivatives by them in its middle. False
-    where the weights allow no bound.
-    """
-    if elements.table[e]["monomial"] < 0:
-        _by_third(elements, e, cell, h, rest)
-        return True
-    a, sums = scratch(MOST, MOST, 4), scratch(3, 6)
-    p, q = centred(elements, e, cell, a)
-    taylor(a, h)
-    least = sums_of(a, p, q, h, unit_normal(h), sums)
-    if not least > 0.0:
-        return False
-    quotient_rest(sums[0], sums[2], least, rest[0])
-    quotient_rest(sums[1], sums[2], least, rest[1])
     return True

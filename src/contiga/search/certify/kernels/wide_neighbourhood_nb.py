@@ -77,34 +77,6 @@ def _width(raw, cell, axis):
 
 
 @inner(error_model="numpy")
-def _nearby(table, raw, home):
-    """How wide parts of this element and of those beside it are, along the narrower axis."""
-    least = 0.0
-    for axis in range(2):
-        widest = _width(raw, home, axis)
-        k = home[1] if axis == 0 else home[2]
-        for end in range(2):
-            off = k + 1 if end == 0 else PARTS - k
-            cell = _far(table, home, 2 * axis + end, off)
-            if cell[0] >= 0:
-                widest = max(widest, _width(raw, cell, axis))
-        least = widest if axis == 0 else min(least, widest)
-    return least
-
-
-@inner(error_model="numpy")
-def _extents(table, raw, home, wanted, extents):
-    """How many parts make surroundings so deep in each direction, or all up to a kink or an end."""
-    for way in range(4):
-        depth, count, cell = 0.0, 0, _beside(table, home, way)
-        while cell[0] >= 0 and count < MOST and depth < wanted:
-            depth += _width(raw, cell, way >> 1)
-            count += 1
-            cell = _beside(table, cell, way)
-        extents[way] = count
-
-
-@inner(error_model="numpy")
 def _at(table, home, a, b):
     """The part a columns to the right of a part and b rows up; of element −1 where that is not the
     same whichever is gone first."""
@@ -144,25 +116,6 @@ def _look(table, raw, home, extents, work):
 
 
 @inner(error_model="numpy")
-def _depth(widths, extents):
-    """Length of a way that leads out of the rectangle at least."""
-    least = 1e300
-    for way in range(4):
-        depth = 0.0
-        for k in range(1, extents[way] + 1):
-            depth += widths[way >> 1, MOST + (k if way & 1 == 1 else -k)]
-        least = min(least, depth)
-    return least
-
-
-@inner(error_model="numpy")
-def _adjoins(table, home, cell):
-    """Whether a part has the parameters of the patch that the start has, turned in no way."""
-    turned = cell[3] | cell[4] | cell[5]
-    return turned == 0 and table[cell[0]]["patch"] == table[home[0]]["patch"]
-
-
-@inner(error_model="numpy")
 def _edge(table, cell, way):
     """Parameter at which a part ends in a direction; to the bit that of its element, if it does."""
     axis, end = way >> 1, way & 1
@@ -172,71 +125,74 @@ def _edge(table, cell, way):
 
 
 @inner(error_model="numpy")
-def _own_extents(table, home, extents, extent):
-    """How many parts in each direction go on in the parameters of the patch, and where they end
-    in these, into (4, 2) `extent`."""
-    for way in range(4):
-        cell, count = home, 0
-        while count < extents[way]:
-            after = _beside(table, cell, way)
-            if not (
-                _adjoins(table, home, after)
-                and _edge(table, after, way ^ 1) == _edge(table, cell, way)
-            ):
-                break
-            cell = after
-            count += 1
-        extent[way, 0] = count
-        extent[way, 1] = _edge(table, cell, way)
-
-
-@inner(error_model="numpy")
-def _may_widen(neighbourhood):
-    """Whether surroundings end nowhere and turn round no pole."""
-    ended = (
-        neighbourhood["ends"][0]
-        + neighbourhood["ends"][1]
-        + neighbourhood["ends"][2]
-        + neighbourhood["ends"][3]
-        > 0
-    )
-    return neighbourhood["pole"] < 0 and not ended
-
-
-@inner(error_model="numpy")
 def widen(elements, raw, e, part, neighbourhood):
     """Put wider surroundings of a part (i, j) of element e into its record, if they are any good.
 
     `raw` (elements, parts, 6) bounds every part by itself. Speeds and widths are in local
-    parameters of e.
+    parameters of e. Surroundings that end somewhere or turn round a pole stay as they are.
     """
     table = elements.table
     home = (e, part[0], part[1], 0, 0, 0)
-    nearby = _nearby(table, raw, home)
+    ends = neighbourhood["ends"]
+    if neighbourhood["pole"] >= 0 or ends[0] + ends[1] + ends[2] + ends[3] > 0:
+        return
+    # How wide parts of this element and of those beside it are, along the narrower axis.
+    nearby = 1e300
+    for axis in range(2):
+        widest = _width(raw, home, axis)
+        k = home[1 + axis]
+        for end in range(2):
+            cell = _far(table, home, 2 * axis + end, k + 1 if end == 0 else PARTS - k)
+            if cell[0] >= 0:
+                widest = max(widest, _width(raw, cell, axis))
+        nearby = min(nearby, widest)
     bent = max(neighbourhood["curvature"][0], neighbourhood["curvature"][1])
     wanted = max(NEAR * nearby, min(DEEP * nearby, FLAT / bent))
-    if not (_may_widen(neighbourhood) and neighbourhood["room"] < wanted):
+    if not neighbourhood["room"] < wanted:
         return
-    extents, extent = stack_int64(4), scratch(4, 2)
+    extents, own = stack_int64(4), stack_int64(4)
     widths, bends = scratch(2, ACROSS), scratch(2)
-    _extents(table, raw, home, wanted, extents)
+    for way in range(4):
+        depth, count, cell = 0.0, 0, _beside(table, home, way)
+        while cell[0] >= 0 and count < MOST and depth < wanted:
+            depth += _width(raw, cell, way >> 1)
+            count += 1
+            cell = _beside(table, cell, way)
+        extents[way] = count
     if not _look(table, raw, home, extents, (widths, bends)):
         return
-    room = _depth(widths, extents)
+    # A way that leads out goes through all columns or rows on one side.
+    room = 1e300
+    for way in range(4):
+        depth = 0.0
+        for k in range(1, extents[way] + 1):
+            depth += widths[way >> 1, MOST + (k if way & 1 == 1 else -k)]
+        room = min(room, depth)
     turn = max(BENT * bent * room, FLAT)
     if not (room > neighbourhood["room"] and max(bends[0], bends[1]) * room <= turn):
         return
     neighbourhood["room"] = room
     for c in range(2):
         neighbourhood["curvature"][c] = max(neighbourhood["curvature"][c], bends[c])
-    _own_extents(table, home, extents, extent)
-    for a in range(-int(extent[LEFT, 0]), int(extent[RIGHT, 0]) + 1):
-        for b in range(-int(extent[DOWN, 0]), int(extent[UP, 0]) + 1):
-            n, i, j, _, _, _ = _at(table, home, a, b)
-            scale_s, scale_t = scales(elements, e, n)
-            take_metric(neighbourhood, raw[n, i * PARTS + j], scale_s, scale_t)
+    # As far as parts have the parameters of the patch, turned in no way, they are told in these.
     for way in range(4):
-        neighbourhood["block"][way] = extent[way, 1]
+        cell, count = home, 0
+        while count < extents[way]:
+            after = _beside(table, cell, way)
+            same = table[after[0]]["patch"] == table[e]["patch"]
+            if after[3] | after[4] | after[5] != 0 or not same:
+                break
+            if _edge(table, after, way ^ 1) != _edge(table, cell, way):
+                break
+            cell = after
+            count += 1
+        own[way] = count
+        neighbourhood["block"][way] = _edge(table, cell, way)
         k = home[1 + (way >> 1)]
         beyond = extents[way] - (k if way & 1 == 0 else PARTS - 1 - k)
         neighbourhood["reach"][way] = min(max(beyond, 0), PARTS)
+    for a in range(-own[LEFT], own[RIGHT] + 1):
+        for b in range(-own[DOWN], own[UP] + 1):
+            n, i, j, _, _, _ = _at(table, home, a, b)
+            scale_s, scale_t = scales(elements, e, n)
+            take_metric(neighbourhood, raw[n, i * PARTS + j], scale_s, scale_t)

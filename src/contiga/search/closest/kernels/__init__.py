@@ -17,6 +17,4 @@
   the face where it passes its edge, as seen along the path, within the width of that edge
 - nearest_nb: closest points: guessed by Newton's method, and the guess proved; else searched for
 - facing_nb: closest points of what does not face away from a guard
-- joint_nb: how well two faces meet along the trimming pieces of their common edge, measured at
-  samples
 """

@@ -37,48 +37,21 @@ MANY = 100
 """Patches above which what is read of them does not stay near."""
 
 
-@inner()
-def _first_places(counts):
-    """Turn counts (elements,) into first places; returns where each element's bin starts."""
-    n = counts.shape[0]
-    start = np.empty(n + 1, np.int64)
-    total = 0
-    for e in range(n):
-        start[e] = total
+@inner(linked=False)
+def order_rows(element, counts):
+    """Rows in the order of their elements, and blocks (n, 3) of these: element, first, one past the
+    last, LANES rows at most.
+
+    Rows of element -1 are left out; `counts` (elements,) are how many rows each has, and become
+    where each element's rows end.
+    """
+    n_elements, total, n_blocks = counts.shape[0], 0, 0
+    for e in range(n_elements):
         here = counts[e]
         counts[e] = total
         total += here
-    start[n] = total
-    return start
-
-
-@inner()
-def _blocks_of(start):
-    """Blocks of at most LANES rows of one element: (n, 3) element, first, one past the last."""
-    count = start.shape[0] - 1
-    n = 0
-    for e in range(count):
-        n += (start[e + 1] - start[e] + LANES - 1) // LANES
-    blocks = np.empty((n, 3), np.int64)
-    b = 0
-    for e in range(count):
-        for first in range(start[e], start[e + 1], LANES):
-            blocks[b, 0] = e
-            blocks[b, 1] = first
-            blocks[b, 2] = min(first + LANES, start[e + 1])
-            b += 1
-    return blocks
-
-
-@inner(linked=False)
-def order_rows(element, counts):
-    """Rows in the order of their elements, (n,) each, and blocks of these.
-
-    Those of element -1 are left out; `counts` (elements,) are how many rows each has, and are
-    spoilt.
-    """
-    starts = _first_places(counts)
-    order = np.empty(starts[starts.shape[0] - 1], np.int32)
+        n_blocks += (here + LANES - 1) // LANES
+    order = np.empty(total, np.int32)
     n = element.shape[0]
     for i in range(n):
         if i + AHEAD < n:
@@ -89,7 +62,16 @@ def order_rows(element, counts):
         if e >= 0:
             order[counts[e]] = i
             counts[e] += 1
-    return order, _blocks_of(starts)
+    blocks = np.empty((n_blocks, 3), np.int64)
+    b, start = 0, 0
+    for e in range(n_elements):
+        for first in range(start, counts[e], LANES):
+            blocks[b, 0] = e
+            blocks[b, 1] = first
+            blocks[b, 2] = min(first + LANES, counts[e])
+            b += 1
+        start = counts[e]
+    return order, blocks
 
 
 @inlined()

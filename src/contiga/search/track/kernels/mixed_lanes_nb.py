@@ -29,11 +29,11 @@ from contiga.search.closest.kernels.newton_nb import (
     weight_at,
 )
 from contiga.search.hierarchy.kernels.face_nb import in_face
-from contiga.search.track.kernels.lane_proof_nb import NUMBERS, WIDTH, prove, surround, way_around
 from contiga.search.track.kernels.lanes_nb import (
     FLAG,
     LANE_NUMBERS,
     LANES,
+    NUMBERS,
     NUMBERS_HANDED,
     ORIGIN,
     PLACE,
@@ -48,6 +48,7 @@ from contiga.search.track.kernels.lanes_nb import (
     ROW_T,
     ROWS,
     WIDE,
+    WIDTH,
     below,
     columns_from,
     fill_place,
@@ -56,8 +57,11 @@ from contiga.search.track.kernels.lanes_nb import (
     new_lanes,
     one_round,
     powers_of,
+    prove,
     start,
+    surround,
     unload,
+    way_around,
 )
 from contiga.search.track.kernels.onward_nb import across, onward, side_beyond
 from contiga.search.track.track_records import Waiting
@@ -88,12 +92,6 @@ def new_queue():
 @inner()
 def _ask_for_head(table, e):
     for line in range(HEAD):
-        prefetch(table, e, line * LINE)
-
-
-@inner()
-def _ask_for_coefficients(table, e):
-    for line in range(HEAD, ALL):
         prefetch(table, e, line * LINE)
 
 
@@ -134,62 +132,43 @@ def wait_beyond(tables, e, bank, l, row, queue, n):
 
 
 @inner(linked=False)
-def _enter(tables, queue, i):
-    """Find the element and the start (u, v) of the waiting row i, and whether it has one."""
-    lanes, who = queue.lanes, queue.who
-    bank, l = lanes[i // WIDE], i % WIDE
-    place = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
-    if who[NOW, i] >= 0:
-        return place, True
-    who[NOW, i] = who[BEFORE, i]
-    e, place = onward(tables, who[BEFORE, i], place[0], place[1])
-    if e < 0:
-        return place, False
-    element = tables.elements.table[e]
-    if element["form"] == GENERAL or element["trim"] == OUT:
-        return place, False
-    who[NOW, i] = e
-    return place, True
-
-
-@inner(linked=False)
 def _start(tables, queue, n):
     """The first n lanes start; answers how many banks hold them.
 
     Lanes beyond are done, and those that have nowhere to start from are given back.
     """
-    lanes, who = queue.lanes, queue.who
+    lanes, who, elements = queue.lanes, queue.who, tables.elements
+    table = elements.table
     banks = (n + WIDE - 1) // WIDE
     for i in range(banks * WIDE):
         bank, l, o = lanes[i // WIDE], i % WIDE, ROW_ELEMENT * WIDE + i % WIDE
-        place, starts = (0.0, 0.0), False
-        if i < n:
-            place, starts = _enter(tables, queue, i)
-        else:
+        place, state = (0.0, 0.0), ACTIVE if i < n else DONE
+        if i >= n:
             who[NOW, i] = who[NOW, 0]
+        else:
+            place = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
+            if who[NOW, i] < 0:
+                e, there = onward(tables, who[BEFORE, i], place[0], place[1])
+                goes_on = e >= 0 and table[e]["form"] != GENERAL and table[e]["trim"] != OUT
+                who[NOW, i] = e if goes_on else who[BEFORE, i]
+                place, state = there, ACTIVE if goes_on else GIVEN_BACK
         e = who[NOW, i]
-        _ask_for_coefficients(tables.elements.table, e)
-        fill_place(tables.elements, e, tables.scale[1] ** 2, bank, o, WIDE)
-        rational = tables.elements.table[e]["form"] == RATIONAL_CUBIC
-        bank[ROW_RATIONAL * WIDE + l] = 1.0 if rational else 0.0
+        for line in range(HEAD, ALL):
+            prefetch(table, e, line * LINE)
+        fill_place(elements, e, tables.scale[1] ** 2, bank, o, WIDE)
+        bank[ROW_RATIONAL * WIDE + l] = 1.0 if table[e]["form"] == RATIONAL_CUBIC else 0.0
         start(bank, l, place, bank, o, WIDE)
-        bank[ROW_STATE * WIDE + l] = ACTIVE if starts else (GIVEN_BACK if i < n else DONE)
+        bank[ROW_STATE * WIDE + l] = state
     for i in range(0, banks * WIDE, 4):
-        _fill_four(tables.elements.table, who[NOW], i, lanes[i // WIDE], i % WIDE)
+        rows = (
+            ELEMENT_NUMBERS * who[NOW, i] + CUBIC,
+            ELEMENT_NUMBERS * who[NOW, i + 1] + CUBIC,
+            ELEMENT_NUMBERS * who[NOW, i + 2] + CUBIC,
+            ELEMENT_NUMBERS * who[NOW, i + 3] + CUBIC,
+        )
+        for c in range(0, ORIGIN, 4):
+            turn(table, below(rows, c), lanes[i // WIDE], columns_from(ROW_ELEMENT + c, i % WIDE))
     return banks
-
-
-@inner()
-def _fill_four(table, elements, i, bank, l):
-    """Fill in the coefficients of elements[i:] in the four lanes from l on."""
-    rows = (
-        ELEMENT_NUMBERS * elements[i] + CUBIC,
-        ELEMENT_NUMBERS * elements[i + 1] + CUBIC,
-        ELEMENT_NUMBERS * elements[i + 2] + CUBIC,
-        ELEMENT_NUMBERS * elements[i + 3] + CUBIC,
-    )
-    for c in range(0, ORIGIN, 4):
-        turn(table, below(rows, c), bank, columns_from(ROW_ELEMENT + c, l))
 
 
 @inlined()
@@ -251,21 +230,6 @@ def prove_mixed(lanes, banks, tolerance):
 
 
 @inner(linked=False)
-def _keep_to_faces(tables, queue, n):
-    """Give back those of the first n feet that are trimmed away."""
-    lanes, who = queue.lanes, queue.who
-    elements = tables.elements
-    for i in range(n):
-        bank, l, e = lanes[i // WIDE], i % WIDE, who[NOW, i]
-        if bank[ROW_STATE * WIDE + l] != DONE or elements.table[e]["trim"] != CUT:
-            continue
-        s, t = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
-        if not in_face(elements, tables.trims, e, s, t):
-            bank[ROW_STATE * WIDE + l] = GIVEN_BACK
-            bank[(ROW_FOUND + FLAG) * WIDE + l] = TO_WALK
-
-
-@inner(linked=False)
 def _prove(tables, queue, n, banks):
     """The quick certificates of the first n feet, in so many banks."""
     lanes, who = queue.lanes, queue.who
@@ -312,40 +276,37 @@ def is_whole_about(tables, patch, bank, l):
 
 
 @inner(linked=False)
-def _wait_again(tables, queue, n, first):
-    """Those of n rows that have left the element of their start wait again; answers how many.
-
-    `first` (n,) tells which rows were there.
-    """
-    lanes, who = queue.lanes, queue.who
-    m = 0
-    for i in range(n):
-        bank, l = lanes[i // WIDE], i % WIDE
-        if first[i] != 0 and bank[ROW_STATE * WIDE + l] == LEFT:
-            wait_beyond(tables, who[BEFORE, i], bank, l, who[ROW, i], queue, m)
-            m += 1
-    return m
-
-
-@inner(linked=False)
 def go_on(tables, proves, queue, n, records):
     """Feet of the n rows that wait, with their quick certificates, into their records; answers how
     many of them wait then, because they have left the element of their start.
 
     A row is flagged, to be done one by one, when it leaves another or is given back.
     """
-    lanes, who = queue.lanes, queue.who
-    first = stack_int64(LANES)
+    lanes, who, elements = queue.lanes, queue.who, tables.elements
+    is_first = stack_int64(LANES)
     for i in range(n):
-        first[i] = who[NOW, i] >= 0
+        is_first[i] = who[NOW, i] >= 0
     banks = _start(tables, queue, n)
     for _ in range(ROUNDS):
         newton_mixed(lanes, banks, tables.scale[1] ** 2)
         if lanes_in(ACTIVE, lanes, banks) == 0:
             break
     finish_mixed(lanes, banks)
-    _keep_to_faces(tables, queue, n)
+    for i in range(n):
+        bank, l, e = lanes[i // WIDE], i % WIDE, who[NOW, i]
+        if bank[ROW_STATE * WIDE + l] != DONE or elements.table[e]["trim"] != CUT:
+            continue
+        s, t = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
+        if not in_face(elements, tables.trims, e, s, t):
+            bank[ROW_STATE * WIDE + l] = GIVEN_BACK
+            bank[(ROW_FOUND + FLAG) * WIDE + l] = TO_WALK
     if proves:
         _prove(tables, queue, n, banks)
     unload(lanes, records, who[ROW], 0, n)
-    return _wait_again(tables, queue, n, first)
+    m = 0
+    for i in range(n):
+        bank, l = lanes[i // WIDE], i % WIDE
+        if is_first[i] != 0 and bank[ROW_STATE * WIDE + l] == LEFT:
+            wait_beyond(tables, who[BEFORE, i], bank, l, who[ROW, i], queue, m)
+            m += 1
+    return m

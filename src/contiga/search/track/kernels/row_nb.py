@@ -12,7 +12,6 @@ import math
 
 from contiga.elements.kernels.element_nb import locate
 from contiga.jit import kernel
-from contiga.search.certify.certify_records import TakenOut
 from contiga.search.certify.kernels.branch_nb import kept_ball, seen_from
 from contiga.search.closest.kernels.one_foot_nb import foot_from, write_proved
 
@@ -42,8 +41,7 @@ def track_row(tables, way, results, k):
     if e < 0:
         return
     seen = seen_from(record.point, record.normal, a, b, tables.scale[1])
-    taken = TakenOut(tables.grid, tables.elements.table, tables.neighbourhoods)
-    if not kept_ball(tables, taken, (patch, patch), uv, start, seen) > 0.0:
+    if not kept_ball(tables, (patch, patch), uv, start, seen) > 0.0:
         return
     back[k] = 0
     write_proved(out, k, patch, uv, record)
