@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -250,11 +251,18 @@ def _count(
         tally.faults += kept.faults[: max(0, 3 - sum(f["kind"] == kind for f in tally.faults))]
 
 
-def walked(name: str, points: int, seed: int, many: int = 0) -> Tally:
-    """One scene with paths of all lengths, `points` rows of each in few steps and in more; `many`
-    points take a great number of steps."""
+def walked(
+    name: str,
+    points: int,
+    seed: int,
+    steps: Sequence[int] = STEPS,
+    lengths: Sequence[float] = LENGTHS,
+    many: int = 0,
+) -> Tally:
+    """One scene with paths of these lengths in these numbers of steps, some `points` rows of each;
+    `many` points take a great number of steps."""
     item = scene(name)
-    runs = [(count, length, max(4, points // count)) for count in STEPS for length in LENGTHS]
+    runs = [(count, length, max(4, points // count)) for count in steps for length in lengths]
     runs += [(MANY_STEPS, length, many) for length in LONG if many]
     with Clock(Tally(f"open, {name}")) as tally:
         for k, (count, length, n) in enumerate(runs):
