@@ -166,7 +166,7 @@ def test_a_sphere_without_its_lowest_cap_is_the_sphere(steps: int) -> None:
         for south in (-0.5 * np.pi, latitude)
     )
     rng = np.random.default_rng(2)
-    n = 200
+    n = 80
     angle, up = rng.uniform(0, 2 * np.pi, (2, 5, n)), rng.uniform(latitude + 0.05, 1.4, (5, n))
     angle = angle[0] + np.cumsum(rng.uniform(-0.8, 0.8, (5, n)), axis=0)
     radius = rng.uniform(0.3, 0.95, (5, n))
@@ -192,7 +192,7 @@ def test_a_sphere_without_its_lowest_cap_is_the_sphere(steps: int) -> None:
             own.penetration[sound], other.penetration[sound], rtol=0, atol=1e-11
         )
         np.testing.assert_allclose(own.normal_B[sound], other.normal_B[sound], rtol=0, atol=1e-9)
-    assert sound.sum() > 30
+    assert sound.sum() > 12
 
 
 @pytest.mark.parametrize("kind", KINDS)
