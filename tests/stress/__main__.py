@@ -20,6 +20,8 @@ from tests.stress import (
     checkpoints,
     closed,
     motions,
+    open_scenes,
+    opened,
     pierced,
     segments,
     shaking,
@@ -91,6 +93,12 @@ def pushed(full: bool, seed: int) -> Iterator[Tally]:
         yield wandering.wandered(subjects.subject(name), scales, n, steps, seed)
 
 
+def held_by_open_walls(full: bool, seed: int) -> Iterator[Tally]:
+    """Paths through open shells, meshes and closed bodies of closed form: 1e6 rows in full."""
+    for name in open_scenes.ALL:
+        yield opened.walked(name, 260 if full else 20, seed, many=4 if full else 0)
+
+
 def kept(full: bool, seed: int) -> Iterator[Tally]:
     """Checkpoints damaged at random, 10⁴ in full, and 200 runs killed at random moments."""
     yield checkpoints.damage(10_000 if full else 300, seed)
@@ -146,6 +154,7 @@ PARTS: dict[str, Part] = {
     "sliding": slide,
     "turning": turn,
     "rule": pushed,
+    "open": held_by_open_walls,
     "checkpoints": kept,
     "auto": chosen_steps,
     "faces": faces,

@@ -10,6 +10,8 @@ from tests.stress import (
     checkpoints,
     loops,
     motions,
+    open_scenes,
+    opened,
     segments,
     shaking,
     solids,
@@ -135,6 +137,14 @@ def test_round_a_closed_loop_no_work_is_done(name, wave):
     assert states[-1].n_contact == 0
     assert states[-1].energy.stored == 0.0
     assert abs(done.sum()) < 2.5e-3 * done[done > 0.0].sum()
+
+
+OPEN = ("stack", "block without its bottom", "lidded pipe", "hills, mesh")
+
+
+@pytest.mark.parametrize("name", [*OPEN, *full(*(n for n in open_scenes.ALL if n not in OPEN))])
+def test_the_wall_that_holds_a_point_in_an_open_shell_is_that_of_the_rule(name):
+    clean(opened.walked(name, 16, seed=20, steps=(1, 20), lengths=(1e-6, 0.3, 1.0)))
 
 
 def test_a_run_that_fails_by_itself_is_wrong_and_none_killed_too(monkeypatch):

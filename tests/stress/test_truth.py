@@ -5,8 +5,10 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from tests.sample import FULL
-from tests.stress import fields, rule, subjects, truth
+from tests.stress import fields, open_rule, open_scenes, rule, subjects, truth
+from tests.stress.open_rule import Becomes
 
 
 def test_paths_that_come_out_for_the_smallest_part_of_their_way_do_not_stay_inside():
@@ -51,3 +53,48 @@ def test_in_a_plate_the_far_side_takes_over_only_round_the_end():
         found.append((float(at.depth[0]), *at.guard[0]))
     expected = [(0.3, 0, 0, 1), (0.8, 0, 0, 1), (0.1, 1, 0, 0), (0.2, 0, 0, -1)]
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", open_scenes.ALL)
+def test_feet_on_open_shells_are_as_near_as_the_surface_and_on_its_side(name):
+    item = open_scenes.scene(name)
+    p = np.random.default_rng(5).uniform(item.low - 0.5, item.high + 0.5, (400, 3))
+    found, feet = item.master.project(p), item.shell.feet(p)
+    off = np.linalg.norm(found.point - p, axis=1)
+    np.testing.assert_allclose(item.shell.nearest(p), off, rtol=0, atol=1e-12)
+    first = feet.distance.argmin(axis=1)
+    rows = np.flatnonzero(feet.distance.min(axis=1) < feet.border - 1e-9)
+    signed = np.where(feet.behind, -1.0, 1.0)[rows, first[rows]] * off[rows]
+    np.testing.assert_allclose(signed, found.gap[rows], rtol=0, atol=1e-12)
+    assert item.shell.closed == item.master.closed
+
+
+def _on_open(name, *corners, pieces=400):
+    """What the rule says of a point at the corners of its way."""
+    shell, held, out = open_scenes.scene(name).shell, open_rule.free(1), []
+    for a, b in pairwise(np.array(corners, float)):
+        held = open_rule.step(shell, a[None], b[None], held, pieces)
+        out.append((Becomes(int(held.became[0])), float(held.depth[0]), *held.guard[0]))
+    return out
+
+
+def test_by_the_rule_a_stack_holds_by_its_first_sheet():
+    way = [[1, 1, z] for z in (0.1, -0.1, -0.29, -0.5, 0.2)]
+    found = _on_open("stack", *way)
+    assert [row[0] for row in found] == [Becomes.NEW, Becomes.OLD, Becomes.OLD, Becomes.RELEASED]
+    np.testing.assert_allclose([row[1] for row in found], [0.1, 0.29, 0.5, 0.0], atol=1e-12)
+
+
+def test_by_the_rule_borders_and_ridges_end_and_turn_a_hold():
+    slid = _on_open("plate", [1, 1, 0.1], [1, 1, -0.1], [1, 2.2, -0.1], [1, 1, -0.1])
+    assert [row[0] for row in slid] == [Becomes.NEW, Becomes.SLID_OFF, Becomes.FREE]
+    # Past the middle of a ridge of 14° the other slope is opposite: the minimum vanishes there.
+    knife = _on_open("knife", [0.03, 0.1, 1], [0.03, -0.5, 1], [-0.02, -0.5, 1], [-0.2, 0.6, 1])
+    assert knife[0][0] == Becomes.NEW
+    assert knife[1][2:] == knife[0][2:]
+    assert knife[1][1] > knife[0][1]
+    assert knife[2][0] in (Becomes.ENDED, Becomes.RELEASED)
+    roof = _on_open("roof 90", [0.1, 0.1, 1], [0.1, -0.3, 1], [-0.1, -0.3, 1])
+    s = np.sqrt(0.5)
+    np.testing.assert_allclose([row[1] for row in roof], [0.2 * s, 0.2 * s], atol=1e-12)
+    np.testing.assert_allclose(roof[1][2:], [-s, s, 0.0], atol=1e-12)
