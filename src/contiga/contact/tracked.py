@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from contiga.arrays import codes
 from contiga.arrays.layout import as_numbers
 from contiga.arrays.ordered import row_lengths
-from contiga.contact.force_records import Column
-from contiga.contact.loads import UNGUARDED, Guards, Holds, holds_of
+from contiga.contact.loads import UNGUARDED, Column, Guards, Holds, holds_of
 from contiga.masters.protocol import Master, Surface
 from contiga.records import (
     ByteArray,

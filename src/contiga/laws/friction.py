@@ -23,7 +23,6 @@ from contiga.laws.kernels import friction_nb
 from contiga.laws.law import above_zero, not_negative
 from contiga.records import FloatArray
 
-
 POINTS = 8192
 """Below so many a second thread does not pay."""
 

@@ -51,3 +51,7 @@ class Clock:
     def __call__(self, stage: str) -> Stage:
         """Add the time spent inside to `stage`."""
         return Stage(self.seconds, stage)
+
+    def add(self, stage: str, begun: float) -> None:
+        """Add the time since `begun`, as `perf_counter` has it, to `stage`."""
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - begun

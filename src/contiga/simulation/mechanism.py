@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +18,28 @@ from contiga.dynamics.prescribed import BodyMotion, SlaveMotion
 from contiga.dynamics.rigid_bodies import fixed_of, row_of, with_attached
 from contiga.dynamics.springs import GROUND, Spring
 from contiga.errors import InputError
+from contiga.masters.protocol import Master
 from contiga.records import FloatArray, MassProperties
 from contiga.rigid.inertia import of_points
 from contiga.rigid.rigid_lanes import FIXED, STATE
 from contiga.slaves.slave import Slave
+
+
+class Sides(NamedTuple):
+    """The bodies at the two sides of a contact."""
+
+    master: int
+    """Number of the body that its master is fixed to."""
+    slave: int | None
+    """Of the one that carries its slave, None where none does."""
+    free: tuple[int, ...]
+    """Rows of those of them that are free."""
+    signs: tuple[float, ...]
+    """Of what acts on them, where 1 is what acts on the slave."""
+    about: FloatArray
+    """(3,) reference point of the master, body axes."""
+    size: float
+    """Of the master, length."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +69,11 @@ class Mechanism:
     def carried(self) -> Mapping[str, int]:
         """Slaves that are attached: the body they are fixed to, by its number."""
         return {k: one.host for k, one in self.nodes.items() if one.host is not None}
+
+    @cached_property
+    def riding(self) -> tuple[str, ...]:
+        """Slaves of which bodies carry all nodes, or some."""
+        return tuple(k for k, one in self.nodes.items() if one.host is not None or one.joints)
 
     @cached_property
     def masses(self) -> Mapping[str, FloatArray]:
@@ -96,14 +119,22 @@ class Mechanism:
         numbers = enumerate(map(self.number, spring.between))
         return [(end, self.row[i]) for end, i in numbers if i is not None and i in self.row]
 
-    def sides(self, master: str, slave: str) -> tuple[int, int | None]:
-        """Bodies at the two sides of a contact: its master's root, and what carries its slave."""
-        return self.root_of(master), self.carried.get(slave)
-
-    def free_sides(self, master: str, slave: str) -> list[int]:
-        """Rows of those of them that are free."""
-        sides = self.sides(master, slave)
-        return [self.row[side] for side in sides if side is not None and side in self.row]
+    def sides(self, name: str, master: Master, slave: str) -> Sides:
+        """The two sides of a contact of the body `name`, which is `master`."""
+        i, host = self.root_of(name), self.carried.get(slave)
+        free = [
+            (self.row[side], sign)
+            for side, sign in ((i, -1.0), (host, 1.0))
+            if side is not None and side in self.row
+        ]
+        return Sides(
+            i,
+            host,
+            tuple(row for row, _ in free),
+            tuple(sign for _, sign in free),
+            np.array(master.reference_point),
+            master.size,
+        )
 
 
 def mechanism_of(

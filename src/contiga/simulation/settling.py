@@ -19,8 +19,7 @@ from typing import Any
 import numpy as np
 
 from contiga.arrays.ordered import length
-from contiga.contact.energy import ContactEnergy
-from contiga.contact.state import State
+from contiga.contact.state import ContactEnergy, State
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Attached, Dependent, Free
 from contiga.dynamics.nodes import Imbalance, SlaveState
@@ -31,16 +30,20 @@ from contiga.errors import InputError, RunError
 from contiga.rigid.rigid_lanes import FORCE, MASS, MOMENTUM, SPINS, TORQUE, VELOCITY, WAYS
 from contiga.rigid.twist import still
 from contiga.simulation.clock import Clock
-from contiga.simulation.critical import limit_of
-from contiga.simulation.forces import wrenches
-from contiga.simulation.ledger import energy_of
+from contiga.simulation.critical import check_stable, limit_of
 from contiga.simulation.model import BodyPart, ContactPart, Model, SlavePart
-from contiga.simulation.place import forces_on, frames, place
 from contiga.simulation.settle import Rest, Settle
-from contiga.simulation.stability import check_stable
-from contiga.simulation.step import Stepped, advance
+from contiga.simulation.step import (
+    ForcesOn,
+    Stepped,
+    advance,
+    energy_of,
+    frames,
+    place,
+    wrenches,
+)
+from contiga.simulation.step_size import gone_too_far
 from contiga.simulation.system_state import BodyStates, SystemState
-from contiga.simulation.way_limits import crossed, too_far
 
 SAFETY = 0.7
 """Part of the critical step that steps take: near it the fastest vibrations outlast the stops, and
@@ -140,7 +143,7 @@ def _step(model: Model, last: SystemState, most: float, clock: Clock) -> SystemS
     step = SAFETY * critical if math.isfinite(critical) else most
     while True:
         state = advance(model, last, last.time + step, clock).state
-        shorter = too_far(model, last, state) or crossed(model, last, state)
+        shorter = gone_too_far(model, last, state)
         if shorter is None:
             return state
         step = shorter.step
@@ -161,7 +164,7 @@ def _steered(model: Model, state: SystemState, share: float) -> SystemState:
     """The same with a share of the velocities of nodes turned to where the forces pull."""
     slaves = {
         name: nodes.steered(
-            state.slaves[name], forces_on(model, name, state.contacts), model.gravity, share
+            state.slaves[name], ForcesOn(model, name, state.contacts), model.gravity, share
         )
         for name, nodes in model.mechanism.nodes.items()
     }
@@ -186,7 +189,7 @@ def _balance(model: Model, state: SystemState) -> Imbalance:
     system = model.mechanism
     force = load = reaction = rounding = 0.0
     for name, nodes in system.nodes.items():
-        acting = forces_on(model, name, state.contacts)
+        acting = ForcesOn(model, name, state.contacts)
         one = nodes.imbalance(state.slaves[name], acting, model.gravity)
         force, load = force + one.force, load + one.load
         reaction, rounding = reaction + one.reaction, rounding + one.rounding
@@ -230,7 +233,7 @@ def _taken_up(
         name: one._replace(force=one.force - one.damper, damper=0.0, hysteresis=0.0, damping=0.0)
         for name, one in at_rest.springs.items()
     }
-    acting = wrenches(model, contacts, springs, standing, start)
+    acting = wrenches(model, contacts, springs, standing)
     kinetic = kicked(placed, system.fixed, acting[system.free], 0.0)
     inside = [nodes.energy(slaves[name]) for name, nodes in system.nodes.items()]
     energy = energy_of(contacts, springs, inside, kinetic, 0.0, None)

@@ -211,7 +211,13 @@ class Simulation(Model):
         InputError
             `state` is of another simulation, this one is at its end, or `dt` is not positive.
         """
-        self._check_own(state)
+        if not isinstance(state, SystemState) or state.contacts.keys() != self.contact_names:
+            raise InputError(
+                "is not a state of this simulation",
+                where="state",
+                found=state,
+                allowed=f"a SystemState with the contacts {', '.join(sorted(self.contact_names))}",
+            )
         if dt is not None:
             return advance(self, state, state.time + positive(dt, "dt"), Clock()).state
         if state.time >= self.stepping.end:
@@ -223,17 +229,6 @@ class Simulation(Model):
                 remedy="Give dt to go on",
             )
         return following(self, state, Clock()).state
-
-    def _check_own(self, state: object) -> None:
-        """Refuse what is no state of this simulation."""
-        taken = {part.name for part in self.contacts}
-        if not isinstance(state, SystemState) or taken != set(state.contacts):
-            raise InputError(
-                "is not a state of this simulation",
-                where="state",
-                found=state,
-                allowed=f"a SystemState with the contacts {', '.join(sorted(taken))}",
-            )
 
     def run(
         self,
