@@ -197,9 +197,9 @@ def check_needs(law: Law, slave: Slave, master: Master) -> None:
             )
 
 
-def check_state(state: State, n_points: int, memories: tuple[int, int], master: Master) -> None:
+def check_state(state: State, n_points: int, memories: tuple[int, int]) -> None:
     """Refuse a state of another contact: with other than `n_points`, other `memories` of law and
-    friction, feet on patches that the master has not."""
+    friction."""
     kind("state", state, State)
     if len(state.status) != n_points:
         raise InputError(
@@ -218,14 +218,4 @@ def check_state(state: State, n_points: int, memories: tuple[int, int], master: 
                 where=f"state.{name}",
                 found=shape,
                 allowed=f"({n_points}, {columns})",
-            )
-    n_pieces = master.n_pieces
-    for name in ("patch", "last_patch"):
-        highest = int(getattr(state, name).max(initial=-1))
-        if highest >= n_pieces:
-            raise InputError(
-                "the state belongs to another master",
-                where=f"state.{name}",
-                found=highest,
-                allowed=f"-1 … {n_pieces - 1}",
             )

@@ -211,6 +211,10 @@ class Contact(Displayed):
         return self.master.surface
 
     @cached_property
+    def _n_pieces(self) -> int:
+        return self.master.n_pieces
+
+    @cached_property
     def _options(self) -> Options:
         # Kept: size and borders of a mesh cost as much as a small step.
         through = self.through == "hold"
@@ -395,12 +399,19 @@ class Contact(Displayed):
 
     def _checked_state(self, state: State) -> State:
         """The state, with arrays as kernels take them. One of another contact is refused."""
-        if isinstance(state, State) and state.is_made and state.contact is self:
-            return state
-        grip = 0 if self.friction is None else self.friction.n_memory
-        memories = self.law.n_memory, grip
-        check_state(state, self._sampling.n_points, memories, self.master)
-        return own_arrays(state)
+        if getattr(state, "maker", None) is not self:
+            grip = 0 if self.friction is None else self.friction.n_memory
+            check_state(state, self._sampling.n_points, (self.law.n_memory, grip))
+        for name in ("patch", "last_patch"):  # somebody may have written to them
+            highest = int(getattr(state, name).max(initial=-1))
+            if highest >= self._n_pieces:
+                raise InputError(
+                    "the state belongs to another master",
+                    where=f"state.{name}",
+                    found=highest,
+                    allowed=f"-1 … {self._n_pieces - 1}",
+                )
+        return state if state.maker is self else own_arrays(state)
 
     def _respond(
         self,
@@ -425,7 +436,10 @@ class Contact(Displayed):
                 seen = self._measure.input(p_B, feet.patch, rows_of(feet, rows))
                 areas = self._measure.areas(seen)
         with clock("forces"):
-            area = sampling.weights(rows) if areas is None else areas.area
+            if areas is not None:
+                area = areas.area
+            else:
+                area = np.ones(len(rows)) if sampling.weight is None else sampling.weight[rows]
             if type(law) not in PLAIN:  # laws that are not ours cannot write to what they see
                 depth, area = locked(depth), locked(area)
             thickness, mass = sampling.thickness, sampling.mass

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import as_numbers, as_points, locked, real
-from contiga.arrays.ordered import length, product, row_products
+from contiga.arrays.ordered import length, product
 from contiga.arrays.threads import run_ranges
 from contiga.contact.kernels import carrying_nb, relative_nb, totals_nb
 from contiga.contact.loads import NO_FORCES, NO_ROWS, NO_SIZES, NONE, NOWHERE, Column
@@ -23,7 +23,13 @@ from contiga.contact.state import State
 from contiga.contact.tracked import BoolArray, Detected
 from contiga.errors import InputError
 from contiga.jit import straight
-from contiga.laws.friction import Friction, FrictionInput, FrictionOutput
+from contiga.laws.friction import (
+    Coulomb,
+    Friction,
+    FrictionInput,
+    FrictionOutput,
+    ViscousFriction,
+)
 from contiga.laws.normal import AdaptiveLaw, Law, PenaltyLaw
 from contiga.records import FloatArray, IndexArray, IntArray, LawInput, LawOutput
 from contiga.rigid.frames import POINTS
@@ -31,6 +37,8 @@ from contiga.slaves.sampling import Sampling
 
 PLAIN = frozenset({PenaltyLaw, AdaptiveLaw})
 """Laws of this package, and none derived from them, that ask nothing of users' curves."""
+OWN_FRICTION = frozenset({Coulomb, ViscousFriction})
+"""Frictions of this package, and none derived from them, which write to none of their input."""
 NO_ENERGIES = np.zeros(5)
 
 Velocities: TypeAlias = tuple[ArrayLike, ArrayLike]
@@ -51,7 +59,8 @@ class RelativeVelocity(NamedTuple):
 
     def at(self, rows: IndexArray) -> FloatArray:
         """(k, 3) of points `rows`, ascending, body axes."""
-        v_W, p_W = self.sampling.points_at(rows, self.nodes), self.points.take(rows, axis=0)
+        p_W, v_W = self.points.take(rows, axis=0), self.nodes
+        v_W = self.sampling.points_at(rows, v_W) if self.sampling.first else v_W.take(rows, axis=0)
         v_B = np.empty(v_W.shape)
         given = v_W, p_W, self.pose, self.twist, v_B
         run_ranges(straight(relative_nb.relative), len(rows), POINTS, *given)
@@ -138,6 +147,9 @@ class ContactRows(NamedTuple):
     foot: FloatArray
     path: FloatArray
     """(k, 3) against the body in the step; zero at the start and of points without a past."""
+    inside: FloatArray
+    """(k,) share of that path that a point has gone in contact: of a new one what is below the
+    tangent plane at its foot, and nothing of a path that leads away from there."""
     old: BoolArray
     """(k,) whether each was in contact before."""
     rate: FloatArray
@@ -150,9 +162,9 @@ class ContactRows(NamedTuple):
     def of(cls, rows: IntArray, velocity: FloatArray = NOWHERE) -> ContactRows:
         """Make one of these rows, with nothing else filled in."""
         k = len(rows)
-        depth, rate, old = np.empty(k), np.empty(k), np.empty(k, np.bool_)
-        three = np.empty((k, 3)), np.empty((k, 3)), np.empty((k, 3))
-        return cls(rows, depth, *three, old, rate, velocity)
+        normal, foot, path = np.empty((k, 3)), np.empty((k, 3)), np.empty((k, 3))
+        depth, inside, rate = np.empty(k), np.empty(k), np.empty(k)
+        return cls(rows, depth, normal, foot, path, inside, np.empty(k, np.bool_), rate, velocity)
 
     def since(self, first: int) -> ContactRows:
         """Those of them from the point `first` on: the ones that carry forces."""
@@ -225,20 +237,16 @@ def respond(
     secant = np.zeros(len(rows))
     np.divide(elastic, points.depth, out=secant, where=points.depth > 0.0)
     stiffness = np.where(answer.stiffness > 0.0, answer.stiffness, np.maximum(secant, 0.0))
-    # Of the path of a new point counts what is below the tangent plane at its foot, and nothing if
-    # it leads away from there.
-    way = -row_products(points.path, normal)
-    inside = np.zeros(len(rows))
-    np.divide(np.minimum(points.depth, way), way, out=inside, where=way > 0.0)
-    inside[points.old] = 1.0
-    # A friction of a user's own must not write to what is the contact's.
+    area = inp.area
+    if type(friction) not in OWN_FRICTION:  # others cannot write to what is the contact's
+        normal, area = locked(normal), locked(area)
     seen = FrictionInput(
-        normal=locked(normal),
+        normal=normal,
         normal_before=before,
         force=answer.force,
         stiffness=stiffness,
-        area=locked(inp.area),
-        path=points.path * inside[:, None],
+        area=area,
+        path=points.path * points.inside[:, None],
         velocity=velocity,
         dt=inp.dt,
         memory=memory,

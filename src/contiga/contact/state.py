@@ -150,8 +150,8 @@ class State(Displayed):
     """(5,) `energy` as an array."""
     of: InitVar[Owner | None] = None
     """The contact that this is a state of."""
-    is_made: ClassVar[bool] = False
-    """Whether a start or a step of its contact has made it, and not somebody by hand."""
+    maker: ClassVar[Owner | None] = None
+    """The contact whose start or step has made it; None where somebody has by hand."""
 
     def __post_init__(self, of: Owner | None) -> None:
         self.__dict__["_contact"] = of
@@ -246,7 +246,8 @@ class State(Displayed):
     @property
     def max_penetration(self) -> float:
         """Largest penetration, zero without contact."""
-        return float(self.kept.penetration.values.max(initial=0.0))
+        deep = self.penetration if self.maker is None else self.kept.penetration.values
+        return float(deep.max(initial=0.0))
 
     @property
     def total_force(self) -> FloatArray:
@@ -349,7 +350,7 @@ def state_of(whole: dict[str, Any], kept: Kept, owner: Owner, spent: State | Non
     The arrays are its own, and right for that contact. One that is `spent` becomes it.
     """
     state: State = object.__new__(State) if spent is None else spent
-    vars(state).update(whole, _contact=owner, kept=kept, is_made=True)
+    vars(state).update(whole, _contact=owner, kept=kept, maker=owner)
     return state
 
 
@@ -358,7 +359,7 @@ _TYPES = {"ByteArray": np.int8, "IntArray": np.int32, "FloatArray": np.float64}
 
 def own_arrays(state: State) -> State:
     """The state with arrays as kernels take them: itself, where a contact has made it."""
-    if state.is_made:
+    if state.maker is not None:
         return state
     arrays = {
         f.name: as_contiguous(getattr(state, f.name), _TYPES[str(f.type)]) for f in fields(state)

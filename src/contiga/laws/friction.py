@@ -284,6 +284,7 @@ def _rows_of(inp: FrictionInput, n_memory: int) -> tuple[FrictionInput, Friction
     n = len(inp.force)
     shapes = (n, 3), (n, 3), (n,), (n,), (n,), (n, 3), (n, 3), (), (n, n_memory)
     arrays: list[Any] = []
+    values: Any
     for name, values, shape in zip(FrictionInput._fields, inp, shapes, strict=True):
         if name == "dt":
             arrays.append(float(inp.dt))

@@ -113,16 +113,16 @@ def find_limit(model: Model, state: SystemState, of: Of = "all") -> Limit:
     """Find the critical step of what touches and pulls in `state`."""
     felt: dict[object, list[tuple[str, Rates, Rates]]] = {}
     for text, ends in _couplings(model, state, of):
-        both = whole = Rates()
-        for end in ends:
+        _, both, whole = ends[0]
+        for end in ends[1:]:
             both, whole = both + end.rates, whole + end.whole
         for end in ends:
             felt.setdefault(end.of, []).append((text, both, whole))
     critical, who, bodies, points, nodes = math.inf, "", Rates(), 0.0, Rates()
     for of_end, couplings in felt.items():
-        rates = whole = Rates()
-        fastest_text, fastest_rates = couplings[0][:2]
-        for text, both, of_whole in couplings:
+        fastest_text, rates, whole = couplings[0]
+        fastest_rates = rates
+        for text, both, of_whole in couplings[1:]:
             rates, whole = rates + both, whole + of_whole
             if both > fastest_rates:
                 fastest_text, fastest_rates = text, both
@@ -201,10 +201,10 @@ def _add_contact(
         damping = kept.viscosity.at(rows)
     if (viscosity := getattr(part.contact.friction, "viscosity", None)) is not None:
         # Over the sliding speed; of points between nodes over none, at which it is stiffest.
-        speed, body = np.zeros(len(rows)), state.bodies[part.master]
-        nodes = rows[rows < len(contact.force)]
+        speed, (pose, twist) = np.zeros(len(rows)), state.bodies[part.master]
         slave = state.slaves[part.slave]
-        v_W = slave.velocities[nodes] - body.twist.at(body.pose[:3, 3], slave.points[nodes])
+        nodes = rows[rows < len(slave.points)]
+        v_W = slave.velocities[nodes] - twist.at(pose[:3, 3], slave.points[nodes])
         n_W = contact.held_W.normals.at(nodes)
         speed[: len(nodes)] = row_lengths(v_W - row_products(v_W, n_W)[:, None] * n_W)
         dragging = np.asarray(viscosity(kept.normal_force.at(rows), speed))

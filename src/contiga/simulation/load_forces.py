@@ -15,9 +15,9 @@ from contiga.dynamics.nodes import Instant
 from contiga.dynamics.rigid_bodies import Placed, kicked
 from contiga.records import FloatArray
 from contiga.rigid import quaternion
+from contiga.rigid.frames import cross
 from contiga.rigid.pose import to_quaternion
 from contiga.rigid.rigid_lanes import CENTRE, FORCE, TORQUE, VELOCITY
-from contiga.rigid.vectors import cross
 from contiga.simulation.model import Model
 from contiga.simulation.system_state import SystemState
 

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from contiga.dynamics.free import Attached, Dependent, Free, is_driven
 from contiga.dynamics.loads import Load
-from contiga.dynamics.nodes import NodeMover
-from contiga.dynamics.point_nodes import DrivenNodes
+from contiga.dynamics.nodes import DrivenNodes, NodeMover
 from contiga.dynamics.prescribed import BodyMotion, SlaveMotion
 from contiga.dynamics.rigid_bodies import fixed_of, row_of, with_attached
 from contiga.dynamics.springs import GROUND, Spring

@@ -7,7 +7,7 @@ import numpy as np
 
 from contiga.arrays.ordered import length, product
 from contiga.records import FloatArray
-from contiga.rigid.vectors import cross
+from contiga.rigid.frames import cross
 from contiga.simulation.load_forces import point_of
 from contiga.simulation.model import Model
 from contiga.simulation.sensor import CUT, RATES, RelativeSensor

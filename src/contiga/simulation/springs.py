@@ -9,7 +9,7 @@ import numpy as np
 
 from contiga.dynamics.springs import Spring, SpringState
 from contiga.records import FloatArray
-from contiga.rigid.vectors import cross
+from contiga.rigid.frames import cross
 from contiga.simulation.load_forces import point_of
 from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import Model

@@ -28,10 +28,10 @@ from contiga.errors import InputError
 from contiga.jit import straight
 from contiga.records import FloatArray
 from contiga.rigid import quaternion
+from contiga.rigid.frames import cross
 from contiga.rigid.kernels.rigid_nb import add_wrench
 from contiga.rigid.pose import as_pose, to_quaternion
 from contiga.rigid.twist import Twist
-from contiga.rigid.vectors import cross
 from contiga.simulation.clock import Clock
 from contiga.simulation.load_forces import add_loads, foresee_loads, work_of_loads
 from contiga.simulation.mechanism import Mechanism
@@ -193,7 +193,9 @@ def _moved(
     if last is not None:
         external = last.energy.external + _external_work(model, last, standing, contacts, total)
         initial, peak = last.energy.initial, last.peak_energy
-    inside = [system.nodes[name].energy(standing.slaves[name]) for name in system.masses]
+    inside = []
+    for name in system.masses:
+        inside.append(system.nodes[name].energy(standing.slaves[name]))
     energy = energy_of(contacts, springs, inside, kinetic, external, initial)
     bodies = frames(system, standing)
     now = now._replace(twists=bodies.twists)
@@ -254,7 +256,7 @@ def wrenches(
         add_pulls(system, springs, poses, total)
     if system.loads:
         add_loads(model, poses, standing.free.rows, standing.now.time, total)
-    if len(system.free):
+    if len(system.free) and model.gravity.any():
         add_gravity(standing.free, system.fixed, model.gravity, system.free, total)
     return total
 

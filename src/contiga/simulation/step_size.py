@@ -46,7 +46,7 @@ from contiga.dynamics.stepping import AutoSteps
 from contiga.errors import RunError
 from contiga.laws.friction import ViscousFriction
 from contiga.masters.protocol import Surface
-from contiga.records import ContactStatus, FloatArray, IndexArray
+from contiga.records import ContactStatus, FloatArray, IndexArray, IntArray
 from contiga.rigid.frames import to_world, turn_to_world
 from contiga.rigid.rigid_lanes import AXES, CENTRE, FORCE, MASS, MOMENTS, SPINS, TORQUE, WAYS
 from contiga.simulation.clock import Clock
@@ -741,7 +741,7 @@ def _lengths(ways: FloatArray) -> FloatArray:
 
 
 def _first_inside(
-    surface: Surface, a: FloatArray, b: FloatArray, way: FloatArray, rows: IndexArray
+    surface: Surface, a: FloatArray, b: FloatArray, way: FloatArray, rows: IntArray
 ) -> float:
     """The least part of its way, from a to b (n, 3), after which one of the points `rows` is inside
     that is outside at both ends."""
