@@ -142,7 +142,7 @@ class HandOver(NamedTuple):
     move; infinite where none share."""
 
 
-class _Start(NamedTuple):
+class Start(NamedTuple):
     """Where a step begins, and what is known of it."""
 
     state: SystemState
@@ -154,7 +154,7 @@ class _Start(NamedTuple):
     """Σ F²/(8 m) over the nodes of elements."""
 
 
-class _Try(NamedTuple):
+class Try(NamedTuple):
     """A step that was worked out, and what it shows."""
 
     stepped: Stepped
@@ -216,22 +216,31 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
                 f"step: the critical one is {limit.critical / last.step:.3g} of any. Take a "
                 "smaller scale of its law; allow_unstable lets it pass"
             )
-    start = _Start(
-        last,
-        stepping.most,
-        limit_of(model, last, "lasting") if model.mechanism.moved else NO_LIMIT,
-        _kicks_of_elements(model, last) if model.mechanism.deforms else 0.0,
-    )
-    cut = _proposed(model, stepping, start)
-    longer: _Try | None = None
+    limit = limit_of(model, last, "lasting") if model.mechanism.moved else NO_LIMIT
+    kicks = 0.0
+    for name, nodes in model.mechanism.joined.items():
+        acting = ForcesOn(model, name, last.contacts)
+        kicks += nodes.kick_energy(last.slaves[name], acting, model.gravity)
+    start = Start(last, stepping.most, limit, kicks)
+    cut = proposed(model, stepping, start)
+    longer: Try | None = None
+    # The last two steps before a kink share what is left, so that none is tiny.
+    k = bisect_right(model.kinks, last.time)
+    at_end = k == len(model.kinks)
+    until = stepping.end if at_end else model.kinks[k]
+    left, reason = until - last.time, Reason.END if at_end else Reason.KINK
     for tries in count(1):
-        time, cut = _until(model, last.time, cut)
+        time = last.time + cut.step
+        if cut.step >= left:
+            time, cut = until, Cut(left, reason) if cut.step > left else cut
+        elif 2.0 * cut.step > left:
+            time, cut = last.time + 0.5 * left, Cut(0.5 * left, reason)
         stepped = advance(model, last, time, clock)
-        now = _Try(stepped, NO_LIMIT)
+        now = Try(stepped, NO_LIMIT)
         if model.mechanism.moved:
-            now = _tried(model, stepping, start, stepped)
+            now = tried(model, stepping, start, stepped)
         loses = model.judged_by_energy and now.missing > now.bearable
-        shorter = _objection(model, stepping, start, now, loses=loses)
+        shorter = objection(model, stepping, start, now, loses=loses)
         if shorter is None:
             handed, missed = now.handed, 0.0
             if model.judged_by_energy and not loses and now.missing > _lost(model, stepped.state):
@@ -239,7 +248,7 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
             state = replace(
                 stepped.state,
                 shaking=now.shaking,
-                leak=_leak(last, now, longer),
+                leak=leak_of(last, now, longer),
                 place_error=handed.place,
                 speed_error=handed.speed,
             )
@@ -251,20 +260,7 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
     raise AssertionError("there is always another step")
 
 
-def _until(model: Model, time: float, cut: Cut) -> tuple[float, Cut]:
-    """When a step ends: the last two before a kink share what is left, so that none is tiny."""
-    k = bisect_right(model.kinks, time)
-    kink = k < len(model.kinks)
-    until = model.kinks[k] if kink else model.stepping.end
-    left, reason = until - time, Reason.KINK if kink else Reason.END
-    if cut.step >= left:
-        return until, Cut(left, reason) if cut.step > left else cut
-    if 2.0 * cut.step > left:
-        return time + 0.5 * left, Cut(0.5 * left, reason)
-    return time + cut.step, cut
-
-
-def _proposed(model: Model, stepping: AutoSteps, start: _Start) -> Cut:
+def proposed(model: Model, stepping: AutoSteps, start: Start) -> Cut:
     """The longest step that is foreseen to be right, and why it is not longer."""
     last, most = start.state, start.most
     cuts = [Cut(most, Reason.LARGEST), Cut(model.longest_sample, Reason.SAMPLE)]
@@ -275,10 +271,9 @@ def _proposed(model: Model, stepping: AutoSteps, start: _Start) -> Cut:
             room = _room(model, part, before, np.full(len(before.patch), most * speed / AIM))
             step = AIM * float(room.min(initial=math.inf)) / speed
             cuts.append(Cut(step, Reason.WAY, f"contact {part.name!r}"))
-    # Of the start nothing is known: as if all there is swung.
-    bodies, nodes = _fastest(start.limit.bodies), _fastest(start.limit.nodes)
     shaking = last.shaking
-    if not last.step:
+    if not last.step:  # nothing is known of changes: as if all there is swung
+        bodies, nodes = _fastest(start.limit.bodies), _fastest(start.limit.nodes)
         shaking = max(bodies**2, OF_NODES * nodes**2) * math.sqrt(2.0 * last.peak_energy)
     cut = min([*cuts, *_met(model, stepping, start, last, start.limit, shaking)])
     if not 0.0 < last.step < cut.step:  # of others nothing grows
@@ -297,7 +292,7 @@ def _proposed(model: Model, stepping: AutoSteps, start: _Start) -> Cut:
 def _met(
     model: Model,
     stepping: AutoSteps,
-    start: _Start,
+    start: Start,
     state: SystemState,
     limit: Limit,
     shaking: float,
@@ -330,31 +325,22 @@ def _fastest(rates: Rates) -> float:
     return max(math.sqrt(rates.square), DAMPED * rates.decay)
 
 
-def _kicks_of_elements(model: Model, state: SystemState) -> float:
-    """Σ F²/(8 m) over the nodes of elements."""
-    kicks = 0.0
-    for name, nodes in model.mechanism.joined.items():
-        acting = ForcesOn(model, name, state.contacts)
-        kicks += nodes.kick_energy(state.slaves[name], acting, model.gravity)
-    return kicks
-
-
-def _tried(model: Model, stepping: AutoSteps, start: _Start, stepped: Stepped) -> _Try:
+def tried(model: Model, stepping: AutoSteps, start: Start, stepped: Stepped) -> Try:
     """A step with what it shows."""
     last, state = start.state, stepped.state
     limit = limit_of(model, state, "lasting")
     energetic = math.sqrt(2.0 * state.peak_energy)
-    shaking = _shaking(model, last, state, limit)
+    shaking = shaking_of(model, last, state, limit)
     least = _shortest(model, stepping, start.most, min(limit.critical, start.limit.critical))
-    missing = _missing(model, start, state)
+    missing = missing_of(model, start, state)
     bearable = _lost(model, state) + LEAKED * last.leak * state.step
-    handed = _hand_over(model, last, state)
-    now = _Try(stepped, limit, shaking, missing, bearable, least, handed=handed)
+    handed = hand_over(model, last, state)
+    now = Try(stepped, limit, shaking, missing, bearable, least, handed=handed)
     swings = math.sqrt(limit.points) * state.step
     if swings <= PHASED and not handed.late:
         return now
     # What single points are off by, as far as that shows.
-    kick = _changes_of_points(model, last, state) * state.step
+    kick = changes_of_points(model, last, state) * state.step
     shown = kick / energetic if kick > 0.0 else 0.0
     followed = all(swings <= most or shown <= share for most, share in UNFOLLOWED)
     lags = swings > PHASED and shown > SWUNG * swings * swings  # a kick is v (ω h)² at most
@@ -367,8 +353,8 @@ def _tried(model: Model, stepping: AutoSteps, start: _Start, stepped: Stepped) -
     )
 
 
-def _objection(
-    model: Model, stepping: AutoSteps, start: _Start, now: _Try, *, loses: bool
+def objection(
+    model: Model, stepping: AutoSteps, start: Start, now: Try, *, loses: bool
 ) -> Cut | None:
     """The step to take in place of one, and why; None where it may pass. It `loses` where its
     energy balance error is larger than it may be."""
@@ -407,7 +393,7 @@ def _lost(model: Model, state: SystemState) -> float:
     return (LOST_OF_ELEMENTS if model.mechanism.deforms else LOST) * state.peak_energy
 
 
-def _leak(last: SystemState, now: _Try, longer: _Try | None) -> float:
+def leak_of(last: SystemState, now: Try, longer: Try | None) -> float:
     """Energy balance error a time of steps however short, as it is known after a step.
 
     Of what points leave that come in, half as long a step leaves half the energy a time, or less;
@@ -423,7 +409,7 @@ def _leak(last: SystemState, now: _Try, longer: _Try | None) -> float:
     return max(0.5 * last.leak, min(rate, last.leak))
 
 
-def _missing(model: Model, start: _Start, state: SystemState) -> float:
+def missing_of(model: Model, start: Start, state: SystemState) -> float:
     """Energy balance error of a step, but for what a leapfrog owes until the next one.
 
     The kinetic energy of bodies stands h² F²/(8 m) above what the work of its forces has made it,
@@ -462,15 +448,34 @@ class _Felt(NamedTuple):
     """(k, 3) on the slave, world axes."""
 
 
-def _shaking(model: Model, last: SystemState, state: SystemState, limit: Limit) -> float:
+def shaking_of(model: Model, last: SystemState, state: SystemState, limit: Limit) -> float:
     """How fast the forces on bodies and nodes change in the step from `last`, over √mass.
 
     Where a body turns round, and forces do not change, a swing at ω shakes it by ω F; by no more
     than before, so that a force which stays, as in steady sliding, is forgotten.
     """
-    system, of_bodies, turning = model.mechanism, 0.0, 0.0
-    if len(system.free):
-        of_bodies = _shaking_of_bodies(model, last, state, DAMPED * DAMPED * limit.bodies.decay)
+    system, turning = model.mechanism, 0.0
+    # Rates of turning count by what they would do to the kinetic energy alike.
+    decay = DAMPED * DAMPED * limit.bodies.decay
+    rates = np.zeros((len(system.free), 6))
+    for part in model.contacts:
+        if part.name not in model.followers and model.sides[part.name].free:
+            for felt in _rates(part, last, state, decay):
+                places = state.contacts[part.name].held_W.points.at(felt.rows)
+                _add_felt(rates, model, part, places, felt.forces, state)
+    for name in state.springs:
+        both = (last.springs[name], -1.0, last), (state.springs[name], 1.0, state)
+        for end, k in system.free_ends(system.springs[name]):
+            for spring, sign, at in both:
+                if spring.length == 0.0:
+                    continue
+                axis = (spring.ends[1 - end] - spring.ends[end]) / spring.length
+                size = sign * (spring.force - spring.damper) / state.step
+                if sign > 0.0:
+                    size += decay * spring.damper
+                place, force = spring.ends[end : end + 1], (size * axis)[None]
+                add_forces(rates[k], place, force, at.rigid[k, CENTRE : CENTRE + 3])
+    of_bodies = max([0.0, *(_over_mass(system, k, rate, state) for k, rate in enumerate(rates))])
     fastest = _fastest(limit.bodies)
     if fastest > 0.0:
         turning = last.shaking * math.exp(-FORGOTTEN * fastest * state.step)
@@ -502,34 +507,6 @@ def _shaking(model: Model, last: SystemState, state: SystemState, limit: Limit) 
     decay = max(limit.bodies.decay, limit.nodes.decay)
     dragged = decay * dragged * math.sqrt(2.0 * state.peak_energy)
     return max(math.hypot(of_bodies, turning), OF_NODES * of_nodes, OF_DRAG * dragged)
-
-
-def _shaking_of_bodies(model: Model, last: SystemState, state: SystemState, decay: float) -> float:
-    """The largest rate of the forces on a free body in the step from `last`, over √mass.
-
-    Rates of turning count by what they would do to the kinetic energy alike. `decay` is that which
-    damping forces count with, 1/time.
-    """
-    system = model.mechanism
-    rates = np.zeros((len(system.free), 6))
-    for part in model.contacts:
-        if part.name not in model.followers and model.sides[part.name].free:
-            for felt in _rates(part, last, state, decay):
-                places = state.contacts[part.name].held_W.points.at(felt.rows)
-                _add_felt(rates, model, part, places, felt.forces, state)
-    for name, now in state.springs.items():
-        both = (last.springs[name], -1.0, last), (now, 1.0, state)
-        for end, k in system.free_ends(system.springs[name]):
-            for spring, sign, at in both:
-                if spring.length == 0.0:
-                    continue
-                axis = (spring.ends[1 - end] - spring.ends[end]) / spring.length
-                size = sign * (spring.force - spring.damper) / state.step
-                if sign > 0.0:
-                    size += decay * spring.damper
-                place, force = spring.ends[end : end + 1], (size * axis)[None]
-                add_forces(rates[k], place, force, at.rigid[k, CENTRE : CENTRE + 3])
-    return max([_over_mass(system, k, rate, state) for k, rate in enumerate(rates)])
 
 
 def _over_mass(system: Mechanism, k: int, rate: FloatArray, state: SystemState) -> float:
@@ -588,7 +565,7 @@ def _add_felt(
         add_forces(rates[k], places, sign * forces, state.rigid[k, CENTRE : CENTRE + 3])
 
 
-def _changes_of_points(model: Model, last: SystemState, state: SystemState) -> float:
+def changes_of_points(model: Model, last: SystemState, state: SystemState) -> float:
     """The largest change of what single points do in a step, over √mass: the forces on the nodes of
     a free slave, or of points that share one on the body they stand on."""
     system, most = model.mechanism, 0.0
@@ -619,7 +596,7 @@ def _sharing(before: State, now: State) -> IndexArray:
     return np.union1d(both[0].rows, both[1].rows)
 
 
-def _hand_over(model: Model, last: SystemState, state: SystemState) -> HandOver:
+def hand_over(model: Model, last: SystemState, state: SystemState) -> HandOver:
     """The errors after a step from `last`, which holds those before it."""
     system, step = model.mechanism, state.step
     place = last.place_error + step * last.speed_error
@@ -629,8 +606,13 @@ def _hand_over(model: Model, last: SystemState, state: SystemState) -> HandOver:
             continue
         before, now = last.contacts[part.name], state.contacts[part.name]
         bodies = model.sides[part.name].free
-        parting = _parting(before, now, step)
-        if parting is not None:
+        # How fast the depths of points part that share a force, or hand it on.
+        parting, rows = math.inf, _sharing(before, now)
+        rows = rows[now.in_contact[rows]]
+        if len(rows) > 1:  # else one has it alone
+            way = now.points_B[rows] - before.points_B[rows]
+            parting = float(np.ptp(row_products(way, now.kept.normal_B.at(rows)) / step))
+        if math.isfinite(parting):
             # The least mass that the contact moves at either side; 0 where it moves none.
             masses = [float(system.fixed[row, MASS]) for row in bodies]
             if part.slave in system.masses:
@@ -655,23 +637,10 @@ def _hand_over(model: Model, last: SystemState, state: SystemState) -> HandOver:
         if change_of_all == 0.0:
             continue
         place += OWN * step * step * change_of_all
-        if parting:
+        if 0.0 < parting < math.inf:
             late = max(late, place / parting)
             speed += change_of_all * min(late, step)
     return HandOver(place, speed, late, max(parts, default=math.inf))
-
-
-def _parting(before: State, now: State, step: float) -> float | None:
-    """How fast the depths of points part that share a force, or hand it on; None where one has it
-    alone."""
-    rows = _sharing(before, now)
-    rows = rows[now.in_contact[rows]]
-    if len(rows) < 2:
-        return None
-    way = now.points_B[rows] - before.points_B[rows]
-    inward = row_products(way, now.kept.normal_B.at(rows)) / step
-    parting = float(np.ptp(inward))
-    return parting if math.isfinite(parting) else None
 
 
 def gone_too_far(model: Model, last: SystemState, state: SystemState) -> Cut | None:
