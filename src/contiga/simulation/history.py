@@ -141,6 +141,10 @@ def contact_columns(
     """
     # The same bits as of whole arrays: rows are added one after the other, others are zero.
     force = state.kept.force.values.sum(axis=0) + 0.0
+    friction = {}
+    if state.kept.traction_B is not None:
+        total = turn_to_world(state.pose, state.kept.traction_B.values).sum(axis=0)
+        friction = vector_columns("friction_", total + 0.0)
     measured = measured or state.contact.weights == "area"
     counts = np.bincount(state.status, minlength=len(ContactStatus)).tolist()
     touching = sum(counts[status] for status in IN_CONTACT)
@@ -150,11 +154,12 @@ def contact_columns(
         **vector_columns("force_", force),
         "force": length(force),
         **vector_columns("moment_", state.wrench[3:]),
-        **_friction_columns(state),
+        **friction,
         **(_measured(state) if measured else dict.fromkeys(_MEASURED, np.nan)),
         "max_pressure": state.max_pressure,
         **vector_columns("centre_", state.centre_of_pressure),
-        **_energy_columns(state),
+        "work": state.energy.work,
+        **{f"energy_{name}": getattr(state.energy, name) for name in _OF_CONTACT},
         "wall_time": wall,
     }
     columns |= {name: counts[status] for name, status in COUNTED.items()}
@@ -181,18 +186,3 @@ def _measured(state: State) -> dict[str, float]:
     """What is measured only where it is asked for, in the order of `_MEASURED`."""
     values = state.total_area, state.n_clusters, state.mean_pressure
     return dict(zip(_MEASURED, values, strict=True))
-
-
-def _friction_columns(state: State) -> dict[str, float]:
-    """Force of friction on the slave, where there is friction."""
-    if state.kept.traction_B is None:
-        return {}
-    total = turn_to_world(state.pose, state.kept.traction_B.values).sum(axis=0)
-    return vector_columns("friction_", total + 0.0)
-
-
-def _energy_columns(state: State) -> dict[str, float]:
-    """Where the work done on the contact went since the start."""
-    energy = state.energy
-    parts = {f"energy_{name}": getattr(energy, name) for name in _OF_CONTACT}
-    return {"work": energy.work} | parts

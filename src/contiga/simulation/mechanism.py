@@ -18,7 +18,7 @@ from contiga.dynamics.rigid_bodies import fixed_of, row_of, with_attached
 from contiga.dynamics.springs import GROUND, Spring
 from contiga.errors import InputError
 from contiga.masters.protocol import Master
-from contiga.records import FloatArray, MassProperties
+from contiga.records import FloatArray
 from contiga.rigid.inertia import of_points
 from contiga.rigid.rigid_lanes import FIXED, STATE
 from contiga.slaves.slave import Slave
@@ -157,19 +157,31 @@ def mechanism_of(
         for name, part in slaves.items()
     }
     names = [name for name, part in bodies.items() if isinstance(part.motion, Free)]
-    motions = [
-        with_attached(
-            name,
-            bodies[name].motion,
-            _attached(index[name], root, bodies),
-            _glued(index[name], nodes),
-        )
-        for name in names
-    ]
+    joints = [joint for mover in nodes.values() for joint in mover.joints]
+    motions = []
+    for name in names:  # with the masses of bodies that each carries, and of nodes glued to it
+        host = index[name]
+        carried = [part.motion for i, part in enumerate(bodies.values()) if root[i] == host != i]
+        attached = [motion.mass for motion in carried if motion.mass is not None]
+        glued = [of_points(one.points_B, one.mass) for one in joints if one.host == host]
+        motions.append(with_attached(name, bodies[name].motion, attached, glued))
     fixed = [fixed_of(name, motion) for name, motion in zip(names, motions, strict=True)]
     rows = [row_of(motion, one) for motion, one in zip(motions, fixed, strict=True)]
     free = np.array([index[name] for name in names], dtype=np.intp)
-    _check_ends(springs, loads, index)
+    for name, spring in springs.items():
+        where = f"spring {name!r}: between"
+        if GROUND in spring.between and GROUND in index:
+            raise InputError(
+                "means the world, and is also the name of a body",
+                where=where,
+                found=GROUND,
+                remedy="Rename the body",
+            )
+        for end in spring.between:
+            if end != GROUND:
+                _host(where, end, index)
+    for i, load in enumerate(loads):
+        _host(f"load[{i}]: body", load.body, index)
     return Mechanism(
         index,
         root,
@@ -195,38 +207,6 @@ def _mover(
     if isinstance(motion, Dependent):
         return motion.nodes(where, slave, lambda name: int(root[_host(where, name, index)]))
     return DrivenNodes(where, motion, slave.points.shape)
-
-
-def _attached(host: int, root: NDArray[np.intp], bodies: Mapping[str, Any]) -> list[MassProperties]:
-    """Masses that a body carries."""
-    motions = [part.motion for i, part in enumerate(bodies.values()) if root[i] == host != i]
-    return [motion.mass for motion in motions if motion.mass is not None]
-
-
-def _glued(host: int, nodes: Mapping[str, NodeMover]) -> list[MassProperties]:
-    """Masses of nodes of slaves that are attached to a body."""
-    joints = [joint for mover in nodes.values() for joint in mover.joints if joint.host == host]
-    return [of_points(joint.points_B, joint.mass) for joint in joints]
-
-
-def _check_ends(
-    springs: Mapping[str, Spring], loads: tuple[Load, ...], index: Mapping[str, int]
-) -> None:
-    """Refuse springs and loads of bodies that are not there, and a ground that is two things."""
-    for name, spring in springs.items():
-        where = f"spring {name!r}: between"
-        if GROUND in spring.between and GROUND in index:
-            raise InputError(
-                "means the world, and is also the name of a body",
-                where=where,
-                found=GROUND,
-                remedy="Rename the body",
-            )
-        for end in spring.between:
-            if end != GROUND:
-                _host(where, end, index)
-    for i, load in enumerate(loads):
-        _host(f"load[{i}]: body", load.body, index)
 
 
 def _host(where: str, name: str, known: Mapping[str, int]) -> int:

@@ -95,7 +95,12 @@ def settled(model: Model, clock: Clock, on_settle: OnSettle | None = None) -> St
         if swing < last_swing:
             state, swing, share = _stopped(resting, state), 0.0, STEERED
         else:
-            state, share = _steered(resting, state, share), FADING * share
+            # A share of the velocities of nodes is turned to where the forces pull.
+            slaves = {}
+            for name, nodes in resting.mechanism.nodes.items():
+                acting = ForcesOn(resting, name, state.contacts)
+                slaves[name] = nodes.steered(state.slaves[name], acting, resting.gravity, share)
+            state, share = replace(state, slaves=slaves), FADING * share
     raise RunError(
         f"it has not come to rest: after {settle.steps} steps the unbalanced forces are "
         f"{residual:.3g} of the loads, and {settle.tolerance:g} were asked for. Is something held "
@@ -158,17 +163,6 @@ def _kinetic(model: Model, last: SystemState, state: SystemState) -> float:
         way = (now.points - last.slaves[name].points) / state.step
         kinetic += nodes.shaken(SlaveState(now.points, way)) - nodes.energy(now).kinetic
     return kinetic
-
-
-def _steered(model: Model, state: SystemState, share: float) -> SystemState:
-    """The same with a share of the velocities of nodes turned to where the forces pull."""
-    slaves = {
-        name: nodes.steered(
-            state.slaves[name], ForcesOn(model, name, state.contacts), model.gravity, share
-        )
-        for name, nodes in model.mechanism.nodes.items()
-    }
-    return replace(state, slaves=slaves)
 
 
 def _stopped(model: Model, state: SystemState) -> SystemState:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from contiga.dynamics.springs import Spring, SpringState
+from contiga.dynamics.springs import SpringState
 from contiga.records import FloatArray
 from contiga.rigid.frames import cross
 from contiga.simulation.load_forces import point_of
@@ -62,34 +62,24 @@ def spring_columns(model: Model, state: SystemState) -> dict[str, float]:
     """What a row of the history says of all springs: ``<spring>.force`` and so on."""
     columns: dict[str, float] = {}
     for name, spring in model.mechanism.springs.items():
-        now = state.springs[name]
+        now, rate = state.springs[name], 0.0
+        if now.length > 0.0:  # how fast it lengthens, at the end of the step; the ground stands
+            speeds = []
+            for k, body in enumerate(spring.between):
+                i = model.mechanism.number(body)
+                speeds.append(np.zeros(3) if i is None else point_velocity(state, i, now.ends[k]))
+            along = (now.ends[1] - now.ends[0]) / now.length
+            rate = float(np.sum(along * (speeds[1] - speeds[0])))
         values = (
             now.force,
             now.length - spring.length,
-            _rate(model, spring, now, state),
+            rate,
             now.stored,
             now.hysteresis,
             now.damping,
         )
         columns |= {f"{name}.{c}": float(v) for c, v in zip(OF_SPRINGS, values, strict=True)}
     return columns
-
-
-def _rate(model: Model, spring: Spring, now: SpringState, state: SystemState) -> float:
-    """How fast a spring lengthens, at the end of the step."""
-    if now.length == 0.0:
-        return 0.0
-    first, second = (
-        _velocity(model, body, now.ends[k], state) for k, body in enumerate(spring.between)
-    )
-    along = (now.ends[1] - now.ends[0]) / now.length
-    return float(np.sum(along * (second - first)))
-
-
-def _velocity(model: Model, body: str, at: FloatArray, state: SystemState) -> FloatArray:
-    """(3,) of a point of a body; none of the ground."""
-    i = model.mechanism.number(body)
-    return np.zeros(3) if i is None else point_velocity(state, i, at)
 
 
 def spring_summary(model: Model) -> dict[str, dict[str, Any]]:
