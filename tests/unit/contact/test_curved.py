@@ -11,8 +11,8 @@ from tests.sample import FULL, full
 from tests.scenes import box
 
 import contiga as cg
-from contiga.contact import curved
 from contiga.contact import contact as search_of_step
+from contiga.contact import curved
 from contiga.contact.curved import Path, Story, bulge_of
 from contiga.contact.tracked import BULGE, Detected, blank
 from contiga.records import ContactStatus as Is
