@@ -206,9 +206,13 @@ class Contact(Displayed):
             *([] if self.friction is None else [("friction", type(self.friction).__name__)]),
         ]
 
-    @property
+    @cached_property
     def _surface(self) -> Surface:
         return self.master.surface
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Copies, and what is written to files, ask the master for it themselves.
+        return {name: value for name, value in vars(self).items() if name != "_surface"}
 
     @cached_property
     def _n_pieces(self) -> int:
@@ -315,7 +319,7 @@ class Contact(Displayed):
         try:
             with clock("search"):
                 detected, held = detect_moved(
-                    self.master, (p_W, X_WB, p_B), past, active, self._options, memory
+                    self._surface, (p_W, X_WB, p_B), past, active, self._options, memory
                 )
             return self._respond(detected, held, (p_B, X_WB), past, clock, out)
         finally:
@@ -503,7 +507,7 @@ class Contact(Displayed):
 
 
 def detect_moved(
-    master: Master,
+    surface: Surface,
     moved: tuple[FloatArray, FloatArray, FloatArray],
     past: PreviousStep,
     active: BoolArray,
@@ -523,7 +527,7 @@ def detect_moved(
     poses = state.pose, X_WB
     if is_turned(poses) and options.half is None:
         to_body(X_WB, p_W, p_B)
-        detected = detect_on_curves(master.surface, p_B, last, active, options, poses, memory)
+        detected = detect_on_curves(surface, p_B, last, active, options, poses, memory)
     else:
-        detected = detect(master.surface, p_B, last, active, options, memory, (p_W, X_WB))
+        detected = detect(surface, p_B, last, active, options, memory, (p_W, X_WB))
     return detected, touching(detected, p_B, past)
