@@ -163,20 +163,17 @@ class Recorder:
     def _is_last(self, state: SystemState) -> bool:
         return state.time >= self.model.stepping.end
 
-    def _is_due(self, time: float) -> bool:
-        """Whether fields of the next step, at `time`, are written: by steps or by time."""
-        output, last = self.model.output, self.state
-        if output.interval is None or last is None:
-            return self.done % output.every == 0
-        start, interval = self.model.stepping.start, output.interval
-        before, now = ((t - start) / interval + _ROUNDING for t in (last.time, time))
-        return floor(now) > floor(before)
-
     def take(self, stepped: Stepped) -> None:
         """Record one step; before one that is written, that of the greatest force."""
         state = stepped.state
         done, written, _, peak, crest, _ = self._stand
-        due = self._is_due(state.time)
+        # Whether fields of this step are written: by steps or by time.
+        output, before = self.model.output, self.state
+        due = self.done % output.every == 0
+        if output.interval is not None and before is not None:
+            start, times = self.model.stepping.start, (before.time, state.time)
+            passed = [floor((t - start) / output.interval + _ROUNDING) for t in times]
+            due = passed[1] > passed[0]
         recorded = self._is_last(state) or due
         with self._clock("area"):
             row = history_row(self.model, stepped, self.state, measured=recorded)

@@ -85,7 +85,15 @@ def settled(model: Model, clock: Clock, on_settle: OnSettle | None = None) -> St
         if residual <= settle.tolerance:
             return _taken_up(model, resting, state, Rest(step, residual), clock)
         before = state
-        state = _step(resting, before, most, clock)
+        # A step near the critical one, shorter where points go too far.
+        critical = limit_of(resting, before).critical
+        length_of_step = SAFETY * critical if math.isfinite(critical) else most
+        while True:
+            state = advance(resting, before, before.time + length_of_step, clock).state
+            shorter = gone_too_far(resting, before, state)
+            if shorter is None:
+                break
+            length_of_step = shorter.step
         check_stable(resting, state)
         balance = _balance(resting, state)
         residual = _residual(balance, first)
@@ -140,18 +148,6 @@ def _resting(model: Model, settle: Settle) -> Model:
         loads=tuple(load.at_time(start) for load in model.loads),
         units=model.units,
     )
-
-
-def _step(model: Model, last: SystemState, most: float, clock: Clock) -> SystemState:
-    """A step near the critical one, shorter where points go too far."""
-    critical = limit_of(model, last).critical
-    step = SAFETY * critical if math.isfinite(critical) else most
-    while True:
-        state = advance(model, last, last.time + step, clock).state
-        shorter = gone_too_far(model, last, state)
-        if shorter is None:
-            return state
-        step = shorter.step
 
 
 def _kinetic(model: Model, last: SystemState, state: SystemState) -> float:
