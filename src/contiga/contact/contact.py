@@ -345,7 +345,15 @@ class Contact(Displayed):
 
         `state.area`, `state.total_area` and what else is about areas come from here.
         """
-        return self._measure.areas(state.area_input)
+        return self._measure.areas(self._seen(state))
+
+    def _seen(self, state: State) -> AreaInput:
+        """`area_input`, looked up once."""
+        arrays = vars(state)
+        if "_seen" not in arrays:
+            arrays["_seen"] = self.area_input(state)
+        seen: AreaInput = arrays["_seen"]
+        return seen
 
     def pressure(self, state: State) -> FloatArray:
         """(n,) pressure at each node: normal force over its contact area."""
@@ -373,7 +381,7 @@ class Contact(Displayed):
         """
         state = self._checked_state(state)
         X_WB = state.pose if pose is None else standing(pose)
-        return self._measure.outlines(state.area_input, X_WB)
+        return self._measure.outlines(self._seen(state), X_WB)
 
     def nodal_sum(self, rows: IndexArray, values: FloatArray) -> Column:
         """At the slave's nodes, of `values` (k,) at the points of contact `rows` (k,)."""
@@ -403,7 +411,7 @@ class Contact(Displayed):
 
     def _checked_state(self, state: State) -> State:
         """The state, with arrays as kernels take them. One of another contact is refused."""
-        if getattr(state, "maker", None) is not self:
+        if getattr(state, "_maker", None) is not self:
             grip = 0 if self.friction is None else self.friction.n_memory
             check_state(state, self._sampling.n_points, (self.law.n_memory, grip))
         for name in ("patch", "last_patch"):  # somebody may have written to them
@@ -415,7 +423,7 @@ class Contact(Displayed):
                     found=highest,
                     allowed=f"-1 … {self._n_pieces - 1}",
                 )
-        return state if state.maker is self else own_arrays(state)
+        return state if state._maker is self else own_arrays(state)
 
     def _respond(
         self,
@@ -478,7 +486,7 @@ class Contact(Displayed):
             "energies": felt.totals[WORK:],
         }
         if areas is not None:  # measured as the state was made, and not to be measured again
-            whole |= {"area_input": seen, "areas": areas}
+            whole |= {"_seen": seen, "areas": areas}
         force = Column(rows, felt.force)
         if sampling.first:
             whole["force"] = nodal = sampling.nodal(rows, felt.force)

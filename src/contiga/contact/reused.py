@@ -58,7 +58,7 @@ def _plainly_apart(out: State, state: State, columns: Any, p_W: FloatArray) -> b
     apart from all others and from what users made, and only copies of a state share some, whole.
     To look at all pairs of two states takes longer than a small step.
     """
-    if out.maker is None or state.maker is None:
+    if out._maker is None or state._maker is None:
         return False
     # Arrays that own their memory share none, and views name the one that does.
     owner = p_W if p_W.base is None else p_W.base

@@ -150,7 +150,7 @@ class State(Displayed):
     """(5,) `energy` as an array."""
     of: InitVar[Owner | None] = None
     """The contact that this is a state of."""
-    maker: ClassVar[Owner | None] = None
+    _maker: ClassVar[Owner | None] = None
     """The contact whose start or step has made it; None where somebody has by hand."""
 
     def __post_init__(self, of: Owner | None) -> None:
@@ -192,8 +192,10 @@ class State(Displayed):
 
     @cached_property
     def kept(self) -> Kept:
-        """Of the arrays that are zero without contact the rows that are not, for what goes on from
-        the state. Steps make it and no whole arrays; here it is made of these."""
+        """Rows of the arrays that say nothing without contact, for what goes on from the state.
+
+        Steps make these and no whole arrays; here they are made of those.
+        """
         held = np.flatnonzero(self.patch >= 0).astype(np.int32)
         rows: dict[str, Any] = {}
         for name in Kept._fields:
@@ -213,11 +215,6 @@ class State(Displayed):
         rows, normals = self.kept.normal_B
         points = to_world(self.pose, self.points_B[rows])
         return HeldInWorld(Column(rows, points), Column(rows, turn_to_world(self.pose, normals)))
-
-    @cached_property
-    def area_input(self) -> AreaInput:
-        """The nodes in contact, as area methods see them."""
-        return self.contact.area_input(self)
 
     def _facts(self) -> Facts:
         return [
@@ -246,7 +243,7 @@ class State(Displayed):
     @property
     def max_penetration(self) -> float:
         """Largest penetration, zero without contact."""
-        deep = self.penetration if self.maker is None else self.kept.penetration.values
+        deep = self.penetration if self._maker is None else self.kept.penetration.values
         return float(deep.max(initial=0.0))
 
     @property
@@ -350,7 +347,7 @@ def state_of(whole: dict[str, Any], kept: Kept, owner: Owner, spent: State | Non
     The arrays are its own, and right for that contact. One that is `spent` becomes it.
     """
     state: State = object.__new__(State) if spent is None else spent
-    vars(state).update(whole, _contact=owner, kept=kept, maker=owner)
+    vars(state).update(whole, _contact=owner, kept=kept, _maker=owner)
     return state
 
 
@@ -359,7 +356,7 @@ _TYPES = {"ByteArray": np.int8, "IntArray": np.int32, "FloatArray": np.float64}
 
 def own_arrays(state: State) -> State:
     """The state with arrays as kernels take them: itself, where a contact has made it."""
-    if state.maker is not None:
+    if state._maker is not None:
         return state
     arrays = {
         f.name: as_contiguous(getattr(state, f.name), _TYPES[str(f.type)]) for f in fields(state)

@@ -142,7 +142,7 @@ def _couplings(model: Model, state: SystemState, of: Of) -> list[tuple[str, list
     system = model.mechanism
     couplings: list[tuple[str, list[_End]]] = []
     for part in model.contacts:
-        if of != "all" and (part.name in model.followers) == (of == "lasting"):
+        if of != "all" and (part.name in model.mechanism.followers) == (of == "lasting"):
             continue
         if len(state.contacts[part.name].kept.normal_force.rows):
             _add_contact(couplings, model, part, state, of)
@@ -190,7 +190,7 @@ def _add_contact(
 ) -> None:
     """Add a contact where it does something to a free body or slave at its two ends."""
     system, contact, ends = model.mechanism, state.contacts[part.name], []
-    kept, bodies = contact.kept, model.sides[part.name].free
+    kept, bodies = contact.kept, model.mechanism.sides[part.name].free
     rows, along = kept.springs
     if len(rows) == 0 or not (bodies or part.slave in system.masses):
         return

@@ -17,7 +17,6 @@ from contiga.dynamics.prescribed import BodyMotion, SlaveMotion
 from contiga.dynamics.rigid_bodies import fixed_of, row_of, with_attached
 from contiga.dynamics.springs import GROUND, Spring
 from contiga.errors import InputError
-from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.rigid.inertia import of_points
 from contiga.rigid.rigid_lanes import FIXED, STATE
@@ -61,6 +60,8 @@ class Mechanism:
     """Motions that drive bodies, by their number; those that stand still are not there."""
     nodes: Mapping[str, NodeMover]
     """What moves the nodes of each slave."""
+    contacts: tuple[Any, ...]
+    """As `contiga.simulation.model.ContactPart`."""
     springs: Mapping[str, Spring]
     loads: tuple[Load, ...]
 
@@ -118,27 +119,54 @@ class Mechanism:
         numbers = enumerate(map(self.number, spring.between))
         return [(end, self.row[i]) for end, i in numbers if i is not None and i in self.row]
 
-    def sides(self, name: str, master: Master, slave: str) -> Sides:
-        """The two sides of a contact of the body `name`, which is `master`."""
-        i, host = self.root_of(name), self.carried.get(slave)
-        free = [
-            (self.row[side], sign)
-            for side, sign in ((i, -1.0), (host, 1.0))
-            if side is not None and side in self.row
-        ]
-        return Sides(
-            i,
-            host,
-            tuple(row for row, _ in free),
-            tuple(sign for _, sign in free),
-            np.array(master.reference_point),
-            master.size,
+    @cached_property
+    def sides(self) -> Mapping[str, Sides]:
+        """The two sides of each contact."""
+        found: dict[str, Sides] = {}
+        for part in self.contacts:
+            i, host = self.root_of(part.master), self.carried.get(part.slave)
+            free = [(self.row[i], -1.0)] if i in self.row else []
+            if host is not None and host in self.row:
+                free.append((self.row[host], 1.0))
+            found[part.name] = Sides(
+                i,
+                host,
+                tuple(row for row, _ in free),
+                tuple(sign for _, sign in free),
+                np.array(part.contact.master.reference_point),
+                part.contact.master.size,
+            )
+        return found
+
+    @cached_property
+    def followers(self) -> frozenset[str]:
+        """Names of the contacts whose stiffness goes with the step, so that no step is critical for
+        them."""
+        return frozenset(
+            part.name
+            for part in self.contacts
+            if getattr(part.contact.law, "stiffness_follows_step", False)
         )
+
+    @cached_property
+    def keeps_energy(self) -> bool:
+        """Whether the forces of all contacts belong to an energy: those that are the gradient of
+        none leave some at any step."""
+        return all(
+            part.contact.weights != "area" and has_energy(part.contact.law)
+            for part in self.contacts
+        )
+
+
+def has_energy(law: object) -> bool:
+    """Whether a law's forces belong to an energy, so that this can judge a step."""
+    return bool(getattr(law, "has_energy", True))
 
 
 def mechanism_of(
     bodies: Mapping[str, Any],
     slaves: Mapping[str, Any],
+    contacts: tuple[Any, ...],
     springs: Mapping[str, Spring],
     loads: tuple[Load, ...],
 ) -> Mechanism:
@@ -191,6 +219,7 @@ def mechanism_of(
         np.array(rows).reshape(-1, STATE),
         {index[name]: part.motion for name, part in bodies.items() if is_driven(part.motion)},
         nodes,
+        contacts,
         springs,
         loads,
     )

@@ -12,7 +12,6 @@ import numpy as np
 
 from contiga.arrays.layout import positive
 from contiga.contact.contact import Contact
-from contiga.criteria.filters import LEAST_RATE
 from contiga.display import Displayed, Facts
 from contiga.dynamics.free import Dependent, Free, is_driven
 from contiga.dynamics.kinks import united
@@ -23,15 +22,13 @@ from contiga.dynamics.springs import Spring
 from contiga.dynamics.stepping import Stepping
 from contiga.errors import InputError
 from contiga.io.naming import check_name
-from contiga.io.units import base_factor
 from contiga.masters.protocol import Master
 from contiga.matter.element_fields import FIELDS
 from contiga.records import FloatArray, IndexArray
 from contiga.simulation.checks.finding import Finding
-from contiga.simulation.mechanism import Mechanism, Sides, mechanism_of
+from contiga.simulation.mechanism import Mechanism, mechanism_of
 from contiga.simulation.sensor import (
     CUT,
-    OWN_FILTERS,
     RELATIVE_MEASURES,
     RelativeSensor,
     Sensor,
@@ -158,70 +155,9 @@ class Model(Displayed):
             part.name
             for part in self.contacts
             if is_driven(self.slaves[part.slave].motion)
-            or self.sides[part.name].master in system.driven
-            or self.sides[part.name].slave in system.driven
+            or system.root_of(part.master) in system.driven
+            or system.carried.get(part.slave) in system.driven
         )
-
-    @cached_property
-    def sides(self) -> Mapping[str, Sides]:
-        """The bodies at the two sides of each contact."""
-        return {
-            part.name: self.mechanism.sides(part.master, self.bodies[part.master].body, part.slave)
-            for part in self.contacts
-        }
-
-    @cached_property
-    def contact_names(self) -> frozenset[str]:
-        """Of all contacts."""
-        return frozenset(part.name for part in self.contacts)
-
-    @cached_property
-    def followers(self) -> frozenset[str]:
-        """Names of the contacts whose stiffness goes with the step, so that no step is critical for
-        them."""
-        return frozenset(
-            part.name
-            for part in self.contacts
-            if getattr(part.contact.law, "stiffness_follows_step", False)
-        )
-
-    @cached_property
-    def judged_by_energy(self) -> bool:
-        """Whether energy judges steps: forces that are the gradient of none leave some at any
-        step."""
-        return all(
-            part.contact.weights != "area" and has_energy(part.contact.law)
-            for part in self.contacts
-        )
-
-    @cached_property
-    def filters(self) -> Mapping[str, tuple[str, tuple[str, ...]]]:
-        """Sensors and springs that ask for a filter: its class, and the columns it is for."""
-        accelerations = ("ax", "ay", "az")
-        sensors = {s.name: (s.filter, accelerations) for s in self.point_sensors if s.filter}
-        springs = {name: (s.filter, ("force",)) for name, s in self.springs.items() if s.filter}
-        return {**sensors, **springs}
-
-    @cached_property
-    def filter_classes(self) -> Mapping[str, list[str]]:
-        """Sensors and springs that ask for filters: the classes of these, and of their criteria."""
-        asked = {name: [cls] for name, (cls, _) in self.filters.items()}
-        for sensor in self.sensors:
-            of_criteria = [OWN_FILTERS[one] for one in sensor.criteria if one in OWN_FILTERS]
-            if of_criteria:
-                asked[sensor.name] = [*asked.get(sensor.name, []), *of_criteria]
-        return {name: list(dict.fromkeys(classes)) for name, classes in asked.items()}
-
-    @cached_property
-    def longest_sample(self) -> float:
-        """The longest step that all filters can do with; infinite without any."""
-        classes = [cls for named in self.filter_classes.values() for cls in named]
-        return min((self.sample(cls) for cls in classes), default=np.inf)
-
-    def sample(self, cls: str) -> float:
-        """The longest step that a class of filter can do with."""
-        hertz = LEAST_RATE * int(cls.removeprefix("CFC"))
-        return 1.0 / (hertz * base_factor(self.units[2], "time"))
 
     @cached_property
     def point_sensors(self) -> tuple[Sensor, ...]:
@@ -249,7 +185,7 @@ class Model(Displayed):
     @cached_property
     def mechanism(self) -> Mechanism:
         """The parts that forces move, and their masses."""
-        return mechanism_of(self.bodies, self.slaves, self.springs, self.loads)
+        return mechanism_of(self.bodies, self.slaves, self.contacts, self.springs, self.loads)
 
     @cached_property
     def origins(self) -> FloatArray:
@@ -276,11 +212,6 @@ class Model(Displayed):
             ("time", (float(planned[0]), float(planned[-1]))),
             ("steps", len(planned) - 1),
         ]
-
-
-def has_energy(law: object) -> bool:
-    """Whether a law's forces belong to an energy, so that this can judge a step."""
-    return bool(getattr(law, "has_energy", True))
 
 
 def column_prefixes(model: Model) -> dict[str, str]:

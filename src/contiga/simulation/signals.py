@@ -14,6 +14,7 @@ from contiga.io.units import base_factor
 from contiga.records import FloatArray
 from contiga.simulation.model import Model
 from contiga.simulation.resampling import FINE, even_times, means, trapezoids
+from contiga.simulation.sensor import OWN_FILTERS
 
 _EQUAL = 1e-6
 
@@ -23,7 +24,7 @@ def filtered_columns(model: Model, history: dict[str, FloatArray]) -> dict[str, 
     forces of springs, by column."""
     columns: dict[str, FloatArray] = {}
     times = history["time"]
-    for name, (cls, raw) in model.filters.items():
+    for name, (cls, raw) in _filtered(model).items():
         if too_coarse(model, cls, history):
             continue
         grid, filtered = smooth(model, [f"{name}.{c}" for c in raw], cls, history)
@@ -35,10 +36,39 @@ def filtered_columns(model: Model, history: dict[str, FloatArray]) -> dict[str, 
     return columns
 
 
+def _filtered(model: Model) -> dict[str, tuple[str, tuple[str, ...]]]:
+    """Who asks for a filter: its class, and the columns that are filtered."""
+    accelerations = ("ax", "ay", "az")
+    sensors = {s.name: (s.filter, accelerations) for s in model.point_sensors if s.filter}
+    springs = {name: (s.filter, ("force",)) for name, s in model.springs.items() if s.filter}
+    return {**sensors, **springs}
+
+
+def _classes(model: Model) -> dict[str, list[str]]:
+    """Who asks for filters, and their classes: its own, and those of its criteria."""
+    asked = {name: [cls] for name, (cls, _) in _filtered(model).items()}
+    for sensor in model.sensors:
+        of_criteria = [OWN_FILTERS[one] for one in sensor.criteria if one in OWN_FILTERS]
+        if of_criteria:
+            asked[sensor.name] = list(dict.fromkeys([*asked.get(sensor.name, []), *of_criteria]))
+    return asked
+
+
 def too_coarse(model: Model, cls: str, history: Mapping[str, FloatArray]) -> bool:
     """Whether the steps are too long for a filter."""
     times = history["time"]
-    return len(times) < 2 or float(np.diff(times).max()) > (1.0 + _EQUAL) * model.sample(cls)
+    return len(times) < 2 or float(np.diff(times).max()) > (1.0 + _EQUAL) * _sample(model, cls)
+
+
+def longest_sample(model: Model) -> float:
+    """The longest step that all filters can do with; infinite without any."""
+    asked = (cls for classes in _classes(model).values() for cls in classes)
+    return min((_sample(model, cls) for cls in asked), default=np.inf)
+
+
+def _sample(model: Model, cls: str) -> float:
+    hertz = LEAST_RATE * int(cls.removeprefix("CFC"))
+    return 1.0 / (hertz * base_factor(model.units[2], "time"))
 
 
 def smooth(
@@ -80,7 +110,7 @@ def _impulses(
 def signal_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
     """Filters that the steps of the run are too long for, or the run too short."""
     warnings = []
-    for name, cls in ((n, cls) for n, classes in model.filter_classes.items() for cls in classes):
+    for name, cls in ((n, cls) for n, classes in _classes(model).items() for cls in classes):
         if too_coarse(model, cls, history):
             warnings.append(
                 f"{name}: the steps are too long for {cls}, which needs "

@@ -211,12 +211,13 @@ class Simulation(Model):
         InputError
             `state` is of another simulation, this one is at its end, or `dt` is not positive.
         """
-        if not isinstance(state, SystemState) or state.contacts.keys() != self.contact_names:
+        names = self.mechanism.sides.keys()
+        if not isinstance(state, SystemState) or state.contacts.keys() != names:
             raise InputError(
                 "is not a state of this simulation",
                 where="state",
                 found=state,
-                allowed=f"a SystemState with the contacts {', '.join(sorted(self.contact_names))}",
+                allowed=f"a SystemState with the contacts {', '.join(sorted(names))}",
             )
         if dt is not None:
             return advance(self, state, state.time + positive(dt, "dt"), Clock()).state

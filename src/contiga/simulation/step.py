@@ -191,7 +191,7 @@ def _moved(
     kinetic = kicked(standing.free, system.fixed, total[system.free], now.dt)
     external, initial, peak = 0.0, None, 0.0
     if last is not None:
-        external = last.energy.external + _external_work(model, last, standing, contacts, total)
+        external = last.energy.external + external_work(model, last, standing, contacts, total)
         initial, peak = last.energy.initial, last.peak_energy
     inside = []
     for name in system.masses:
@@ -239,7 +239,7 @@ def wrenches(
     system, poses = model.mechanism, standing.bodies.poses
     total = np.zeros((len(system.index), 6))
     for part in model.contacts:
-        state, sides = contacts[part.name], model.sides[part.name]
+        state, sides = contacts[part.name], model.mechanism.sides[part.name]
         i, host = sides.master, sides.slave
         straight(add_wrench)(state.wrench, sides.about, poses[i], total[i])
         if host is not None:
@@ -314,7 +314,7 @@ def energy_of(
     return energy._replace(initial=energy.total) if initial is None else energy
 
 
-def _external_work(
+def external_work(
     model: Model,
     last: SystemState,
     standing: Placement,

@@ -35,6 +35,7 @@ import math
 from bisect import bisect_right
 from dataclasses import replace
 from itertools import count
+from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
@@ -55,6 +56,7 @@ from contiga.simulation.load_forces import load_work_beyond_way
 from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.reasons import Choice, Cut, Reason
+from contiga.simulation.signals import longest_sample
 from contiga.simulation.step import ForcesOn, Stepped, add_forces, advance, nodal_force
 from contiga.simulation.system_state import SystemState
 
@@ -192,7 +194,9 @@ def following(model: Model, last: SystemState, clock: Clock) -> Stepped:
     else:
         time = stepping.after(last.time)
         if model.mechanism.moved and not model.allow_unstable:
+            begun = perf_counter()
             limit, step = find_limit(model, last), time - last.time
+            clock.add("motion", begun)
             if step > limit.critical:
                 raise RunError(
                     f"t = {last.time:g}: the step of {step:.4g} is longer than the critical one of "
@@ -208,7 +212,8 @@ def following(model: Model, last: SystemState, clock: Clock) -> Stepped:
 
 def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) -> Stepped:
     """A step as long as it may be."""
-    if model.followers and model.mechanism.moved and not model.allow_unstable:
+    begun = perf_counter()
+    if model.mechanism.followers and model.mechanism.moved and not model.allow_unstable:
         limit = limit_of(model, last, "following")
         if last.step > limit.critical:
             raise RunError(
@@ -223,6 +228,7 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
         kicks += nodes.kick_energy(last.slaves[name], acting, model.gravity)
     start = Start(last, stepping.most, limit, kicks)
     cut = proposed(model, stepping, start)
+    clock.add("motion", begun)
     longer: Try | None = None
     # The last two steps before a kink share what is left, so that none is tiny.
     k = bisect_right(model.kinks, last.time)
@@ -236,14 +242,17 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
         elif 2.0 * cut.step > left:
             time, cut = last.time + 0.5 * left, Cut(0.5 * left, reason)
         stepped = advance(model, last, time, clock)
+        begun = perf_counter()
         now = Try(stepped, NO_LIMIT)
         if model.mechanism.moved:
             now = tried(model, stepping, start, stepped)
-        loses = model.judged_by_energy and now.missing > now.bearable
+        loses = model.mechanism.keeps_energy and now.missing > now.bearable
         shorter = objection(model, stepping, start, now, loses=loses)
+        clock.add("motion", begun)
         if shorter is None:
             handed, missed = now.handed, 0.0
-            if model.judged_by_energy and not loses and now.missing > _lost(model, stepped.state):
+            judged = model.mechanism.keeps_energy and not loses
+            if judged and now.missing > _lost(model, stepped.state):
                 missed = now.missing  # let pass: shorter steps have not reduced it
             state = replace(
                 stepped.state,
@@ -263,7 +272,9 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
 def proposed(model: Model, stepping: AutoSteps, start: Start) -> Cut:
     """The longest step that is foreseen to be right, and why it is not longer."""
     last, most = start.state, start.most
-    cuts = [Cut(most, Reason.LARGEST), Cut(model.longest_sample, Reason.SAMPLE)]
+    cuts = [Cut(most, Reason.LARGEST)]
+    if model.sensors or model.springs:
+        cuts.append(Cut(longest_sample(model), Reason.SAMPLE))
     for part in model.contacts:
         # Points that a motion drives go as far as they may.
         if part.name in model.driven_contacts and (speed := _speed(part, last)) > 0.0:
@@ -459,7 +470,7 @@ def shaking_of(model: Model, last: SystemState, state: SystemState, limit: Limit
     decay = DAMPED * DAMPED * limit.bodies.decay
     rates = np.zeros((len(system.free), 6))
     for part in model.contacts:
-        if part.name not in model.followers and model.sides[part.name].free:
+        if part.name not in model.mechanism.followers and model.mechanism.sides[part.name].free:
             for felt in _rates(part, last, state, decay):
                 places = state.contacts[part.name].held_W.points.at(felt.rows)
                 _add_felt(rates, model, part, places, felt.forces, state)
@@ -486,7 +497,7 @@ def shaking_of(model: Model, last: SystemState, state: SystemState, limit: Limit
     for name, mass in system.loose.items():  # of a slave all together
         rates = np.zeros((len(mass), 3))
         for part in model.contacts:
-            if part.slave != name or part.name in model.followers:
+            if part.slave != name or part.name in model.mechanism.followers:
                 continue
             decay = DAMPED * DAMPED * limit.nodes.decay
             for felt in _rates(part, last, state, decay):
@@ -560,7 +571,7 @@ def _add_felt(
 ) -> None:
     """Add what acts on the slave at places (k, 3), and against it on the master, where these are
     free."""
-    sides = model.sides[part.name]
+    sides = model.mechanism.sides[part.name]
     for k, sign in zip(sides.free, sides.signs, strict=True):
         add_forces(rates[k], places, sign * forces, state.rigid[k, CENTRE : CENTRE + 3])
 
@@ -605,7 +616,7 @@ def hand_over(model: Model, last: SystemState, state: SystemState) -> HandOver:
         if not getattr(part.contact.law, "acts_as_one", False):
             continue
         before, now = last.contacts[part.name], state.contacts[part.name]
-        bodies = model.sides[part.name].free
+        bodies = model.mechanism.sides[part.name].free
         # How fast the depths of points part that share a force, or hand it on.
         parting, rows = math.inf, _sharing(before, now)
         rows = rows[now.in_contact[rows]]
@@ -683,7 +694,7 @@ def _room(model: Model, part: ContactPart, before: State, wanted: FloatArray) ->
     """(m,) how far each point may go; of those that want to go farther their distance is asked."""
     known = np.where(before.patch >= 0, 0.0, before.safe_distance)
     # Points that lie inside since the start touch nothing.
-    span = SPAN * model.sides[part.name].size
+    span = SPAN * model.mechanism.sides[part.name].size
     room = np.where(known < 0.0, math.inf, np.maximum(span, known))
     rows = np.flatnonzero((wanted > room) & (before.patch < 0)).astype(np.int32)
     if len(rows):

@@ -59,8 +59,8 @@ def test_an_even_grid_of_as_many_points_is_another_one() -> None:
     n, h = 1000, 2.0**-7
     times = np.concatenate([[0.0], np.cumsum([0.5 * h] * n + [h] + [1.5 * h] * n)])
     force = np.sin(2.0 * np.pi * times / 20.0)  # 50 Hz
-    filters = {"s": ("CFC1000", ("force",))}
-    model = SimpleNamespace(point_sensors=(), filters=filters, units=UNITS, sample=lambda _: 0.1)
+    spring = SimpleNamespace(filter="CFC1000")
+    model = SimpleNamespace(point_sensors=(), springs={"s": spring}, units=UNITS)
     actual = filtered_columns(model, {"time": times, "s.force": force})  # type: ignore[arg-type]
     inside = (times > 1.0) & (times < times[-1] - 1.0)
     assert np.abs(actual["s.filtered_force"] - force)[inside].max() < 1e-2
