@@ -507,9 +507,11 @@ class Contact(Displayed):
             damping=None if damping is None else Column(rows, damping),
             viscosity=None if damping is None else Column(rows, felt.viscosity),
             # Copies: whoever worked these out may go on with theirs.
-            friction_memory=None if grip is None else Column(rows, np.array(grip.memory)),
+            friction_memory=None
+            if grip is None
+            else Column(rows, np.array(grip.memory, np.float64)),
             traction_B=None if grip is None else Column(rows, grip.force),
-            tangential=None if grip is None else Column(rows, np.array(grip.stiffness)),
+            tangential=None if grip is None else Column(rows, np.array(grip.stiffness, np.float64)),
         )
         return state_of(whole, kept, self, out)
 

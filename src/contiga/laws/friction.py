@@ -189,7 +189,8 @@ class Coulomb:
     def respond(self, inp: FrictionInput) -> FrictionOutput:
         """Friction forces inside the cone, and their work as stored and dissipated energy."""
         least = self.static if self.dynamic is None else self.dynamic
-        law = CoulombNumbers(self.static, least, self.decay, self.stiffness, self.per_area)
+        numbers = self.static, least, self.decay, self.stiffness
+        law = CoulombNumbers(*numbers, bool(self.per_area))
         given, out = _rows_of(inp, self.n_memory)
         n = len(given.force)
         run_ranges(straight(friction_nb.coulomb), n, POINTS, given, law, out)

@@ -110,6 +110,7 @@ class Assembled:
 
     def forces(self, state: MatterState, q: FloatArray, v: FloatArray, dt: float) -> MatterForces:
         """See `Matter`."""
+        q, v = np.ascontiguousarray(q, np.float64), np.ascontiguousarray(v, np.float64)
         motion = Motion(locked(q), locked(v), float(dt), np.zeros(0))
         partial = _workspace.rows(len(self._sums.rows), 3)
         energy, memory = np.zeros(KINDS), np.empty(self._remembered)

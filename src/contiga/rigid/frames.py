@@ -31,13 +31,16 @@ def standing(X: PoseLike, where: str = "pose") -> FloatArray:
 def to_body(X_WB: FloatArray, p_W: FloatArray, out: FloatArray | None = None) -> FloatArray:
     """(n, 3) points of the world in body axes, written into `out` (n, 3) where there is one."""
     out = np.empty(p_W.shape) if out is None else out
-    run_ranges(straight(rigid_nb.to_body), len(out), POINTS, locked(p_W), X_WB, out)
+    rows = locked(np.ascontiguousarray(p_W, np.float64))
+    run_ranges(straight(rigid_nb.to_body), len(out), POINTS, rows, X_WB, out)
     return out
 
 
 def to_world(X_WB: FloatArray, p_B: FloatArray, shift: float = 1.0) -> FloatArray:
     """(n, 3) points of the body in world axes; with a `shift` of zero directions."""
-    rows = locked(np.ascontiguousarray(p_B))  # what friction remembers is some columns of more
+    rows = locked(
+        np.ascontiguousarray(p_B, np.float64)
+    )  # what friction remembers is some columns of more
     out = np.empty(p_B.shape)
     run_ranges(straight(rigid_nb.to_world), len(out), POINTS, rows, X_WB, shift, out)
     return out

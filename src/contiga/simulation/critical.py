@@ -158,14 +158,14 @@ def _couplings(model: Model, state: SystemState, of: Of) -> list[tuple[str, list
         for joint in nodes.joints:
             if joint.host in system.row:
                 points = state.slaves[name].points[joint.rows]
-                stiffness = nodes.stiffness(state.slaves[name])[joint.rows]
+                stiffness = nodes.stiffness(state.slaves[name])[joint.rows].astype(np.float64)
                 row = system.row[joint.host]
                 body = state.rigid[row], system.fixed[row]
                 square = straight(fastest)(points, points, stiffness, stiffness, *body)
                 couplings.append((text, [_End(row, Rates(square), Rates())]))
     for name, now in state.springs.items():
         spring, ends = system.springs[name], []
-        along, across = spring.stiffness_bound(now)
+        along, across = map(float, spring.stiffness_bound(now))
         way = now.ends[1:] - now.ends[:1]
         axis = way / now.length if now.length > 0.0 else np.array([[1.0, 0.0, 0.0]])
         for k, row in system.free_ends(spring):
@@ -173,7 +173,7 @@ def _couplings(model: Model, state: SystemState, of: Of) -> list[tuple[str, list
             at = now.ends[k : k + 1], axis
             rates = Rates(
                 straight(fastest)(*at, np.array([along]), np.array([across]), *body),
-                straight(fastest)(*at, np.array([spring.damping]), np.zeros(1), *body),
+                straight(fastest)(*at, np.array([float(spring.damping)]), np.zeros(1), *body),
             )
             ends.append(_End(row, rates, rates))
         if ends:
@@ -207,7 +207,7 @@ def _add_contact(
         v_W = slave.velocities[nodes] - twist.at(pose[:3, 3], slave.points[nodes])
         n_W = contact.held_W.normals.at(nodes)
         speed[: len(nodes)] = row_lengths(v_W - row_products(v_W, n_W)[:, None] * n_W)
-        dragging = np.asarray(viscosity(kept.normal_force.at(rows), speed))
+        dragging = np.array(viscosity(kept.normal_force.at(rows), speed), np.float64)
     damped = damping.any() or dragging.any()
     if bodies:
         points, normals = contact.held_W.points.at(rows), contact.held_W.normals.at(rows)

@@ -133,7 +133,7 @@ class Mechanism:
                 host,
                 tuple(row for row, _ in free),
                 tuple(sign for _, sign in free),
-                np.array(part.contact.master.reference_point),
+                np.array(part.contact.master.reference_point, np.float64),
                 part.contact.master.size,
             )
         return found
