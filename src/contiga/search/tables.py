@@ -23,7 +23,7 @@ from contiga.records import FloatArray
 from contiga.search.certify import neighbourhoods
 from contiga.search.closest.trimmed_edges import build_joints
 from contiga.search.closest.widths import edge_widths
-from contiga.search.hierarchy.build import build_hierarchy, empty_seeds
+from contiga.search.hierarchy.build import build_hierarchy, empty_seeds, items_of
 from contiga.search.hierarchy.table_types import JOINT, Joints, Tables
 
 # Tangential miss accepted at a foot, relative to the body's size.
@@ -81,12 +81,14 @@ def _build(body: Faces) -> Tables:
     is_open = _open_pieces(body, trims)
     _share_trimmed_sides(elements, trims, is_open)
     piece_width = edge_widths(body, elements, trims)
-    leaves, plates, tree = build_hierarchy(elements, grid, trims)
+    hierarchy = build_hierarchy(elements, grid, trims)
     scale = np.array([body.size, RELATIVE_TOLERANCE * body.size])
+    items = items_of(hierarchy, elements, trims, RELATIVE_TOLERANCE * body.size)
+    leaves, plates, tree = hierarchy.leaves, hierarchy.plates, hierarchy.tree
     untracked = neighbourhoods.none()
     none = Joints(np.zeros(0, JOINT), np.zeros((0, 4), np.int32))
-    known = elements, grid, leaves, plates, tree, empty_seeds(tree), trims, is_open, piece_width
-    tables = Tables(*known, scale, untracked, none)
+    known = elements, grid, leaves, plates, tree, items, empty_seeds(tree), trims
+    tables = Tables(*known, is_open, piece_width, scale, untracked, none)
     return tables._replace(joints=build_joints(body, tables))
 
 

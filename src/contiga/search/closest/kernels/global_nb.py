@@ -52,6 +52,7 @@ from contiga.search.hierarchy.kernels.curve_nb import (
     curve_point,
 )
 from contiga.search.hierarchy.kernels.face_nb import has_pole, in_face
+from contiga.search.hierarchy.kernels.form_nb import LAST, NEAREST, closest_on_form
 from contiga.search.hierarchy.kernels.plates_nb import is_beyond
 from contiga.search.hierarchy.kernels.tree_nb import next_leaves
 
@@ -285,10 +286,29 @@ def _search_leaf(elements, trims, leaf, point, limits, nearest, stack, h):
 
 
 @inner()
+def _improve_by_form(tables, e, point, limits, nearest, h):
+    """The best distance, which element e may improve, that has a form; then `nearest` is there.
+
+    Where trims have cut off the nearest place of it, no place is nearer than on a trimming curve,
+    which has leaves of its own. With a guard all local minima of an element count.
+    """
+    best, slack, among = limits.best, limits.slack, limits.among
+    seen = point, among, h
+    for which in range(LAST + 1 if among.least > ALL else NEAREST + 1):
+        on = closest_on_form(tables.items.forms[e], point, which)
+        if on.distance <= best - slack and on.distance >= among.floor:
+            place = e, on.s, on.t
+            best = _improve(tables.elements, tables.trims, place, on.distance, best, nearest, seen)
+    return best
+
+
+@inner()
 def _improve_by_leaf(tables, leaf, point, limits, nearest, stack, h):
     """As `_search_leaf`, for a leaf of a surface or of a trimming curve."""
     e = leaf["element"]
     best, slack, among = limits.best, limits.slack, limits.among
+    if leaf["has_form"] == 1:
+        return _improve_by_form(tables, e, point, limits, nearest, h), 0
     if e >= 0:
         if limits.opened > MAX_CELLS:
             nearest[LEFT_OUT] = GIVEN_UP
@@ -323,8 +343,9 @@ def closest(tables, point, among, reach, nearest, h):
     curve is closest, and nearest[LEFT_OUT] with 0, DROPPED or GIVEN_UP. Returns the distance,
     infinite where nothing was found.
     """
-    tree = tables.tree
-    leaves = tables.leaves
+    items = tables.items
+    tree = items.tree
+    leaves = items.leaves
     best = reach
     nearest[LEFT_OUT] = 0.0
     hit = False
@@ -345,7 +366,8 @@ def closest(tables, point, among, reach, nearest, h):
         for k in range(first, first + tree[node]["count"]):
             if among.patch >= 0 and leaves[k]["patch"] != among.patch:
                 continue
-            if is_beyond(tables.plates[k], point, best - slack):
+            formed = leaves[k]["has_form"] == 1
+            if not formed and is_beyond(items.plates[k], point, best - slack):
                 continue
             limits = SearchLimits(best, slack, opened, among)
             distance, cells = _improve_by_leaf(tables, leaves[k], point, limits, nearest, stack, h)
