@@ -83,14 +83,26 @@ def is_guarded(elements, place, point, among, h):
     """Whether a place is a minimum that does not face away from the guard, the point behind it and
     no nearer than the floor.
 
-    At a kink the surface need not be square to the way to the point.
+    On a side where the surface has a kink it need not be square to the way to the point, but no
+    place of its own face beside it may be nearer.
     """
     e, s, t = place
     may, away, height = may_hold(elements, place, point, among, h)
     if not may:
         return False
-    kind = elements.table[e]["kind"]
-    for side, at in ((0, -s), (1, s), (2, -t), (3, t)):
-        if at >= 0.5 and kind[side] != SMOOTH:
-            return True
+    kind, origin = elements.table[e]["kind"], elements.table[e]["origin"]
+    f_s = f_t = a = b = 0.0
+    for c in range(3):
+        r = origin[c] + h[c, 0] - point[c]
+        f_s += r * h[c, 1]
+        f_t += r * h[c, 2]
+        a += h[c, 1] * h[c, 1]
+        b += h[c, 2] * h[c, 2]
+    most_s, most_t = SQUARE * away * math.sqrt(a), SQUARE * away * math.sqrt(b)
+    held_s = s <= -0.5 and kind[0] != SMOOTH and f_s >= -most_s
+    held_s = held_s or (s >= 0.5 and kind[1] != SMOOTH and f_s <= most_s)
+    held_t = t <= -0.5 and kind[2] != SMOOTH and f_t >= -most_t
+    held_t = held_t or (t >= 0.5 and kind[3] != SMOOTH and f_t <= most_t)
+    if held_s or held_t:
+        return (held_s or abs(f_s) <= most_s) and (held_t or abs(f_t) <= most_t)
     return away * away - height * height <= SQUARE * SQUARE * away * away

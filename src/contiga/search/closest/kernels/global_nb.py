@@ -20,13 +20,14 @@ from __future__ import annotations
 import math
 
 from contiga.arrays.kernels.rows_nb import put
-from contiga.arrays.kernels.vector_nb import cross, dot
+from contiga.arrays.kernels.vector_nb import column, cross, dot
 from contiga.elements.kernels.bounds_nb import look_closer
 from contiga.elements.kernels.element_nb import evaluate
 from contiga.jit import inner
 from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.closest.kernels.global_among_nb import (
     ALL,
+    SQUARE,
     SearchLimits,
     is_guarded,
     may_hold,
@@ -53,7 +54,7 @@ from contiga.search.hierarchy.kernels.curve_nb import (
 )
 from contiga.search.hierarchy.kernels.face_nb import has_pole, in_face
 from contiga.search.hierarchy.kernels.form_nb import LAST, NEAREST, closest_on_form
-from contiga.search.hierarchy.kernels.plates_nb import is_beyond
+from contiga.search.hierarchy.kernels.plates_nb import is_before_face, is_beyond
 from contiga.search.hierarchy.kernels.tree_nb import next_leaves
 
 MAX_CELLS = 20000
@@ -303,21 +304,28 @@ def _improve_by_form(tables, e, point, limits, nearest, h):
 
 
 @inner()
-def _improve_by_leaf(tables, leaf, point, limits, nearest, stack, h):
-    """As `_search_leaf`, for a leaf of a surface or of a trimming curve."""
+def _improve_by_item(tables, k, point, limits, nearest, stack, h):
+    """As `_search_leaf`, for item k of a body: an element that has a form, or a leaf of a surface
+    or of a trimming curve."""
+    items = tables.items
+    leaf = items.leaves[k]
     e = leaf["element"]
     best, slack, among = limits.best, limits.slack, limits.among
     if leaf["has_form"] == 1:
         return _improve_by_form(tables, e, point, limits, nearest, h), 0
+    if is_beyond(items.plates[k], point, best - slack):
+        return best, 0
     if e >= 0:
         if limits.opened > MAX_CELLS:
             nearest[LEFT_OUT] = GIVEN_UP
             return best, 0
         return _search_leaf(tables.elements, tables.trims, leaf, point, limits, nearest, stack, h)
+    if is_before_face(leaf, items.plates[k], point):
+        return best, 0
     r, distance, left = closest_on_stretch(tables, leaf, point, best, slack, h)
     if left:
         nearest[LEFT_OUT] = max(nearest[LEFT_OUT], DROPPED)
-    if distance < best and among.least > ALL and not _edge_is_guarded(tables, e, r, point, among):
+    if distance < best and among.least > ALL and not _edge_is_guarded(tables, leaf, r, point, among):
         return best, 0
     if distance < best:
         nearest[ELEMENT] = e
@@ -326,13 +334,24 @@ def _improve_by_leaf(tables, leaf, point, limits, nearest, stack, h):
 
 
 @inner(linked=False)
-def _edge_is_guarded(tables, e, r, point, among):
-    """As `is_guarded`, of the face at the parameter r of its trimming piece −1 − e."""
+def _edge_is_guarded(tables, leaf, r, point, among):
+    """As `is_guarded`, of the face at the parameter r of a curve leaf's trimming piece: the way to
+    the point must not lead into it."""
     h, d = scratch(4, 6), scratch(3, 3)
     elements = tables.elements
-    e, s, t = curve_point(elements, tables.grid, tables.trims, -1 - e, r, h, d)
-    may, _, _ = may_hold(elements, (e, s, t), point, among, h)
-    return may
+    place = curve_point(elements, tables.grid, tables.trims, -1 - leaf["element"], r, h, d)
+    along = d[1, 0], d[1, 1], d[1, 2]
+    may, away, _ = may_hold(elements, place, point, among, h)
+    if not may:
+        return False
+    way, into = cross(cross(column(h, 1), column(h, 2)), along), leaf["bound"]
+    origin = elements.table[place[0]]["origin"]
+    slope = side = 0.0
+    for c in range(3):
+        slope += way[c] * (point[c] - origin[c] - h[c, 0])
+        side += way[c] * into[3 + c]
+    most = SQUARE * away * math.sqrt(dot(way, way))
+    return side == 0.0 or math.copysign(1.0, side) * slope <= most
 
 
 @inner(linked=False)
@@ -366,11 +385,8 @@ def closest(tables, point, among, reach, nearest, h):
         for k in range(first, first + tree[node]["count"]):
             if among.patch >= 0 and leaves[k]["patch"] != among.patch:
                 continue
-            formed = leaves[k]["has_form"] == 1
-            if not formed and is_beyond(items.plates[k], point, best - slack):
-                continue
             limits = SearchLimits(best, slack, opened, among)
-            distance, cells = _improve_by_leaf(tables, leaves[k], point, limits, nearest, stack, h)
+            distance, cells = _improve_by_item(tables, k, point, limits, nearest, stack, h)
             hit = hit or distance < best
             best = distance
             opened += cells

@@ -1,4 +1,9 @@
-"""Leaves over the trimming pieces: stretches of one element each, with rigorous bounds."""
+"""Leaves over the trimming pieces: stretches of one element each, with rigorous bounds.
+
+Beside the bounds of derivatives a leaf has the way into the face in its middle, a unit vector square
+to the curve and to the normal of the face, and how far it is off that anywhere in the stretch. Where
+all of a stretch has a point on its inner side, the face has points nearer than the stretch.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +13,10 @@ import numpy as np
 
 from contiga.arrays.kernels.rows_nb import doubled, put
 from contiga.arrays.kernels.sort_nb import sort
+from contiga.arrays.kernels.vector_nb import column, cross, dot
 from contiga.elements.kernels.bounds_nb import cell_bounds, derivative_bounds, restrict
 from contiga.elements.kernels.element_nb import locate
-from contiga.geometry.kernels.trim_nb import parameter_at
+from contiga.geometry.kernels.trim_nb import parameter_at, point_in_trim
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
 from contiga.search.hierarchy.kernels.curve_nb import curve_point, piece_parameters
@@ -19,6 +25,11 @@ THIN = 1e-7
 """Width a rectangle is given around a p-curve that runs along a parameter line."""
 SHORTEST = 1e-12
 """A stretch (share of a piece) shorter than this between two element sides is a point."""
+NOTHING_KNOWN = 2.0
+"""How far the way into a face may be off at most: two unit vectors always are no farther."""
+BESIDE, NEARER, STEPS = 1e-5, 0.1, 3
+"""How far beside a piece the face is looked for, as a share of its patch's rectangle, and then that
+many times with this factor between."""
 
 
 @inner()
@@ -56,12 +67,65 @@ def _local_curve(elements, e, trims, piece, coefs):
         coefs[4 * i + 3] = w
 
 
+@inner(linked=False)
+def _inner_side(trims, piece):
+    """1 where the face is to the left of a piece in (u, v), −1 to the right, 0 where neither or
+    both are."""
+    c = scratch(3, 3)
+    piece_parameters(trims, piece, 0.5, c)
+    patch = trims.piece_patch[piece]
+    domain = trims.domain[patch]
+    wide, high = domain[1] - domain[0], domain[3] - domain[2]
+    x, y = c[1, 0] / wide, c[1, 1] / high
+    length = math.hypot(x, y)
+    if length == 0.0:
+        return 0.0
+    off = BESIDE / length
+    sides = 0
+    for _ in range(STEPS):
+        u, v = -off * y * wide, off * x * high
+        sides += point_in_trim(trims, patch, c[0, 0] + u, c[0, 1] + v)
+        sides -= point_in_trim(trims, patch, c[0, 0] - u, c[0, 1] - v)
+        off *= NEARER
+    if sides == STEPS:
+        return 1.0
+    return -1.0 if sides == -STEPS else 0.0
+
+
 @inner()
-def _bounds(tables, piece, stretch, net, bound):
-    """Bounds of |C'|, |C''|, |C'''| over a stretch inside one element, into bound[:3].
+def _way_in(tables, piece, middle, side, bound, ranges):
+    """The way into the face in the middle of a stretch, and how far it is off it anywhere there.
+
+    `bound` are those of the element over the rectangle about the stretch, `ranges` the extents of
+    that in s and t, and by how much C' changes on the way from the middle to an end at most.
+    """
+    elements, grid, trims = tables
+    h = scratch(4, 6)
+    d = scratch(3, 3)
+    curve_point(elements, grid, trims, piece, middle, h, d)
+    along = (d[1, 0], d[1, 1], d[1, 2])
+    normal = cross(column(h, 1), column(h, 2))
+    speed, area = math.sqrt(dot(along, along)), math.sqrt(dot(normal, normal))
+    change_s = bound[2] * ranges[0] + bound[3] * ranges[1]
+    change_t = bound[3] * ranges[0] + bound[4] * ranges[1]
+    change = bound[0] * change_t + bound[1] * change_s
+    if side == 0.0 or not (ranges[2] < speed and change < area):
+        return (0.0, 0.0, 0.0), NOTHING_KNOWN
+    x, y, z = cross(normal, along)
+    scale = side / (area * speed)
+    # Vectors that are off by a share q < 1 of their lengths turn by arcsin q at most, and unit
+    # vectors by √2 q.
+    off = math.sqrt(2.0) * (ranges[2] / speed + change / area)
+    return (x * scale, y * scale, z * scale), off
+
+
+@inner()
+def _bounds(tables, piece, side, stretch, net, bound):
+    """Bounds of |C'|, |C''|, |C'''| over a stretch inside one element, into bound[:3], and the way
+    into the face and how far it is off, into bound[3:7].
 
     By the chain rule, from bounds of the p-curve in (s, t) and of the element over the rectangle
-    around it.
+    around it. `side` is of `_inner_side`.
     """
     elements, grid, trims = tables
     t0, t1 = stretch
@@ -80,13 +144,19 @@ def _bounds(tables, piece, stretch, net, bound):
     low_s, low_t = max(corner[0, 0] - THIN, -0.5), max(corner[0, 1] - THIN, -0.5)
     low_s, low_t = min(low_s, 0.5 - THIN), min(low_t, 0.5 - THIN)
     high_s, high_t = max(corner[1, 0] + THIN, low_s + THIN), max(corner[1, 1] + THIN, low_t + THIN)
-    cell_bounds(elements, e, (low_s, min(high_s, 0.5), low_t, min(high_t, 0.5)), bound)
+    high_s, high_t = min(high_s, 0.5), min(high_t, 0.5)
+    cell_bounds(elements, e, (low_s, high_s, low_t, high_t), bound)
     l1 = math.hypot(bound[0], bound[1])
     l2 = max(bound[2], bound[4]) + bound[3]
     l3 = bound[5] + 3.0 * bound[6] + 3.0 * bound[7] + bound[8]
+    second = l2 * p1 * p1 + l1 * p2
+    ranges = high_s - low_s, high_t - low_t, 0.5 * (t1 - t0) * second
+    way, off = _way_in(tables, piece, 0.5 * (t0 + t1), side, bound, ranges)
     bound[0] = l1 * p1
-    bound[1] = l2 * p1 * p1 + l1 * p2
+    bound[1] = second
     bound[2] = l3 * p1**3 + 3.0 * l2 * p1 * p2 + l1 * p3
+    bound[3], bound[4], bound[5] = way
+    bound[6] = off
 
 
 @inner()
@@ -97,10 +167,11 @@ def _fill_row(tables, piece, stretch, bound, row):
     row[0] = piece
     row[1] = t0
     row[2] = t1
+    for c in range(7):
+        row[9 + c] = bound[c]
     for c in range(3):
-        row[3 + c] = bound[c]
-        row[6 + c] = math.inf
-        row[9 + c] = -math.inf
+        row[3 + c] = math.inf
+        row[6 + c] = -math.inf
     h = scratch(4, 6)
     d = scratch(3, 3)
     bulge = 0.125 * bound[1] * (t1 - t0) ** 2
@@ -108,19 +179,20 @@ def _fill_row(tables, piece, stretch, bound, row):
         e = curve_point(elements, grid, trims, piece, t1 if end == 1 else t0, h, d)[0]
         for c in range(3):
             x = d[0, c] + elements.table[e]["origin"][c]
-            row[6 + c] = min(row[6 + c], x - bulge)
-            row[9 + c] = max(row[9 + c], x + bulge)
+            row[3 + c] = min(row[3 + c], x - bulge)
+            row[6 + c] = max(row[6 + c], x + bulge)
 
 
 @kernel()
 def curve_leaves(elements, grid, trims, flatness, depth):
     """Leaves of all trimming pieces: element −1 − piece, box (t0, t1, 0, 0), bounds, low, high.
 
-    The first three bounds are of |C'|, |C''| and |C'''|. Stretches end at the sides of elements
+    The first three bounds are of |C'|, |C''| and |C'''|; the next are the way into the face and how
+    far it is off at most. Stretches end at the sides of elements
     and are halved until they are flat, `depth` times at most.
     """
     tables = (elements, grid, trims)
-    rows = np.zeros((64, 12))  # piece, t0, t1, bounds, low, high
+    rows = np.zeros((64, 16))  # piece, t0, t1, low, high, bounds
     n = 0
     cuts = np.empty(grid.breaks.shape[0] + 2)
     stack = scratch(64, 3)
@@ -128,6 +200,7 @@ def curve_leaves(elements, grid, trims, flatness, depth):
     net = scratch(16, 4)
     for piece in range(trims.piece_degree.shape[0]):
         most = _cuts(grid, trims, piece, cuts)
+        side = _inner_side(trims, piece)
         for i in range(most - 1):
             if cuts[i + 1] - cuts[i] < SHORTEST:
                 continue
@@ -136,7 +209,7 @@ def curve_leaves(elements, grid, trims, flatness, depth):
             while top > 0:
                 top -= 1
                 t0, t1, level = stack[top]
-                _bounds(tables, piece, (t0, t1), net, bound)
+                _bounds(tables, piece, side, (t0, t1), net, bound)
                 if 0.25 * bound[1] * (t1 - t0) > flatness * bound[0] and level < depth:
                     middle = 0.5 * (t0 + t1)
                     put(stack, top, (t0, middle, level + 1.0))
@@ -153,5 +226,7 @@ def curve_leaves(elements, grid, trims, flatness, depth):
         element[k] = np.int32(-1.0 - rows[k, 0])
         box[k, 0], box[k, 1] = rows[k, 1], rows[k, 2]
         for c in range(3):
-            bounds[k, c], low[k, c], high[k, c] = rows[k, 3 + c], rows[k, 6 + c], rows[k, 9 + c]
+            low[k, c], high[k, c] = rows[k, 3 + c], rows[k, 6 + c]
+        for c in range(7):
+            bounds[k, c] = rows[k, 9 + c]
     return element, box, bounds, low, high
