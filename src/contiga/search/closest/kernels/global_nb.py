@@ -54,7 +54,12 @@ from contiga.search.hierarchy.kernels.curve_nb import (
 )
 from contiga.search.hierarchy.kernels.face_nb import has_pole, in_face
 from contiga.search.hierarchy.kernels.form_nb import LAST, NEAREST, closest_on_form
-from contiga.search.hierarchy.kernels.plates_nb import is_before_face, is_beyond
+from contiga.search.hierarchy.kernels.plates_nb import (
+    is_before_face,
+    is_beyond,
+    no_farther_than,
+    no_nearer_than,
+)
 from contiga.search.hierarchy.kernels.tree_nb import next_leaves
 
 MAX_CELLS = 20000
@@ -86,6 +91,8 @@ UNTOLD = 100.0
 gain asked for (1e-9 of the body's size), is not told from a closer foot."""
 PRUNE = 10.0
 """A cell must promise this many tolerances less distance to be opened."""
+WAITING = 64
+"""Leaves that wait at once; more are opened as they come by."""
 NARROW = 2e-4
 """Half sides of a cell, in its distance, within which a minimum shows in its middle: beside poles,
 and of points on axes, nothing else tells."""
@@ -361,33 +368,59 @@ def closest(tables, point, among, reach, nearest, h):
     Fills `nearest` with element, s, t, or with −1 − piece and the piece's parameter when a trimming
     curve is closest, and nearest[LEFT_OUT] with 0, DROPPED or GIVEN_UP. Returns the distance,
     infinite where nothing was found.
+
+    Formulas are looked at as they come by; leaves, which cost a hundred times as much, wait until
+    the nearest of these is known, and are opened from the nearest on.
     """
     items = tables.items
-    tree = items.tree
-    leaves = items.leaves
-    best = reach
+    leaves, plates = items.leaves, items.plates
+    best = within = reach
     nearest[LEFT_OUT] = 0.0
     hit = False
     opened = 0
-    nodes = stack_int64(128)
-    bounds = scratch(128)
+    nodes, waiting = stack_int64(128), stack_int64(WAITING)
+    bounds, waiting_bounds = scratch(128), scratch(WAITING)
     stack = scratch(64, 4)
     slack = PRUNE * tables.scale[1]
     nodes[0] = 0
     bounds[0] = 0.0
     top = 1 if leaves.shape[0] > 0 else 0
+    wait = 0
     while not (hit and best <= slack):
-        limit = best - slack
-        node, top = next_leaves(tree, point, limit * limit, nodes, bounds, top)
+        limit = min(best, within) - slack
+        node, top = next_leaves(items.tree, point, limit * limit, nodes, bounds, top)
         if node < 0:
             break
-        first = tree[node]["first"]
-        for k in range(first, first + tree[node]["count"]):
+        first = items.tree[node]["first"]
+        for k in range(first, first + items.tree[node]["count"]):
             if among.patch >= 0 and leaves[k]["patch"] != among.patch:
+                continue
+            if among.least == ALL and leaves[k]["has_form"] == 0 and wait < WAITING:
+                if not is_beyond(plates[k], point, min(best, within) - slack):
+                    waiting[wait] = k
+                    waiting_bounds[wait] = no_nearer_than(plates[k], point)
+                    wait += 1
+                    if among.least == ALL:
+                        within = min(within, no_farther_than(plates[k], point))
                 continue
             limits = SearchLimits(best, slack, opened, among)
             distance, cells = _improve_by_item(tables, k, point, limits, nearest, stack, h)
             hit = hit or distance < best
             best = distance
             opened += cells
+    while wait > 0 and not (hit and best <= slack):
+        next_one = 0
+        for i in range(1, wait):
+            if waiting_bounds[i] < waiting_bounds[next_one]:
+                next_one = i
+        if waiting_bounds[next_one] > best - slack:
+            break
+        k = waiting[next_one]
+        wait -= 1
+        waiting[next_one], waiting_bounds[next_one] = waiting[wait], waiting_bounds[wait]
+        limits = SearchLimits(best, slack, opened, among)
+        distance, cells = _improve_by_item(tables, k, point, limits, nearest, stack, h)
+        hit = hit or distance < best
+        best = distance
+        opened += cells
     return best if hit else math.inf

@@ -83,9 +83,11 @@ def _inner_side(trims, piece):
     off = BESIDE / length
     sides = 0
     for _ in range(STEPS):
-        u, v = -off * y * wide, off * x * high
-        sides += point_in_trim(trims, patch, c[0, 0] + u, c[0, 1] + v)
-        sides -= point_in_trim(trims, patch, c[0, 0] - u, c[0, 1] - v)
+        for sense in (1, -1):
+            u, v = c[0, 0] - sense * off * y * wide, c[0, 1] + sense * off * x * high
+            # Beyond the rectangle there is no face.
+            if domain[0] <= u <= domain[1] and domain[2] <= v <= domain[3]:
+                sides += sense * point_in_trim(trims, patch, u, v)
         off *= NEARER
     if sides == STEPS:
         return 1.0
