@@ -1,5 +1,5 @@
-"""Elements whose closest point is a formula: plane parallelograms, and parts of surfaces that a line
-or an arc of a circle makes as it turns about an axis.
+"""Elements whose closest point is a formula: plane parallelograms, and parts of surfaces that a
+line or an arc of a circle makes as it turns about an axis.
 
 These are the planes, cylinders, cones, discs, spheres and tori of CAD. They are recognised from the
 control net, to rounding, so that it does not matter where a body comes from or how it was moved: a
@@ -77,7 +77,10 @@ def forms_of(elements: Elements, trims: TrimTables, tolerance: float) -> Records
 def _loops_inside(trims: TrimTables) -> Bools:
     """(patches,) whether the loops of a patch stay in its rectangle."""
     inside = np.ones(len(trims.domain), dtype=bool)
-    ends = trims.piece_ends.reshape(-1, 2, 2)
+    # Pieces are monotone, so that none reaches farther than its ends.
+    rows = np.arange(len(trims.piece_degree))
+    ends = np.stack([trims.piece_coefs[:, 0], trims.piece_coefs[rows, trims.piece_degree]], axis=1)
+    ends = ends[..., :2] / ends[..., 2:]
     low, high = trims.domain.reshape(-1, 2, 2)[trims.piece_patch].transpose(2, 0, 1)[:, :, None]
     over = np.maximum(low - ends, ends - high) > OVER * (high - low)
     inside[trims.piece_patch[over.any(axis=(1, 2))]] = False
@@ -133,7 +136,12 @@ def _turned(points: FloatArray, weights: FloatArray, tolerance: float) -> Record
     off = np.maximum(off, np.abs(y - np.stack([-rho * sine, 0.0 * rho, rho * sine], 1)).max((1, 2)))
     off = np.maximum(off, np.abs(z - height[:, None]).max(axis=(1, 2)))
     known &= off <= tolerance
-    forms["origin"], forms["x"], forms["y"], forms["z"] = turn.center, turn.toward, turn.across, axis
+    forms["origin"], forms["x"], forms["y"], forms["z"] = (
+        turn.center,
+        turn.toward,
+        turn.across,
+        axis,
+    )
     forms["turn"] = _range_of(turn)
     meridian = np.stack([rho, height], axis=2)
     if m == 2:

@@ -10,6 +10,7 @@ import numpy as np
 from contiga.arrays.codes import SMOOTH
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.jit import inlined, inner
+from contiga.search.closest.kernels.around_nb import collapsed_side, vertex_exit
 
 BESIDE = 1e-9
 """Share of its distance by which a point may stand before a surface that it is beside: rounding."""
@@ -84,12 +85,14 @@ def is_guarded(elements, place, point, among, h):
     no nearer than the floor.
 
     On a side where the surface has a kink it need not be square to the way to the point, but no
-    place of its own face beside it may be nearer.
+    place of its own face beside it may be nearer; at a pole, none around it.
     """
     e, s, t = place
     may, away, height = may_hold(elements, place, point, among, h)
     if not may:
         return False
+    if collapsed_side(elements, e, s, t) >= 0:
+        return vertex_exit(elements, place, point, SQUARE * away, h)[0] < 0
     kind, origin = elements.table[e]["kind"], elements.table[e]["origin"]
     f_s = f_t = a = b = 0.0
     for c in range(3):

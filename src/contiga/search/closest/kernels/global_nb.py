@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import math
 
+from contiga.arrays.codes import POLE, SMOOTH
 from contiga.arrays.kernels.rows_nb import put
 from contiga.arrays.kernels.vector_nb import column, cross, dot
 from contiga.elements.kernels.bounds_nb import look_closer
@@ -53,7 +54,13 @@ from contiga.search.hierarchy.kernels.curve_nb import (
     curve_point,
 )
 from contiga.search.hierarchy.kernels.face_nb import has_pole, in_face
-from contiga.search.hierarchy.kernels.form_nb import LAST, NEAREST, closest_on_form
+from contiga.search.hierarchy.kernels.form_nb import (
+    LAST,
+    NEAREST,
+    OTHER_END,
+    OTHER_TURN,
+    closest_on_form,
+)
 from contiga.search.hierarchy.kernels.plates_nb import (
     is_before_face,
     is_beyond,
@@ -294,19 +301,36 @@ def _search_leaf(elements, trims, leaf, point, limits, nearest, stack, h):
 
 
 @inner()
+def _has_kink(elements, e, first, x):
+    """Whether element e has a kink or ends at the side where one of its parameters is x (±1/2);
+    `first` is that parameter's first side."""
+    side = first + (1 if x > 0.0 else 0)
+    kind = elements.table[e]["kind"][side]
+    return kind != SMOOTH and not (kind == POLE and elements.table[e]["round"][side] == 1)
+
+
+@inner()
 def _improve_by_form(tables, e, point, limits, nearest, h):
     """The best distance, which element e may improve, that has a form; then `nearest` is there.
 
     Where trims have cut off the nearest place of it, no place is nearer than on a trimming curve,
-    which has leaves of its own. With a guard all local minima of an element count.
+    which has leaves of its own. With a guard all local minima of an element count; its farther ends
+    are minima if the surface does not go on there.
     """
     best, slack, among = limits.best, limits.slack, limits.among
+    elements, form = tables.elements, tables.items.forms[e]
     seen = point, among, h
+    around = 2 * form["turned_along_t"]  # first side of the parameter that runs around the axis
     for which in range(LAST + 1 if among.least > ALL else NEAREST + 1):
-        on = closest_on_form(tables.items.forms[e], point, which)
-        if on.distance <= best - slack and on.distance >= among.floor:
-            place = e, on.s, on.t
-            best = _improve(tables.elements, tables.trims, place, on.distance, best, nearest, seen)
+        on = closest_on_form(form, point, which)
+        if on.distance > best - slack or on.distance < among.floor:
+            continue
+        turn, along = (on.s, on.t) if around == 0 else (on.t, on.s)
+        if which & OTHER_TURN and not _has_kink(elements, e, around, turn):
+            continue
+        if which & OTHER_END and not _has_kink(elements, e, 2 - around, along):
+            continue
+        best = _improve(elements, tables.trims, (e, on.s, on.t), on.distance, best, nearest, seen)
     return best
 
 
@@ -332,7 +356,11 @@ def _improve_by_item(tables, k, point, limits, nearest, stack, h):
     r, distance, left = closest_on_stretch(tables, leaf, point, best, slack, h)
     if left:
         nearest[LEFT_OUT] = max(nearest[LEFT_OUT], DROPPED)
-    if distance < best and among.least > ALL and not _edge_is_guarded(tables, leaf, r, point, among):
+    if (
+        distance < best
+        and among.least > ALL
+        and not _edge_is_guarded(tables, leaf, r, point, among)
+    ):
         return best, 0
     if distance < best:
         nearest[ELEMENT] = e

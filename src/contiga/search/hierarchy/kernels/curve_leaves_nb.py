@@ -1,8 +1,8 @@
 """Leaves over the trimming pieces: stretches of one element each, with rigorous bounds.
 
-Beside the bounds of derivatives a leaf has the way into the face in its middle, a unit vector square
-to the curve and to the normal of the face, and how far it is off that anywhere in the stretch. Where
-all of a stretch has a point on its inner side, the face has points nearer than the stretch.
+Beside the bounds of derivatives a leaf has the way into the face in its middle, a unit vector
+square to the curve and to the normal of the face, and how far it is off that anywhere in the
+stretch. Where all of a stretch has a point on its inner side, the face has points nearer than it.
 """
 
 from __future__ import annotations

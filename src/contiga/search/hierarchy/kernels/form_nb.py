@@ -1,4 +1,4 @@
-"""The closest point of an element that is a plane parallelogram or turned about an axis, by formula.
+"""The closest point of an element that is a plane parallelogram or turned about an axis: formulas.
 
 Of all points at one place of the meridian that one is nearest which is turned nearest to the point,
 as far as the element's turn goes, because no place of a meridian is across its axis. So the turn is
@@ -18,9 +18,9 @@ from contiga.search.hierarchy.table_types import PLANE, TURNED_LINE
 COSINE, SINE, QUARTER, RATIO = 0, 1, 2, 3
 """Columns of what a form says of an arc."""
 NEAREST, OTHER_END, OTHER_TURN = 0, 1, 2
-"""Which local minimum is asked for: the nearest one; the farther end of the meridian, of the turn;
-or their sum, both."""
-LAST = 3
+"""Which local minimum is asked for: the nearest one; or flags, for the farther end of the meridian
+and that of the turn."""
+LAST = OTHER_END + OTHER_TURN
 
 
 class OnForm(NamedTuple):
@@ -63,19 +63,21 @@ def on_arc(arc, x, y, other):
             return OnArc(0.5, 0.0, math.inf)
         end = -end
     share = 0.5 + 0.5 * end
-    return OnArc(share, x * arc[COSINE] + end * y * arc[SINE], end * y * arc[COSINE] - x * arc[SINE])
+    return OnArc(
+        share, x * arc[COSINE] + end * y * arc[SINE], end * y * arc[COSINE] - x * arc[SINE]
+    )
 
 
 @inner()
 def _parameter(share, ratio):
-    """Local parameter (−1/2 … 1/2) of a share (0 … 1) of the standard one, for weights of `ratio`."""
+    """Local parameter (−1/2 … 1/2) of a share (0 … 1) of the standard one, by the ratio of weights."""
     share = min(max(share, 0.0), 1.0)
     return share / (share + ratio * (1.0 - share)) - 0.5
 
 
 @inner()
 def _on_plane(form, x, y, z):
-    r"""The nearest point of a parallelogram to (x, y, z), as seen from its middle."""
+    """The nearest point of a parallelogram to (x, y, z), as seen from its middle."""
     a, b, m = form["x"], form["y"], form["metric"]
     rx = -(x * a[0] + y * a[1] + z * a[2])
     ry = -(x * b[0] + y * b[1] + z * b[2])
@@ -121,11 +123,11 @@ def closest_on_form(form, point, which):
     turn = form["turn"]
     toward = x * a[0] + y * a[1] + z * a[2]
     across = x * b[0] + y * b[1] + z * b[2]
-    place = on_arc(turn, toward, across, which >= OTHER_TURN)
+    place = on_arc(turn, toward, across, which & OTHER_TURN != 0)
     height = x * c[0] + y * c[1] + z * c[2]
     along = _parameter(place.share, turn[RATIO])
-    other = which == OTHER_END or which == LAST
-    up, distance = _on_meridian(form, place.along, height, place.across, other)
+    other_end = which & OTHER_END != 0
+    up, distance = _on_meridian(form, place.along, height, place.across, other_end)
     if form["turned_along_t"] == 1:
         return OnForm(up, along, distance)
     return OnForm(along, up, distance)

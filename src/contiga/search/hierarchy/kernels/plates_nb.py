@@ -21,7 +21,6 @@ from contiga.search.hierarchy.kernels.closest_cell_nb import (
 from contiga.search.hierarchy.kernels.curve_nb import ROUNDING, curve_point
 from contiga.search.hierarchy.kernels.face_nb import in_face
 
-
 SURELY = 1e-9
 """Sine of an angle that is not rounding's."""
 

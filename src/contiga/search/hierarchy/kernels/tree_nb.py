@@ -1,9 +1,9 @@
 """A binary hierarchy of boxes, each cut where the surface area heuristic says.
 
-The area of a box is the chance that a query comes by; of the cuts at the borders of equal bins along
-each axis that one is made after which the areas, times how many boxes are in them, are least (Wald,
-On fast construction of SAH-based bounding volume hierarchies, 2007). Queries open half as many nodes
-as if boxes were halved at their median.
+The area of a box is the chance that a query comes by; of the cuts at the borders of equal bins
+along each axis that one is made after which the areas, times how many boxes are in them, are least
+(Wald, On fast construction of SAH-based bounding volume hierarchies, 2007). Queries open half as
+many nodes as if boxes were halved at their median.
 """
 
 from __future__ import annotations
