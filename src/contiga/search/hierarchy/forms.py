@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from contiga.arrays.codes import OUT
 from contiga.elements.element_arrays import Elements, Records
 from contiga.geometry.trim import TrimTables
-from contiga.records import FloatArray, IntArray
+from contiga.records import FloatArray, IndexArray
 from contiga.search.hierarchy.table_types import FORM, NO_FORM, PLANE, TURNED_ARC, TURNED_LINE
 
 Bools = NDArray[np.bool_]
@@ -87,7 +87,7 @@ def _loops_inside(trims: TrimTables) -> Bools:
     return inside
 
 
-def _nets(elements: Elements, rows: IntArray, p: int, q: int) -> tuple[FloatArray, FloatArray]:
+def _nets(elements: Elements, rows: IndexArray, p: int, q: int) -> tuple[FloatArray, FloatArray]:
     """Control points (n, p + 1, q + 1, 3), from the elements' origins, and their weights."""
     places = elements.table["bernstein"][rows][:, None] + np.arange(4 * (p + 1) * (q + 1))
     net = elements.coefs[places].reshape(len(rows), p + 1, q + 1, 4)

@@ -70,7 +70,7 @@ def on_arc(arc, x, y, other):
 
 @inner()
 def _parameter(share, ratio):
-    """Local parameter (−1/2 … 1/2) of a share (0 … 1) of the standard one, by the ratio of weights."""
+    """Local parameter (−1/2 … 1/2) at a share (0 … 1) of the standard one, by weights' ratio."""
     share = min(max(share, 0.0), 1.0)
     return share / (share + ratio * (1.0 - share)) - 0.5
 
