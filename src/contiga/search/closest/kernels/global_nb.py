@@ -98,6 +98,9 @@ UNTOLD = 100.0
 gain asked for (1e-9 of the body's size), is not told from a closer foot."""
 PRUNE = 10.0
 """A cell must promise this many tolerances less distance to be opened."""
+NUDGE, TURNED = 1e-9, 1e-3
+"""Of a point that is moved by so little, in sizes of the body, the foot is moved by more than this
+(in an element's parameters) only about an axis."""
 WAITING = 64
 """Leaves that wait at once; more are opened as they come by."""
 NARROW = 2e-4
@@ -331,6 +334,15 @@ def _improve_by_form(tables, e, point, limits, nearest, h):
         if which & OTHER_END and not _has_kink(elements, e, 2 - around, along):
             continue
         best = _improve(elements, tables.trims, (e, on.s, on.t), on.distance, best, nearest, seen)
+    if among.least > ALL and best == limits.best:
+        # On an axis all turns are as near: the one that the guard points to may be allowed.
+        g, nudge = among.guard, NUDGE * tables.scale[0]
+        beside = point[0] + nudge * g[0], point[1] + nudge * g[1], point[2] + nudge * g[2]
+        on, other = closest_on_form(form, point, NEAREST), closest_on_form(form, beside, NEAREST)
+        turned = abs(other.s - on.s) + abs(other.t - on.t) > TURNED
+        if turned and on.distance >= among.floor:
+            place = e, other.s, other.t
+            best = _improve(elements, tables.trims, place, on.distance, best, nearest, seen)
     return best
 
 
