@@ -111,13 +111,15 @@ def test_of_a_border_from_which_the_way_leads_into_its_face_none_is_a_foot() -> 
     np.testing.assert_allclose(out.point[1], [1.0, 0.1, 0.0], rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("angle", [100.0, 170.0])
+@pytest.mark.parametrize("angle", [80.0, 170.0])
 def test_of_a_point_on_the_axis_of_a_gutter_the_turn_that_is_allowed_is_found(angle: float) -> None:
-    way = cg.shapes.line([1.0, 0.0, 0.0], [1.0, 0.0, 3.0])
-    gutter = cg.Body([cg.shapes.revolved(way, np.radians(angle))])
+    line = cg.shapes.line([1.0, 0.0, 0.0], [1.0, 0.0, 3.0])
+    gutter = cg.Body([cg.shapes.revolved(line, np.radians(angle))])
     middle = np.radians(0.5 * angle)
     guard = -np.array([np.cos(middle), np.sin(middle), 0.0])
-    feet = facing(gutter, np.array([[0.0, 0.0, 1.0], [1e-12, 0.0, 1.5]]), guard)
-    assert feet.status.tolist() == [Status.OK] * 2
+    way = np.linspace(0.0, 2.0 * np.pi, 24)
+    about = 1e-13 * np.column_stack([np.cos(way), np.sin(way), np.zeros(24)])
+    feet = facing(gutter, about + np.linspace(0.5, 2.5, 24)[:, None] * UP, guard)
+    assert feet.status.tolist() == [Status.OK] * 24
     np.testing.assert_allclose(feet.gap, -1.0, rtol=0, atol=1e-9)
     assert (feet.normal @ guard >= LEAST).all()
