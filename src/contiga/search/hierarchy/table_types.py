@@ -45,7 +45,9 @@ LEAF = np.dtype(
         ("has_form", "i4"),  # 1 where it is all of an element that has a form
         ("box", "f8", 4),  # s0, s1, t0, t1; curve leaf: t0, t1 of the piece
         # |S_s|, |S_t|, |S_ss|, |S_st|, |S_tt|, |S_sss|, |S_sst|, |S_stt|, |S_ttt| at most; curve
-        # leaf: |C'|, |C''|, |C'''|, the way into the face in its middle (3), how far it is off
+        # leaf: |C'|, |C''|, |C'''|, the way into the face in its middle (3), how far it is off,
+        # 1 where the face is to the left of the piece, -1 to the right, 0 where that is not known,
+        # the sine of the largest turn of its normal
         ("bound", "f8", 9),
     ],
     align=True,

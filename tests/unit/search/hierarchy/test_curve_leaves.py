@@ -54,11 +54,18 @@ def test_the_way_into_the_face_is_never_farther_off_than_it_says(tmp_path):
             if off >= NOTHING_KNOWN:
                 continue
             piece, (t0, t1) = -1 - leaf["element"], leaf["box"][:2]
+            middle = 0.5 * (t0 + t1)
+            curve_nb.curve_point(tables.elements, tables.grid, tables.trims, piece, middle, h, d)
+            tangent = d[1] / np.linalg.norm(d[1])
             for t in np.linspace(t0, t1, 5):
                 curve_nb.curve_point(tables.elements, tables.grid, tables.trims, piece, t, h, d)
                 across = np.cross(np.cross(h[:3, 1], h[:3, 2]), d[1])
                 across *= np.copysign(1.0, across @ way) / np.linalg.norm(across)
                 assert np.linalg.norm(across - way) <= off + 1e-9
+                normal = np.cross(h[:3, 1], h[:3, 2]) / np.linalg.norm(np.cross(h[:3, 1], h[:3, 2]))
+                middle_normal = leaf["bound"][7] * np.cross(tangent, way)
+                assert np.linalg.norm(np.cross(normal, middle_normal)) <= leaf["bound"][8] + 1e-9
+                assert normal @ middle_normal > 0.0
             known += 1
             assert leads_in(body, tables, leaf)
     assert known > 100

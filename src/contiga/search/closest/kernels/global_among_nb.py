@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.arrays.codes import SMOOTH
+from contiga.arrays.kernels.vector_nb import cross, dot
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.jit import inlined, inner
 from contiga.search.closest.kernels.around_nb import collapsed_side, vertex_exit
@@ -55,6 +56,32 @@ def anywhere():
 def on_patch(patch):
     """All of one patch, an integer of whatever size: each size would be compiled for itself."""
     return Among(np.int64(patch), (0.0, 0.0, 0.0), ALL, 0.0)
+
+
+@inner()
+def holds_nowhere(leaf, plate, point, among):
+    """Whether all along a curve leaf its face faces away from the guard or has the point before it,
+    by its normal in the middle and how far that turns."""
+    m, k, x = plate["middle"], leaf["bound"], plate["x"]
+    if not k[8] < 1.0 or plate["metric"][0] == 0.0:
+        return False
+    sine, scale = k[8], (-1.0 if k[7] < 0.0 else 1.0) / math.sqrt(plate["metric"][0])
+    n = cross((x[0], x[1], x[2]), (k[3], k[4], k[5]))
+    if is_turned_away(scale * dot(n, among.guard), sine, among.least):
+        return True
+    r = point[0] - m[0], point[1] - m[1], point[2] - m[2]
+    away = math.sqrt(dot(r, r)) + plate["radius"]
+    return scale * dot(n, r) > plate["departure"] + (math.sqrt(2.0) * sine + BESIDE) * away
+
+
+@inlined()
+def is_turned_away(along, sine, least):
+    """Whether normals at the angle of `sine` at most from one whose product with the guard is
+    `along` all have a smaller one than `least`."""
+    level = math.sqrt(1.0 - sine * sine)
+    # Of these normals, the one nearest to the guard.
+    nearest = along * level + math.sqrt(max(1.0 - along * along, 0.0)) * sine
+    return along < level and nearest < least
 
 
 @inner()

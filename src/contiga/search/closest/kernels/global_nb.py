@@ -30,7 +30,9 @@ from contiga.search.closest.kernels.global_among_nb import (
     ALL,
     SQUARE,
     SearchLimits,
+    holds_nowhere,
     is_guarded,
+    is_turned_away,
     may_hold,
 )
 from contiga.search.closest.kernels.local_nb import expand
@@ -188,11 +190,7 @@ def _faces_away(h, half, b, among):
     turn = math.sqrt(dot(x, x)) * turn_y + math.sqrt(dot(y, y)) * turn_x + turn_x * turn_y
     if not turn < area:
         return False
-    sine, along = turn / area, dot(n, among.guard) / area
-    level = math.sqrt(1.0 - sine * sine)
-    # Of normals at the angle of `sine` from that of the middle, the one nearest to the guard.
-    nearest = along * level + math.sqrt(max(1.0 - along * along, 0.0)) * sine
-    return along < level and nearest < among.least
+    return is_turned_away(dot(n, among.guard) / area, turn / area, among.least)
 
 
 @inner()
@@ -365,6 +363,8 @@ def _improve_by_item(tables, k, point, limits, nearest, stack, h):
         return _search_leaf(tables.elements, tables.trims, leaf, point, limits, nearest, stack, h)
     if is_before_face(leaf, items.plates[k], point):
         return best, 0
+    if among.least > ALL and holds_nowhere(leaf, items.plates[k], point, among):
+        return best, 0
     r, distance, left = closest_on_stretch(tables, leaf, point, best, slack, h)
     if left:
         nearest[LEFT_OUT] = max(nearest[LEFT_OUT], DROPPED)
@@ -389,8 +389,8 @@ def _edge_is_guarded(tables, leaf, r, point, among):
     place = curve_point(elements, tables.grid, tables.trims, -1 - leaf["element"], r, h, d)
     along = d[1, 0], d[1, 1], d[1, 2]
     may, away, _ = may_hold(elements, place, point, among, h)
-    if not may:
-        return False
+    if not may or leaf["bound"][7] == 0.0:
+        return may
     way, into = cross(cross(column(h, 1), column(h, 2)), along), leaf["bound"]
     origin = elements.table[place[0]]["origin"]
     slope = side = 0.0
@@ -398,7 +398,7 @@ def _edge_is_guarded(tables, leaf, r, point, among):
         slope += way[c] * (point[c] - origin[c] - h[c, 0])
         side += way[c] * into[3 + c]
     most = SQUARE * away * math.sqrt(dot(way, way))
-    return side == 0.0 or math.copysign(1.0, side) * slope <= most
+    return math.copysign(1.0, side) * slope <= most
 
 
 @inner(linked=False)

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from contiga.arrays.codes import POLE
 from contiga.arrays.kernels.rows_nb import doubled, put
 from contiga.arrays.kernels.sort_nb import sort
 from contiga.arrays.kernels.vector_nb import column, cross, dot
@@ -25,6 +26,8 @@ THIN = 1e-7
 """Width a rectangle is given around a p-curve that runs along a parameter line."""
 SHORTEST = 1e-12
 """A stretch (share of a piece) shorter than this between two element sides is a point."""
+ON_POLE = 1e-12
+"""A p-curve this near a side of its element (local parameters) runs along it."""
 NOTHING_KNOWN = 2.0
 """How far the way into a face may be off at most: two unit vectors always are no farther."""
 BESIDE, NEARER, STEPS = 1e-5, 0.1, 3
@@ -95,39 +98,55 @@ def _inner_side(trims, piece):
 
 
 @inner()
-def _way_in(tables, piece, middle, side, bound, ranges):
-    """The way into the face in the middle of a stretch, and how far it is off it anywhere there.
+def _way_in(tables, piece, middle, side, bound, box, bend):
+    """The way into the face in the middle of a stretch, how far it is off that anywhere, and the
+    sine of the largest turn of the normal of the face. Where `side` is not known it is the way to
+    the left.
 
-    `bound` are those of the element over the rectangle about the stretch, `ranges` the extents of
-    that in s and t, and by how much C' changes on the way from the middle to an end at most.
+    `bound` are those of the element over the rectangle `box` about the stretch (low and high s, low
+    and high t), `bend` is by how much C' changes from the middle to an end at most.
     """
     elements, grid, trims = tables
     h = scratch(4, 6)
     d = scratch(3, 3)
-    curve_point(elements, grid, trims, piece, middle, h, d)
+    _, s, t = curve_point(elements, grid, trims, piece, middle, h, d)
     along = (d[1, 0], d[1, 1], d[1, 2])
     normal = cross(column(h, 1), column(h, 2))
     speed, area = math.sqrt(dot(along, along)), math.sqrt(dot(normal, normal))
-    change_s = bound[2] * ranges[0] + bound[3] * ranges[1]
-    change_t = bound[3] * ranges[0] + bound[4] * ranges[1]
+    ds, dt = max(s - box[0], box[1] - s), max(t - box[2], box[3] - t)
+    change_s = bound[2] * ds + bound[3] * dt
+    change_t = bound[3] * ds + bound[4] * dt
     change = bound[0] * change_t + bound[1] * change_s
-    if side == 0.0 or not (ranges[2] < speed and change < area):
-        return (0.0, 0.0, 0.0), NOTHING_KNOWN
+    if speed * area == 0.0:
+        return (0.0, 0.0, 0.0), NOTHING_KNOWN, 1.0
     x, y, z = cross(normal, along)
-    scale = side / (area * speed)
+    scale = (-1.0 if side < 0.0 else 1.0) / (area * speed)
     # Vectors that are off by a share q < 1 of their lengths turn by arcsin q at most, and unit
     # vectors by √2 q.
-    off = math.sqrt(2.0) * (ranges[2] / speed + change / area)
-    return (x * scale, y * scale, z * scale), off
+    known = side != 0.0 and bend < speed and change < area
+    off = math.sqrt(2.0) * (bend / speed + change / area) if known else NOTHING_KNOWN
+    return (x * scale, y * scale, z * scale), off, min(change / area, 1.0)
+
+
+@inner()
+def _is_point(elements, e, low, high):
+    """Whether a p-curve between low and high (s, t) runs along a side of element e that is one
+    point."""
+    kind = elements.table[e]["kind"]
+    for side in range(4):
+        x, axis = (-0.5, 0.5)[side % 2], side // 2
+        if kind[side] == POLE and abs(low[axis] - x) <= ON_POLE and abs(high[axis] - x) <= ON_POLE:
+            return True
+    return False
 
 
 @inner()
 def _bounds(tables, piece, side, stretch, net, bound):
-    """Bounds of |C'|, |C''|, |C'''| over a stretch inside one element, into bound[:3], and the way
-    into the face and how far it is off, into bound[3:7].
+    """Bounds of |C'|, |C''|, |C'''| over a stretch inside one element, into bound[:3]; the way into
+    the face and how far it is off, into bound[3:7]; the side and the sine of the normal, bound[7:].
 
     By the chain rule, from bounds of the p-curve in (s, t) and of the element over the rectangle
-    around it. `side` is of `_inner_side`.
+    around it; zero along a pole. `side` is of `_inner_side`.
     """
     elements, grid, trims = tables
     t0, t1 = stretch
@@ -143,22 +162,27 @@ def _bounds(tables, piece, side, stretch, net, bound):
     p1 = bound[0]
     p2 = bound[2]
     p3 = bound[5]
+    if _is_point(elements, e, corner[0], corner[1]):
+        for k in range(9):
+            bound[k] = 0.0
+        bound[6], bound[8] = NOTHING_KNOWN, 1.0
+        return
     low_s, low_t = max(corner[0, 0] - THIN, -0.5), max(corner[0, 1] - THIN, -0.5)
     low_s, low_t = min(low_s, 0.5 - THIN), min(low_t, 0.5 - THIN)
     high_s, high_t = max(corner[1, 0] + THIN, low_s + THIN), max(corner[1, 1] + THIN, low_t + THIN)
-    high_s, high_t = min(high_s, 0.5), min(high_t, 0.5)
-    cell_bounds(elements, e, (low_s, high_s, low_t, high_t), bound)
+    box = low_s, min(high_s, 0.5), low_t, min(high_t, 0.5)
+    cell_bounds(elements, e, box, bound)
     l1 = math.hypot(bound[0], bound[1])
     l2 = max(bound[2], bound[4]) + bound[3]
     l3 = bound[5] + 3.0 * bound[6] + 3.0 * bound[7] + bound[8]
     second = l2 * p1 * p1 + l1 * p2
-    ranges = high_s - low_s, high_t - low_t, 0.5 * (t1 - t0) * second
-    way, off = _way_in(tables, piece, 0.5 * (t0 + t1), side, bound, ranges)
+    bend = 0.5 * (t1 - t0) * second
+    way, off, sine = _way_in(tables, piece, 0.5 * (t0 + t1), side, bound, box, bend)
     bound[0] = l1 * p1
     bound[1] = second
     bound[2] = l3 * p1**3 + 3.0 * l2 * p1 * p2 + l1 * p3
     bound[3], bound[4], bound[5] = way
-    bound[6] = off
+    bound[6], bound[7], bound[8] = off, side, sine
 
 
 @inner()
@@ -169,7 +193,7 @@ def _fill_row(tables, piece, stretch, bound, row):
     row[0] = piece
     row[1] = t0
     row[2] = t1
-    for c in range(7):
+    for c in range(9):
         row[9 + c] = bound[c]
     for c in range(3):
         row[3 + c] = math.inf
@@ -190,11 +214,12 @@ def curve_leaves(elements, grid, trims, flatness, depth):
     """Leaves of all trimming pieces: element −1 − piece, box (t0, t1, 0, 0), bounds, low, high.
 
     The first three bounds are of |C'|, |C''| and |C'''|; the next are the way into the face and how
-    far it is off at most. Stretches end at the sides of elements
+    far it is off at most, the side of the piece that the face is on, and the sine of the angle by
+    which the normal of the face turns at most. Stretches end at the sides of elements
     and are halved until they are flat, `depth` times at most.
     """
     tables = (elements, grid, trims)
-    rows = np.zeros((64, 16))  # piece, t0, t1, low, high, bounds
+    rows = np.zeros((64, 18))  # piece, t0, t1, low, high, bounds
     n = 0
     cuts = np.empty(grid.breaks.shape[0] + 2)
     stack = scratch(64, 3)
@@ -229,6 +254,6 @@ def curve_leaves(elements, grid, trims, flatness, depth):
         box[k, 0], box[k, 1] = rows[k, 1], rows[k, 2]
         for c in range(3):
             low[k, c], high[k, c] = rows[k, 3 + c], rows[k, 6 + c]
-        for c in range(7):
+        for c in range(9):
             bounds[k, c] = rows[k, 9 + c]
     return element, box, bounds, low, high

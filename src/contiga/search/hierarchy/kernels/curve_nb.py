@@ -164,6 +164,8 @@ def closest_on_stretch(tables, leaf, point, best, slack, h):
         if distance < best:
             best = distance
             best_t = t
+        if distance - k1 * w > best - slack:
+            continue
         if _straight_distance(f, slope, speed, w) - 0.5 * k2 * w * w > best - slack:
             continue
         change = w * (3.0 * k1 * k2 + (distance + k1 * w) * k3)
