@@ -26,6 +26,9 @@ THIN = 1e-7
 """Width a rectangle is given around a p-curve that runs along a parameter line."""
 SHORTEST = 1e-12
 """A stretch (share of a piece) shorter than this between two element sides is a point."""
+ROUNDING = 1e-14
+"""Of a tangent, as a share of how far the parameters are from zero: it tells in pieces that close
+gaps, which may be 1e-10 long."""
 ON_POLE = 1e-12
 """A p-curve this near a side of its element (local parameters) runs along it."""
 NOTHING_KNOWN = 2.0
@@ -176,7 +179,10 @@ def _bounds(tables, piece, side, stretch, net, bound):
     l2 = max(bound[2], bound[4]) + bound[3]
     l3 = bound[5] + 3.0 * bound[6] + 3.0 * bound[7] + bound[8]
     second = l2 * p1 * p1 + l1 * p2
-    bend = 0.5 * (t1 - t0) * second
+    u0, u1, v0, v1 = elements.table[e]["box"]
+    reach = bound[0] * max(abs(u0), abs(u1), u1 - u0) / (u1 - u0)
+    reach += bound[1] * max(abs(v0), abs(v1), v1 - v0) / (v1 - v0)
+    bend = 0.5 * (t1 - t0) * second + ROUNDING * reach
     way, off, sine = _way_in(tables, piece, 0.5 * (t0 + t1), side, bound, box, bend)
     bound[0] = l1 * p1
     bound[1] = second
