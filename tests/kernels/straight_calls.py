@@ -38,22 +38,27 @@ class StraightCalls:
         return given == compiled
 
 
+class _Looked:
+    """`KernelDispatcher.entries` of kernels whose calls are looked at."""
+
+    def __init__(self, calls: StraightCalls) -> None:
+        self._calls = calls
+
+    def __get__(self, kernel: KernelDispatcher, kind: type) -> tuple[Callable[..., Any], ...]:
+        own: tuple[Callable[..., Any], ...] = vars(kernel).get("entries", ())
+
+        def call(*arguments: Any) -> Any:
+            return (own[0] if self._calls.look(kernel, arguments) else kernel)(*arguments)
+
+        return (call,) if len(own) == 1 else own
+
+    def __set__(self, kernel: KernelDispatcher, entries: tuple[Callable[..., Any], ...]) -> None:
+        vars(kernel)["entries"] = entries
+
+
 @contextmanager
 def looked_at() -> Iterator[StraightCalls]:
     """Look within this at all that kernels called straight are handed."""
     calls = StraightCalls()
-    entry = KernelDispatcher.straight.fget
-    assert entry is not None
-
-    def straight(kernel: KernelDispatcher) -> Callable[..., Any]:
-        result = entry(kernel)
-        if result is kernel:
-            return kernel
-
-        def call(*arguments: Any) -> Any:
-            return (result if calls.look(kernel, arguments) else kernel)(*arguments)
-
-        return call
-
-    with patch.object(KernelDispatcher, "straight", property(straight)):
+    with patch.object(KernelDispatcher, "entries", _Looked(calls)):
         yield calls

@@ -22,6 +22,8 @@ def real(values: Any, where: str | None = None) -> Any:
 
     NumPy drops imaginary parts with a warning, and masks in silence.
     """
+    if type(values) is np.ndarray and values.dtype.kind == "f":  # most of what comes
+        return values
     if what := _unreal(values):
         raise InputError(f"{what} in place of real numbers", where=where)
     return values
@@ -29,8 +31,6 @@ def real(values: Any, where: str | None = None) -> Any:
 
 def _unreal(values: Any) -> str | None:
     """Name why `values` are not real numbers; None if they are, or are no numbers at all."""
-    if type(values) is np.ndarray:  # most of what comes
-        return "complex numbers" if values.dtype.kind == "c" else None
     if isinstance(values, list | tuple):
         if _PLAIN.issuperset(map(type, values)):  # twice as fast as one by one
             return None
@@ -48,13 +48,9 @@ def as_contiguous(values: ArrayLike, dtype: DTypeLike) -> NDArray[Any]:
     Arrays that are so already are not copied. To kernels one that is read-only is of another type,
     for which they would be compiled anew. Raises what NumPy does where there are no numbers.
     """
-    return _contiguous(real(values), dtype)
-
-
-def _contiguous(values: ArrayLike, dtype: DTypeLike) -> NDArray[Any]:
     if type(values) is np.ndarray and values.dtype == dtype and values.flags.carray:
         return values
-    return np.require(values, dtype, ("C", "A", "W", "E"))
+    return np.require(real(values), dtype, ("C", "A", "W", "E"))
 
 
 def as_points(values: ArrayLike, name: str = "points") -> FloatArray:
@@ -62,6 +58,13 @@ def as_points(values: ArrayLike, name: str = "points") -> FloatArray:
 
     A single point ``(3,)`` becomes one row. Not-finite entries pass: they are marked row by row.
     """
+    if (
+        type(values) is np.ndarray
+        and values.shape[1:] == (3,)
+        and values.dtype == np.float64
+        and values.flags.carray
+    ):
+        return values  # most of what comes
     return _as_rows(values, name, 3, "(n, 3)")
 
 
@@ -73,7 +76,7 @@ def as_parameters(values: ArrayLike) -> FloatArray:
 def _as_rows(values: ArrayLike, name: str, columns: int, shape: str) -> FloatArray:
     real(values, name)
     try:
-        rows = _contiguous(values, np.float64)
+        rows = as_contiguous(values, np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"{name} must be an array of numbers", allowed=f"shape {shape}") from error
     if rows.shape == (columns,):
@@ -116,7 +119,7 @@ def positive(value: object, name: str, *, finite: bool = True) -> float:
     """`value` as a number above zero, a finite one where not said otherwise."""
     allowed = "a finite number > 0" if finite else "a number > 0"
     try:
-        number = float(real(value))
+        number = value if type(value) is float else float(real(value))
     except (TypeError, ValueError, OverflowError) as error:
         raise InputError("must be a number", where=name, found=value, allowed=allowed) from error
     if not number > 0.0 or (finite and number == np.inf):

@@ -62,7 +62,9 @@ def length(vector: ArrayLike) -> float:
     """
     values = np.asarray(vector, dtype=np.float64)
     if values.size <= FEW:
-        square = sum([x * x for x in values.ravel().tolist()])
+        square = 0.0
+        for x in values.ravel().tolist():
+            square += x * x
         if SMALLEST < square < LARGEST:
             return math.sqrt(square)
     most = float(np.max(np.abs(values), initial=0.0))

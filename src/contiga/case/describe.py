@@ -12,8 +12,8 @@ from contiga.masters.protocol import Master
 from contiga.placement.sample import extent_at
 from contiga.records import FloatArray
 from contiga.simulation.checks.finding import Said
-from contiga.simulation.place import place
 from contiga.simulation.simulation import Simulation
+from contiga.simulation.step import place
 from contiga.slaves.slave import box_of
 
 # Of a body's size: triangles that tell which way it faces; and of its area the share that must.

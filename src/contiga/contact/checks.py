@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from contiga.area.hull import HullArea
 from contiga.area.method import AreaMethod
 from contiga.area.nodal import NodalArea
-from contiga.arrays.layout import as_numbers
-from contiga.contact.state import Owner, State, is_made_by, own_arrays
-from contiga.contact.state_rows import kept_of
+from contiga.contact.state import State
 from contiga.errors import InputError
 from contiga.laws.by_face import FaceLaws
 from contiga.laws.combined import CombinedLaw, forces_in_series
-from contiga.laws.normal import AdaptiveLaw, ForceLaw, Law, PenaltyLaw, StressLaw
+from contiga.laws.normal import ForceLaw, Law, StressLaw
 from contiga.masters.protocol import Master, is_master
-from contiga.records import FloatArray, LawInput, LawOutput
 from contiga.slaves.slave import Slave
-
-PLAIN = frozenset({PenaltyLaw, AdaptiveLaw})
-"""Laws of this package, and none derived from them, that ask nothing of users' curves."""
 
 
 def check_methods(law: object, area: object) -> None:
@@ -188,7 +180,9 @@ REMEDIES = {
 
 def check_needs(law: Law, slave: Slave, master: Master) -> None:
     """Refuse a slave without the nodal values the law needs, and a master without its faces."""
-    _check_faces(law, master)
+    if isinstance(law, FaceLaws) and (master.faces is None or law.largest() >= master.n_pieces):
+        there = "CAD" if master.faces is None else f"up to {master.n_pieces - 1}"
+        raise InputError("no such face", where="law: faces", found=law.largest(), allowed=there)
     for name in ("thickness", "mass"):
         if not getattr(law, f"needs_{name}"):
             continue
@@ -203,35 +197,9 @@ def check_needs(law: Law, slave: Slave, master: Master) -> None:
             )
 
 
-def _check_faces(law: Law, master: Master) -> None:
-    """Refuse laws by face of a master that has no such faces."""
-    if isinstance(law, FaceLaws) and (master.faces is None or law.largest() >= master.n_pieces):
-        there = "CAD" if master.faces is None else f"up to {master.n_pieces - 1}"
-        raise InputError("no such face", where="law: faces", found=law.largest(), allowed=there)
-
-
-def checked_state(
-    state: State, owner: Owner, n_points: int, memories: tuple[int, int], master: Master
-) -> State:
-    """The state, with arrays as kernels take them. One of another contact than `owner`, of
-    `n_points` with `memories` of law and friction, is refused."""
-    is_own = isinstance(state, State) and is_made_by(state, owner)
-    if not is_own:
-        _check_shape(state, n_points, memories)
-    n_pieces = master.n_pieces
-    for name in ("patch", "last_patch"):
-        highest = int(getattr(state, name).max(initial=-1))
-        if highest >= n_pieces:
-            raise InputError(
-                "the state belongs to another master",
-                where=f"state.{name}",
-                found=highest,
-                allowed=f"-1 … {n_pieces - 1}",
-            )
-    return state if is_own else own_arrays(state)
-
-
-def _check_shape(state: State, n_points: int, memories: tuple[int, int]) -> None:
+def check_state(state: State, n_points: int, memories: tuple[int, int]) -> None:
+    """Refuse a state of another contact: with other than `n_points`, other `memories` of law and
+    friction."""
     kind("state", state, State)
     if len(state.status) != n_points:
         raise InputError(
@@ -240,58 +208,14 @@ def _check_shape(state: State, n_points: int, memories: tuple[int, int]) -> None
             found=len(state.status),
             allowed=f"{n_points} points",
         )
-    for name, whose, wanted in zip(
+    for name, whose, columns in zip(
         ("memory", "friction_memory"), ("law", "friction"), memories, strict=True
     ):
-        shape = kept_of(state).shape(name)
-        if shape[1] != wanted:
+        shape = getattr(state, name).shape
+        if shape[1] != columns:
             raise InputError(
                 f"the state belongs to another {whose}",
                 where=f"state.{name}",
                 found=shape,
-                allowed=f"({n_points}, {wanted})",
+                allowed=f"({n_points}, {columns})",
             )
-
-
-def checked_answer(law: Law, inp: LawInput) -> LawOutput:
-    """What a law answers: a row a point in contact, or it is told. Without any, none is asked.
-
-    A row too few or an axis too many would be spread over the points without a word. The arrays are
-    copies: whoever worked them out may go on with theirs. Those of `PLAIN` laws are right, and new.
-    """
-    n = len(inp.penetration)
-    if n == 0:
-        return LawOutput(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros((0, law.n_memory)))
-    if type(law) in PLAIN:
-        return law.respond(inp)
-    answer: object = law.respond(inp)
-    if not isinstance(answer, LawOutput):
-        raise InputError(
-            "the law must answer a LawOutput",
-            where="law",
-            found=type(answer).__name__,
-            allowed="LawOutput(force, stiffness, stored, memory)",
-        )
-    force, stiffness, stored, memory, hysteresis, damping, tangent = answer
-    row = (n,)
-    return LawOutput(
-        _numbers("force", force, row),
-        _numbers("stiffness", stiffness, row),
-        _numbers("stored", stored, row),
-        _numbers("memory", memory, (n, law.n_memory)),
-        None if hysteresis is None else _numbers("hysteresis", hysteresis, row),
-        None if damping is None else _numbers("damping", damping, row),
-        None if tangent is None else _numbers("tangent", tangent, row),
-    )
-
-
-def _numbers(name: str, answer: object, shape: tuple[int, ...]) -> FloatArray:
-    numbers = as_numbers(answer, f"law: {name}", "the law must answer numbers")
-    if numbers.shape != shape:
-        raise InputError(
-            "the law must answer one row a point in contact",
-            where=f"law: {name}",
-            found=numbers.shape,
-            allowed=str(shape),
-        )
-    return numbers

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager, nullcontext
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.area.method import AreaInput, AreaMethod, Areas, Outlines, Rest, prepared, weights_of
-from contiga.arrays.layout import as_points, positive, read_only
+from contiga.arrays.layout import as_points, locked, positive, read_only
 from contiga.contact.checks import (
     MasterLaw,
     check_friction,
@@ -18,35 +20,60 @@ from contiga.contact.checks import (
     check_needs,
     check_sampling,
     check_shell,
-    checked_state,
+    check_state,
     kind,
     law_of,
 )
 from contiga.contact.choices import check_choices
-from contiga.contact.detect import detect_at_start
+from contiga.contact.curved import detect_on_curves, is_turned
+from contiga.contact.detect import detect, detect_at_start
 from contiga.contact.dry_run import DryRun, dry_run
-from contiga.contact.force_records import Column
+from contiga.contact.kernels.totals_nb import WORK
+from contiga.contact.loads import Column, Kept, holds_of
 from contiga.contact.measured import Measure
-from contiga.contact.motion import Velocities, relative_velocity
-from contiga.contact.moved import detect_moved
 from contiga.contact.points import default_area, half_of, pressure_of, sampling_of
-from contiga.contact.respond import forces, law_input, loads_of, respond, whole_of
+from contiga.contact.respond import (
+    PLAIN,
+    ContactRows,
+    Frame,
+    PreviousStep,
+    Velocities,
+    forces,
+    relative_velocity,
+    respond,
+    touching,
+)
 from contiga.contact.reused import given_up
-from contiga.contact.search_records import Columns, Detected, Options, Workspaces, options_of
-from contiga.contact.stage_clock import StageClock, untimed
-from contiga.contact.state import State, state_of
-from contiga.contact.state_rows import kept_of
-from contiga.contact.touching import ContactRows, PreviousStep, touching
+from contiga.contact.search_records import (
+    BoolArray,
+    Columns,
+    Detected,
+    Last,
+    Options,
+    Workspace,
+    Workspaces,
+    options_of,
+)
+from contiga.contact.state import State, own_arrays, state_of
 from contiga.display import Displayed, Facts
 from contiga.errors import InputError
 from contiga.laws.friction import Friction
 from contiga.laws.normal import Law
 from contiga.masters.protocol import Master, Surface
-from contiga.records import FloatArray, IndexArray, rows_of
+from contiga.records import FloatArray, IndexArray, LawInput, rows_of
 from contiga.rigid.frames import standing, to_body
 from contiga.rigid.pose import identity
 from contiga.rigid.transform import PoseLike, vector
 from contiga.slaves.slave import Slave
+
+StageClock = Callable[[str], AbstractContextManager[None]]
+"""Called with the name of a stage, gives a context that times it."""
+_NO_CLOCK: AbstractContextManager[None] = nullcontext()
+
+
+def untimed(_: str) -> AbstractContextManager[None]:
+    """Of stages that nobody times."""
+    return _NO_CLOCK
 
 
 class Contact(Displayed):
@@ -179,9 +206,17 @@ class Contact(Displayed):
             *([] if self.friction is None else [("friction", type(self.friction).__name__)]),
         ]
 
-    @property
+    @cached_property
     def _surface(self) -> Surface:
         return self.master.surface
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Copies, and what is written to files, ask the master for it themselves.
+        return {name: value for name, value in vars(self).items() if name != "_surface"}
+
+    @cached_property
+    def _n_pieces(self) -> int:
+        return self.master.n_pieces
 
     @cached_property
     def _options(self) -> Options:
@@ -259,7 +294,19 @@ class Contact(Displayed):
             `out` that is not another state of this contact with arrays of its own.
         """
         p_W, X_WB = self._checked(points, pose)
-        dt = self._length_of_step(dt, told=velocity is not None)
+        laws = self.law, self.friction
+        if dt is not None:
+            dt = positive(dt, "dt")
+        elif any(getattr(law, "stiffness_follows_step", False) for law in laws) or (
+            velocity is None and any(getattr(law, "has_rate", False) for law in laws)
+        ):
+            raise InputError(
+                "is missing: forces of this contact depend on rates",
+                where="dt",
+                allowed="the length of the step, > 0",
+            )
+        else:
+            dt = 1.0
         state = self._checked_state(state)
         poses, active = (state.pose, X_WB), self._sampling.active
         speed = relative_velocity(self._sampling, p_W, poses, velocity, twist)
@@ -272,26 +319,11 @@ class Contact(Displayed):
         try:
             with clock("search"):
                 detected, held = detect_moved(
-                    self.master, (p_W, X_WB, p_B), past, active, self._options, memory
+                    self._surface, (p_W, X_WB, p_B), past, active, self._options, memory
                 )
             return self._respond(detected, held, (p_B, X_WB), past, clock, out)
         finally:
             self._workspaces.give(workspace)
-
-    def _length_of_step(self, dt: float | None, *, told: bool) -> float:
-        """`dt`, refused where it is missing and needed. `told`: rates are those of a velocity."""
-        if dt is not None:
-            return positive(dt, "dt")
-        laws = self.law, self.friction
-        if any(getattr(law, "stiffness_follows_step", False) for law in laws) or (
-            not told and any(getattr(law, "has_rate", False) for law in laws)
-        ):
-            raise InputError(
-                "is missing: forces of this contact depend on rates",
-                where="dt",
-                allowed="the length of the step, > 0",
-            )
-        return 1.0
 
     def dry_run(
         self, placements: Iterable[tuple[ArrayLike, PoseLike | None]], *, most: int | None = None
@@ -313,7 +345,15 @@ class Contact(Displayed):
 
         `state.area`, `state.total_area` and what else is about areas come from here.
         """
-        return self._measure.areas(kept_of(state).area_input)
+        return self._measure.areas(self._seen(state))
+
+    def _seen(self, state: State) -> AreaInput:
+        """`area_input`, looked up once."""
+        arrays = vars(state)
+        if "_seen" not in arrays:
+            arrays["_seen"] = self.area_input(state)
+        seen: AreaInput = arrays["_seen"]
+        return seen
 
     def pressure(self, state: State) -> FloatArray:
         """(n,) pressure at each node: normal force over its contact area."""
@@ -341,7 +381,7 @@ class Contact(Displayed):
         """
         state = self._checked_state(state)
         X_WB = state.pose if pose is None else standing(pose)
-        return self._measure.outlines(kept_of(state).area_input, X_WB)
+        return self._measure.outlines(self._seen(state), X_WB)
 
     def nodal_sum(self, rows: IndexArray, values: FloatArray) -> Column:
         """At the slave's nodes, of `values` (k,) at the points of contact `rows` (k,)."""
@@ -358,19 +398,32 @@ class Contact(Displayed):
     def _checked(self, points: ArrayLike, pose: PoseLike | None) -> tuple[FloatArray, FloatArray]:
         """Points of contact and pose."""
         p_W = as_points(points)
-        if len(p_W) != len(self.slave):
+        if len(p_W) != self._sampling.n_nodes:
             raise InputError(
                 "points must have one row a slave point",
                 where="points",
                 found=len(p_W),
-                allowed=str(len(self.slave)),
+                allowed=str(self._sampling.n_nodes),
             )
-        return self._sampling.points(p_W), identity() if pose is None else standing(pose)
+        if self._sampling.first:
+            p_W = self._sampling.points(p_W)
+        return p_W, identity() if pose is None else standing(pose)
 
     def _checked_state(self, state: State) -> State:
-        grip = 0 if self.friction is None else self.friction.n_memory
-        memories = self.law.n_memory, grip
-        return checked_state(state, self, self._sampling.n_points, memories, self.master)
+        """The state, with arrays as kernels take them. One of another contact is refused."""
+        if getattr(state, "_maker", None) is not self:
+            grip = 0 if self.friction is None else self.friction.n_memory
+            check_state(state, self._sampling.n_points, (self.law.n_memory, grip))
+        for name in ("patch", "last_patch"):  # somebody may have written to them
+            highest = int(getattr(state, name).max(initial=-1))
+            if highest >= self._n_pieces:
+                raise InputError(
+                    "the state belongs to another master",
+                    where=f"state.{name}",
+                    found=highest,
+                    allowed=f"-1 … {self._n_pieces - 1}",
+                )
+        return state if state._maker is self else own_arrays(state)
 
     def _respond(
         self,
@@ -386,28 +439,105 @@ class Contact(Displayed):
         `places` are those of all points, body axes, and the pose; `out` is a state that was given
         up, to become the answer.
         """
-        sampling, (p_B, X_WB) = self._sampling, places
-        points = held.since(sampling.first)
+        sampling, law, (p_B, X_WB), feet = self._sampling, self.law, places, detected.feet
+        points = held.since(sampling.first) if sampling.first else held
+        rows, depth = points.rows, points.depth
         seen = areas = None
         if self.weights == "area":
             with clock("area"):
-                feet = rows_of(detected.feet, points.rows)
-                seen = self._measure.input(p_B, detected.feet.patch, feet)
+                seen = self._measure.input(p_B, feet.patch, rows_of(feet, rows))
                 areas = self._measure.areas(seen)
         with clock("forces"):
-            area = sampling.weights(points.rows) if areas is None else areas.area
-            inp = law_input(points, detected.feet.patch, sampling, area, past, self.law)
-            answer = respond(self.law, self.friction, points, inp, past)
+            if areas is not None:
+                area = areas.area
+            else:
+                area = np.ones(len(rows)) if sampling.weight is None else sampling.weight[rows]
+            if type(law) not in PLAIN:  # laws that are not ours cannot write to what they see
+                depth, area = locked(depth), locked(area)
+            thickness, mass = sampling.thickness, sampling.mass
+            inp = LawInput(
+                depth,
+                points.rate,
+                area,
+                None if thickness is None else thickness[rows],
+                None if mass is None else mass[rows],
+                0.0 if past is None else past.dt,
+                np.zeros((len(rows), law.n_memory))
+                if past is None or law.n_memory == 0
+                else past.state.kept.memory.at(rows),
+                feet.patch[rows] if getattr(law, "needs_patch", False) else None,
+            )
+            response = respond(law, self.friction, points, inp, past)
             # The forces act where the slave's points are: so those on slave and master balance,
             # with their moments, whatever friction adds along the surface.
-            felt = forces(points, answer, p_B, past, (X_WB, self._reference_point))
-        whole = whole_of(detected, places, felt)
-        loads = loads_of(held, detected.opposed, points, answer, felt)
+            frame = Frame(X_WB, self._reference_point)
+            felt, is_damped = forces(points, response, p_B, past, frame)
+        whole: dict[str, Any] = {
+            "status": detected.status,
+            "feature": feet.feature,
+            "patch": feet.patch,
+            "uv": detected.uv,
+            "last_patch": detected.last_patch,
+            "points_B": p_B,
+            "pose": X_WB,
+            "certified": feet.certified,
+            "safe_distance": detected.safe_distance,
+            "wrench": felt.totals[:WORK],
+            "energies": felt.totals[WORK:],
+        }
+        if areas is not None:  # measured as the state was made, and not to be measured again
+            whole |= {"_seen": seen, "areas": areas}
+        force = Column(rows, felt.force)
         if sampling.first:
-            whole["force"] = force = sampling.nodal(points.rows, felt.world)
-            felt.wrench[:3] = 0.0 - force.sum(axis=0)
-            loads = loads._replace(world=None)
-        state = state_of(whole, loads, self, out)
-        if seen is not None and areas is not None:
-            kept_of(state).keep(seen, areas)
-        return state
+            whole["force"] = nodal = sampling.nodal(rows, felt.force)
+            whole["wrench"][:3] = 0.0 - nodal.sum(axis=0)
+            force = Column(np.arange(len(nodal), dtype=np.int32), nodal)
+        answer, grip = response
+        damping = answer.damping if is_damped else None
+        kept = Kept(
+            penetration=Column(held.rows, held.depth),
+            normal_B=Column(held.rows, held.normal),
+            foot_B=Column(held.rows, held.foot),
+            guard_B=detected.opposed,
+            normal_force=Column(rows, answer.force),
+            stiffness=Column(rows, answer.stiffness),
+            memory=Column(rows, answer.memory),
+            force=force,
+            tangent=None if answer.tangent is None else Column(rows, answer.tangent),
+            damping=None if damping is None else Column(rows, damping),
+            viscosity=None if damping is None else Column(rows, felt.viscosity),
+            # Copies: whoever worked these out may go on with theirs.
+            friction_memory=None
+            if grip is None
+            else Column(rows, np.array(grip.memory, np.float64)),
+            traction_B=None if grip is None else Column(rows, grip.force),
+            tangential=None if grip is None else Column(rows, np.array(grip.stiffness, np.float64)),
+        )
+        return state_of(whole, kept, self, out)
+
+
+def detect_moved(
+    surface: Surface,
+    moved: tuple[FloatArray, FloatArray, FloatArray],
+    past: PreviousStep,
+    active: BoolArray,
+    options: Options,
+    memory: tuple[Workspace, Columns],
+) -> tuple[Detected, ContactRows]:
+    """One step of a body that goes from the pose of `past` to that it is `moved` to; see `detect`.
+
+    `moved` are (p_W, X_WB, p_B): points in the world, the pose, and what body axes are written
+    into.
+    """
+    p_W, X_WB, p_B = moved
+    state = past.state
+    place = state.patch, state.uv, state.last_patch
+    holds = holds_of(state.kept.penetration, state.kept.normal_B.values, state.kept.guard_B)
+    last = Last(state.points_B, *place, state.safe_distance, holds)
+    poses = state.pose, X_WB
+    if is_turned(poses) and options.half is None:
+        to_body(X_WB, p_W, p_B)
+        detected = detect_on_curves(surface, p_B, last, active, options, poses, memory)
+    else:
+        detected = detect(surface, p_B, last, active, options, memory, (p_W, X_WB))
+    return detected, touching(detected, p_B, past)

@@ -89,10 +89,10 @@ def detect(
     if options.through:
         rows, near = through.detect(surface, step, feet, lists, detected, options)
     left = settle.left(surface, step, feet, (rows, near), detected, options)
-    if options.nearest:
-        opposed = nearest.detect(surface, step, feet, left, detected, options)
-        return with_feet(detected, lists)._replace(opposed=opposed)
-    followed.detect(surface, step, feet, left, detected, options)
+    if len(left[0]) or len(left[1]):
+        which = nearest if options.nearest else followed
+        opposed = which.detect(surface, step, feet, left, detected, options)
+        detected = detected._replace(opposed=opposed)
     return with_feet(detected, lists)
 
 

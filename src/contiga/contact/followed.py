@@ -21,6 +21,7 @@ from contiga.contact.foot_rows import (
     within_depth,
 )
 from contiga.contact.kernels import settle_nb
+from contiga.contact.loads import UNGUARDED, Guards
 from contiga.contact.nearest import asked_of, find, found_of, write
 from contiga.contact.search_records import BoolArray, Detected, Options, Step
 from contiga.contact.settle_records import Asked
@@ -65,9 +66,9 @@ def detect(
     rows: tuple[IntArray, IntArray],
     detected: Detected,
     options: Options,
-) -> None:
+) -> Guards:
     """Fill `detected` for points that were in contact and free ones that are near, `rows`; `last`
-    is (patch, uv) of the feet of all."""
+    is (patch, uv) of the feet of all. No wall is opposite to one that a point came in by."""
     touching, _ = rows
     way = step.before[touching], step.now[touching]
     tracked = track(surface, way, (last[0][touching], last[1][touching]), options)
@@ -75,6 +76,7 @@ def detect(
         _detect_closed(surface, step, tracked, rows, detected, options)
     else:
         _detect_open(surface, step, tracked, rows, detected, options)
+    return UNGUARDED
 
 
 def _detect_closed(

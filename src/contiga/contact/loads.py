@@ -1,4 +1,4 @@
-"""What a state keeps of the points in contact: some rows, of which whole arrays can be made."""
+"""What a state keeps of the points in contact: rows of its arrays, of which the others are zero."""
 
 from __future__ import annotations
 
@@ -7,35 +7,46 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.contact.force_records import Column
-from contiga.contact.sparse import Sparse
-from contiga.records import FloatArray, IndexArray, IntArray
+from contiga.records import FloatArray, IndexArray
+
+
+class Column(NamedTuple):
+    """Values of some points; of others they are zero.
+
+    >>> some = Column(np.array([1, 3]), np.array([5.0, 0.0]))
+    >>> some.at(np.array([0, 1])).tolist(), some.nonzero().rows.tolist()
+    ([0.0, 5.0], [1])
+    """
+
+    rows: IndexArray
+    """(k,) the points, ascending."""
+    values: FloatArray
+    """(k, …)."""
+
+    def at(self, rows: IndexArray) -> FloatArray:
+        """(len(rows), …) values of other points."""
+        if len(rows) == len(self.rows) and (rows is self.rows or (rows == self.rows).all()):
+            return np.array(self.values)
+        out = np.zeros((len(rows), *self.values.shape[1:]))
+        if len(self.rows):
+            place = np.minimum(np.searchsorted(self.rows, rows), len(self.rows) - 1)
+            there = self.rows[place] == rows
+            out[there] = self.values[place[there]]
+        return out
+
+    def nonzero(self) -> Column:
+        """The points whose value (k,) is not zero."""
+        if np.count_nonzero(self.values) == len(self.values):  # nearly always
+            return self
+        rows = np.flatnonzero(self.values)
+        return Column(self.rows[rows], self.values[rows])
+
 
 NOWHERE = np.zeros((0, 3))
 """Velocities that are not told, and forces there are none of."""
 NONE = np.zeros(0)
 NO_ROWS = np.zeros(0, np.int32)
 NO_SIZES, NO_FORCES = Column(NO_ROWS, NONE), Column(NO_ROWS, NOWHERE)
-NO_MEMORY = np.zeros((0, 0))
-OF_HELD = {"penetration": "penetration", "normal_B": "normal", "foot_B": "foot"}
-"""Array of a state -> field of `Loads` with its rows of the points in contact."""
-OF_CARRYING = {
-    "normal_force": "normal_force",
-    "stiffness": "stiffness",
-    "memory": "memory",
-    "force": "world",
-    "damping": "damping",
-    "viscosity": "viscosity",
-    "friction_memory": "friction_memory",
-    "traction_B": "traction",
-    "tangential": "tangential",
-    "tangent": "tangent",
-}
-"""Arrays of the same kind hold those that carry forces."""
-ABSENT = dict.fromkeys(("damping", "viscosity", "tangential", "tangent"), Sparse(0, *NO_SIZES)) | {
-    "traction_B": Sparse(0, *NO_FORCES)
-}
-"""Arrays that a state may lack."""
 
 
 class Holds(NamedTuple):
@@ -95,64 +106,42 @@ def merged(first: Guards, second: Guards) -> Guards:
     return Guards(rows[order], np.concatenate((first.normal, second.normal))[order])
 
 
-class Loads(NamedTuple):
-    """Of points in contact, one row each, body axes; see `State`."""
+class Kept(NamedTuple):
+    """Rows of the arrays of a `State` that say nothing without contact, by their names."""
 
-    held: IntArray
-    """Those in contact, with the three that follow."""
-    penetration: FloatArray
-    normal: FloatArray
-    foot: FloatArray
-    rows: IntArray
-    """Those of them that carry forces, with all that follows."""
-    normal_force: FloatArray
-    stiffness: FloatArray
-    memory: FloatArray
-    world: FloatArray | None
-    """(k, 3) forces, world axes; None where they are those of other points."""
-    damping: FloatArray | None = None
-    """None, with the next, where nothing is damped."""
-    viscosity: FloatArray | None = None
-    friction_memory: FloatArray | None = None
-    """None, with the two that follow, without friction."""
-    traction: FloatArray | None = None
-    tangential: FloatArray | None = None
-    opposed: Guards = UNGUARDED
-    """Those in contact whose nearest wall is opposite."""
-    tangent: FloatArray | None = None
+    penetration: Column
+    """With the two that follow, of all points in contact."""
+    normal_B: Column
+    foot_B: Column
+    guard_B: Guards
+    normal_force: Column
+    """With all that follows, of those that carry forces."""
+    stiffness: Column
+    memory: Column
+    force: Column
+    """Of nodes: of all where the points that carry are others."""
+    tangent: Column | None
     """None where the law gives none."""
+    damping: Column | None
+    """None, with the next, where nothing is damped."""
+    viscosity: Column | None
+    friction_memory: Column | None
+    """None, with the two that follow, without friction."""
+    traction_B: Column | None
+    tangential: Column | None
 
     @property
-    def deep(self) -> Column:
-        """How deep points are."""
-        return Column(self.held, self.penetration)
+    def springs(self) -> Column:
+        """Springs that bound the slope of the normal forces."""
+        return (self.stiffness if self.tangent is None else self.tangent).nonzero()
 
-    @property
-    def holds(self) -> Holds:
-        """What holds them: guards are the normals at the feet, where nothing else tells."""
-        return holds_of(self.deep, self.normal, self.opposed)
-
-    @property
-    def carried(self) -> tuple[Column, Column, Column, Column]:
-        """Normal forces, normals, friction and damping, whose work the next step counts."""
-        damping, traction = self.damping, self.traction
-        return (
-            Column(self.rows, self.normal_force),
-            Column(self.held, self.normal),
-            NO_FORCES if traction is None else Column(self.rows, traction),
-            NO_SIZES if damping is None else Column(self.rows, damping),
-        )
-
-    def column(self, name: str, p_B: FloatArray) -> Sparse | None:
-        """Return what is kept of the array `name` of a state of n points, p_B (n, 3); None where it
-        is kept whole. An array that says that there is no such thing has no rows."""
-        n = len(p_B)
-        if name in OF_HELD:
-            values = getattr(self, OF_HELD[name])
-            return Sparse(n, self.held, values, p_B if name == "foot_B" else None)
-        if name == "guard_B":
-            return Sparse(n, *self.opposed)
-        values = getattr(self, OF_CARRYING[name]) if name in OF_CARRYING else None
-        if values is not None:
-            return Sparse(n, self.rows, values)
-        return Sparse(n, NO_ROWS, NO_MEMORY) if name == "friction_memory" else ABSENT.get(name)
+    def whole(self, name: str, p_B: FloatArray) -> FloatArray:
+        """The array `name` of a state of points p_B (n, 3)."""
+        column: Column | Guards | None = getattr(self, name)
+        if column is None:  # there is no such thing
+            shape = {"friction_memory": (len(p_B), 0), "traction_B": (0, 3)}
+            return np.zeros(shape.get(name, (0,)))
+        rows, values = column
+        whole = p_B.copy() if name == "foot_B" else np.zeros((len(p_B), *values.shape[1:]))
+        whole[rows] = values
+        return whole

@@ -9,7 +9,6 @@ import numpy as np
 from contiga.area.method import AreaInput, AreaMethod, Areas, Outlines, outlines_of
 from contiga.area.offset import offset_ratio
 from contiga.contact.state import State
-from contiga.contact.state_rows import kept_of
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray, Projection
 from contiga.rigid.frames import to_world
@@ -45,7 +44,7 @@ class Measure(NamedTuple):
             state.patch[rows],
             state.uv[rows],
             state.foot_B[rows],
-            kept_of(state).part("normal_B", rows),
+            state.kept.normal_B.at(rows),
             -state.penetration[rows],
             state.feature[rows],
             np.full(len(rows), Status.OK, np.int8),

@@ -121,9 +121,7 @@ def detect(
 ) -> Guards:
     """Fill `detected` for points that were in contact and free ones that are near, `rows`; returns
     those that another wall than the nearest pushes. `last` is (patch, uv) of the feet of all."""
-    touching, near = rows
-    if len(touching) == 0 and len(near) == 0:
-        return UNGUARDED
+    touching, _ = rows
     feet = None
     if len(touching):
         start = last[0][touching], last[1][touching]

@@ -24,7 +24,7 @@ KERNELS = (
     *(surface_leaves, curve_leaves, build, fill_plates),
     *(surface_pieces, project_global, last_crossings, track_chunks),
 )
-"""In the order they are called: faces, trims, elements, hierarchy, joints, sides, search."""
+"""In the order they are called: faces, trims, elements, hierarchy, sides, search."""
 
 
 def preload_search() -> None:

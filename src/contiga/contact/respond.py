@@ -1,26 +1,204 @@
-"""From what the search has found to forces: laws, sums over points, and where the work went."""
+"""From what the search has found to forces: rates, laws, friction, and where the work went.
+
+Points that carry as one are those of a law that gives one force for all of them. The point that
+carries passes from node to node as bodies slide and roll; what friction holds must not stay behind
+with the nodes. It is that of one point: with the sum of the normal forces, their mean normal, and
+the mean way of the points, weighted by their shares at both ends of the step, so that its work is
+that of its forces on the points, to second order.
+"""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import locked
-from contiga.arrays.ordered import row_products
-from contiga.contact.as_one import grip_as_one
-from contiga.contact.checks import PLAIN, checked_answer
-from contiga.contact.force_records import Answer, Felt, Frame, LastForces
-from contiga.contact.kernels import totals_nb
-from contiga.contact.loads import NO_FORCES, NO_SIZES, NONE, NOWHERE, Guards, Loads
-from contiga.contact.search_records import Detected
-from contiga.contact.state_rows import kept_of
-from contiga.contact.touching import ContactRows, PreviousStep
+from contiga.arrays.layout import as_numbers, as_points, locked, real
+from contiga.arrays.ordered import length, product
+from contiga.arrays.threads import run_ranges
+from contiga.contact.kernels import carrying_nb, relative_nb, totals_nb
+from contiga.contact.loads import NO_FORCES, NO_ROWS, NO_SIZES, NONE, NOWHERE, Column
+from contiga.contact.search_records import BoolArray, Detected
+from contiga.contact.state import State
+from contiga.errors import InputError
 from contiga.jit import straight
-from contiga.laws.friction import Friction, FrictionInput, FrictionOutput
-from contiga.laws.normal import Law
-from contiga.records import ByteArray, FloatArray, IntArray, LawInput, LawOutput
+from contiga.laws.friction import (
+    Coulomb,
+    Friction,
+    FrictionInput,
+    FrictionOutput,
+    ViscousFriction,
+)
+from contiga.laws.normal import AdaptiveLaw, Law, PenaltyLaw
+from contiga.records import FloatArray, IndexArray, IntArray, LawInput, LawOutput
+from contiga.rigid.frames import POINTS
 from contiga.slaves.sampling import Sampling
+
+PLAIN = frozenset({PenaltyLaw, AdaptiveLaw})
+"""Laws of this package, and none derived from them, that ask nothing of users' curves."""
+OWN_FRICTION = frozenset({Coulomb, ViscousFriction})
+"""Frictions of this package, and none derived from them, which write to none of their input."""
+NO_ENERGIES = np.zeros(5)
+
+Velocities: TypeAlias = tuple[ArrayLike, ArrayLike]
+"""(v, w): velocity of a frame's origin and its spin, world axes."""
+
+
+class RelativeVelocity(NamedTuple):
+    """Velocities of points against a body, which are worked out of those that are asked for."""
+
+    sampling: Sampling
+    nodes: FloatArray
+    """(n, 3) velocities of the slave's nodes, world axes."""
+    points: FloatArray
+    """(m, 3) places of all points, world axes."""
+    pose: FloatArray
+    twist: FloatArray
+    """(2, 3) velocity of the body's origin and its spin, world axes."""
+
+    def at(self, rows: IndexArray) -> FloatArray:
+        """(k, 3) of points `rows`, ascending, body axes."""
+        p_W, v_W = self.points.take(rows, axis=0), self.nodes
+        v_W = self.sampling.points_at(rows, v_W) if self.sampling.first else v_W.take(rows, axis=0)
+        v_B = np.empty(v_W.shape)
+        given = v_W, p_W, self.pose, self.twist, v_B
+        run_ranges(straight(relative_nb.relative), len(rows), POINTS, *given)
+        return v_B
+
+
+def relative_velocity(
+    sampling: Sampling,
+    p_W: FloatArray,
+    poses: tuple[FloatArray, FloatArray],
+    velocity: ArrayLike | None,
+    twist: Velocities | FloatArray | None,
+) -> RelativeVelocity | None:
+    """How the points p_W (m, 3) go against the body; None where no velocity is given.
+
+    `poses` are those of the body before and now.
+    """
+    if velocity is None:
+        if twist is not None:
+            raise InputError(
+                "the twist of the master is given and the velocity of the slave is not",
+                where="velocity",
+                allowed="both or neither",
+                remedy="Give velocity=(n, 3), zeros of a slave that stands still",
+            )
+        return None
+    if twist is None and not np.array_equal(*poses):
+        raise InputError(
+            "the velocity of the slave is given and the twist of the master, which moves, is not",
+            where="twist",
+            allowed="both or neither",
+            remedy="Give twist=(v, w): velocity of the master's origin and its spin",
+        )
+    v_W = as_points(velocity, "velocity")
+    if len(v_W) != sampling.n_nodes:
+        raise InputError(
+            "velocity must have one row a slave point",
+            where="velocity",
+            found=len(v_W),
+            allowed=str(sampling.n_nodes),
+        )
+    first = straight(relative_nb.first_unknown)(v_W, p_W)
+    if first >= 0:
+        raise InputError(
+            "a point that has a place has no velocity",
+            where=f"velocity[{first}]",
+            found=v_W[first].tolist(),
+            allowed="three finite numbers a point",
+        )
+    if twist is None:
+        return RelativeVelocity(sampling, v_W, p_W, poses[1], np.zeros((2, 3)))
+    real(twist, "twist")
+    try:
+        body = np.array(twist, np.float64)
+    except (TypeError, ValueError):
+        body = NONE
+    if body.shape != (2, 3) or not np.isfinite(body).all():
+        raise InputError(
+            "a twist is a velocity and a spin",
+            where="twist",
+            found=twist,
+            allowed="(v, w) of three finite numbers each",
+        )
+    return RelativeVelocity(sampling, v_W, p_W, poses[1], body)
+
+
+class PreviousStep(NamedTuple):
+    """How the points came where they are."""
+
+    state: State
+    """Of the last step."""
+    dt: float
+    velocity: RelativeVelocity | None
+    """Against the body, where it is known exactly."""
+
+
+class ContactRows(NamedTuple):
+    """Points in contact, one row each, body axes."""
+
+    rows: IntArray
+    depth: FloatArray
+    """(k,) λ."""
+    normal: FloatArray
+    foot: FloatArray
+    path: FloatArray
+    """(k, 3) against the body in the step; zero at the start and of points without a past."""
+    inside: FloatArray
+    """(k,) share of that path that a point has gone in contact: of a new one what is below the
+    tangent plane at its foot, and nothing of a path that leads away from there."""
+    old: BoolArray
+    """(k,) whether each was in contact before."""
+    rate: FloatArray
+    """(k,) dλ/dt: exact where velocities are given, else of old contacts the change of λ over the
+    step and of new ones their speed of approach; zero at the start."""
+    velocity: FloatArray
+    """(k, 3) against the body; (0, 3) where velocities are not given."""
+
+    @classmethod
+    def of(cls, rows: IntArray, velocity: FloatArray = NOWHERE) -> ContactRows:
+        """Make one of these rows, with nothing else filled in."""
+        k = len(rows)
+        normal, foot, path = np.empty((k, 3)), np.empty((k, 3)), np.empty((k, 3))
+        depth, inside, rate = np.empty(k), np.empty(k), np.empty(k)
+        return cls(rows, depth, normal, foot, path, inside, np.empty(k, np.bool_), rate, velocity)
+
+    def since(self, first: int) -> ContactRows:
+        """Those of them from the point `first` on: the ones that carry forces."""
+        k = int(np.searchsorted(self.rows, first))
+        return ContactRows._make(values[k:] for values in self)
+
+
+class LastDepths(NamedTuple):
+    """Where points were at the last step, and how deep."""
+
+    patch: IntArray
+    """(n,) patch of their feet, −1 without contact."""
+    points: FloatArray
+    """(n, 3)."""
+    rows: IndexArray
+    """(k,) the points in contact, ascending."""
+    depth: FloatArray
+    """(k,) how deep they were."""
+
+
+def touching(detected: Detected, p_B: FloatArray, past: PreviousStep | None) -> ContactRows:
+    """What is known of the points in contact before forces."""
+    rows, gather = detected.held, straight(carrying_nb.gather)
+    if past is None:
+        points = ContactRows.of(rows)
+        last = LastDepths(np.full(len(p_B), -1, np.int32), p_B, NO_ROWS, NONE)
+        gather(detected.feet, p_B, last, 1.0, points)
+        points.rate.fill(0.0)
+        return points
+    state = past.state
+    last = LastDepths(state.patch, state.points_B, *state.kept.penetration)
+    points = ContactRows.of(rows, NOWHERE if past.velocity is None else past.velocity.at(rows))
+    gather(detected.feet, p_B, last, past.dt, points)
+    return points
 
 
 class Response(NamedTuple):
@@ -28,58 +206,6 @@ class Response(NamedTuple):
 
     normal: LawOutput
     friction: FrictionOutput | None
-
-
-class Forces(NamedTuple):
-    """What the points that carry feel, and what that sums up to."""
-
-    world: FloatArray
-    """(k, 3) forces on them, world axes."""
-    viscosity: FloatArray | None
-    """(k,) damping over the rate of penetration; None where nothing is damped."""
-    wrench: FloatArray
-    """(6,) on the body, about its reference point, world axes."""
-    energies: FloatArray
-    """(5,) where the work went up to now, as `ContactEnergy`."""
-
-
-NOTHING = NO_SIZES, NO_FORCES, NO_FORCES, NO_SIZES
-"""`KeptRows.carried` of the last step, where there was none."""
-NO_ENERGIES = np.zeros(5)
-NO_GRIP = NOWHERE, NONE, NONE
-"""Forces of friction, what it stored and what it lost, where there is none."""
-
-
-def law_input(
-    points: ContactRows,
-    patch: IntArray,
-    sampling: Sampling,
-    area: FloatArray,
-    past: PreviousStep | None,
-    law: Law,
-) -> LawInput:
-    """What the law sees of the points that carry; laws that are not ours cannot write to it.
-
-    `patch` (n,) are the faces that all points have their feet on.
-    """
-    n_memory, depth = law.n_memory, points.depth
-    if type(law) not in PLAIN:
-        depth, area = locked(depth), locked(area)
-    rows, thickness, mass = points.rows, sampling.thickness, sampling.mass
-    if past is None or n_memory == 0:
-        memory = np.zeros((len(rows), n_memory))
-    else:
-        memory = kept_of(past.state).part("memory", rows)
-    return LawInput(
-        depth,
-        points.rate,
-        area,
-        None if thickness is None else thickness[rows],
-        None if mass is None else mass[rows],
-        0.0 if past is None else past.dt,
-        memory,
-        patch[rows] if getattr(law, "needs_patch", False) else None,
-    )
 
 
 def respond(
@@ -93,59 +219,181 @@ def respond(
     answer = checked_answer(law, inp)
     if friction is None:
         return Response(answer, None)
-    seen = _friction_input(friction, points, answer, inp, past)
-    if getattr(law, "acts_as_one", False) and len(points.rows):
-        gripped = grip_as_one(friction, points, seen, past)
-    else:
-        gripped = friction.respond(seen)
-    force = np.empty(points.normal.shape)
-    force[...] = gripped.force
-    return Response(answer, gripped._replace(force=force))
-
-
-def _friction_input(
-    friction: Friction,
-    points: ContactRows,
-    answer: LawOutput,
-    inp: LawInput,
-    past: PreviousStep | None,
-) -> FrictionInput:
-    rows, n = points.rows, points.normal
+    rows, normal = points.rows, points.normal
     if past is None:
-        before, memory = np.zeros_like(n), np.zeros((len(rows), friction.n_memory))
-        velocity = np.zeros_like(n)
+        before, memory = np.zeros_like(normal), np.zeros((len(rows), friction.n_memory))
+        velocity = np.zeros_like(normal)
     else:
-        kept = kept_of(past.state)
-        before, memory = kept.part("normal_B", rows), kept.part("friction_memory", rows)
-        velocity = points.path / past.dt if past.velocity is None else points.velocity
-    return FrictionInput(
-        normal=locked(n),
+        kept = past.state.kept
+        before, velocity = kept.normal_B.at(rows), points.velocity
+        memory = np.zeros((len(rows), friction.n_memory))
+        if kept.friction_memory is not None:
+            memory = kept.friction_memory.at(rows)
+        if past.velocity is None:
+            velocity = points.path / past.dt
+    # The stiffness is that of the normal force over the penetration; on a plateau of its curve it
+    # is the secant.
+    elastic = answer.force if answer.damping is None else answer.force - answer.damping
+    secant = np.zeros(len(rows))
+    np.divide(elastic, points.depth, out=secant, where=points.depth > 0.0)
+    stiffness = np.where(answer.stiffness > 0.0, answer.stiffness, np.maximum(secant, 0.0))
+    area = inp.area
+    if type(friction) not in OWN_FRICTION:  # others cannot write to what is the contact's
+        normal, area = locked(normal), locked(area)
+    seen = FrictionInput(
+        normal=normal,
         normal_before=before,
         force=answer.force,
-        stiffness=_stiffness(points, answer),
-        area=locked(inp.area),
-        path=points.path * _part_inside(points)[:, None],
+        stiffness=stiffness,
+        area=area,
+        path=points.path * points.inside[:, None],
         velocity=velocity,
         dt=inp.dt,
         memory=memory,
     )
+    if getattr(law, "acts_as_one", False) and len(rows):
+        gripped = _grip_as_one(friction, points, seen, past)
+    else:
+        gripped = friction.respond(seen)
+    force = np.empty(normal.shape)
+    force[...] = gripped.force
+    return Response(answer, gripped._replace(force=force))
 
 
-def _stiffness(points: ContactRows, answer: LawOutput) -> FloatArray:
-    """(k,) of the normal force over the penetration; on a plateau of its curve the secant."""
-    elastic = answer.force if answer.damping is None else answer.force - answer.damping
-    secant = np.zeros(len(elastic))
-    np.divide(elastic, points.depth, out=secant, where=points.depth > 0.0)
-    return np.where(answer.stiffness > 0.0, answer.stiffness, np.maximum(secant, 0.0))
+def checked_answer(law: Law, inp: LawInput) -> LawOutput:
+    """What a law answers: a row a point in contact, or it is told. Without any, none is asked.
+
+    A row too few or an axis too many would be spread over the points without a word. The arrays are
+    copies: whoever worked them out may go on with theirs. Those of `PLAIN` laws are right, and new.
+    """
+    n = len(inp.penetration)
+    if n == 0:
+        return LawOutput(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros((0, law.n_memory)))
+    if type(law) in PLAIN:
+        return law.respond(inp)
+    answer: object = law.respond(inp)
+    if not isinstance(answer, LawOutput):
+        raise InputError(
+            "the law must answer a LawOutput",
+            where="law",
+            found=type(answer).__name__,
+            allowed="LawOutput(force, stiffness, stored, memory)",
+        )
+    checked: list[FloatArray | None] = []
+    for name, values in zip(LawOutput._fields, answer, strict=True):
+        if values is None and name in LawOutput._field_defaults:
+            checked.append(None)
+            continue
+        numbers = as_numbers(values, f"law: {name}", "the law must answer numbers")
+        shape = (n, law.n_memory) if name == "memory" else (n,)
+        if numbers.shape != shape:
+            raise InputError(
+                "the law must answer one row a point in contact",
+                where=f"law: {name}",
+                found=numbers.shape,
+                allowed=str(shape),
+            )
+        checked.append(numbers)
+    return LawOutput(*checked)  # type: ignore[arg-type]  # those without a default are not None
 
 
-def _part_inside(points: ContactRows) -> FloatArray:
-    """(k,) share of the step's path that a point has gone in contact: of a new one what is below
-    the tangent plane at its foot, and nothing of a path that leads away from there."""
-    way = -row_products(points.path, points.normal)
-    inside = np.zeros(len(way))
-    np.divide(np.minimum(points.depth, way), way, out=inside, where=way > 0.0)
-    return np.where(points.old, 1.0, inside)
+def _grip_as_one(
+    friction: Friction, points: ContactRows, inp: FrictionInput, past: PreviousStep | None
+) -> FrictionOutput:
+    """What friction answers for the whole, `inp` being what it would see of each point."""
+    shares = _shares(inp.force)
+    before, memory, ways = np.zeros((1, 3)), np.zeros((1, friction.n_memory)), shares
+    if past is not None and points.old.any():
+        last = past.state.kept
+        rows, force = last.normal_force
+        before = _unit(product(_shares(force), last.normal_B.at(rows)))
+        memory[0] = inp.memory[np.argmax(points.old)]  # all that were in contact have the same
+        carried = last.normal_force.at(points.rows)
+        if carried.any():  # else all that carried have left
+            ways = _shares(shares + _shares(carried))
+    whole = friction.respond(
+        FrictionInput(
+            normal=_unit(product(shares, inp.normal)),
+            normal_before=before,
+            force=inp.force.sum(keepdims=True),
+            stiffness=inp.stiffness.sum(keepdims=True),
+            area=inp.area.sum(keepdims=True),
+            path=product(ways, inp.path)[None],
+            velocity=product(shares, inp.velocity)[None],
+            dt=inp.dt,
+            memory=memory,
+        )
+    )
+    column = shares[:, None]
+    return FrictionOutput(
+        column * whole.force,
+        shares * whole.stiffness,
+        shares * whole.stored,
+        shares * whole.lost,
+        np.repeat(whole.memory, len(shares), axis=0),
+    )
+
+
+def _shares(force: FloatArray) -> FloatArray:
+    """Shares (k,) of a sum, alike where there is none."""
+    whole = force.sum()
+    return force / whole if whole > 0.0 else np.full(len(force), 1.0 / max(len(force), 1))
+
+
+def _unit(vector: FloatArray) -> FloatArray:
+    """(1, 3) of length one; zero stays."""
+    size = length(vector)
+    return (vector / size if size > 0.0 else vector)[None]
+
+
+class Answer(NamedTuple):
+    """What law and friction say of k points that carry; no rows of what is not told."""
+
+    force: FloatArray
+    """(k,) along the normals."""
+    stored: FloatArray
+    hysteresis: FloatArray
+    damping: FloatArray
+    """(k,) the part of `force` that is due to the rate."""
+    friction: FloatArray
+    """(k, 3) forces across the normals, with energies stored and lost by them."""
+    held: FloatArray
+    lost: FloatArray
+
+
+class LastForces(NamedTuple):
+    """What was at the last step."""
+
+    force: Column
+    normal: Column
+    traction: Column
+    damping: Column
+    energies: FloatArray
+    """(5,) as `ContactEnergy` has them."""
+    points: FloatArray
+    """(n, 3) where all points were, body axes."""
+    none: Column
+    """Forces of no points."""
+
+
+class Frame(NamedTuple):
+    """Of the body."""
+
+    pose: FloatArray
+    """(4, 4) X_WB."""
+    reference_point: FloatArray
+    """(3,) that moments are about, body axes."""
+
+
+class Felt(NamedTuple):
+    """What k points that carry feel, and what that sums up to."""
+
+    force: FloatArray
+    """(k, 3) on them, world axes."""
+    viscosity: FloatArray
+    """(k,) damping over the rate of penetration."""
+    totals: FloatArray
+    """The wrench on the body, and the energies with what the step adds; see `totals_nb`."""
 
 
 def forces(
@@ -153,77 +401,42 @@ def forces(
     response: Response,
     p_B: FloatArray,
     past: PreviousStep | None,
-    frame: tuple[FloatArray, FloatArray],
-) -> Forces:
-    """Forces of the points that carry, and where the work done on the contact went, up to now.
+    frame: Frame,
+) -> tuple[Felt, bool]:
+    """Forces of the points that carry, and where the work done on the contact went, up to now; and
+    whether any is damped.
 
-    `p_B` (m, 3) are all points, `frame` the pose of the body and its reference point.
+    `p_B` (m, 3) are all points.
     """
     (force, _, stored, _, hysteresis, damping, _), grip = response
     k = len(points.rows)
     felt = Felt(np.empty((k, 3)), np.empty(k), np.empty(totals_nb.TOTALS))
-    lost = NONE if hysteresis is None else hysteresis
-    damped = NONE if damping is None else damping
-    held = NO_GRIP if grip is None else (grip.force, _row(grip.stored), _row(grip.lost))
+    gripped = NOWHERE, NONE, NONE
+    if grip is not None:  # what is only summed may have any shape
+        held, lost = np.array(grip.stored, np.float64), np.array(grip.lost, np.float64)
+        gripped = grip.force, held.reshape(-1), lost.reshape(-1)
+    answer = Answer(
+        force,
+        stored,
+        NONE if hysteresis is None else hysteresis,
+        NONE if damping is None else damping,
+        *gripped,
+    )
     if past is None:
-        last = LastForces(*NOTHING, NO_ENERGIES, p_B, NO_FORCES)
+        last = LastForces(NO_SIZES, NO_FORCES, NO_FORCES, NO_SIZES, NO_ENERGIES, p_B, NO_FORCES)
     else:
-        state = past.state
-        last = LastForces(*kept_of(state).carried, state.energies, state.points_B, NO_FORCES)
-    answer = Answer(force, stored, lost, damped, *held)
-    viscous = straight(totals_nb.forces)(points, answer, last, p_B, Frame(*frame), felt)
-    totals = felt.totals
-    energies = totals[totals_nb.WORK :]
+        state, kept = past.state, past.state.kept
+        last = LastForces(
+            kept.normal_force,
+            kept.normal_B,
+            NO_FORCES if kept.traction_B is None else kept.traction_B,
+            NO_SIZES if kept.damping is None else kept.damping,
+            state.energies,
+            state.points_B,
+            NO_FORCES,
+        )
+    viscous = straight(totals_nb.forces)(points, answer, last, p_B, frame, felt)
     if past is None:
-        all_stored = totals[totals_nb.STORED]
-        energies[:] = all_stored, all_stored, 0.0, 0.0, 0.0
-    viscosity = felt.viscosity if viscous else None
-    return Forces(felt.force, viscosity, totals[: totals_nb.WORK], energies)
-
-
-def _row(values: FloatArray) -> FloatArray:
-    """What is only summed, as kernels take it."""
-    return np.array(values, dtype=np.float64).reshape(-1)
-
-
-def whole_of(
-    detected: Detected, places: tuple[FloatArray, FloatArray], felt: Forces
-) -> dict[str, FloatArray | IntArray | ByteArray]:
-    """The arrays of a state that say something of all points, or of none, by name.
-
-    `places` are those of the points, body axes, and the pose.
-    """
-    feet, (p_B, X_WB) = detected.feet, places
-    return {
-        "status": detected.status,
-        "feature": feet.feature,
-        "patch": feet.patch,
-        "uv": detected.uv,
-        "last_patch": detected.last_patch,
-        "points_B": p_B,
-        "pose": X_WB,
-        "certified": feet.certified,
-        "safe_distance": detected.safe_distance,
-        "wrench": felt.wrench,
-        "energies": felt.energies,
-    }
-
-
-def loads_of(
-    held: ContactRows, opposed: Guards, points: ContactRows, response: Response, felt: Forces
-) -> Loads:
-    """What a state keeps of the points in contact, `held`, also where they carry no forces.
-
-    `opposed` are those whose nearest wall is opposite.
-    """
-    (force, stiffness, _, memory, _, damping, tangent), grip = response
-    rows, depth, normal, foot, *_ = held
-    carried = points.rows, force, stiffness, memory, felt.world
-    loads = Loads(rows, depth, normal, foot, *carried, opposed=opposed, tangent=tangent)
-    if felt.viscosity is not None:
-        loads = loads._replace(damping=damping, viscosity=felt.viscosity)
-    if grip is not None:
-        # Copies: whoever worked these out may go on with theirs.
-        memory, tangential = np.array(grip.memory), np.array(grip.stiffness)
-        loads = loads._replace(friction_memory=memory, traction=grip.force, tangential=tangential)
-    return loads
+        all_stored = felt.totals[totals_nb.STORED]
+        felt.totals[totals_nb.WORK :] = all_stored, all_stored, 0.0, 0.0, 0.0
+    return felt, viscous

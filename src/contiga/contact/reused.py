@@ -11,7 +11,6 @@ from contiga.arrays.query_checks import check_apart, check_fillable
 from contiga.contact.checks import kind
 from contiga.contact.search_records import Columns
 from contiga.contact.state import Owner, State
-from contiga.contact.state_rows import kept_of
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
@@ -59,7 +58,7 @@ def _plainly_apart(out: State, state: State, columns: Any, p_W: FloatArray) -> b
     apart from all others and from what users made, and only copies of a state share some, whole.
     To look at all pairs of two states takes longer than a small step.
     """
-    if not (kept_of(out).is_made and kept_of(state).is_made):
+    if out._maker is None or state._maker is None:
         return False
     # Arrays that own their memory share none, and views name the one that does.
     owner = p_W if p_W.base is None else p_W.base

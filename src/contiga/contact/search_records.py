@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.arrays.layout import as_numbers
-from contiga.contact.force_records import Column
-from contiga.contact.loads import UNGUARDED, Guards, Holds, holds_of
+from contiga.contact.loads import UNGUARDED, Column, Guards, Holds, holds_of
 from contiga.masters.protocol import Master
 from contiga.records import ByteArray, FloatArray, IndexArray, IntArray, Projection
 

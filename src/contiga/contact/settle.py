@@ -21,6 +21,7 @@ from contiga.contact.settle_records import DeepRows, Work
 from contiga.jit import straight
 from contiga.masters.protocol import Surface
 from contiga.records import FloatArray, IntArray, SurfacePlaces
+from contiga.search.certify.neighbourhoods import with_neighbourhoods
 from contiga.search.track.project import rows_of_a_chunk
 
 DEEP = 256
@@ -62,6 +63,8 @@ def left(
     tables = surface.contact_tables if tells else None
     if tables is None:
         return rows
+    if followed:
+        tables = tables._replace(body=with_neighbourhoods(tables.body))
     limits, feet = options.limits, SurfacePlaces(*last)
     touching, free = rows
     if len(touching):

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from dataclasses import InitVar, dataclass, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contiga.area.method import AreaInput, Areas
 from contiga.arrays.layout import as_contiguous
-from contiga.contact.energy import ContactEnergy
-from contiga.contact.loads import Loads
-from contiga.contact.state_rows import kept_of
+from contiga.arrays.ordered import product
+from contiga.contact.loads import Column, Guards, Kept
 from contiga.display import Displayed, Facts
 from contiga.errors import InputError
 from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
@@ -22,6 +21,36 @@ from contiga.rigid.frames import to_world, turn_to_world
 _TOUCHES = np.zeros(256, dtype=bool)
 """Which statuses, whatever number of a byte, are of points in contact."""
 _TOUCHES[list(IN_CONTACT)] = True
+
+
+class ContactEnergy(NamedTuple):
+    """Energies of a contact since its start. Only `stored` is a state; the others add up."""
+
+    work: float
+    """Done on the contact by what moves its two sides, by the trapezoidal rule over each step, just
+    the work by which a central difference or Verlet integrator moves bodies; what was stored at the
+    start counts as done."""
+    stored: float
+    """What the law and sticking friction would give back."""
+    hysteresis: float
+    """Lost as the law unloads by another curve than it loads."""
+    damping: float
+    """Taken by the law's damping."""
+    friction: float
+    """Taken by sliding."""
+
+    @property
+    def error(self) -> float:
+        """Error of the energy balance: that of integrating over steps, which falls with their
+        square, and what forces that are no gradient make or lose."""
+        return self.work - self.stored - self.hysteresis - self.damping - self.friction
+
+
+class HeldInWorld(NamedTuple):
+    """The points in contact and the normals at their feet, world axes."""
+
+    points: Column
+    normals: Column
 
 
 class Owner(Protocol):
@@ -121,6 +150,8 @@ class State(Displayed):
     """(5,) `energy` as an array."""
     of: InitVar[Owner | None] = None
     """The contact that this is a state of."""
+    _maker: ClassVar[Owner | None] = None
+    """The contact whose start or step has made it; None where somebody has by hand."""
 
     def __post_init__(self, of: Owner | None) -> None:
         self.__dict__["_contact"] = of
@@ -129,9 +160,9 @@ class State(Displayed):
 
         def __getattr__(self, name: str) -> Any:
             """An array of which only some rows are kept, made when first asked for."""
-            column = kept_of(self).column(name)
-            if column is not None:
-                whole = self.__dict__[name] = column.whole()
+            kept: Kept | None = self.__dict__.get("kept")
+            if kept is not None and name in Kept._fields:
+                whole = self.__dict__[name] = kept.whole(name, self.points_B)
                 return whole
             spent = "" if self.__dict__ else " any more: it was the out of a step that failed"
             raise AttributeError(f"a State has no {name!r}{spent}", name=name, obj=self)
@@ -158,6 +189,32 @@ class State(Displayed):
     def arrays(self) -> dict[str, NDArray[Any]]:
         """All that the next step needs, by name: `State(**arrays, of=contact)` is the state."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
+
+    @cached_property
+    def kept(self) -> Kept:
+        """Rows of the arrays that say nothing without contact, for what goes on from the state.
+
+        Steps make these and no whole arrays; here they are made of those.
+        """
+        held = np.flatnonzero(self.patch >= 0).astype(np.int32)
+        rows: dict[str, Any] = {}
+        for name in Kept._fields:
+            whole = getattr(self, name)
+            rows[name] = Column(held, whole[held]) if len(whole) == len(self.patch) else None
+        if rows["force"] is None:  # of nodes, and points between them carry
+            rows["force"] = Column(np.arange(len(self.force), dtype=np.int32), self.force)
+        if self.friction_memory.shape[1] == 0 and len(self.traction_B) == 0:
+            rows["friction_memory"] = None
+        guarded = rows["guard_B"].values.any(axis=1)
+        rows["guard_B"] = Guards(held[guarded], rows["guard_B"].values[guarded])
+        return Kept(**rows)
+
+    @cached_property
+    def held_W(self) -> HeldInWorld:
+        """The points in contact and the normals at their feet, world axes."""
+        rows, normals = self.kept.normal_B
+        points = to_world(self.pose, self.points_B[rows])
+        return HeldInWorld(Column(rows, points), Column(rows, turn_to_world(self.pose, normals)))
 
     def _facts(self) -> Facts:
         return [
@@ -186,7 +243,8 @@ class State(Displayed):
     @property
     def max_penetration(self) -> float:
         """Largest penetration, zero without contact."""
-        return float(kept_of(self).nonzero("penetration")[1].max(initial=0.0))
+        deep = self.penetration if self._maker is None else self.kept.penetration.values
+        return float(deep.max(initial=0.0))
 
     @property
     def total_force(self) -> FloatArray:
@@ -270,7 +328,12 @@ class State(Displayed):
     @property
     def centre_of_pressure(self) -> FloatArray:
         """(3,) mean of the feet, weighted by the normal forces; NaN without force."""
-        return kept_of(self).centre_of_pressure
+        rows, size = self.kept.normal_force.nonzero()
+        total = size.sum()
+        if not total > 0.0:
+            return np.full(3, np.nan)
+        mean = product(size, self.kept.foot_B.at(rows)) / total
+        return to_world(self.pose, mean[None, :])[0]
 
     @cached_property
     def pressure(self) -> FloatArray:
@@ -278,21 +341,14 @@ class State(Displayed):
         return self.contact.pressure(self)
 
 
-def state_of(
-    whole: dict[str, Any], loads: Loads, owner: Owner, spent: State | None = None
-) -> State:
+def state_of(whole: dict[str, Any], kept: Kept, owner: Owner, spent: State | None = None) -> State:
     """A state of some fields by name, the others of which are made when asked for.
 
     The arrays are its own, and right for that contact. One that is `spent` becomes it.
     """
     state: State = object.__new__(State) if spent is None else spent
-    vars(state).update(whole, _contact=owner, _loads=loads)
+    vars(state).update(whole, _contact=owner, kept=kept, _maker=owner)
     return state
-
-
-def is_made_by(state: State, owner: Owner) -> bool:
-    """Whether a start or a step of `owner` has made the state, and not somebody by hand."""
-    return kept_of(state).is_made and vars(state)["_contact"] is owner
 
 
 _TYPES = {"ByteArray": np.int8, "IntArray": np.int32, "FloatArray": np.float64}
@@ -300,7 +356,7 @@ _TYPES = {"ByteArray": np.int8, "IntArray": np.int32, "FloatArray": np.float64}
 
 def own_arrays(state: State) -> State:
     """The state with arrays as kernels take them: itself, where a contact has made it."""
-    if kept_of(state).is_made:
+    if state._maker is not None:
         return state
     arrays = {
         f.name: as_contiguous(getattr(state, f.name), _TYPES[str(f.type)]) for f in fields(state)

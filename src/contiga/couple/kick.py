@@ -14,7 +14,7 @@ import numpy as np
 
 from contiga.contact.state import State
 from contiga.records import FloatArray
-from contiga.simulation.ledger import contact_energy
+from contiga.simulation.step import contact_energy
 from contiga.simulation.system_state import Energy
 
 

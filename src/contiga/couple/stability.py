@@ -8,9 +8,7 @@ import numpy as np
 
 from contiga.arrays.ordered import product
 from contiga.contact.state import State
-from contiga.contact.state_rows import kept_of
 from contiga.records import FloatArray
-from contiga.rigid.frames import to_world, turn_to_world
 from contiga.simulation.critical import Rates
 
 
@@ -24,19 +22,18 @@ def rates_of(
     their relative Jacobian and M the inertia of the joints. The largest eigenvalue of the product
     is that of the whole system.
     """
-    kept = kept_of(state)
-    rows, along = kept.normal_springs
+    kept = state.kept
+    rows, along = kept.springs
     if len(rows) == 0 or model.nv == 0:
         return Rates()
-    arms = to_world(state.pose, state.points_B[rows]) - point
-    normals = turn_to_world(state.pose, kept.part("normal_B", rows))
-    across = kept.part("tangential", rows)
+    arms, normals = state.held_W.points.at(rows) - point, state.held_W.normals.at(rows)
+    across = np.zeros(len(rows)) if kept.tangential is None else kept.tangential.at(rows)
     mobility = _mobility(model, data, point, bodies)
     square = _largest(mobility, _springs(arms, normals, along, across))
-    decay, viscosity = 0.0, kept.part("viscosity", rows)
-    if viscosity.any():
+    decay = 0.0
+    if kept.viscosity is not None and kept.viscosity.values.any():
         none = np.zeros(len(rows))
-        decay = _largest(mobility, _springs(arms, normals, viscosity, none))
+        decay = _largest(mobility, _springs(arms, normals, kept.viscosity.at(rows), none))
     return Rates(square, decay)
 
 

@@ -10,17 +10,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import ceil
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays.layout import locked
 from contiga.arrays.ordered import length, row_lengths, row_products
-from contiga.dynamics import node_steps
+from contiga.arrays.threads import run_ranges
 from contiga.dynamics.holding import Drive
+from contiga.dynamics.kernels import nodes_nb
 from contiga.dynamics.nodal_loads import NodalForces
-from contiga.dynamics.node_records import Acting, Masses
-from contiga.dynamics.node_steps import NOTHING
 from contiga.dynamics.nodes import (
     Arrays,
     ElementState,
@@ -34,11 +35,13 @@ from contiga.dynamics.nodes import (
     work_of_weight,
 )
 from contiga.errors import ElementError
+from contiga.jit import straight
 from contiga.matter.element_fields import Inside, Reached
 from contiga.matter.mass_scaling import MARGIN, sums_near_rest
 from contiga.matter.parts import Part
 from contiga.matter.protocol import Matter, MatterForces, MatterState
-from contiga.records import FloatArray
+from contiga.pointer_records import pass_by_pointer
+from contiga.records import FloatArray, IndexArray
 
 REFRESH = 50
 """Steps after which row sums of the stiffness are taken anew, after fewer where they change, and at
@@ -48,6 +51,123 @@ GROWN = 0.02
 OFTEN = 4
 """Steps from one time to the next at least."""
 EPS = float(np.finfo(np.float64).eps)
+NODES = 16384
+"""Below which a second thread does not pay; a multiple of the nodes of a block."""
+NOTHING = np.zeros((0, 3))
+"""Of what does not act."""
+
+
+@pass_by_pointer
+class Masses(NamedTuple):
+    """Nodes that forces move."""
+
+    mass: FloatArray
+    """(n,)."""
+    held: NDArray[np.bool_]
+    """(n, 3) ways that no force moves; (0, 3) where there are none."""
+    led: NDArray[np.bool_]
+    """(n, 3) ways in which motions or bodies have them; (0, 3) where there are none."""
+
+
+@pass_by_pointer
+class Acting(NamedTuple):
+    """Forces on nodes, (n, 3) each, (0, 3) of those there are none of."""
+
+    rows: IndexArray
+    """(k,) nodes on which contacts act, ascending."""
+    contacts: FloatArray
+    """(k, 3) of contacts."""
+    elements: FloatArray
+    loads: FloatArray
+    drag: FloatArray
+    gravity: FloatArray
+    """(3,) an acceleration."""
+
+
+@pass_by_pointer
+class Course(NamedTuple):
+    """Where nodes are, and their velocities."""
+
+    points: FloatArray
+    """(n, 3)."""
+    velocities: FloatArray
+    """(n, 3)."""
+
+
+@pass_by_pointer
+class Drifted(NamedTuple):
+    """Nodes a step on, (n, 3) each."""
+
+    points: FloatArray
+    velocities: FloatArray
+    """Foreseen at the end of the step: what half a kick more gives."""
+    half: FloatArray
+    """Velocities of its middle."""
+
+
+@pass_by_pointer
+class Kick(NamedTuple):
+    """What the second half of a step's kick begins from."""
+
+    half: FloatArray
+    """(n, 3) velocities of the middle of the step."""
+    foreseen: FloatArray
+    """(n, 3) velocities at its end, by the forces at its start; of what is led as it is led."""
+    dt: float
+    damping: float
+    """α of a force −α m v, 1/time."""
+
+
+@pass_by_pointer
+class Kicked(NamedTuple):
+    """What it leaves."""
+
+    velocities: FloatArray
+    """(n, 3)."""
+    energy: FloatArray
+    """(b,) ½ Σ m v₋·v₊ of the middles of the steps before and after, of what forces move."""
+
+
+def masses_of(mass: FloatArray, held: NDArray[np.bool_], led: NDArray[np.bool_]) -> Masses:
+    """Masses (n,) with the ways (n, 3) that no force moves and that motions or bodies have."""
+    none, given = (locked(some if some.any() else some[:0]) for some in (held, led))
+    return Masses(locked(mass), none, given)
+
+
+def accelerated(masses: Masses, forces: Acting) -> FloatArray:
+    """(n, 3) accelerations, zero where nodes are held."""
+    out = np.empty(forces.elements.shape)
+    run_ranges(straight(nodes_nb.accelerate), len(out), NODES, masses, forces, out)
+    return out
+
+
+def drifted(
+    masses: Masses, forces: Acting, points: FloatArray, velocities: FloatArray, dt: float
+) -> Drifted:
+    """Nodes a step on from points and velocities (n, 3)."""
+    shape = points.shape
+    out = Drifted(np.empty(shape), np.empty(shape), np.empty(shape))
+    last = Course(points, velocities)
+    run_ranges(straight(nodes_nb.drift), len(points), NODES, masses, forces, last, dt, out)
+    return out
+
+
+def kicked(
+    masses: Masses, forces: Acting, speeds: tuple[FloatArray, FloatArray], dt: float, damping: float
+) -> Kicked:
+    """The end of a step, from the velocities (n, 3) of its middle and those foreseen."""
+    half, foreseen = speeds
+    out = Kicked(np.empty(half.shape), np.empty(ceil(half.size / nodes_nb.BLOCK)))
+    given = Kick(half, foreseen, dt, damping)
+    run_ranges(straight(nodes_nb.kick), len(half), NODES, masses, forces, given, out)
+    return out
+
+
+def kinetic(masses: Masses, velocities: FloatArray) -> float:
+    """½ Σ m v² of velocities (n, 3) of nodes that forces move."""
+    out = np.empty(ceil(velocities.size / nodes_nb.BLOCK))
+    run_ranges(straight(nodes_nb.kinetic), len(velocities), NODES, masses, velocities, out)
+    return float(out.sum())
 
 
 class _Limit(NamedTuple):
@@ -69,7 +189,7 @@ def _all_forces(inside: Arrays) -> FloatArray:
 def _acting(inside: Arrays, forces: Forces, gravity: FloatArray) -> Acting:
     """Of contacts and elements, and loads and drag where `inside` has them."""
     loads, drag = inside.get("load", NOTHING), inside.get("drag", NOTHING)
-    return node_steps.acting(forces.listed(), inside["force"], gravity, loads, drag)
+    return Acting(*forces.listed(), inside["force"], loads, drag, gravity)
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,9 +255,9 @@ class DeformingNodes(NodeMover):
 
     @cached_property
     def _masses(self) -> Masses:
-        return node_steps.masses_of(self.mass, self.held, self._led)
+        return masses_of(self.mass, self.held, self._led)
 
-    @property
+    @cached_property
     def _leaders(self) -> tuple[Drive | Joint, ...]:
         return (*self.drives, *self.joints)
 
@@ -155,12 +275,13 @@ class DeformingNodes(NodeMover):
         velocities = self.velocity.copy()
         self._lead(now, points, velocities)
         answer = self._asked(state, points, velocities, now)
-        kinetic = self._kinetic(velocities)
         inside = {
             "force": self._at_nodes(answer.force),
             **self._drag(velocities),
             **self._loads(points, now.time),
-            "energy": np.array([kinetic, *answer.energy[:2], 0.0, 0.0, 0.0]),
+            "energy": np.array(
+                [kinetic(self._masses, velocities), *answer.energy[:2], 0.0, 0.0, 0.0]
+            ),
             **self._bounds(answer.state, OFTEN),
             "memory": answer.state.memory,
         }
@@ -169,7 +290,7 @@ class DeformingNodes(NodeMover):
     def drift(self, last: SlaveState, forces: Forces, now: Instant) -> SlaveState:
         """Half a kick, a drift, and the velocity that half a kick more gives."""
         there = _acting(last.matter, forces, now.gravity)
-        points, velocities, half = node_steps.drifted(self._masses, there, *last, now.dt)
+        points, velocities, half = drifted(self._masses, there, *last, now.dt)
         if self._leaders:
             self._lead(now, points, velocities)
             half = 0.5 * (last.velocities + velocities)
@@ -182,22 +303,21 @@ class DeformingNodes(NodeMover):
         before, half = last.matter, drifted.matter["half"]
         state = MatterState(self._inner(last.points), before["memory"])
         answer = self._asked(state, drifted.points, half, now)
-        inside = {
-            "force": self._at_nodes(answer.force),
-            **self._loads(drifted.points, now.time),
-        }
+        inside = {"force": self._at_nodes(answer.force)}
+        if self.loads:
+            inside |= self._loads(drifted.points, now.time)
         there = _acting(inside, forces, now.gravity)
         speeds = half, drifted.velocities
-        velocities, kinetic = node_steps.kicked(self._masses, there, speeds, now.dt, self.damping)
-        drag, taken = self._drag(velocities), 0.0
-        if drag:
-            both = before["drag"] + drag["drag"]
+        velocities, swing = kicked(self._masses, there, speeds, now.dt, self.damping)
+        taken = 0.0
+        if self.damping:
+            inside |= self._drag(velocities)
+            both = before["drag"] + inside["drag"]
             taken = 0.5 * float((both * (drifted.points - last.points)).sum())
         # Of the middles of the steps before and after: what a leapfrog keeps of linear elements.
-        energy = np.array([kinetic.sum(), *answer.energy, -taken])
+        energy = np.array([swing.sum(), *answer.energy, -taken])
         energy[3:] += before["energy"][3:]
         inside |= {
-            **drag,
             "energy": energy,
             **self._next_bounds(before, answer.state),
             "memory": answer.state.memory,
@@ -218,9 +338,11 @@ class DeformingNodes(NodeMover):
     ) -> MatterForces:
         """What matter answers; an element that is inside out with the time and the slave."""
         try:
-            return self.matter.forces(state, self._inner(points), self._inner(velocities), now.dt)
+            answer = self.matter.forces(state, self._inner(points), self._inner(velocities), now.dt)
         except ElementError as error:
             raise error.at(now.time) from error
+        # As kernels take them, whatever matter of a user's own answers.
+        return answer._replace(force=np.require(answer.force, np.float64, ("C", "W")))
 
     def _lead(self, now: Instant, points: FloatArray, velocities: FloatArray) -> None:
         """Have nodes that motions drive and bodies carry where they are."""
@@ -240,10 +362,6 @@ class DeformingNodes(NodeMover):
             return {}
         drag = (-self.damping * self.mass)[:, None] * velocities
         return {"drag": np.where(self.held, 0.0, drag) if self._leaders else drag}
-
-    def _kinetic(self, velocities: FloatArray) -> float:
-        """½ Σ m v² of nodes that forces move."""
-        return node_steps.kinetic(self._masses, velocities)
 
     def _at_nodes(self, values: FloatArray) -> FloatArray:
         """(n, …) of the slave's nodes, of the degrees of freedom (m, …); zero of others."""
@@ -302,7 +420,7 @@ class DeformingNodes(NodeMover):
 
     def kick_energy(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
         """Of all forces on nodes that are not held."""
-        way = node_steps.accelerated(self._masses, _acting(state.matter, forces, gravity))
+        way = accelerated(self._masses, _acting(state.matter, forces, gravity))
         return 0.125 * float((self.mass * row_products(way, way)).sum())
 
     def inside(self, state: SlaveState) -> Sequence[Inside]:
@@ -330,19 +448,17 @@ class DeformingNodes(NodeMover):
 
     def shaken(self, state: SlaveState) -> float:
         """By their velocities now."""
-        return self._kinetic(state.velocities)
+        return kinetic(self._masses, state.velocities)
 
     def steered(
         self, state: SlaveState, forces: Forces, gravity: FloatArray, share: float
     ) -> SlaveState:
         """The same with a share of the velocities turned to where the forces pull."""
-        way = node_steps.accelerated(
-            self._masses, _acting({**state.matter, "drag": NOTHING}, forces, gravity)
-        )
-        kinetic, pull = (self._kinetic(v) for v in (state.velocities, way))
-        if kinetic == 0.0 or pull == 0.0:
+        way = accelerated(self._masses, _acting({**state.matter, "drag": NOTHING}, forces, gravity))
+        swing, pull = (kinetic(self._masses, v) for v in (state.velocities, way))
+        if swing == 0.0 or pull == 0.0:
             return state
-        turned = np.sqrt(kinetic / pull) * way
+        turned = np.sqrt(swing / pull) * way
         velocities = np.where(self.held, 0.0, (1.0 - share) * state.velocities + share * turned)
         return ElementState.of(state.points, velocities, state.matter)
 

@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import as_numbers, positive, read_only, real
 from contiga.dynamics.holding import names_held
-from contiga.dynamics.nodes import NodeMover
-from contiga.dynamics.point_nodes import CarriedNodes, FreeNodes
+from contiga.dynamics.nodes import CarriedNodes, FreeNodes, NodeMover
 from contiga.dynamics.prescribed import is_still
 from contiga.errors import InputError
 from contiga.records import FloatArray, MassProperties

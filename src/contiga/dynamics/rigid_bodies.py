@@ -10,6 +10,7 @@ from contiga.arrays.ordered import principal_axes, product
 from contiga.dynamics.free import HOLDS, Free
 from contiga.dynamics.kernels import rigid_body_nb
 from contiga.errors import InputError
+from contiga.jit import straight
 from contiga.records import FloatArray, IndexArray, MassProperties
 from contiga.rigid import rigid_lanes as lanes
 from contiga.rigid.inertia import combined
@@ -115,8 +116,9 @@ def row_of(motion: Free, one: FloatArray) -> FloatArray:
 
 def started(rows: FloatArray, fixed: FloatArray) -> Placed:
     """Bodies as they stand at the start."""
-    placed = _blank(rows)
-    rigid_body_nb.start(placed.rows, fixed, placed.poses, placed.twists)
+    b = len(rows)
+    placed = Placed(rows.copy(), np.empty((b, 4, 4)), np.empty((b, 6)))
+    straight(rigid_body_nb.start)(placed.rows, fixed, placed.poses, placed.twists)
     return placed
 
 
@@ -125,8 +127,9 @@ def drifted(last: FloatArray, fixed: FloatArray, dt: float) -> Placed:
 
     The momenta are those in the middle of the step, until `kicked`.
     """
-    placed = _blank(last)
-    rigid_body_nb.drift(last, fixed, dt, placed.rows, placed.poses, placed.twists)
+    b = len(last)
+    placed = Placed(last.copy(), np.empty((b, 4, 4)), np.empty((b, 6)))
+    straight(rigid_body_nb.drift)(last, fixed, dt, placed.rows, placed.poses, placed.twists)
     return placed
 
 
@@ -138,7 +141,9 @@ def kicked(placed: Placed, fixed: FloatArray, loads: FloatArray, dt: float) -> f
     loads : (b, 6) force and moment about the frames' origins, world axes
     dt : length of the step; 0 at the start
     """
-    energy: float = rigid_body_nb.kick(placed.rows, fixed, loads, dt, placed.poses, placed.twists)
+    energy: float = straight(rigid_body_nb.kick)(
+        placed.rows, fixed, loads, dt, placed.poses, placed.twists
+    )
     return energy
 
 
@@ -147,17 +152,12 @@ def add_gravity(
 ) -> None:
     """Add the weights of bodies to the rows `free` (b,) of loads (n, 6), which are as in
     `kicked`."""
-    rigid_body_nb.weigh(placed.rows, fixed, gravity, placed.poses, free, loads)
+    straight(rigid_body_nb.weigh)(placed.rows, fixed, gravity, placed.poses, free, loads)
 
 
 def work_of_gravity(
     last: FloatArray, rows: FloatArray, fixed: FloatArray, gravity: FloatArray
 ) -> float:
     """Work on bodies whose rows were `last` (b, 19) and are `rows` (b, 19)."""
-    work: float = rigid_body_nb.lowered(last, rows, fixed, gravity)
+    work: float = straight(rigid_body_nb.lowered)(last, rows, fixed, gravity)
     return work
-
-
-def _blank(rows: FloatArray) -> Placed:
-    b = len(rows)
-    return Placed(rows.copy(), np.empty((b, 4, 4)), np.empty((b, 6)))

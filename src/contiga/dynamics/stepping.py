@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -99,7 +100,7 @@ class EqualSteps:
                 remedy="Let the time start at 0",
             )
 
-    @property
+    @cached_property
     def count(self) -> int:
         """Number of steps."""
         steps = (self.end - self.start) / self.step
@@ -167,7 +168,7 @@ class AutoSteps:
                 allowed=f"at most {self.most:g}",
             )
 
-    @property
+    @cached_property
     def most(self) -> float:
         """No step is longer."""
         return self.largest or (self.end - self.start) / _PARTS

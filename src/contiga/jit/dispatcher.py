@@ -25,17 +25,8 @@ types: Any = numba_types
 class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
     """A kernel with one version for calls from kernels, whatever integers they hand it."""
 
-    _entries: tuple[Callable[..., Any], ...] = ()
-
-    @property
-    def straight(self) -> Callable[..., Any]:
-        """The kernel, called without a look at what it is handed, once it has its one version.
-
-        Dispatching looks at the type of every array that a call hands over: of the tables of a body
-        and a few arrays 8 µs, where the call itself takes one. So a caller hands it what it has
-        looked at itself: arrays of other types would be taken for those it was compiled for.
-        """
-        return self._entries[0] if len(self._entries) == 1 else self
+    entries: tuple[Callable[..., Any], ...] = ()
+    """Its versions, without the look at what they are handed: see `contiga.jit.straight`."""
 
     def enable_caching(self) -> None:
         """Keep what is compiled: in files looked for when there is something to read or to write.
@@ -70,7 +61,7 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
     def add_overload(self, compiled: Any) -> None:
         """What numba tells of a version that was compiled or read."""
         super().add_overload(compiled)
-        self._entries = *self._entries, compiled.entry_point
+        self.entries = *self.entries, compiled.entry_point
         if issubclass(self._compiler.pipeline_class, CalledCompiler):
             name, arguments = compiled.fndesc.mangled_name, tuple(compiled.signature.args)
             home = self.py_func.__module__, self.py_func.__qualname__

@@ -11,15 +11,20 @@ stretched by the sliding, and cut back to the cone where it exceeds it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from contiga.arrays.threads import run_ranges
 from contiga.errors import InputError
+from contiga.jit import straight
+from contiga.laws.kernels import friction_nb
 from contiga.laws.law import above_zero, not_negative
 from contiga.records import FloatArray
+
+POINTS = 8192
+"""Below so many a second thread does not pay."""
 
 
 class FrictionInput(NamedTuple):
@@ -59,6 +64,16 @@ class FrictionOutput(NamedTuple):
     """(n,) energy turned into heat in the step, never negative."""
     memory: FloatArray
     """(n, m) what friction wants to see of each point at the next step."""
+
+
+class CoulombNumbers(NamedTuple):
+    """The numbers of a `Coulomb`, as its kernel reads them."""
+
+    static: float
+    dynamic: float
+    decay: float
+    stiffness: float
+    per_area: bool
 
 
 class Friction(Protocol):
@@ -173,41 +188,13 @@ class Coulomb:
 
     def respond(self, inp: FrictionInput) -> FrictionOutput:
         """Friction forces inside the cone, and their work as stored and dissipated energy."""
-        return _in_blocks(self._respond, inp, self.n_memory)
-
-    def _respond(self, inp: FrictionInput) -> FrictionOutput:
-        memory = _columns(inp.memory)
-        before, kept = memory[:3], memory[6]
-        stiffness = np.maximum(kept, self._given(inp))
-        self._check_stiffness(stiffness, inp.force)
-        normal = _columns(inp.normal)
-        carry = _Carry(_columns(inp.normal_before), normal)
-        carried, path = carry(before), carry.along(_columns(inp.path))
-        pulled = np.where(kept > 0.0, 0.5 * (kept + stiffness), stiffness)
-        trial = carried - pulled * path
-        limit = self._coefficient(inp.velocity, normal) * inp.force
-        traction = _returned_to_cone(trial, limit)
-        slid = path - _shared(carried - traction, pulled)
-        stored = _energy(traction, stiffness)
-        lost = np.maximum(-0.5 * _dot(carried + traction, slid), 0.0)
-        lost += np.maximum(_energy(before, kept) - _energy(before, pulled), 0.0)
-        lost += np.maximum(_energy(traction, pulled) - stored, 0.0)
-        left = np.vstack([traction, carry(memory[3:6]) + path, stiffness])
-        return FrictionOutput(_columns(traction), stiffness, stored, lost, _columns(left))
-
-    def _coefficient(self, velocity: FloatArray, normal: FloatArray) -> FloatArray | float:
-        if self.decay == 0.0:
-            return self.static
-        return self.coefficient(_length(_tangential(_columns(velocity), normal)))
-
-    def _given(self, inp: FrictionInput) -> FloatArray:
-        """(n,) k_t as this step has it."""
-        if self.stiffness == 0.0:
-            return np.maximum(inp.stiffness, 0.0)
-        return self.stiffness * (inp.area if self.per_area else np.ones(len(inp.area)))
-
-    def _check_stiffness(self, stiffness: FloatArray, force: FloatArray) -> None:
-        loose = np.count_nonzero((force > 0.0) & ~(stiffness > 0.0))
+        least = self.static if self.dynamic is None else self.dynamic
+        numbers = self.static, least, self.decay, self.stiffness
+        law = CoulombNumbers(*numbers, bool(self.per_area))
+        given, out = _rows_of(inp, self.n_memory)
+        n = len(given.force)
+        run_ranges(straight(friction_nb.coulomb), n, POINTS, given, law, out)
+        loose = np.count_nonzero((given.force > 0.0) & ~(out.stiffness > 0.0))
         if loose:
             raise InputError(
                 f"{loose} points have a normal force and no stiffness to stick by: the law of "
@@ -217,6 +204,7 @@ class Coulomb:
                 allowed="above zero",
                 remedy="Give one, such as Coulomb(0.4, stiffness=100.0)",
             )
+        return out
 
 
 @dataclass(frozen=True)
@@ -280,108 +268,40 @@ class ViscousFriction:
 
     def respond(self, inp: FrictionInput) -> FrictionOutput:
         """Forces against the sliding velocity."""
-        return _in_blocks(self._respond, inp, self.n_memory)
-
-    def _respond(self, inp: FrictionInput) -> FrictionOutput:
-        normal = _columns(inp.normal)
-        velocity = _tangential(_columns(inp.velocity), normal)
-        speed = _length(velocity)
-        size = self.coefficient * inp.force * np.tanh(speed / self.speed)
-        force = -size * _shared(velocity, speed)
-        carry = _Carry(_columns(inp.normal_before), normal)
-        before, path = carry(_columns(inp.memory)), carry.along(_columns(inp.path))
-        lost = np.maximum(-0.5 * _dot(before + force, path), 0.0)
-        none, rows = np.zeros(len(size)), _columns(force)
-        return FrictionOutput(rows, none, none, lost, rows)
+        given, out = _rows_of(inp, self.n_memory)
+        numbers = self.coefficient, self.speed
+        run_ranges(straight(friction_nb.viscous), len(given.force), POINTS, given, *numbers, out)
+        return out
 
 
-# Points at a time: what is worked on stays in the cache, 1.3 times as fast with 100,000 points.
-_BLOCK = 4096
+def _rows_of(inp: FrictionInput, n_memory: int) -> tuple[FrictionInput, FrictionOutput]:
+    """The input as kernels read it, arrays of one row a point, and an output to be filled.
 
-
-def _in_blocks(
-    respond: Callable[[FrictionInput], FrictionOutput], inp: FrictionInput, columns: int
-) -> FrictionOutput:
-    """The answers to some points at a time, one after the other."""
-    n = len(inp.force)
-    if inp.memory.shape != (n, columns):
-        raise InputError(
-            "the memory is of another friction",
-            where="memory",
-            found=inp.memory.shape,
-            allowed=str((n, columns)),
-        )
-    parts = []
-    for k in range(0, max(n, 1), _BLOCK):
-        rows = slice(k, k + _BLOCK)
-        part = (v[rows] if isinstance(v, np.ndarray) else v for v in inp)
-        parts.append(respond(FrictionInput._make(part)))
-    return FrictionOutput(*(np.concatenate(fields) for fields in zip(*parts, strict=True)))
-
-
-class _Carry:
-    """The smallest rotation that takes each normal of the last step to the present one.
-
-    For vectors across the old normal that is the reflection in the plane across the sum of both,
-    which keeps lengths to rounding. Where the normals are opposite there is no smallest rotation:
-    the vectors lie in the new plane already.
+    Raises
+    ------
+    InputError
+        An array of another shape.
     """
-
-    def __init__(self, before: FloatArray, now: FloatArray) -> None:
-        self._now, self._both = now, before + now
-        square = _dot(self._both, self._both)
-        self._twice = np.zeros(len(square))
-        np.divide(2.0, square, out=self._twice, where=square > 0.0)
-
-    def __call__(self, vectors: FloatArray) -> FloatArray:
-        turned = vectors - self._twice * _dot(self._both, vectors) * self._both
-        # Rounding must not leave the plane step by step.
-        return _tangential(turned, self._now)
-
-    def along(self, path: FloatArray) -> FloatArray:
-        """The tangential part of a step's path: the mean of what the planes at its two ends see.
-
-        One plane alone would see a way back as another than the way there where the normal turns
-        while the point goes deeper: sticking points would creep, and the work be of first order.
-        """
-        return 0.5 * (self(path) + _tangential(path, self._now))
-
-
-# From here on vectors are columns, (3, n): 1.4 times as fast in all as rows of three.
-def _columns(rows: FloatArray) -> FloatArray:
-    return np.ascontiguousarray(rows.T)
-
-
-def _tangential(vectors: FloatArray, normal: FloatArray) -> FloatArray:
-    """What of `vectors` lies in the planes across the unit `normal`."""
-    return vectors - _dot(vectors, normal) * normal
-
-
-def _dot(one: FloatArray, other: FloatArray) -> FloatArray:
-    return np.asarray(one[0] * other[0] + one[1] * other[1] + one[2] * other[2])
-
-
-def _length(vectors: FloatArray) -> FloatArray:
-    return np.asarray(np.sqrt(_dot(vectors, vectors)))
-
-
-def _returned_to_cone(vectors: FloatArray, limit: FloatArray) -> FloatArray:
-    """Tractions no longer than `limit`, in their own directions."""
-    length = _length(vectors)
-    factor = np.ones(len(length))
-    np.divide(limit, length, out=factor, where=length > limit)
-    return vectors * factor
-
-
-def _shared(vectors: FloatArray, by: FloatArray) -> FloatArray:
-    """Vectors divided by a number each, zero where that is zero."""
-    out = np.zeros(vectors.shape)
-    np.divide(vectors, by, out=out, where=by > 0.0)
-    return out
-
-
-def _energy(traction: FloatArray, stiffness: FloatArray) -> FloatArray:
-    """t²/(2 k), zero without a spring."""
-    out = np.zeros(len(stiffness))
-    np.divide(0.5 * _dot(traction, traction), stiffness, out=out, where=stiffness > 0.0)
-    return out
+    n = len(inp.force)
+    shapes = (n, 3), (n, 3), (n,), (n,), (n,), (n, 3), (n, 3), (), (n, n_memory)
+    arrays: list[Any] = []
+    values: Any
+    for name, values, shape in zip(FrictionInput._fields, inp, shapes, strict=True):
+        if name == "dt":
+            arrays.append(float(inp.dt))
+            continue
+        if np.shape(values) != shape:
+            raise InputError(
+                "the memory is of another friction"
+                if name == "memory"
+                else "friction must be given one row a point",
+                where=name,
+                found=np.shape(values),
+                allowed=str(shape),
+            )
+        # Those that a contact hands over are so already, but for some that are locked.
+        plain = isinstance(values, np.ndarray) and values.dtype == np.float64
+        ready = plain and values.flags.carray
+        arrays.append(values if ready else np.array(values, np.float64, order="C"))
+    rows, none = np.empty((n, 3)), (np.empty(n), np.empty(n), np.empty(n))
+    return FrictionInput._make(arrays), FrictionOutput(rows, *none, np.empty((n, n_memory)))

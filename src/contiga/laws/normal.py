@@ -74,16 +74,18 @@ class PenaltyLaw:
         stiffness = np.empty(elastic.shape)
         stiffness.fill(self.stiffness)
         stored = 0.5 * self.stiffness * inp.penetration**2
-        if self.has_rate:
+        has_rate, none = self.has_rate, np.zeros(elastic.shape)
+        if has_rate:
             force = elastic + self.damping * inp.rate
         if self.per_area:
             elastic, force = elastic * inp.area, force * inp.area
             stiffness, stored = stiffness * inp.area, stored * inp.area
-        if not self.has_rate:
-            return no_memory(force, stiffness, stored)
         if self.damping_ratio > 0.0:
             force = force + critical_damping(self.damping_ratio, stiffness, inp.mass) * inp.rate
-        return no_memory(np.maximum(force, 0.0), stiffness, stored, elastic)
+        if has_rate:
+            force = np.maximum(force, 0.0)
+        damping, memory = force - elastic if has_rate else none, np.zeros((len(force), 0))
+        return LawOutput(force, stiffness, stored, memory, none, damping)
 
 
 @dataclass(frozen=True)

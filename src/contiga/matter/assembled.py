@@ -11,6 +11,7 @@ from contiga.arrays.layout import locked
 from contiga.arrays.threads import run_ranges
 from contiga.arrays.workspace import Workspace
 from contiga.errors import ElementError
+from contiga.jit import straight
 from contiga.matter.blocks import NodeSums
 from contiga.matter.coefficients import Reach
 from contiga.matter.element_fields import ElementFields, Inside, Reached, at_nodes
@@ -109,6 +110,7 @@ class Assembled:
 
     def forces(self, state: MatterState, q: FloatArray, v: FloatArray, dt: float) -> MatterForces:
         """See `Matter`."""
+        q, v = np.ascontiguousarray(q, np.float64), np.ascontiguousarray(v, np.float64)
         motion = Motion(locked(q), locked(v), float(dt), np.zeros(0))
         partial = _workspace.rows(len(self._sums.rows), 3)
         energy, memory = np.zeros(KINDS), np.empty(self._remembered)
@@ -119,7 +121,7 @@ class Assembled:
             drag = (self.damping * self.mass)[:, None] * v
             force -= drag
             energy[2] += dt * float(np.sum(drag * v))
-        energies = MatterEnergy(*(float(kind) for kind in energy))
+        energies = MatterEnergy(*energy.tolist())
         return MatterForces(force, energies, MatterState(locked(q), memory))
 
     def _group_forces(
@@ -134,7 +136,9 @@ class Assembled:
         if group.average is not None:
             pressures, of_volume = _pressures(group, group.average, motion, out)
             motion = motion._replace(pressures=pressures)
-        run_ranges(KERNELS[group.kind][0], blocks, BLOCKS, motion, group.tables, memory, out)
+        run_ranges(
+            straight(KERNELS[group.kind][0]), blocks, BLOCKS, motion, group.tables, memory, out
+        )
         if out.inverted.any():
             raise _inverted(group, motion.points, out.inverted)
         energy = out.energy.sum(axis=0)
@@ -144,7 +148,7 @@ class Assembled:
     def _at_nodes(self, partial: FloatArray) -> FloatArray:
         out = np.empty((len(self.mass), 3))
         starts, rows = self._sums
-        run_ranges(lanes_nb.sum_at_nodes, len(out), NODES, partial, starts, rows, out)
+        run_ranges(straight(lanes_nb.sum_at_nodes), len(out), NODES, partial, starts, rows, out)
         return out
 
     def stress(self, state: MatterState) -> FloatArray:

@@ -18,7 +18,7 @@ from contiga.rigid.frames import to_body, to_world
 from contiga.simulation.checks.approach import closest_approach
 from contiga.simulation.checks.scene import Pair
 from contiga.simulation.model import ContactPart, Model
-from contiga.simulation.place import Placement, place
+from contiga.simulation.step import Placement, place
 from contiga.slaves.slave import box_of
 
 COLOURS = ("#8fa3bd", "#9db89a", "#b8a0c4", "#d2b27c", "#88b4b4", "#a9a9b4")

@@ -15,8 +15,9 @@ import numpy as np
 from contiga.arrays.ordered import length, product
 from contiga.records import FloatArray
 from contiga.rigid import quaternion
+from contiga.rigid.frames import cross
 from contiga.rigid.pose import identity, relative
-from contiga.rigid.vectors import cross, cross_matrix
+from contiga.rigid.transform import cross_matrix
 
 _NO_TURN = np.array([1.0, 0.0, 0.0, 0.0])
 

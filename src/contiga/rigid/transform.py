@@ -12,7 +12,6 @@ from contiga.arrays.layout import as_numbers, real
 from contiga.arrays.ordered import length, product
 from contiga.errors import GeometryError, InputError
 from contiga.records import FloatArray
-from contiga.rigid.vectors import cross_matrix
 
 Axis = str | ArrayLike
 
@@ -76,6 +75,11 @@ def as_matrix(X: PoseLike, where: str) -> Any:
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = turn, vector(t, f"{where}, translation")
     return matrix
+
+
+def cross_matrix(k: FloatArray) -> FloatArray:
+    """(3, 3) the matrix of k × ."""
+    return np.array([[0.0, -k[2], k[1]], [k[2], 0.0, -k[0]], [-k[1], k[0], 0.0]])
 
 
 def unit_axis(axis: Axis, where: str = "axis") -> FloatArray:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,6 @@ from contiga.records import (
 )
 from contiga.search.balls.radii import balls_of
 from contiga.search.borders.openings import openings_of
-from contiga.search.certify.neighbourhoods import with_neighbourhoods_there
 from contiga.search.closest.closest import closest_of_rows
 from contiga.search.closest.kernels import facing_nb, safe_distance_nb
 from contiga.search.contact_tables import ContactTables
@@ -40,7 +40,8 @@ POINTS = 1024
 GUARDED = 16
 
 
-class ExactSurface(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class ExactSurface:
     """The search on a body's NURBS patches."""
 
     tables: Tables
@@ -115,12 +116,10 @@ class ExactSurface(NamedTuple):
         """By the cells of a grid that ways pass."""
         return side_grid.clear_ways(self._grid, a_B, b_B, rows)
 
-    @property
+    @cached_property
     def contact_tables(self) -> ContactTables:
-        """With its touching balls, and the grid of its sides; with what certificates of tracked
-        feet need, once that is there."""
-        tables = with_neighbourhoods_there(self.tables)
-        return ContactTables(tables, self._grid, balls_of(self.tables))
+        """With its touching balls, and the grid of its sides."""
+        return ContactTables(self.tables, self._grid, balls_of(self.tables))
 
     @property
     def _grid(self) -> side_grid.SideGrid:

@@ -22,7 +22,7 @@ from contiga.geometry.slits import gaping_edges, stitches
 from contiga.records import FloatArray
 from contiga.search.certify import neighbourhoods
 from contiga.search.closest.widths import edge_widths
-from contiga.search.hierarchy.build import build_hierarchy, empty_seeds
+from contiga.search.hierarchy.build import build_hierarchy, empty_seeds, items_of
 from contiga.search.hierarchy.table_types import Tables
 
 # Tangential miss accepted at a foot, relative to the body's size.
@@ -69,10 +69,12 @@ def _build(body: Faces) -> Tables:
     is_open = _open_pieces(body, trims)
     _share_trimmed_sides(elements, trims, is_open)
     piece_width = edge_widths(body, elements, trims)
-    leaves, plates, tree = build_hierarchy(elements, grid, trims)
+    hierarchy = build_hierarchy(elements, grid, trims)
     scale = np.array([body.size, RELATIVE_TOLERANCE * body.size])
-    known = elements, grid, leaves, plates, tree, empty_seeds(tree), trims, is_open, piece_width
-    return Tables(*known, scale, neighbourhoods.none())
+    items = items_of(hierarchy, elements, trims, RELATIVE_TOLERANCE * body.size)
+    leaves, plates, tree = hierarchy.leaves, hierarchy.plates, hierarchy.tree
+    known = elements, grid, leaves, plates, tree, items, empty_seeds(tree), trims
+    return Tables(*known, is_open, piece_width, scale, neighbourhoods.none())
 
 
 def _open_pieces(body: Faces, trims: trim.TrimTables) -> FloatArray:

@@ -136,10 +136,25 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
     bodies = [arrays(group, "pose", "twist") for group in file["bodies"].values()]
     poses = np.array([pose for pose, _ in bodies]).reshape(-1, 4, 4)
     twists = np.array([twist for _, twist in bodies]).reshape(-1, 6)
+    slaves: dict[str, SlaveState] = {}
+    for name, group in file["slaves"].items():
+        both = np.asarray(group["points"]), np.asarray(group["velocities"])
+        slaves[name] = SlaveState(*both)
+        if "matter" in group:
+            inside = {key: np.asarray(array) for key, array in group["matter"].items()}
+            slaves[name] = ElementState.of(*both, inside)
+    springs = {}
+    for name, group in file["springs"].items():
+        ends, *numbers = (group[key][()] for key in SpringState._fields)
+        springs[name] = SpringState(ends, *map(float, numbers))
+    rest = None
+    if "rest" in file:
+        steps, residual = np.asarray(file["rest"]).tolist()
+        rest = Rest(int(steps), residual)
     return SystemState(
         time=float(file.attrs["time"]),
         bodies=BodyStates({name: i for i, name in enumerate(file["bodies"])}, poses, twists),
-        slaves={name: _slave(group) for name, group in file["slaves"].items()},
+        slaves=slaves,
         contacts={
             part.name: State(
                 **{key: np.asarray(array) for key, array in file["contacts"][part.name].items()},
@@ -150,30 +165,10 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
         energy=Energy(*map(float, file["energy"])),
         rigid=np.asarray(file["rigid"]),
         wrenches=np.asarray(file["wrenches"]),
-        springs={name: _spring(group) for name, group in file["springs"].items()},
-        rest=_rest(file),
+        springs=springs,
+        rest=rest,
         **{name: float(file[name][()]) for name in _NUMBERS},
     )
-
-
-def _rest(file: Any) -> Rest | None:
-    if "rest" not in file:
-        return None
-    steps, residual = np.asarray(file["rest"]).tolist()
-    return Rest(int(steps), residual)
-
-
-def _slave(group: Any) -> SlaveState:
-    points, velocities = np.asarray(group["points"]), np.asarray(group["velocities"])
-    if "matter" not in group:
-        return SlaveState(points, velocities)
-    inside = {key: np.asarray(array) for key, array in group["matter"].items()}
-    return ElementState.of(points, velocities, inside)
-
-
-def _spring(group: Any) -> SpringState:
-    ends, *numbers = (group[key][()] for key in SpringState._fields)
-    return SpringState(ends, *map(float, numbers))
 
 
 def read_checkpoint(path: Path, model: Model) -> Checkpoint:
@@ -201,7 +196,11 @@ def read_checkpoint(path: Path, model: Model) -> Checkpoint:
             where=str(path),
             remedy="Run the case again without --resume",
         ) from error
-    if not _is_of(checkpoint, model):
+    try:  # whether the steps so far are those of the model, whenever it ends
+        is_of = checkpoint.fingerprint == fingerprint_of(model, checkpoint.end)
+    except InputError:  # its steps would not have fitted into the time until then
+        is_of = False
+    if not is_of:
         raise CheckpointError(
             "the checkpoint is of another case, or its files have changed since",
             where=str(path),
@@ -216,14 +215,6 @@ def read_checkpoint(path: Path, model: Model) -> Checkpoint:
             remedy="Set such an end, or run the case without --resume",
         )
     return checkpoint
-
-
-def _is_of(checkpoint: Checkpoint, model: Model) -> bool:
-    """Whether the steps so far are those of `model`, whenever it ends."""
-    try:
-        return checkpoint.fingerprint == fingerprint_of(model, checkpoint.end)
-    except InputError:  # its steps would not have fitted into the time until then
-        return False
 
 
 def _read(path: Path, contacts: Iterable[ContactPart]) -> Checkpoint:

@@ -36,6 +36,7 @@ class Clock:
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
         self.compiled = 0.0
+        self._stages: dict[str, Stage] = {}
 
     @contextmanager
     def watching(self) -> Iterator[None]:
@@ -49,5 +50,11 @@ class Clock:
             yield
 
     def __call__(self, stage: str) -> Stage:
-        """Add the time spent inside to `stage`."""
-        return Stage(self.seconds, stage)
+        """Add the time spent inside to `stage`, which is not begun anew in itself."""
+        if stage not in self._stages:
+            self._stages[stage] = Stage(self.seconds, stage)
+        return self._stages[stage]
+
+    def add(self, stage: str, begun: float) -> None:
+        """Add the time since `begun`, as `perf_counter` has it, to `stage`."""
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - begun

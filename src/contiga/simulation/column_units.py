@@ -42,11 +42,9 @@ def column_units(columns: Iterable[str], units: tuple[str, str, str]) -> dict[st
         "acceleration": f"{length}/{time}²",
         "spin": f"rad/{time}",
     }
-    return {column: derived[_kind(column)] for column in columns}
-
-
-def _kind(column: str) -> str:
-    owner, _, name = column.rpartition(".")
-    if owner == "energy":
-        return "energy"
-    return next((kind for pattern, kind in _KINDS if re.fullmatch(pattern, name)), "")
+    kinds: dict[str, str] = {}
+    for column in columns:
+        owner, _, name = column.rpartition(".")
+        matching = (kind for pattern, kind in _KINDS if re.fullmatch(pattern, name))
+        kinds[column] = "energy" if owner == "energy" else next(matching, "")
+    return {column: derived[kind] for column, kind in kinds.items()}

@@ -11,21 +11,25 @@ from __future__ import annotations
 
 import math
 import weakref
-from collections.abc import Iterable, Iterator
 from operator import is_
 from typing import Literal, NamedTuple
 
 import numpy as np
 
-from contiga.arrays.ordered import row_lengths, row_products
-from contiga.contact.state_rows import kept_of
+from contiga.arrays.ordered import length, row_lengths, row_products
 from contiga.dynamics.kernels.stiffness_nb import fastest
-from contiga.records import FloatArray, IndexArray
-from contiga.rigid.frames import to_world, turn_to_world
-from contiga.simulation.mechanism import Mechanism
+from contiga.errors import RunError
+from contiga.jit import straight
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.system_state import SystemState
+from contiga.slaves.sampling import more_points
+from contiga.slaves.skin import facet_width
 
+GAINED = 100.0
+"""Times the energy that came in: near the critical step what is stable holds some times as much."""
+SHAKEN = 1e-3
+"""Part of the size of a slave that its fastest node goes in a step before anything is said: the
+energies of what hardly moves are rounding."""
 FASTER = 4.0
 """Times ω² of whole bodies that that of single points is, for them to swing by themselves."""
 
@@ -40,15 +44,6 @@ class Rates(NamedTuple):
 
     def __add__(self, other: Rates) -> Rates:  # type: ignore[override]
         return Rates(self.square + other.square, self.decay + other.decay)
-
-    @classmethod
-    def total(cls, rates: Iterable[Rates]) -> Rates:
-        """The sum of several."""
-        square = decay = 0.0
-        for one in rates:
-            square += one.square
-            decay += one.decay
-        return cls(square, decay)
 
     def most(self, other: Rates) -> Rates:
         """The faster of both, each."""
@@ -118,13 +113,19 @@ def find_limit(model: Model, state: SystemState, of: Of = "all") -> Limit:
     """Find the critical step of what touches and pulls in `state`."""
     felt: dict[object, list[tuple[str, Rates, Rates]]] = {}
     for text, ends in _couplings(model, state, of):
-        both, whole = Rates.total([e.rates for e in ends]), Rates.total([e.whole for e in ends])
+        _, both, whole = ends[0]
+        for end in ends[1:]:
+            both, whole = both + end.rates, whole + end.whole
         for end in ends:
             felt.setdefault(end.of, []).append((text, both, whole))
     critical, who, bodies, points, nodes = math.inf, "", Rates(), 0.0, Rates()
     for of_end, couplings in felt.items():
-        rates = Rates.total([both for _, both, _ in couplings])
-        whole = Rates.total([w for _, _, w in couplings])
+        fastest_text, rates, whole = couplings[0]
+        fastest_rates = rates
+        for text, both, of_whole in couplings[1:]:
+            rates, whole = rates + both, whole + of_whole
+            if both > fastest_rates:
+                fastest_text, fastest_rates = text, both
         if of_end in model.mechanism.masses:
             nodes = nodes.most(rates)
         else:
@@ -132,115 +133,94 @@ def find_limit(model: Model, state: SystemState, of: Of = "all") -> Limit:
         if rates.square > FASTER * whole.square:
             points = max(points, rates.square)
         if rates.critical < critical:
-            critical = rates.critical
-            who = max(couplings, key=lambda entry: entry[1])[0]
+            critical, who = rates.critical, fastest_text
     return Limit(critical, who, bodies, points, nodes)
 
 
-def has_energy(law: object) -> bool:
-    """Whether a law's forces belong to an energy, so that this can judge a step."""
-    return bool(getattr(law, "has_energy", True))
-
-
-def follows_step(law: object) -> bool:
-    """Whether a law's stiffness goes with the step, so that no step is critical for it."""
-    return bool(getattr(law, "stiffness_follows_step", False))
-
-
-def _couplings(model: Model, state: SystemState, of: Of) -> Iterator[tuple[str, list[_End]]]:
+def _couplings(model: Model, state: SystemState, of: Of) -> list[tuple[str, list[_End]]]:
     """Each contact and spring, with what it does to the free bodies at its two ends."""
     system = model.mechanism
+    couplings: list[tuple[str, list[_End]]] = []
     for part in model.contacts:
-        follows = follows_step(part.contact.law)
-        if of == ("lasting" if follows else "following"):
+        if of != "all" and (part.name in model.mechanism.followers) == (of == "lasting"):
             continue
-        springs = _springs_of(part, state, of)
-        if len(springs.rows) and (ends := _contact_ends(system, part, springs, state)):
-            drags = springs.dragging.any() and all(e.rates.decay**2 > e.rates.square for e in ends)
-            yield f"{'viscous friction of ' if drags else ''}contact {part.name!r}", ends
-    for name, nodes in system.nodes.items() if of != "following" else ():
+        if len(state.contacts[part.name].kept.normal_force.rows):
+            _add_contact(couplings, model, part, state, of)
+    if of == "following":
+        return couplings
+    for name, nodes in system.joined.items():
         rates = Rates(*nodes.rates(state.slaves[name]))
+        text = f"the elements of slave {name!r}"
         if rates.square > 0.0:
-            yield f"the elements of slave {name!r}", [_End(name, rates, rates)]
+            couplings.append((text, [_End(name, rates, rates)]))
         # Row sums bound the elements' energy node by node: what their nodes do to a body adds
         # nothing to what they do to one another.
         for joint in nodes.joints:
             if joint.host in system.row:
                 points = state.slaves[name].points[joint.rows]
-                stiffness = nodes.stiffness(state.slaves[name])[joint.rows]
+                stiffness = nodes.stiffness(state.slaves[name])[joint.rows].astype(np.float64)
                 row = system.row[joint.host]
-                square = fastest(points, points, stiffness, stiffness, *_row(system, state, row))
-                yield f"the elements of slave {name!r}", [_End(row, Rates(square), Rates())]
-    for name in state.springs if of != "following" else ():
-        if ends := _spring_ends(system, name, state):
-            yield f"spring {name!r}", ends
+                body = state.rigid[row], system.fixed[row]
+                square = straight(fastest)(points, points, stiffness, stiffness, *body)
+                couplings.append((text, [_End(row, Rates(square), Rates())]))
+    for name, now in state.springs.items():
+        spring, ends = system.springs[name], []
+        along, across = map(float, spring.stiffness_bound(now))
+        way = now.ends[1:] - now.ends[:1]
+        axis = way / now.length if now.length > 0.0 else np.array([[1.0, 0.0, 0.0]])
+        for k, row in system.free_ends(spring):
+            body = state.rigid[row], system.fixed[row]
+            at = now.ends[k : k + 1], axis
+            rates = Rates(
+                straight(fastest)(*at, np.array([along]), np.array([across]), *body),
+                straight(fastest)(*at, np.array([float(spring.damping)]), np.zeros(1), *body),
+            )
+            ends.append(_End(row, rates, rates))
+        if ends:
+            couplings.append((f"spring {name!r}", ends))
+    return couplings
 
 
-def _spring_ends(system: Mechanism, name: str, state: SystemState) -> list[_End]:
-    """The free ends of a spring."""
-    spring, now = system.springs[name], state.springs[name]
-    along, across = spring.stiffness_bound(now)
-    way = now.ends[1:] - now.ends[:1]
-    axis = way / now.length if now.length > 0.0 else np.array([[1.0, 0.0, 0.0]])
-    ends: list[_End] = []
-    for k, row in system.free_ends(spring):
-        place, body_row = now.ends[k : k + 1], _row(system, state, row)
-        rates = Rates(
-            fastest(place, axis, np.array([along]), np.array([across]), *body_row),
-            fastest(place, axis, np.array([spring.damping]), np.zeros(1), *body_row),
-        )
-        ends.append(_End(row, rates, rates))
-    return ends
-
-
-def _row(system: Mechanism, state: SystemState, row: int) -> tuple[FloatArray, FloatArray]:
-    return state.rigid[row], system.fixed[row]
-
-
-class _Springs(NamedTuple):
-    """Springs and dampers of a contact at k points."""
-
-    rows: IndexArray
-    """(k,) the points."""
-    along: FloatArray
-    """(k,) stiffness of the normal forces."""
-    across: FloatArray
-    """(k,) that of friction."""
-    damping: FloatArray
-    """(k,) viscosity of the normal forces."""
-    dragging: FloatArray
-    """(k,) viscous friction over the sliding speed."""
-
-
-def _springs_of(part: ContactPart, state: SystemState, of: Of) -> _Springs:
-    kept = kept_of(state.contacts[part.name])
-    rows, along = kept.normal_springs
-    across = np.zeros(len(rows)) if of == "following" else kept.part("tangential", rows)
-    damping = kept.part("viscosity", rows)
-    return _Springs(rows, along, across, damping, _dragging(part, rows, state))
-
-
-def _contact_ends(
-    system: Mechanism, part: ContactPart, springs: _Springs, state: SystemState
-) -> list[_End]:
-    """The free sides of a contact."""
-    ends: list[_End] = []
-    contact, (rows, along, across, damping, dragging) = state.contacts[part.name], springs
+def _add_contact(
+    couplings: list[tuple[str, list[_End]]],
+    model: Model,
+    part: ContactPart,
+    state: SystemState,
+    of: Of,
+) -> None:
+    """Add a contact where it does something to a free body or slave at its two ends."""
+    system, contact, ends = model.mechanism, state.contacts[part.name], []
+    kept, bodies = contact.kept, model.mechanism.sides[part.name].free
+    rows, along = kept.springs
+    if len(rows) == 0 or not (bodies or part.slave in system.masses):
+        return
+    across = damping = dragging = np.zeros(len(rows))
+    if of != "following" and kept.tangential is not None:
+        across = kept.tangential.at(rows)
+    if kept.viscosity is not None:
+        damping = kept.viscosity.at(rows)
+    if (viscosity := getattr(part.contact.friction, "viscosity", None)) is not None:
+        # Over the sliding speed; of points between nodes over none, at which it is stiffest.
+        speed, (pose, twist) = np.zeros(len(rows)), state.bodies[part.master]
+        slave = state.slaves[part.slave]
+        nodes = rows[rows < len(slave.points)]
+        v_W = slave.velocities[nodes] - twist.at(pose[:3, 3], slave.points[nodes])
+        n_W = contact.held_W.normals.at(nodes)
+        speed[: len(nodes)] = row_lengths(v_W - row_products(v_W, n_W)[:, None] * n_W)
+        dragging = np.array(viscosity(kept.normal_force.at(rows), speed), np.float64)
     damped = damping.any() or dragging.any()
-    bodies, kept = system.free_sides(part.master, part.slave), kept_of(contact)
     if bodies:
-        points = to_world(contact.pose, contact.points_B[rows])
-        normals = turn_to_world(contact.pose, kept.part("normal_B", rows))
+        points, normals = contact.held_W.points.at(rows), contact.held_W.normals.at(rows)
     for row in bodies:
-        body_row = _row(system, state, row)
+        body = state.rigid[row], system.fixed[row]
         rates = whole = Rates(
-            fastest(points, normals, along, across, *body_row),
-            fastest(points, normals, damping, dragging, *body_row) if damped else 0.0,
+            straight(fastest)(points, normals, along, across, *body),
+            straight(fastest)(points, normals, damping, dragging, *body) if damped else 0.0,
         )
-        if kept.shape("tangent")[0]:
+        if kept.tangent is not None:
             # Steps follow the swing on the curve; what shares its force is kept stable alone.
-            single = kept.part("stiffness", rows)
-            whole = rates._replace(square=fastest(points, normals, single, across, *body_row))
+            single = kept.stiffness.at(rows)
+            whole = Rates(straight(fastest)(points, normals, single, across, *body), rates.decay)
         ends.append(_End(row, rates, whole))
     if part.slave in system.masses:
         nodes, stiffness = part.contact.nodal_sum(rows, np.maximum(along, across))
@@ -250,21 +230,55 @@ def _contact_ends(
             viscosity = part.contact.nodal_sum(rows, np.maximum(damping, dragging)).values
             decay = float((viscosity / mass).max())
         ends.append(_End(part.slave, Rates(square, decay), Rates()))
-    return ends
+    drags = dragging.any() and all(end.rates.decay**2 > end.rates.square for end in ends)
+    couplings.append((f"{'viscous friction of ' if drags else ''}contact {part.name!r}", ends))
 
 
-def _dragging(part: ContactPart, rows: np.ndarray, state: SystemState) -> FloatArray:
-    """(k,) viscous friction of the points `rows` over their sliding speeds, zero without."""
-    viscosity = getattr(part.contact.friction, "viscosity", None)
-    if viscosity is None:
-        return np.zeros(len(rows))
-    contact, body = state.contacts[part.name], state.bodies[part.master]
-    speed = np.zeros(len(rows))  # of points between nodes the least, at which it is stiffest
-    nodes = rows < len(contact.force)
-    points, velocities = state.slaves[part.slave]
-    node_rows = rows[nodes]
-    v_W = velocities[node_rows] - body.twist.at(body.pose[:3, 3], points[node_rows])
-    n_W = turn_to_world(contact.pose, kept_of(contact).part("normal_B", node_rows))
-    across = v_W - row_products(v_W, n_W)[:, None] * n_W
-    speed[nodes] = row_lengths(across)
-    return np.asarray(viscosity(contact.normal_force[rows], speed))
+def check_stable(model: Model, state: SystemState) -> None:
+    """Refuse to go on where elements have more energy than ever came in.
+
+    Raises
+    ------
+    RunError
+        Names the slave, the time, its fastest node and where that is, and what to do.
+    """
+    energy = state.energy
+    gained, came = -energy.error, max(energy.initial + energy.external, 0.0)
+    joined = model.mechanism.joined
+    for name, nodes in joined.items():
+        # What counts as their kinetic energy is kept by unstable steps, too.
+        slave = state.slaves[name]
+        gained += nodes.shaken(slave) - nodes.energy(slave).kinetic
+    if gained <= GAINED * came:
+        return
+    for name in joined:
+        slave = state.slaves[name]
+        speeds = np.sqrt(np.square(slave.velocities).sum(axis=1))
+        node = int(np.argmax(np.where(np.isfinite(speeds), speeds, np.inf)))
+        size = length(np.ptp(model.slaves[name].slave.points, axis=0))
+        if speeds[node] * state.step <= SHAKEN * size:
+            continue
+        place = ", ".join(f"{x:.6g}" for x in slave.points[node])
+        raise RunError(
+            f"t = {state.time:g}: slave {name!r} is unstable: {gained:.4g} of energy came from "
+            f"nothing, and {came:.4g} from outside. Node {node} at ({place}) goes at "
+            f"{speeds[node]:.4g}. {remedy(model, state, name)}"
+        )
+
+
+def remedy(model: Model, state: SystemState, slave: str) -> str:
+    """Advice about a slave that is unstable."""
+    critical = limit_of(model, state).critical
+    if state.step > critical:
+        return f'Take steps below {0.9 * critical:.3g}, or step = "auto"'
+    mesh = model.slaves[slave].slave
+    width = np.inf if mesh.facets is None else facet_width(mesh.points, mesh.facets)
+    for part in model.contacts:
+        deep = state.contacts[part.name].max_penetration
+        if part.slave == slave and deep > width:
+            return (
+                f"Its facets, {width:.4g} wide, are too coarse for {part.master}, in which points "
+                f"of theirs lie {deep:.4g} deep: mesh it finer there"
+                f"{more_points(part.contact.quadrature)}"
+            )
+    return "Look at its material, at its contacts and at the units; shorter steps show which it is"

@@ -7,7 +7,7 @@ import numpy as np
 from contiga.dynamics.stepping import AutoSteps
 from contiga.laws.by_face import FaceLaws
 from contiga.records import FloatArray
-from contiga.simulation.critical import has_energy
+from contiga.simulation.mechanism import has_energy
 from contiga.simulation.model import Model, column_prefixes
 from contiga.simulation.step_columns import ENERGY_ERROR
 

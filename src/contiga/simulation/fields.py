@@ -19,7 +19,7 @@ from contiga.io.out.vtkhdf import FieldsWriter, Part
 from contiga.io.units import derived_units
 from contiga.masters.protocol import Master
 from contiga.masters.sampling import least_size, refined
-from contiga.matter.element_fields import FIELDS, TENSORS, Inside, at_facets, at_nodes
+from contiga.matter.element_fields import FIELDS, TENSORS, at_facets, at_nodes
 from contiga.records import FloatArray, IndexArray
 from contiga.rigid.frames import to_world
 from contiga.simulation.model import Model
@@ -60,12 +60,13 @@ class Fields:
             for name, mesh in self._meshes.items()
         ] + [_part(name, part.slave, self._own[name]) for name, part in model.slaves.items()]
         self._part = np.repeat(np.arange(len(parts), dtype=np.int32), [p.n_points for p in parts])
-        self._writer = (
-            FieldsWriter(path, parts, _units(model.units))
-            if written is None
-            else FieldsWriter.reopen(path, written)
-        )
-        self._outlines = _outlines_writer(outlines, written) if has_outlines(model) else None
+        outlined = has_outlines(model)
+        if written is None:
+            self._writer = FieldsWriter(path, parts, _units(model.units))
+            self._outlines = OutlinesWriter(outlines) if outlined else None
+        else:
+            self._writer = FieldsWriter.reopen(path, written)
+            self._outlines = OutlinesWriter.reopen(outlines, written) if outlined else None
 
     @property
     def n_bytes(self) -> int:
@@ -93,7 +94,9 @@ class Fields:
                 means = at_nodes(inside, len(slave.slave))
                 for field in self._of_elements:
                     data[field][first : first + n] = FIELDS[field](means)[own]
-            cells.append(self._of_facets(inside, slave.slave))
+            if self._cells and slave.slave.facets is not None:
+                behind = at_facets(inside, slave.slave.facets)
+                cells.append({field: FIELDS[field](behind) for field in self._of_elements})
             for part in self._model.contacts:
                 if part.slave == name:
                     _add(data, slice(first, first + n), state.contacts[part.name], own)
@@ -125,24 +128,16 @@ class Fields:
             **inside,
         }
 
-    def _of_facets(self, inside: Sequence[Inside], slave: Slave) -> dict[str, FloatArray]:
-        """What the elements behind the facets of a slave have; nothing where none is asked for."""
-        if not self._cells or slave.facets is None:
-            return {}
-        behind = at_facets(inside, slave.facets)
-        return {field: FIELDS[field](behind) for field in self._of_elements}
-
     def _stacked(self, cells: list[dict[str, FloatArray]]) -> dict[str, FloatArray]:
         """Of all cells: points of clouds, then triangles of bodies, then facets of slaves."""
         if not self._cells:
             return {}
-        faceted = [fields for fields in cells if fields]
-        before = self._writer.n_cells - sum(len(next(iter(each.values()))) for each in faceted)
+        before = self._writer.n_cells - sum(len(next(iter(each.values()))) for each in cells)
         stacked = {}
         for field in self._of_elements:
             columns = (6,) if field in TENSORS else ()
             none = np.full((before, *columns), np.nan)
-            stacked[field] = np.concatenate([none, *(each[field] for each in faceted)])
+            stacked[field] = np.concatenate([none, *(each[field] for each in cells)])
         return stacked
 
     def flush(self) -> None:
@@ -192,10 +187,6 @@ def _drawn(name: str, body: Master, size: float | None) -> TriMesh:
             allowed=f"{least:.3g} or more",
         )
     return refined(body, mesh, size)
-
-
-def _outlines_writer(path: Path, written: int | None) -> OutlinesWriter:
-    return OutlinesWriter(path) if written is None else OutlinesWriter.reopen(path, written)
 
 
 def _loops_of(found: Sequence[Outlines | None]) -> Loops:

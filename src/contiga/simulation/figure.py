@@ -62,74 +62,58 @@ def plot_history(
         figure.suptitle(str(title), color=INK, fontsize=11, x=0.02, ha="left")
     if path is not None:
         suffix = Path(path).suffix.lower().removeprefix(".") or "png"
-        _check_format(figure, suffix, path)
+        known = figure.canvas.get_supported_filetypes()
+        if suffix not in known:
+            raise InputError(
+                "the suffix says no format of a picture",
+                where=str(path),
+                found=f".{suffix}",
+                allowed=", ".join(f".{name}" for name in known),
+            )
         with atomic_write(path) as temporary:
             figure.savefig(temporary, dpi=110, format=suffix)
     return figure
 
 
-def _check_format(figure: Figure, suffix: str, path: str | Path) -> None:
-    known = figure.canvas.get_supported_filetypes()
-    if suffix not in known:
-        raise InputError(
-            "the suffix says no format of a picture",
-            where=str(path),
-            found=f".{suffix}",
-            allowed=", ".join(f".{name}" for name in known),
-        )
-
-
 def _standard(history: Mapping[str, FloatArray], units: Mapping[str, str]) -> Iterator[Panel]:
     """Panels of what is not zero throughout."""
+    # Springs and sensors have a force, too: contacts are those with a penetration, and the one
+    # without a name where there is one only.
+    contacts = {n.rpartition(".")[0] for n in history if n.endswith("max_penetration")}
     for column, label in (("force", "contact force"), ("max_penetration", "deepest penetration")):
         names = [name for name in history if name.rpartition(".")[2] == column]
-        # Springs and sensors have a force, too: contacts are those with a penetration.
-        names = [n for n in names if n.rpartition(".")[0] in _contacts(history)]
+        names = [n for n in names if n.rpartition(".")[0] in contacts]
         lines = {n.rpartition(".")[0] or label: history[n] for n in names}
         yield from _panel(label, units.get(names[0], "") if names else "", lines)
     energies = {n: history[f"energy.{n}"] for n in _ENERGIES if f"energy.{n}" in history}
     unit = units.get("energy.total", "")
     if not energies:  # nothing is moved by forces: where the work on the contacts went
-        energies = {n: _total(history, f"energy_{n}") for n in _OF_CONTACT}
+        for name in _OF_CONTACT:
+            parts = [history[n] for n in history if n.rpartition(".")[2] == f"energy_{name}"]
+            energies[name] = np.sum(parts, axis=0) if parts else np.zeros(len(history["time"]))
         unit = next((units[n] for n in units if n.endswith("energy_stored")), "")
     yield from _panel("energy", unit, energies)
     for letter, label in _VECTORS:
-        lines = dict(_magnitudes(history, letter))
+        lines = {}  # of each body and sensor that has the vector
+        for name in history:
+            owner, _, column = name.rpartition(".")
+            axes = [f"{owner}.{letter}{axis}" for axis in "xyz"]
+            if column == f"{letter}x" and all(axis in history for axis in axes):
+                lines[owner] = np.sqrt(sum(history[axis] ** 2 for axis in axes))
         name = next((f"{owner}.{letter}x" for owner in lines), "")
         yield from _panel(label, units.get(name, ""), lines)
 
 
-def _contacts(history: Mapping[str, FloatArray]) -> set[str]:
-    """Names of contacts in columns; the empty one where there is one contact only."""
-    return {name.rpartition(".")[0] for name in history if name.endswith("max_penetration")}
-
-
-def _total(history: Mapping[str, FloatArray], column: str) -> FloatArray:
-    """(n,) sum of a column over all contacts."""
-    parts = [values for name, values in history.items() if name.rpartition(".")[2] == column]
-    return np.sum(parts, axis=0) if parts else np.zeros(len(history["time"]))
-
-
-def _magnitudes(history: Mapping[str, FloatArray], letter: str) -> Iterator[tuple[str, FloatArray]]:
-    """Length of the vector ``owner.<letter>x y z`` of each body and sensor that has it."""
-    for name in history:
-        owner, _, column = name.rpartition(".")
-        axes = [f"{owner}.{letter}{axis}" for axis in "xyz"]
-        if column == f"{letter}x" and all(axis in history for axis in axes):
-            yield owner, np.sqrt(sum(history[axis] ** 2 for axis in axes))
-
-
 def _panel(label: str, unit: str, lines: Mapping[str, FloatArray]) -> Iterator[Panel]:
     """A panel of the lines that are somewhere not zero, if there are any."""
-    sizes = {name: _largest(values) for name, values in lines.items()}
+    sizes = {
+        name: float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+        for name, values in lines.items()
+    }
     largest = sorted((name for name in sizes if sizes[name] > 0.0), key=lambda n: -sizes[n])
     kept = {name: lines[name] for name in lines if name in largest[:MOST_LINES]}
     if kept:
         yield Panel(label, unit, kept)
-
-
-def _largest(values: FloatArray) -> float:
-    return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
 
 
 def _chosen(

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from contiga.arrays.ordered import length
 from contiga.contact.state import State
-from contiga.contact.state_rows import kept_of
 from contiga.dynamics.stepping import AutoSteps
-from contiga.records import IN_CONTACT, ContactStatus, FloatArray
+from contiga.records import IN_CONTACT, ContactStatus
 from contiga.rigid import rigid_lanes as lanes
 from contiga.rigid.frames import turn_to_world
 from contiga.simulation.model import Model, column_prefixes
@@ -40,7 +37,6 @@ COUNTED = {
     "n_through": ContactStatus.THROUGH,
 }
 
-Turned = Callable[[FloatArray], FloatArray]
 _MEASURED = ("area", "n_clusters", "mean_pressure")
 _OF_SYSTEM = (
     *("kinetic", "strain", "contact", "friction", "damping", "hysteresis"),
@@ -143,7 +139,12 @@ def contact_columns(
     `last` is its state before the step, None at the start; `wall` are the seconds the step took;
     contact areas are NaN where not `measured`.
     """
-    force = _total(state, "force")
+    # The same bits as of whole arrays: rows are added one after the other, others are zero.
+    force = state.kept.force.values.sum(axis=0) + 0.0
+    friction = {}
+    if state.kept.traction_B is not None:
+        total = turn_to_world(state.pose, state.kept.traction_B.values).sum(axis=0)
+        friction = vector_columns("friction_", total + 0.0)
     measured = measured or state.contact.weights == "area"
     counts = np.bincount(state.status, minlength=len(ContactStatus)).tolist()
     touching = sum(counts[status] for status in IN_CONTACT)
@@ -153,11 +154,12 @@ def contact_columns(
         **vector_columns("force_", force),
         "force": length(force),
         **vector_columns("moment_", state.wrench[3:]),
-        **_friction_columns(state),
+        **friction,
         **(_measured(state) if measured else dict.fromkeys(_MEASURED, np.nan)),
         "max_pressure": state.max_pressure,
-        **vector_columns("centre_", kept_of(state).centre_of_pressure),
-        **_energy_columns(state),
+        **vector_columns("centre_", state.centre_of_pressure),
+        "work": state.energy.work,
+        **{f"energy_{name}": getattr(state.energy, name) for name in _OF_CONTACT},
         "wall_time": wall,
     }
     columns |= {name: counts[status] for name, status in COUNTED.items()}
@@ -175,39 +177,12 @@ def tunnelled(last: State, now: State) -> int:
     rows = np.flatnonzero(now.status == ContactStatus.RELEASED)
     if len(rows) == 0:
         return 0
-    foot, normal = (kept_of(last).part(name, rows) for name in ("foot_B", "normal_B"))
-    behind = -((now.points_B[rows] - foot) * normal).sum(axis=1)
-    return int((behind > 0.5 * kept_of(last).part("penetration", rows)).sum())
+    kept = last.kept
+    behind = -((now.points_B[rows] - kept.foot_B.at(rows)) * kept.normal_B.at(rows)).sum(axis=1)
+    return int((behind > 0.5 * kept.penetration.at(rows)).sum())
 
 
 def _measured(state: State) -> dict[str, float]:
     """What is measured only where it is asked for, in the order of `_MEASURED`."""
     values = state.total_area, state.n_clusters, state.mean_pressure
     return dict(zip(_MEASURED, values, strict=True))
-
-
-def _friction_columns(state: State) -> dict[str, float]:
-    """Force of friction on the slave, where there is friction."""
-    if kept_of(state).shape("traction_B")[0] == 0:
-        return {}
-    total = _total(state, "traction_B", lambda own: turn_to_world(state.pose, own))
-    return vector_columns("friction_", total)
-
-
-def _total(state: State, name: str, turned: Turned = lambda own: own) -> FloatArray:
-    """(3,) sum of the rows of an array of a state, of which few may be kept: others are zero.
-
-    The same bits as of the whole array: rows are added one after the other.
-    """
-    column = kept_of(state).column(name)
-    if column is None or len(column.rows) == column.n:
-        total: FloatArray = turned(getattr(state, name)).sum(axis=0)
-        return total
-    return np.asarray(turned(column.values).sum(axis=0) + 0.0)  # of no rows that are −0.0, too
-
-
-def _energy_columns(state: State) -> dict[str, float]:
-    """Where the work done on the contact went since the start."""
-    energy = state.energy
-    parts = {f"energy_{name}": getattr(energy, name) for name in _OF_CONTACT}
-    return {"work": energy.work} | parts

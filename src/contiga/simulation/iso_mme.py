@@ -87,7 +87,13 @@ def channels_of(history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -
                 left_out.append(f"{name}.{column}")
                 continue
             factor = float(np.prod([b**p for b, p in zip(base, kind.powers, strict=True)]))
-            values = _resampled(grid, times, history[f"{name}.{column}"], kind) * factor
+            values = history[f"{name}.{column}"]
+            if grid is not times and kind.dimension in _OF_INTEGRALS:
+                impulses = trapezoids(times, values[:, None])
+                values = means(grid, times, values[:, None], impulses)[:, 0]
+            elif grid is not times:
+                values = np.interp(grid, times, values)
+            values = values * factor
             cls = str(owner.get("filter")) if column.startswith("filtered_") else ""
             code = codes[name] + kind.dimension + direction + _CLASSES.get(cls, _UNFILTERED)
             interval = float(grid[-1] - grid[0]) / max(len(grid) - 1, 1) * base[2]
@@ -98,15 +104,6 @@ def channels_of(history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -
         text = ", ".join(left_out)
         warnings.warn(f"left out, as they are not finite: {text}", ContigaWarning, 2)
     return channels
-
-
-def _resampled(grid: FloatArray, times: FloatArray, values: FloatArray, kind: _Kind) -> FloatArray:
-    if grid is times:
-        return values
-    if kind.dimension not in _OF_INTEGRALS:
-        return np.interp(grid, times, values)
-    signal = values[:, None]
-    return means(grid, times, signal, trapezoids(times, signal))[:, 0]
 
 
 def _columns(history: Mapping[str, FloatArray], name: str) -> Iterator[tuple[str, _Kind, str]]:

@@ -1,7 +1,8 @@
 """What loads do on bodies, and the velocities that they will give at the end of a step.
 
 Loads are known beforehand, unlike the forces of what touches and pulls: dampers and friction, which
-are asked with foreseen velocities, see those that the loads of then give.
+are asked with foreseen velocities, see those that the loads of then give. They may come and go
+within few steps, so that their work by the trapezoidal rule has no error that comes back.
 """
 
 from __future__ import annotations
@@ -10,10 +11,13 @@ import numpy as np
 
 from contiga.arrays.ordered import product
 from contiga.dynamics.loads import Load
+from contiga.dynamics.nodes import Instant
 from contiga.dynamics.rigid_bodies import Placed, kicked
 from contiga.records import FloatArray
-from contiga.rigid.rigid_lanes import CENTRE, FORCE, TORQUE
-from contiga.rigid.vectors import cross
+from contiga.rigid import quaternion
+from contiga.rigid.frames import cross
+from contiga.rigid.pose import to_quaternion
+from contiga.rigid.rigid_lanes import CENTRE, FORCE, TORQUE, VELOCITY
 from contiga.simulation.model import Model
 from contiga.simulation.system_state import SystemState
 
@@ -51,11 +55,23 @@ def load_point(model: Model, load: Load, i: int, pose: FloatArray, rows: FloatAr
     return pose[:3, 3]
 
 
+def add_loads(
+    model: Model, poses: FloatArray, rows: FloatArray, time: float, total: FloatArray
+) -> None:
+    """Add all loads to the wrenches (n, 6) on bodies at `poses` (n, 4, 4); `rows` (b, 19) are
+    those of free bodies."""
+    for load in model.mechanism.loads:
+        i = model.mechanism.root_of(load.body)
+        force, moment = loaded(load, poses[i], model.origins[i], time)
+        arm = load_point(model, load, i, poses[i], rows) - poses[i, :3, 3]
+        total[i, :3] += force
+        total[i, 3:] += cross(arm, force)
+        total[i, 3:] += moment
+
+
 def foresee_loads(model: Model, last: SystemState, free: Placed, time: float) -> None:
     """Change the twists of bodies that have drifted to those that the loads at `time` will give,
     with what else acted in `last`."""
-    if not model.mechanism.loads:
-        return
     change = np.zeros((len(free.rows), 6))
     for load in model.mechanism.loads:
         i = model.mechanism.root_of(load.body)
@@ -80,3 +96,47 @@ def _about_centre(
     k = model.mechanism.row[i]
     arm = load_point(model, load, i, pose, rows) - rows[k, CENTRE : CENTRE + 3]
     return np.concatenate([force, moment + cross(arm, force)])
+
+
+def work_of_loads(
+    model: Model, last: SystemState, poses: FloatArray, rows: FloatArray, now: Instant
+) -> float:
+    """Work of loads on free bodies in a step; on others what moves them takes it back."""
+    system, work = model.mechanism, 0.0
+    for load in system.loads:
+        i = system.root_of(load.body)
+        if i not in system.row:
+            continue
+        X0, X1 = last.bodies.poses[i], poses[i]
+        force0, moment0 = loaded(load, X0, model.origins[i], last.time)
+        force1, moment1 = loaded(load, X1, model.origins[i], now.time)
+        way = load_point(model, load, i, X1, rows)
+        way = way - load_point(model, load, i, X0, last.rigid)
+        work += 0.5 * float(((force0 + force1) * way).sum())
+        if moment0.any() or moment1.any():
+            turn = quaternion.rotation_vector(to_quaternion(X0), to_quaternion(X1))
+            work += 0.5 * float(((moment0 + moment1) * turn).sum())
+    return work + load_work_beyond_way(model, last, rows, poses, now.time)
+
+
+def load_work_beyond_way(
+    model: Model, last: SystemState, rows: FloatArray, poses: FloatArray, time: float
+) -> float:
+    """What loads do on the centres of free bodies by their mean velocity in a step to `time`, more
+    than along the way.
+
+    The kinetic energy changes by just the mean force times the mean velocity. Along the way a force
+    that sets in within the step does hardly any work yet: it comes with the next steps, as it ends.
+    """
+    system, work = model.mechanism, 0.0
+    for load in system.loads:
+        i = system.root_of(load.body)
+        if i not in system.row:
+            continue
+        a, b = last.rigid[system.row[i]], rows[system.row[i]]
+        before, _ = loaded(load, last.bodies.poses[i], model.origins[i], last.time)
+        now, _ = loaded(load, poses[i], model.origins[i], time)
+        mean = 0.5 * (a[VELOCITY : VELOCITY + 3] + b[VELOCITY : VELOCITY + 3])
+        way = b[CENTRE : CENTRE + 3] - a[CENTRE : CENTRE + 3]
+        work += 0.5 * float(((before + now) * ((time - last.time) * mean - way)).sum())
+    return work

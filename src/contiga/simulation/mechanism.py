@@ -5,23 +5,39 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contiga.dynamics.free import Attached, Dependent, Free, is_driven
 from contiga.dynamics.loads import Load
-from contiga.dynamics.nodes import NodeMover
-from contiga.dynamics.point_nodes import DrivenNodes
+from contiga.dynamics.nodes import DrivenNodes, NodeMover
 from contiga.dynamics.prescribed import BodyMotion, SlaveMotion
 from contiga.dynamics.rigid_bodies import fixed_of, row_of, with_attached
 from contiga.dynamics.springs import GROUND, Spring
 from contiga.errors import InputError
-from contiga.records import FloatArray, MassProperties
+from contiga.records import FloatArray
 from contiga.rigid.inertia import of_points
 from contiga.rigid.rigid_lanes import FIXED, STATE
 from contiga.slaves.slave import Slave
+
+
+class Sides(NamedTuple):
+    """The bodies at the two sides of a contact."""
+
+    master: int
+    """Number of the body that its master is fixed to."""
+    slave: int | None
+    """Of the one that carries its slave, None where none does."""
+    free: tuple[int, ...]
+    """Rows of those of them that are free."""
+    signs: tuple[float, ...]
+    """Of what acts on them, where 1 is what acts on the slave."""
+    about: FloatArray
+    """(3,) reference point of the master, body axes."""
+    size: float
+    """Of the master, length."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +60,8 @@ class Mechanism:
     """Motions that drive bodies, by their number; those that stand still are not there."""
     nodes: Mapping[str, NodeMover]
     """What moves the nodes of each slave."""
+    contacts: tuple[Any, ...]
+    """As `contiga.simulation.model.ContactPart`."""
     springs: Mapping[str, Spring]
     loads: tuple[Load, ...]
 
@@ -51,6 +69,11 @@ class Mechanism:
     def carried(self) -> Mapping[str, int]:
         """Slaves that are attached: the body they are fixed to, by its number."""
         return {k: one.host for k, one in self.nodes.items() if one.host is not None}
+
+    @cached_property
+    def riding(self) -> tuple[str, ...]:
+        """Slaves of which bodies carry all nodes, or some."""
+        return tuple(k for k, one in self.nodes.items() if one.host is not None or one.joints)
 
     @cached_property
     def masses(self) -> Mapping[str, FloatArray]:
@@ -96,19 +119,54 @@ class Mechanism:
         numbers = enumerate(map(self.number, spring.between))
         return [(end, self.row[i]) for end, i in numbers if i is not None and i in self.row]
 
-    def sides(self, master: str, slave: str) -> tuple[int, int | None]:
-        """Bodies at the two sides of a contact: its master's root, and what carries its slave."""
-        return self.root_of(master), self.carried.get(slave)
+    @cached_property
+    def sides(self) -> Mapping[str, Sides]:
+        """The two sides of each contact."""
+        found: dict[str, Sides] = {}
+        for part in self.contacts:
+            i, host = self.root_of(part.master), self.carried.get(part.slave)
+            free = [(self.row[i], -1.0)] if i in self.row else []
+            if host is not None and host in self.row:
+                free.append((self.row[host], 1.0))
+            found[part.name] = Sides(
+                i,
+                host,
+                tuple(row for row, _ in free),
+                tuple(sign for _, sign in free),
+                np.array(part.contact.master.reference_point, np.float64),
+                part.contact.master.size,
+            )
+        return found
 
-    def free_sides(self, master: str, slave: str) -> list[int]:
-        """Rows of those of them that are free."""
-        sides = self.sides(master, slave)
-        return [self.row[side] for side in sides if side is not None and side in self.row]
+    @cached_property
+    def followers(self) -> frozenset[str]:
+        """Names of the contacts whose stiffness goes with the step, so that no step is critical for
+        them."""
+        return frozenset(
+            part.name
+            for part in self.contacts
+            if getattr(part.contact.law, "stiffness_follows_step", False)
+        )
+
+    @cached_property
+    def keeps_energy(self) -> bool:
+        """Whether the forces of all contacts belong to an energy: those that are the gradient of
+        none leave some at any step."""
+        return all(
+            part.contact.weights != "area" and has_energy(part.contact.law)
+            for part in self.contacts
+        )
+
+
+def has_energy(law: object) -> bool:
+    """Whether a law's forces belong to an energy, so that this can judge a step."""
+    return bool(getattr(law, "has_energy", True))
 
 
 def mechanism_of(
     bodies: Mapping[str, Any],
     slaves: Mapping[str, Any],
+    contacts: tuple[Any, ...],
     springs: Mapping[str, Spring],
     loads: tuple[Load, ...],
 ) -> Mechanism:
@@ -127,19 +185,31 @@ def mechanism_of(
         for name, part in slaves.items()
     }
     names = [name for name, part in bodies.items() if isinstance(part.motion, Free)]
-    motions = [
-        with_attached(
-            name,
-            bodies[name].motion,
-            _attached(index[name], root, bodies),
-            _glued(index[name], nodes),
-        )
-        for name in names
-    ]
+    joints = [joint for mover in nodes.values() for joint in mover.joints]
+    motions = []
+    for name in names:  # with the masses of bodies that each carries, and of nodes glued to it
+        host = index[name]
+        carried = [part.motion for i, part in enumerate(bodies.values()) if root[i] == host != i]
+        attached = [motion.mass for motion in carried if motion.mass is not None]
+        glued = [of_points(one.points_B, one.mass) for one in joints if one.host == host]
+        motions.append(with_attached(name, bodies[name].motion, attached, glued))
     fixed = [fixed_of(name, motion) for name, motion in zip(names, motions, strict=True)]
     rows = [row_of(motion, one) for motion, one in zip(motions, fixed, strict=True)]
     free = np.array([index[name] for name in names], dtype=np.intp)
-    _check_ends(springs, loads, index)
+    for name, spring in springs.items():
+        where = f"spring {name!r}: between"
+        if GROUND in spring.between and GROUND in index:
+            raise InputError(
+                "means the world, and is also the name of a body",
+                where=where,
+                found=GROUND,
+                remedy="Rename the body",
+            )
+        for end in spring.between:
+            if end != GROUND:
+                _host(where, end, index)
+    for i, load in enumerate(loads):
+        _host(f"load[{i}]: body", load.body, index)
     return Mechanism(
         index,
         root,
@@ -149,6 +219,7 @@ def mechanism_of(
         np.array(rows).reshape(-1, STATE),
         {index[name]: part.motion for name, part in bodies.items() if is_driven(part.motion)},
         nodes,
+        contacts,
         springs,
         loads,
     )
@@ -165,38 +236,6 @@ def _mover(
     if isinstance(motion, Dependent):
         return motion.nodes(where, slave, lambda name: int(root[_host(where, name, index)]))
     return DrivenNodes(where, motion, slave.points.shape)
-
-
-def _attached(host: int, root: NDArray[np.intp], bodies: Mapping[str, Any]) -> list[MassProperties]:
-    """Masses that a body carries."""
-    motions = [part.motion for i, part in enumerate(bodies.values()) if root[i] == host != i]
-    return [motion.mass for motion in motions if motion.mass is not None]
-
-
-def _glued(host: int, nodes: Mapping[str, NodeMover]) -> list[MassProperties]:
-    """Masses of nodes of slaves that are attached to a body."""
-    joints = [joint for mover in nodes.values() for joint in mover.joints if joint.host == host]
-    return [of_points(joint.points_B, joint.mass) for joint in joints]
-
-
-def _check_ends(
-    springs: Mapping[str, Spring], loads: tuple[Load, ...], index: Mapping[str, int]
-) -> None:
-    """Refuse springs and loads of bodies that are not there, and a ground that is two things."""
-    for name, spring in springs.items():
-        where = f"spring {name!r}: between"
-        if GROUND in spring.between and GROUND in index:
-            raise InputError(
-                "means the world, and is also the name of a body",
-                where=where,
-                found=GROUND,
-                remedy="Rename the body",
-            )
-        for end in spring.between:
-            if end != GROUND:
-                _host(where, end, index)
-    for i, load in enumerate(loads):
-        _host(f"load[{i}]: body", load.body, index)
 
 
 def _host(where: str, name: str, known: Mapping[str, int]) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -27,7 +27,12 @@ from contiga.matter.element_fields import FIELDS
 from contiga.records import FloatArray, IndexArray
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.mechanism import Mechanism, mechanism_of
-from contiga.simulation.sensor import CUT, RELATIVE_MEASURES, RelativeSensor, Sensor
+from contiga.simulation.sensor import (
+    CUT,
+    RELATIVE_MEASURES,
+    RelativeSensor,
+    Sensor,
+)
 from contiga.simulation.settle import Settle
 from contiga.simulation.slave_sensor import NodeSensor, SlaveSensor, nodes_of, slave_of
 from contiga.slaves.slave import Slave
@@ -150,7 +155,8 @@ class Model(Displayed):
             part.name
             for part in self.contacts
             if is_driven(self.slaves[part.slave].motion)
-            or any(side in system.driven for side in system.sides(part.master, part.slave))
+            or system.root_of(part.master) in system.driven
+            or system.carried.get(part.slave) in system.driven
         )
 
     @cached_property
@@ -179,7 +185,7 @@ class Model(Displayed):
     @cached_property
     def mechanism(self) -> Mechanism:
         """The parts that forces move, and their masses."""
-        return mechanism_of(self.bodies, self.slaves, self.springs, self.loads)
+        return mechanism_of(self.bodies, self.slaves, self.contacts, self.springs, self.loads)
 
     @cached_property
     def origins(self) -> FloatArray:
@@ -289,62 +295,44 @@ def check_sensors(model: Model) -> None:
         if isinstance(sensor, RelativeSensor):
             for body in sensor.between:
                 _check_name("body", body, model.bodies, f"{where}: between")
-            _check_cut(sensor, model, where)
+            # What two bodies do to each other is measured in the springs between them.
+            joined = (set(spring.between) for spring in model.springs.values())
+            if set(CUT) & set(sensor.measures) and set(sensor.between) not in joined:
+                raise InputError(
+                    "force and moment are those of springs, and none is between the two",
+                    where=f"{where}: measures",
+                    found=", ".join(sensor.measures),
+                    allowed=", ".join(map(repr, RELATIVE_MEASURES)),
+                )
         elif isinstance(sensor, SlaveSensor):
-            _check_slave(sensor, model, where)
+            # Sections are of elements, and have nodes on both sides.
+            key = "node" if isinstance(sensor, NodeSensor) else "section"
+            name = slave_of(sensor)
+            _check_name("slave", name, model.slaves, f"{where}: {key}")
+            if key == "section" and not model.mechanism.nodes[name].joined:
+                raise InputError(
+                    "the slave has no elements that carry a force",
+                    where=f"{where}: section",
+                    found=name,
+                    allowed="a slave that deforms",
+                )
+            nodes_of(sensor, model.slaves[name].slave.points)
         else:
             _check_name("body", sensor.body, model.bodies, f"{where}: body")
-        _check_units(sensor, model, where)
-        _check_own_name(sensor.name, taken, where)
+        if (sensor.criteria or getattr(sensor, "filter", None)) and not all(model.units):
+            raise InputError(
+                "need units: g and seconds must be known",
+                where=f"{where}: {'criteria' if sensor.criteria else 'filter'}",
+                remedy='Give the simulation its units, as units=("mm", "g", "ms")',
+            )
+        if sensor.name in taken:
+            raise InputError(
+                "must have a name of its own: columns of the history are called by it",
+                where=f"{where}: name",
+                found=sensor.name,
+                allowed="not that of a body, a contact or another sensor",
+            )
         taken.append(sensor.name)
-
-
-def _check_slave(sensor: SlaveSensor, model: Model, where: str) -> None:
-    """Sections are of elements, and have nodes on both sides."""
-    key = "node" if isinstance(sensor, NodeSensor) else "section"
-    name = slave_of(sensor)
-    _check_name("slave", name, model.slaves, f"{where}: {key}")
-    if key == "section" and not model.mechanism.nodes[name].joined:
-        raise InputError(
-            "the slave has no elements that carry a force",
-            where=f"{where}: section",
-            found=name,
-            allowed="a slave that deforms",
-        )
-    nodes_of(sensor, model.slaves[name].slave.points)
-
-
-def _check_cut(sensor: RelativeSensor, model: Model, where: str) -> None:
-    """What two bodies do to each other is measured in the springs between them."""
-    joined = (set(spring.between) for spring in model.springs.values())
-    if set(CUT) & set(sensor.measures) and set(sensor.between) not in joined:
-        raise InputError(
-            "force and moment are those of springs, and none is between the two",
-            where=f"{where}: measures",
-            found=", ".join(sensor.measures),
-            allowed=", ".join(map(repr, RELATIVE_MEASURES)),
-        )
-
-
-def _check_units(sensor: AnySensor, model: Model, where: str) -> None:
-    """Criteria and filters are of g, SI units and seconds."""
-    filtered = getattr(sensor, "filter", None)
-    if (sensor.criteria or filtered) and not all(model.units):
-        raise InputError(
-            "need units: g and seconds must be known",
-            where=f"{where}: {'criteria' if sensor.criteria else 'filter'}",
-            remedy='Give the simulation its units, as units=("mm", "g", "ms")',
-        )
-
-
-def _check_own_name(name: str, taken: Sequence[str], where: str) -> None:
-    if name in taken:
-        raise InputError(
-            "must have a name of its own: columns of the history are called by it",
-            where=f"{where}: name",
-            found=name,
-            allowed="not that of a body, a contact or another sensor",
-        )
 
 
 def check_movers(model: Model) -> None:

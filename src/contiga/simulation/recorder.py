@@ -163,20 +163,17 @@ class Recorder:
     def _is_last(self, state: SystemState) -> bool:
         return state.time >= self.model.stepping.end
 
-    def _is_due(self, time: float) -> bool:
-        """Whether fields of the next step, at `time`, are written: by steps or by time."""
-        output, last = self.model.output, self.state
-        if output.interval is None or last is None:
-            return self.done % output.every == 0
-        start, interval = self.model.stepping.start, output.interval
-        before, now = ((t - start) / interval + _ROUNDING for t in (last.time, time))
-        return floor(now) > floor(before)
-
     def take(self, stepped: Stepped) -> None:
         """Record one step; before one that is written, that of the greatest force."""
         state = stepped.state
         done, written, _, peak, crest, _ = self._stand
-        due = self._is_due(state.time)
+        # Whether fields of this step are written: by steps or by time.
+        output, before = self.model.output, self.state
+        due = self.done % output.every == 0
+        if output.interval is not None and before is not None:
+            start, times = self.model.stepping.start, (before.time, state.time)
+            passed = [floor((t - start) / output.interval + _ROUNDING) for t in times]
+            due = passed[1] > passed[0]
         recorded = self._is_last(state) or due
         with self._clock("area"):
             row = history_row(self.model, stepped, self.state, measured=recorded)
@@ -190,7 +187,12 @@ class Recorder:
         crest = state if peak.row == done else crest
         if recorded:
             if peak.state is not None:
-                self._write_peak(peak.state, peak.row)
+                # With what was not measured when it came.
+                with self._clock("area"):
+                    measured = measured_columns(self.model, peak.state)
+                for name, value in measured.items():
+                    self._rows[name][peak.row] = value
+                self._write(peak.state)
                 peak, written = peak._replace(state=None), written + 1
             self._write(state)
             written += 1
@@ -205,40 +207,26 @@ class Recorder:
         if perf_counter() - self._saved > CHECKPOINT_SECONDS:
             self._checkpoint()
         if self._progress is not None:
-            self._progress(self._part(state.time), self._planned, state.n_contact)
+            # Steps done of those planned; of steps that choose themselves the share of the time.
+            part, stepping = self.done, self.model.stepping
+            if isinstance(stepping, AutoSteps):
+                share = (state.time - stepping.start) / (stepping.end - stepping.start)
+                part = 1 + round(share * (self._planned - 1))
+            self._progress(part, self._planned, state.n_contact)
 
     def crest(self) -> tuple[Finding, ...]:
         """What the step of the greatest force shows of the model."""
         crest = self._stand.crest
         return self._told if crest is None else check_crest(self.model, crest)
 
-    def _part(self, time: float) -> int:
-        """Steps done of those planned; of steps that choose themselves the share of the time."""
-        stepping = self.model.stepping
-        if not isinstance(stepping, AutoSteps):
-            return self.done
-        share = (time - stepping.start) / (stepping.end - stepping.start)
-        return 1 + round(share * (self._planned - 1))
-
-    def _write_peak(self, state: SystemState, row: int) -> None:
-        """Write the step of the greatest force, and what was not measured when it came."""
-        with self._clock("area"):
-            measured = measured_columns(self.model, state)
-        for name, value in measured.items():
-            self._rows[name][row] = value
-        self._write(state)
-
     def _write(self, state: SystemState) -> None:
         if self._fields is not None and self.folder is not None:
             with self._clock("output"):
-                room = self._fields.n_bytes + self._checkpoint_bytes()
-                check_room(self.folder / names.UNFINISHED, room)
+                # A checkpoint has the history, and the state twice, with that of the peak.
+                points = sum(len(part.slave) for part in self.model.slaves.values())
+                room = self._fields.n_bytes + 8 * (self.done + 1) * len(self._rows)
+                check_room(self.folder / names.UNFINISHED, room + _STATE_BYTES * points)
                 self._fields.append(state)
-
-    def _checkpoint_bytes(self) -> int:
-        """Of a checkpoint, about: the history, and the state twice, with that of the peak."""
-        points = sum(len(part.slave) for part in self.model.slaves.values())
-        return 8 * (self.done + 1) * len(self._rows) + _STATE_BYTES * points
 
     def columns(self) -> dict[str, FloatArray]:
         """The history so far; counts are whole numbers."""
@@ -258,23 +246,17 @@ class Recorder:
             if self._fields is not None:
                 self._fields.close()  # else they could be neither removed nor renamed everywhere
         finally:
-            self._leave(self.folder)
-
-    def _leave(self, folder: Path) -> None:
-        try:
-            if self.done:
-                self._checkpoint(stopped=True)
-        finally:
-            if not names.newest_checkpoint(folder).is_file():
-                self._clear(folder)
-
-    def _clear(self, folder: Path) -> None:
-        """Leave nothing of a run that cannot be gone on with."""
-        names.clear_last_run(folder)
-        if self._made:
-            self.release()
-            with suppress(OSError):
-                folder.rmdir()
+            try:
+                if self.done:
+                    self._checkpoint(stopped=True)
+            finally:
+                if not names.newest_checkpoint(self.folder).is_file():
+                    # Nothing is left of a run that cannot be gone on with.
+                    names.clear_last_run(self.folder)
+                    if self._made:
+                        self.release()
+                        with suppress(OSError):
+                            self.folder.rmdir()
 
     def release(self) -> None:
         """Let others write to the folder."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from contiga.arrays.ordered import length, product
 from contiga.records import FloatArray
-from contiga.rigid.vectors import cross
+from contiga.rigid.frames import cross
 from contiga.simulation.load_forces import point_of
 from contiga.simulation.model import Model
 from contiga.simulation.sensor import CUT, RATES, RelativeSensor
@@ -50,7 +50,10 @@ def _values(model: Model, sensor: RelativeSensor, step: _Step) -> dict[str, floa
     way = places[1] - places[0]
     if "distance" in sensor.measures:
         speeds = [point_velocity(state, i, place) for i, place in zip(roots, places, strict=True)]
-        values |= _distance(way, speeds[1] - speeds[0])
+        # The rate is that of the approach where the distance is zero.
+        far, speed = length(way), speeds[1] - speeds[0]
+        rate = float((way * speed).sum()) / far if far > 0.0 else length(speed)
+        values |= {"distance": far, "rate": rate}
     if "displacement" in sensor.measures:
         in_body_axes = sensor.axes == "body"
         now = product(poses[0][:3, :3].T, way) if in_body_axes else way
@@ -100,36 +103,21 @@ def _cut(
     values: dict[str, float] = {}
     if not set(CUT) & set(sensor.measures):
         return values
-    carried = _carried(model, state, sensor.between, about)
-    for measure, world in zip(CUT, carried, strict=True):
+    force, moment = np.zeros(3), np.zeros(3)  # on the first of the two, world axes
+    for name, spring in model.springs.items():
+        now = state.springs.get(name)
+        if now is None or set(spring.between) != set(sensor.between):
+            continue
+        end = spring.between.index(sensor.between[0])
+        pull = -now.pull if end else now.pull
+        force = force + pull
+        moment = moment + cross(now.ends[end] - about, pull)
+    for measure, world in zip(CUT, (force, moment), strict=True):
         if measure not in sensor.measures:
             continue
         value = product(pose[:3, :3].T, world) if sensor.axes == "body" else world
         values |= measure_columns("", measure, value)
     return values
-
-
-def _carried(
-    model: Model, state: SystemState, between: tuple[str, str], about: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """(3,) force of the springs between two bodies on the first, and its moment, world axes."""
-    force, moment = np.zeros(3), np.zeros(3)
-    for name, spring in model.springs.items():
-        now = state.springs.get(name)
-        if now is None or set(spring.between) != set(between):
-            continue
-        end = spring.between.index(between[0])
-        pull = -now.pull if end else now.pull
-        force = force + pull
-        moment = moment + cross(now.ends[end] - about, pull)
-    return force, moment
-
-
-def _distance(way: FloatArray, speed: FloatArray) -> dict[str, float]:
-    """The distance and its rate, which is that of the approach where it is zero."""
-    far = length(way)
-    rate = float((way * speed).sum()) / far if far > 0.0 else length(speed)
-    return {"distance": far, "rate": rate}
 
 
 def _turned(R: FloatArray) -> FloatArray:

@@ -20,7 +20,7 @@ from contiga.simulation.recorder import Progress, Recorder
 from contiga.simulation.result import Result
 from contiga.simulation.settling import OnSettle, settled
 from contiga.simulation.signals import filtered_columns
-from contiga.simulation.step import Stepped, advance
+from contiga.simulation.step import advance
 from contiga.simulation.step_size import following
 from contiga.simulation.strict import check_proved
 from contiga.simulation.summary import summarise
@@ -64,22 +64,26 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
     recorder = Recorder(model, clock, options.progress)
     try:
         with clock.watching(), clock("total"):
-            findings = _checked(model, options, clock)
+            with clock("checks"):
+                findings = check_model(model)
+            if options.strict and findings:
+                raise_findings(findings)
+            if options.on_check is not None:
+                options.on_check(findings)
             state, kept = _stepped(model, out, options, recorder, clock)
-        return _finished(model, options, recorder, clock, (findings, state, kept))
+        history = recorder.columns()
+        history |= filtered_columns(model, history)
+        shown = (*check_run(model, history, state), *recorder.crest())
+        told = together(findings, shown)
+        summary = summarise(model, history, clock, told, recorder.ends, state.rest)
+        recorder.finish(summary, history)
+        if options.on_finish is not None and recorder.folder is not None:
+            options.on_finish(recorder.folder)
+        if options.strict and shown:
+            raise_findings(shown)
+        return Result(history, recorder.folder, state, tuple(kept), summary)
     finally:
         recorder.release()
-
-
-def _checked(model: Model, options: RunOptions, clock: Clock) -> tuple[Finding, ...]:
-    """What looks wrong about the model."""
-    with clock("checks"):
-        findings = check_model(model)
-    if options.strict and findings:
-        raise_findings(findings)
-    if options.on_check is not None:
-        options.on_check(findings)
-    return findings
 
 
 def _stepped(
@@ -93,14 +97,21 @@ def _stepped(
             recorder.open(Path(out), resume=options.resume)
         state = recorder.state
         while state is None or (state.time < model.stepping.end and not options.settle_only):
-            if state is None:
-                stepped = _begun(model, options, clock)
-            else:
+            if state is not None:
                 stepped = following(model, state, clock)
+            elif model.settling is None and not options.settle_only:
+                stepped = advance(model, None, model.stepping.start, clock)
+            else:
+                with clock("settle"):
+                    stepped = settled(model, clock, options.on_settle)
             state = stepped.state
             if options.strict:
                 check_proved(state)
-            _tell(options, stepped, outlook)
+            if options.on_pace is not None and stepped.choice is not None:
+                cut = stepped.choice.cut
+                options.on_pace(f"steps of {state.step:.2g}: {cut.said()}")
+            if options.on_slow is not None and (text := outlook.after(stepped)) is not None:
+                options.on_slow(text)
             recorder.take(stepped)
             if options.keep is not None and (recorder.done - 1) % options.keep == 0:
                 kept.append(state)
@@ -109,58 +120,15 @@ def _stepped(
     except OutputError as error:
         with suppress(OutputError):  # of the same full disk: once is enough
             recorder.save()
-        raise _with_way_on(error, recorder.folder) from error
+        if recorder.folder is None or not newest_checkpoint(recorder.folder).is_file():
+            raise
+        remedy = f"{error.remedy or 'See to it'}; then the run goes on with --resume"
+        found = {"found": error.found} if error.has_found else {}
+        raise OutputError(
+            error.what, where=error.where, allowed=error.allowed, remedy=remedy, **found
+        ) from error
     except BaseException:
         recorder.save()
         raise
     recorder.save()
     return state, kept
-
-
-def _begun(model: Model, options: RunOptions, clock: Clock) -> Stepped:
-    """The start, at rest where that is asked for."""
-    if model.settling is None and not options.settle_only:
-        return advance(model, None, model.stepping.start, clock)
-    with clock("settle"):
-        return settled(model, clock, options.on_settle)
-
-
-def _tell(options: RunOptions, stepped: Stepped, outlook: Outlook) -> None:
-    """What set the step, and where the end is out of reach."""
-    if options.on_pace is not None and stepped.choice is not None:
-        cut = stepped.choice.cut
-        options.on_pace(f"steps of {stepped.state.step:.2g}: {cut.said()}")
-    if options.on_slow is not None and (text := outlook.after(stepped)) is not None:
-        options.on_slow(text)
-
-
-def _with_way_on(error: OutputError, folder: Path | None) -> OutputError:
-    """The same, with what there is to go on from."""
-    if folder is None or not newest_checkpoint(folder).is_file():
-        return error
-    remedy = f"{error.remedy or 'See to it'}; then the run goes on with --resume"
-    value_found = {"found": error.found} if error.has_found else {}
-    return OutputError(
-        error.what, where=error.where, allowed=error.allowed, remedy=remedy, **value_found
-    )
-
-
-def _finished(
-    model: Model,
-    options: RunOptions,
-    recorder: Recorder,
-    clock: Clock,
-    ran: tuple[tuple[Finding, ...], SystemState, list[SystemState]],
-) -> Result:
-    """What the run leaves: findings, the state at the end and states kept, with the files."""
-    told, state, kept = ran
-    history = recorder.columns()
-    history |= filtered_columns(model, history)
-    shown = (*check_run(model, history, state), *recorder.crest())
-    summary = summarise(model, history, clock, together(told, shown), recorder.ends, state.rest)
-    recorder.finish(summary, history)
-    if options.on_finish is not None and recorder.folder is not None:
-        options.on_finish(recorder.folder)
-    if options.strict and shown:
-        raise_findings(shown)
-    return Result(history, recorder.folder, state, tuple(kept), summary)

@@ -11,7 +11,7 @@ from contiga.arrays.ordered import length, product, solve
 from contiga.records import FloatArray
 from contiga.rigid import quaternion
 from contiga.rigid import rigid_lanes as lanes
-from contiga.rigid.vectors import cross
+from contiga.rigid.frames import cross
 from contiga.simulation.load_forces import point_of
 from contiga.simulation.model import Model
 from contiga.simulation.sensor import Sensor

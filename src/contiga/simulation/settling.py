@@ -19,8 +19,7 @@ from typing import Any
 import numpy as np
 
 from contiga.arrays.ordered import length
-from contiga.contact.energy import ContactEnergy
-from contiga.contact.state import State
+from contiga.contact.state import ContactEnergy, State
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Attached, Dependent, Free
 from contiga.dynamics.nodes import Imbalance, SlaveState
@@ -31,16 +30,20 @@ from contiga.errors import InputError, RunError
 from contiga.rigid.rigid_lanes import FORCE, MASS, MOMENTUM, SPINS, TORQUE, VELOCITY, WAYS
 from contiga.rigid.twist import still
 from contiga.simulation.clock import Clock
-from contiga.simulation.critical import limit_of
-from contiga.simulation.forces import wrenches
-from contiga.simulation.ledger import energy_of
+from contiga.simulation.critical import check_stable, limit_of
 from contiga.simulation.model import BodyPart, ContactPart, Model, SlavePart
-from contiga.simulation.place import forces_on, frames, place
 from contiga.simulation.settle import Rest, Settle
-from contiga.simulation.stability import check_stable
-from contiga.simulation.step import Stepped, advance
+from contiga.simulation.step import (
+    ForcesOn,
+    Stepped,
+    advance,
+    energy_of,
+    frames,
+    place,
+    wrenches,
+)
+from contiga.simulation.step_size import gone_too_far
 from contiga.simulation.system_state import BodyStates, SystemState
-from contiga.simulation.way_limits import crossed, too_far
 
 SAFETY = 0.7
 """Part of the critical step that steps take: near it the fastest vibrations outlast the stops, and
@@ -82,7 +85,15 @@ def settled(model: Model, clock: Clock, on_settle: OnSettle | None = None) -> St
         if residual <= settle.tolerance:
             return _taken_up(model, resting, state, Rest(step, residual), clock)
         before = state
-        state = _step(resting, before, most, clock)
+        # A step near the critical one, shorter where points go too far.
+        critical = limit_of(resting, before).critical
+        length_of_step = SAFETY * critical if math.isfinite(critical) else most
+        while True:
+            state = advance(resting, before, before.time + length_of_step, clock).state
+            shorter = gone_too_far(resting, before, state)
+            if shorter is None:
+                break
+            length_of_step = shorter.step
         check_stable(resting, state)
         balance = _balance(resting, state)
         residual = _residual(balance, first)
@@ -92,7 +103,12 @@ def settled(model: Model, clock: Clock, on_settle: OnSettle | None = None) -> St
         if swing < last_swing:
             state, swing, share = _stopped(resting, state), 0.0, STEERED
         else:
-            state, share = _steered(resting, state, share), FADING * share
+            # A share of the velocities of nodes is turned to where the forces pull.
+            slaves = {}
+            for name, nodes in resting.mechanism.nodes.items():
+                acting = ForcesOn(resting, name, state.contacts)
+                slaves[name] = nodes.steered(state.slaves[name], acting, resting.gravity, share)
+            state, share = replace(state, slaves=slaves), FADING * share
     raise RunError(
         f"it has not come to rest: after {settle.steps} steps the unbalanced forces are "
         f"{residual:.3g} of the loads, and {settle.tolerance:g} were asked for. Is something held "
@@ -134,18 +150,6 @@ def _resting(model: Model, settle: Settle) -> Model:
     )
 
 
-def _step(model: Model, last: SystemState, most: float, clock: Clock) -> SystemState:
-    """A step near the critical one, shorter where points go too far."""
-    critical = limit_of(model, last).critical
-    step = SAFETY * critical if math.isfinite(critical) else most
-    while True:
-        state = advance(model, last, last.time + step, clock).state
-        shorter = too_far(model, last, state) or crossed(model, last, state)
-        if shorter is None:
-            return state
-        step = shorter.step
-
-
 def _kinetic(model: Model, last: SystemState, state: SystemState) -> float:
     """Kinetic energy in the middle of a step: at its ends that of the fastest vibrations, which go
     to and fro within two steps, is not what they have."""
@@ -155,17 +159,6 @@ def _kinetic(model: Model, last: SystemState, state: SystemState) -> float:
         way = (now.points - last.slaves[name].points) / state.step
         kinetic += nodes.shaken(SlaveState(now.points, way)) - nodes.energy(now).kinetic
     return kinetic
-
-
-def _steered(model: Model, state: SystemState, share: float) -> SystemState:
-    """The same with a share of the velocities of nodes turned to where the forces pull."""
-    slaves = {
-        name: nodes.steered(
-            state.slaves[name], forces_on(model, name, state.contacts), model.gravity, share
-        )
-        for name, nodes in model.mechanism.nodes.items()
-    }
-    return replace(state, slaves=slaves)
 
 
 def _stopped(model: Model, state: SystemState) -> SystemState:
@@ -186,7 +179,7 @@ def _balance(model: Model, state: SystemState) -> Imbalance:
     system = model.mechanism
     force = load = reaction = rounding = 0.0
     for name, nodes in system.nodes.items():
-        acting = forces_on(model, name, state.contacts)
+        acting = ForcesOn(model, name, state.contacts)
         one = nodes.imbalance(state.slaves[name], acting, model.gravity)
         force, load = force + one.force, load + one.load
         reaction, rounding = reaction + one.reaction, rounding + one.rounding
@@ -230,7 +223,7 @@ def _taken_up(
         name: one._replace(force=one.force - one.damper, damper=0.0, hysteresis=0.0, damping=0.0)
         for name, one in at_rest.springs.items()
     }
-    acting = wrenches(model, contacts, springs, standing, start)
+    acting = wrenches(model, contacts, springs, standing)
     kinetic = kicked(placed, system.fixed, acting[system.free], 0.0)
     inside = [nodes.energy(slaves[name]) for name, nodes in system.nodes.items()]
     energy = energy_of(contacts, springs, inside, kinetic, 0.0, None)

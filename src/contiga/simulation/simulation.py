@@ -125,6 +125,15 @@ class Simulation(Model):
         own_slaves = {
             name: slave_part(name, given) for name, given in by_name("slaves", slaves).items()
         }
+        if isinstance(settling, bool):
+            settling = Settle() if settling else None
+        if settling is not None and not isinstance(settling, Settle):
+            raise InputError(
+                "must be True, or a Settle",
+                where="settling",
+                found=settling,
+                allowed="contiga.Settle(…)",
+            )
         super().__init__(
             bodies=own_bodies,
             slaves=own_slaves,
@@ -137,7 +146,7 @@ class Simulation(Model):
                 "sensors", sensors, Sensor, RelativeSensor, NodeSensor, SectionSensor
             ),
             allow_unstable=allow_unstable,
-            settling=_settling(settling),
+            settling=settling,
             title=title,
             units=units,
             output=OutputOptions() if output is None else output,
@@ -211,7 +220,14 @@ class Simulation(Model):
         InputError
             `state` is of another simulation, this one is at its end, or `dt` is not positive.
         """
-        self._check_own(state)
+        names = self.mechanism.sides.keys()
+        if not isinstance(state, SystemState) or state.contacts.keys() != names:
+            raise InputError(
+                "is not a state of this simulation",
+                where="state",
+                found=state,
+                allowed=f"a SystemState with the contacts {', '.join(sorted(names))}",
+            )
         if dt is not None:
             return advance(self, state, state.time + positive(dt, "dt"), Clock()).state
         if state.time >= self.stepping.end:
@@ -223,17 +239,6 @@ class Simulation(Model):
                 remedy="Give dt to go on",
             )
         return following(self, state, Clock()).state
-
-    def _check_own(self, state: object) -> None:
-        """Refuse what is no state of this simulation."""
-        taken = {part.name for part in self.contacts}
-        if not isinstance(state, SystemState) or taken != set(state.contacts):
-            raise InputError(
-                "is not a state of this simulation",
-                where="state",
-                found=state,
-                allowed=f"a SystemState with the contacts {', '.join(sorted(taken))}",
-            )
 
     def run(
         self,
@@ -295,17 +300,6 @@ class Simulation(Model):
             on_slow=on_slow,
         )
         return carry_out(self, out, options)
-
-
-def _settling(given: object) -> Settle | None:
-    """How to come to rest; None where it is not asked for."""
-    if given is None or isinstance(given, bool):
-        return Settle() if given else None
-    if not isinstance(given, Settle):
-        raise InputError(
-            "must be True, or a Settle", where="settling", found=given, allowed="contiga.Settle(…)"
-        )
-    return given
 
 
 def _stepping(

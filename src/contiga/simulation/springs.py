@@ -1,16 +1,20 @@
-"""What the history and the summary say of springs."""
+"""Springs of a simulation: where a step has them, and what the history and the summary say."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from contiga.dynamics.springs import Spring, SpringState
+from contiga.dynamics.springs import SpringState
 from contiga.records import FloatArray
+from contiga.rigid.frames import cross
+from contiga.simulation.load_forces import point_of
+from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import Model
 from contiga.simulation.sensors import point_velocity
-from contiga.simulation.system_state import SystemState
+from contiga.simulation.system_state import BodyStates, SystemState
 
 OF_SPRINGS = (
     *("force", "elongation", "rate"),
@@ -20,38 +24,62 @@ OF_SPRINGS = (
 lengthens, what it would give back, and what it has lost since the start."""
 
 
+def spring_states(
+    model: Model, last: Mapping[str, SpringState] | None, bodies: BodyStates
+) -> dict[str, SpringState]:
+    """All springs where their ends are now, after the `last` states; None at the start."""
+    states = {}
+    for name, spring in model.mechanism.springs.items():
+        ends, velocities = np.empty((2, 3)), np.zeros((2, 3))
+        for k, body in enumerate(spring.between):
+            ends[k] = spring.at[k]
+            i = model.mechanism.number(body)
+            if i is not None:
+                pose, twist = bodies.poses[i], bodies.twists[i]
+                ends[k] = point_of(pose, model.origins[i], spring.at[k])
+                velocities[k] = twist[:3] + cross(twist[3:], ends[k] - pose[:3, 3])
+        if last is None:
+            states[name] = spring.start(ends, velocities)
+        else:
+            states[name] = spring.step(last[name], ends, velocities)
+    return states
+
+
+def add_pulls(
+    system: Mechanism, springs: Mapping[str, SpringState], poses: FloatArray, total: FloatArray
+) -> None:
+    """Add what springs do to the wrenches (n, 6) on bodies at `poses` (n, 4, 4)."""
+    for name, spring in springs.items():
+        for k, body in enumerate(system.springs[name].between):
+            i = system.number(body)
+            if i is not None:
+                pull = spring.pull if k == 0 else -1.0 * spring.pull
+                total[i, :3] += pull
+                total[i, 3:] += cross(spring.ends[k] - poses[i, :3, 3], pull)
+
+
 def spring_columns(model: Model, state: SystemState) -> dict[str, float]:
     """What a row of the history says of all springs: ``<spring>.force`` and so on."""
     columns: dict[str, float] = {}
     for name, spring in model.mechanism.springs.items():
-        now = state.springs[name]
+        now, rate = state.springs[name], 0.0
+        if now.length > 0.0:  # how fast it lengthens, at the end of the step; the ground stands
+            speeds = []
+            for k, body in enumerate(spring.between):
+                i = model.mechanism.number(body)
+                speeds.append(np.zeros(3) if i is None else point_velocity(state, i, now.ends[k]))
+            along = (now.ends[1] - now.ends[0]) / now.length
+            rate = float(np.sum(along * (speeds[1] - speeds[0])))
         values = (
             now.force,
             now.length - spring.length,
-            _rate(model, spring, now, state),
+            rate,
             now.stored,
             now.hysteresis,
             now.damping,
         )
         columns |= {f"{name}.{c}": float(v) for c, v in zip(OF_SPRINGS, values, strict=True)}
     return columns
-
-
-def _rate(model: Model, spring: Spring, now: SpringState, state: SystemState) -> float:
-    """How fast a spring lengthens, at the end of the step."""
-    if now.length == 0.0:
-        return 0.0
-    first, second = (
-        _velocity(model, body, now.ends[k], state) for k, body in enumerate(spring.between)
-    )
-    along = (now.ends[1] - now.ends[0]) / now.length
-    return float(np.sum(along * (second - first)))
-
-
-def _velocity(model: Model, body: str, at: FloatArray, state: SystemState) -> FloatArray:
-    """(3,) of a point of a body; none of the ground."""
-    i = model.mechanism.number(body)
-    return np.zeros(3) if i is None else point_velocity(state, i, at)
 
 
 def spring_summary(model: Model) -> dict[str, dict[str, Any]]:

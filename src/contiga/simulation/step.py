@@ -1,20 +1,44 @@
-"""One step of a simulation: place what moves, then every contact, then what their forces do."""
+"""One step of a simulation: place what moves, then every contact, then what their forces do.
+
+Work is counted by the trapezoidal rule over each step, which is what a leapfrog does: its kinetic
+energy changes by just that, up to a term in the square of the step that comes back.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from time import perf_counter
 from typing import NamedTuple
 
+import numpy as np
+
+from contiga.contact.loads import NO_ROWS
 from contiga.contact.state import State
-from contiga.dynamics.nodes import SlaveState
-from contiga.dynamics.rigid_bodies import kicked
+from contiga.dynamics.nodes import Instant, Pushes, SlaveState, Stored
+from contiga.dynamics.rigid_bodies import (
+    Placed,
+    add_gravity,
+    drifted,
+    kicked,
+    started,
+    work_of_gravity,
+)
+from contiga.dynamics.springs import SpringState
+from contiga.errors import InputError
+from contiga.jit import straight
+from contiga.records import FloatArray
+from contiga.rigid import quaternion
+from contiga.rigid.frames import cross
+from contiga.rigid.kernels.rigid_nb import add_wrench
+from contiga.rigid.pose import as_pose, to_quaternion
+from contiga.rigid.twist import Twist
 from contiga.simulation.clock import Clock
-from contiga.simulation.forces import spring_states, wrenches
-from contiga.simulation.ledger import contact_energy, energy_of, external_work
-from contiga.simulation.model import ContactPart, Model
-from contiga.simulation.place import Placement, frames, kicked_nodes, place
+from contiga.simulation.load_forces import add_loads, foresee_loads, work_of_loads
+from contiga.simulation.mechanism import Mechanism
+from contiga.simulation.model import Model
 from contiga.simulation.reasons import Choice
-from contiga.simulation.system_state import BodyState, SystemState
+from contiga.simulation.springs import add_pulls, spring_states
+from contiga.simulation.system_state import BodyStates, Energy, SystemState
 
 
 class Stepped(NamedTuple):
@@ -27,80 +51,299 @@ class Stepped(NamedTuple):
     """How its length was chosen; None where it was given."""
 
 
+class Placement(NamedTuple):
+    """Where all is, before the forces there are known: free velocities are foreseen."""
+
+    bodies: BodyStates
+    slaves: dict[str, SlaveState]
+    free: Placed
+    now: Instant
+
+
+class ForcesOn(NamedTuple):
+    """What the contacts do on the nodes of a slave, summed once it is asked for; see `Forces`."""
+
+    model: Model
+    name: str
+    contacts: Mapping[str, State]
+
+    def __call__(self) -> FloatArray:
+        """(n, 3) of all nodes."""
+        return nodal_force(*self)
+
+    def listed(self) -> Pushes:
+        """Of those they act on."""
+        columns = []
+        for part in self.model.contacts:
+            if part.slave == self.name:
+                columns.append(self.contacts[part.name].kept.force)
+        if len(columns) == 1:
+            return Pushes(*columns[0])
+        rows, place = np.unique(
+            np.concatenate([NO_ROWS, *(column.rows for column in columns)]), return_inverse=True
+        )
+        forces = np.zeros((len(rows), 3))
+        first = 0
+        for column in columns:  # in each a node stands once
+            forces[place[first : first + len(column.rows)]] += column.values
+            first += len(column.rows)
+        return Pushes(rows, forces)
+
+
+def nodal_force(model: Model, name: str, contacts: Mapping[str, State]) -> FloatArray:
+    """(n, 3) that the contacts do on the nodes of a slave."""
+    forces = [contacts[part.name].force for part in model.contacts if part.slave == name]
+    if not forces:
+        return np.zeros(model.slaves[name].slave.points.shape)
+    return np.asarray(sum(forces[1:], forces[0]))
+
+
 def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -> Stepped:
     """The simulation at `time`, from the state `last` before it; None at the start."""
-    with clock("motion"):
-        standing = place(model, last, time)
+    begun = perf_counter()
+    standing = place(model, last, time)
+    clock.add("motion", begun)
+    system, now = model.mechanism, standing.now
     contacts: dict[str, State] = {}
     walls: dict[str, float] = {}
     for part in model.contacts:
         begun = perf_counter()
-        pair = standing.slaves[part.slave], standing.bodies[part.master]
-        contacts[part.name] = _touch(part, last, pair, time, clock)
+        i, slave = system.index[part.master], standing.slaves[part.slave]
+        if last is None:
+            state = part.contact.start(slave.points, now.poses[i], clock=clock)
+        else:
+            state = part.contact.step(
+                last.contacts[part.name],
+                slave.points,
+                now.poses[i],
+                now.dt,
+                velocity=slave.velocities,
+                twist=now.twists[i].reshape(2, 3),
+                clock=clock,
+            )
+        contacts[part.name] = state
         walls[part.name] = perf_counter() - begun
-    if not (model.mechanism.moved or model.sensors):
-        dt = 0.0 if last is None else time - last.time
+    if not (system.moved or model.sensors):
         energy = contact_energy(contacts)
-        state = SystemState(time, standing.bodies, standing.slaves, contacts, energy, dt)
-        return Stepped(state, walls)
-    with clock("motion"):
-        return Stepped(_moved(model, last, standing, contacts, time), walls)
+        bodies, slaves = standing.bodies, standing.slaves
+        return Stepped(SystemState(time, bodies, slaves, contacts, energy, now.dt), walls)
+    begun = perf_counter()
+    moved = _moved(model, last, standing, contacts)
+    clock.add("motion", begun)
+    return Stepped(moved, walls)
+
+
+def place(model: Model, last: SystemState | None, time: float) -> Placement:
+    """Bodies and slaves at `time`, after the state `last`; None at the start."""
+    system = model.mechanism
+    dt = 0.0 if last is None else time - last.time
+    if last is None:
+        free = started(system.start, system.fixed)
+    else:
+        free = drifted(last.rigid, system.fixed, dt)
+        if system.loads:
+            foresee_loads(model, last, free, time)
+    n = len(system.index)
+    poses, twists = np.zeros((n, 4, 4)), np.zeros((n, 6))
+    poses[:] = np.eye(4)
+    poses[system.free], twists[system.free] = free.poses, free.twists
+    for i, motion in system.driven.items():
+        # Checked, since the motion may be a user's.
+        where = f"bodies[{list(model.bodies)[i]!r}]: motion at t = {time:g}"
+        poses[i], twist = as_pose(motion.pose(time), where), motion.twist(time)
+        if not isinstance(twist, Twist) or not all(
+            np.shape(part) == (3,) and np.isfinite(part).all() for part in twist
+        ):
+            raise InputError(
+                "twist(t) must be a velocity and a spin",
+                where=where,
+                found=twist,
+                allowed="contiga.motion.Twist of two arrays (3,), finite",
+            )
+        twists[i] = np.concatenate(twist)
+    if system.attached:
+        poses, twists = poses[system.root], twists[system.root]
+    now = Instant(time, dt, model.gravity, poses, twists)
+    slaves: dict[str, SlaveState] = {}
+    for name, nodes in system.nodes.items():
+        if last is None:
+            slaves[name] = nodes.start(now)
+        else:
+            acting = ForcesOn(model, name, last.contacts)
+            slaves[name] = nodes.drift(last.slaves[name], acting, now)
+    return Placement(BodyStates(system.index, poses, twists), slaves, free, now)
 
 
 def _moved(
-    model: Model,
-    last: SystemState | None,
-    standing: Placement,
-    contacts: dict[str, State],
-    time: float,
+    model: Model, last: SystemState | None, standing: Placement, contacts: dict[str, State]
 ) -> SystemState:
     """The end of a step in which forces move bodies: the other half of their kick, and energies."""
-    system, dt = model.mechanism, standing.now.dt
-    springs = spring_states(model, last, standing)
+    system, now = model.mechanism, standing.now
+    springs: dict[str, SpringState] = {}
+    if system.springs:
+        springs = spring_states(model, None if last is None else last.springs, standing.bodies)
     if last is not None:
-        standing = standing._replace(slaves=kicked_nodes(model, last, standing, contacts))
-    acting = wrenches(model, contacts, springs, standing, time)
-    kinetic = kicked(standing.free, system.fixed, acting[system.free], dt)
-    external, initial = 0.0, None
+        for name in system.masses:
+            before, there = last.slaves[name], standing.slaves[name]
+            acting = ForcesOn(model, name, contacts)
+            standing.slaves[name] = system.nodes[name].kick(before, there, acting, now)
+    total = wrenches(model, contacts, springs, standing)
+    kinetic = kicked(standing.free, system.fixed, total[system.free], now.dt)
+    external, initial, peak = 0.0, None, 0.0
     if last is not None:
-        work = external_work(model, last, standing, contacts, acting, time)
-        external, initial = last.energy.external + work, last.energy.initial
-    inside = [nodes.energy(standing.slaves[name]) for name, nodes in system.nodes.items()]
+        external = last.energy.external + external_work(model, last, standing, contacts, total)
+        initial, peak = last.energy.initial, last.peak_energy
+    inside = []
+    for name in system.masses:
+        inside.append(system.nodes[name].energy(standing.slaves[name]))
     energy = energy_of(contacts, springs, inside, kinetic, external, initial)
     bodies = frames(system, standing)
-    now = standing.now._replace(twists=bodies.twists)
+    now = now._replace(twists=bodies.twists)
+    for name in system.riding:
+        standing.slaves[name] = system.nodes[name].carried(standing.slaves[name], now)
     return SystemState(
-        time,
+        now.time,
         bodies,
-        {name: nodes.carried(standing.slaves[name], now) for name, nodes in system.nodes.items()},
+        standing.slaves,
         contacts,
         energy,
-        step=dt,
+        step=now.dt,
         rigid=standing.free.rows,
-        wrenches=acting,
+        wrenches=total,
         springs=springs,
         rest=None if last is None else last.rest,
-        peak_energy=max(0.0 if last is None else last.peak_energy, energy.total + energy.lost),
+        peak_energy=max(peak, energy.total + energy.lost),
     )
 
 
-def _touch(
-    part: ContactPart,
-    last: SystemState | None,
-    pair: tuple[SlaveState, BodyState],
-    time: float,
-    clock: Clock,
-) -> State:
-    """One contact at `time`."""
-    p_W, X_WB = pair[0].points, pair[1].pose
-    if last is None:
-        return part.contact.start(p_W, X_WB, clock=clock)
-    return part.contact.step(
-        last.contacts[part.name],
-        p_W,
-        X_WB,
-        time - last.time,
-        velocity=pair[0].velocities,
-        twist=pair[1].twist,
-        clock=clock,
+def frames(system: Mechanism, standing: Placement) -> BodyStates:
+    """The bodies with the twists that free ones have once they are kicked."""
+    twists = standing.bodies.twists.copy()
+    twists[system.free] = standing.free.twists
+    if system.attached:
+        twists = twists[system.root]
+    return BodyStates(system.index, standing.bodies.poses, twists)
+
+
+def wrenches(
+    model: Model,
+    contacts: Mapping[str, State],
+    springs: Mapping[str, SpringState],
+    standing: Placement,
+) -> FloatArray:
+    """(n, 6) force and moment on each body about the origin of its frame, world axes.
+
+    Of a body that others are attached to, with those on these; zero of what is attached. Slaves
+    are to be at the end of the step, elements with their forces there.
+    """
+    system, poses = model.mechanism, standing.bodies.poses
+    total = np.zeros((len(system.index), 6))
+    for part in model.contacts:
+        state, sides = contacts[part.name], model.mechanism.sides[part.name]
+        i, host = sides.master, sides.slave
+        straight(add_wrench)(state.wrench, sides.about, poses[i], total[i])
+        if host is not None:
+            rows, force = state.kept.force
+            points = standing.slaves[part.slave].points[rows]
+            add_forces(total[host], points, force, poses[host, :3, 3])
+    for name, nodes in system.nodes.items():
+        for joint in nodes.joints:
+            slave = standing.slaves[name]
+            force = nodes.acting(slave, ForcesOn(model, name, contacts))[joint.rows]
+            points = slave.points[joint.rows]
+            add_forces(total[joint.host], points, force, poses[joint.host, :3, 3])
+    if springs:
+        add_pulls(system, springs, poses, total)
+    if system.loads:
+        add_loads(model, poses, standing.free.rows, standing.now.time, total)
+    if len(system.free) and model.gravity.any():
+        add_gravity(standing.free, system.fixed, model.gravity, system.free, total)
+    return total
+
+
+def add_forces(
+    wrench: FloatArray, points: FloatArray, forces: FloatArray, about: FloatArray
+) -> None:
+    """Add forces (k, 3) at points (k, 3) to a wrench, with their moments about a point."""
+    wrench[:3] += forces.sum(axis=0)
+    wrench[3:] += cross(points - about, forces).sum(axis=0)
+
+
+def contact_energy(contacts: Mapping[str, State]) -> Energy:
+    """Of the contacts alone: what moves them does their work."""
+    stored = hysteresis = damping = friction = work = 0.0
+    for state in contacts.values():
+        energy = state.energy
+        stored += energy.stored
+        hysteresis += energy.hysteresis
+        damping += energy.damping
+        friction += energy.friction
+        work += energy.work
+    return Energy(stored, hysteresis, damping, friction, external=work)
+
+
+def energy_of(
+    contacts: Mapping[str, State],
+    springs: Mapping[str, SpringState],
+    slaves: Sequence[Stored],
+    kinetic: float,
+    external: float,
+    initial: float | None,
+) -> Energy:
+    """Of a system: `kinetic` of its bodies, `external` work since the start and the `initial`
+    energy, which is None at the start."""
+    of_contacts = contact_energy(contacts)
+    strain, hysteresis, damping = 0.0, of_contacts.hysteresis, of_contacts.damping
+    for spring in springs.values():
+        strain += spring.stored
+        hysteresis += spring.hysteresis
+        damping += spring.damping
+    nodes = Stored(*map(sum, zip(*slaves, strict=True)))
+    energy = Energy(
+        of_contacts.contact,
+        hysteresis + nodes.hysteresis,
+        damping + nodes.damping,
+        of_contacts.friction,
+        kinetic + nodes.kinetic,
+        strain + nodes.strain,
+        external,
+        0.0 if initial is None else initial,
+        nodes.hourglass,
+        nodes.viscosity,
     )
+    return energy._replace(initial=energy.total) if initial is None else energy
+
+
+def external_work(
+    model: Model,
+    last: SystemState,
+    standing: Placement,
+    contacts: Mapping[str, State],
+    wrenches: FloatArray,
+) -> float:
+    """Work done from outside in a step: by gravity, loads and what moves prescribed bodies and
+    points, which is against the forces on them."""
+    system, slaves, work = model.mechanism, standing.slaves, 0.0
+    if model.gravity.any():
+        rows = standing.free.rows
+        work += work_of_gravity(last.rigid, rows, system.fixed, model.gravity)
+        for name in system.masses:
+            nodes = system.nodes[name]
+            work += nodes.by_gravity(last.slaves[name], slaves[name], model.gravity)
+    if system.loads:
+        work += work_of_loads(model, last, standing.bodies.poses, standing.free.rows, standing.now)
+    of_bodies = of_points = 0.0
+    for i in system.driven:
+        both = last.wrenches[i] + wrenches[i]
+        if not both.any():
+            continue
+        X0, X1 = last.bodies.poses[i], standing.bodies.poses[i]
+        turn = quaternion.rotation_vector(to_quaternion(X0), to_quaternion(X1))
+        of_bodies -= 0.5 * float((both[:3] * (X1[:3, 3] - X0[:3, 3])).sum())
+        of_bodies -= 0.5 * float((both[3:] * turn).sum())
+    for name, nodes in system.nodes.items():
+        if nodes.host is None:  # else the body has their forces
+            before = ForcesOn(model, name, last.contacts)
+            after = ForcesOn(model, name, contacts)
+            of_points += nodes.by_motion(last.slaves[name], slaves[name], before, after)
+    return work + of_bodies + of_points

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.contact.state import State
 from contiga.errors import RunError
 from contiga.records import ContactStatus
 from contiga.simulation.system_state import SystemState
@@ -25,18 +24,15 @@ def check_proved(state: SystemState) -> None:
         Names the contact, the time, the first such point and what is the matter with it.
     """
     for name, contact in state.contacts.items():
-        text = _first_doubt(contact)
-        if text is not None:
-            remedy = "Take smaller steps, or run without --strict"
-            raise RunError(f"{name}: at t = {state.time:g} {text}. {remedy}")
-
-
-def _first_doubt(state: State) -> str | None:
-    for status, text in DOUBTFUL.items():
-        rows = np.flatnonzero(state.status == status)
+        doubts = []
+        for status, text in DOUBTFUL.items():
+            rows = np.flatnonzero(contact.status == status)
+            if len(rows):
+                doubts.append(f"point {rows[0]} {text} ({status.name}, {len(rows)} points)")
+        rows = np.flatnonzero(contact.in_contact & (contact.certified == 0))
         if len(rows):
-            return f"point {rows[0]} {text} ({status.name}, {len(rows)} points)"
-    rows = np.flatnonzero(state.in_contact & (state.certified == 0))
-    if len(rows):
-        return f"the foot of point {rows[0]} is converged but not proved ({len(rows)} points)"
-    return None
+            what = "is converged but not proved"
+            doubts.append(f"the foot of point {rows[0]} {what} ({len(rows)} points)")
+        if doubts:
+            remedy = "Take smaller steps, or run without --strict"
+            raise RunError(f"{name}: at t = {state.time:g} {doubts[0]}. {remedy}")

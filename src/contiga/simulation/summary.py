@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -51,8 +50,33 @@ def summarise(
     how it had come to rest before it.
     """
     statuses = _statuses(model, history)
-    proved = {name: _proved(history, prefix) for name, prefix in column_prefixes(model).items()}
+    # Feet of points in contact over all steps, and how many of them were merely converged.
+    proved = {
+        name: {
+            "feet": int(np.sum(history[prefix + "n_contact"])),
+            "unproved": int(np.sum(history[prefix + "n_unproved"])),
+        }
+        for name, prefix in column_prefixes(model).items()
+    }
     few, many = _reacquired(statuses, proved)
+    # By slave what mass scaling gave its parts, where it was asked for.
+    scaled: dict[str, list[dict[str, Any]]] = {}
+    for name, nodes in model.mechanism.nodes.items():
+        if added := added_masses(nodes):
+            scaled[name] = [one._asdict() | {"share": one.share} for one in added]
+    gone_on = [
+        f"the run went on from one to t = {end:g}, and took its steps until then for that end: "
+        f"its numbers are not bit for bit those of one run to t = {model.stepping.end:g}"
+        for end in ends
+    ]
+    # What is wrong with how the faces of bodies meet, unless it is told already.
+    told = {finding.where for finding in findings if finding.rule == OPEN}
+    flaws = [
+        f"{name}: {text}"
+        for name, part in model.bodies.items()
+        if f"body {name}" not in told
+        for text in part.body.flaws
+    ]
     return {
         "title": model.title,
         "version": __version__,
@@ -69,20 +93,17 @@ def summarise(
         "proved": proved,
         "energy": energy_summary(model, history),
         "settled": {} if rest is None else rest._asdict(),
-        "mass_scaling": _mass_scaling(model),
+        "mass_scaling": scaled,
         "sensors": sensor_summary(model, history),
         "springs": spring_summary(model),
         "inputs": _inputs(model),
-        "notes": _told(statuses, NOTED)
-        + few
-        + notes_on(model, history)
-        + [_gone_on(end, model) for end in ends],
+        "notes": _told(statuses, NOTED) + few + notes_on(model, history) + gone_on,
         "findings": [finding._asdict() for finding in findings],
         "warnings": [str(finding) for finding in findings]
         + _told(statuses, WARNED)
         + many
         + _not_finite(model, history)
-        + _flaws(model, findings)
+        + flaws
         + _measured_weights(model, history)
         + energy_warnings(model, history)
         + single_warnings(history)
@@ -119,16 +140,6 @@ def summary_so_far(
     }
 
 
-def _mass_scaling(model: Model) -> dict[str, list[dict[str, Any]]]:
-    """By slave what mass scaling gave its parts, where it was asked for."""
-    added_to = {name: added_masses(nodes) for name, nodes in model.mechanism.nodes.items()}
-    return {
-        name: [one._asdict() | {"share": one.share} for one in added]
-        for name, added in added_to.items()
-        if added
-    }
-
-
 def _statuses(model: Model, history: dict[str, FloatArray]) -> dict[str, dict[str, int]]:
     """By contact, points that took each status, summed over the steps."""
     return {
@@ -136,14 +147,6 @@ def _statuses(model: Model, history: dict[str, FloatArray]) -> dict[str, dict[st
             status.name: int(np.sum(history[prefix + column])) for column, status in COUNTED.items()
         }
         for name, prefix in column_prefixes(model).items()
-    }
-
-
-def _proved(history: dict[str, FloatArray], prefix: str) -> dict[str, int]:
-    """Feet of points in contact over all steps, and how many of them were merely converged."""
-    return {
-        "feet": int(np.sum(history[prefix + "n_contact"])),
-        "unproved": int(np.sum(history[prefix + "n_unproved"])),
     }
 
 
@@ -160,17 +163,6 @@ def _inputs(model: Model) -> dict[str, dict[str, Any]]:
             "facets": 0 if slave.facets is None else len(slave.facets),
         }
     return inputs
-
-
-def _flaws(model: Model, findings: Sequence[Finding]) -> list[str]:
-    """What is wrong with how the faces of bodies meet, unless it is told already."""
-    told = {finding.where for finding in findings if finding.rule == OPEN}
-    return [
-        f"{name}: {text}"
-        for name, part in model.bodies.items()
-        if f"body {name}" not in told
-        for text in part.body.flaws
-    ]
 
 
 def _measured_weights(model: Model, history: dict[str, FloatArray]) -> list[str]:
@@ -222,14 +214,6 @@ def _reacquired(
         rare = counts[ContactStatus.REACQUIRED.name] <= FEW * proved[name]["feet"]
         (few if rare else many).extend(text)
     return few, many
-
-
-def _gone_on(end: float, model: Model) -> str:
-    """That the steps are others than those of one run."""
-    return (
-        f"the run went on from one to t = {end:g}, and took its steps until then for that end: "
-        f"its numbers are not bit for bit those of one run to t = {model.stepping.end:g}"
-    )
 
 
 def _advice(statuses: dict[str, dict[str, int]]) -> dict[str, str]:

@@ -94,7 +94,9 @@ class Energy(NamedTuple):
         """Error of the energy balance: what came in and is neither there nor lost.
 
         It falls with the square of the step, but where forces are no gradient."""
-        return self.initial + self.external - self.total - self.lost
+        total = self.kinetic + self.strain + self.contact + self.hourglass
+        lost = self.hysteresis + self.damping + self.friction + self.viscosity
+        return self.initial + self.external - total - lost
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -122,14 +124,14 @@ class SystemState(Displayed):
     peak_energy: float = 0.0
     """The largest energy so far: kinetic, stored and lost."""
     shaking: float = 0.0
-    """How fast forces on bodies change, of late: `contiga.simulation.shaking`. Of steps that choose
-    themselves, with the next."""
+    """How fast forces on bodies change, of late: `contiga.simulation.step_size`. Of steps that
+    choose themselves, with the next."""
     leak: float = 0.0
     """Energy balance error a time that shorter steps would not reduce."""
     rest: Rest | None = None
     """How it came to rest before the run; None where it did not."""
     place_error: float = 0.0
-    """What depths of points that share a force are off by: `contiga.simulation.hand_over`."""
+    """What depths of points that share a force are off by: `contiga.simulation.step_size`."""
     speed_error: float = 0.0
     """And how fast these change."""
 

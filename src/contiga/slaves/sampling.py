@@ -191,10 +191,6 @@ class Sampling:
         self.thickness = None if slave.thickness is None else self._mean(slave.thickness)
         self.mass = None if slave.mass is None else self._shared(slave.mass)
 
-    def weights(self, rows: IndexArray) -> FloatArray:
-        """(len(rows),) fixed areas of some points; one each where they are not known."""
-        return np.ones(len(rows)) if self.weight is None else self.weight.take(rows)
-
     def points(self, nodal: FloatArray) -> FloatArray:
         """(n_points, 3) of what (n, 3) is at the nodes: places or velocities."""
         if not self._faces:
@@ -208,8 +204,6 @@ class Sampling:
 
     def points_at(self, rows: IndexArray, nodal: FloatArray) -> FloatArray:
         """(len(rows), 3) of `points` at some of them, ascending."""
-        if not self._faces:
-            return nodal.take(rows, axis=0)
         k = int(np.searchsorted(rows, self.n_nodes))
         found = [nodal.take(rows[:k], axis=0)]
         for on, part in self._split(rows):

@@ -11,8 +11,8 @@ from tests.sample import FULL, full
 from tests.scenes import box
 
 import contiga as cg
+from contiga.contact import contact as search_of_step
 from contiga.contact import curved
-from contiga.contact import moved as search_of_step
 from contiga.contact.curved import Path, Story, bulge_of
 from contiga.contact.foot_rows import blank
 from contiga.contact.search_records import BULGE, Detected

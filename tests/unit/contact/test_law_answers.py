@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.contact.checks import checked_answer
+from contiga.contact.respond import checked_answer
 from contiga.errors import InputError
 
 PLANE = cg.Body([cg.shapes.plane()])

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.contact.force_records import Answer, Column, Felt, Frame, LastForces
 from contiga.contact.kernels import totals_nb
-from contiga.contact.loads import NO_FORCES, NONE, NOWHERE
-from contiga.contact.touching import ContactRows
+from contiga.contact.loads import NO_FORCES, NONE, NOWHERE, Column
+from contiga.contact.respond import Answer, ContactRows, Felt, Frame, LastForces
 
 pytestmark = pytest.mark.interpreted
 

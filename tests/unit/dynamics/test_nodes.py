@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from contiga.dynamics import node_steps
-from contiga.dynamics.nodes import Pushes
+from contiga.dynamics import deforming_nodes as node_steps
 from contiga.records import FloatArray
 
 pytestmark = pytest.mark.interpreted
@@ -35,8 +34,9 @@ def accelerations(held: np.ndarray, loads: bool) -> FloatArray:
 
 
 def acting(loads: bool) -> node_steps.Acting:
-    more = (LOADS, DRAG) if loads else ()
-    return node_steps.acting(Pushes(ROWS, FORCES), ELEMENTS, GRAVITY, *more)
+    nothing = node_steps.NOTHING
+    more = (LOADS, DRAG) if loads else (nothing, nothing)
+    return node_steps.Acting(ROWS, FORCES, ELEMENTS, *more, GRAVITY)
 
 
 @pytest.mark.parametrize("loads", [False, True])

@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 from contiga.errors import InputError
-from contiga.laws.friction import Coulomb, Friction, FrictionInput, FrictionOutput, ViscousFriction
+from contiga.laws.friction import (
+    POINTS,
+    Coulomb,
+    Friction,
+    FrictionInput,
+    FrictionOutput,
+    ViscousFriction,
+)
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -282,3 +289,38 @@ def test_one_step_sticks_as_many_do_while_the_stiffness_grows() -> None:
     # ∫k dx over a way on which k grows evenly from 100 to 300
     assert pulled(1) == pytest.approx(-200.0 * 0.2, rel=1e-12)
     assert pulled(100) == pytest.approx(-200.0 * 0.2, rel=1e-12)
+
+
+def rubbed(n: int) -> FrictionInput:
+    """Points that slide every way over a surface that turns, under forces large and small."""
+    rng = np.random.default_rng(4)
+    normals = rng.normal(size=(2, n, 3))
+    normals /= np.linalg.norm(normals, axis=2)[..., None]
+    memory = 0.1 * rng.normal(size=(n, 7))
+    memory[:, 6] = rng.uniform(0.0, 3.0, n)
+    path, velocity = rng.normal(size=(2, n, 3))
+    numbers = rng.uniform(0.1, 2.0, (3, n))
+    return FrictionInput(*normals, *numbers, path, velocity, 0.1, memory)
+
+
+@pytest.mark.parametrize("law", [Coulomb(0.4, 0.2, decay=0.3), ViscousFriction(0.3, speed=0.5)])
+def test_a_point_has_the_same_bits_alone_and_among_many_on_threads(law: Friction) -> None:
+    n = 3 * POINTS
+    inp = rubbed(n)
+    inp = inp._replace(memory=inp.memory[:, : law.n_memory])
+    whole = law.respond(inp)
+    for k in (0, POINTS - 1, POINTS, n - 1):
+        rows = slice(k, k + 1)
+        part = (v[rows] if isinstance(v, np.ndarray) else v for v in inp)
+        for one, all_of_them in zip(law.respond(FrictionInput._make(part)), whole, strict=True):
+            assert one.tobytes() == all_of_them[rows].tobytes()
+
+
+def test_an_input_of_another_shape_is_refused_and_a_locked_one_is_not() -> None:
+    inp = rubbed(3)
+    with pytest.raises(InputError, match=r"path: friction must be given one row a point; found"):
+        Coulomb(0.4).respond(inp._replace(path=inp.path[:2]))
+    locked = inp._replace(normal=np.asfortranarray(inp.normal))
+    locked.normal.flags.writeable = False
+    for one, other in zip(Coulomb(0.4).respond(locked), Coulomb(0.4).respond(inp), strict=True):
+        np.testing.assert_array_equal(one, other)

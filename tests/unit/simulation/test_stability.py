@@ -6,7 +6,7 @@ import pytest
 from tests.cases.matter import mesh
 
 import contiga as cg
-from contiga.simulation.stability import remedy
+from contiga.simulation.critical import remedy
 
 
 @pytest.mark.parametrize(("centre", "deep"), [(0.0, True), (40.0, False)])

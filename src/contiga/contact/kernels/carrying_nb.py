@@ -47,6 +47,10 @@ def gather(feet, now, last, dt, out):
             approach += out.path[i, c] * out.normal[i, c]
             if velocity.shape[0] > 0:
                 speed += velocity[i, c] * out.normal[i, c]
+        inside = 1.0
+        if not out.old[i]:
+            inside = min(out.depth[i], -approach) / -approach if approach < 0.0 else 0.0
+        out.inside[i] = inside
         place = at(deep, k, place)
         there = place < deep.shape[0] and deep[place] == k
         if velocity.shape[0] > 0:

@@ -43,9 +43,3 @@ _KEPT = Kept(build_neighbourhoods)
 def with_neighbourhoods(tables: Tables) -> Tables:
     """The tables of a body with its neighbourhoods, worked out at the first call."""
     return tables._replace(neighbourhoods=_KEPT.of(tables))
-
-
-def with_neighbourhoods_there(tables: Tables) -> Tables:
-    """The same if they are worked out, else `tables`."""
-    there = _KEPT.there(tables)
-    return tables if there is None else tables._replace(neighbourhoods=there)

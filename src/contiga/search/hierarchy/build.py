@@ -1,14 +1,18 @@
-"""Leaves and hierarchy of a body: pieces of elements and of trimming curves, in boxes."""
+"""Leaves and hierarchy of a body: pieces of elements and of trimming curves, in boxes; and what the
+closest point is searched among."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
 from contiga.elements.element_arrays import Elements, Grid, Records
 from contiga.geometry.trim import TrimTables
 from contiga.records import FloatArray, IntArray
+from contiga.search.hierarchy.forms import forms_of
 from contiga.search.hierarchy.kernels import curve_leaves_nb, hierarchy_nb, plates_nb, tree_nb
-from contiga.search.hierarchy.table_types import LEAF, NODE, PLATE, Seeds
+from contiga.search.hierarchy.table_types import LEAF, NO_FORM, NODE, PLATE, Items, Seeds
 
 # A leaf leaves its tangent parallelogram by at most this share of its larger extent: flat leaves
 # save a third of a search, and of bodies of many curved faces take too much memory.
@@ -23,13 +27,22 @@ VOXELS = 64
 BEYOND = 3
 
 
-def build_hierarchy(
-    elements: Elements, grid: Grid, trims: TrimTables
-) -> tuple[Records, Records, Records]:
-    """Leaves over every element that is not trimmed away whole, and over every trimming piece.
+class Hierarchy(NamedTuple):
+    """Leaves over every element that is not trimmed away whole, and over every trimming piece."""
 
-    Returns the leaves in the order of the hierarchy, their plates, and its nodes.
-    """
+    leaves: Records
+    """`LEAF`, in the order of the hierarchy."""
+    plates: Records
+    """`PLATE` of each leaf."""
+    tree: Records
+    """`NODE`, the root first."""
+    low: FloatArray
+    """(leaves, 3) corners of their boxes."""
+    high: FloatArray
+
+
+def build_hierarchy(elements: Elements, grid: Grid, trims: TrimTables) -> Hierarchy:
+    """The hierarchy of a body."""
     for flatness in FLATNESS:
         faces = hierarchy_nb.surface_leaves(elements, flatness, DEPTH)
         curves = curve_leaves_nb.curve_leaves(elements, grid, trims, flatness, CURVE_DEPTH)
@@ -53,7 +66,31 @@ def build_hierarchy(
     leaves["patch"][~on_face] = trims.piece_patch[-1 - leaves["element"][~on_face]]
     plates = np.zeros(len(leaves), PLATE)
     plates_nb.fill_plates(elements, grid, trims, leaves, margin, plates)
-    return leaves, plates, tree
+    return Hierarchy(leaves, plates, tree, low[order] - margin, high[order] + margin)
+
+
+def items_of(
+    hierarchy: Hierarchy, elements: Elements, trims: TrimTables, tolerance: float
+) -> Items:
+    """What the closest point is searched among; forms are exact to `tolerance`, a length."""
+    leaves, plates, tree, low, high = hierarchy
+    forms = forms_of(elements, trims, tolerance)
+    formed = np.isin(leaves["element"], np.flatnonzero(forms["kind"] != NO_FORM))
+    if not formed.any():
+        return Items(leaves, plates, tree, forms)
+    rows, item = np.unique(leaves["element"][formed], return_inverse=True)
+    whole = np.zeros(len(rows), LEAF)
+    whole["element"], whole["patch"] = rows, elements.table["patch"][rows]
+    whole["has_form"], whole["box"] = 1, (-0.5, 0.5, -0.5, 0.5)
+    item_low, item_high = np.full((len(rows), 3), np.inf), np.full((len(rows), 3), -np.inf)
+    np.minimum.at(item_low, item, low[formed])
+    np.maximum.at(item_high, item, high[formed])
+    tree, order = tree_over(
+        np.concatenate([low[~formed], item_low]), np.concatenate([high[~formed], item_high])
+    )
+    leaves = np.concatenate([leaves[~formed], whole])[order]
+    plates = np.concatenate([plates[~formed], np.zeros(len(rows), PLATE)])[order]
+    return Items(leaves, plates, tree, forms)
 
 
 def tree_over(low: FloatArray, high: FloatArray) -> tuple[Records, IntArray]:

@@ -33,8 +33,12 @@ LEAF = np.dtype(
     [
         ("element", "i4"),  # surface leaf: its element; curve leaf: -1 - trimming piece
         ("patch", "i4"),
+        ("has_form", "i4"),  # 1 where it is all of an element that has a form
         ("box", "f8", 4),  # s0, s1, t0, t1; curve leaf: t0, t1 of the piece
-        # |S_s|, |S_t|, |S_ss|, |S_st|, |S_tt|, |S_sss|, |S_sst|, |S_stt|, |S_ttt| at most
+        # |S_s|, |S_t|, |S_ss|, |S_st|, |S_tt|, |S_sss|, |S_sst|, |S_stt|, |S_ttt| at most; curve
+        # leaf: |C'|, |C''|, |C'''|, the way into the face in its middle (3), how far it is off,
+        # 1 where the face is to the left of the piece, -1 to the right, 0 where that is not known,
+        # the sine of the largest turn of its normal
         ("bound", "f8", 9),
     ],
     align=True,
@@ -51,6 +55,28 @@ PLATE = np.dtype(
         ("normal", "f8", 3),  # of length one, or zero where the plate has none
         ("radius", "f8"),  # no point of the leaf is farther from the middle
         ("edge_tolerance", "f8"),  # how far beyond its edges the leaf's face may be met
+    ],
+    align=True,
+)
+NO_FORM, PLANE, TURNED_LINE, TURNED_ARC = 0, 1, 2, 3
+"""Kinds of forms."""
+FORM = np.dtype(
+    [
+        # An element whose closest point is a formula (see `forms`, `form_nb`):
+        ("kind", "i4"),
+        ("turned_along_t", "i4"),  # 1 where t runs around the axis and s along the meridian
+        ("origin", "f8", 3),  # middle of a plane; else on the axis
+        ("x", "f8", 3),  # half sides of a plane; else unit vectors to the middle of the turn
+        ("y", "f8", 3),  # and along its chord
+        ("z", "f8", 3),  # unit normal of a plane; else the axis
+        ("metric", "f8", 3),  # of a plane: products x x, x y, y y
+        # Half the angle: cosine, sine; tangent of its half; root of the ratio of weights
+        ("turn", "f8", 4),
+        ("about", "f8", 2),  # (away from the axis, along it): a line's start, an arc's center
+        ("toward", "f8", 2),  # unit vectors along a line, or to the middle of an arc
+        ("across", "f8", 2),  # and along an arc's chord
+        ("radius", "f8"),  # of an arc; length of a line
+        ("meridian", "f8", 4),  # as `turn`; of a line the last number, the ratio of weights, alone
     ],
     align=True,
 )
@@ -80,6 +106,24 @@ class Seeds(NamedTuple):
 
 
 @pass_by_pointer
+class Items(NamedTuple):
+    """What the closest point is searched among: elements that have a form, each whole, and the
+    leaves of all else.
+
+    Of a body without forms these are its leaves.
+    """
+
+    leaves: Records
+    """`LEAF`, in the order of the hierarchy."""
+    plates: Records
+    """`PLATE` of each; of an element that has a form it says nothing."""
+    tree: Records
+    """`NODE`, the root first."""
+    forms: Records
+    """(elements,) `FORM`."""
+
+
+@pass_by_pointer
 class Tables(NamedTuple):
     """Everything the kernels are handed about a body."""
 
@@ -91,6 +135,7 @@ class Tables(NamedTuple):
     """`PLATE` of each leaf."""
     tree: Records
     """`NODE`, the root first."""
+    items: Items
     seeds: Seeds
     trims: TrimTables
     piece_open: FloatArray

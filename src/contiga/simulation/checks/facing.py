@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from contiga.contact.state import State
-from contiga.contact.state_rows import kept_of
 from contiga.records import FloatArray, IndexArray
 from contiga.rigid.frames import to_body
 from contiga.simulation.checks.finding import Finding
@@ -52,7 +51,7 @@ def two_layers(pair: Pair, state: State) -> Iterator[Finding]:
     if slave.facets is None or len(rows) == 0 or pair.contact.quadrature != "nodes":
         return
     outward = _normals(slave, state.points_B, rows)
-    faced = (outward * kept_of(state).part("normal_B", rows)).sum(axis=1) > 0.0
+    faced = (outward * state.kept.normal_B.at(rows)).sum(axis=1) > 0.0
     carried = state.normal_force[rows]
     away = float(carried[faced].sum()) / max(float(carried.sum()), np.finfo(np.float64).tiny)
     # Both ways along the slave itself: points of one layer may lie on two sides of a body.

@@ -13,7 +13,7 @@ from contiga.matter.mass_scaling import AddedMass
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Scene
 from contiga.simulation.critical import Rates
-from contiga.simulation.place import place
+from contiga.simulation.step import place
 
 MUCH = 0.05
 """Share of its mass that a part may be given before it is told."""

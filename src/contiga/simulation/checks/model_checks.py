@@ -19,7 +19,7 @@ from contiga.simulation.checks.scene import Scene
 from contiga.simulation.checks.size_checks import check_places, check_sizes
 from contiga.simulation.checks.surface_checks import check_surfaces
 from contiga.simulation.model import Model
-from contiga.simulation.place import place
+from contiga.simulation.step import place
 
 _CHECKS: tuple[Callable[[Scene], Iterator[Finding]], ...] = (
     check_layout,

@@ -94,3 +94,32 @@ def test_beside_a_pole_the_foot_is_found_from_where_it_was() -> None:
 def test_what_is_no_number_is_marked() -> None:
     feet = facing(box((0, 0, 0), (1, 1, 1)), np.array([[np.nan, 0, 0], [0.5, 0.5, 0.9]]), UP)
     assert feet.status.tolist() == [Status.NOT_FINITE, Status.OK]
+
+
+def test_of_a_border_from_which_the_way_leads_into_its_face_none_is_a_foot() -> None:
+    # A square whose border is a loop: nearer than the floor inside, and farther on the border.
+    corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [-1, -1, 0]], dtype=float)
+    loop = tuple(cg.NurbsCurve(1, [0, 0, 1, 1], corners[k : k + 2]) for k in range(4))
+    knots, net = [-2.0, -2.0, 2.0, 2.0], np.array([[[x, y, 0.0] for y in (-2, 2)] for x in (-2, 2)])
+    plate = cg.Body([cg.NurbsSurface((1, 1), (knots, knots), net)], trims=[[loop]])
+    points = np.array([[0.2, 0.1, -0.3], [1.4, 0.1, -0.3]])
+    out = empty_projection(2)
+    starts = SurfacePlaces(np.full(2, -1, np.int32), np.zeros((2, 2)))
+    limits = FacingLimits(LEAST, np.full(2, 0.4))
+    plate.surface.closest_facing(points, np.tile(UP, (2, 1)), limits, starts, out)
+    assert out.status.tolist() == [Status.MAX_ITERATIONS, Status.OK]
+    np.testing.assert_allclose(out.point[1], [1.0, 0.1, 0.0], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("angle", [80.0, 170.0])
+def test_of_a_point_on_the_axis_of_a_gutter_the_turn_that_is_allowed_is_found(angle: float) -> None:
+    line = cg.shapes.line([1.0, 0.0, 0.0], [1.0, 0.0, 3.0])
+    gutter = cg.Body([cg.shapes.revolved(line, np.radians(angle))])
+    middle = np.radians(0.5 * angle)
+    guard = -np.array([np.cos(middle), np.sin(middle), 0.0])
+    way = np.linspace(0.0, 2.0 * np.pi, 24)
+    about = 1e-13 * np.column_stack([np.cos(way), np.sin(way), np.zeros(24)])
+    feet = facing(gutter, about + np.linspace(0.5, 2.5, 24)[:, None] * UP, guard)
+    assert feet.status.tolist() == [Status.OK] * 24
+    np.testing.assert_allclose(feet.gap, -1.0, rtol=0, atol=1e-9)
+    assert (feet.normal @ guard >= LEAST).all()

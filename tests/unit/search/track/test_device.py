@@ -15,12 +15,12 @@ import pytest
 from numba import config, typeof
 from numba.core import types
 from tests.unit.search.holed import holed_plate
-from tests.unit.search.plain import tracking_tables_of
 
 import contiga as cg
 from contiga.arrays import device as num_device
 from contiga.errors import InputError
 from contiga.records import Projection, SurfacePlaces, empty_projection
+from contiga.search.tables import tables_of
 from contiga.search.track import device
 from contiga.search.track.kernels import row_nb
 from contiga.search.track.project import track
@@ -64,7 +64,7 @@ def by_the_cpu(given: Case) -> list[Projection]:
     found = []
     for points in steps:
         out = empty_projection(len(points))
-        track(tracking_tables_of(body), points, SurfacePlaces(feet.patch, feet.uv), out, before)
+        track(tables_of(body), points, SurfacePlaces(feet.patch, feet.uv), out, before)
         found.append(out)
         feet, before = out, points
     return found
@@ -78,7 +78,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[Projection, An
         pytest.skip("the simulator is compared with compiled kernels")
     folder = tmp_path_factory.mktemp("simulated")
     cases = [case(seed) for seed in range(SEEDS)]
-    given = [(tracking_tables_of(body), feet, before, steps) for body, feet, before, steps in cases]
+    given = [(tables_of(body), feet, before, steps) for body, feet, before, steps in cases]
     (folder / "case.pickle").write_bytes(pickle.dumps(given))
     run = subprocess.run(
         [sys.executable, str(PROGRAM), "case.pickle", "feet.pickle"],
@@ -125,7 +125,7 @@ def test_points_have_to_be_those_of_the_feet(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(device, "check_device", lambda: None)
     body = cg.Body([cg.shapes.plane()])
     with pytest.raises(InputError, match="one row a foot"):
-        device.start(tracking_tables_of(body), body.project(np.zeros((3, 3))), np.zeros((4, 3)))
+        device.start(tables_of(body), body.project(np.zeros((3, 3))), np.zeros((4, 3)))
 
 
 def test_nothing_starts_where_nothing_can_be_launched(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -133,7 +133,7 @@ def test_nothing_starts_where_nothing_can_be_launched(monkeypatch: pytest.Monkey
     monkeypatch.setattr(num_device, "cuda", None)
     body = cg.Body([cg.shapes.plane()])
     with pytest.raises(ImportError, match="numba-cuda"):
-        device.start(tracking_tables_of(body), body.project(np.zeros((3, 3))), np.zeros((3, 3)))
+        device.start(tables_of(body), body.project(np.zeros((3, 3))), np.zeros((3, 3)))
 
 
 @pytest.mark.parametrize("name", ["track_row", "pack_flags", "gather_row", "scatter_row"])
@@ -155,7 +155,7 @@ def test_rows_compile_for_a_gpu(monkeypatch: pytest.MonkeyPatch, name: str) -> N
     starts = RowStarts(feet.patch, feet.uv, points, points)
     records = {
         "track_row": (
-            device.flat(tracking_tables_of(body)),
+            device.flat(tables_of(body)),
             Way(points, points),
             FlaggedFeet(feet, flags),
         ),

@@ -1,10 +1,10 @@
 """Kernels, in reading order: closest points. Each stands on those before it.
 
 - local_nb: f = |S − P|²/2 about a foot, and the step that lowers it inside one element
+- around_nb: the elements that meet at a foot, and which of them leads down from there
 - global_among_nb: what of a body a search may answer: all of it, one patch, or minima that do not
   face away
 - global_nb: the closest point of a body: branch and bound with rigorous lower bounds
-- around_nb: the elements that meet at a foot, and which of them leads down from there
 - walk_nb: the local foot from a start: safeguarded Newton that walks over elements and patches
 - pseudo_normal_nb: the sum of the normals around a kink, weighted by angle: it decides the side of
   a point there

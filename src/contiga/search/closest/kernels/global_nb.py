@@ -19,17 +19,21 @@ from __future__ import annotations
 
 import math
 
+from contiga.arrays.codes import POLE, SMOOTH
 from contiga.arrays.kernels.rows_nb import put
-from contiga.arrays.kernels.vector_nb import cross, dot
+from contiga.arrays.kernels.vector_nb import column, cross, dot
 from contiga.elements.kernels.bounds_nb import look_closer
 from contiga.elements.kernels.element_nb import evaluate
 from contiga.jit import inner
 from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.closest.kernels.global_among_nb import (
     ALL,
+    SQUARE,
     SearchLimits,
+    holds_nowhere,
     is_guarded,
     is_over,
+    is_turned_away,
     may_hold,
 )
 from contiga.search.closest.kernels.local_nb import expand
@@ -53,7 +57,19 @@ from contiga.search.hierarchy.kernels.curve_nb import (
     curve_point,
 )
 from contiga.search.hierarchy.kernels.face_nb import has_pole, in_face
-from contiga.search.hierarchy.kernels.plates_nb import is_beyond
+from contiga.search.hierarchy.kernels.form_nb import (
+    LAST,
+    NEAREST,
+    OTHER_END,
+    OTHER_TURN,
+    closest_on_form,
+)
+from contiga.search.hierarchy.kernels.plates_nb import (
+    is_before_face,
+    is_beyond,
+    no_farther_than,
+    no_nearer_than,
+)
 from contiga.search.hierarchy.kernels.tree_nb import next_leaves
 
 MAX_CELLS = 20000
@@ -85,6 +101,11 @@ UNTOLD = 100.0
 gain asked for (1e-9 of the body's size), is not told from a closer foot."""
 PRUNE = 10.0
 """A cell must promise this many tolerances less distance to be opened."""
+NUDGE, TURNED = 1e-9, 1e-3
+"""Of a point that is moved by so little, in sizes of the body, the foot is moved by more than this
+(in an element's parameters) only about an axis."""
+WAITING = 64
+"""Leaves that wait at once; more are opened as they come by."""
 NARROW = 2e-4
 """Half sides of a cell, in its distance, within which a minimum shows in its middle: beside poles,
 and of points on axes, nothing else tells."""
@@ -170,11 +191,7 @@ def _faces_away(h, half, b, among):
     turn = math.sqrt(dot(x, x)) * turn_y + math.sqrt(dot(y, y)) * turn_x + turn_x * turn_y
     if not turn < area:
         return False
-    sine, along = turn / area, dot(n, among.guard) / area
-    level = math.sqrt(1.0 - sine * sine)
-    # Of normals at the angle of `sine` from that of the middle, the one nearest to the guard.
-    nearest = along * level + math.sqrt(max(1.0 - along * along, 0.0)) * sine
-    return along < level and nearest < among.least
+    return is_turned_away(dot(n, among.guard) / area, turn / area, among.least)
 
 
 @inner()
@@ -286,19 +303,77 @@ def _search_leaf(elements, trims, leaf, point, limits, nearest, stack, h):
 
 
 @inner()
-def _improve_by_leaf(tables, leaf, point, limits, nearest, stack, h):
-    """As `_search_leaf`, for a leaf of a surface or of a trimming curve."""
+def _has_kink(elements, e, first, x):
+    """Whether element e has a kink or ends at the side where one of its parameters is x (±1/2);
+    `first` is that parameter's first side."""
+    side = first + (1 if x > 0.0 else 0)
+    kind = elements.table[e]["kind"][side]
+    return kind != SMOOTH and not (kind == POLE and elements.table[e]["round"][side] == 1)
+
+
+@inner()
+def _improve_by_form(tables, e, point, limits, nearest, h):
+    """The best distance, which element e may improve, that has a form; then `nearest` is there.
+
+    Where trims have cut off the nearest place of it, no place is nearer than on a trimming curve,
+    which has leaves of its own. With a guard all local minima of an element count; its farther ends
+    are minima if the surface does not go on there.
+    """
+    best, slack, among = limits.best, limits.slack, limits.among
+    elements, form = tables.elements, tables.items.forms[e]
+    seen = point, among, h
+    around = 2 * form["turned_along_t"]  # first side of the parameter that runs around the axis
+    for which in range(LAST + 1 if among.least > ALL else NEAREST + 1):
+        on = closest_on_form(form, point, which)
+        if on.distance > best - slack or on.distance < among.floor:
+            continue
+        turn, along = (on.s, on.t) if around == 0 else (on.t, on.s)
+        if which & OTHER_TURN and not _has_kink(elements, e, around, turn):
+            continue
+        if which & OTHER_END and not _has_kink(elements, e, 2 - around, along):
+            continue
+        best = _improve(elements, tables.trims, (e, on.s, on.t), on.distance, best, nearest, seen)
+    if among.least > ALL and best == limits.best:
+        # On an axis all turns are as near: the one that the guard points to may be allowed.
+        g, nudge = among.guard, NUDGE * tables.scale[0]
+        beside = point[0] + nudge * g[0], point[1] + nudge * g[1], point[2] + nudge * g[2]
+        on, other = closest_on_form(form, point, NEAREST), closest_on_form(form, beside, NEAREST)
+        turned = abs(other.s - on.s) + abs(other.t - on.t) > TURNED
+        if turned and on.distance >= among.floor:
+            place = e, other.s, other.t
+            best = _improve(elements, tables.trims, place, on.distance, best, nearest, seen)
+    return best
+
+
+@inner()
+def _improve_by_item(tables, k, point, limits, nearest, stack, h):
+    """As `_search_leaf`, for item k of a body: an element that has a form, or a leaf of a surface
+    or of a trimming curve."""
+    items = tables.items
+    leaf = items.leaves[k]
     e = leaf["element"]
     best, slack, among = limits.best, limits.slack, limits.among
+    if leaf["has_form"] == 1:
+        return _improve_by_form(tables, e, point, limits, nearest, h), 0
+    if is_beyond(items.plates[k], point, best - slack):
+        return best, 0
     if e >= 0:
         if limits.opened > MAX_CELLS:
             nearest[LEFT_OUT] = GIVEN_UP
             return best, 0
         return _search_leaf(tables.elements, tables.trims, leaf, point, limits, nearest, stack, h)
+    if is_before_face(leaf, items.plates[k], point):
+        return best, 0
+    if among.least > ALL and holds_nowhere(leaf, items.plates[k], point, among):
+        return best, 0
     r, distance, left = closest_on_stretch(tables, leaf, point, best, slack, h)
     if left:
         nearest[LEFT_OUT] = max(nearest[LEFT_OUT], DROPPED)
-    if distance < best and among.least > ALL and not _edge_is_guarded(tables, e, r, point, among):
+    if (
+        distance < best
+        and among.least > ALL
+        and not _edge_is_guarded(tables, leaf, r, point, among)
+    ):
         return best, 0
     if distance < best:
         nearest[ELEMENT] = e
@@ -307,14 +382,26 @@ def _improve_by_leaf(tables, leaf, point, limits, nearest, stack, h):
 
 
 @inner(linked=False)
-def _edge_is_guarded(tables, e, r, point, among):
-    """As `is_guarded`, of the face at the parameter r of its trimming piece −1 − e."""
+def _edge_is_guarded(tables, leaf, r, point, among):
+    """As `is_guarded`, of the face at the parameter r of a curve leaf's trimming piece: the way to
+    the point must not lead into it."""
     h, d = scratch(4, 6), scratch(3, 3)
     elements = tables.elements
-    is_open = tables.piece_open[-1 - e] != 0.0
-    e, s, t = curve_point(elements, tables.grid, tables.trims, -1 - e, r, h, d)
-    may, away, height = may_hold(elements, (e, s, t), point, among, h)
-    return may and (not is_open or is_over(away, height))
+    place = curve_point(elements, tables.grid, tables.trims, -1 - leaf["element"], r, h, d)
+    along = d[1, 0], d[1, 1], d[1, 2]
+    may, away, height = may_hold(elements, place, point, among, h)
+    if may and tables.piece_open[-1 - leaf["element"]] != 0.0:
+        return is_over(away, height)
+    if not may or leaf["bound"][7] == 0.0:
+        return may
+    way, into = cross(cross(column(h, 1), column(h, 2)), along), leaf["bound"]
+    origin = elements.table[place[0]]["origin"]
+    slope = side = 0.0
+    for c in range(3):
+        slope += way[c] * (point[c] - origin[c] - h[c, 0])
+        side += way[c] * into[3 + c]
+    most = SQUARE * away * math.sqrt(dot(way, way))
+    return math.copysign(1.0, side) * slope <= most
 
 
 @inner(linked=False)
@@ -324,34 +411,59 @@ def closest(tables, point, among, reach, nearest, h):
     Fills `nearest` with element, s, t, or with −1 − piece and the piece's parameter when a trimming
     curve is closest, and nearest[LEFT_OUT] with 0, DROPPED or GIVEN_UP. Returns the distance,
     infinite where nothing was found.
+
+    Formulas are looked at as they come by; leaves, which cost a hundred times as much, wait until
+    the nearest of these is known, and are opened from the nearest on.
     """
-    tree = tables.tree
-    leaves = tables.leaves
-    best = reach
+    items = tables.items
+    leaves, plates = items.leaves, items.plates
+    best = within = reach
     nearest[LEFT_OUT] = 0.0
     hit = False
     opened = 0
-    nodes = stack_int64(128)
-    bounds = scratch(128)
+    nodes, waiting = stack_int64(128), stack_int64(WAITING)
+    bounds, waiting_bounds = scratch(128), scratch(WAITING)
     stack = scratch(64, 4)
     slack = PRUNE * tables.scale[1]
     nodes[0] = 0
     bounds[0] = 0.0
     top = 1 if leaves.shape[0] > 0 else 0
+    wait = 0
     while not (hit and best <= slack):
-        limit = best - slack
-        node, top = next_leaves(tree, point, limit * limit, nodes, bounds, top)
+        limit = min(best, within) - slack
+        node, top = next_leaves(items.tree, point, limit * limit, nodes, bounds, top)
         if node < 0:
             break
-        first = tree[node]["first"]
-        for k in range(first, first + tree[node]["count"]):
+        first = items.tree[node]["first"]
+        for k in range(first, first + items.tree[node]["count"]):
             if among.patch >= 0 and leaves[k]["patch"] != among.patch:
                 continue
-            if is_beyond(tables.plates[k], point, best - slack):
+            if among.least == ALL and leaves[k]["has_form"] == 0 and wait < WAITING:
+                if not is_beyond(plates[k], point, min(best, within) - slack):
+                    waiting[wait] = k
+                    waiting_bounds[wait] = no_nearer_than(plates[k], point)
+                    wait += 1
+                    if among.least == ALL:
+                        within = min(within, no_farther_than(plates[k], point))
                 continue
             limits = SearchLimits(best, slack, opened, among)
-            distance, cells = _improve_by_leaf(tables, leaves[k], point, limits, nearest, stack, h)
+            distance, cells = _improve_by_item(tables, k, point, limits, nearest, stack, h)
             hit = hit or distance < best
             best = distance
             opened += cells
+    while wait > 0 and not (hit and best <= slack):
+        next_one = 0
+        for i in range(1, wait):
+            if waiting_bounds[i] < waiting_bounds[next_one]:
+                next_one = i
+        if waiting_bounds[next_one] > best - slack:
+            break
+        k = waiting[next_one]
+        wait -= 1
+        waiting[next_one], waiting_bounds[next_one] = waiting[wait], waiting_bounds[wait]
+        limits = SearchLimits(best, slack, opened, among)
+        distance, cells = _improve_by_item(tables, k, point, limits, nearest, stack, h)
+        hit = hit or distance < best
+        best = distance
+        opened += cells
     return best if hit else math.inf

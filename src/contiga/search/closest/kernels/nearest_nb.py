@@ -26,7 +26,7 @@ from contiga.search.closest.kernels.global_nb import GIVEN_UP, PRUNE, closest
 from contiga.search.closest.kernels.one_foot_nb import foot_from, parameters_of, write_proved
 from contiga.search.hierarchy.kernels.curve_nb import LEFT_OUT
 from contiga.search.hierarchy.kernels.face_nb import in_face
-from contiga.search.hierarchy.kernels.plates_nb import no_farther_than, on_plate
+from contiga.search.hierarchy.kernels.plates_nb import on_plate
 from contiga.search.hierarchy.kernels.tree_nb import next_leaves
 
 FAR = 1e12
@@ -59,28 +59,6 @@ def nearest_leaf(tables, point):
                 if square < best:
                     best = square
                     leaf = k
-
-
-@inner(linked=False)
-def _least_known(tables, point, reach):
-    """Distance to the nearest of the leaves' middles, or `reach`: no foot is farther.
-
-    It costs a tenth of a search and spares it three quarters of its cells on a body of many faces.
-    """
-    tree = tables.tree
-    nodes = stack_int64(128)
-    bounds = scratch(128)
-    nodes[0] = 0
-    bounds[0] = 0.0
-    top = 1 if tables.leaves.shape[0] > 0 else 0
-    best = reach
-    while True:
-        node, top = next_leaves(tree, point, best * best, nodes, bounds, top)
-        if node < 0:
-            return best
-        first = tree[node]["first"]
-        for k in range(first, first + tree[node]["count"]):
-            best = min(best, no_farther_than(tables.plates[k], point))
 
 
 @inner()
@@ -146,10 +124,8 @@ def _searched(tables, k, point, within, guess, out, nearest, h):
             write_proved(out, k, tables.elements.table[e]["patch"], uv, record)
             out.certified[k] = 1 if nearest[LEFT_OUT] == 0.0 else 0
             return
-        reach = min(within, distance)
-    else:
-        reach = _least_known(tables, point, within)
-    if math.isfinite(no_farther(tables, point, anywhere(), reach, nearest, h)):
+        within = min(within, distance)
+    if math.isfinite(no_farther(tables, point, anywhere(), within, nearest, h)):
         write_nearest(tables, k, point, out, nearest, h)
     else:
         blank_foot(out, k, MAX_ITERATIONS)

@@ -9,6 +9,8 @@ from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, zero_scratch
 
 MAX_ITERATIONS = 60
+LAST_STEP = 1e-8
+"""Newton's step (of a piece's parameter) after which another one would be rounding."""
 POLISH_STEPS = 3
 POLISH_REACH = 1e-5
 ROUNDING = 1e-14
@@ -107,7 +109,12 @@ def _descend(tables, piece, limits, start, point, h, d):
         new = min(max(new, limits[0]), limits[1])
         if new != t and not (low <= new <= high):
             new = 0.5 * (low + high)
-        if abs(new - t) <= 2e-16:
+        if abs(new - t) <= LAST_STEP:
+            # The series of f tells what the step gains; the digits it does not are rounding.
+            step = new - t
+            gain = -step * (slope + 0.5 * curvature * step)
+            if gain > 0.0 and f - gain < best:
+                best, best_t = f - gain, new
             break
         t = new
     return best_t, best
@@ -157,6 +164,8 @@ def closest_on_stretch(tables, leaf, point, best, slack, h):
         if distance < best:
             best = distance
             best_t = t
+        if distance - k1 * w > best - slack:
+            continue
         if _straight_distance(f, slope, speed, w) - 0.5 * k2 * w * w > best - slack:
             continue
         change = w * (3.0 * k1 * k2 + (distance + k1 * w) * k3)

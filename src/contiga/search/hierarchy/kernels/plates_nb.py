@@ -21,6 +21,9 @@ from contiga.search.hierarchy.kernels.closest_cell_nb import (
 from contiga.search.hierarchy.kernels.curve_nb import ROUNDING, curve_point
 from contiga.search.hierarchy.kernels.face_nb import in_face
 
+SURELY = 1e-9
+"""Sine of an angle that is not rounding's."""
+
 
 @inner()
 def _fill_stretch(elements, grid, trims, leaf, plate, h):
@@ -138,6 +141,20 @@ def is_beyond(plate, point, limit):
     if within < 0.0 or away > within * within:
         return True
     return no_nearer_than(plate, point) > limit
+
+
+@inner()
+def is_before_face(leaf, plate, point):
+    """Whether a point is on the inner side of all of a curve leaf's stretch, so that its face has
+    points nearer than those of the stretch, or one of the next stretch is as near.
+
+    At a corner the face may end before it is nearer; then the point is on the outer side of the
+    other stretch there.
+    """
+    m, k = plate["middle"], leaf["bound"]
+    x, y, z = point[0] - m[0], point[1] - m[1], point[2] - m[2]
+    away = math.sqrt(x * x + y * y + z * z) + plate["radius"]
+    return x * k[3] + y * k[4] + z * k[5] > plate["departure"] + (k[6] + SURELY) * away
 
 
 @inner()

@@ -127,8 +127,10 @@ def wait_beyond(tables, e, bank, l, row, queue, n):
     if beyond >= 0:
         _ask_for_head(tables.elements.table, beyond)
         s, t = across(here, side, along)
-        for line in range(2):
-            prefetch(tables.neighbourhoods, beyond, part_of(s, t) * NUMBERS * SIZE + line * LINE)
+        if tables.neighbourhoods.shape[0] > 0:
+            for line in range(2):
+                offset = part_of(s, t) * NUMBERS * SIZE + line * LINE
+                prefetch(tables.neighbourhoods, beyond, offset)
 
 
 @inner(linked=False)

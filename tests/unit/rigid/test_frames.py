@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from contiga.rigid.vectors import cross
+from contiga.rigid.frames import cross
 
 SHAPES = [((3,), (3,)), ((3,), (1, 3)), ((1, 3), (3,)), ((1, 3), (1, 3)), ((3,), (7, 3)),
           ((7, 3), (3,)), ((7, 3), (7, 3)), ((1, 3), (7, 3)), ((0, 3), (0, 3))]  # fmt: skip
