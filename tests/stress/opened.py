@@ -210,6 +210,9 @@ def _count(
     held, truth, said = of
     flagged = np.isin(state.status, FLAGS)
     proved = np.array(state.certified) == 1
+    # Which wall a foot slides on to whose minimum has vanished is not followed here.
+    vanished = (truth.became == Becomes.REACQUIRED) & ~said.on
+    doubtful = doubtful | vanished
     wrong = _differ(truth, said) & ~doubtful & ~long
     values = {
         "before": way[0], "point": way[1], "held": held.on, "was": held.depth,
@@ -220,10 +223,8 @@ def _count(
     tally.count += len(wrong)
     tally.doubtful += int(doubtful.sum())
     tally.flagged += int(flagged.sum())
-    vanished = (truth.became == Becomes.REACQUIRED) & ~said.on & ~flagged
     kinds = {
-        "minimum vanished, and let go": wrong & vanished,
-        "not in contact, but should be": wrong & truth.on & ~said.on & ~flagged & ~vanished,
+        "not in contact, but should be": wrong & truth.on & ~said.on & ~flagged,
         "in contact, but should not be": wrong & ~truth.on & said.on & ~flagged,
         "another depth": wrong & truth.on & said.on & ~flagged,
         "proved and wrong": wrong & flagged & proved & said.on,
@@ -236,6 +237,7 @@ def _count(
     notes = {
         "in contact": truth.on,
         "right in shorter steps": long,
+        "minimum vanished, and let go": vanished,
         "wrong and flagged": wrong & flagged,
         "flagged without need": flagged & ~wrong & (truth.became != Becomes.REACQUIRED),
         "reacquired in silence": same & (truth.became == Becomes.REACQUIRED),

@@ -166,7 +166,7 @@ def test_a_sphere_without_its_lowest_cap_is_the_sphere(steps: int) -> None:
         for south in (-0.5 * np.pi, latitude)
     )
     rng = np.random.default_rng(2)
-    n = 200
+    n = 80
     angle, up = rng.uniform(0, 2 * np.pi, (2, 5, n)), rng.uniform(latitude + 0.05, 1.4, (5, n))
     angle = angle[0] + np.cumsum(rng.uniform(-0.8, 0.8, (5, n)), axis=0)
     radius = rng.uniform(0.3, 0.95, (5, n))
@@ -192,7 +192,7 @@ def test_a_sphere_without_its_lowest_cap_is_the_sphere(steps: int) -> None:
             own.penetration[sound], other.penetration[sound], rtol=0, atol=1e-11
         )
         np.testing.assert_allclose(own.normal_B[sound], other.normal_B[sound], rtol=0, atol=1e-9)
-    assert sound.sum() > 30
+    assert sound.sum() > 12
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -366,13 +366,32 @@ def loop(master: Master, steps: int) -> tuple[float, float]:
     return abs(state.energy.error), most
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("without", ["Z", "", *full("ZY")])
-def test_round_a_loop_no_work_is_done_by_open_bodies(kind: str, without: str) -> None:
-    """A block on its closed face: sharp edges run over the bed. The error is that of the steps."""
-    master = made(block((-1.0, -0.8, 0.0), (1.0, 0.8, 1.5), without), kind)
+LOOPED = {
+    "block without its top": lambda: block((-1.0, -0.8, 0.0), (1.0, 0.8, 1.5), "Z"),
+    "block": lambda: block((-1.0, -0.8, 0.0), (1.0, 0.8, 1.5)),
+    "block without two sides": lambda: block((-1.0, -0.8, 0.0), (1.0, 0.8, 1.5), "ZY"),
+    "half of a sphere": lambda: [Ball((0.0, 0.0, 1.5), 1.5, (-0.5 * np.pi, 0.0))],
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("block without its top", "patches"),
+        ("block without its top", "triangles"),
+        ("half of a sphere", "patches"),
+        *full(
+            ("block", "patches"),
+            ("block", "triangles"),
+            ("block without two sides", "patches"),
+        ),
+    ],
+)
+def test_round_a_loop_no_work_is_done_by_open_bodies(name: str, kind: str) -> None:
+    """Sharp edges run over the bed, none of its borders does. The error is that of the steps."""
+    master = made(LOOPED[name](), kind)
     (coarse, most), (fine, _) = (loop(master, steps) for steps in (20, 160))
-    assert most > 0.1
+    assert most > 0.05
     assert coarse < 0.05 * most
     assert fine < 0.3 * coarse + 1e-12
 
