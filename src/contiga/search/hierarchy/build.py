@@ -77,7 +77,7 @@ def items_of(
     forms = forms_of(elements, trims, tolerance)
     formed = np.isin(leaves["element"], np.flatnonzero(forms["kind"] != NO_FORM))
     if not formed.any():
-        return Items(leaves, plates, tree, forms)
+        return Items(leaves, plates, tree, forms[:0].copy())
     rows, item = np.unique(leaves["element"][formed], return_inverse=True)
     whole = np.zeros(len(rows), LEAF)
     whole["element"], whole["patch"] = rows, elements.table["patch"][rows]

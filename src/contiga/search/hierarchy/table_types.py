@@ -120,7 +120,7 @@ class Items(NamedTuple):
     tree: Records
     """`NODE`, the root first."""
     forms: Records
-    """(elements,) `FORM`."""
+    """(elements,) `FORM`; of a body without forms there are none."""
 
 
 @pass_by_pointer
