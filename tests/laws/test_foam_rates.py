@@ -39,6 +39,8 @@ legs = st.builds(
     st.floats(-2.0, 2.5),
 )
 STILL = (0.0, 0.0, 0.0)
+ROUNDING = 1e-25
+"""Work of a foam that turns without being strained."""
 ACROSS = [
     Leg((1.0, 0.5, 1.0), STILL, 1.7),
     Leg((0.45, 0.5, 1.0), STILL, -1.3),
@@ -86,5 +88,5 @@ def test_no_closed_way_of_the_strain_gains_work(
     """Its curves at rest give back all, so that what is left is what the rates took: to the error
     of the trapezoidal rule."""
     way = there_and_back(ways, last, smoothing)
-    assert way.work >= -1e-4 * way.both
-    assert abs(way.work - way.viscosity) <= 1e-3 * way.both
+    assert way.work >= -1e-4 * way.both - ROUNDING
+    assert abs(way.work - way.viscosity) <= 1e-3 * way.both + ROUNDING
