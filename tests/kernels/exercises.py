@@ -102,11 +102,11 @@ def deep() -> None:
     """Points that go through the middle of a body, of which the nearest wall does not hold them."""
     for body in (puck(), puck().tessellate(0.02)):
         low, high = body.bounds()
-        points = 0.5 * (low + high) + (high - low) * [[0.0, 0.0, 0.55]]
+        points = 0.5 * (low + high) + (high - low) * np.array([[0.0, 0.0, 0.55]])
         contact = cg.Contact(body, cg.Slave(points, area=[1.0]), law=cg.PenaltyLaw(1.0))
         state = contact.start(points)
         for share in (0.1, 0.3, 0.6, 0.7):
-            state = contact.step(state, points - share * [0.0, 0.0, high[2] - low[2]])
+            state = contact.step(state, points - [0.0, 0.0, share * (high[2] - low[2])])
 
 
 def followed() -> None:
