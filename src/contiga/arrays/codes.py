@@ -42,6 +42,9 @@ OUT, IN, CUT = 0, 1, 2
 # Form an element is evaluated in.
 GENERAL, CUBIC, RATIONAL_CUBIC = 0, 1, 2
 
+# Shape of an element that has formulas for its closest points.
+NO_FORM, PLANE, TURNED_LINE, TURNED_ARC = 0, 1, 2, 3
+
 # What the stages of tracking are to do with a row.
 DONE = 0
 """Nothing; or, where its foot is not proved, to try that."""

@@ -115,10 +115,9 @@ def take_inside(
         detected.safe_distance[rows] = np.where(keep, -out.gap, free_distance(out, options))
         remember(detected, rows[~keep], out, ~keep)
     else:
-        # Behind an open surface, deeper than contact reaches or beside its border, a point is as
-        # far from contact as from that depth. A foot that was not found is looked for again.
-        beyond = np.fmax(-out.gap - options.depth, 0.0)
-        detected.safe_distance[rows] = np.where(out.gap > 0.0, out.gap, beyond)
+        # On either side of an open surface a point is as far from contact as from its reach: in
+        # front of one sheet it may lie behind another. A foot not found is looked for again.
+        detected.safe_distance[rows] = np.fmax(np.abs(out.gap) - options.depth, 0.0)
     detected.status[rows[keep]] = ContactStatus.NEW
     take(detected.feet, rows, out, keep)
 

@@ -11,6 +11,8 @@ from tests.stress import shaking, solids
 
 import contiga as cg
 from contiga.records import ContactStatus as Is
+from contiga.search.balls.radii import balls_of
+from contiga.search.contact_tables import ContactTables
 from contiga.search.exact_surface import ExactSurface
 from contiga.search.sides.side_grid import UNKNOWN
 
@@ -21,7 +23,11 @@ SAME = ("status", "feature", "patch", "penetration", "normal", "foot", "force", 
 
 
 def _know_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def told(surface: ExactSurface) -> ContactTables:
+        return ContactTables(surface.tables, UNKNOWN, balls_of(surface.tables))
+
     monkeypatch.setattr(ExactSurface, "_grid", UNKNOWN)
+    monkeypatch.setattr(ExactSurface, "contact_tables", property(told))
 
 
 def _run(
@@ -116,7 +122,8 @@ def test_a_foot_that_is_the_closest_point_stays_though_the_way_led_through_a_cav
     body = cg.Body([cg.shapes.sphere(), cg.shapes.sphere(radius=0.5).flipped()])
     if blind:
         _know_nothing(monkeypatch)
-    monkeypatch.setattr(ExactSurface, "contact_tables", None)  # nor by the ball at its foot
+    # Nor does the ball at its foot tell.
+    monkeypatch.setattr(ExactSurface, "contact_tables", property(lambda _: None))
     near, far = np.array([[-0.35, 0.0, 0.45]]), np.array([[0.35, 0.0, 0.45]])
     contact = cg.Contact(body, cg.Slave(near, area=[1.0]), law=cg.PenaltyLaw(1.0))
     state = contact.start(0.5 * near)

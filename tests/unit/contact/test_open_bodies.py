@@ -399,3 +399,23 @@ def test_round_a_loop_no_work_is_done_by_open_bodies(name: str, kind: str) -> No
 def test_polygons_of_the_scenes_face_outward() -> None:
     assert Shell(block((0, 0, 0), (1, 2, 3))).body().volume() == pytest.approx(6.0)
     assert all(isinstance(face, Polygon) for face in STACK)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("steps", STEPS)
+def test_by_penetration_a_point_before_the_lower_sheet_comes_to_the_upper_one(
+    kind: str, steps: int
+) -> None:
+    master = made([*plate(0.0), *plate(-0.3)], kind)
+    states = gone(master, [1, 1, -0.16], [1, 1, -0.1], steps=steps, search="penetration")
+    is_near(depths(states), [0.0, 0.1])
+
+
+@pytest.mark.parametrize("steps", [1, 2, 20])
+def test_an_edge_next_to_which_the_surface_is_nearer_holds_nothing(steps: int) -> None:
+    master = open_scenes.scene("hills, mesh").master
+    way = (
+        [1.9026585855608094, 1.986592768933868, -0.21482197734729946],
+        [2.476278363172905, 0.4181064185426957, -1.2549052400515426],
+    )
+    assert not gone(master, *way, steps=steps)[-1].in_contact[0]

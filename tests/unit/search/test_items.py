@@ -13,6 +13,7 @@ from tests.sample import FULL, full
 from tests.scenes import box
 
 import contiga as cg
+from contiga.arrays.codes import NO_FORM
 from contiga.records import (
     FacingLimits,
     FloatArray,
@@ -22,7 +23,7 @@ from contiga.records import (
 )
 from contiga.search.closest.closest import closest_of_rows
 from contiga.search.closest.kernels import facing_nb
-from contiga.search.hierarchy.table_types import NO_FORM, Items, Tables
+from contiga.search.hierarchy.table_types import Items, Tables
 from contiga.search.tables import tables_of
 
 LEAST = float(np.cos(np.radians(160.0)))

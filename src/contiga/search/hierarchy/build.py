@@ -7,12 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.arrays.codes import NO_FORM
 from contiga.elements.element_arrays import Elements, Grid, Records
 from contiga.geometry.trim import TrimTables
 from contiga.records import FloatArray, IntArray
 from contiga.search.hierarchy.forms import forms_of
 from contiga.search.hierarchy.kernels import curve_leaves_nb, hierarchy_nb, plates_nb, tree_nb
-from contiga.search.hierarchy.table_types import LEAF, NO_FORM, NODE, PLATE, Items, Seeds
+from contiga.search.hierarchy.table_types import LEAF, NODE, PLATE, Items, Seeds
 
 # A leaf leaves its tangent parallelogram by at most this share of its larger extent: flat leaves
 # save a third of a search, and of bodies of many curved faces take too much memory.

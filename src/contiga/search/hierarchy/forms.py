@@ -18,11 +18,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.arrays.codes import OUT
+from contiga.arrays.codes import NO_FORM, OUT, PLANE, TURNED_ARC, TURNED_LINE
 from contiga.elements.element_arrays import Elements, Records
 from contiga.geometry.trim import TrimTables
 from contiga.records import FloatArray, IndexArray
-from contiga.search.hierarchy.table_types import FORM, NO_FORM, PLANE, TURNED_ARC, TURNED_LINE
+from contiga.search.hierarchy.table_types import FORM
 
 Bools = NDArray[np.bool_]
 

@@ -58,8 +58,6 @@ PLATE = np.dtype(
     ],
     align=True,
 )
-NO_FORM, PLANE, TURNED_LINE, TURNED_ARC = 0, 1, 2, 3
-"""Kinds of forms."""
 FORM = np.dtype(
     [
         # An element whose closest point is a formula (see `forms`, `form_nb`):

@@ -197,13 +197,22 @@ def _is_square(facets, s, point, foot, square):
         at_border = link[s, foot[0] - 1] == NO_TRIANGLE
     else:
         at_border = facets.corner[link[s, VERTICES + foot[0] - 4], 3] != 0.0
+    least = (1.0 - SLACK) * square
     if at_border:
         small = 4.0 * facets.scale[1]
         return square - height * height <= small * small
+    # The sides of s that the foot is on: the distance must not fall into the triangles across.
+    first, second = foot[0] - 1, foot[0] - 1
+    if foot[0] >= 4:
+        first, second = foot[0] - 4, (foot[0] - 2) % 3
+    for side in (first, second):
+        t = link[s, side]
+        if t >= 0 and closest_on(shape, t, point[0], point[1], point[2])[0] < least:
+            return False
     if height * height >= FLAT * FLAT * square:
         return True
     if foot[0] < 4:
-        t = link[s, foot[0] - 1]
+        t = link[s, first]
         if t < 0:  # more triangles meet there
             return True
         m = (shape[t, N], shape[t, N + 1], shape[t, N + 2])

@@ -96,8 +96,8 @@ def test_what_is_no_number_is_marked() -> None:
     assert feet.status.tolist() == [Status.NOT_FINITE, Status.OK]
 
 
-def test_of_a_border_from_which_the_way_leads_into_its_face_none_is_a_foot() -> None:
-    # A square whose border is a loop: nearer than the floor inside, and farther on the border.
+def test_no_place_of_a_border_is_a_foot() -> None:
+    # A square whose border is a loop: one point nearer than the floor, one beside the border.
     corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [-1, -1, 0]], dtype=float)
     loop = tuple(cg.NurbsCurve(1, [0, 0, 1, 1], corners[k : k + 2]) for k in range(4))
     knots, net = [-2.0, -2.0, 2.0, 2.0], np.array([[[x, y, 0.0] for y in (-2, 2)] for x in (-2, 2)])
@@ -107,8 +107,7 @@ def test_of_a_border_from_which_the_way_leads_into_its_face_none_is_a_foot() -> 
     starts = SurfacePlaces(np.full(2, -1, np.int32), np.zeros((2, 2)))
     limits = FacingLimits(LEAST, np.full(2, 0.4))
     plate.surface.closest_facing(points, np.tile(UP, (2, 1)), limits, starts, out)
-    assert out.status.tolist() == [Status.MAX_ITERATIONS, Status.OK]
-    np.testing.assert_allclose(out.point[1], [1.0, 0.1, 0.0], rtol=0, atol=1e-9)
+    assert out.status.tolist() == [Status.MAX_ITERATIONS] * 2
 
 
 @pytest.mark.parametrize("angle", [80.0, 170.0])

@@ -9,11 +9,11 @@ from tests.sample import few
 from tests.unit.search.plain import elements
 
 import contiga as cg
+from contiga.arrays.codes import NO_FORM
 from contiga.elements.kernels import element_nb
 from contiga.search.hierarchy.forms import forms_of
 from contiga.search.hierarchy.kernels import form_nb
 from contiga.search.hierarchy.kernels.form_nb import LAST, NEAREST
-from contiga.search.hierarchy.table_types import NO_FORM
 
 pytestmark = pytest.mark.interpreted
 

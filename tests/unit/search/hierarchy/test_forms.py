@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.search.hierarchy.table_types import NO_FORM, PLANE, TURNED_ARC, TURNED_LINE
+from contiga.arrays.codes import NO_FORM, PLANE, TURNED_ARC, TURNED_LINE
 from contiga.search.tables import tables_of
 
 SHAPES = {

@@ -11,9 +11,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from contiga.arrays.codes import PLANE, TURNED_LINE
 from contiga.jit import inner
 from contiga.search.hierarchy.kernels.closest_cell_nb import Middle, nearest_on_plate
-from contiga.search.hierarchy.table_types import PLANE, TURNED_LINE
 
 COSINE, SINE, QUARTER, RATIO = 0, 1, 2, 3
 """Columns of what a form says of an arc."""
