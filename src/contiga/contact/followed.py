@@ -110,7 +110,10 @@ def judge(surface: Surface, step: Step, asked: Asked, detected: Detected, option
     anew = deep & ~new & ~old & (was | entered)
     missed = deep & ~new & ~old & ~anew & ~free & (not options.penetration)
     at_closest = anew | missed | (new & ~was & options.penetration)
-    lost = _give_feet(surface, step, asked, at_closest)
+    which = np.flatnonzero(at_closest)
+    find(surface, step, asked, which)
+    take(asked.feet, which, rows_of(asked.truth, which), at_closest[which])
+    lost = at_closest & (asked.feet.status != Status.OK)
     status = np.where(was, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
     status[old] = asked.status[old]
     status[new] = ContactStatus.NEW
@@ -160,17 +163,6 @@ def _same(asked: Asked, options: Options) -> BoolArray:
     return known & (apart(asked.feet, asked.truth) <= options.limits.same_foot)
 
 
-def _give_feet(surface: Surface, step: Step, asked: Asked, at_closest: BoolArray) -> BoolArray:
-    """Closest points for feet; returns which of the points have none."""
-    which = np.flatnonzero(at_closest)
-    lost = np.zeros(len(at_closest), dtype=bool)
-    find(surface, step, asked, which)
-    feet = rows_of(asked.truth, which)
-    take(asked.feet, which, feet, np.ones(len(which), dtype=bool))
-    lost[which] = feet.status != Status.OK
-    return lost
-
-
 def _detect_open(
     surface: Surface,
     step: Step,
@@ -192,24 +184,16 @@ def _detect_open(
         return
     # A point that left one sheet may have come through another one since.
     left = touching[detected.status[touching] == ContactStatus.RELEASED]
-    _sweep(surface, step, np.concatenate((left, near)), detected, options)
+    free = np.concatenate((left, near))
+    hits, sense = surface.last_crossings(step.before, step.now, free)
+    detected.status[free[hits.status == Status.BUDGET]] = ContactStatus.LOST
+    entered = np.flatnonzero(sense > 0)
+    came = free[entered]
+    way = hits.point[entered], step.now[came]
+    new = track(surface, way, (hits.patch[entered], hits.uv[entered]), options)
+    status = np.where(new.at_border, ContactStatus.HELD, ContactStatus.NEW)
+    detected.status[came[new.keep]] = status[new.keep]
+    detected.status[came[~new.solved]] = ContactStatus.LOST
+    take(detected.feet, came, new.feet, new.keep)
     rest = near[detected.feet.patch[near] < 0]
     surface.safe_distance(step.now, rest, detected.safe_distance)
-
-
-def _sweep(
-    surface: Surface, step: Step, rows: IntArray, detected: Detected, options: Options
-) -> None:
-    """New contacts: points whose last crossing is an entry, with feet that started there."""
-    hits, sense = surface.last_crossings(step.before, step.now, rows)
-    detected.status[rows[hits.status == Status.BUDGET]] = ContactStatus.LOST
-    entered = np.flatnonzero(sense > 0)
-    if len(entered) == 0:
-        return
-    rows = rows[entered]
-    way = hits.point[entered], step.now[rows]
-    tracked = track(surface, way, (hits.patch[entered], hits.uv[entered]), options)
-    new = np.where(tracked.at_border, ContactStatus.HELD, ContactStatus.NEW)
-    detected.status[rows[tracked.keep]] = new[tracked.keep]
-    detected.status[rows[~tracked.solved]] = ContactStatus.LOST
-    take(detected.feet, rows, tracked.feet, tracked.keep)

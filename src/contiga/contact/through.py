@@ -65,19 +65,18 @@ def detect(
     kept = np.flatnonzero(tracked.keep)
     old = Held(touching[kept], rows_of(tracked.feet, kept), continued(tracked.feet)[kept])
     settled = _settle(surface, step, old, detected, options)
+    # Of points whose paths come in nowhere nothing hangs on where they left.
+    left = np.flatnonzero(tracked.solved & ~tracked.keep)
+    left = left[surface.entries(step.before, step.now, touching[left]).patch >= 0]
     starts = step.before.copy()
-    left = _come_again(surface, step, touching, np.flatnonzero(tracked.solved & ~tracked.keep))
     starts[touching[left]] = _let_go(surface, way, foot, left, options)
-    free = _with_a_path(surface, step, np.concatenate((touching[left], near)), options)
+    free = np.concatenate((touching[left], near))
+    free = free[np.isfinite(step.way[free])]
+    if options.closed:
+        free = free[~surface.clear_ways(step.before, step.now, free)]
     new = _come_in(surface, starts, step.now, free, options)
     settled = np.concatenate((settled, _settle(surface, step, new, detected, options)))
     return np.setdiff1d(touching, settled), np.setdiff1d(near, settled)
-
-
-def _come_again(surface: Surface, step: Step, touching: IntArray, rows: IndexArray) -> IndexArray:
-    """Those of `rows` whose paths come in anywhere: of others nothing hangs on where they left."""
-    hits = surface.entries(step.before, step.now, touching[rows])
-    return rows[hits.patch >= 0]
 
 
 def _settle(
@@ -120,12 +119,6 @@ def _sides(
     side[unknown[proved]] = np.sign(truth.gap[proved])
     reach[unknown[proved]] = np.abs(truth.gap[proved])
     return side, reach
-
-
-def _with_a_path(surface: Surface, step: Step, rows: IntArray, options: Options) -> IntArray:
-    """Points that were finite before, less those whose ways are known to meet no surface."""
-    rows = rows[np.isfinite(step.way[rows])]
-    return rows[~surface.clear_ways(step.before, step.now, rows)] if options.closed else rows
 
 
 def _come_in(

@@ -182,22 +182,18 @@ def _ask_surface(surface: Surface, ways: Ways, limits: Limits) -> None:
     while len(left):
         go_on(ways, limits, left)
         asks = ways.asks[left]
-        _answer(surface, ways, left[asks == way_nb.CLOSEST], left[asks == way_nb.FACING])
+        closest, facing = left[asks == way_nb.CLOSEST], left[asks == way_nb.FACING]
+        if len(closest):
+            surface.closest(ways.point, closest, ways.nearest)
+        if len(facing):
+            out = empty_projection(len(facing))
+            places = SurfacePlaces(ways.patch[facing], ways.uv[facing])
+            limit = FacingLimits(LEAST, ways.floor[facing])
+            surface.closest_facing(ways.point[facing], ways.guard[facing], limit, places, out)
+            take(ways.other, facing, out, np.ones(len(facing), np.bool_))
         back = left[(asks != way_nb.CLOSEST) & (asks != way_nb.FACING) & (asks != way_nb.DONE)]
         if len(back):
             out = empty_projection(len(back))
             surface.track(ways.point[back], ways.from_patch[back], ways.from_uv[back], out)
             take(ways.followed, back, out, np.ones(len(back), np.bool_))
         left = left[asks != way_nb.DONE]
-
-
-def _answer(surface: Surface, ways: Ways, closest: IntArray, facing: IntArray) -> None:
-    """Closest points and closest ones that guards allow, where they are asked for."""
-    if len(closest):
-        surface.closest(ways.point, closest, ways.nearest)
-    if len(facing):
-        out = empty_projection(len(facing))
-        places = SurfacePlaces(ways.patch[facing], ways.uv[facing])
-        limits = FacingLimits(LEAST, ways.floor[facing])
-        surface.closest_facing(ways.point[facing], ways.guard[facing], limits, places, out)
-        take(ways.other, facing, out, np.ones(len(facing), np.bool_))

@@ -429,17 +429,6 @@ def is_plain(asked, step, limits, i):
     return not (deep and not old and (was or (not free and not limits.penetration)))
 
 
-@inner()
-def _free_way(truth, limits, i):
-    """Way to the surface of a free point by its closest point; see `judge.free_distance`."""
-    if truth.status[i] != OK:
-        return 0.0
-    if truth.gap[i] > 0.0:
-        return _above_zero(truth.gap[i] - limits.band)
-    reach = limits.depth if limits.penetration else 0.0
-    return -_above_zero(-truth.gap[i] - max(limits.band, reach))
-
-
 @inner(error_model="numpy")
 def write_plain(asked, limits, detected, i):
     """Fill what was `Detected` for row i, which `is_plain`."""
@@ -454,7 +443,13 @@ def write_plain(asked, limits, detected, i):
         take_foot(detected.feet, k, asked.feet, i)
     else:
         status[k] = LOST if not solved and not kept else RELEASED if was else FREE
-        safe_distance[k] = _free_way(truth, limits, i) if needed else side * known
+        way = 0.0  # of a free point: see `foot_rows.free_distance`
+        if truth.status[i] == OK and truth.gap[i] > 0.0:
+            way = _above_zero(truth.gap[i] - limits.band)
+        elif truth.status[i] == OK:
+            reach = limits.depth if limits.penetration else 0.0
+            way = -_above_zero(-truth.gap[i] - max(limits.band, reach))
+        safe_distance[k] = way if needed else side * known
         remember_foot(detected, k, truth, i)
 
 
@@ -557,42 +552,6 @@ def settle_free(tables, step, rows, limits, work, detected, left):
     return n
 
 
-@inner()
-def _ask(asked, m, work, i, holds, j):
-    """Fill row m of the points that are asked for with row i of those settled; what held it is
-    that of row j, where there is one."""
-    asked.rows[m], asked.side[m] = work.rows[i], work.side[i]
-    asked.safe_distance[m] = work.reach[i]
-    asked.was[m], asked.kept[m] = True, work.mark[i] & KEEP > 0
-    asked.status[m] = becomes(work.feet.status[i])
-    asked.within[m] = distance(work.feet, i, work.path.now[i])
-    held = j < holds.rows.shape[0] and holds.rows[j] == work.rows[i]
-    asked.depth[m] = holds.depth[j] if held else 0.0
-    asked.opposed[m] = held and holds.opposed[j]
-    for c in range(3):
-        asked.guard[m, c] = holds.guard[j, c] if held else 0.0
-    take_foot(asked.feet, m, work.feet, i)
-
-
-@inner()
-def _first(asked, m):
-    """The first m points that are asked for: kernels go by `rows`."""
-    return Asked(
-        asked.rows[:m],
-        asked.was,
-        asked.kept,
-        asked.status,
-        asked.side,
-        asked.safe_distance,
-        asked.within,
-        asked.guard,
-        asked.depth,
-        asked.opposed,
-        asked.feet,
-        asked.truth,
-    )
-
-
 @kernel()
 def settle_deep(tables, step, last, rows, limits, work, deep, detected, left):
     """As `settle_touching`, by closest points too, where the nearest wall pushes.
@@ -600,14 +559,38 @@ def settle_deep(tables, step, last, rows, limits, work, deep, detected, left):
     `deep` are `DeepRows` for as many rows or more.
     """
     n = settled(tables, step, last, rows, limits, work, detected, left)
+    # Kernels go by how many `rows` there are.
+    of = deep.asked
+    asked = Asked(
+        of.rows[:n],
+        of.was,
+        of.kept,
+        of.status,
+        of.side,
+        of.safe_distance,
+        of.within,
+        of.guard,
+        of.depth,
+        of.opposed,
+        of.feet,
+        of.truth,
+    )
     holds, j = step.holds, 0
     for a in range(n):
         i = work.chosen[a]
+        asked.rows[a], asked.side[a] = work.rows[i], work.side[i]
+        asked.safe_distance[a] = work.reach[i]
+        asked.was[a], asked.kept[a] = True, work.mark[i] & KEEP > 0
+        asked.status[a] = becomes(work.feet.status[i])
+        asked.within[a] = distance(work.feet, i, work.path.now[i])
         j = at(holds.rows, work.rows[i], j)
-        _ask(deep.asked, a, work, i, holds, j)
+        is_held = j < holds.rows.shape[0] and holds.rows[j] == work.rows[i]
+        asked.depth[a] = holds.depth[j] if is_held else 0.0
+        asked.opposed[a] = is_held and holds.opposed[j]
         for c in range(3):
+            asked.guard[a, c] = holds.guard[j, c] if is_held else 0.0
             deep.now[a, c] = work.path.now[i, c]
-    asked = _first(deep.asked, n)
+        take_foot(asked.feet, a, work.feet, i)
     project_proved(tables.body, tables.balls, deep.now, deep.which, asked.within, asked.truth, 0, n)
     take_nearest(asked, step.way, limits)
     k = 0
