@@ -72,7 +72,7 @@ _NO_CLOCK: AbstractContextManager[None] = nullcontext()
 
 
 def untimed(_: str) -> AbstractContextManager[None]:
-    """Of stages that nobody times."""
+    """Give a context that times nothing."""
     return _NO_CLOCK
 
 

@@ -127,7 +127,7 @@ def judge(surface: Surface, step: Step, asked: Asked, detected: Detected, option
 def _come_in(
     surface: Surface, step: Step, asked: Asked, inside: BoolArray, options: Options
 ) -> tuple[BoolArray, BoolArray]:
-    """Which of the points inside have come in within the step, and with a foot that does.
+    """Tell which of the points inside have come in within the step, and with a foot that does.
 
     What counts is the last crossing: a point may leave by one wall and come in by another. It is
     not asked of points whose feet are the closest points. The feet of those that come in are
@@ -158,7 +158,7 @@ def _come_in(
 
 
 def _same(asked: Asked, options: Options) -> BoolArray:
-    """Which of the feet that would do are known to be the closest points."""
+    """Tell which of the feet that would do are known to be the closest points."""
     known = asked.kept & (asked.truth.status != settle_nb.NOT_ASKED)
     return known & (apart(asked.feet, asked.truth) <= options.limits.same_foot)
 

@@ -1,4 +1,4 @@
-"""Feet of some rows of points: asked for, and copied from one record to another."""
+"""These functions ask for feet of some rows of points, and copy them between records."""
 
 from __future__ import annotations
 
@@ -68,20 +68,20 @@ def follow(
 
 
 def at_border(feet: Projection) -> BoolArray:
-    """Which feet have come to a border, or to the edge of a hole."""
+    """Tell which feet have come to a border, or to the edge of a hole."""
     there: BoolArray = (feet.status == Status.BORDER) | (feet.status == Status.TRIMMED)
     return there
 
 
 def continued(feet: Projection) -> ByteArray:
-    """What becomes of points in contact whose feet are kept."""
+    """Return the `ContactStatus` of points in contact whose feet are kept."""
     status = np.where(at_border(feet), ContactStatus.HELD, ContactStatus.OLD)
     status[feet.status == Status.BRANCH_EVENT] = ContactStatus.REACQUIRED
     return status.astype(np.int8)
 
 
 def apart(one: Projection, other: Projection) -> FloatArray:
-    """How far feet of the same points are apart."""
+    """Return how far feet of the same points are apart, (n,) length."""
     return row_lengths(one.point - other.point)
 
 

@@ -88,7 +88,7 @@ def asked_of(
 def _stay_inside(
     surface: Surface, step: Step, rows: IntArray, inside: BoolArray, options: Options
 ) -> BoolArray:
-    """Which free points lie inside since the start and have not come in: their ways cross nothing.
+    """Tell which free points lie inside since the start: they have not come in.
 
     A search by penetration asks how deep they are.
     """
@@ -147,7 +147,7 @@ class PointsFound(NamedTuple):
 
 
 def found_of(step: Step, asked: Asked, needed: BoolArray, options: Options) -> PointsFound:
-    """By the closest points of those that are `needed`."""
+    """Work it out from the closest points of those that are `needed`."""
     truth, sided = asked.truth, asked.side != 0
     solved = ~needed | (truth.status == Status.OK)
     inside = solved & np.where(sided, asked.side < 0, truth.gap <= 0.0)
@@ -207,7 +207,7 @@ def _gone(
     which: IndexArray,
     options: Options,
 ) -> Ways:
-    """The ways of some points to where they are, gone to their ends."""
+    """Go along the ways of some points, from where they begin to where the points are."""
     held = asked.guard[which], asked.depth[which], asked.opposed[which]
     start = Start(*held, begin.patch[which], begin.uv[which])
     path, nearest = (begin.point[which], step.now[asked.rows[which]]), rows_of(asked.truth, which)
@@ -230,7 +230,7 @@ def _entries(
     begin: Begin,
     options: Options,
 ) -> BoolArray:
-    """Which of the points inside have come in within the step.
+    """Tell which of the points inside have come in within the step.
 
     Where their ways inside begin, and what holds them there, is written: the wall where their path
     enters last. It is looked at for free points, and for those whose nearest wall is opposite: they
@@ -325,8 +325,8 @@ def _detect_open(
 
 
 def _have_come_out(surface: Surface, step: Step, asked: Asked, options: Options) -> BoolArray:
-    """Which points are in front of the wall that was nearest, are led there by the foot that was
-    followed, and have come through no other sheet since."""
+    """Tell which points are in front of the wall that was nearest, are led there by the foot that
+    was followed, and have come through no other sheet since."""
     truth, out = asked.truth, np.zeros(len(asked.rows), np.bool_)
     front = (truth.status == Status.OK) & (truth.gap > 0.0) & ~asked.opposed
     front &= apart(asked.feet, truth) <= options.limits.same_foot

@@ -554,7 +554,7 @@ def settle_free(tables, step, rows, limits, work, detected, left):
 
 @kernel()
 def settle_deep(tables, step, last, rows, limits, work, deep, detected, left):
-    """As `settle_touching`, by closest points too, where the nearest wall pushes.
+    """Settle points as `settle_touching`, by closest points too, where the nearest wall pushes.
 
     `deep` are `DeepRows` for as many rows or more.
     """

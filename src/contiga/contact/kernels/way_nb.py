@@ -1,5 +1,5 @@
-"""Which wall pushes a point at the end of its way: what follows from the answers to the questions
-that `contact.ways` asks, and all of it in one call on exact geometry.
+"""This decides which wall pushes a point at the end of its way, from the answers to the questions
+that `contact.ways` asks; on exact geometry all is done in one call.
 
 A way is gone along in parts. At the end of each part the nearest wall pushes, if the guard allows
 it; else the nearest one that the guard allows; and where there is none the way is halved, down to a
@@ -21,13 +21,13 @@ from contiga.search.closest.kernels.foot_nb import tracked_foot
 from contiga.search.closest.kernels.nearest_nb import project_proved
 
 SET_OUT, CLOSEST, STILL_ON_WALL, CLOSEST_BEFORE, FACING, FACING_BEFORE, ON_WALL, DONE = range(8)
-"""What a way asks: nothing yet; the closest point; whether the wall that held the point still has
-it behind; the foot on the nearest wall where the part begins; the closest foot that the guard
-allows; its foot where the part begins; why no wall holds the point; nothing any more."""
+"""A way asks one of these: nothing yet; the closest point; whether the wall that held the point
+still has it behind; the foot on the nearest wall where the part begins; the closest foot that the
+guard allows; its foot where the part begins; why no wall holds the point; nothing any more."""
 NEAREST_PUSHES, ANOTHER_PUSHES, ANEW, CAME_OUT, SLID_OFF, GIVEN_UP = range(6)
-"""How a way ends: the nearest wall pushes; another one does; a wall pushes that the point did not
-come to step by step; the point is in front of its wall; its wall has ended at a border; it is not
-told."""
+"""A way ends in one of these: the nearest wall pushes; another one does; a wall pushes that the
+point did not come to step by step; the point is in front of its wall; its wall has ended at a
+border; it is not told."""
 SHORTEST = 2.0**-10
 """Share of a way that is halved no further."""
 LOOKS = 256
@@ -67,8 +67,7 @@ def _ask_wall(ways, i, question):
 
 @inner()
 def _has_behind(feet, i, limits):
-    """Whether foot i is one that its point lies behind; in a closed body that is known, but for
-    rounding."""
+    """Tell whether a point lies behind its foot i; in a closed body it does, but for rounding."""
     return feet.status[i] == OK and feet.gap[i] <= (limits.band if limits.closed else 0.0)
 
 
@@ -79,14 +78,14 @@ def _is_at_border(feet, i):
 
 @inner()
 def _is_in_front(feet, i):
-    """Whether a point is in front of its foot i."""
+    """Tell whether a point is in front of its foot i."""
     found = feet.status[i] in (OK, BRANCH_EVENT) or _is_at_border(feet, i)
     return found and feet.gap[i] > 0.0
 
 
 @inner()
 def _was_off(ways, i, limits):
-    """Whether a wall was no nearer than the one that held the point, all along the part of way i.
+    """Tell whether a wall was no nearer than the one that held the point, along a part of way i.
 
     A wall that was nearer where the part begins has been so all along, even if the part is long
     enough for both to be as near. Where a foot on an edge leads back to an opposite wall it was not
@@ -124,7 +123,7 @@ def _end(ways, i, outcome):
 
 @inner()
 def _turned_on_the_way(ways, i, least, gone):
-    """Whether the nearest wall may have turned to be opposite little by little.
+    """Tell whether the nearest wall may have turned to be opposite little by little.
 
     Both distances change by no more than the way: where they differ by more than twice that, it has
     been opposite all along.
@@ -161,7 +160,7 @@ def _go_on(ways, i, place):
 
 @inner(linked=False)
 def answered(ways, limits, i):
-    """What way i asks next, now that what it asked has been answered: `ways.point` has the place.
+    """Return what way i asks next, now that its question has been answered, at `ways.point`.
 
     `limits` are `Limits`.
     """
@@ -252,7 +251,7 @@ def answered(ways, limits, i):
 
 @kernel()
 def go_on(ways, limits, rows):
-    """What the ways `rows` ask next, in `ways.asks`, now that they have been answered."""
+    """Write what the ways `rows` ask next into `ways.asks`, now that they have been answered."""
     for j in range(rows.shape[0]):
         answered(ways, limits, rows[j])
 
