@@ -136,6 +136,8 @@ class FacingLimits(NamedTuple):
     """Of their normals and the guard, at least."""
     near: FloatArray
     """(n,) how near they may be, length."""
+    far: FloatArray
+    """(n,) how far they may be, length; infinite where that is not known. A search ends there."""
 
 
 @displayed

@@ -82,7 +82,9 @@ class Ways(NamedTuple):
     point: FloatArray
     """(n, 3) where."""
     floor: FloatArray
-    """(n,) no nearer than this are feet that the guard allows."""
+    """(n,) no nearer than this are feet that the guard allows,"""
+    ceiling: FloatArray
+    """(n,) and no farther."""
     from_patch: IntArray
     """(n,) with (n, 2), the wall whose foot is asked for."""
     from_uv: FloatArray
@@ -159,6 +161,7 @@ def gone(
         asks=np.full(n, way_nb.SET_OUT, np.int8),
         point=np.zeros((n, 3)),
         floor=np.zeros(n),
+        ceiling=np.full(n, np.inf),
         from_patch=np.full(n, -1, np.int32),
         from_uv=np.zeros((n, 2)),
         nearest=empty_projection(n),
@@ -182,16 +185,18 @@ def _ask_surface(surface: Surface, ways: Ways, limits: Limits) -> None:
     while len(left):
         go_on(ways, limits, left)
         asks = ways.asks[left]
-        closest, facing = left[asks == way_nb.CLOSEST], left[asks == way_nb.FACING]
+        closest = left[asks == way_nb.CLOSEST]
+        is_facing = (asks == way_nb.FACING) | (asks == way_nb.FACING_ANYWHERE)
+        facing = left[is_facing]
         if len(closest):
             surface.closest(ways.point, closest, ways.nearest)
         if len(facing):
             out = empty_projection(len(facing))
             places = SurfacePlaces(ways.patch[facing], ways.uv[facing])
-            limit = FacingLimits(LEAST, ways.floor[facing])
+            limit = FacingLimits(LEAST, ways.floor[facing], ways.ceiling[facing])
             surface.closest_facing(ways.point[facing], ways.guard[facing], limit, places, out)
             take(ways.other, facing, out, np.ones(len(facing), np.bool_))
-        back = left[(asks != way_nb.CLOSEST) & (asks != way_nb.FACING) & (asks != way_nb.DONE)]
+        back = left[(asks != way_nb.CLOSEST) & ~is_facing & (asks != way_nb.DONE)]
         if len(back):
             out = empty_projection(len(back))
             surface.track(ways.point[back], ways.from_patch[back], ways.from_uv[back], out)

@@ -151,6 +151,7 @@ class ClosestPointSearch(NamedTuple):
         self.closest(p_B, np.arange(len(p_B), dtype=np.int32), out)
         facing = row_products(out.normal, guards) >= limits.cosine
         facing &= (out.gap <= 0.0) & (-out.gap >= limits.near)
+        facing &= -out.gap <= limits.far
         out.status[~facing] = Status.MAX_ITERATIONS
 
     def track(

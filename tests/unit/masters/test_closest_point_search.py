@@ -173,7 +173,7 @@ def test_paths_begin_inside_where_there_is_no_closest_point() -> None:
 def test_walls_that_face_away_or_are_too_near_do_not_hold() -> None:
     points = np.tile([0.0, 0.0, 0.9], (3, 1))
     guards = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.0, 0.0, 1.0]])
-    limits = FacingLimits(-0.5, np.array([0.05, 0.05, 0.15]))
+    limits = FacingLimits(-0.5, np.array([0.05, 0.05, 0.15]), np.full(3, np.inf))
     starts, feet = SurfacePlaces(np.full(3, -1, np.int32), np.zeros((3, 2))), empty_projection(3)
     Ball().surface.closest_facing(points, guards, limits, starts, feet)
     assert feet.status.tolist() == [Status.OK, Status.MAX_ITERATIONS, Status.MAX_ITERATIONS]

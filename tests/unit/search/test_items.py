@@ -138,7 +138,7 @@ def test_so_they_are_of_single_faces(patch: cg.NurbsSurface) -> None:
 def facing(tables: Tables, points: FloatArray, guards: FloatArray, near: FloatArray) -> Projection:
     out = empty_projection(len(points))
     starts = SurfacePlaces(np.full(len(points), -1, np.int32), np.zeros((len(points), 2)))
-    limits = FacingLimits(LEAST, near)
+    limits = FacingLimits(LEAST, near, np.full(len(near), np.inf))
     facing_nb.project_facing(tables, points, guards, limits, starts, out, 0, len(points))
     return out
 

@@ -20,10 +20,12 @@ from contiga.search.closest.kernels.facing_nb import project_facing
 from contiga.search.closest.kernels.foot_nb import tracked_foot
 from contiga.search.closest.kernels.nearest_nb import project_proved
 
-SET_OUT, CLOSEST, STILL_ON_WALL, CLOSEST_BEFORE, FACING, FACING_BEFORE, ON_WALL, DONE = range(8)
+SET_OUT, CLOSEST, STILL_ON_WALL, CLOSEST_BEFORE, FACING, FACING_BEFORE = range(6)
+ON_WALL, FACING_ANYWHERE, DONE = range(6, 9)
 """A way asks one of these: nothing yet; the closest point; whether the wall that held the point
 still has it behind; the foot on the nearest wall where the part begins; the closest foot that the
-guard allows; its foot where the part begins; why no wall holds the point; nothing any more."""
+guard allows; its foot where the part begins; why no wall holds the point; the closest foot
+that the guard allows, however far; nothing any more."""
 NEAREST_PUSHES, ANOTHER_PUSHES, ANEW, CAME_OUT, SLID_OFF, GIVEN_UP = range(6)
 """A way ends in one of these: the nearest wall pushes; another one does; a wall pushes that the
 point did not come to step by step; the point is in front of its wall; its wall has ended at a
@@ -134,6 +136,13 @@ def _turned_on_the_way(ways, i, least, gone):
 
 
 @inner()
+def _deepest(least, gone, band):
+    """Return how deep a foot may be that a point has come to step by step; where the wall that held
+    it has vanished, others are deeper."""
+    return least + ROUND * gone + 4.0 * band if math.isfinite(least) else math.inf
+
+
+@inner()
 def _take_anew(ways, limits, i):
     """Put a point that no wall holds step by step on another wall; whether there is one."""
     if not limits.closed and ways.other.status[i] == OK:
@@ -210,6 +219,8 @@ def answered(ways, limits, i):
         if question in (CLOSEST, STILL_ON_WALL, CLOSEST_BEFORE):
             if not pushes:
                 ways.tries[i], ways.floor[i] = 0, least
+                # On an open body no farther one is of use, and most often there is none.
+                ways.ceiling[i] = math.inf if closed else _deepest(least, gone, band)
                 return _ask(ways, i, FACING, place)
             _stand(ways, i, nearest, False)
             question = _go_on(ways, i, place)
@@ -219,16 +230,14 @@ def answered(ways, limits, i):
                 return _end(ways, i, CAME_OUT)
             if _is_at_border(ways.followed, i):
                 return _end(ways, i, SLID_OFF)
+            ways.ceiling[i] = math.inf
+            return _ask(ways, i, FACING_ANYWHERE, place)
+        elif question == FACING_ANYWHERE:
             if not _take_anew(ways, limits, i):
                 return _end(ways, i, CAME_OUT)
             question = _go_on(ways, i, place)
         else:
-            # Where the wall that held a point has vanished, others are farther than they can have
-            # come.
-            deepest = math.inf
-            if math.isfinite(least):
-                deepest = least + ROUND * gone + 4.0 * band
-            holds = other.status[i] == OK and -other.gap[i] <= deepest
+            holds = other.status[i] == OK and -other.gap[i] <= _deepest(least, gone, band)
             short = ways.part[i] <= SHORTEST
             if not short and not holds and not closed:
                 again = True
@@ -260,7 +269,10 @@ def go_on(ways, limits, rows):
 def go_all_the_way(tables, ways, limits, start, stop):
     """Go along the ways start … stop of a body with these `ContactTables` to their ends."""
     body, h, nearest = tables.body, scratch(4, 6), scratch(4)
-    facing, places = FacingLimits(LEAST, ways.floor), SurfacePlaces(ways.patch, ways.uv)
+    facing, places = (
+        FacingLimits(LEAST, ways.floor, ways.ceiling),
+        SurfacePlaces(ways.patch, ways.uv),
+    )
     points = ways.point
     for i in range(start, stop):
         question = answered(ways, limits, i)
@@ -269,7 +281,7 @@ def go_all_the_way(tables, ways, limits, start, stop):
                 project_proved(
                     body, tables.balls, points, ways.rows, ways.within, ways.nearest, i, i + 1
                 )
-            elif question == FACING:
+            elif question in (FACING, FACING_ANYWHERE):
                 project_facing(body, points, ways.guard, facing, places, ways.other, i, i + 1)
             else:
                 point = (points[i, 0], points[i, 1], points[i, 2])

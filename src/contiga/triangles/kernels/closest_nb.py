@@ -129,15 +129,15 @@ def _may_face(shape, s, point, guard, cosine):
 
 
 @inner()
-def _closest_facing(facets, point, guard, cosine, least, queue):
-    """As `closest`, of the triangles that may face a point with its guard and are no nearer than
-    `least`; slot −1 where none."""
+def _closest_facing(facets, point, guard, cosine, within, queue):
+    """As `closest`, of the triangles that may face a point with its guard and are `within` =
+    (no nearer than, no farther than); slot −1 where none."""
     shape, link, box, child = facets.shape, facets.link, facets.box, facets.child
     near = NEAR * facets.scale[1]
-    floor = least**2
+    floor, ceiling = within[0] ** 2, within[1] ** 2
     nodes, bounds, lane = queue.nodes, queue.bounds, queue.lane
     x, y, z = point
-    best = limit = math.inf
+    best = limit = ceiling
     slot = place = -1
     a = b = 0.0
     nodes[0] = 0
@@ -251,8 +251,8 @@ def project_facing(facets, points, guards, limits, smooth, out, start, stop):
             blank_foot(out, k, NOT_FINITE)
             continue
         guard = (guards[k, 0], guards[k, 1], guards[k, 2])
-        cosine, least = limits.cosine, max(limits.near[k], 0.0)
-        s, place, a, b = _closest_facing(facets, point, guard, cosine, least, queue)
+        within = max(limits.near[k], 0.0), limits.far[k]
+        s, place, a, b = _closest_facing(facets, point, guard, limits.cosine, within, queue)
         if s < 0:
             blank_foot(out, k, MAX_ITERATIONS)
             continue

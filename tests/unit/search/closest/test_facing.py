@@ -25,7 +25,7 @@ def facing(
     starts = SurfacePlaces(np.full(len(points), -1, np.int32), np.zeros((len(points), 2)))
     if about is not None:
         starts = SurfacePlaces(*master.project(about)[:2])
-    limits = FacingLimits(least, np.zeros(len(points)))
+    limits = FacingLimits(least, np.zeros(len(points)), np.full(len(points), np.inf))
     guards = np.tile(np.asarray(guard, dtype=float), (len(points), 1))
     master.surface.closest_facing(np.asarray(points, dtype=float), guards, limits, starts, out)
     return out
@@ -105,7 +105,7 @@ def test_no_place_of_a_border_is_a_foot() -> None:
     points = np.array([[0.2, 0.1, -0.3], [1.4, 0.1, -0.3]])
     out = empty_projection(2)
     starts = SurfacePlaces(np.full(2, -1, np.int32), np.zeros((2, 2)))
-    limits = FacingLimits(LEAST, np.full(2, 0.4))
+    limits = FacingLimits(LEAST, np.full(2, 0.4), np.full(2, np.inf))
     plate.surface.closest_facing(points, np.tile(UP, (2, 1)), limits, starts, out)
     assert out.status.tolist() == [Status.MAX_ITERATIONS] * 2
 

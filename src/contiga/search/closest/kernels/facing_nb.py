@@ -88,7 +88,8 @@ def project_facing(tables, points, guards, limits, starts, out, start, stop):
         guard = (guards[k, 0], guards[k, 1], guards[k, 2])
         among = Among(-1, guard, limits.cosine, limits.near[k])
         known = _known(tables, point, among, (patch[k], uv[k, 0], uv[k, 1]), walked, h)
-        distance = closest(tables, point, among, known, nearest, h)
+        known = known if known <= limits.far[k] else math.inf
+        distance = closest(tables, point, among, min(known, limits.far[k]), nearest, h)
         if math.isfinite(distance):
             _write_guarded(tables, k, point, distance, out, nearest, h)
         elif math.isfinite(known):
