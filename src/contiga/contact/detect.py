@@ -25,13 +25,15 @@ from contiga.contact.search_records import (
     Last,
     Options,
     Placing,
+    Rows,
     Step,
+    StepSearch,
     Workspace,
     listed,
 )
 from contiga.jit import straight
 from contiga.masters.protocol import Surface
-from contiga.records import ContactStatus, FloatArray, IntArray
+from contiga.records import ContactStatus, FloatArray, IntArray, SurfacePlaces
 
 
 def detect_at_start(
@@ -45,8 +47,8 @@ def detect_at_start(
     rows = np.flatnonzero(finite & active).astype(np.int32)
     if options.half is not None:
         thick.detect_at_start(surface, p_B, rows, detected, options)
-        return with_feet(detected, (rows, rows[:0]))
-    listed_rows = rows, rows[:0]
+        return with_feet(detected, Rows(rows, rows[:0]))
+    listed_rows = Rows(rows, rows[:0])
     if options.closed:
         side, reach = surface.sides(p_B, rows)
         detected.safe_distance[rows] = side * (reach - options.band)
@@ -81,19 +83,16 @@ def detect(
     detected = Detected.into(workspace, columns)
     old = last.last_patch, last.uv, last.holds
     step = Step(last.points_B, now, workspace.way, workspace.ignored, *old)
-    lists = rows, near = _place(step, last, active, columns, workspace.rows, moved)
+    rows = _place(step, last, active, columns, workspace.rows, moved)
+    search = StepSearch(surface, step, SurfacePlaces(last.patch, last.uv), detected, options)
     if options.half is not None:
-        thick.detect(surface, step, lists, detected, options)
-        return with_feet(detected, lists)
-    feet = last.patch, last.uv
-    if options.through:
-        rows, near = through.detect(surface, step, feet, lists, detected, options)
-    left = settle.left(surface, step, feet, (rows, near), detected, options)
-    if len(left[0]) or len(left[1]):
+        thick.detect(search, rows)
+        return with_feet(detected, rows)
+    left = settle.left(search, through.detect(search, rows) if options.through else rows)
+    if len(left.touching) or len(left.near):
         which = nearest if options.nearest else followed
-        opposed = which.detect(surface, step, feet, left, detected, options)
-        detected = detected._replace(opposed=opposed)
-    return with_feet(detected, lists)
+        detected = detected._replace(opposed=which.detect(search, left))
+    return with_feet(detected, rows)
 
 
 def _place(
@@ -103,8 +102,8 @@ def _place(
     columns: Columns,
     rows: IntArray,
     moved: tuple[FloatArray, FloatArray] | None,
-) -> tuple[IntArray, IntArray]:
-    """The points that were in contact, and the free ones that may have come to the surface.
+) -> Rows:
+    """List the points that were in contact, and the free ones that may have come to the surface.
 
     Fills in what is known of all of them. `rows` (2, n) is where they are listed.
     """
@@ -117,12 +116,12 @@ def _place(
     else:
         given = placing, locked(moved[0]), moved[1], CHUNK
         run_ranges(straight(place_nb.move_and_place), chunks, 1, *given)
-    return listed(rows[0], counts[:, 0]), listed(rows[1], counts[:, 1])
+    return Rows(listed(rows[0], counts[:, 0]), listed(rows[1], counts[:, 1]))
 
 
-def with_feet(detected: Detected, lists: tuple[IntArray, IntArray]) -> Detected:
-    """`detected` with the points in contact, which are some of the `lists`, and their
+def with_feet(detected: Detected, rows: Rows) -> Detected:
+    """Return `detected` with the points in contact, which are some of `rows`, and their
     parameters."""
-    rows = np.empty(len(lists[0]) + len(lists[1]), np.int32)
-    n = straight(place_nb.held)(*lists, detected, rows)
-    return detected._replace(held=rows[:n])
+    held = np.empty(len(rows.touching) + len(rows.near), np.int32)
+    n = straight(place_nb.held)(*rows, detected, held)
+    return detected._replace(held=held[:n])

@@ -22,8 +22,8 @@ from contiga.contact.foot_rows import (
 )
 from contiga.contact.kernels import settle_nb
 from contiga.contact.loads import UNGUARDED, Guards
-from contiga.contact.nearest import asked_of, find, found_of, write
-from contiga.contact.search_records import BoolArray, Detected, Options, Step
+from contiga.contact.nearest import Judged, asked_of, find, found_of, write
+from contiga.contact.search_records import BoolArray, Options, Rows, StepSearch
 from contiga.contact.settle_records import Asked
 from contiga.jit import straight
 from contiga.masters.protocol import Surface
@@ -59,59 +59,43 @@ def track(
     return Tracked(out, solved, border, keep)
 
 
-def detect(
-    surface: Surface,
-    step: Step,
-    last: tuple[IntArray, FloatArray],
-    rows: tuple[IntArray, IntArray],
-    detected: Detected,
-    options: Options,
-) -> Guards:
-    """Fill `detected` for points that were in contact and free ones that are near, `rows`; `last`
-    is (patch, uv) of the feet of all. No wall is opposite to one that a point came in by."""
-    touching, _ = rows
-    way = step.before[touching], step.now[touching]
-    tracked = track(surface, way, (last[0][touching], last[1][touching]), options)
-    if options.closed:
-        _detect_closed(surface, step, tracked, rows, detected, options)
-    else:
-        _detect_open(surface, step, tracked, rows, detected, options)
+def detect(search: StepSearch, rows: Rows) -> Guards:
+    """Tell what becomes of `rows`. No wall is opposite to one that a point came in by."""
+    step, last, touching = search.step, search.last, rows.touching
+    way, start = (
+        (step.before[touching], step.now[touching]),
+        (last.patch[touching], last.uv[touching]),
+    )
+    tracked = track(search.surface, way, start, search.options)
+    if not search.options.closed:
+        _detect_open(search, tracked, rows)
+        return UNGUARDED
+    asked = asked_of(search, tracked.feet, rows)
+    if len(asked.rows):
+        held = np.flatnonzero(asked.was)
+        place = np.searchsorted(touching, asked.rows[held])
+        asked.kept[held], asked.status[held] = tracked.keep[place], continued(tracked.feet)[place]
+        judge(search, asked)
     return UNGUARDED
 
 
-def _detect_closed(
-    surface: Surface,
-    step: Step,
-    tracked: Tracked,
-    rows: tuple[IntArray, IntArray],
-    detected: Detected,
-    options: Options,
-) -> None:
-    asked = asked_of(surface, step, tracked.feet, rows, detected, options)
-    if len(asked.rows) == 0:
-        return
-    held = np.flatnonzero(asked.was)
-    place = np.searchsorted(rows[0], asked.rows[held])
-    asked.kept[held], asked.status[held] = tracked.keep[place], continued(tracked.feet)[place]
-    judge(surface, step, asked, detected, options)
-
-
-def judge(surface: Surface, step: Step, asked: Asked, detected: Detected, options: Options) -> None:
-    """Fill `detected` for points of a closed body that are asked for."""
+def judge(search: StepSearch, asked: Asked) -> None:
+    """Tell what becomes of points of a closed body."""
+    options = search.options
     needed = (asked.side == 0) | (~asked.was & options.penetration)
-    find(surface, step, asked, np.flatnonzero(needed))
-    if straight(settle_nb.judge_plain)(asked, step, options.limits, detected):
+    find(search, asked, np.flatnonzero(needed))
+    if straight(settle_nb.judge_plain)(asked, search.step, options.limits, search.detected):
         return
-    standing = found_of(step, asked, needed, options)
+    standing = found_of(search.step, asked, needed, options)
     _, solved, inside, deep, free = standing
     was, kept = asked.was, asked.kept
-    entered, new = _come_in(surface, step, asked, inside, options)
+    entered, new = _come_in(search, asked, inside)
     old = kept & ~new & (inside | ~solved)
     anew = deep & ~new & ~old & (was | entered)
     missed = deep & ~new & ~old & ~anew & ~free & (not options.penetration)
     at_closest = anew | missed | (new & ~was & options.penetration)
     which = np.flatnonzero(at_closest)
-    find(surface, step, asked, which)
+    find(search, asked, which)
     take(asked.feet, which, rows_of(asked.truth, which), at_closest[which])
     lost = at_closest & (asked.feet.status != Status.OK)
     status = np.where(was, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
@@ -121,18 +105,17 @@ def judge(surface: Surface, step: Step, asked: Asked, detected: Detected, option
     status[missed] = ContactStatus.FOUND
     status[(~solved & ~kept) | lost] = ContactStatus.LOST
     touching = (old | new | anew | missed) & ~lost
-    write(asked, standing, (status, touching, lost), detected, options)
+    write(search, asked, standing, Judged(status, touching, lost))
 
 
-def _come_in(
-    surface: Surface, step: Step, asked: Asked, inside: BoolArray, options: Options
-) -> tuple[BoolArray, BoolArray]:
+def _come_in(search: StepSearch, asked: Asked, inside: BoolArray) -> tuple[BoolArray, BoolArray]:
     """Tell which of the points inside have come in within the step, and with a foot that does.
 
     What counts is the last crossing: a point may leave by one wall and come in by another. It is
     not asked of points whose feet are the closest points. The feet of those that come in are
     written into `asked.feet`.
     """
+    surface, step, options = search.surface, search.step, search.options
     rows, was = asked.rows, asked.was
     entered = ~was & within_depth(asked.truth, options) & options.penetration
     new = entered.copy()
@@ -142,7 +125,7 @@ def _come_in(
         return entered, new
     hits, sense = surface.last_crossings(step.before, step.now, rows[which])
     back = np.flatnonzero(sense > 0)
-    find(surface, step, asked, which[back][asked.kept[which[back]] | options.penetration])
+    find(search, asked, which[back][asked.kept[which[back]] | options.penetration])
     back = back[~_same(asked, options)[which[back]]]
     which = which[back]
     entered[which] = True
@@ -163,14 +146,8 @@ def _same(asked: Asked, options: Options) -> BoolArray:
     return known & (apart(asked.feet, asked.truth) <= options.limits.same_foot)
 
 
-def _detect_open(
-    surface: Surface,
-    step: Step,
-    tracked: Tracked,
-    rows: tuple[IntArray, IntArray],
-    detected: Detected,
-    options: Options,
-) -> None:
+def _detect_open(search: StepSearch, tracked: Tracked, rows: Rows) -> None:
+    surface, step, _, detected, options = search
     touching, near = rows
     keep = tracked.keep
     slid_off = tracked.at_border & (not options.hold)

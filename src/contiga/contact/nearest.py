@@ -28,12 +28,19 @@ from contiga.contact.foot_rows import (
 )
 from contiga.contact.kernels import settle_nb, way_nb
 from contiga.contact.loads import UNGUARDED, Guards, merged
-from contiga.contact.search_records import BoolArray, Detected, Options, Step
+from contiga.contact.search_records import BoolArray, Options, Rows, Step, StepSearch
 from contiga.contact.settle_records import Asked
 from contiga.contact.ways import Start, Ways
 from contiga.jit import straight
-from contiga.masters.protocol import Surface
-from contiga.records import ContactStatus, FloatArray, IndexArray, IntArray, Projection, rows_of
+from contiga.records import (
+    ByteArray,
+    ContactStatus,
+    FloatArray,
+    IndexArray,
+    IntArray,
+    Projection,
+    rows_of,
+)
 from contiga.statuses import Status
 
 BECOMES = np.array(
@@ -50,26 +57,20 @@ BECOMES = np.array(
 """What becomes of points in contact, by the outcome of their ways."""
 
 
-def asked_of(
-    surface: Surface,
-    step: Step,
-    feet: Projection | None,
-    rows: tuple[IntArray, IntArray],
-    detected: Detected,
-    options: Options,
-) -> Asked:
-    """Points that were in contact and free ones, as far as it is not known what becomes of them.
+def asked_of(search: StepSearch, feet: Projection | None, rows: Rows) -> Asked:
+    """Points of which it is not known what becomes of them.
 
     Points of a closed body that are known to be outside are released or stay free, and so do those
     that lie inside since the start and whose ways cross nothing. `feet` are those continued of the
     points that were in contact; None where they are not needed.
     """
+    surface, step, _, detected, options = search
     both = np.concatenate(rows)
-    was = np.arange(len(both)) < len(rows[0])
+    was = np.arange(len(both)) < len(rows.touching)
     side, reach = surface.sides(step.now, both)
     out = side > 0
     detected.status[both[out & was]] = ContactStatus.RELEASED
-    free = out | _stay_inside(surface, step, both, ~was & (side < 0), options)
+    free = out | _stay_inside(search, both, ~was & (side < 0))
     detected.safe_distance[both[free]] = side[free] * (reach[free] - options.band)
     detected.last_patch[both[side != 0]] = -1
     left = np.flatnonzero(~free)
@@ -85,51 +86,40 @@ def asked_of(
     return Asked(both, was, none, status, *known, own, truth)
 
 
-def _stay_inside(
-    surface: Surface, step: Step, rows: IntArray, inside: BoolArray, options: Options
-) -> BoolArray:
+def _stay_inside(search: StepSearch, rows: IntArray, inside: BoolArray) -> BoolArray:
     """Tell which free points lie inside since the start: they have not come in.
 
     A search by penetration asks how deep they are.
     """
+    surface, step = search.surface, search.step
     stay = np.zeros(len(rows), dtype=bool)
     unsure = np.flatnonzero(inside & step.ignored[rows] & np.isfinite(step.way[rows]))
-    if len(unsure) == 0 or options.penetration:
-        return stay
-    stay[unsure] = surface.clear_ways(step.before, step.now, rows[unsure])
-    rest = unsure[~stay[unsure]]
-    _, sense = surface.last_crossings(step.before, step.now, rows[rest])
-    stay[rest] = sense == 0
+    if len(unsure) and not search.options.penetration:
+        stay[unsure] = surface.clear_ways(step.before, step.now, rows[unsure])
+        rest = unsure[~stay[unsure]]
+        _, sense = surface.last_crossings(step.before, step.now, rows[rest])
+        stay[rest] = sense == 0
     return stay
 
 
-def find(surface: Surface, step: Step, asked: Asked, which: IndexArray) -> None:
+def find(search: StepSearch, asked: Asked, which: IndexArray) -> None:
     """Ask for the closest points of some rows, where they are not known yet."""
     which = which[asked.truth.status[which] == settle_nb.NOT_ASKED]
     if len(which):
-        out = closest(surface, step.now, asked.rows[which])
+        out = closest(search.surface, search.step.now, asked.rows[which])
         take(asked.truth, which, out, np.ones(len(which), dtype=bool))
 
 
-def detect(
-    surface: Surface,
-    step: Step,
-    last: tuple[IntArray, FloatArray],
-    rows: tuple[IntArray, IntArray],
-    detected: Detected,
-    options: Options,
-) -> Guards:
-    """Fill `detected` for points that were in contact and free ones that are near, `rows`; returns
-    those that another wall than the nearest pushes. `last` is (patch, uv) of the feet of all."""
-    touching, _ = rows
-    feet = None
+def detect(search: StepSearch, rows: Rows) -> Guards:
+    """Tell what becomes of `rows`; returns those that another wall than the nearest pushes."""
+    feet, touching = None, rows.touching
     if len(touching):
-        start = last[0][touching], last[1][touching]
-        feet = follow(surface, (None, np.ascontiguousarray(step.now[touching])), start)
-    if options.closed:
-        asked = asked_of(surface, step, feet, rows, detected, options)
-        return judge(surface, step, last, asked, detected, options)
-    return _detect_open(surface, step, last, feet, rows, detected, options)
+        start = search.last.patch[touching], search.last.uv[touching]
+        now = np.ascontiguousarray(search.step.now[touching])
+        feet = follow(search.surface, (None, now), start)
+    if search.options.closed:
+        return judge(search, asked_of(search, feet, rows))
+    return _detect_open(search, feet, rows)
 
 
 class PointsFound(NamedTuple):
@@ -157,29 +147,23 @@ def found_of(step: Step, asked: Asked, needed: BoolArray, options: Options) -> P
     return PointsFound(needed, solved, inside, deep, free)
 
 
-def judge(
-    surface: Surface,
-    step: Step,
-    last: tuple[IntArray, FloatArray],
-    asked: Asked,
-    detected: Detected,
-    options: Options,
-) -> Guards:
-    """Fill `detected` for points of a closed body that are asked for."""
-    limits, rows, was = options.limits, asked.rows, asked.was
+def judge(search: StepSearch, asked: Asked) -> Guards:
+    """Tell what becomes of points of a closed body."""
+    step, detected, options = search.step, search.detected, search.options
+    rows, was = asked.rows, asked.was
     needed = (asked.side <= 0) | (~was & options.penetration)
-    find(surface, step, asked, np.flatnonzero(needed))
-    straight(settle_nb.take_nearest)(asked, step.way, limits)
-    if straight(settle_nb.judge_plain)(asked, step, limits, detected):
+    find(search, asked, np.flatnonzero(needed))
+    straight(settle_nb.take_nearest)(asked, step.way, options.limits)
+    if straight(settle_nb.judge_plain)(asked, step, options.limits, detected):
         return UNGUARDED
     standing = found_of(step, asked, needed, options)
     _, solved, inside, deep, free = standing
-    begin = Begin(step.before[rows], last[0][rows], last[1][rows])
-    entered = _entries(surface, step, asked, standing, begin, options)
+    begin = _begin(search, rows)
+    entered = _entries(search, asked, standing, begin)
     missed = deep & ~was & ~entered & ~free & (not options.penetration)
     touching = inside & ((was & (asked.kept | deep)) | entered | missed)
     moved = np.flatnonzero(touching & ~asked.kept)
-    gone = _gone(surface, step, asked, begin, moved, options)
+    gone = _gone(search, asked, begin, moved)
     take(asked.feet, moved, gone.feet, np.ones(len(moved), dtype=bool))
     status = np.where(was, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
     status[asked.kept & touching] = asked.status[asked.kept & touching]
@@ -187,7 +171,7 @@ def judge(
     status[entered] = ContactStatus.NEW
     status[missed] = ContactStatus.FOUND
     status[~solved] = ContactStatus.LOST
-    write(asked, standing, (status, touching, ~solved), detected, options)
+    write(search, asked, standing, Judged(status, touching, ~solved))
     return _guards(rows[moved], gone, touching[moved])
 
 
@@ -199,19 +183,17 @@ class Begin(NamedTuple):
     uv: FloatArray
 
 
-def _gone(
-    surface: Surface,
-    step: Step,
-    asked: Asked,
-    begin: Begin,
-    which: IndexArray,
-    options: Options,
-) -> Ways:
+def _begin(search: StepSearch, rows: IntArray) -> Begin:
+    """Where points were at the last step."""
+    return Begin(search.step.before[rows], search.last.patch[rows], search.last.uv[rows])
+
+
+def _gone(search: StepSearch, asked: Asked, begin: Begin, which: IndexArray) -> Ways:
     """Go along the ways of some points, from where they begin to where the points are."""
     held = asked.guard[which], asked.depth[which], asked.opposed[which]
     start = Start(*held, begin.patch[which], begin.uv[which])
-    path, nearest = (begin.point[which], step.now[asked.rows[which]]), rows_of(asked.truth, which)
-    return ways.gone(surface, path, start, nearest, options.limits, options.balls)
+    path = begin.point[which], search.step.now[asked.rows[which]]
+    return ways.gone(search.surface, path, start, rows_of(asked.truth, which), search.options)
 
 
 def _guards(rows: IntArray, gone: Ways, pushed: BoolArray) -> Guards:
@@ -222,20 +204,14 @@ def _guards(rows: IntArray, gone: Ways, pushed: BoolArray) -> Guards:
     return Guards(rows[opposed][order], gone.guard[opposed][order])
 
 
-def _entries(
-    surface: Surface,
-    step: Step,
-    asked: Asked,
-    standing: PointsFound,
-    begin: Begin,
-    options: Options,
-) -> BoolArray:
+def _entries(search: StepSearch, asked: Asked, standing: PointsFound, begin: Begin) -> BoolArray:
     """Tell which of the points inside have come in within the step.
 
     Where their ways inside begin, and what holds them there, is written: the wall where their path
     enters last. It is looked at for free points, and for those whose nearest wall is opposite: they
     may have left by one wall and come in by another.
     """
+    surface, step, options = search.surface, search.step, search.options
     rows, was = asked.rows, asked.was
     if options.penetration:
         entered = standing.inside & ~was & within_depth(asked.truth, options)
@@ -255,49 +231,44 @@ def _entries(
     return entered
 
 
-def write(
-    asked: Asked,
-    standing: PointsFound,
-    become: tuple[np.ndarray, BoolArray, BoolArray],
-    detected: Detected,
-    options: Options,
-) -> None:
-    """Fill `detected` with what becomes of points of a closed body; `become` is (status, in
-    contact, lost)."""
-    rows, truth = asked.rows, asked.truth
-    status, touching, lost = become
-    detected.status[rows] = status
+class Judged(NamedTuple):
+    """What becomes of points, one row each."""
+
+    status: ByteArray
+    touching: BoolArray
+    lost: BoolArray
+
+
+def write(search: StepSearch, asked: Asked, standing: PointsFound, become: Judged) -> None:
+    """Write what becomes of points of a closed body into `search.detected`."""
+    detected, rows, truth, touching = search.detected, asked.rows, asked.truth, become.touching
+    detected.status[rows] = become.status
     take(detected.feet, rows, asked.feet, touching)
     remember(detected, rows[~touching], truth, ~touching)
-    known = np.where(asked.side != 0, asked.safe_distance, np.abs(truth.gap)) - options.band
-    free_way = np.where(standing.needed, free_distance(truth, options), asked.side * known)
+    sided = np.where(asked.side != 0, asked.safe_distance, np.abs(truth.gap))
+    known = sided - search.options.band
+    free_way = free_distance(truth, search.options)
+    free_way = np.where(standing.needed, free_way, asked.side * known)
     held = np.where(standing.inside, np.fmax(known, 0.0), 0.0)
-    detected.safe_distance[rows] = np.where(lost, 0.0, np.where(touching, held, free_way))
+    distance = np.where(become.lost, 0.0, np.where(touching, held, free_way))
+    detected.safe_distance[rows] = distance
 
 
-def _detect_open(
-    surface: Surface,
-    step: Step,
-    last: tuple[IntArray, FloatArray],
-    feet: Projection | None,
-    rows: tuple[IntArray, IntArray],
-    detected: Detected,
-    options: Options,
-) -> Guards:
-    """Fill `detected` for points of an open body."""
+def _detect_open(search: StepSearch, feet: Projection | None, rows: Rows) -> Guards:
+    """Tell what becomes of points of an open body."""
+    surface, step, _, detected, options = search
     touching, near = rows
-    asked = asked_of(surface, step, feet, (touching, near[:0]), detected, options)
-    find(surface, step, asked, np.arange(len(touching)))
+    asked = asked_of(search, feet, Rows(touching, near[:0]))
+    find(search, asked, np.arange(len(touching)))
     straight(settle_nb.take_nearest)(asked, step.way, options.limits)
     status, at, kept = asked.status.copy(), np.ones(len(touching)), asked.kept
     # Beyond a border the nearest wall is the border: the foot followed there keeps its normal.
     on_border = at_border(asked.feet) & (asked.feet.gap <= 0.0) & options.hold
     by_border = on_border & ~kept & (asked.truth.status != Status.OK)
-    came_out = ~kept & ~by_border & _have_come_out(surface, step, asked, options)
+    came_out = ~kept & ~by_border & _have_come_out(search, asked)
     status[came_out] = ContactStatus.RELEASED
     which = np.flatnonzero(~kept & ~by_border & ~came_out)
-    begin = Begin(step.before[touching], last[0][touching], last[1][touching])
-    gone = _gone(surface, step, asked, begin, which, options)
+    gone = _gone(search, asked, _begin(search, touching), which)
     status[which], at[which] = BECOMES[gone.outcome], gone.at
     pushed = gone.outcome <= way_nb.ANEW
     take(asked.feet, which, gone.feet, pushed)
@@ -317,35 +288,29 @@ def _detect_open(
     # Whoever is let go of may come through another sheet on the rest of the way.
     left = np.flatnonzero(~held & ~came_out & (status != ContactStatus.LOST))
     start = step.place(touching[left], at[left])
-    free = np.concatenate((touching[left], near)), np.concatenate((start, step.before[near]))
-    new = _come_in(surface, step, free, detected, options)
+    free = np.concatenate((touching[left], near))
+    new = _come_in(search, free, np.concatenate((start, step.before[near])))
     rest = near[detected.feet.patch[near] < 0]
     surface.safe_distance(step.now, rest, detected.safe_distance)
     return merged(guards, new)
 
 
-def _have_come_out(surface: Surface, step: Step, asked: Asked, options: Options) -> BoolArray:
+def _have_come_out(search: StepSearch, asked: Asked) -> BoolArray:
     """Tell which points are in front of the wall that was nearest, are led there by the foot that
     was followed, and have come through no other sheet since."""
+    step, options = search.step, search.options
     truth, out = asked.truth, np.zeros(len(asked.rows), np.bool_)
     front = (truth.status == Status.OK) & (truth.gap > 0.0) & ~asked.opposed
     front &= apart(asked.feet, truth) <= options.limits.same_foot
     which = np.flatnonzero(front & (asked.depth - step.way[asked.rows] <= 2.0 * options.band))
-    hits, sense = surface.last_crossings(step.before, step.now, asked.rows[which])
+    hits, sense = search.surface.last_crossings(step.before, step.now, asked.rows[which])
     out[which] = (sense <= 0) & (hits.status != Status.BUDGET)
     return out
 
 
-def _come_in(
-    surface: Surface,
-    step: Step,
-    free: tuple[IntArray, FloatArray],
-    detected: Detected,
-    options: Options,
-) -> Guards:
-    """Take the points of an open body into contact whose paths come in last; `free` are their rows
-    and where they start."""
-    rows, start = free
+def _come_in(search: StepSearch, rows: IntArray, start: FloatArray) -> Guards:
+    """Take the points of an open body into contact whose paths come in last, from (n, 3) on."""
+    surface, step, _, detected, options = search
     end, all_of_them = step.now[rows], np.arange(len(rows), dtype=np.int32)
     hits, sense = surface.last_crossings(start, end, all_of_them)
     detected.status[rows[hits.status == Status.BUDGET]] = ContactStatus.LOST
@@ -356,8 +321,8 @@ def _come_in(
     guard = closest(surface, there, all_of_them[:n]).normal
     place = hits.patch[came], np.ascontiguousarray(hits.uv[came])
     begin = Start(guard, np.zeros(n), np.zeros(n, np.bool_), *place)
-    nearest, limits = closest(surface, step.now, rows), options.limits
-    gone = ways.gone(surface, (there, end[came]), begin, nearest, limits, options.balls)
+    nearest = closest(surface, step.now, rows)
+    gone = ways.gone(surface, (there, end[came]), begin, nearest, options)
     pushed, feet = gone.outcome <= way_nb.ANEW, gone.feet
     status = np.where(pushed, np.int8(ContactStatus.NEW), detected.status[rows])
     if options.hold:

@@ -11,8 +11,15 @@ from numpy.typing import NDArray
 
 from contiga.arrays.layout import as_numbers
 from contiga.contact.loads import UNGUARDED, Column, Guards, Holds, holds_of
-from contiga.masters.protocol import Master
-from contiga.records import ByteArray, FloatArray, IndexArray, IntArray, Projection
+from contiga.masters.protocol import Master, Surface
+from contiga.records import (
+    ByteArray,
+    FloatArray,
+    IndexArray,
+    IntArray,
+    Projection,
+    SurfacePlaces,
+)
 
 BoolArray = NDArray[np.bool_]
 
@@ -281,6 +288,27 @@ class Detected(NamedTuple):
         """What holds the points in contact."""
         deep = Column(self.held, np.maximum(-self.feet.gap[self.held], 0.0))
         return holds_of(deep, self.feet.normal[self.held], self.opposed)
+
+
+class Rows(NamedTuple):
+    """The points that a step has to look at, ascending."""
+
+    touching: IntArray
+    """In contact before."""
+    near: IntArray
+    """Free before, and near enough to the surface to reach it."""
+
+
+class StepSearch(NamedTuple):
+    """The search of one step: what is asked, of what, and where the answers are written."""
+
+    surface: Surface
+    step: Step
+    last: SurfacePlaces
+    """Feet of all points at the last step."""
+    detected: Detected
+    """Filled row by row, by whichever stage decides what becomes of a point."""
+    options: Options
 
 
 def listed(rows: IntArray, counts: IndexArray) -> IntArray:

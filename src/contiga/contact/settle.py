@@ -16,11 +16,10 @@ import numpy as np
 
 from contiga.arrays.threads import run_ranges
 from contiga.contact.kernels import settle_nb
-from contiga.contact.search_records import Detected, Options, Step
+from contiga.contact.search_records import Rows, StepSearch
 from contiga.contact.settle_records import DeepRows, Work
 from contiga.jit import straight
-from contiga.masters.protocol import Surface
-from contiga.records import FloatArray, IntArray, SurfacePlaces
+from contiga.records import IntArray
 from contiga.search.certify.neighbourhoods import with_neighbourhoods
 from contiga.search.track.project import rows_of_a_chunk
 
@@ -48,16 +47,9 @@ class ThreadMemory(threading.local):
 _memory = ThreadMemory()
 
 
-def left(
-    surface: Surface,
-    step: Step,
-    last: tuple[IntArray, FloatArray],
-    rows: tuple[IntArray, IntArray],
-    detected: Detected,
-    options: Options,
-) -> tuple[IntArray, IntArray]:
-    """Settle the usual ones of `rows`, points that were in contact and free ones near the surface;
-    returns the others."""
+def left(search: StepSearch, rows: Rows) -> Rows:
+    """Settle the usual ones of `rows`; returns the others."""
+    surface, step, feet, detected, options = search
     followed = not options.nearest
     tells = options.balls and (options.closed or not followed)
     tables = surface.contact_tables if tells else None
@@ -65,7 +57,7 @@ def left(
         return rows
     if followed:
         tables = tables._replace(body=with_neighbourhoods(tables.body))
-    limits, feet = options.limits, SurfacePlaces(*last)
+    limits = options.limits
     touching, free = rows
     if len(touching):
         kernel = straight(settle_nb.settle_touching)
@@ -91,7 +83,7 @@ def left(
 
         size = rows_of_a_chunk(len(free), surface.n_elements)
         free = _left(settle_free, free, size, False)
-    return touching, free
+    return Rows(touching, free)
 
 
 def _left(settle: Settle, rows: IntArray, size: int, certify: bool) -> IntArray:

@@ -19,7 +19,7 @@ import numpy as np
 
 from contiga.area.offset import off_surface
 from contiga.contact.foot_rows import closest, take
-from contiga.contact.search_records import BoolArray, Detected, Options, Step
+from contiga.contact.search_records import BoolArray, Detected, Options, Rows, StepSearch
 from contiga.masters.protocol import Surface
 from contiga.records import ContactStatus, FloatArray, IntArray, Projection
 from contiga.statuses import Status
@@ -57,14 +57,9 @@ def detect_at_start(
         take(detected.feet, near, reached.feet, touching)
 
 
-def detect(
-    surface: Surface,
-    step: Step,
-    rows: tuple[IntArray, IntArray],
-    detected: Detected,
-    options: Options,
-) -> None:
-    """Fill `detected` for the points that were in contact and the free ones that are near."""
+def detect(search: StepSearch, rows: Rows) -> None:
+    """Tell what becomes of the points that were in contact and the free ones that are near."""
+    surface, step, _, detected, options = search
     were, free = rows
     near = np.concatenate((were, _near(surface, step.now, free, detected, options)))
     was = np.arange(len(near)) < len(were)
@@ -75,7 +70,7 @@ def detect(
         past = np.isfinite(step.way[near])
         touching &= was | (past & ~step.ignored[near])
     if not options.closed:
-        _leave_from_behind(surface, step, near, was, reached, touching, options)
+        _leave_from_behind(search, near, was, reached, touching)
     held = touching & reached.on_border
     status = np.where(was, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
     status[was & reached.within & beside] = ContactStatus.SLID_OFF
@@ -88,24 +83,19 @@ def detect(
 
 
 def _leave_from_behind(
-    surface: Surface,
-    step: Step,
-    near: IntArray,
-    was: BoolArray,
-    reached: Reached,
-    touching: BoolArray,
-    options: Options,
+    search: StepSearch, near: IntArray, was: BoolArray, reached: Reached, touching: BoolArray
 ) -> None:
     """Take those points out of `touching` that came to an open body from behind or beside it.
 
     New ones must have been in front, out of reach. Those in contact must not come behind the
     surface from beyond its border, where they were as deep as they are now far.
     """
+    options = search.options
     new = touching & ~was & (not options.penetration)
     unsure = np.flatnonzero(new | (touching & was & reached.behind & ~reached.on_border))
     if len(unsure) == 0:
         return
-    before = reach(surface, step.before, near[unsure], options)
+    before = reach(search.surface, search.step.before, near[unsure], options)
     ahead = before.solved & ~before.behind & (before.room >= 0.0)
     touching[unsure] = np.where(was[unsure], ~before.on_border, ahead)
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from contiga.contact.followed import track
 from contiga.contact.foot_rows import blank, closest, continued, take
-from contiga.contact.search_records import Detected, Options, Step
+from contiga.contact.search_records import Options, Rows, StepSearch
 from contiga.masters.protocol import Surface
 from contiga.records import (
     ByteArray,
@@ -46,26 +46,17 @@ class Held(NamedTuple):
     """What becomes of them, unless they lie outside of a closed body."""
 
 
-def detect(
-    surface: Surface,
-    step: Step,
-    last: tuple[IntArray, FloatArray],
-    rows: tuple[IntArray, IntArray],
-    detected: Detected,
-    options: Options,
-) -> tuple[IntArray, IntArray]:
-    """Fill `detected` for the points that a wall holds; returns the others, as `rows` has them.
-
-    `last` is (patch, uv) of the feet of all points, `rows` (in contact, near).
-    """
+def detect(search: StepSearch, rows: Rows) -> Rows:
+    """Tell what becomes of the points that a wall holds; returns the others."""
+    surface, step, last, _, options = search
     touching, near = rows
-    foot = last[0][touching], last[1][touching]
+    foot = last.patch[touching], last.uv[touching]
     way = step.before[touching], step.now[touching]
     tracked = track(surface, way, foot, options)
     kept = np.flatnonzero(tracked.keep)
     old = Held(touching[kept], rows_of(tracked.feet, kept), continued(tracked.feet)[kept])
-    settled = _settle(surface, step, old, detected, options)
-    # Of points whose paths come in nowhere nothing hangs on where they left.
+    settled = _settle(search, old)
+    # Where a point left does not matter if its path comes in nowhere.
     left = np.flatnonzero(tracked.solved & ~tracked.keep)
     left = left[surface.entries(step.before, step.now, touching[left]).patch >= 0]
     starts = step.before.copy()
@@ -75,50 +66,35 @@ def detect(
     if options.closed:
         free = free[~surface.clear_ways(step.before, step.now, free)]
     new = _come_in(surface, starts, step.now, free, options)
-    settled = np.concatenate((settled, _settle(surface, step, new, detected, options)))
-    return np.setdiff1d(touching, settled), np.setdiff1d(near, settled)
+    settled = np.concatenate((settled, _settle(search, new)))
+    return Rows(np.setdiff1d(touching, settled), np.setdiff1d(near, settled))
 
 
-def _settle(
-    surface: Surface, step: Step, held: Held, detected: Detected, options: Options
-) -> IntArray:
-    """Fill `detected` for points that a wall holds; returns those it is filled for.
+def _settle(search: StepSearch, held: Held) -> IntArray:
+    """Keep points in contact that a wall holds; returns those it is done for.
 
     Not those that are on the surface of a closed body within rounding, and not inside.
     """
-    rows, status = held.rows, held.status
-    settled = np.ones(len(rows), dtype=bool)
-    safe_distance = np.zeros(len(rows))
-    if options.closed:
-        side, reach = _sides(surface, step, held, detected, options)
-        settled = (side <= 0) | (held.feet.gap < -options.band)
+    detected, band, (rows, feet, status) = search.detected, search.options.band, held
+    settled, safe_distance = np.ones(len(rows), dtype=bool), np.zeros(len(rows))
+    if search.options.closed:
+        side, reach = search.surface.sides(search.step.now, rows)
+        inside = (side == 0) & (detected.safe_distance[rows] > 0.0)
+        side[inside] = -1
+        unknown = np.flatnonzero(side == 0)
+        truth = closest(search.surface, search.step.now, rows[unknown])
+        proved = (truth.status == Status.OK) & (np.abs(truth.gap) > band)
+        side[unknown[proved]] = np.sign(truth.gap[proved])
+        reach[unknown[proved]] = np.abs(truth.gap[proved])
+        settled = (side <= 0) | (feet.gap < -band)
         status = np.where(side > 0, np.int8(ContactStatus.THROUGH), status)
-        inner = np.fmax(detected.safe_distance[rows], reach - options.band)
+        inner = np.fmax(detected.safe_distance[rows], reach - band)
         safe_distance = np.where(side < 0, inner, 0.0)
     detected.status[rows[settled]] = status[settled]
     detected.safe_distance[rows[settled]] = safe_distance[settled]
     detected.last_patch[rows[settled]] = -1
-    take(detected.feet, rows, held.feet, settled)
+    take(detected.feet, rows, feet, settled)
     return rows[settled]
-
-
-def _sides(
-    surface: Surface, step: Step, held: Held, detected: Detected, options: Options
-) -> tuple[ByteArray, FloatArray]:
-    """Sides of points on a closed body, and ways that lead to no surface, where they are known.
-
-    1 outside, −1 inside, 0 on the surface within rounding, or not to be told.
-    """
-    rows = held.rows
-    side, reach = surface.sides(step.now, rows)
-    inside = np.flatnonzero((side == 0) & (detected.safe_distance[rows] > 0.0))
-    side[inside] = -1
-    unknown = np.flatnonzero(side == 0)
-    truth = closest(surface, step.now, rows[unknown])
-    proved = (truth.status == Status.OK) & (np.abs(truth.gap) > options.band)
-    side[unknown[proved]] = np.sign(truth.gap[proved])
-    reach[unknown[proved]] = np.abs(truth.gap[proved])
-    return side, reach
 
 
 def _come_in(

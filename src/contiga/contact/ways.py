@@ -22,7 +22,7 @@ from contiga.arrays.threads import run_ranges
 from contiga.contact.foot_rows import take
 from contiga.contact.kernels import way_nb
 from contiga.contact.kernels.settle_nb import ANOTHER, LEAST, PART
-from contiga.contact.search_records import BoolArray, Limits
+from contiga.contact.search_records import BoolArray, Limits, Options
 from contiga.jit import straight
 from contiga.masters.protocol import Surface
 from contiga.pointer_records import pass_by_pointer
@@ -123,13 +123,11 @@ def gone(
     path: tuple[FloatArray, FloatArray],
     start: Start,
     nearest: Projection,
-    limits: Limits,
-    kernels: bool,
+    options: Options,
 ) -> Ways:
-    """The ways of points along `path` = (from, to), gone to their ends.
+    """Go the ways of points along `path` = (from, to) to their ends.
 
-    `nearest` are the closest points there; `kernels`: a kernel may answer, where there is one. In a
-    closed body points lie inside all along.
+    `nearest` are the closest points there. In a closed body points lie inside all along.
     """
     guard, depth, opposed, patch, uv = start
     n, length = len(patch), row_lengths(path[1] - path[0])
@@ -170,11 +168,11 @@ def gone(
         rows=np.arange(n, dtype=np.int32),
         within=np.full(n, np.inf),
     )
-    tables = surface.contact_tables if kernels else None
+    tables = surface.contact_tables if options.balls else None
     if tables is None:
-        _ask_surface(surface, ways, limits)
+        _ask_surface(surface, ways, options.limits)
     else:
-        run_ranges(straight(way_nb.go_all_the_way), n, WAYS, tables, ways, limits)
+        run_ranges(straight(way_nb.go_all_the_way), n, WAYS, tables, ways, options.limits)
     return ways
 
 

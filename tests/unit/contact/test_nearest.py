@@ -12,9 +12,9 @@ from contiga.contact import followed, nearest
 from contiga.contact.foot_rows import blank
 from contiga.contact.kernels import settle_nb
 from contiga.contact.loads import UNHELD
-from contiga.contact.search_records import Detected, Limits, Options, Step
+from contiga.contact.search_records import Detected, Limits, Options, Step, StepSearch
 from contiga.contact.settle_records import Asked
-from contiga.records import ContactStatus, Hit, Projection, empty_hit, rows_of
+from contiga.records import ContactStatus, Hit, Projection, SurfacePlaces, empty_hit, rows_of
 from contiga.statuses import Status
 
 pytestmark = pytest.mark.interpreted
@@ -107,11 +107,9 @@ def found_by(asked: Asked, step: Step, options: Options) -> tuple[Detected, int]
         *(np.full(n, -9, np.int8), blank(n), np.full(n, -7.0), np.full(n, -5, np.int32)),
         *(np.full((n, 2), -3.0), none),
     )
-    if options.nearest:
-        last = np.zeros(n, np.int32), np.zeros((n, 2))
-        nearest.judge(surface, step, last, asked, found, options)  # type: ignore[arg-type]
-    else:
-        followed.judge(surface, step, asked, found, options)  # type: ignore[arg-type]
+    last = SurfacePlaces(np.zeros(n, np.int32), np.zeros((n, 2)))
+    search = StepSearch(surface, step, last, found, options)  # type: ignore[arg-type]
+    (nearest if options.nearest else followed).judge(search, asked)
     return found, surface.asked
 
 

@@ -90,7 +90,7 @@ def test_nothing_changes_where_kernels_settle_points(
     seen = moved(contact, points)
     settled = sum(calls)
     assert settled > 300 or (name, foot) == ("bowl", "tracked")
-    monkeypatch.setattr(settle, "left", lambda *given: given[3])
+    monkeypatch.setattr(settle, "left", lambda _, rows: rows)
     wanted = moved(contact, points)
     assert sum(calls) == settled
     assert wanted[-1].n_contact > 0

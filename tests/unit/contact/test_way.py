@@ -11,7 +11,7 @@ import contiga as cg
 from contiga.contact import ways
 from contiga.contact.foot_rows import closest
 from contiga.contact.kernels import way_nb
-from contiga.contact.search_records import Limits
+from contiga.contact.search_records import Options
 from contiga.contact.ways import Start, Ways
 
 N = 400
@@ -28,10 +28,10 @@ def gone(body: cg.Body, kernels: bool) -> Ways:
         inside = body.contains(start) & body.contains(end)
         feet, start, end = cg.Projection._make(f[inside] for f in feet), start[inside], end[inside]
     n, surface = len(start), body.surface
-    limits = Limits(body.closed, True, False, False, 1e-12, 1e-3, np.inf, 1e-9)
+    options = Options(False, False, False, True, np.inf, body.closed, 1.0, 1e-12, kernels)
     begin = Start(feet.normal, np.full(n, 1e-3), np.zeros(n, np.bool_), feet.patch, feet.uv)
     nearest = closest(surface, end, np.arange(n, dtype=np.int32))
-    return ways.gone(surface, (start, end), begin, nearest, limits, kernels)
+    return ways.gone(surface, (start, end), begin, nearest, options)
 
 
 def block() -> cg.Body:
@@ -68,7 +68,7 @@ def test_a_way_within_a_plate_ends_at_the_wall_that_it_began_at() -> None:
     up = np.array([[0.0, 0.0, 1.0]]).repeat(3, axis=0)
     nearest = closest(plate.surface, end, np.arange(n, dtype=np.int32))
     begin = Start(up, np.zeros(n), np.zeros(n, np.bool_), np.full(n, -1), np.zeros((n, 2)))
-    limits = Limits(True, True, False, False, 1e-12, 1e-3, np.inf, 1e-9)
-    found = ways.gone(plate.surface, (start, end), begin, nearest, limits, True)
+    options = Options(False, False, False, True, np.inf, True, 1.0, 1e-12)
+    found = ways.gone(plate.surface, (start, end), begin, nearest, options)
     assert found.opposed.tolist() == [True, False, False]
     np.testing.assert_allclose(found.feet.gap, [-0.9, -0.1, -0.05], rtol=0, atol=1e-12)
