@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contiga.arrays.layout import all_of, as_points, positive, read_only
-from contiga.dynamics.deforming_nodes import DeformingNodes
+from contiga.dynamics.deforming_nodes import DeformingNodes, joints_of
 from contiga.dynamics.deforming_parts import Filling, nodal_thickness, parts_of
 from contiga.dynamics.free import Dependent, Number, _velocity
 from contiga.dynamics.holding import attached_to, drives_of, held_ways
+from contiga.dynamics.mapped_nodes import Places, mapped, nodal_masses
 from contiga.dynamics.nodal_loads import NodalForce, Pressure
 from contiga.dynamics.nodal_masses import check_carried, lumped_masses
-from contiga.dynamics.nodes import Joint, NodeMover
+from contiga.dynamics.nodes import NodeMover
 from contiga.dynamics.prescribed import Stopped, kinks_in
 from contiga.errors import InputError
 from contiga.matter.assemble import assemble
@@ -29,6 +30,8 @@ from contiga.slaves.skin import tributary_area
 from contiga.slaves.slave import Slave
 
 NodalLoad = Pressure | NodalForce
+SAME_POINT = 1e-9
+"""How far points of matter and of its slave may be apart, as a share of the slave's size."""
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -41,7 +44,7 @@ class Deforming(Dependent):
     Parameters
     ----------
     material : one of `contiga.materials`, or matter of one's own: an object with the methods of
-        `contiga.matter.Matter`, its degrees of freedom the points of the slave
+        `contiga.matter.Matter`, whose points are those of the slave
     density : mass / volume; matter of one's own has its mass
     thickness : of membranes, length; the slave's own if omitted
     section : of bars, area
@@ -207,6 +210,10 @@ class Deforming(Dependent):
         hosts = attached_to(self.attached, held, number, slave, f"{where}: attached")
         held[hosts >= 0] = True
         loads = [load.nodes(slave, f"{where}: loads[{k}]") for k, load in enumerate(self.loads)]
+        if self._maps(slave, where):
+            material: Any = self.material
+            places, given = Places(held, drives, hosts), (self.velocity, self.damping, self)
+            return mapped(where, material, places, loads, *given)
         parts = self._parts(slave, where)
         matter, rows = self._matter(where, slave, parts, np.any(~held, axis=1))
         bare = np.ones(len(slave), np.bool_)
@@ -226,9 +233,32 @@ class Deforming(Dependent):
             self,
             tuple(loads),
             drives,
-            _joints(hosts, slave.points, np.where(bare, 0.0, mass)),
+            joints_of(hosts, slave.points, np.where(bare, 0.0, mass)),
             tuple(parts),
         )
+
+    def _maps(self, slave: Slave, where: str) -> bool:
+        """Whether the points of the slave are x = N q of matter whose degrees of freedom are
+        others."""
+        matter: Any = self.material
+        if not callable(getattr(matter, "points", None)):
+            return False
+        q = matter.start().points
+        points = np.asarray(matter.points(q))
+        if points is q:
+            return False
+        off = np.inf
+        if points.shape == slave.points.shape:
+            off = float(np.abs(points - slave.points).max(initial=0.0))
+        size = float(np.ptp(slave.points, axis=0).max())
+        if not off <= SAME_POINT * size:
+            raise InputError(
+                "its points must be those of the slave",
+                where=f"{where}: material",
+                found=f"{len(points)} points" if np.isinf(off) else f"{off:.3g} apart",
+                allowed=f"{len(slave)} points, apart by no more than {SAME_POINT:g} of their size",
+            )
+        return True
 
     def with_masses(self, slave: Slave) -> Slave:
         """A copy of the slave with the masses (n,) that its elements and `masses` give its nodes.
@@ -242,6 +272,9 @@ class Deforming(Dependent):
         InputError
             A slave without elements.
         """
+        if self._maps(slave, "masses"):
+            material: Any = self.material
+            return slave.with_mass(nodal_masses(material, len(slave)))
         matter, rows = self._matter("masses", slave, self._parts(slave, "masses"))
         return slave.with_mass(_masses(matter, rows, len(slave)))
 
@@ -281,13 +314,15 @@ class Deforming(Dependent):
                 where="contact_stiffness(slave)",
                 found=slave.name or "a cloud",
             )
+        area = tributary_area(self._rest_of(slave), slave.facets, slave.quads)
+        if self._maps(slave, "contact_stiffness"):
+            material: Any = self.material
+            return float(material.stiffness(material.start()).sum() / area.sum())
         parts = self._parts(slave, "contact_stiffness")
         matter, rows = self._matter("contact_stiffness", slave, parts)
         sums = np.zeros(len(slave))
         sums[rows] = matter.stiffness(matter.start())
-        skin = np.unique(slave.facets)
-        area = tributary_area(self._rest_of(slave), slave.facets, slave.quads)
-        return float(sums[skin].sum() / area.sum())
+        return float(sums[np.unique(slave.facets)].sum() / area.sum())
 
     def _rest_of(self, slave: Slave) -> FloatArray:
         """(n, 3) nodes where no element is strained."""
@@ -308,7 +343,7 @@ class Deforming(Dependent):
             matter: Any = self.material
             if np.shape(matter.mass) != (len(slave),):
                 raise InputError(
-                    "its degrees of freedom must be the points of the slave",
+                    "its degrees of freedom must be the points of the slave, or have points(q)",
                     where=f"{where}: material",
                     found=f"{np.shape(matter.mass)} masses",
                     allowed=f"({len(slave)},)",
@@ -347,15 +382,6 @@ def _masses(matter: Matter, rows: NDArray[np.intp], n: int) -> FloatArray:
     mass = np.full(n, float(np.mean(matter.mass)))
     mass[rows] = matter.mass
     return mass
-
-
-def _joints(hosts: NDArray[np.int32], points: FloatArray, mass: FloatArray) -> tuple[Joint, ...]:
-    """One a body, of nodes that are attached to the bodies `hosts` (n,), -1 of those to none."""
-    joints = []
-    for host in np.unique(hosts[hosts >= 0]):
-        rows = np.flatnonzero(hosts == host)
-        joints.append(Joint(int(host), rows, points[rows], mass[rows]))
-    return tuple(joints)
 
 
 def _viscosity(given: Sequence[float]) -> tuple[float, float]:

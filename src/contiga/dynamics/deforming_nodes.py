@@ -29,7 +29,9 @@ from contiga.dynamics.nodes import (
     Imbalance,
     Instant,
     Joint,
+    JointSprings,
     NodeMover,
+    Pull,
     SlaveState,
     Stored,
     work_of_weight,
@@ -410,13 +412,25 @@ class DeformingNodes(NodeMover):
         """ω² and decay of what is fastest in them."""
         return float(state.matter["limit"][0]), self.damping
 
-    def acting(self, state: SlaveState, forces: Forces) -> FloatArray:
+    def pulls(self, state: SlaveState, forces: Forces) -> Sequence[Pull]:
         """Of contacts, elements and loads."""
-        return forces() + _all_forces(state.matter)
+        if not self.joints:
+            return ()
+        every = forces() + _all_forces(state.matter)
+        return [Pull(one.host, state.points[one.rows], every[one.rows]) for one in self.joints]
 
-    def stiffness(self, state: SlaveState) -> FloatArray:
-        """As it was taken last, with a margin."""
-        return state.matter["stiffness"]
+    def springs_to_bodies(self, state: SlaveState) -> Sequence[JointSprings]:
+        """As the stiffness was taken last, with a margin."""
+        stiffness = state.matter["stiffness"]
+        return [
+            JointSprings(one.host, state.points[one.rows], stiffness[one.rows].astype(np.float64))
+            for one in self.joints
+        ]
+
+    @property
+    def stands(self) -> bool:  # type: ignore[override]  # of others it is of the class
+        """See `NodeMover`."""
+        return not (self.loads or self.drives or self.joints or self.velocity.any())
 
     def kick_energy(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
         """Of all forces on nodes that are not held."""
@@ -506,3 +520,12 @@ class DeformingNodes(NodeMover):
     def digest(self, digest: Any, times: FloatArray) -> None:
         """What was given: of elements the slave tells its own."""
         digest.thing(self.motion)
+
+
+def joints_of(hosts: NDArray[np.int32], points: FloatArray, mass: FloatArray) -> tuple[Joint, ...]:
+    """One a body, of nodes that are attached to the bodies `hosts` (n,), -1 of those to none."""
+    joints = []
+    for host in np.unique(hosts[hosts >= 0]):
+        rows = np.flatnonzero(hosts == host)
+        joints.append(Joint(int(host), rows, points[rows], mass[rows]))
+    return tuple(joints)

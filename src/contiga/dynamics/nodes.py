@@ -122,6 +122,27 @@ class Imbalance(NamedTuple):
     """What of the force may be rounding."""
 
 
+class Pull(NamedTuple):
+    """Forces that nodes attached to a body hand on to it."""
+
+    host: int
+    """Number of the body."""
+    points: FloatArray
+    """(k, 3) world axes."""
+    forces: FloatArray
+    """(k, 3)."""
+
+
+class JointSprings(NamedTuple):
+    """How stiff nodes attached to a body are held by their elements."""
+
+    host: int
+    points: FloatArray
+    """(k, 3) world axes."""
+    stiffness: FloatArray
+    """(k,) force over length, at most: see `Matter.stiffness`."""
+
+
 class Joint(NamedTuple):
     """Nodes that are fixed to a body, which carries their mass and feels the forces on them."""
 
@@ -151,6 +172,8 @@ class NodeMover:
     """Whether they are parts of a whole, whose vibrations steps do not follow one by one."""
     bare: NDArray[np.bool_] = np.zeros(0, np.bool_)
     """(n,) nodes of what is joined that are in no element, and stay."""
+    stands: bool = False
+    """Whether nothing moves them until they are touched."""
     joints: tuple[Joint, ...] = ()
     """Which of the nodes of what deforms are attached to bodies."""
 
@@ -181,13 +204,20 @@ class NodeMover:
         """What is in them that the ledger counts: nothing where something else moves them."""
         return Stored()
 
-    def acting(self, state: SlaveState, forces: Forces) -> FloatArray:
-        """(n, 3) on the nodes: `forces` of contacts, and those of elements and loads."""
-        return forces()
+    def pulls(self, state: SlaveState, forces: Forces) -> Sequence[Pull]:
+        """What bodies feel of the nodes that are attached to them: `forces` of contacts, and those
+        of elements and loads."""
+        return ()
 
-    def stiffness(self, state: SlaveState) -> FloatArray:
-        """(n,) that elements hold each node with at most: see `Matter.stiffness`."""
-        return np.zeros(len(state.points))
+    def springs_to_bodies(self, state: SlaveState) -> Sequence[JointSprings]:
+        """How stiff elements hold the nodes that are attached to bodies."""
+        return ()
+
+    def fastest(self, rows: IndexArray, stiffness: FloatArray) -> float:
+        """ω² at most of springs of so much stiffness (k,) at nodes (k,), their other ends held; or
+        the decay rate of dashpots."""
+        assert self.mass is not None
+        return float((stiffness / self.mass[rows]).max(initial=0.0))
 
     def kick_energy(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
         """Σ F²/(8 m) of nodes whose kinetic energy is that between steps: what it stands below

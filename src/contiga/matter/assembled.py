@@ -96,10 +96,6 @@ class Assembled:
         """See `Matter`: the nodes themselves."""
         return q
 
-    def velocities(self, v: FloatArray) -> FloatArray:
-        """See `Matter`: those of the nodes."""
-        return v
-
     def spread(self, f: FloatArray) -> FloatArray:
         """See `Matter`: forces on nodes."""
         return f

@@ -1,14 +1,15 @@
 """What has mass and deforms, as everything around it sees it: degrees of freedom and their forces.
 
 Degrees of freedom are rows q (m, 3): nodes of finite elements, control points of splines, or what
-another solver moves. The points that contact sees are x = N q; forces on them come back as Nᵀ f.
+another solver moves. The nodes of the slave, which contact sees, are x = N q; forces on them come
+back as Nᵀ f.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
-from contiga.records import FloatArray, IntArray
+from contiga.records import FloatArray
 
 
 class MatterState(NamedTuple):
@@ -50,18 +51,11 @@ class Matter(Protocol):
     def mass(self) -> FloatArray:
         """(m,) lumped mass of each degree of freedom."""
 
-    @property
-    def facets(self) -> IntArray:
-        """(f, 3) rows of `points`: the skin that contact sees, and that is drawn."""
-
     def points(self, q: FloatArray) -> FloatArray:
-        """x = N q (n, 3)."""
-
-    def velocities(self, v: FloatArray) -> FloatArray:
-        """N v (n, 3)."""
+        """Return x = N q (n, 3), or velocities N v: `q` itself where N is the identity."""
 
     def spread(self, f: FloatArray) -> FloatArray:
-        """Forces on the points (n, 3) as forces Nᵀ f (m, 3) on degrees of freedom."""
+        """Return forces f on the points (n, 3) as forces Nᵀ f (m, 3) on degrees of freedom."""
 
     def start(self) -> MatterState:
         """The state of what has not been moved yet."""

@@ -155,10 +155,9 @@ def _couplings(model: Model, state: SystemState, of: Of) -> list[tuple[str, list
             couplings.append((text, [_End(name, rates, rates)]))
         # Row sums bound the elements' energy node by node: what their nodes do to a body adds
         # nothing to what they do to one another.
-        for joint in nodes.joints:
+        for joint in nodes.springs_to_bodies(state.slaves[name]):
             if joint.host in system.row:
-                points = state.slaves[name].points[joint.rows]
-                stiffness = nodes.stiffness(state.slaves[name])[joint.rows].astype(np.float64)
+                _, points, stiffness = joint
                 row = system.row[joint.host]
                 body = state.rigid[row], system.fixed[row]
                 square = straight(fastest)(points, points, stiffness, stiffness, *body)
@@ -224,11 +223,11 @@ def _add_contact(
         ends.append(_End(row, rates, whole))
     if part.slave in system.masses:
         nodes, stiffness = part.contact.nodal_sum(rows, np.maximum(along, across))
-        mass = system.masses[part.slave][nodes]
-        square, decay = float((stiffness / mass).max()), 0.0
+        mover, decay = system.nodes[part.slave], 0.0
+        square = mover.fastest(nodes, stiffness)
         if damped:
             viscosity = part.contact.nodal_sum(rows, np.maximum(damping, dragging)).values
-            decay = float((viscosity / mass).max())
+            decay = mover.fastest(nodes, viscosity)
         ends.append(_End(part.slave, Rates(square, decay), Rates()))
     drags = dragging.any() and all(end.rates.decay**2 > end.rates.square for end in ends)
     couplings.append((f"{'viscous friction of ' if drags else ''}contact {part.name!r}", ends))

@@ -247,11 +247,10 @@ def wrenches(
             points = standing.slaves[part.slave].points[rows]
             add_forces(total[host], points, force, poses[host, :3, 3])
     for name, nodes in system.nodes.items():
-        for joint in nodes.joints:
-            slave = standing.slaves[name]
-            force = nodes.acting(slave, ForcesOn(model, name, contacts))[joint.rows]
-            points = slave.points[joint.rows]
-            add_forces(total[joint.host], points, force, poses[joint.host, :3, 3])
+        for host, points, force in nodes.pulls(
+            standing.slaves[name], ForcesOn(model, name, contacts)
+        ):
+            add_forces(total[host], points, force, poses[host, :3, 3])
     if springs:
         add_pulls(system, springs, poses, total)
     if system.loads:

@@ -14,7 +14,6 @@ import numpy as np
 
 from contiga.arrays.ordered import length
 from contiga.contact.dry_run import DryRun, spread
-from contiga.dynamics.deforming_nodes import DeformingNodes
 from contiga.dynamics.free import Dependent, Free
 from contiga.dynamics.nodes import NodeMover
 from contiga.dynamics.prescribed import BodyMotion, Moved, is_told, pose_at, rows_in
@@ -88,14 +87,11 @@ class Pair:
         foretold; elements stand still until then, where no load and no motion moves them."""
         if self.foretold:
             return self.shown_times[: _until_touched(self.dry_runs)]
-        mover, motions = self._mover, self._motions
-        stands = isinstance(mover, DeformingNodes) and not (
-            mover.loads or mover.drives or mover.joints or mover.velocity.any()
-        )
+        motions = self._motions
         told = isinstance(motions[0], Dependent) or is_told(motions[0])
         pushed = self.model.springs or self.model.loads or self.model.settling is not None
         times = spread(self.model.stepping.planned(), 2 * STANDINGS)
-        if pushed or not (stands and told):
+        if pushed or not (self._mover.stands and told):
             return times[:1]
         standing = (self.standing(time) for time in times.tolist())
         return times[: _until_touched(self.contact.dry_run(standing, most=MOST_POINTS))]
