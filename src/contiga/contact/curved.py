@@ -61,7 +61,7 @@ def detect_on_curves(
     poses: tuple[FloatArray, FloatArray],
     memory: tuple[Workspace, Columns] | None = None,
 ) -> Detected:
-    """One step of a body that goes from one to the other of its `poses` (4, 4); see `detect`.
+    """Search one step of a body that goes from one to the other of its `poses` (4, 4): `detect`.
 
     Of shells with a thickness places decide, not paths.
     """
@@ -89,7 +89,7 @@ def detect_on_curves(
 
 
 def is_turned(poses: tuple[FloatArray, FloatArray]) -> bool:
-    """Whether a body turns from one to the other of its poses."""
+    """Tell whether a body turns from one to the other of its poses."""
     # As lists: four times as fast for so few numbers.
     return bool(poses[0][:3, :3].tolist() != poses[1][:3, :3].tolist())
 
@@ -107,7 +107,7 @@ class Path(NamedTuple):
     """(n, 3) the same in those that it has at the end."""
 
     def at(self, s: float) -> FloatArray:
-        """(n, 3) after the part `s` of the step, body axes."""
+        """Return the points (n, 3) after the part `s` of the step, body axes."""
         if s == 1.0:
             return self.now
         return to_body(self.screw.pose(s), self.start + s * (self.end - self.start))
@@ -120,7 +120,7 @@ def _bulging(
     active: BoolArray,
     options: Options,
 ) -> tuple[IndexArray, FloatArray]:
-    """Points that may come to the surface on paths that are more than allowed off their chords.
+    """Find points that may reach the surface on paths that leave their chords by more than allowed.
 
     Returns their rows, and how far the paths may be off. `turned` is the screw of the body, and its
     pose at the end of the step in that at its start.
@@ -151,7 +151,7 @@ def _bulging(
 
 
 def _near(surface: Surface, last: Last, now: FloatArray, rows: IntArray, bulge: float) -> BoolArray:
-    """Which of `rows` were in contact, or may come to the surface on paths so far off their
+    """Tell which of `rows` were in contact, or may reach the surface on paths so far off their
     chords: about the middle of a chord there is something as near as path and chord can come.
 
     What is left of a distance known once lessens with every step, also where a point comes no
@@ -165,7 +165,7 @@ def _near(surface: Surface, last: Last, now: FloatArray, rows: IntArray, bulge: 
 
 
 def bulge_of(screw: Screw, start: FloatArray, end: FloatArray) -> FloatArray:
-    """(n,) how far paths are off their chords at most; `start` and `end` are those of a `Path`.
+    """Return a bound (n,) of how far paths leave their chords, length; ends are as of `Path`.
 
     p″ = exp(−s ξ)(ω × ξ(q) − 2 ω × (q₁ − q₀)), and ω × ξ(q) is longest at an end.
     """
@@ -175,7 +175,7 @@ def bulge_of(screw: Screw, start: FloatArray, end: FloatArray) -> FloatArray:
 
 
 def _most(screw: Screw, X_01: FloatArray, way: float, far: float) -> float:
-    """A bound of `bulge_of` for points whose ways and coordinates are no more than these."""
+    """Bound `bulge_of` for points whose ways and coordinates are no more than these."""
     reach = np.sqrt(3.0) * far
     angle, moved = length(screw.turn), length(X_01[:3, 3])
     field = angle * (reach + moved) + length(screw.velocity)
@@ -183,7 +183,7 @@ def _most(screw: Screw, X_01: FloatArray, way: float, far: float) -> float:
 
 
 def _follow(surface: Surface, path: Path, last: Last, options: Options, pieces: int) -> Detected:
-    """What becomes of points along `path`, in so many pieces."""
+    """Search along `path` in so many pieces."""
     n = len(path.now)
     active = np.ones(n, dtype=bool)
     story = Story.begin(last.patch >= 0)
@@ -217,12 +217,12 @@ class Story(NamedTuple):
 
     @classmethod
     def begin(cls, touching: BoolArray) -> Story:
-        """Before the first piece."""
+        """Begin before the first piece."""
         none = np.zeros(len(touching), np.int8)
         return cls(touching, touching, touching, none, none, none > 0, none + np.int8(1))
 
     def after(self, detected: Detected) -> Story:
-        """With another piece."""
+        """Add another piece."""
         status, touching = detected.status, detected.feet.patch >= 0
         new = touching & (~self.touching | (status == ContactStatus.NEW))
         again = touching & np.isin(status, FOUND_AGAIN)
@@ -239,7 +239,7 @@ class Story(NamedTuple):
         )
 
     def status(self, last: ByteArray) -> ByteArray:
-        """Of the whole step, whose last piece ended with `last`.
+        """Return the statuses of the whole step, whose last piece ended with `last`.
 
         What came and went within the step is FREE, as it is where a straight path did.
         """
@@ -253,7 +253,7 @@ class Story(NamedTuple):
 
 
 def _put(whole: Detected, rows: IndexArray, part: Detected) -> Detected:
-    """`whole` with what was found of some points written into their rows."""
+    """Write what was found of some points into their rows of `whole`."""
     for name in ("status", "safe_distance", "last_patch", "uv"):
         getattr(whole, name)[rows] = getattr(part, name)
     take(whole.feet, rows, part.feet, np.ones(len(rows), dtype=bool))
@@ -262,7 +262,7 @@ def _put(whole: Detected, rows: IndexArray, part: Detected) -> Detected:
 
 
 def _rows_of(last: Last, rows: IndexArray) -> Last:
-    """Of some points, `rows` ascending."""
+    """Take the part of some points, `rows` ascending."""
     held, guard, depth, opposed = last.holds
     place = np.full(len(last.patch), -1, np.int32)
     place[rows] = np.arange(len(rows), dtype=np.int32)

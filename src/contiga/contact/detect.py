@@ -39,7 +39,7 @@ from contiga.records import ContactStatus, FloatArray, IntArray, SurfacePlaces
 def detect_at_start(
     surface: Surface, p_B: FloatArray, active: np.ndarray, options: Options
 ) -> Detected:
-    """The start: nothing is in contact, or, by penetration, what already lies inside."""
+    """Search at the start: nothing is in contact, or, by penetration, what already lies inside."""
     n, finite = len(p_B), np.isfinite(p_B).all(axis=1)
     detected = Detected.into(Workspace.of(n), Columns.of(n))
     detected.status[~finite] = ContactStatus.NOT_FINITE
@@ -74,7 +74,7 @@ def detect(
     memory: tuple[Workspace, Columns] | None = None,
     moved: tuple[FloatArray, FloatArray] | None = None,
 ) -> Detected:
-    """One step: from the points of the last step to those of this one, body axes.
+    """Search one step, from the points of the last step to those of this one, body axes.
 
     What is found lies in `memory`; the next step in it overwrites the workspace. With `moved`, the
     points in world axes and the pose of the body, `now` is filled in.

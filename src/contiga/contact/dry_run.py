@@ -57,7 +57,7 @@ def dry_run(
     taking_part: tuple[BoolArray, int | None],
     options: Options,
 ) -> Iterator[DryRun]:
-    """The search from one of `standing`, points (m, 3) and pose, to the next; the first the start.
+    """Search from one of `standing`, points (m, 3) and pose, to the next; the first is the start.
 
     `taking_part` are the active points, and how many of them are followed at most, spread evenly
     over them. At the start all are looked at. Inside an open body are points behind the inner of a
@@ -102,8 +102,10 @@ def _from_behind(
     held: tuple[IntArray, IntArray],
     options: Options,
 ) -> IntArray:
-    """Points that came from behind on their way from (m, 3) to (m, 3), of those that were not in
-    contact; `held` are those that were, and those that are."""
+    """Find points that came from behind on their way from (m, 3) to (m, 3) and were not in contact.
+
+    `held` are the points that were in contact, and those that are.
+    """
     before, now = way
     was, is_now = held
     free = np.setdiff1d(np.flatnonzero(np.isfinite(before + now).all(axis=1)), was)
@@ -122,8 +124,8 @@ def _from_behind(
 
 
 def spread(values: NDArray[_T], most: int | None) -> NDArray[_T]:
-    """At most `most` of the values, evenly spread, the first and the last with them; all of them
-    where that is None."""
+    """Choose at most `most` of the values, evenly spread, the first and the last with them; all of
+    them if it is None."""
     if most is None or len(values) <= most:
         return values
     return np.asarray(values[np.linspace(0, len(values) - 1, most).astype(np.intp)])
@@ -132,7 +134,7 @@ def spread(values: NDArray[_T], most: int | None) -> NDArray[_T]:
 def _inside(
     surface: Surface, p_B: FloatArray, active: BoolArray, options: Options
 ) -> tuple[IntArray, float]:
-    """Points on the contact side, and how deep the deepest of them lies."""
+    """Find the points on the contact side, and how deep the deepest of them lies."""
     rows = np.flatnonzero(active & np.isfinite(p_B).all(axis=1)).astype(np.int32)
     if options.half is not None:
         reached = reach(surface, p_B, rows, options)
@@ -155,7 +157,7 @@ def _inside(
 def _behind(
     surface: Surface, p_B: FloatArray, rows: IntArray, options: Options
 ) -> tuple[IntArray, FloatArray]:
-    """Those of `rows` whose foot is one and lies above them, and their gaps."""
+    """Find those of `rows` that lie behind their feet, and their gaps."""
     feet = closest(surface, p_B, rows)
     behind = (feet.gap < -ON_IT * options.size) & (feet.status == Status.OK)
     return rows[behind], feet.gap[behind]

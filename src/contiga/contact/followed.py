@@ -47,7 +47,7 @@ def track(
     start: tuple[IntArray, FloatArray],
     options: Options,
 ) -> Tracked:
-    """Feet of points that went along `path`, continued from `start` = (patch, uv).
+    """Continue the feet of points that went along `path` from `start` = (patch, uv).
 
     `path` is (before, now); without a before feet are not certified. Those that fail are the
     closest points.

@@ -21,7 +21,7 @@ from contiga.statuses import Status
 
 
 def blank(n: int) -> Projection:
-    """Feet of n points that have none."""
+    """Make the feet of n points that have none."""
     return Projection(
         np.full(n, -1, np.int32),
         np.zeros((n, 2)),
@@ -43,7 +43,7 @@ def take(feet: Projection, rows: IndexArray, out: Projection, keep: BoolArray) -
 def closest(
     surface: Surface, p_B: FloatArray, rows: IntArray, within: FloatArray | None = None
 ) -> Projection:
-    """Closest points of p_B[rows], one row an entry of `rows`, as of `within`."""
+    """Find the closest points of p_B[rows], one row an entry of `rows`; see `Surface.closest`."""
     out = empty_projection(len(rows))
     points = np.ascontiguousarray(p_B[rows])
     surface.closest(points, np.arange(len(rows), dtype=np.int32), out, within)
@@ -53,7 +53,7 @@ def closest(
 def follow(
     surface: Surface, path: tuple[FloatArray | None, FloatArray], start: tuple[IntArray, FloatArray]
 ) -> Projection:
-    """Feet of points that went along `path` = (before, now), continued from `start` = (patch, uv).
+    """Continue feet of points that went along `path` = (before, now) from `start` = (patch, uv).
 
     Without a before feet are not certified. Those that fail are the closest points.
     """
@@ -86,13 +86,13 @@ def apart(one: Projection, other: Projection) -> FloatArray:
 
 
 def within_depth(out: Projection, options: Options) -> BoolArray:
-    """Points that a search by penetration takes."""
+    """Tell which points a search by penetration takes."""
     inside: BoolArray = (out.status == Status.OK) & (out.gap <= 0.0) & (out.gap >= -options.depth)
     return inside
 
 
 def free_distance(out: Projection, options: Options) -> FloatArray:
-    """`safe_distance` of free points by their closest points: zero where those were not found.
+    """Return `safe_distance` of free points by their closest points: zero where none was found.
 
     By penetration what lies too deep is as far from contact as from that depth.
     """
@@ -108,7 +108,7 @@ def free_distance(out: Projection, options: Options) -> FloatArray:
 def take_inside(
     surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detected, options: Options
 ) -> None:
-    """Search by penetration: points that lie inside, feet at the closest points."""
+    """Take points that lie inside, by penetration, with their feet at the closest points."""
     out = closest(surface, p_B, rows)
     keep = within_depth(out, options)
     if options.closed:
@@ -123,6 +123,6 @@ def take_inside(
 
 
 def remember(detected: Detected, rows: IndexArray, feet: Projection, which: BoolArray) -> None:
-    """Keep the feet of free points: what their sides are proved by the next time."""
+    """Store the feet of free points, by which the next step proves their sides."""
     detected.last_patch[rows] = feet.patch[which]
     detected.uv[rows] = feet.uv[which]

@@ -58,7 +58,7 @@ BECOMES = np.array(
 
 
 def asked_of(search: StepSearch, feet: Projection | None, rows: Rows) -> Asked:
-    """Points of which it is not known what becomes of them.
+    """Collect the points of which it is not known what becomes of them.
 
     Points of a closed body that are known to be outside are released or stay free, and so do those
     that lie inside since the start and whose ways cross nothing. `feet` are those continued of the
@@ -137,7 +137,7 @@ class PointsFound(NamedTuple):
 
 
 def found_of(step: Step, asked: Asked, needed: BoolArray, options: Options) -> PointsFound:
-    """Work it out from the closest points of those that are `needed`."""
+    """Classify points by the closest points of those that are `needed`."""
     truth, sided = asked.truth, asked.side != 0
     solved = ~needed | (truth.status == Status.OK)
     inside = solved & np.where(sided, asked.side < 0, truth.gap <= 0.0)
@@ -184,7 +184,7 @@ class Begin(NamedTuple):
 
 
 def _begin(search: StepSearch, rows: IntArray) -> Begin:
-    """Where points were at the last step."""
+    """Return where points were at the last step."""
     return Begin(search.step.before[rows], search.last.patch[rows], search.last.uv[rows])
 
 
@@ -197,8 +197,8 @@ def _gone(search: StepSearch, asked: Asked, begin: Begin, which: IndexArray) -> 
 
 
 def _guards(rows: IntArray, gone: Ways, pushed: BoolArray) -> Guards:
-    """Of those points in contact that another wall than the nearest pushes at the ends of their
-    ways."""
+    """Return the guards of points in contact that another wall than the nearest pushes at the ends
+    of their ways."""
     opposed = np.flatnonzero(gone.opposed & pushed)
     order = np.argsort(rows[opposed])
     return Guards(rows[opposed][order], gone.guard[opposed][order])

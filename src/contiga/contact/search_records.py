@@ -85,7 +85,7 @@ class Options:
 
     @cached_property
     def limits(self) -> Limits:
-        """Those of them that kernels go by."""
+        """The options that kernels are handed."""
         return Limits(
             closed=self.closed,
             nearest=self.nearest,
@@ -105,7 +105,7 @@ def options_of(
     master: Master,
     half: FloatArray | None,
 ) -> Options:
-    """The options of a contact with `master`; `how` are the first four of them."""
+    """Make the options of a contact with `master`; `how` are the first four of them."""
     size, bounds = master.size, as_numbers(master.bounds(), "bounds")
     depth = reach_of(depth, closed, size)
     band = SAME_PLACE * size + ROUNDING * float(np.abs(bounds).max())
@@ -113,7 +113,7 @@ def options_of(
 
 
 def reach_of(depth: float | None, closed: bool, size: float) -> float:
-    """How deep contact reaches into a body of this size, length, if `depth` is what was asked."""
+    """Return how deep contact reaches into a body of this size, length; `depth` if it is given."""
     if depth is not None:
         return depth
     return np.inf if closed else OPEN_DEPTH * size
@@ -148,7 +148,7 @@ class Step(NamedTuple):
     """Of the points that were in contact."""
 
     def place(self, rows: IndexArray, share: FloatArray) -> FloatArray:
-        """(len(rows), 3) where some points are after these shares of their ways."""
+        """Return where some points are (len(rows), 3) after these shares of their ways."""
         gone = self.now[rows] - self.before[rows]
         return np.asarray(self.before[rows] + share[:, None] * gone)
 
@@ -174,7 +174,7 @@ class Workspace(NamedTuple):
 
     @classmethod
     def of(cls, n: int) -> Workspace:
-        """A new one."""
+        """Allocate a new one."""
         point, normal = np.empty((2, n, 3))
         gap, way = np.empty((2, n))
         status, ignored = np.empty(n, np.int8), np.empty(n, np.bool_)
@@ -195,14 +195,14 @@ class Workspaces:
         return Workspaces, ()  # copies, and what is written to files, start without
 
     def take(self, n: int) -> Workspace:
-        """A workspace for n points, to be given back."""
+        """Lend a workspace for n points."""
         try:
             return self._free.pop()
         except IndexError:
             return Workspace.of(n)
 
     def give(self, workspace: Workspace) -> None:
-        """Back, when nothing in it is needed any more."""
+        """Take a workspace back when nothing in it is needed any more."""
         self._free.append(workspace)
 
 
@@ -223,7 +223,7 @@ class Columns(NamedTuple):
 
     @classmethod
     def of(cls, n: int) -> Columns:
-        """New ones."""
+        """Allocate new ones."""
         last_patch, patch = np.full(n, -1, np.int32), np.full(n, -1, np.int32)
         feature, status = np.full(n, -1, np.int8), np.zeros(n, np.int8)
         uv, certified = np.zeros((n, 2)), np.zeros(n, np.int8)
@@ -277,7 +277,7 @@ class Detected(NamedTuple):
 
     @classmethod
     def into(cls, workspace: Workspace, columns: Columns) -> Detected:
-        """Of points without feet, of which nothing is said: written into that memory."""
+        """Lay the outcome of points without feet into that memory."""
         status, safe_distance, last_patch, uv, patch, feature, certified = columns
         own_uv, point, normal, gap, own_status, *_ = workspace
         feet = Projection(patch, own_uv, point, normal, gap, feature, own_status, certified)
@@ -312,7 +312,7 @@ class StepSearch(NamedTuple):
 
 
 def listed(rows: IntArray, counts: IndexArray) -> IntArray:
-    """The rows that chunks have listed, so many each, every one from its own place in `rows`."""
+    """Join the rows that chunks have listed, so many each, each chunk from its place in `rows`."""
     if len(counts) == 1:
         return rows[: counts[0]]
     parts = [rows[c * CHUNK : c * CHUNK + count] for c, count in enumerate(counts)]

@@ -150,7 +150,7 @@ class Work(NamedTuple):
 
     @classmethod
     def of(cls, n: int, certify: bool) -> Work:
-        """For n rows, whose feet are certified or not."""
+        """Allocate memory for n rows, whose feet are certified or not."""
         before, now = np.empty((2, n, 3))
         path = Path(before if certify else NOWHERE, now, NO_FEET)
         (rows, asked, chosen), (side, mark, which) = np.empty((3, n), np.int32), _bytes(3, n)
@@ -181,7 +181,7 @@ class DeepRows(NamedTuple):
 
     @classmethod
     def of(cls, n: int) -> DeepRows:
-        """For n rows."""
+        """Allocate memory for n rows."""
         (was, kept, opposed), (status, side) = np.empty((3, n), np.bool_), _bytes(2, n)
         (safe, within, depth), (guard, now) = np.empty((3, n)), np.empty((2, n, 3))
         rows = np.empty(n, np.int32)

@@ -45,8 +45,8 @@ class Reached(NamedTuple):
 def detect_at_start(
     surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detected, options: Options
 ) -> None:
-    """The start: by intersection points within reach are not in contact until they have been out of
-    it; by penetration they are."""
+    """Search at the start: by intersection points within reach are not in contact until they have
+    been out of it; by penetration they are."""
     near = _near(surface, p_B, rows, detected, options)
     reached = reach(surface, p_B, near, options)
     detected.safe_distance[near] = reached.room
@@ -101,7 +101,7 @@ def _leave_from_behind(
 
 
 def reach(surface: Surface, p_B: FloatArray, rows: IntArray, options: Options) -> Reached:
-    """What becomes of points by their closest points."""
+    """Tell by closest points which points half the thickness reaches."""
     assert options.half is not None
     half, feet = options.half[rows], closest(surface, p_B, rows)
     on_border = (feet.status == Status.BORDER) | (feet.status == Status.TRIMMED)
@@ -121,8 +121,8 @@ def reach(surface: Surface, p_B: FloatArray, rows: IntArray, options: Options) -
 def _near(
     surface: Surface, p_B: FloatArray, rows: IntArray, detected: Detected, options: Options
 ) -> IntArray:
-    """Those of the rows whose closest points have to be looked for; how far the others are from
-    contact is told."""
+    """Return the rows whose closest points are needed, and write how far the others are from
+    contact."""
     assert options.half is not None
     if options.closed:
         known = surface.sides(p_B, rows)

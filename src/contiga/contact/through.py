@@ -100,7 +100,7 @@ def _settle(search: StepSearch, held: Held) -> IntArray:
 def _come_in(
     surface: Surface, starts: FloatArray, now: FloatArray, rows: IntArray, options: Options
 ) -> Held:
-    """Of the points `rows`, free at `starts`, those that are held by a wall they come in by.
+    """Find the points among `rows`, free at `starts`, that a wall holds by which they come in.
 
     `starts` is changed: to where the last wall that they came in by let go of them.
     """
@@ -133,7 +133,7 @@ def _let_go(
     rows: IndexArray,
     options: Options,
 ) -> FloatArray:
-    """(len(rows), 3) where the wall first lets go of points that went `way` = (from, to).
+    """Find where (len(rows), 3) the wall first lets go of points that went `way` = (from, to).
 
     Their feet were at `place` = (patch, uv) where they started, and are kept no more at the end.
     """

@@ -10,7 +10,7 @@ from contiga.jit import inner, kernel
 
 @inner(error_model="numpy")
 def _way(before, now, k):
-    """Distance that point k has moved; infinite or NaN if a coordinate is not finite."""
+    """Return the distance that point k has moved; infinite or NaN if a coordinate is not finite."""
     x, y, z = now[k, 0] - before[k, 0], now[k, 1] - before[k, 1], now[k, 2] - before[k, 2]
     return math.sqrt(x * x + y * y + z * z)
 
@@ -67,7 +67,7 @@ def _length(a):
 
 @inner(error_model="numpy")
 def _turning(turn, velocity, p):
-    """|ω × ξ(p)| of the screw with this turn ω and the velocity of its origin."""
+    """Return |ω × ξ(p)| of the screw with this turn ω and the velocity of its origin."""
     c = cross(turn, p)
     field = (velocity[0] + c[0], velocity[1] + c[1], velocity[2] + c[2])
     return _length(cross(turn, field))
@@ -75,7 +75,7 @@ def _turning(turn, velocity, p):
 
 @kernel(error_model="numpy")
 def bulges(turn, velocity, start, end, bulge):
-    """How far paths from `start` to `end` are off their chords at most, into `bulge` (n,): see
+    """Fill `bulge` (n,) with bounds of how far paths from `start` to `end` leave their chords: see
     `contact.curved.bulge_of`."""
     w, v = (turn[0], turn[1], turn[2]), (velocity[0], velocity[1], velocity[2])
     for k in range(start.shape[0]):

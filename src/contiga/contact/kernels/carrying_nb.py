@@ -9,14 +9,14 @@ from contiga.jit import inner, kernel
 
 @inner()
 def way_of(now, before, k, c):
-    """Displacement of point k along axis c; zero if a coordinate is not finite."""
+    """Return the displacement of point k along axis c; zero if a coordinate is not finite."""
     way = now[k, c] - before[k, c]
     return way if math.isfinite(way) else 0.0
 
 
 @inner()
 def at(rows, k, j):
-    """Where row k stands in ascending `rows`, or would, from place j on.
+    """Return where row k stands in ascending `rows`, or would, searched from place j on.
 
     Asked of ascending rows one after the other, each going on from the last answer.
     """

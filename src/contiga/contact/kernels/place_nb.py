@@ -17,7 +17,7 @@ BLOCK = 128
 
 @inner(error_model="numpy")
 def _left(distance, way):
-    """What of a distance is left after a way, 0 at least; NaN where both are infinite."""
+    """Return what a way leaves of a distance, 0 at least; NaN where both are infinite."""
     rest = distance - way
     return 0.0 if rest <= 0.0 else rest
 
@@ -52,7 +52,7 @@ def place(placing, size, start, stop):
 
 @kernel(error_model="numpy")
 def move_and_place(placing, p_W, pose, size, start, stop):
-    """The same of points p_W (n, 3) of the world that are not in body axes yet.
+    """Do as `place` for points p_W (n, 3), world axes, that are not in body axes yet.
 
     `now` is filled in, chunk by chunk: its points are still near by when they are placed.
     """
@@ -63,7 +63,7 @@ def move_and_place(placing, p_W, pose, size, start, stop):
 
 @inner(error_model="numpy")
 def _place(placing, before, now, start, stop):
-    """One chunk, of points (3 n,); returns where its lists end."""
+    """Place one chunk of points (3 n,); returns where its lists end."""
     last, columns, active = placing.last, placing.columns, placing.active
     touching = free = start
     ways = scratch(BLOCK)
@@ -94,7 +94,7 @@ def _ways(before, now, ways):
 
 @inner()
 def _are_none(patch, near):
-    """Whether no point has a patch, of a foot in contact or near by."""
+    """Tell whether no point has a patch, of a foot in contact or near by."""
     # The bits that whole numbers have in common are a number below zero where all of them are.
     common = np.int32(-1)
     for k in range(patch.shape[0]):
@@ -104,7 +104,7 @@ def _are_none(patch, near):
 
 @inner(error_model="numpy")
 def _are_far(ways, distance, active):
-    """Whether all points take part and are farther than they have gone from where they touch."""
+    """Tell whether all points take part and have gone less far than to where they could touch."""
     far = 0
     for k in range(distance.shape[0]):
         far += active[k] and abs(distance[k]) - ways[k] > 0.0
@@ -113,14 +113,14 @@ def _are_far(ways, distance, active):
 
 @inner(error_model="numpy")
 def _stay(ways, distance, left):
-    """What is left of the distances of points that are far."""
+    """Reduce the safe distances of points that are far by their ways."""
     for k in range(distance.shape[0]):
         left[k] = math.copysign(abs(distance[k]) - ways[k], distance[k])
 
 
 @inner(error_model="numpy")
 def _one(placing, k, way, now, touching, free):
-    """One point, listed if it is to be looked at; returns where the lists end.
+    """Place one point and list it if the search must look at it; returns where the lists end.
 
     `now` is (3 n,).
     """

@@ -9,13 +9,16 @@ from contiga.jit import inner, kernel
 
 @inner()
 def is_known(rows, k):
-    """Whether row k of (n, 3) is three finite numbers."""
+    """Tell whether row k of (n, 3) is three finite numbers."""
     return math.isfinite(rows[k, 0]) and math.isfinite(rows[k, 1]) and math.isfinite(rows[k, 2])
 
 
 @kernel()
 def first_unknown(velocity, points):
-    """The first of `points` (m, 3) that has a place and no velocity (n, 3), n ≤ m; −1 if none."""
+    """Return the first of `points` (m, 3) that has no velocity (n, 3), n ≤ m; −1 if none.
+
+    Points that are not finite need none.
+    """
     for k in range(velocity.shape[0]):
         if not is_known(velocity, k) and is_known(points, k):
             return k
@@ -24,7 +27,7 @@ def first_unknown(velocity, points):
 
 @kernel()
 def relative(velocity, points, pose, twist, out, start, stop):
-    """Rᵀ (v − v_B − ω × (p − t)) of points start … stop: body axes.
+    """Compute Rᵀ (v − v_B − ω × (p − t)) of points start … stop: body axes.
 
     `velocity` v and `points` p (m, 3) in world axes; `pose` (4, 4) of the body, `twist` (2, 3) its
     (v_B, ω).

@@ -48,19 +48,19 @@ def _at_border(status):
 
 @inner()
 def _is_foot(status):
-    """Whether the foot is a stationary point."""
+    """Tell whether the foot is a stationary point."""
     return status in (OK, BRANCH_EVENT)
 
 
 @inner()
 def _is_sound(feet, i, band):
-    """Whether a ball that touches at the foot may tell the side of its point."""
+    """Tell whether a ball that touches at the foot may prove the side of its point."""
     return _is_foot(feet.status[i]) and feet.feature[i] == FACE and abs(feet.gap[i]) > band
 
 
 @inner()
 def distance(feet, i, p):
-    """From a point to its foot; infinite where that may be off the surface."""
+    """Return the distance from a point to its foot; infinite where that may be off the surface."""
     if not _is_foot(feet.status[i]):
         return math.inf
     x, y, z = p[0] - feet.point[i, 0], p[1] - feet.point[i, 1], p[2] - feet.point[i, 2]
@@ -86,21 +86,21 @@ def _by_ball(feet, i, radius, band, side, reach):
 
 @inner()
 def is_opposite(feet, i, guard, j):
-    """Whether the wall at foot i is opposite to the guard of row j, none where that is zero."""
+    """Tell whether the wall at foot i is opposite to the guard of row j; none is to a zero."""
     n = feet.normal
     return n[i, 0] * guard[j, 0] + n[i, 1] * guard[j, 1] + n[i, 2] * guard[j, 2] < LEAST
 
 
 @inner()
 def holds_on(feet, i, guard, j, least, band):
-    """Whether foot i may push: it is not opposite to the guard of row j, and has become as near
-    within the step, if it was not before: it is no less deep than `least`."""
+    """Tell whether foot i may push: it is not opposite to the guard of row j, and no less deep than
+    `least`, so that it has become as near within the step."""
     return -feet.gap[i] >= least - 2.0 * band and not is_opposite(feet, i, guard, j)
 
 
 @inner()
 def turns(feet, i, guard, j):
-    """Whether the wall at foot i is another than the one that held row j."""
+    """Tell whether the wall at foot i is another than the one that held row j."""
     n = feet.normal
     g = guard[j, 0], guard[j, 1], guard[j, 2]
     along = n[i, 0] * g[0] + n[i, 1] * g[1] + n[i, 2] * g[2]
@@ -160,8 +160,8 @@ def stay(rows, known, step, last, detected, band, staying):
 
 @inner()
 def look(rows, feet, side, safe_distance, limits, mark, ways, asked):
-    """Marks of points in contact by their feet; lists of those whose ways are to be looked at, and
-    of those that balls may tell of, with the side of these. Returns how many they are.
+    """Mark points in contact by their feet; list those whose ways must be examined, and those whose
+    side a ball may prove, with that side. Returns how many there are of each.
 
     `limits` are `Limits`, `safe_distance` is of all points; `asked` are `AskedFeet` to be filled.
     """
@@ -190,7 +190,7 @@ def look(rows, feet, side, safe_distance, limits, mark, ways, asked):
 
 @inner()
 def face(rows, feet, holds, way, band, mark, asked):
-    """As `look`, where the nearest wall that is not opposite pushes: no way has to be looked at.
+    """Do as `look` where the nearest wall pushes that is not opposite: no way must be examined.
 
     `holds` are those of the last step, `way` is that of all points.
     """
@@ -221,7 +221,7 @@ def face(rows, feet, holds, way, band, mark, asked):
 
 @inner()
 def settle(rows, feet, known, mark, balls, limits, detected, left):
-    """What becomes of points in contact that have been looked at; returns how many are left.
+    """Decide what becomes of points in contact that are marked; returns how many are left.
 
     `known` are `KnownSides`, `balls` are `FootBalls` of those that were asked for one, `detected`
     is what was `Detected`. Those left are listed in `left`, and nothing is said of them. In front
@@ -312,7 +312,7 @@ def askable(feet, count, band, asked):
 
 @inner()
 def tell(index, feet, points, balls, band, known, within):
-    """Sides that balls at feet prove, and how far points are from their feet.
+    """Fill in the sides that balls at feet prove, and how far points are from their feet.
 
     Foot m is that of points[m]; `index` says in which rows of `known` (KnownSides) and `within`,
     the distance to a point of the surface, that is filled in. `balls` are `FootBalls` of the feet
@@ -331,7 +331,7 @@ def tell(index, feet, points, balls, band, known, within):
 
 @inner()
 def leave(rows, known, held, band, safe_distance, left):
-    """Free points that stay so: outside, or `held` inside. Lists the others; how many there are."""
+    """Keep points free that are outside, or `held` inside; list the others and return how many."""
     side, reach = known.side, known.reach
     n = 0
     for i in range(rows.shape[0]):
@@ -349,7 +349,7 @@ NOT_ASKED = -1
 
 @inner()
 def _apart(feet, truth, i):
-    """How far two feet are apart."""
+    """Return how far two feet are apart."""
     x, y = feet.point[i, 0] - truth.point[i, 0], feet.point[i, 1] - truth.point[i, 1]
     z = feet.point[i, 2] - truth.point[i, 2]
     return math.sqrt(x * x + y * y + z * z)
@@ -357,22 +357,22 @@ def _apart(feet, truth, i):
 
 @inner()
 def _above_zero(x):
-    """x, or zero where that is more or it is no number."""
+    """Return x, or zero where x is negative or no number."""
     return x if x > 0.0 else 0.0
 
 
 @inner()
 def is_needed(was, side, penetration, nearest):
-    """Whether a point's closest point is: it tells the side, or how deep one is that comes in, or,
-    where the nearest wall pushes, any that is not outside."""
+    """Tell whether a point needs its closest point: for its side, for the depth of one that comes
+    in, or, where the nearest wall pushes, of any that is not outside."""
     return side == 0 or (nearest and side < 0) or (not was and penetration)
 
 
 @kernel()
 def take_nearest(asked, way, limits):
-    """Closest points for feet of points that were in contact, where those may push and the points
-    have not left meanwhile: followed feet lead there, or they have gone less far than any surface
-    is off.
+    """Make closest points the feet of points that were in contact, where those may push and the
+    points have not left meanwhile: followed feet lead there, or they have gone less far than any
+    surface is off.
 
     `asked` are `Asked`, of which feet, `kept` and `status` are filled in; `way` is that of all
     points, `limits` are `Limits`.
@@ -411,7 +411,7 @@ def _kind(asked, limits, i):
 
 @inner(error_model="numpy")
 def is_plain(asked, step, limits, i):
-    """Whether neither the path of row i has to be looked at, nor another foot be taken."""
+    """Tell whether row i needs neither a look at its path nor another foot."""
     k, was, kept, truth = asked.rows[i], asked.was[i], asked.kept[i], asked.truth
     if not limits.closed:
         return kept
@@ -431,7 +431,7 @@ def is_plain(asked, step, limits, i):
 
 @inner(error_model="numpy")
 def write_plain(asked, limits, detected, i):
-    """Fill what was `Detected` for row i, which `is_plain`."""
+    """Write what becomes of row i, which `is_plain`, into `detected`."""
     truth, status, safe_distance = asked.truth, detected.status, detected.safe_distance
     k, was, kept, side = asked.rows[i], asked.was[i], asked.kept[i], asked.side[i]
     needed, solved, inside, _ = _kind(asked, limits, i)
@@ -455,9 +455,9 @@ def write_plain(asked, limits, detected, i):
 
 @kernel(error_model="numpy")
 def judge_plain(asked, step, limits, detected):
-    """Fill what was `Detected` for the points that are `Asked` for; whether all of them are plain.
+    """Write what becomes of the points that are `asked` for; tell whether all of them are plain.
 
-    Where one is not nothing is written. `step` is a `Step`, `limits` are `Limits`.
+    If one is not, nothing is written. `step` is a `Step`, `limits` are `Limits`.
     """
     for i in range(asked.rows.shape[0]):
         if not is_plain(asked, step, limits, i):
@@ -469,7 +469,7 @@ def judge_plain(asked, step, limits, detected):
 
 @inner(linked=False)
 def _follow(tables, work, n):
-    """Feet of the first n rows of `work` in lanes; those that need more have none."""
+    """Follow the feet of the first n rows of `work` in lanes; those that need more have none."""
     start = work.starts
     m = track_chunks(
         tables.body, work.path, start, n, work.records, work.left, work.feet, (0, 1 if n else 0)
@@ -480,7 +480,7 @@ def _follow(tables, work, n):
 
 @inner(linked=False)
 def _ask_balls(tables, work, m):
-    """Radii of the balls at the first m feet that are asked for."""
+    """Look up the radii of the balls at the first m feet that are asked for."""
     feet = SurfacePlaces(work.feet.patch, work.feet.uv)
     radii(tables.balls, tables.body.grid, feet, work.asked, work.which, work.radius, 0, m)
 

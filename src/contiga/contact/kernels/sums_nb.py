@@ -18,7 +18,7 @@ MOST_HALVINGS = 64
 
 @inner(linked=False)
 def _of_block(values, first, n):
-    """The sum of n numbers from `first` on, no more than a block."""
+    """Sum n numbers from `first` on, no more than a block."""
     if n < STRANDS:
         total = 0.0
         for k in range(first, first + n):
@@ -44,7 +44,7 @@ def _of_block(values, first, n):
 
 @inner(linked=False)
 def _of_halves(values, n):
-    """The sum of n numbers, more than a block."""
+    """Sum n numbers, more than a block."""
     first, count = np.zeros(MOST_HALVINGS, np.int64), np.zeros(MOST_HALVINGS, np.int64)
     left, is_summed = np.zeros(MOST_HALVINGS), np.zeros(MOST_HALVINGS, np.bool_)
     count[0], top, total = n, 0, 0.0
@@ -71,5 +71,5 @@ def _of_halves(values, n):
 
 @inner()
 def sum_of(values, n):
-    """The sum of the first n of `values` (m,)."""
+    """Sum the first n of `values` (m,)."""
     return 0.0 + (_of_block(values, 0, n) if n <= BLOCK else _of_halves(values, n))

@@ -16,7 +16,7 @@ TOTALS = 11
 
 @inner()
 def _turned(pose, x, y, z, c):
-    """Axis c of a direction of the body in the world; adds nothing where the frame is."""
+    """Return axis c of a direction of the body in the world; adds nothing where the frame is."""
     return pose[c, 0] * x + pose[c, 1] * y + pose[c, 2] * z + 0.0 * pose[c, 3]
 
 
@@ -36,7 +36,7 @@ def _add_wrench(points, k, force, frame, totals):
 
 @inner(linked=False, error_model="numpy")
 def _work_before(sizes, normals, tractions, now, before):
-    """Work of the last step's forces on the way of this one, half of it.
+    """Return half the work of the last step's forces on the way of this one.
 
     Each of the `Column`s has its rows ascending: sizes (k,) of forces along the normals (h, 3), and
     forces (t, 3) across them. Points without a size count for nothing.
@@ -85,7 +85,7 @@ def _energies(work, damped, answer, last, now, totals):
 
 @kernel(error_model="numpy")
 def forces(carrying, answer, last, now, frame, out):
-    """World forces on the points that carry, their wrench, and where the work of the step went.
+    """Compute the forces on the points that carry, world axes, their wrench, and the energies.
 
     `carrying` are `ContactRows`, `answer` is an `Answer`, `last` are `LastForces`, `now` (n, 3) all
     points, `frame` is a `Frame`. `out` is a `Felt`, to be filled. Returns whether any damping is
