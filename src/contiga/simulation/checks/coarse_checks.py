@@ -76,9 +76,17 @@ def _missed(pair: Pair) -> _Missed | None:
     corners = np.asarray(pair.slave.facets)[near]
     quadrature = pair.contact.quadrature
     own = np.eye(3) if quadrature == "nodes" else RULES[int(quadrature)].shape
-    shape = np.concatenate([own, _lattice(_PARTS)])
+    steps = np.arange(_PARTS + 1)
+    i, j = (each.ravel() for each in np.meshgrid(steps, steps))
+    rows = np.stack([i, j, _PARTS - i - j], axis=1) / _PARTS
+    shape = np.concatenate([own, rows[(rows[:, 2] >= 0.0) & (rows.max(axis=1) < 1.0)]])
     inside, depth = _followed(pair, times, corners, shape)
-    begin, own_touched = (_first(part) for part in np.split(inside, [len(own)], axis=2)[::-1])
+    parts = np.split(inside, [len(own)], axis=2)
+    own_touched, begin = (
+        # The first standing at which a point is inside: as many as there are where none ever is.
+        np.where(part.any(axis=(0, 2)), part.any(axis=2).argmax(axis=0), len(times))
+        for part in parts
+    )
     around = np.full(len(pair.slave), len(times))
     np.minimum.at(around, corners, own_touched[:, None])
     until = around[corners].min(axis=1)  # the first standing at which a point around it is touched
@@ -94,7 +102,8 @@ def _missed(pair: Pair) -> _Missed | None:
         # Once it is in, that end of the body is the nearer one that has come through.
         first = int(np.argmax(farthest.min(axis=1) > 0.0))
         reach = float(farthest[:, np.argmin(farthest[first])].max())
-        longest = _side(pair.slave.points[corners[k]])
+        facet = pair.slave.points[corners[k]]
+        longest = float(row_lengths(facet - np.roll(facet, 1, axis=0)).max())
         deepest = float(depth[span, k].max())
         found.append(_Missed(reach, float(times[begin[k]]), longest, deepest))
     return max(found, key=lambda one: one.reach / one.side, default=None)
@@ -136,14 +145,6 @@ def _radii(corners: FloatArray) -> FloatArray:
     return np.asarray(row_lengths(off.reshape(-1, 3)).reshape(-1, 3).max(axis=1))
 
 
-def _lattice(parts: int) -> FloatArray:
-    """(k, 3) barycentric coordinates of a lattice, corners left out."""
-    steps = np.arange(parts + 1)
-    i, j = (each.ravel() for each in np.meshgrid(steps, steps))
-    rows = np.stack([i, j, parts - i - j], axis=1) / parts
-    return rows[(rows[:, 2] >= 0.0) & (rows.max(axis=1) < 1.0)]
-
-
 def _followed(
     pair: Pair, times: FloatArray, corners: IndexArray, shape: FloatArray
 ) -> tuple[NDArray[np.bool_], FloatArray]:
@@ -173,13 +174,6 @@ def _followed(
     return inside.reshape(rows), depth.reshape(rows).max(axis=2)
 
 
-def _first(inside: NDArray[np.bool_]) -> IndexArray:
-    """(f,) number of the first standing at which a point of a facet is inside (t, f, k); as many as
-    there are where that never comes."""
-    any_of = np.asarray(inside.any(axis=2))
-    return np.where(any_of.any(axis=0), any_of.argmax(axis=0), len(any_of))
-
-
 def _ends(pair: Pair, time: float, shape: FloatArray, corners: IndexArray) -> FloatArray:
     """(2, k) how far the body goes on from points of a facet (k, 3), which are in contact, along
     its normal and against it."""
@@ -193,8 +187,3 @@ def _ends(pair: Pair, time: float, shape: FloatArray, corners: IndexArray) -> Fl
         hit, sense = pair.body.surface.last_crossings(p_B + off, p_B, rows)
         ends.append(length(way) * np.where(sense != 0, 1.0 - hit.fraction, 1.0))
     return np.array(ends)
-
-
-def _side(facet: FloatArray) -> float:
-    """The longest side of a facet."""
-    return float(row_lengths(facet - np.roll(facet, 1, axis=0)).max())

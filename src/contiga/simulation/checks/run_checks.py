@@ -75,13 +75,28 @@ def check_crest(model: Model, state: SystemState) -> tuple[Finding, ...]:
 
 
 def notes_on(model: Model, history: Columns) -> list[str]:
-    """What of its numbers a reader may take for something else."""
-    scene = Scene(model)
-    return [
-        text
-        for pair in scene.pairs
-        for text in _resultant(scene, pair, _columns(model, pair, history))
-    ]
+    """What of its numbers a reader may take for something else: the force that a law sets is a sum
+    of magnitudes, and what is printed is their resultant."""
+    scene, notes = Scene(model), []
+    for pair in scene.pairs:
+        own = _columns(model, pair, history)
+        law, at = pair.contact.law, int(np.argmax(own["force"]))
+        if not isinstance(law, ForceLaw) or law.hysteresis is not None:
+            continue
+        resultant = float(law.curve(own["max_penetration"][at]))
+        printed = float(own["force"][at])
+        if printed > 0.0 and resultant > (1.0 + _APART) * printed and pair.contact.friction is None:
+            remedy = (
+                "elements of a tenth of the radius that presses bring it nearer"
+                if law.share == "deepest"
+                else 'with share = "deepest" it is nearer to what the curve says'
+            )
+            notes.append(
+                f"{pair.part.name}: its curve sets the sum of the nodal forces, "
+                f"{scene.said(resultant, 'force')} at the peak; printed is their resultant, "
+                f"{scene.said(printed, 'force')}, as they do not all point one way; {remedy}"
+            )
+    return notes
 
 
 def _columns(model: Model, pair: Pair, history: Columns) -> dict[str, FloatArray]:
@@ -96,10 +111,12 @@ def _columns(model: Model, pair: Pair, history: Columns) -> dict[str, FloatArray
 
 
 def _no_contact(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Contacts that nothing ever came to, where that was not foretold."""
-    if own["n_contact"].any():
-        return
-    if any(ran_from_behind(pair, last, met=False)):
+    """Contacts that nothing ever came to, where that was not foretold, and open faces that were met
+    or passed from behind."""
+    met = bool(own["n_contact"].any())
+    from_behind = list(ran_from_behind(pair, last, met=met))
+    yield from from_behind
+    if met or from_behind:
         return
     rows = np.flatnonzero(pair.slave.active).astype(np.int32)
     points = last.contacts[pair.part.name].points_B
@@ -114,11 +131,6 @@ def _no_contact(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> It
         f"{scene.said(apart)} from {pair.part.master}",
         "Look at where they are placed, at their units and at what moves them",
     )
-
-
-def _behind(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Open faces that were met or passed from behind."""
-    yield from ran_from_behind(pair, last, met=bool(own["n_contact"].any()))
 
 
 def _deep(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
@@ -226,7 +238,6 @@ def _let_go(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterat
 
 _CHECKS: tuple[Callable[[Scene, Pair, Columns, SystemState], Iterator[Finding]], ...] = (
     _no_contact,
-    _behind,
     _deep,
     _fast,
     _sudden,
@@ -255,24 +266,4 @@ def _coarse(scene: Scene, pair: Pair, state: State) -> Iterator[Finding]:
             f"at the greatest force {len(rows)} nodes are in contact, {across:.2g} facets of "
             f"{scene.said(edge)} across: the force depends on where the nodes happen to lie",
             f"Take a finer mesh there{more_points(pair.contact.quadrature)}",
-        )
-
-
-def _resultant(scene: Scene, pair: Pair, own: Columns) -> Iterator[str]:
-    """What a law sets is a sum of magnitudes, and what is printed is their resultant."""
-    law, at = pair.contact.law, int(np.argmax(own["force"]))
-    if not isinstance(law, ForceLaw) or law.hysteresis is not None:
-        return
-    resultant = float(law.curve(own["max_penetration"][at]))
-    printed = float(own["force"][at])
-    if printed > 0.0 and resultant > (1.0 + _APART) * printed and pair.contact.friction is None:
-        remedy = (
-            "elements of a tenth of the radius that presses bring it nearer"
-            if law.share == "deepest"
-            else 'with share = "deepest" it is nearer to what the curve says'
-        )
-        yield (
-            f"{pair.part.name}: its curve sets the sum of the nodal forces, "
-            f"{scene.said(resultant, 'force')} at the peak; printed is their resultant, "
-            f"{scene.said(printed, 'force')}, as they do not all point one way; {remedy}"
         )

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from contiga.dynamics.springs import Spring
 from contiga.laws.characteristic import Characteristic
 from contiga.records import FloatArray
 from contiga.simulation.checks.finding import Finding
@@ -21,7 +20,10 @@ def check_springs_ran(scene: Scene, history: Mapping[str, FloatArray]) -> Iterat
     """Springs that went past an end of their tables."""
     for name, spring in scene.model.mechanism.springs.items():
         elongation = history[f"{name}.elongation"]
-        for curve in _curves(spring):
+        unloading = None if spring.hysteresis is None else spring.hysteresis.unloading
+        for curve in (spring.curve, unloading):
+            if curve is None or end_of(curve) is None:
+                continue
             passed = _passed(curve, elongation, slack=spring.hysteresis is not None)
             if passed is None:
                 continue
@@ -37,12 +39,6 @@ def check_springs_ran(scene: Scene, history: Mapping[str, FloatArray]) -> Iterat
                 'force has rows that say so, or extrapolation = "constant"',
             )
             break
-
-
-def _curves(spring: Spring) -> list[Characteristic]:
-    """What a spring loads and unloads by, tables alone."""
-    unloading = None if spring.hysteresis is None else spring.hysteresis.unloading
-    return [c for c in (spring.curve, unloading) if c is not None and end_of(c) is not None]
 
 
 def _passed(
