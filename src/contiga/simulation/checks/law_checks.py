@@ -41,7 +41,42 @@ _OVERDAMPED = 2.0
 def check_laws(scene: Scene) -> Iterator[Finding]:
     """Laws whose numbers are most likely in another unit, or of another thing."""
     for pair in scene.pairs:
-        yield from _curve(pair, scene.said)
+        for layer in layers_of(pair.contact):
+            x, y = layer.curve.x, layer.curve.y
+            if not layer.curve.is_table:
+                continue
+            kind = "force" if layer.thickness is None else "stress"
+            most = float(y.max())
+            if not y[-1] > _FALLEN * most:
+                how = (
+                    "never pushes"
+                    if most <= 0.0
+                    else f"falls from {scene.said(most, kind)} at most"
+                )
+                yield Finding(
+                    "curve",
+                    pair.where,
+                    f"its curve {how}: at its end it gives {scene.said(float(y[-1]), kind)}, and "
+                    "contact only pushes",
+                    "Give pressures as positive numbers, over penetrations or strains that are, "
+                    "too",
+                )
+            elif layer.thickness is not None and len(x) > 2 and x[-1] < _SHORT_TABLE:
+                yield Finding(
+                    "curve",
+                    pair.where,
+                    f"its table ends at a strain of {x[-1]:.3g}, before a layer has begun to give "
+                    "way",
+                    "Give strains as shares of the thickness: 0.5 is half of it, and 50 %",
+                )
+            elif layer.thickness is not None and in_percent(x, PRESSED):
+                yield Finding(
+                    "curve",
+                    pair.where,
+                    f"its table has strains of {x[-2]:.4g} and {x[-1]:.4g}, and no layer is "
+                    "pressed by more than its thickness",
+                    "Give strains as shares of the thickness: 0.5 is half of it, and 50 %",
+                )
         for layer in layers_of(pair.contact):
             curve, thickness = layer.curve, layer.thickness
             if thickness is None or pair.contact.contact_type == "combined":
@@ -74,40 +109,6 @@ def check_laws(scene: Scene) -> Iterator[Finding]:
                 pair.where,
                 f"its damping ratio is {ratio:g} times the critical damping",
                 "Give a share, not percents: 0.1 is one tenth of the critical damping",
-            )
-
-
-def _curve(pair: Pair, said: Said) -> Iterator[Finding]:
-    """Curves that hardly push, or tables that end where layers have not begun to give way."""
-    for layer in layers_of(pair.contact):
-        x, y = layer.curve.x, layer.curve.y
-        if not layer.curve.is_table:
-            continue
-        kind = "force" if layer.thickness is None else "stress"
-        most = float(y.max())
-        if not y[-1] > _FALLEN * most:
-            how = "never pushes" if most <= 0.0 else f"falls from {said(most, kind)} at most"
-            yield Finding(
-                "curve",
-                pair.where,
-                f"its curve {how}: at its end it gives {said(float(y[-1]), kind)}, and contact "
-                "only pushes",
-                "Give pressures as positive numbers, over penetrations or strains that are, too",
-            )
-        elif layer.thickness is not None and len(x) > 2 and x[-1] < _SHORT_TABLE:
-            yield Finding(
-                "curve",
-                pair.where,
-                f"its table ends at a strain of {x[-1]:.3g}, before a layer has begun to give way",
-                "Give strains as shares of the thickness: 0.5 is half of it, and 50 %",
-            )
-        elif layer.thickness is not None and in_percent(x, PRESSED):
-            yield Finding(
-                "curve",
-                pair.where,
-                f"its table has strains of {x[-2]:.4g} and {x[-1]:.4g}, and no layer is pressed by "
-                "more than its thickness",
-                "Give strains as shares of the thickness: 0.5 is half of it, and 50 %",
             )
 
 

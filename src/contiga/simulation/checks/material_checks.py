@@ -51,7 +51,14 @@ def check_materials(scene: Scene) -> Iterator[Finding]:
                     of_it = f"the curve of {what}"
                     yield from odd_strength(float(strain[-1]), half, where, of_it, scene.said)
             yield from _rates(where, what, part, scene)
-            for curve, table, most in _tables(part):
+            material, tables = part.material, dict[str, FloatArray]()
+            if isinstance(material, Foam | Belt):
+                tables = {"curve": material.loading}
+            elif isinstance(material, Fabric):
+                assert material.weft is not None
+                tables = {"warp": material.warp, "weft": material.weft}
+            most = PRESSED if isinstance(material, Foam) else _STRETCHED
+            for curve, table in tables.items():
                 if in_percent(table[:, 0], most):
                     yield Finding(
                         "curve",
@@ -61,7 +68,6 @@ def check_materials(scene: Scene) -> Iterator[Finding]:
                         f"{'pressed' if most == PRESSED else 'pulled'} so far",
                         "Give strains as shares of the length: 0.5 is 50 %",
                     )
-            material = part.material
             if part.kind != "tet4" or not isinstance(material, Elastic | NeoHooke):
                 continue
             averaged = isinstance(material, NeoHooke) and material.volume == "nodes"
@@ -110,20 +116,6 @@ def _units(where: str, what: str, part: Part, said: Said) -> Iterator[Finding]:
             f"Look at both: with these units stresses are in {said.unit('stress')}, densities in "
             f"{said.unit('mass')} per {said.unit('length')}³",
         )
-
-
-def _tables(part: Part) -> list[tuple[str, FloatArray, float]]:
-    """Curves over strains, and the largest strain that is meant by such."""
-    material = part.material
-    if isinstance(material, Foam):
-        return [("curve", material.loading, PRESSED)]
-    if isinstance(material, Belt):
-        return [("curve", material.loading, _STRETCHED)]
-    if isinstance(material, Fabric):
-        assert material.weft is not None
-        threads = {"warp": material.warp, "weft": material.weft}
-        return [(name, table, _STRETCHED) for name, table in threads.items()]
-    return []
 
 
 def _rates(where: str, what: str, part: Part, scene: Scene) -> Iterator[Finding]:

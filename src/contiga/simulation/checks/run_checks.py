@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.arrays.ordered import length
-from contiga.contact.state import State
 from contiga.laws.force import ForceLaw
 from contiga.masters.nearness import nearest
 from contiga.records import FloatArray
@@ -69,7 +69,24 @@ def check_crest(model: Model, state: SystemState) -> tuple[Finding, ...]:
     findings: list[Finding] = []
     for pair in scene.pairs:
         contact = state.contacts[pair.part.name]
-        findings += _coarse(scene, pair, contact)
+        rows = np.flatnonzero(contact.in_contact[: len(pair.slave)])
+        facets = pair.slave.facets
+        touched: NDArray[np.bool_] = np.zeros(0, np.bool_)
+        if facets is not None and pair.contact.quadrature == "nodes":
+            touched = np.asarray(np.isin(facets, rows).any(axis=1))
+        if facets is not None and touched.any():
+            corners = contact.points_B[facets[touched]]
+            sides = corners - np.roll(corners, 1, axis=1)
+            edge = float(np.sqrt(np.square(sides).sum(axis=2)).mean())
+            across = length(np.ptp(contact.points_B[rows], axis=0)) / edge
+            if across < _ACROSS:
+                text = (
+                    f"at the greatest force {len(rows)} nodes are in contact, {across:.2g} facets "
+                    f"of {scene.said(edge)} across: the force depends on where the nodes happen to "
+                    "lie"
+                )
+                finer = f"Take a finer mesh there{more_points(pair.contact.quadrature)}"
+                findings.append(Finding("coarse", pair.where, text, finer))
         findings += two_layers(pair, contact)
     return tuple(findings)
 
@@ -134,16 +151,12 @@ def _no_contact(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> It
 
 
 def _deep(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Penetrations that a law does not know."""
+    """Penetrations that a law does not know, and steps in which points went in too far at once."""
     at = int(np.nanargmax(own["max_penetration"]))
     reached = float(own["max_penetration"][at]), float(own["time"][at])
     for layer in layers_of(pair.contact):
         yield from deeper_than(layer, pair.where, reached, scene.said)
     yield from deeper_than_elements(pair, own, scene.said)
-
-
-def _fast(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Steps in which points went in too far at once."""
     ways = np.diff(own["max_penetration"])
     layers = [layer.thickness for layer in layers_of(pair.contact) if layer.thickness]
     if len(ways) == 0 or not layers or not ways.max() > STEP_OF_LAYER * min(layers):
@@ -239,31 +252,9 @@ def _let_go(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterat
 _CHECKS: tuple[Callable[[Scene, Pair, Columns, SystemState], Iterator[Finding]], ...] = (
     _no_contact,
     _deep,
-    _fast,
     _sudden,
     _damped,
     _let_go,
     jumped,
     _unfinished,
 )
-
-
-def _coarse(scene: Scene, pair: Pair, state: State) -> Iterator[Finding]:
-    """Meshes with few facets across the region of contact."""
-    slave, rows = pair.slave, np.flatnonzero(state.in_contact[: len(pair.slave)])
-    if slave.facets is None or pair.contact.quadrature != "nodes" or len(rows) == 0:
-        return
-    touched = slave.facets[np.isin(slave.facets, rows).any(axis=1)]
-    if len(touched) == 0:
-        return
-    corners = state.points_B[touched]
-    edge = float(np.sqrt(np.square(corners - np.roll(corners, 1, axis=1)).sum(axis=2)).mean())
-    across = length(np.ptp(state.points_B[rows], axis=0)) / edge
-    if across < _ACROSS:
-        yield Finding(
-            "coarse",
-            pair.where,
-            f"at the greatest force {len(rows)} nodes are in contact, {across:.2g} facets of "
-            f"{scene.said(edge)} across: the force depends on where the nodes happen to lie",
-            f"Take a finer mesh there{more_points(pair.contact.quadrature)}",
-        )
