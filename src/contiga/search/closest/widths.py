@@ -38,7 +38,13 @@ def edge_widths(body: Faces, elements: Elements, trims: TrimTables) -> FloatArra
     known = np.flatnonzero(piece_edge >= 0)
     joined = known[shared[piece_edge[known]]] if len(known) else known
     pieces[joined] = of_edge[piece_edge[joined]]
-    _bridge(pieces, trims)
+    # Straight pieces that close a gap in a loop are as wide as the narrower piece beside them.
+    loop = np.column_stack([trims.piece_patch, trims.piece_loop[:, 0]])
+    for k in np.flatnonzero(trims.piece_loop[:, 1] < 0):
+        in_loop = np.flatnonzero((loop == loop[k]).all(axis=1))
+        at = int(np.searchsorted(in_loop, k))
+        beside = in_loop[[at - 1, (at + 1) % len(in_loop)]]
+        pieces[k] = pieces[beside].min()
     table = elements.table
     table["width"] = 0.0
     _sides_of_edges(body, elements, np.where(shared, of_edge, 0.0))
@@ -49,16 +55,6 @@ def edge_widths(body: Faces, elements: Elements, trims: TrimTables) -> FloatArra
     inner = np.where(table["trim"] == CUT, largest[table["patch"]], 0.0)
     table["edge_tolerance"] = np.maximum(table["width"].max(axis=1), inner)
     return pieces
-
-
-def _bridge(pieces: FloatArray, trims: TrimTables) -> None:
-    """Straight pieces that close a gap in a loop are as wide as the narrower piece beside them."""
-    loop = np.column_stack([trims.piece_patch, trims.piece_loop[:, 0]])
-    for k in np.flatnonzero(trims.piece_loop[:, 1] < 0):
-        in_loop = np.flatnonzero((loop == loop[k]).all(axis=1))
-        at = int(np.searchsorted(in_loop, k))
-        beside = in_loop[[at - 1, (at + 1) % len(in_loop)]]
-        pieces[k] = pieces[beside].min()
 
 
 def _sides_of_edges(body: Faces, elements: Elements, of_edge: FloatArray) -> None:

@@ -138,7 +138,18 @@ def build(
 
     `closest` finds the closest points of the body to all rows of points.
     """
-    words, places, near, piece = _painted(place, pieces)
+    # Words of the cells that may hold surface, −1 in others.
+    flat = np.zeros(np.prod(place.shape), np.int32)
+    nothing = np.zeros(0, np.uint64), np.zeros(0, np.int32)
+    side_grid_nb.paint(pieces, place.small, place.shape, flat, *nothing)
+    index = np.flatnonzero(flat)
+    flat[:] = -1
+    flat[index] = np.arange(len(index))
+    # Their small cells that may, and a piece of each.
+    near, piece = np.zeros(len(index), np.uint64), np.full(len(index), -1, np.int32)
+    side_grid_nb.paint(pieces, place.small, place.shape, flat, near, piece)
+    places = np.stack(np.unravel_index(index, place.shape), axis=1).astype(np.int32)
+    words = flat.reshape(place.shape)
     labels, depth = side_grid_nb.labelled(words < 0), side_grid_nb.depths(words < 0)
     first, mask = side_grid_nb.parts_of(near)
     parent = side_grid_nb.join(labels, words, places, first, mask)
@@ -147,21 +158,6 @@ def build(
     cell, masks = side_grid_nb.known_sides(parent, sign, labels, depth, words, first, mask)
     far = int(sign[parent[labels[0, 0, 0] - 1]])
     return SideGrid(place.origin, place.size, place.skin, far, cell, masks, piece, *feet)
-
-
-def _painted(place: Layout, pieces: FloatArray) -> tuple[IntArray, IntArray, Records, IntArray]:
-    """Words of the cells that may hold surface, −1 in others; their cells; their small cells that
-    may; and a piece of each."""
-    flat = np.zeros(np.prod(place.shape), np.int32)
-    nothing = np.zeros(0, np.uint64), np.zeros(0, np.int32)
-    side_grid_nb.paint(pieces, place.small, place.shape, flat, *nothing)
-    index = np.flatnonzero(flat)
-    flat[:] = -1
-    flat[index] = np.arange(len(index))
-    near, piece = np.zeros(len(index), np.uint64), np.full(len(index), -1, np.int32)
-    side_grid_nb.paint(pieces, place.small, place.shape, flat, near, piece)
-    places = np.stack(np.unravel_index(index, place.shape), axis=1).astype(np.int32)
-    return flat.reshape(place.shape), places, near, piece
 
 
 def _signs(place: Layout, regions: tuple[Records, FloatArray], closest: Closest) -> ByteArray:

@@ -71,25 +71,6 @@ def _pressed(q, s, t, miss):
 
 
 @inner()
-def _at_pole(elements, e, s, t, q):
-    """(s, t) moved onto the collapsed side it has come within rounding of."""
-    kind = elements.table[e]["kind"]
-    if (
-        q.square_s <= POINT * q.square_t
-        and abs(t) > 0.5 - NEAR_POLE
-        and kind[3 if t > 0.0 else 2] == POLE
-    ):
-        return s, math.copysign(0.5, t)
-    if (
-        q.square_t <= POINT * q.square_s
-        and abs(s) > 0.5 - NEAR_POLE
-        and kind[1 if s > 0.0 else 0] == POLE
-    ):
-        return math.copysign(0.5, s), t
-    return s, t
-
-
-@inner()
 def _way_on(elements, foot, out, point, miss, h):
     """Where the foot goes on from the sides it presses against; element −1 where nowhere."""
     e, s, t = foot
@@ -127,7 +108,13 @@ def walk(elements, start, point, tolerance, h):
         distance = math.sqrt(2.0 * q.f)
         miss = tolerance + 2.0 * ROUNDING * distance
         if q.square_s <= POINT * q.square_t or q.square_t <= POINT * q.square_s:
-            s, t = _at_pole(elements, e, s, t, q)
+            # Within rounding of a collapsed side a foot is moved onto it.
+            kind = elements.table[e]["kind"]
+            narrow_s, narrow_t = q.square_s <= POINT * q.square_t, q.square_t <= POINT * q.square_s
+            if narrow_s and abs(t) > 0.5 - NEAR_POLE and kind[3 if t > 0.0 else 2] == POLE:
+                t = math.copysign(0.5, t)
+            elif narrow_t and abs(s) > 0.5 - NEAR_POLE and kind[1 if s > 0.0 else 0] == POLE:
+                s = math.copysign(0.5, s)
             q = expand(elements, e, s, t, point, h)
         out = _pressed(q, s, t, miss)
         if out[0] >= 0 or out[1] >= 0:
@@ -149,11 +136,21 @@ def walk(elements, start, point, tolerance, h):
             and slip_t <= miss * math.sqrt(b)
             and d_s * d_s * a + d_t * d_t * b <= miss * miss
         ):
-            s, t = _last_step(elements, e, (s, t), (d_s, d_t), point, h)
+            about = elements.table[e]["about"]
+            if about[0] != 0.0 or about[1] != 0.0:
+                # One step more where the element has a pole: Newton's method does not square the
+                # miss in what are polar coordinates. Elsewhere the foot is far more exact.
+                s = min(max(s + d_s, -0.5), 0.5)
+                t = min(max(t + d_t, -0.5), 0.5)
+                expand(elements, e, s, t, point, h)
             return _settle(elements, e, s, t, out)
         if not from_pole and _is_polar(elements, e, q, d_s * d_s * a + d_t * d_t * b, h):
             from_pole = True
-            e, s, t = _way_from_pole(elements, (e, s, t), point, miss, h)
+            # From the pole near the foot, to where f falls most from there.
+            about = elements.table[e]["about"]
+            at = (e, about[0] if about[0] != 0.0 else s, about[1] if about[1] != 0.0 else t)
+            way = vertex_exit(elements, at, point, miss, h)
+            e, s, t = way if way[0] >= 0 else at
             q = expand(elements, e, s, t, point, h)
             continue
         promise = -(q.f_s * d_s + q.f_t * d_t)
@@ -187,32 +184,6 @@ def _is_polar(elements, e, q, square, h):
         return False
     convex = q.f_ss > 0.0 and q.f_ss * q.f_tt > q.f_st * q.f_st
     return not convex or square > 0.25 * away
-
-
-@inner()
-def _way_from_pole(elements, foot, point, miss, h):
-    """The pole near a foot, seen from where f falls most from there."""
-    e, s, t = foot
-    about = elements.table[e]["about"]
-    at = (e, about[0] if about[0] != 0.0 else s, about[1] if about[1] != 0.0 else t)
-    way = vertex_exit(elements, at, point, miss, h)
-    return way if way[0] >= 0 else at
-
-
-@inner()
-def _last_step(elements, e, foot, step, point, h):
-    """(s, t) after a step within the tolerance, in an element with a pole; else as it was.
-
-    Elsewhere the foot is far more exact than the tolerance, as Newton's method squares the miss
-    of the step before. About a pole, in what are polar coordinates, it does not.
-    """
-    s, t = foot
-    about = elements.table[e]["about"]
-    if about[0] != 0.0 or about[1] != 0.0:
-        s = min(max(s + step[0], -0.5), 0.5)
-        t = min(max(t + step[1], -0.5), 0.5)
-        expand(elements, e, s, t, point, h)
-    return s, t
 
 
 @inner()
