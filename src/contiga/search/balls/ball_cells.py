@@ -111,9 +111,26 @@ def build_balls(tables: Tables) -> Balls:
     elements, bases, cells = _grid(tables, centre, size)
     place = _Place(tables, centre, size, tolerance, find_caps(tables, cells, tolerance))
     _measure(place, cells)
-    all_cells = _with_homes(place, bases, cells)
+    # The cells of the grids with the smooth blocks around them.
+    n, homes = len(cells), np.zeros(len(cells), HOME)
+    homes["patch"] = cells["patch"]
+    cells["home"] = np.arange(n)
+    smooth = np.ones((n, 2), bool)
+    joints = (tables.elements, tables.grid, bases, cells, tolerance, smooth)
+    closes = ball_block_nb.joints(*joints)
+    domain = tables.trims.domain.reshape(-1, 2, 2)
+    homes["period"] = (closes * np.diff(domain, axis=2)[:, :, 0])[cells["patch"]]
+    homes["cap"] = -1
+    ball_block_nb.base_homes(cells, smooth, bases, homes)
+    place.caps.take(cells, homes, _limit(place))
+    child = np.full(n, -1, np.int32)
+    all_cells = _Cells(cells, homes, child, np.zeros((n, 2, 4)), np.zeros(n), np.zeros(n, int))
     while True:
-        parts = np.flatnonzero(_is_rough(all_cells, place))
+        # Cells whose derivatives differ too much to say anything, and that can be cut.
+        cells = all_cells.cells
+        rough = ~(cells["turn"] <= LARGEST_TURN) & (_length(cells) > ROUGH * size)
+        able = _is_leaf(all_cells) & ~_has_cap(all_cells) & (all_cells.depth < DEEPEST)
+        parts = np.flatnonzero(able & rough)
         if len(parts) == 0:
             break
         all_cells = _cut(place, all_cells, parts, own_homes=True)
@@ -136,7 +153,22 @@ def _grid(tables: Tables, centre: FloatArray, size: float) -> tuple[Records, Pla
     """Cells of every element: as many a span as the most that any element of the span needs."""
     elements, grid = tables.elements, tables.grid
     n = len(elements.table)
-    wants = _counts(_quarters(tables, centre), size)
+    # The quarters of every element, one after the other.
+    quarters = np.zeros(4 * n, CELL)
+    quarters["element"] = np.repeat(np.arange(n), 4)
+    halves = [(-0.5, 0.0), (0.0, 0.5)]
+    quarters["box"] = np.tile([(*a, *b) for a in halves for b in halves], (n, 1))
+    _measure_cells(tables, centre, quarters)
+    # Cells that an element wants in s and in t, (n, 2): fewer where that would be too many.
+    # The longest quarter counts: towards a pole lengths vanish, and bends with them.
+    lengths = np.linalg.norm(quarters["first"], axis=2).reshape(-1, 4, 2).max(axis=1)
+    second = quarters["second"][:, [0, 2]].reshape(-1, 4, 2).max(axis=1)
+    turn = second / np.maximum(lengths, 1e-300)
+    long = 2.0 * lengths / (CELL_LENGTH * size)
+    for share in CELL_TURN:
+        wants = np.clip(np.ceil(np.maximum(turn / share, long)), 1, MOST_CELLS).astype(np.int32)
+        if wants.prod(axis=1).sum() <= GRID_BUDGET:
+            break
     rows = np.zeros(n, GRID)
     bases = np.zeros((len(grid.patches), 3), np.intp)
     parts: list[Records] = []
@@ -156,31 +188,6 @@ def _grid(tables: Tables, centre: FloatArray, size: float) -> tuple[Records, Pla
         parts.append(_patch_cells(elements.table, span, (along, across)))
         used += u * v
     return rows, bases, np.concatenate(parts)
-
-
-def _quarters(tables: Tables, centre: FloatArray) -> Records:
-    """The four quarters of every element, one after the other."""
-    n = len(tables.elements.table)
-    cells = np.zeros(4 * n, CELL)
-    cells["element"] = np.repeat(np.arange(n), 4)
-    halves = [(-0.5, 0.0), (0.0, 0.5)]
-    cells["box"] = np.tile([(*a, *b) for a in halves for b in halves], (n, 1))
-    _measure_cells(tables, centre, cells)
-    return cells
-
-
-def _counts(quarters: Records, size: float) -> IntArray:
-    """(n, 2) cells that an element wants in s and in t: fewer where that would be too many."""
-    # The longest quarter counts: towards a pole lengths vanish, and bends with them.
-    lengths = np.linalg.norm(quarters["first"], axis=2).reshape(-1, 4, 2).max(axis=1)
-    second = quarters["second"][:, [0, 2]].reshape(-1, 4, 2).max(axis=1)
-    turn = second / np.maximum(lengths, 1e-300)
-    long = 2.0 * lengths / (CELL_LENGTH * size)
-    for share in CELL_TURN:
-        counts = np.clip(np.ceil(np.maximum(turn / share, long)), 1, MOST_CELLS).astype(np.int32)
-        if counts.prod(axis=1).sum() <= GRID_BUDGET:
-            break
-    return counts
 
 
 def _patch_cells(table: Records, of_patch: slice, counts: tuple[IntArray, IntArray]) -> Records:
@@ -224,24 +231,6 @@ def _measure_cells(tables: Tables, centre: FloatArray, cells: Records) -> None:
     run_ranges(ball_cell_nb.measure_cells, len(cells), CELLS, tables.elements, centre, cells)
 
 
-def _with_homes(place: _Place, bases: Places, cells: Records) -> _Cells:
-    """The cells of the grids with the smooth blocks around them."""
-    n, homes = len(cells), np.zeros(len(cells), HOME)
-    homes["patch"] = cells["patch"]
-    cells["home"] = np.arange(n)
-    tables = place.tables
-    smooth = np.ones((n, 2), bool)
-    joints = (tables.elements, tables.grid, bases, cells, place.tolerance, smooth)
-    closes = ball_block_nb.joints(*joints)
-    domain = tables.trims.domain.reshape(-1, 2, 2)
-    homes["period"] = (closes * np.diff(domain, axis=2)[:, :, 0])[cells["patch"]]
-    homes["cap"] = -1
-    ball_block_nb.base_homes(cells, smooth, bases, homes)
-    place.caps.take(cells, homes, _limit(place))
-    child = np.full(n, -1, np.int32)
-    return _Cells(cells, homes, child, np.zeros((n, 2, 4)), np.zeros(n), np.zeros(n, int))
-
-
 def _limit(place: _Place) -> float:
     """Balls that a smooth block is to allow."""
     return ENOUGH * GOAL * place.size
@@ -257,13 +246,6 @@ def _length(cells: Records) -> FloatArray:
         np.linalg.norm(corner[:, 3] - corner[:, 0], axis=1),
         np.linalg.norm(corner[:, 2] - corner[:, 1], axis=1),
     )
-
-
-def _is_rough(all_cells: _Cells, place: _Place) -> NDArray[np.bool_]:
-    """Cells whose derivatives differ too much to say anything, and that can be cut."""
-    cells = all_cells.cells
-    rough = ~(cells["turn"] <= LARGEST_TURN) & (_length(cells) > ROUGH * place.size)
-    return _is_leaf(all_cells) & rough & ~_has_cap(all_cells) & (all_cells.depth < DEEPEST)
 
 
 def _has_cap(all_cells: _Cells) -> NDArray[np.bool_]:
@@ -290,7 +272,18 @@ def _cut(place: _Place, old: _Cells, rows: Places, own_homes: bool) -> _Cells:
     """Cells with `rows` halved; the parts take the homes of the whole or get their own."""
     n = len(old.cells)
     whole = np.repeat(old.cells[rows], 2)
-    way = _ways(old.cells[rows], own_homes)
+    # Halved across s (0) or t (1), rough ones so that they turn least.
+    cells = old.cells[rows]
+    lengths = np.linalg.norm(cells["first"], axis=2)
+    way = (lengths[:, 1] > lengths[:, 0]).astype(int)
+    if own_homes:
+        second = cells["second"]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            a = second[:, :2] / lengths[:, :1]
+            b = second[:, 1:] / lengths[:, 1:]
+        in_s = np.hypot(0.5 * a[:, 0] + a[:, 1], 0.5 * b[:, 0] + b[:, 1])
+        in_t = np.hypot(a[:, 0] + 0.5 * a[:, 1], b[:, 0] + 0.5 * b[:, 1])
+        way = (~(in_s <= in_t)).astype(int)
     parts = np.zeros(len(whole), CELL)
     parts["element"], parts["home"] = whole["element"], whole["home"]
     box = whole["box"].reshape(-1, 2, 2).copy()
@@ -310,20 +303,6 @@ def _cut(place: _Place, old: _Cells, rows: Places, own_homes: bool) -> _Cells:
     want = np.concatenate([old.want, np.zeros(len(parts))])
     depth = np.concatenate([old.depth, np.repeat(old.depth[rows] + 1, 2)])
     return _Cells(np.concatenate([old.cells, parts]), homes, child, value, want, depth)
-
-
-def _ways(cells: Records, rough: bool) -> IntArray:
-    """(n,) whether to halve cells across s (0) or t (1): rough ones so that they turn least."""
-    lengths = np.linalg.norm(cells["first"], axis=2)
-    if not rough:
-        return (lengths[:, 1] > lengths[:, 0]).astype(int)
-    second = cells["second"]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        a = second[:, :2] / lengths[:, :1]
-        b = second[:, 1:] / lengths[:, 1:]
-    in_s = np.hypot(0.5 * a[:, 0] + a[:, 1], 0.5 * b[:, 0] + b[:, 1])
-    in_t = np.hypot(a[:, 0] + 0.5 * a[:, 1], b[:, 0] + 0.5 * b[:, 1])
-    return (~(in_s <= in_t)).astype(int)
 
 
 def _halves(value: FloatArray, way: IntArray) -> FloatArray:

@@ -151,36 +151,6 @@ def _axis(a, b, normal, e, work):
 
 
 @inner()
-def _slopes(a, b, normal, e, limits, slopes):
-    """Tilts of the parting plane worth trying: as far from the ball as the cell b allows."""
-    size, cap = limits.size, limits.cap
-    level = -math.inf
-    for i in range(4):
-        x = a["corner"][i]
-        level = max(level, normal[0] * x[0] + normal[1] * x[1] + normal[2] * x[2])
-    start = math.inf
-    for i in range(4):
-        x = b["corner"][i]
-        start = min(start, e[0] * x[0] + e[1] * x[1] + e[2] * x[2])
-    flat = max(a["extent"] / (4.0 * cap), 1e-6)
-    most = 1.0 / flat
-    slack = 1e-12 * size + b["rise"] + b["sink"]
-    for i in range(4):
-        x = b["corner"][i]
-        z = normal[0] * x[0] + normal[1] * x[1] + normal[2] * x[2] - level - slack
-        y = e[0] * x[0] + e[1] * x[1] + e[2] * x[2] - start
-        if z > 0.0:
-            most = min(most, y / z)
-    slopes[0] = most
-    slopes[1] = 0.5 * most
-    slopes[2] = min(most, 1.0 / max(a["tilt"], flat))
-    slopes[3] = min(most, 0.3 / max(a["tilt"], flat))
-    slopes[4] = min(most, 3.0)
-    slopes[5] = 0.0
-    return 6
-
-
-@inner()
 def lower(a, b, pole, limits, v, work):
     """Lower the corner values `v` of cell a to what cell b leaves of them; whether it took any.
 
@@ -219,8 +189,31 @@ def lower(a, b, pole, limits, v, work):
             for i in range(4):
                 best[i] = f[i]
     if _axis(a, b, normal, e, m):
-        count = _slopes(a, b, normal, e, limits, slopes)
-        for k in range(count):
+        # Tilts of the parting plane worth trying: as far from the ball as the cell b allows.
+        level = -math.inf
+        for i in range(4):
+            x = a["corner"][i]
+            level = max(level, normal[0] * x[0] + normal[1] * x[1] + normal[2] * x[2])
+        start = math.inf
+        for i in range(4):
+            x = b["corner"][i]
+            start = min(start, e[0] * x[0] + e[1] * x[1] + e[2] * x[2])
+        flat = max(a["extent"] / (4.0 * limits.cap), 1e-6)
+        most = 1.0 / flat
+        slack = 1e-12 * limits.size + b["rise"] + b["sink"]
+        for i in range(4):
+            x = b["corner"][i]
+            z = normal[0] * x[0] + normal[1] * x[1] + normal[2] * x[2] - level - slack
+            y = e[0] * x[0] + e[1] * x[1] + e[2] * x[2] - start
+            if z > 0.0:
+                most = min(most, y / z)
+        slopes[0] = most
+        slopes[1] = 0.5 * most
+        slopes[2] = min(most, 1.0 / max(a["tilt"], flat))
+        slopes[3] = min(most, 0.3 / max(a["tilt"], flat))
+        slopes[4] = min(most, 3.0)
+        slopes[5] = 0.0
+        for k in range(6):
             tau = slopes[k]
             unit(e[0] - tau * normal[0], e[1] - tau * normal[1], e[2] - tau * normal[2], m)
             _plane(a, b, m, normal, margin, f)
