@@ -57,25 +57,6 @@ def _angle(ax, ay, az, bx, by, bz):
 
 
 @inner()
-def _add_pole(elements, e, side, total, h):
-    """Add an element's normals along its collapsed side, each with its share of the angle."""
-    column = 1 if side < 2 else 2
-    px = py = pz = 0.0
-    for k in range(POLE_ARCS + 1):
-        s, t = side_point(side, k / POLE_ARCS - 0.5)
-        normal_at(elements, e, s, t, h)
-        dx, dy, dz = h[0, column], h[1, column], h[2, column]
-        if k > 0:
-            weight = _angle(px, py, pz, dx, dy, dz)
-            s, t = side_point(side, (k - 0.5) / POLE_ARCS - 0.5)
-            x, y, z = normal_at(elements, e, s, t, h)
-            total[0] += weight * x
-            total[1] += weight * y
-            total[2] += weight * z
-        px, py, pz = dx, dy, dz
-
-
-@inner()
 def _add_elements(tables, foot, only, total, h):
     """Add the normals of the elements around a foot, of patch `only` or (−1) of all.
 
@@ -94,8 +75,21 @@ def _add_elements(tables, foot, only, total, h):
         if not in_face(elements, tables.trims, e, s, t):
             continue
         pole = collapsed_side(elements, e, s, t)
-        if pole >= 0:
-            _add_pole(elements, e, pole, total, h)
+        if pole >= 0:  # along the collapsed side, each normal with its share of the angle
+            column = 1 if pole < 2 else 2
+            px = py = pz = 0.0
+            for arc in range(POLE_ARCS + 1):
+                s, t = side_point(pole, arc / POLE_ARCS - 0.5)
+                normal_at(elements, e, s, t, h)
+                dx, dy, dz = h[0, column], h[1, column], h[2, column]
+                if arc > 0:
+                    weight = _angle(px, py, pz, dx, dy, dz)
+                    s, t = side_point(pole, (arc - 0.5) / POLE_ARCS - 0.5)
+                    x, y, z = normal_at(elements, e, s, t, h)
+                    total[0] += weight * x
+                    total[1] += weight * y
+                    total[2] += weight * z
+                px, py, pz = dx, dy, dz
             continue
         x, y, z = normal_at(elements, e, s, t, h)
         if abs(s) < 0.5 or abs(t) < 0.5:

@@ -131,12 +131,13 @@ def walk(elements, start, point, tolerance, h):
         slip_s = abs(q.f_s) if free_s else 0.0
         slip_t = abs(q.f_t) if free_t else 0.0
         d_s, d_t = direction(q, s, t, free_s, free_t)
+        square = d_s * d_s * a + d_t * d_t * b
+        about, is_round = elements.table[e]["about"], elements.table[e]["round"]
         if (
             slip_s <= miss * math.sqrt(a)
             and slip_t <= miss * math.sqrt(b)
-            and d_s * d_s * a + d_t * d_t * b <= miss * miss
+            and square <= miss * miss
         ):
-            about = elements.table[e]["about"]
             if about[0] != 0.0 or about[1] != 0.0:
                 # One step more where the element has a pole: Newton's method does not square the
                 # miss in what are polar coordinates. Elsewhere the foot is far more exact.
@@ -144,15 +145,22 @@ def walk(elements, start, point, tolerance, h):
                 t = min(max(t + d_t, -0.5), 0.5)
                 expand(elements, e, s, t, point, h)
             return _settle(elements, e, s, t, out)
-        if not from_pole and _is_polar(elements, e, q, d_s * d_s * a + d_t * d_t * b, h):
-            from_pole = True
-            # From the pole near the foot, to where f falls most from there.
-            about = elements.table[e]["about"]
-            at = (e, about[0] if about[0] != 0.0 else s, about[1] if about[1] != 0.0 else t)
-            way = vertex_exit(elements, at, point, miss, h)
-            e, s, t = way if way[0] >= 0 else at
-            q = expand(elements, e, s, t, point, h)
-            continue
+        # Near a smooth pole a Newton step is unreliable in (s, t), which are polar coordinates
+        # there, if it is longer than half of the distance to the pole, or f is not convex.
+        axis = 0 if about[0] != 0.0 else 1
+        end = 2 * axis + (1 if about[axis] > 0.0 else 0)
+        if not from_pole and about[axis] != 0.0 and is_round[end] != 0:
+            away = h[0, 0] ** 2 + h[1, 0] ** 2 + h[2, 0] ** 2  # the element's origin is its pole
+            near = away <= AROUND_POLE * AROUND_POLE * max(q.square_s, q.square_t)
+            convex = q.f_ss > 0.0 and q.f_ss * q.f_tt > q.f_st * q.f_st
+            if near and (not convex or square > 0.25 * away):
+                # On from the pole, to where f falls most from there.
+                from_pole = True
+                at = (e, about[0] if about[0] != 0.0 else s, about[1] if about[1] != 0.0 else t)
+                way = vertex_exit(elements, at, point, miss, h)
+                e, s, t = way if way[0] >= 0 else at
+                q = expand(elements, e, s, t, point, h)
+                continue
         promise = -(q.f_s * d_s + q.f_t * d_t)
         noise = ROUNDING * q.f + POSITION * tolerance * (distance + POSITION * tolerance)
         slip = max(
@@ -168,22 +176,6 @@ def walk(elements, start, point, tolerance, h):
                 return _settle(elements, e, s, t, out)
             return MAX_ITERATIONS, e, s, t, FACE
     return MAX_ITERATIONS, e, s, t, FACE
-
-
-@inner()
-def _is_polar(elements, e, q, square, h):
-    """Whether a Newton step near a smooth pole is unreliable in (s, t), which are polar coordinates
-    there: it is longer than half of the distance to the pole, or f is not convex.
-    """
-    about, is_round = elements.table[e]["about"], elements.table[e]["round"]
-    axis = 0 if about[0] != 0.0 else 1
-    if about[axis] == 0.0 or is_round[2 * axis + (1 if about[axis] > 0.0 else 0)] == 0:
-        return False
-    away = h[0, 0] ** 2 + h[1, 0] ** 2 + h[2, 0] ** 2  # the element's origin is its pole
-    if away > AROUND_POLE * AROUND_POLE * max(q.square_s, q.square_t):
-        return False
-    convex = q.f_ss > 0.0 and q.f_ss * q.f_tt > q.f_st * q.f_st
-    return not convex or square > 0.25 * away
 
 
 @inner()
