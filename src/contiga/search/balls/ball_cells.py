@@ -17,9 +17,15 @@ from contiga.elements.element_arrays import Records
 from contiga.geometry.kernels import trim_nb
 from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IntArray
-from contiga.search.balls.ball_bound_records import BallLimits, CellBounds, CellTree, CentredSurface
 from contiga.search.balls.ball_caps import Caps, find_caps
-from contiga.search.balls.ball_records import CELL, HOME
+from contiga.search.balls.ball_records import (
+    CELL,
+    HOME,
+    BallLimits,
+    CellBounds,
+    CellTree,
+    CentredSurface,
+)
 from contiga.search.balls.kernels import ball_block_nb, ball_bound_nb, ball_cell_nb, ball_plane_nb
 from contiga.search.hierarchy.build import tree_over
 from contiga.search.hierarchy.table_types import Tables

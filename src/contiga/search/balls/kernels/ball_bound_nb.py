@@ -14,7 +14,7 @@ from contiga.elements.kernels.element_nb import evaluate, parameters
 from contiga.geometry.kernels.trim_nb import point_in_trim
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
-from contiga.search.balls.ball_bound_records import BallLimits, PlaneWork, Samples
+from contiga.search.balls.ball_records import BallLimits, PlaneWork, Samples
 from contiga.search.balls.kernels.ball_plane_nb import clear_ball, far_box, lower, unit
 from contiga.search.hierarchy.kernels.tree_nb import box_distance2
 

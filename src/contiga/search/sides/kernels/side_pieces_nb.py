@@ -7,6 +7,7 @@ the width of its edges. Pieces that are trimmed away are left out.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +23,19 @@ COLUMNS = 11
 STACK = 128
 SHORTEST = 2.0**-24
 """Side of a piece (local parameters) that is not halved further."""
+
+
+class PieceLimits(NamedTuple):
+    """When pieces are small enough, lengths."""
+
+    whole: float
+    """How long one may be where nothing is trimmed away,"""
+    cut: float
+    """and where it is cut by a trim."""
+    thin: float
+    """How thick it may be."""
+    most: float
+    """Number of pieces above which nothing is halved any more."""
 
 
 @inner()
