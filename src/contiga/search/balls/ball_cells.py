@@ -144,10 +144,20 @@ def build_balls(tables: Tables) -> Balls:
     most = len(rows) + BUDGET
     for _ in range(ROUNDS):
         _bound(place, all_cells, rows)
-        parts = _worth_cutting(all_cells, place, most)
+        # Cells in which much is wanting, the largest first until the budget is spent.
+        cells = all_cells.cells
+        length, leaf = _length(cells), _is_leaf(all_cells)
+        loss = all_cells.want * length**2
+        sound = (cells["turn"] <= LARGEST_TURN) | _has_cap(all_cells)
+        able = leaf & sound & (length > SHORTEST * size) & (all_cells.depth < DEEPEST)
+        poor = np.flatnonzero(able & (all_cells.want > WANTING))
+        if loss[poor].sum() <= WANTING_IN_ALL * (length[leaf] ** 2).sum():
+            break
+        free = min(most - len(cells), BUDGET // ROUNDS) // 2
+        parts = np.sort(poor[np.argsort(-loss[poor], kind="stable")[:free]])
         if len(parts) == 0:
             break
-        start = len(all_cells.cells)
+        start = len(cells)
         all_cells = _cut(place, all_cells, parts, own_homes=False)
         rows = np.arange(start, len(all_cells.cells), dtype=np.intp)
     else:
@@ -258,20 +268,6 @@ def _has_cap(all_cells: _Cells) -> NDArray[np.bool_]:
     """Cells whose smooth block is a cap."""
     caps: NDArray[np.bool_] = all_cells.homes["cap"][all_cells.cells["home"]] >= 0
     return caps
-
-
-def _worth_cutting(all_cells: _Cells, place: _Place, most: int) -> Places:
-    """Cells in which much is wanting, the largest first until the budget is spent."""
-    cells = all_cells.cells
-    length, leaf = _length(cells), _is_leaf(all_cells)
-    loss = all_cells.want * length**2
-    sound = (cells["turn"] <= LARGEST_TURN) | _has_cap(all_cells)
-    able = leaf & sound & (length > SHORTEST * place.size) & (all_cells.depth < DEEPEST)
-    rows = np.flatnonzero(able & (all_cells.want > WANTING))
-    if loss[rows].sum() <= WANTING_IN_ALL * (length[leaf] ** 2).sum():
-        return rows[:0]
-    free = min(most - len(cells), BUDGET // ROUNDS) // 2
-    return np.sort(rows[np.argsort(-loss[rows], kind="stable")[:free]])
 
 
 def _cut(place: _Place, old: _Cells, rows: Places, own_homes: bool) -> _Cells:
