@@ -201,24 +201,20 @@ def _grid(tables: Tables, centre: FloatArray, size: float) -> tuple[Records, Pla
         rows["stride"][span] = v
         rows["cells"][span, 0] = np.repeat(along, nv)
         rows["cells"][span, 1] = np.tile(across, nu)
-        parts.append(_patch_cells(elements.table, span, (along, across)))
+        # Its cells, in the order of the grid.
+        counts = along, across
+        spans = [np.repeat(np.arange(len(c)), c) for c in counts]
+        places = [np.arange(c.sum()) - np.repeat(np.cumsum(c) - c, c) for c in counts]
+        i, j = np.meshgrid(*spans, indexing="ij")
+        a, b = np.meshgrid(*places, indexing="ij")
+        cells = np.zeros(i.size, CELL)
+        cells["element"] = span.start + (i * nv + j).ravel()
+        low = np.stack([a / along[i], b / across[j]], axis=-1).reshape(-1, 2)
+        high = np.stack([(a + 1) / along[i], (b + 1) / across[j]], axis=-1).reshape(-1, 2)
+        _place_cells(cells, np.stack([low, high], axis=-1) - 0.5, elements.table)
+        parts.append(cells)
         used += u * v
     return rows, bases, np.concatenate(parts)
-
-
-def _patch_cells(table: Records, of_patch: slice, counts: tuple[IntArray, IntArray]) -> Records:
-    """Cells of a patch in the order of its grid."""
-    along, across = counts
-    span = [np.repeat(np.arange(len(c)), c) for c in counts]
-    place = [np.arange(c.sum()) - np.repeat(np.cumsum(c) - c, c) for c in counts]
-    i, j = np.meshgrid(*span, indexing="ij")
-    a, b = np.meshgrid(*place, indexing="ij")
-    cells = np.zeros(i.size, CELL)
-    cells["element"] = of_patch.start + (i * len(across) + j).ravel()
-    low = np.stack([a / along[i], b / across[j]], axis=-1).reshape(-1, 2)
-    high = np.stack([(a + 1) / along[i], (b + 1) / across[j]], axis=-1).reshape(-1, 2)
-    _place_cells(cells, np.stack([low, high], axis=-1) - 0.5, table)
-    return cells
 
 
 def _place_cells(cells: Records, box: FloatArray, table: Records) -> None:
@@ -301,23 +297,19 @@ def _cut(place: _Place, old: _Cells, rows: Places, own_homes: bool) -> _Cells:
     homes = np.concatenate([old.homes, _own_homes(place, parts, inherited)])
     child = np.concatenate([old.child, np.full(len(parts), -1, np.int32)])
     child[rows] = 2 * (n + 2 * np.arange(len(rows))) + way
-    value = np.concatenate([old.value, _halves(old.value[rows], way)])
+    # Corner values of the halves, those halved across t with their two directions swapped.
+    across = (way == 1)[:, None, None, None]
+    known = old.value[rows].reshape(-1, 2, 2, 2)
+    known = np.where(across, known.swapaxes(2, 3), known)
+    middle = known.mean(axis=2)
+    first = np.stack([known[:, :, 0], middle], axis=2)
+    second_half = np.stack([middle, known[:, :, 1]], axis=2)
+    halves = np.stack([first, second_half], axis=1).reshape(-1, 2, 2, 2)
+    halves = np.where(across.repeat(2, axis=0), halves.swapaxes(2, 3), halves)
+    value = np.concatenate([old.value, halves.reshape(-1, 2, 4)])
     want = np.concatenate([old.want, np.zeros(len(parts))])
     depth = np.concatenate([old.depth, np.repeat(old.depth[rows] + 1, 2)])
     return _Cells(np.concatenate([old.cells, parts]), homes, child, value, want, depth)
-
-
-def _halves(value: FloatArray, way: IntArray) -> FloatArray:
-    """(2 n, 2, 4) corner values of the halves of cells halved across s (0) or t (1)."""
-    whole = value.reshape(-1, 2, 2, 2)
-    whole = np.where(way[:, None, None, None] == 0, whole, whole.swapaxes(2, 3))
-    middle = whole.mean(axis=2)
-    parts = np.stack(
-        [np.stack([whole[:, :, 0], middle], axis=2), np.stack([middle, whole[:, :, 1]], axis=2)],
-        axis=1,
-    ).reshape(-1, 2, 2, 2)
-    ways = np.repeat(way, 2)[:, None, None, None]
-    return np.where(ways == 0, parts, parts.swapaxes(2, 3)).reshape(-1, 2, 4)
 
 
 def _own_homes(place: _Place, parts: Records, homes: Records) -> Records:

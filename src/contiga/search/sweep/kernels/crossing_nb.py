@@ -184,19 +184,6 @@ def _shrunk(h, k, cell, path, span):
     )
 
 
-@inner()
-def _wider_across(h, k, size, closely):
-    """Whether a cell is to be cut across s: where the surface is longer."""
-    hs, ht = size
-    if hs < TINY or ht < TINY:
-        return ht < TINY
-    if closely:
-        return k[0] * hs >= k[1] * ht
-    extent_s = h[0, 1] ** 2 + h[1, 1] ** 2 + h[2, 1] ** 2
-    extent_t = h[0, 2] ** 2 + h[1, 2] ** 2 + h[2, 2] ** 2
-    return extent_s * hs * hs >= extent_t * ht * ht
-
-
 @inner(error_model="numpy")
 def _held(cell, size, path, room, h):
     """The rectangle in which the crossing of a cell is looked for: the cell and its tolerance.
@@ -219,24 +206,6 @@ def _held(cell, size, path, room, h):
         cell[2] - t - (min(room[2] * per_t, 0.5) if cell[2] <= -0.5 else 0.0),
         cell[3] + t + (min(room[3] * per_t, 0.5) if cell[3] >= 0.5 else 0.0),
     )
-
-
-@inner(error_model="numpy")
-def _push_parts(stack, top, cell, part, across):
-    """Put what `part` leaves of a cell on the stack, in halves unless it is small; the new top."""
-    if part[0] >= part[1] or part[2] >= part[3]:
-        return top
-    left = (part[1] - part[0]) * (part[3] - part[2])
-    if left < 0.5 * (cell[1] - cell[0]) * (cell[3] - cell[2]):
-        put(stack, top, part)
-        return top + 1
-    for c in range(2):
-        put(stack, top + c, cell)
-    if across:
-        stack[top, 1] = stack[top + 1, 0] = 0.5 * (cell[0] + cell[1])
-    else:
-        stack[top, 3] = stack[top + 1, 2] = 0.5 * (cell[2] + cell[3])
-    return top + 2
 
 
 @inner()
@@ -303,5 +272,28 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
                 count[1] = 1
                 continue
             part = _shrunk(h, k, cell, seen, span)
-            top = _push_parts(stack, top, cell, part, _wider_across(h, k, size, closely))
+            if part[0] >= part[1] or part[2] >= part[3]:
+                continue
+            left = (part[1] - part[0]) * (part[3] - part[2])
+            if left < 0.5 * (cell[1] - cell[0]) * (cell[3] - cell[2]):
+                put(stack, top, part)
+                top += 1
+                continue
+            # Halves, cut across s where the surface is longer along it.
+            hs, ht = size
+            if hs < TINY or ht < TINY:
+                across = ht < TINY
+            elif closely:
+                across = k[0] * hs >= k[1] * ht
+            else:
+                along_s = h[0, 1] ** 2 + h[1, 1] ** 2 + h[2, 1] ** 2
+                along_t = h[0, 2] ** 2 + h[1, 2] ** 2 + h[2, 2] ** 2
+                across = along_s * hs * hs >= along_t * ht * ht
+            for c in range(2):
+                put(stack, top + c, cell)
+            if across:
+                stack[top, 1] = stack[top + 1, 0] = place[0]
+            else:
+                stack[top, 3] = stack[top + 1, 2] = place[1]
+            top += 2
     return first, s, t, slope, top
