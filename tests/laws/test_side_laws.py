@@ -9,7 +9,7 @@ from tests.sample import FULL
 
 import contiga as cg
 from contiga.search.sides import side_grid
-from contiga.search.sides.body_sides import sides_of
+from contiga.search.sides.side_grid import sides_of
 from contiga.search.tables import tables_of
 
 SETTINGS = settings(max_examples=25 if FULL else 10, deadline=None, derandomize=True)

@@ -30,7 +30,6 @@ from contiga.search.closest.kernels import facing_nb, safe_distance_nb
 from contiga.search.contact_tables import ContactTables
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.sides import side_grid
-from contiga.search.sides.body_sides import sides_of
 from contiga.search.sweep import hits
 from contiga.search.tables import tables_of
 from contiga.search.track import project
@@ -123,7 +122,7 @@ class ExactSurface:
 
     @property
     def _grid(self) -> side_grid.SideGrid:
-        return sides_of(self.tables, self.slit) if self.closed else side_grid.UNKNOWN
+        return side_grid.sides_of(self.tables, self.slit) if self.closed else side_grid.UNKNOWN
 
 
 @once

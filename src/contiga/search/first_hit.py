@@ -48,27 +48,15 @@ def first_hit(body: Faces, p0: ArrayLike, p1: ArrayLike) -> Hit:
     out = surface.entries(a_B, b_B, np.arange(len(a_B), dtype=np.int32))
     # What is nearer to an edge than its faces are apart may be on either side of them.
     slit, rounding = openings_of(body).slit, ROUNDING * body.size
-    if surface.closed and slit > rounding:
-        _explain(surface, a_B, b_B, out, (slit, rounding))
-    return out
-
-
-def _explain(
-    surface: ExactSurface,
-    a_B: FloatArray,
-    b_B: FloatArray,
-    out: Hit,
-    band: tuple[float, float],
-) -> None:
-    """Fill in the entries of paths that begin outside and end inside but meet no face.
-
-    `band` is how near to an edge, and how near to the midst of a face, a place is on neither side.
-    """
+    if not (surface.closed and slit > rounding):
+        return out
+    # Paths that begin outside and end inside, but meet no face.
+    band = slit, rounding
     rows = np.flatnonzero(out.status == Status.NO_HIT).astype(np.int32)
     rows = rows[_sides(surface, b_B, rows, band) < 0]
     rows = rows[_sides(surface, a_B, rows, band) > 0]
     if len(rows) == 0:
-        return
+        return out
     way = b_B[rows] - a_B[rows]
     low, high = np.zeros(len(rows)), np.ones(len(rows))
     each = np.arange(len(rows), dtype=np.int32)
@@ -83,6 +71,7 @@ def _explain(
     out.fraction[rows], out.patch[rows] = high[good], feet.patch[good]
     out.uv[rows], out.point[rows] = feet.uv[good], feet.point[good]
     out.status[rows] = Status.OK
+    return out
 
 
 def _sides(

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from contiga.arrays.layout import as_points
 from contiga.errors import ContigaWarning
 from contiga.geometry.faces import Faces
-from contiga.records import FloatArray, IndexArray
+from contiga.records import IndexArray
 from contiga.search.exact_surface import exact_surface
 from contiga.search.track.project import project
 from contiga.statuses import Status
@@ -40,9 +40,20 @@ def contains(body: Faces, points: ArrayLike) -> NDArray[np.bool_]:
     behind = feet.gap <= 0.0
     inside = behind & (feet.status == Status.OK)
     rows: IndexArray = np.flatnonzero(np.isin(feet.status, (Status.BUDGET, Status.MAX_ITERATIONS)))
-    if len(rows):
-        rows = _by_ways_in(body, p_B, rows, inside)
-        inside[rows] = behind[rows]
+    if len(rows) and (surface := exact_surface(body)).closed:
+        low, high = body.bounds()
+        for way in WAYS:
+            # From beyond the box, whichever side of it a point lies on.
+            far = body.size + np.abs(p_B[rows] - 0.5 * (low + high)).sum(axis=1)
+            start = p_B[rows] + far[:, None] * way / np.sqrt(way @ way)
+            ends = np.ascontiguousarray(p_B[rows])
+            hits, turn = surface.last_crossings(start, ends, np.arange(len(rows), dtype=np.int32))
+            solved = hits.status != Status.BUDGET
+            inside[rows[solved]] = turn[solved] > 0
+            rows = rows[~solved]
+            if len(rows) == 0:
+                break
+    inside[rows] = behind[rows]
     if len(rows):
         warnings.warn(
             f"{body.name}: the side of {len(rows)} points is not proved, the first at "
@@ -51,25 +62,3 @@ def contains(body: Faces, points: ArrayLike) -> NDArray[np.bool_]:
             stacklevel=3,
         )
     return inside
-
-
-def _by_ways_in(
-    body: Faces, p_B: FloatArray, rows: IndexArray, inside: NDArray[np.bool_]
-) -> IndexArray:
-    """Tell which of some points are `inside` a closed body; answers those left."""
-    surface = exact_surface(body)
-    if not surface.closed:
-        return rows
-    low, high = body.bounds()
-    for way in WAYS:
-        # From beyond the box, whichever side of it a point lies on.
-        far = body.size + np.abs(p_B[rows] - 0.5 * (low + high)).sum(axis=1)
-        start = p_B[rows] + far[:, None] * way / np.sqrt(way @ way)
-        ends = np.ascontiguousarray(p_B[rows])
-        hits, turn = surface.last_crossings(start, ends, np.arange(len(rows), dtype=np.int32))
-        solved = hits.status != Status.BUDGET
-        inside[rows[solved]] = turn[solved] > 0
-        rows = rows[~solved]
-        if len(rows) == 0:
-            break
-    return rows

@@ -189,7 +189,29 @@ def read_checkpoint(path: Path, model: Model) -> Checkpoint:
     if not is_sealed(path):
         raise CheckpointError(**unsealed_told(path), where=str(path))
     try:
-        checkpoint = _read(path, model.contacts)
+        import h5py
+
+        with h5py.File(path, "r") as file:
+            if int(file.attrs["format"]) != FORMAT:
+                raise ValueError("format")
+            onward = None
+            if "onward" in file:
+                group = file["onward"]
+                rows = tuple(map(int, group.attrs["unmeasured"]))
+                peak = _read_peak(group["peak"], model.contacts)
+                onward = Onward(int(group.attrs["written"]), peak, rows)
+            checkpoint = Checkpoint(
+                str(file.attrs["fingerprint"]),
+                float(file.attrs["end"]),
+                tuple(map(float, file.attrs["ends"])),
+                int(file.attrs["done"]),
+                int(file.attrs["written"]),
+                _read_state(file, model.contacts),
+                {name: np.asarray(column) for name, column in file["history"].items()},
+                _read_peak(file["peak"], model.contacts),
+                tuple(Finding(*texts) for texts in json.loads(file.attrs["crest"])),
+                onward,
+            )
     except (OSError, KeyError, TypeError, ValueError) as error:
         raise CheckpointError(
             "the checkpoint cannot be read",
@@ -215,33 +237,6 @@ def read_checkpoint(path: Path, model: Model) -> Checkpoint:
             remedy="Set such an end, or run the case without --resume",
         )
     return checkpoint
-
-
-def _read(path: Path, contacts: Iterable[ContactPart]) -> Checkpoint:
-    import h5py
-
-    with h5py.File(path, "r") as file:
-        if int(file.attrs["format"]) != FORMAT:
-            raise ValueError("format")
-        history = {name: np.asarray(column) for name, column in file["history"].items()}
-        onward = None
-        if "onward" in file:
-            group = file["onward"]
-            rows = tuple(map(int, group.attrs["unmeasured"]))
-            peak = _read_peak(group["peak"], contacts)
-            onward = Onward(int(group.attrs["written"]), peak, rows)
-        return Checkpoint(
-            str(file.attrs["fingerprint"]),
-            float(file.attrs["end"]),
-            tuple(map(float, file.attrs["ends"])),
-            int(file.attrs["done"]),
-            int(file.attrs["written"]),
-            _read_state(file, contacts),
-            history,
-            _read_peak(file["peak"], contacts),
-            tuple(Finding(*texts) for texts in json.loads(file.attrs["crest"])),
-            onward,
-        )
 
 
 def _read_peak(group: Any, contacts: Iterable[ContactPart]) -> Peak:

@@ -5,14 +5,11 @@ Beside it stand the outlines of the regions of contact, where an area method tel
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.area.method import Outlines
-from contiga.contact.state import State
 from contiga.errors import InputError
 from contiga.io.out.outlines import Loops, OutlinesWriter
 from contiga.io.out.vtkhdf import FieldsWriter, Part
@@ -62,7 +59,17 @@ class Fields:
         self._part = np.repeat(np.arange(len(parts), dtype=np.int32), [p.n_points for p in parts])
         outlined = has_outlines(model)
         if written is None:
-            self._writer = FieldsWriter(path, parts, _units(model.units))
+            units: dict[str, str] = {}
+            if all(model.units):
+                derived = derived_units(*model.units)
+                units = {
+                    **dict.fromkeys(("Points", "penetration", "gap"), model.units[0]),
+                    "force": derived["force"],
+                    "area": derived["area"],
+                    **dict.fromkeys(("pressure", "stress", "von_mises"), derived["stress"]),
+                    "energy_density": f"{derived['energy']}/{model.units[0]}³",
+                }
+            self._writer = FieldsWriter(path, parts, units)
             self._outlines = OutlinesWriter(outlines) if outlined else None
         else:
             self._writer = FieldsWriter.reopen(path, written)
@@ -83,7 +90,20 @@ class Fields:
         first = sum(len(b) for b in bodies)
         slaves = [state.slaves[name].points[self._own[name]] for name in self._model.slaves]
         points = np.concatenate(bodies + slaves)
-        data = self._blank(len(points), first)
+        k = len(points)
+        data: dict[str, NDArray[np.generic]] = {
+            "part": self._part,
+            "contact_status": np.where(np.arange(k) < first, -1, 0).astype(np.int32),
+            "penetration": np.zeros(k),
+            "gap": np.full(k, np.nan),
+            "normal": np.zeros((k, 3)),
+            "force": np.zeros((k, 3)),
+            "area": np.zeros(k),
+            "pressure": np.zeros(k),
+            "cluster": np.full(k, -1, np.int32),
+        }
+        for field in self._of_elements:
+            data[field] = np.full((k, 6) if field in TENSORS else k, np.nan)
         cells: list[dict[str, FloatArray]] = []
         for name, slave in self._model.slaves.items():
             own = self._own[name]
@@ -99,46 +119,46 @@ class Fields:
                 cells.append({field: FIELDS[field](behind) for field in self._of_elements})
             for part in self._model.contacts:
                 if part.slave == name:
-                    _add(data, slice(first, first + n), state.contacts[part.name], own)
+                    # Lay a contact's fields over those of other contacts of the same slave.
+                    rows, contact = slice(first, first + n), state.contacts[part.name]
+                    on: NDArray[np.bool_] = contact.in_contact[own]
+                    status = data["contact_status"][rows]
+                    where = on | (status == 0)
+                    status[where] = contact.status[own][where]
+                    laid: dict[str, NDArray[np.generic]] = {
+                        "penetration": contact.penetration,
+                        "gap": -contact.penetration,
+                        "normal": contact.normal,
+                        "area": contact.area,
+                        "pressure": contact.pressure,
+                        "cluster": contact.clusters,
+                    }
+                    for field, values in laid.items():
+                        data[field][rows][on] = values[own][on]
+                    total = data["force"][rows]
+                    total += contact.force[own]  # type: ignore[misc]  # float arrays, both
             first += n
         # Outlines first: a stop between the two leaves one too many there, which resuming drops.
         if self._outlines is not None:
-            outlines = [
-                part.contact.outlines(state.contacts[part.name]) for part in self._model.contacts
-            ]
-            self._outlines.append(state.time, _loops_of(outlines))
-        self._writer.append(state.time, points, data, self._stacked(cells))
-
-    def _blank(self, n: int, first_slave: int) -> dict[str, NDArray[np.generic]]:
-        status = np.zeros(n, np.int32)
-        status[:first_slave] = -1
-        inside = {
-            field: np.full((n, 6) if field in TENSORS else n, np.nan) for field in self._of_elements
-        }
-        return {
-            "part": self._part,
-            "contact_status": status,
-            "penetration": np.zeros(n),
-            "gap": np.full(n, np.nan),
-            "normal": np.zeros((n, 3)),
-            "force": np.zeros((n, 3)),
-            "area": np.zeros(n),
-            "pressure": np.zeros(n),
-            "cluster": np.full(n, -1, np.int32),
-            **inside,
-        }
-
-    def _stacked(self, cells: list[dict[str, FloatArray]]) -> dict[str, FloatArray]:
-        """Of all cells: points of clouds, then triangles of bodies, then facets of slaves."""
-        if not self._cells:
-            return {}
-        before = self._writer.n_cells - sum(len(next(iter(each.values()))) for each in cells)
+            lines, counts = [np.zeros((0, 3))], [np.zeros(0, np.int64)]
+            clusters, contacts = [np.zeros(0, np.int32)], [np.zeros(0, np.int32)]
+            for k, part in enumerate(self._model.contacts):
+                found = part.contact.outlines(state.contacts[part.name])
+                if found is not None:
+                    lines.append(found.points)
+                    counts.append(np.diff(found.first))
+                    clusters.append(found.clusters)
+                    contacts.append(np.full(len(found.clusters), k, np.int32))
+            begin = np.concatenate(([0], np.cumsum(np.concatenate(counts)))).astype(np.int64)
+            of_lines = np.concatenate(clusters), np.concatenate(contacts)
+            self._outlines.append(state.time, Loops(np.concatenate(lines), begin, *of_lines))
         stacked = {}
-        for field in self._of_elements:
-            columns = (6,) if field in TENSORS else ()
-            none = np.full((before, *columns), np.nan)
-            stacked[field] = np.concatenate([none, *(each[field] for each in cells)])
-        return stacked
+        if self._cells:  # of all: points of clouds, then triangles of bodies, then facets of slaves
+            before = self._writer.n_cells - sum(len(next(iter(each.values()))) for each in cells)
+            for field in self._of_elements:
+                none = np.full((before, 6) if field in TENSORS else before, np.nan)
+                stacked[field] = np.concatenate([none, *(each[field] for each in cells)])
+        self._writer.append(state.time, points, data, stacked)
 
     def flush(self) -> None:
         """Bring what was appended to the disk."""
@@ -189,55 +209,6 @@ def _drawn(name: str, body: Master, size: float | None) -> TriMesh:
     return refined(body, mesh, size)
 
 
-def _loops_of(found: Sequence[Outlines | None]) -> Loops:
-    """The outlines of all contacts at one step, None of those that have none."""
-    points, counts = [np.zeros((0, 3))], [np.zeros(0, np.int64)]
-    clusters, contacts = [np.zeros(0, np.int32)], [np.zeros(0, np.int32)]
-    for k, lines in enumerate(found):
-        if lines is not None:
-            points.append(lines.points)
-            counts.append(np.diff(lines.first))
-            clusters.append(lines.clusters)
-            contacts.append(np.full(len(lines.clusters), k, np.int32))
-    first = np.concatenate(([0], np.cumsum(np.concatenate(counts)))).astype(np.int64)
-    return Loops(np.concatenate(points), first, np.concatenate(clusters), np.concatenate(contacts))
-
-
-def _units(units: tuple[str, str, str]) -> dict[str, str]:
-    """Of points and fields, none where units are not named."""
-    if not all(units):
-        return {}
-    derived = derived_units(*units)
-    lengths = dict.fromkeys(("Points", "penetration", "gap"), units[0])
-    return lengths | {
-        "force": derived["force"],
-        "area": derived["area"],
-        **dict.fromkeys(("pressure", "stress", "von_mises"), derived["stress"]),
-        "energy_density": f"{derived['energy']}/{units[0]}³",
-    }
-
-
 def has_outlines(model: Model) -> bool:
     """Whether any contact tells where its regions end."""
     return any(part.contact.has_outlines for part in model.contacts)
-
-
-def _add(data: dict[str, NDArray[np.generic]], rows: slice, state: State, own: IndexArray) -> None:
-    """Lay a contact's fields over those of other contacts of the same slave."""
-    on: NDArray[np.bool_] = state.in_contact[own]
-
-    def take(name: str, values: NDArray[np.generic], where: NDArray[np.bool_] = on) -> None:
-        view = data[name][rows]
-        view[where] = values[own][where]
-
-    status = data["contact_status"][rows]
-    free: NDArray[np.bool_] = np.asarray(status == 0)
-    take("contact_status", state.status.astype(np.int32), on | free)
-    take("penetration", state.penetration)
-    take("gap", -state.penetration)
-    take("normal", state.normal)
-    take("area", state.area)
-    take("pressure", state.pressure)
-    take("cluster", state.clusters)
-    total = data["force"][rows]
-    total += state.force[own]  # type: ignore[misc]  # float arrays, both

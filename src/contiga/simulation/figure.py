@@ -57,18 +57,42 @@ def plot_history(
     panels = list(
         _standard(history, units) if columns is None else _chosen(history, units, columns)
     )
-    figure = _drawn(history["time"], units.get("time", ""), panels)
+    # Not by pyplot: a figure of its own opens no window and is freed with its last name.
+    from matplotlib.figure import Figure
+
+    time, unit = history["time"], units.get("time", "")
+    rows, across = max(1, (len(panels) + 1) // 2), min(2, max(1, len(panels)))
+    size = (4.6 * across, 0.5 + 2.5 * rows)
+    figure = Figure(figsize=size, layout="constrained", facecolor="white")
+    for k, panel in enumerate(panels):
+        axes = figure.add_subplot(rows, across, k + 1)
+        for i, (name, values) in enumerate(panel.lines.items()):
+            # Areas and the like are measured at some steps only: the line goes on between them.
+            known = np.isfinite(values)
+            style = "-" if i < len(LINES) else "--"
+            colour = LINES[i % len(LINES)]
+            axes.plot(time[known], values[known], style, color=colour, lw=1.6, label=name)
+        label = f"{panel.label} [{panel.unit}]" if panel.unit else panel.label
+        axes.set_xlabel((f"time [{unit}]" if unit else "time"), color=MUTED)
+        axes.set_ylabel(label.strip(), color=MUTED)
+        axes.grid(color=GRID)
+        axes.tick_params(colors=MUTED)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.spines[["left", "bottom"]].set_color(GRID)
+        axes.margins(x=0.0)
+        if list(panel.lines) != [panel.label]:
+            axes.legend(frameon=False, fontsize=8, labelcolor=INK)
     if title := summary.get("title"):
         figure.suptitle(str(title), color=INK, fontsize=11, x=0.02, ha="left")
     if path is not None:
         suffix = Path(path).suffix.lower().removeprefix(".") or "png"
-        known = figure.canvas.get_supported_filetypes()
-        if suffix not in known:
+        formats = figure.canvas.get_supported_filetypes()
+        if suffix not in formats:
             raise InputError(
                 "the suffix says no format of a picture",
                 where=str(path),
                 found=f".{suffix}",
-                allowed=", ".join(f".{name}" for name in known),
+                allowed=", ".join(f".{name}" for name in formats),
             )
         with atomic_write(path) as temporary:
             figure.savefig(temporary, dpi=110, format=suffix)
@@ -134,35 +158,3 @@ def _chosen(
     for unit in dict.fromkeys(units.get(name, "") for name in given):
         lines = {name: history[name] for name in given if units.get(name, "") == unit}
         yield Panel(", ".join(lines) if len(lines) == 1 else "", unit, lines)
-
-
-def _drawn(time: FloatArray, unit: str, panels: Sequence[Panel]) -> Figure:
-    # Not by pyplot: a figure of its own opens no window and is freed with its last name.
-    from matplotlib.figure import Figure
-
-    rows, across = max(1, (len(panels) + 1) // 2), min(2, max(1, len(panels)))
-    size = (4.6 * across, 0.5 + 2.5 * rows)
-    figure = Figure(figsize=size, layout="constrained", facecolor="white")
-    for k, panel in enumerate(panels):
-        axes = figure.add_subplot(rows, across, k + 1)
-        for i, (name, values) in enumerate(panel.lines.items()):
-            # Areas and the like are measured at some steps only: the line goes on between them.
-            known = np.isfinite(values)
-            style = "-" if i < len(LINES) else "--"
-            colour = LINES[i % len(LINES)]
-            axes.plot(time[known], values[known], style, color=colour, lw=1.6, label=name)
-        _dress(axes, panel, f"time [{unit}]" if unit else "time")
-    return figure
-
-
-def _dress(axes: Any, panel: Panel, time_label: str) -> None:
-    label = f"{panel.label} [{panel.unit}]" if panel.unit else panel.label
-    axes.set_xlabel(time_label, color=MUTED)
-    axes.set_ylabel(label.strip(), color=MUTED)
-    axes.grid(color=GRID)
-    axes.tick_params(colors=MUTED)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.spines[["left", "bottom"]].set_color(GRID)
-    axes.margins(x=0.0)
-    if list(panel.lines) != [panel.label]:
-        axes.legend(frameon=False, fontsize=8, labelcolor=INK)

@@ -44,7 +44,11 @@ def identity_of(model: Model, end: float | None = None) -> Identity:
     """
     digest = _Digest()
     times = (model.stepping if end is None else ended(model.stepping, end)).planned()
-    digest.text(_TOLD.sub("", _END.sub(r"\1", _without_folder(model))))
+    # The text of the case, its folder left out of the names of files.
+    folder = model.base_folder.resolve().as_posix()
+    quoted = json.dumps(folder, ensure_ascii=False)[:-1]  # as the text has it: "/a/b
+    text = model.case_text.replace(f"{quoted.rstrip('/')}/", '"')
+    digest.text(_TOLD.sub("", _END.sub(r"\1", text)))
     digest.arrays("times", times)
     output = model.output
     inside = tuple(output.fields), output.cells, output.interval
@@ -75,13 +79,6 @@ def identity_of(model: Model, end: float | None = None) -> Identity:
         if pair.contact.slave is not model.slaves[pair.slave].slave:
             digest.slave(pair.contact.slave)
     return Identity(digest.hexdigest(), tuple(sorted(digest.unknown)))
-
-
-def _without_folder(model: Model) -> str:
-    """The text of the case, its folder left out of the names of files."""
-    folder = model.base_folder.resolve().as_posix()
-    quoted = json.dumps(folder, ensure_ascii=False)[:-1]  # as the text has it: "/a/b
-    return model.case_text.replace(f"{quoted.rstrip('/')}/", '"')
 
 
 class _Digest(Things):

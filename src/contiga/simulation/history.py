@@ -73,7 +73,19 @@ def history_row(
     if isinstance(model.stepping, AutoSteps):
         row |= step_columns(model, stepped.choice)
     if model.mechanism.moved:
-        row |= _body_columns(model, stepped.state) | energy_columns(stepped.state.energy)
+        # Centre of mass, velocity, acceleration, orientation and spin of each free body.
+        system, names = model.mechanism, list(model.bodies)
+        for k, i in enumerate(system.free):
+            one, fixed = stepped.state.rigid[k], system.fixed[k]
+            values = (
+                *one[lanes.CENTRE : lanes.CENTRE + 3],
+                *one[lanes.VELOCITY : lanes.VELOCITY + 3],
+                *centre_acceleration(one, fixed),
+                *one[lanes.TURN : lanes.TURN + 4],
+                *stepped.state.bodies[names[i]].twist.spin,
+            )
+            row |= {f"{names[i]}.{c}": float(v) for c, v in zip(OF_BODIES, values, strict=True)}
+        row |= energy_columns(stepped.state.energy)
     if model.mechanism.deforms:
         row |= element_columns(stepped.state.energy)
     return row
@@ -102,23 +114,6 @@ def unmeasured_names(model: Model) -> list[str]:
 def total_force(model: Model, row: dict[str, float]) -> float:
     """Sum of the magnitudes of all contacts' forces in a row."""
     return sum(row[prefix + "force"] for prefix in column_prefixes(model).values())
-
-
-def _body_columns(model: Model, state: SystemState) -> dict[str, float]:
-    """Centre of mass, velocity, acceleration, orientation and spin of each free body."""
-    system, names = model.mechanism, list(model.bodies)
-    columns: dict[str, float] = {}
-    for k, i in enumerate(system.free):
-        row, one = state.rigid[k], system.fixed[k]
-        values = (
-            *row[lanes.CENTRE : lanes.CENTRE + 3],
-            *row[lanes.VELOCITY : lanes.VELOCITY + 3],
-            *centre_acceleration(row, one),
-            *row[lanes.TURN : lanes.TURN + 4],
-            *state.bodies[names[i]].twist.spin,
-        )
-        columns |= {f"{names[i]}.{c}": float(v) for c, v in zip(OF_BODIES, values, strict=True)}
-    return columns
 
 
 def energy_columns(energy: Energy) -> dict[str, float]:

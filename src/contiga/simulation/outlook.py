@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 
-from contiga.simulation.reasons import Choice, Reason
+from contiga.simulation.reasons import Reason
 from contiga.simulation.step import Stepped
 
 PATIENCE = 60.0
@@ -52,20 +52,18 @@ class Outlook:
             self._cuts.clear()
             return None
         self._spoken = True
+        if stepped.choice is None or not self._cuts:
+            why = 'Its steps are as given: longer ones, fewer points, or step = "auto" end sooner'
+        else:  # what makes them short most often, and what would let them be longer
+            (reason, of), count = self._cuts.most_common(1)[0]
+            cut, share = stepped.choice.cut, 100.0 * count / self._cuts.total()
+            said = cut._replace(reason=reason, of=of).said()
+            why = f"What sets {share:.0f} % of its steps, now of {cut.step:.3g}: {said}"
+            why += f". Longer ones need {reason.remedy}" if reason.remedy else ""
         return (
             f"t = {time:.6g} of {self._end:g}: at the pace of the last {passed:.0f} s the run "
-            + (f"takes {_long(left)} more. {self._why(stepped.choice)}")
+            f"takes {_long(left)} more. {why}"
         )
-
-    def _why(self, choice: Choice | None) -> str:
-        """What makes the steps short, most often, and what would let them be longer."""
-        if choice is None or not self._cuts:
-            return 'Its steps are as given: longer ones, fewer points, or step = "auto" end sooner'
-        (reason, of), count = self._cuts.most_common(1)[0]
-        cut = choice.cut._replace(reason=reason, of=of)
-        share = 100.0 * count / self._cuts.total()
-        text = f"What sets {share:.0f} % of its steps, now of {choice.cut.step:.3g}: {cut.said()}"
-        return f"{text}. Longer ones need {reason.remedy}" if reason.remedy else text
 
 
 def _long(seconds: float) -> str:

@@ -129,7 +129,22 @@ class Recorder:
         if checkpoint is None:
             names.clear_last_run(folder)
         else:
-            self._take_up(checkpoint)
+            # Stand where a checkpoint does; behind the end of its run, as if that were none.
+            done, stepping = checkpoint.done, self.model.stepping
+            self._rows = {name: list(column) for name, column in checkpoint.history.items()}
+            self._ends, self._told = checkpoint.ends, checkpoint.crest
+            steps, peak, onward = checkpoint.written, checkpoint.peak, checkpoint.onward
+            if checkpoint.end < stepping.end:
+                same = stepping.planned()[done - 1 : done] == checkpoint.state.time
+                if isinstance(stepping, AutoSteps) or not same.all():
+                    self._ends += (checkpoint.end,)
+                if onward is not None:
+                    steps, peak, unmeasured = onward
+                    onward = None
+                    for name in unmeasured_names(self.model):
+                        for row in unmeasured:
+                            self._rows[name][row] = np.nan
+            self._stand = _Stand(done, steps, checkpoint.state, peak, None, onward)
         finished = self.state is not None and self._is_last(self.state)
         if "vtkhdf" in self.model.output.formats and not finished:
             with self._clock("output"):
@@ -141,24 +156,6 @@ class Recorder:
         if checkpoint is not None and checkpoint.end < self.model.stepping.end:
             # The fields may be of fewer steps now than the old checkpoint says.
             self._checkpoint()
-
-    def _take_up(self, checkpoint: Checkpoint) -> None:
-        """Stand where a checkpoint does; behind the end of its run, as if that were none."""
-        done, stepping = checkpoint.done, self.model.stepping
-        self._rows = {name: list(column) for name, column in checkpoint.history.items()}
-        self._ends, self._told = checkpoint.ends, checkpoint.crest
-        written, peak, onward = checkpoint.written, checkpoint.peak, checkpoint.onward
-        if checkpoint.end < stepping.end:
-            same = stepping.planned()[done - 1 : done] == checkpoint.state.time
-            if isinstance(stepping, AutoSteps) or not same.all():
-                self._ends += (checkpoint.end,)
-            if onward is not None:
-                written, peak, unmeasured = onward
-                onward = None
-                for name in unmeasured_names(self.model):
-                    for row in unmeasured:
-                        self._rows[name][row] = np.nan
-        self._stand = _Stand(done, written, checkpoint.state, peak, None, onward)
 
     def _is_last(self, state: SystemState) -> bool:
         return state.time >= self.model.stepping.end

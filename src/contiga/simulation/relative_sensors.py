@@ -28,45 +28,53 @@ def relative_columns(
     """What sensors between two bodies say of `state`; `last` is the state before it."""
     columns: dict[str, float] = {}
     for sensor in model.relative:
-        values = _values(model, sensor, (last, state))
+        roots = [model.mechanism.root_of(body) for body in sensor.between]
+        starts = [model.origins[i] for i in roots]
+        poses = [state.bodies.poses[i] for i in roots]
+        firsts = [
+            first_place(model, i, None if sensor.at is None else sensor.at[k])
+            for k, i in enumerate(roots)
+        ]
+        places = [point_of(poses[k], starts[k], firsts[k]) for k in (0, 1)]
+        values: dict[str, float] = {}
+        way = places[1] - places[0]
+        if "distance" in sensor.measures:
+            speeds = [point_velocity(state, roots[k], places[k]) for k in (0, 1)]
+            # The rate is that of the approach where the distance is zero.
+            far, speed = length(way), speeds[1] - speeds[0]
+            rate = float((way * speed).sum()) / far if far > 0.0 else length(speed)
+            values |= {"distance": far, "rate": rate}
+        if "displacement" in sensor.measures:
+            in_body_axes = sensor.axes == "body"
+            now = product(poses[0][:3, :3].T, way) if in_body_axes else way
+            before = firsts[1] - firsts[0]
+            moved = now - (product(starts[0][:3, :3].T, before) if in_body_axes else before)
+            values |= measure_columns("", "displacement", moved)
+        if "angle" in sensor.measures:
+            now, before = (product(pair[0][:3, :3].T, pair[1][:3, :3]) for pair in (poses, starts))
+            turn = _turned(product(now, before.T))
+            values["angle"] = length(turn)
+            values |= vector_columns("angle_", turn)
+        values |= _rates(model, sensor, (roots, places), (last, state))
+        # What the springs between the two carry: on the first of them, world axes.
+        force, moment = np.zeros(3), np.zeros(3)
+        for name, spring in model.springs.items():
+            carried = state.springs.get(name)
+            if carried is not None and set(spring.between) == set(sensor.between):
+                end = spring.between.index(sensor.between[0])
+                pull = -carried.pull if end else carried.pull
+                force = force + pull
+                moment = moment + cross(carried.ends[end] - places[0], pull)
+        for measure, world in zip(CUT, (force, moment), strict=True):
+            if measure in sensor.measures:
+                on_body = sensor.axes == "body"
+                value = product(poses[0][:3, :3].T, world) if on_body else world
+                values |= measure_columns("", measure, value)
         columns |= {f"{sensor.name}.{name}": value for name, value in values.items()}
     return columns
 
 
 _Step = tuple[SystemState | None, SystemState]
-
-
-def _values(model: Model, sensor: RelativeSensor, step: _Step) -> dict[str, float]:
-    state = step[1]
-    roots = [model.mechanism.root_of(body) for body in sensor.between]
-    starts = [model.origins[i] for i in roots]
-    poses = [state.bodies.poses[i] for i in roots]
-    firsts = [
-        first_place(model, i, None if sensor.at is None else sensor.at[k])
-        for k, i in enumerate(roots)
-    ]
-    places = [point_of(poses[k], starts[k], firsts[k]) for k in (0, 1)]
-    values: dict[str, float] = {}
-    way = places[1] - places[0]
-    if "distance" in sensor.measures:
-        speeds = [point_velocity(state, i, place) for i, place in zip(roots, places, strict=True)]
-        # The rate is that of the approach where the distance is zero.
-        far, speed = length(way), speeds[1] - speeds[0]
-        rate = float((way * speed).sum()) / far if far > 0.0 else length(speed)
-        values |= {"distance": far, "rate": rate}
-    if "displacement" in sensor.measures:
-        in_body_axes = sensor.axes == "body"
-        now = product(poses[0][:3, :3].T, way) if in_body_axes else way
-        before = firsts[1] - firsts[0]
-        moved = now - (product(starts[0][:3, :3].T, before) if in_body_axes else before)
-        values |= measure_columns("", "displacement", moved)
-    if "angle" in sensor.measures:
-        now, before = (product(pair[0][:3, :3].T, pair[1][:3, :3]) for pair in (poses, starts))
-        turn = _turned(product(now, before.T))
-        values["angle"] = length(turn)
-        values |= vector_columns("angle_", turn)
-    values |= _rates(model, sensor, (roots, places), step)
-    return values | _cut(model, sensor, state, poses[0], places[0])
 
 
 def _rates(
@@ -92,30 +100,6 @@ def _rates(
                 way = there - here
                 value = value - cross(turning, way) - cross(spin, cross(spin, way))
         value = product(state.bodies.poses[i, :3, :3].T, value) if on_body else value
-        values |= measure_columns("", measure, value)
-    return values
-
-
-def _cut(
-    model: Model, sensor: RelativeSensor, state: SystemState, pose: FloatArray, about: FloatArray
-) -> dict[str, float]:
-    """What the springs between the two carry, as far as it is asked for."""
-    values: dict[str, float] = {}
-    if not set(CUT) & set(sensor.measures):
-        return values
-    force, moment = np.zeros(3), np.zeros(3)  # on the first of the two, world axes
-    for name, spring in model.springs.items():
-        now = state.springs.get(name)
-        if now is None or set(spring.between) != set(sensor.between):
-            continue
-        end = spring.between.index(sensor.between[0])
-        pull = -now.pull if end else now.pull
-        force = force + pull
-        moment = moment + cross(now.ends[end] - about, pull)
-    for measure, world in zip(CUT, (force, moment), strict=True):
-        if measure not in sensor.measures:
-            continue
-        value = product(pose[:3, :3].T, world) if sensor.axes == "body" else world
         values |= measure_columns("", measure, value)
     return values
 

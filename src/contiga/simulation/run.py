@@ -70,7 +70,49 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
                 raise_findings(findings)
             if options.on_check is not None:
                 options.on_check(findings)
-            state, kept = _stepped(model, out, options, recorder, clock)
+            kept: list[SystemState] = []
+            outlook = Outlook(model.stepping.end, options.now)
+            try:
+                if out is not None:
+                    recorder.open(Path(out), resume=options.resume)
+                state = recorder.state
+                while state is None or (
+                    state.time < model.stepping.end and not options.settle_only
+                ):
+                    if state is not None:
+                        stepped = following(model, state, clock)
+                    elif model.settling is None and not options.settle_only:
+                        stepped = advance(model, None, model.stepping.start, clock)
+                    else:
+                        with clock("settle"):
+                            stepped = settled(model, clock, options.on_settle)
+                    state = stepped.state
+                    if options.strict:
+                        check_proved(state)
+                    if options.on_pace is not None and stepped.choice is not None:
+                        cut = stepped.choice.cut
+                        options.on_pace(f"steps of {state.step:.2g}: {cut.said()}")
+                    if options.on_slow is not None and (text := outlook.after(stepped)) is not None:
+                        options.on_slow(text)
+                    recorder.take(stepped)
+                    if options.keep is not None and (recorder.done - 1) % options.keep == 0:
+                        kept.append(state)
+                    if options.on_step is not None:
+                        options.on_step(state)
+            except OutputError as error:
+                with suppress(OutputError):  # of the same full disk: once is enough
+                    recorder.save()
+                if recorder.folder is None or not newest_checkpoint(recorder.folder).is_file():
+                    raise
+                remedy = f"{error.remedy or 'See to it'}; then the run goes on with --resume"
+                found = {"found": error.found} if error.has_found else {}
+                raise OutputError(
+                    error.what, where=error.where, allowed=error.allowed, remedy=remedy, **found
+                ) from error
+            except BaseException:
+                recorder.save()
+                raise
+            recorder.save()
         history = recorder.columns()
         history |= filtered_columns(model, history)
         shown = (*check_run(model, history, state), *recorder.crest())
@@ -84,51 +126,3 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
         return Result(history, recorder.folder, state, tuple(kept), summary)
     finally:
         recorder.release()
-
-
-def _stepped(
-    model: Model, out: str | Path | None, options: RunOptions, recorder: Recorder, clock: Clock
-) -> tuple[SystemState, list[SystemState]]:
-    """The state at the end, and those that are kept."""
-    kept: list[SystemState] = []
-    outlook = Outlook(model.stepping.end, options.now)
-    try:
-        if out is not None:
-            recorder.open(Path(out), resume=options.resume)
-        state = recorder.state
-        while state is None or (state.time < model.stepping.end and not options.settle_only):
-            if state is not None:
-                stepped = following(model, state, clock)
-            elif model.settling is None and not options.settle_only:
-                stepped = advance(model, None, model.stepping.start, clock)
-            else:
-                with clock("settle"):
-                    stepped = settled(model, clock, options.on_settle)
-            state = stepped.state
-            if options.strict:
-                check_proved(state)
-            if options.on_pace is not None and stepped.choice is not None:
-                cut = stepped.choice.cut
-                options.on_pace(f"steps of {state.step:.2g}: {cut.said()}")
-            if options.on_slow is not None and (text := outlook.after(stepped)) is not None:
-                options.on_slow(text)
-            recorder.take(stepped)
-            if options.keep is not None and (recorder.done - 1) % options.keep == 0:
-                kept.append(state)
-            if options.on_step is not None:
-                options.on_step(state)
-    except OutputError as error:
-        with suppress(OutputError):  # of the same full disk: once is enough
-            recorder.save()
-        if recorder.folder is None or not newest_checkpoint(recorder.folder).is_file():
-            raise
-        remedy = f"{error.remedy or 'See to it'}; then the run goes on with --resume"
-        found = {"found": error.found} if error.has_found else {}
-        raise OutputError(
-            error.what, where=error.where, allowed=error.allowed, remedy=remedy, **found
-        ) from error
-    except BaseException:
-        recorder.save()
-        raise
-    recorder.save()
-    return state, kept

@@ -33,11 +33,35 @@ _COLUMNS = {"BrIC": ("wx", "wy", "wz"), "VC": ("distance",), "Nij": ("fz", "my")
 
 
 def sensor_summary(model: Model, history: History) -> dict[str, dict[str, Any]]:
-    """What the sensors say of the whole run, by name: criteria, with values, times and bands."""
+    """What the sensors say of the whole run, by name: criteria, with values, bands, and the times
+    when they hold, in the time unit of the case."""
     summary = sensors_told(model)
     judged: list[Sensor | RelativeSensor] = [*model.point_sensors, *model.relative]
+    if len(history["time"]) < 2:
+        return summary
     for sensor in judged:
-        summary[sensor.name]["criteria"] = _criteria(model, sensor, history)
+        if not sensor.criteria:
+            continue
+        found = dict(_of_acceleration(model, sensor, history)) if isinstance(sensor, Sensor) else {}
+        for name in sensor.criteria:  # whose source says how the signal is to be filtered
+            columns = [f"{sensor.name}.{column}" for column in _COLUMNS.get(name, ())]
+            if not columns or too_coarse(model, OWN_FILTERS[name], history):
+                continue
+            if not all(np.isfinite(history[column]).all() for column in columns):
+                continue
+            grid, signal = smooth(model, columns, OWN_FILTERS[name], history)
+            if name != "VC" or len(grid) >= LEAST:
+                found[name] = _found(model, sensor, name, grid, signal)
+        unit, criteria = base_factor(model.units[2], "time"), summary[sensor.name]["criteria"]
+        for name in sensor.criteria:
+            if name not in found:
+                continue
+            one = found[name]
+            criteria[name] = {**one, "start": one["start"] / unit, "end": one["end"] / unit}
+            if name in CRITERION_UNITS:
+                criteria[name]["unit"] = CRITERION_UNITS[name]
+            if name in sensor.bands:
+                criteria[name]["band"] = sensor.bands[name].of(one["value"])
     return summary
 
 
@@ -55,27 +79,6 @@ def sensors_told(model: Model) -> dict[str, dict[str, Any]]:
         if sensor.code is not None:
             summary[sensor.name]["code"] = sensor.code
     return summary
-
-
-def _criteria(
-    model: Model, sensor: Sensor | RelativeSensor, history: History
-) -> dict[str, dict[str, Any]]:
-    """Each criterion with its value, unit and band, and when it holds, in the case's time unit."""
-    if len(history["time"]) < 2:
-        return {}
-    unit, criteria = base_factor(model.units[2], "time") if sensor.criteria else 1.0, {}
-    results = dict(_of_acceleration(model, sensor, history)) if isinstance(sensor, Sensor) else {}
-    results |= _by_own_filters(model, sensor, history)
-    for name in sensor.criteria:
-        if name not in results:
-            continue
-        result = results[name]
-        criteria[name] = {**result, "start": result["start"] / unit, "end": result["end"] / unit}
-        if name in CRITERION_UNITS:
-            criteria[name]["unit"] = CRITERION_UNITS[name]
-        if name in sensor.bands:
-            criteria[name]["band"] = sensor.bands[name].of(result["value"])
-    return criteria
 
 
 def _of_acceleration(model: Model, sensor: Sensor, history: History) -> Iterator[tuple[str, Found]]:
@@ -105,24 +108,6 @@ def _of_acceleration(model: Model, sensor: Sensor, history: History) -> Iterator
             value, start, end = hic(a, t, _WINDOWS[name])
             value = hicd(value) if name == "HICd" else value
         yield name, {"value": value, "start": start, "end": end}
-
-
-def _by_own_filters(
-    model: Model, sensor: Sensor | RelativeSensor, history: History
-) -> dict[str, Found]:
-    """Criteria whose source says how the signal is to be filtered."""
-    found: dict[str, Found] = {}
-    for name in sensor.criteria:
-        columns = [f"{sensor.name}.{column}" for column in _COLUMNS.get(name, ())]
-        if not columns or too_coarse(model, OWN_FILTERS[name], history):
-            continue
-        if not all(np.isfinite(history[column]).all() for column in columns):
-            continue
-        grid, signal = smooth(model, columns, OWN_FILTERS[name], history)
-        if name == "VC" and len(grid) < LEAST:
-            continue
-        found[name] = _found(model, sensor, name, grid, signal)
-    return found
 
 
 def _found(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,8 +12,7 @@ from contiga.rigid import rigid_lanes as lanes
 from contiga.rigid.frames import cross
 from contiga.simulation.load_forces import point_of
 from contiga.simulation.model import Model
-from contiga.simulation.sensor import Sensor
-from contiga.simulation.slave_sensor import NodeSensor, SlaveSensor, slave_of
+from contiga.simulation.slave_sensor import NodeSensor, slave_of
 from contiga.simulation.system_state import SystemState
 
 _COLUMNS = {
@@ -33,8 +30,26 @@ def sensor_columns(model: Model, state: SystemState, last: SystemState | None) -
     """What all sensors say of `state`; `last` is the state before it."""
     columns: dict[str, float] = {}
     for sensor in model.point_sensors:
-        for measure, values in _measured(model, sensor, state, last).items():
-            columns |= measure_columns(f"{sensor.name}.", measure, values)
+        i = model.mechanism.root_of(sensor.body)
+        pose, twist = state.bodies.poses[i], state.bodies.twists[i]
+        first = first_place(model, i, sensor.at)
+        place = point_of(pose, model.origins[i], first)
+        for measure in sensor.measures:
+            if measure == "acceleration":
+                value = point_acceleration(model, i, place, (last, state))
+            elif measure == "velocity":
+                value = point_velocity(state, i, place)
+            elif measure == "displacement":
+                value = place - first
+            elif measure == "spin":
+                value = twist[3:]
+            elif measure == "force":
+                value = state.wrenches[i, :3]
+            else:
+                arm = place - pose[:3, 3]
+                value = state.wrenches[i, 3:] - cross(arm, state.wrenches[i, :3])
+            value = product(pose[:3, :3].T, value) if sensor.axes == "body" else value
+            columns |= measure_columns(f"{sensor.name}.", measure, value)
     return columns
 
 
@@ -42,8 +57,20 @@ def slave_columns(model: Model, state: SystemState) -> dict[str, float]:
     """What all sensors of slaves say of `state`."""
     columns: dict[str, float] = {}
     for sensor in model.slave_sensors:
+        name, nodes = slave_of(sensor), model.sensor_nodes[sensor.name]
+        now = state.slaves[name]
         for measure in sensor.measures:
-            values = _measured_on_slave(model, sensor, measure, state)
+            if isinstance(sensor, NodeSensor):
+                node = nodes[0]
+                if measure == "velocity":
+                    values = np.asarray(now.velocities[node])
+                else:
+                    values = np.asarray(now.points[node] - model.slaves[name].slave.points[node])
+            else:
+                force = now.matter["force"][nodes]
+                if measure == "moment":
+                    force = np.cross(now.points[nodes] - sensor.plane[0], force)
+                values = np.asarray(force.sum(axis=0))
             columns |= measure_columns(f"{sensor.name}.", measure, values)
     return columns
 
@@ -58,49 +85,6 @@ def measure_columns(owner: str, measure: str, values: FloatArray) -> dict[str, f
 def vector_columns(name: str, values: FloatArray) -> dict[str, float]:
     """The three columns of a vector (3,)."""
     return {f"{name}{axis}": float(v) for axis, v in zip("xyz", values, strict=True)}
-
-
-def _measured(
-    model: Model, sensor: Sensor, state: SystemState, last: SystemState | None
-) -> Mapping[str, FloatArray]:
-    """The vectors of a sensor in the axes it asks for."""
-    i = model.mechanism.root_of(sensor.body)
-    pose, twist = state.bodies.poses[i], state.bodies.twists[i]
-    first = first_place(model, i, sensor.at)
-    place = point_of(pose, model.origins[i], first)
-    values: dict[str, FloatArray] = {}
-    for measure in sensor.measures:
-        if measure == "acceleration":
-            value = point_acceleration(model, i, place, (last, state))
-        elif measure == "velocity":
-            value = point_velocity(state, i, place)
-        elif measure == "displacement":
-            value = place - first
-        elif measure == "spin":
-            value = twist[3:]
-        elif measure == "force":
-            value = state.wrenches[i, :3]
-        else:
-            arm = place - pose[:3, 3]
-            value = state.wrenches[i, 3:] - cross(arm, state.wrenches[i, :3])
-        values[measure] = product(pose[:3, :3].T, value) if sensor.axes == "body" else value
-    return values
-
-
-def _measured_on_slave(
-    model: Model, sensor: SlaveSensor, measure: str, state: SystemState
-) -> FloatArray:
-    """(3,) along the axes of the world."""
-    name, nodes = slave_of(sensor), model.sensor_nodes[sensor.name]
-    now = state.slaves[name]
-    if isinstance(sensor, NodeSensor):
-        if measure == "velocity":
-            return np.asarray(now.velocities[nodes[0]])
-        return np.asarray(now.points[nodes[0]] - model.slaves[name].slave.points[nodes[0]])
-    force = now.matter["force"][nodes]
-    if measure == "moment":
-        force = np.cross(now.points[nodes] - sensor.plane[0], force)
-    return np.asarray(force.sum(axis=0))
 
 
 def first_place(model: Model, i: int, at: FloatArray | None) -> FloatArray:
@@ -138,7 +122,25 @@ def acceleration(
     change of its velocity over the step; zero at the start.
     """
     if i in model.mechanism.row:
-        return _of_free(model, i, state)
+        k = model.mechanism.row[i]
+        row, one = state.rigid[k], model.mechanism.fixed[k]
+        spin = state.bodies.twists[i, 3:]
+        R = quaternion.to_matrix(row[lanes.TURN : lanes.TURN + 4])
+        axes = product(R, one[lanes.AXES : lanes.AXES + 9].reshape(3, 3))
+        moments = one[lanes.MOMENTS : lanes.MOMENTS + 3]
+        momentum = product(axes, moments * product(axes.T, spin))
+        torque = row[lanes.TORQUE : lanes.TORQUE + 3] - cross(spin, momentum)
+        if one[lanes.SPINS : lanes.SPINS + 3].all():
+            angular = product(axes, product(axes.T, torque) / moments)
+        else:
+            free: NDArray[np.intp] = np.flatnonzero(one[lanes.SPINS : lanes.SPINS + 3])
+            angular = np.zeros(3)
+            if len(free):
+                inertia = product(axes * moments, axes.T)
+                angular[free] = solve(inertia[np.ix_(free, free)], torque[free])
+        arm = state.bodies.poses[i, :3, 3] - row[lanes.CENTRE : lanes.CENTRE + 3]
+        linear = centre_acceleration(row, one) + cross(angular, arm) + cross(spin, cross(spin, arm))
+        return linear, angular
     motion = model.mechanism.driven.get(i)
     if motion is not None and hasattr(motion, "acceleration"):
         return motion.acceleration(state.time), np.zeros(3)
@@ -148,34 +150,7 @@ def acceleration(
     return change[:3], change[3:]
 
 
-def _of_free(model: Model, i: int, state: SystemState) -> tuple[FloatArray, FloatArray]:
-    k = model.mechanism.row[i]
-    row, one = state.rigid[k], model.mechanism.fixed[k]
-    spin = state.bodies.twists[i, 3:]
-    R = quaternion.to_matrix(row[lanes.TURN : lanes.TURN + 4])
-    axes = product(R, one[lanes.AXES : lanes.AXES + 9].reshape(3, 3))
-    moments = one[lanes.MOMENTS : lanes.MOMENTS + 3]
-    momentum = product(axes, moments * product(axes.T, spin))
-    torque = row[lanes.TORQUE : lanes.TORQUE + 3] - cross(spin, momentum)
-    if one[lanes.SPINS : lanes.SPINS + 3].all():
-        angular = product(axes, product(axes.T, torque) / moments)
-    else:
-        angular = _about_free_axes(product(axes * moments, axes.T), torque, one)
-    arm = state.bodies.poses[i, :3, 3] - row[lanes.CENTRE : lanes.CENTRE + 3]
-    linear = centre_acceleration(row, one) + cross(angular, arm) + cross(spin, cross(spin, arm))
-    return linear, angular
-
-
 def centre_acceleration(row: FloatArray, one: FloatArray) -> FloatArray:
     """(3,) of a free body; held ways have none, whatever the force."""
     force, ways = row[lanes.FORCE : lanes.FORCE + 3], one[lanes.WAYS : lanes.WAYS + 3]
     return np.asarray(force / one[lanes.MASS] * ways)
-
-
-def _about_free_axes(inertia: FloatArray, torque: FloatArray, fixed: FloatArray) -> FloatArray:
-    """(3,) angular acceleration about those of the world's axes that a body may turn about."""
-    free: NDArray[np.intp] = np.flatnonzero(fixed[lanes.SPINS : lanes.SPINS + 3])
-    angular = np.zeros(3)
-    if len(free):
-        angular[free] = solve(inertia[np.ix_(free, free)], torque[free])
-    return angular

@@ -31,7 +31,7 @@ from contiga.rigid.rigid_lanes import FORCE, MASS, MOMENTUM, SPINS, TORQUE, VELO
 from contiga.rigid.twist import still
 from contiga.simulation.clock import Clock
 from contiga.simulation.critical import check_stable, limit_of
-from contiga.simulation.model import BodyPart, ContactPart, Model, SlavePart
+from contiga.simulation.model import BodyPart, Model, SlavePart
 from contiga.simulation.settle import Rest, Settle
 from contiga.simulation.step import (
     ForcesOn,
@@ -99,7 +99,14 @@ def settled(model: Model, clock: Clock, on_settle: OnSettle | None = None) -> St
         residual = _residual(balance, first)
         if on_settle is not None:
             on_settle(step + 1, residual)
-        last_swing, swing = swing, _kinetic(resting, before, state)
+        # The kinetic energy in the middle of the step: at its ends that of the fastest vibrations,
+        # which go to and fro within two steps, is not what they have.
+        kinetic = state.energy.kinetic
+        for name in resting.mechanism.masses:
+            nodes, now = resting.mechanism.nodes[name], state.slaves[name]
+            way = (now.points - before.slaves[name].points) / state.step
+            kinetic += nodes.shaken(SlaveState(now.points, way)) - nodes.energy(now).kinetic
+        last_swing, swing = swing, kinetic
         if swing < last_swing:
             state, swing, share = _stopped(resting, state), 0.0, STEERED
         else:
@@ -150,17 +157,6 @@ def _resting(model: Model, settle: Settle) -> Model:
     )
 
 
-def _kinetic(model: Model, last: SystemState, state: SystemState) -> float:
-    """Kinetic energy in the middle of a step: at its ends that of the fastest vibrations, which go
-    to and fro within two steps, is not what they have."""
-    kinetic = state.energy.kinetic
-    for name in model.mechanism.masses:
-        nodes, now = model.mechanism.nodes[name], state.slaves[name]
-        way = (now.points - last.slaves[name].points) / state.step
-        kinetic += nodes.shaken(SlaveState(now.points, way)) - nodes.energy(now).kinetic
-    return kinetic
-
-
 def _stopped(model: Model, state: SystemState) -> SystemState:
     """The same without velocities."""
     nodes = model.mechanism.nodes
@@ -208,7 +204,12 @@ def _taken_up(
     system, start = model.mechanism, model.stepping.start
     at_rest = _stopped(resting, state)
     standing = place(model, None, start)
-    placed = _placed(model, resting, at_rest, standing.free)
+    placed = Placed(*(array.copy() for array in standing.free))
+    for k, i in enumerate(system.free):
+        at = resting.mechanism.row.get(int(i))
+        if at is not None:
+            placed.rows[k], placed.twists[k] = at_rest.rigid[at], 0.0
+            placed.poses[k] = at_rest.bodies.poses[i]
     poses, twists = standing.bodies.poses.copy(), standing.bodies.twists.copy()
     poses[system.free], twists[system.free] = placed.poses, placed.twists
     poses, twists = poses[system.root], twists[system.root]
@@ -218,7 +219,21 @@ def _taken_up(
     }
     bodies = BodyStates(system.index, poses, twists)
     standing = standing._replace(bodies=bodies, slaves=slaves, free=placed, now=now)
-    contacts = {part.name: _still(part, at_rest, clock) for part in model.contacts}
+    contacts = {}
+    for part in model.contacts:  # as they rest: without rates, and with nothing lost yet
+        points = at_rest.slaves[part.slave].points
+        touched = part.contact.step(
+            at_rest.contacts[part.name],
+            points,
+            at_rest.bodies[part.master].pose,
+            at_rest.step or 1.0,
+            velocity=np.zeros_like(points),
+            twist=still(),
+            clock=clock,
+        )
+        stored = touched.energy.stored
+        energies = np.array(ContactEnergy(stored, stored, 0.0, 0.0, 0.0))
+        contacts[part.name] = State(**(touched.arrays | {"energies": energies}), of=part.contact)
     springs = {
         name: one._replace(force=one.force - one.damper, damper=0.0, hysteresis=0.0, damping=0.0)
         for name, one in at_rest.springs.items()
@@ -240,30 +255,3 @@ def _taken_up(
         rest=rest,
     )
     return Stepped(begun, dict.fromkeys(contacts, 0.0))
-
-
-def _placed(model: Model, resting: Model, at_rest: SystemState, free: Placed) -> Placed:
-    """Free bodies as they start, those that have come to rest where they did."""
-    rows, poses, twists = free.rows.copy(), free.poses.copy(), free.twists.copy()
-    for k, i in enumerate(model.mechanism.free):
-        at = resting.mechanism.row.get(int(i))
-        if at is not None:
-            rows[k], poses[k], twists[k] = at_rest.rigid[at], at_rest.bodies.poses[i], 0.0
-    return Placed(rows, poses, twists)
-
-
-def _still(part: ContactPart, at_rest: SystemState, clock: Clock) -> State:
-    """A contact where it rests: without rates, and with nothing lost yet."""
-    points = at_rest.slaves[part.slave].points
-    state = part.contact.step(
-        at_rest.contacts[part.name],
-        points,
-        at_rest.bodies[part.master].pose,
-        at_rest.step or 1.0,
-        velocity=np.zeros_like(points),
-        twist=still(),
-        clock=clock,
-    )
-    stored = state.energy.stored
-    energies = np.array(ContactEnergy(stored, stored, 0.0, 0.0, 0.0))
-    return State(**(state.arrays | {"energies": energies}), of=part.contact)

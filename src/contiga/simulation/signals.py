@@ -80,7 +80,16 @@ def smooth(
     grid = even_times(times, 1.0 / (FINE * int(cls.removeprefix("CFC"))) / unit)
     if grid is times:
         return times, _filtered_evenly(times, signal, (unit, cls))
-    even = means(grid, times, signal, _impulses(model, columns, history, signal))
+    # Integrals over each step, (n - 1, k): of an acceleration the change of velocity, which is
+    # exact; where that is not measured, and of all else, by the trapezoidal rule: for the centre of
+    # a free body the same.
+    along = {f"{sensor.name}.a" for sensor in model.point_sensors if sensor.axes == "world"}
+    velocities = [f"{column[:-2]}v{column[-1]}" for column in columns]
+    if {column[:-1] for column in columns} <= along and all(v in history for v in velocities):
+        impulses = np.diff(np.stack([history[column] for column in velocities], axis=1), axis=0)
+    else:
+        impulses = trapezoids(times, signal)
+    even = means(grid, times, signal, impulses)
     return grid, _filtered_evenly(grid, even, (unit, cls))
 
 
@@ -90,21 +99,6 @@ def _filtered_evenly(times: FloatArray, signal: FloatArray, how: tuple[float, st
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ContigaWarning)  # `signal_warnings` says it of the run
         return cfc(signal, float(times[1] - times[0]) * unit, cls)
-
-
-def _impulses(
-    model: Model, columns: Sequence[str], history: Mapping[str, FloatArray], signal: FloatArray
-) -> FloatArray:
-    """(n - 1, k) integrals of a signal over each step.
-
-    Of an acceleration the change of velocity, which is exact; where that is not measured, and of
-    all else, by the trapezoidal rule: for the centre of a free body the same.
-    """
-    along = {f"{sensor.name}.a" for sensor in model.point_sensors if sensor.axes == "world"}
-    velocities = [f"{column[:-2]}v{column[-1]}" for column in columns]
-    if {column[:-1] for column in columns} <= along and all(v in history for v in velocities):
-        return np.diff(np.stack([history[column] for column in velocities], axis=1), axis=0)
-    return trapezoids(history["time"], signal)
 
 
 def signal_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:

@@ -128,7 +128,15 @@ class SectionSensor:
         put = object.__setattr__
         put(self, "name", name)
         put(self, "section", section)
-        put(self, "plane", _plane(plane))
+        both = _two_points(plane, "plane")
+        if not both[1].any():
+            raise InputError(
+                "has no normal",
+                where="plane",
+                found=both.tolist(),
+                allowed="a point and a direction that is not zero",
+            )
+        put(self, "plane", both)
         put(self, "measures", _several("measures", measures, SECTION_MEASURES))
         put(self, "code", _checked_code(code))
 
@@ -173,15 +181,3 @@ def nodes_of(sensor: SlaveSensor, points: FloatArray) -> IndexArray:
             allowed=f"a plane through the slave: nodes {box_told(points)}",
         )
     return beyond
-
-
-def _plane(plane: ArrayLike) -> FloatArray:
-    both = _two_points(plane, "plane")
-    if not both[1].any():
-        raise InputError(
-            "has no normal",
-            where="plane",
-            found=both.tolist(),
-            allowed="a point and a direction that is not zero",
-        )
-    return both

@@ -128,7 +128,42 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
         bodies, slaves = standing.bodies, standing.slaves
         return Stepped(SystemState(time, bodies, slaves, contacts, energy, now.dt), walls)
     begun = perf_counter()
-    moved = _moved(model, last, standing, contacts)
+    system, now = model.mechanism, standing.now
+    springs: dict[str, SpringState] = {}
+    if system.springs:
+        springs = spring_states(model, None if last is None else last.springs, standing.bodies)
+    if last is not None:
+        for name in system.masses:
+            before, there = last.slaves[name], standing.slaves[name]
+            acting = ForcesOn(model, name, contacts)
+            standing.slaves[name] = system.nodes[name].kick(before, there, acting, now)
+    total = wrenches(model, contacts, springs, standing)
+    kinetic = kicked(standing.free, system.fixed, total[system.free], now.dt)
+    external, initial, peak = 0.0, None, 0.0
+    if last is not None:
+        external = last.energy.external + external_work(model, last, standing, contacts, total)
+        initial, peak = last.energy.initial, last.peak_energy
+    inside = []
+    for name in system.masses:
+        inside.append(system.nodes[name].energy(standing.slaves[name]))
+    energy = energy_of(contacts, springs, inside, kinetic, external, initial)
+    bodies = frames(system, standing)
+    now = now._replace(twists=bodies.twists)
+    for name in system.riding:
+        standing.slaves[name] = system.nodes[name].carried(standing.slaves[name], now)
+    moved = SystemState(
+        now.time,
+        bodies,
+        standing.slaves,
+        contacts,
+        energy,
+        step=now.dt,
+        rigid=standing.free.rows,
+        wrenches=total,
+        springs=springs,
+        rest=None if last is None else last.rest,
+        peak_energy=max(peak, energy.total + energy.lost),
+    )
     clock.add("motion", begun)
     return Stepped(moved, walls)
 
@@ -172,48 +207,6 @@ def place(model: Model, last: SystemState | None, time: float) -> Placement:
             acting = ForcesOn(model, name, last.contacts)
             slaves[name] = nodes.drift(last.slaves[name], acting, now)
     return Placement(BodyStates(system.index, poses, twists), slaves, free, now)
-
-
-def _moved(
-    model: Model, last: SystemState | None, standing: Placement, contacts: dict[str, State]
-) -> SystemState:
-    """The end of a step in which forces move bodies: the other half of their kick, and energies."""
-    system, now = model.mechanism, standing.now
-    springs: dict[str, SpringState] = {}
-    if system.springs:
-        springs = spring_states(model, None if last is None else last.springs, standing.bodies)
-    if last is not None:
-        for name in system.masses:
-            before, there = last.slaves[name], standing.slaves[name]
-            acting = ForcesOn(model, name, contacts)
-            standing.slaves[name] = system.nodes[name].kick(before, there, acting, now)
-    total = wrenches(model, contacts, springs, standing)
-    kinetic = kicked(standing.free, system.fixed, total[system.free], now.dt)
-    external, initial, peak = 0.0, None, 0.0
-    if last is not None:
-        external = last.energy.external + external_work(model, last, standing, contacts, total)
-        initial, peak = last.energy.initial, last.peak_energy
-    inside = []
-    for name in system.masses:
-        inside.append(system.nodes[name].energy(standing.slaves[name]))
-    energy = energy_of(contacts, springs, inside, kinetic, external, initial)
-    bodies = frames(system, standing)
-    now = now._replace(twists=bodies.twists)
-    for name in system.riding:
-        standing.slaves[name] = system.nodes[name].carried(standing.slaves[name], now)
-    return SystemState(
-        now.time,
-        bodies,
-        standing.slaves,
-        contacts,
-        energy,
-        step=now.dt,
-        rigid=standing.free.rows,
-        wrenches=total,
-        springs=springs,
-        rest=None if last is None else last.rest,
-        peak_energy=max(peak, energy.total + energy.lost),
-    )
 
 
 def frames(system: Mechanism, standing: Placement) -> BodyStates:

@@ -55,44 +55,35 @@ def single_warnings(history: dict[str, FloatArray]) -> list[str]:
     that their phase is off, and forces handed on early or late."""
     if SINGLE not in history:
         return []
-    return [text for text in (_swings(history), _handed(history)) if text]
-
-
-def _swings(history: dict[str, FloatArray]) -> str:
-    """Of swings of single points, if they are not right to phase."""
-    time, single, lag = (history[name] for name in ("time", SINGLE, LAG))
-    late = float(lag.sum())
+    warnings: list[str] = []
+    time, single, lag, late = (history[name] for name in ("time", SINGLE, LAG, LATE))
+    off = float(lag.sum())
     at = int(np.argmax(single if single.any() else lag))
     step = time[at] - time[at - 1]
     if single.any():
         how = f"swing faster than steps follow, most at t = {time[at]:g} (ω h = {single[at]:.2g})"
         largest = step * FOLLOWED / single[at]
-    elif late > LAGGED:
-        how = f"swing for so long that they are {late:.2g} rad off, most of it at t = {time[at]:g}"
-        largest = step * np.sqrt(RIGHT / late)
-    else:
-        return ""
-    return (
-        f"step: single nodes, or points that share one force, {how}: what one of them does, and "
-        "how what stands on them rocks, is stable there and not right to phase; sums and ways of "
-        f"whole bodies are. A time.largest of {largest:.2g} follows them"
-    )
-
-
-def _handed(history: dict[str, FloatArray]) -> str:
-    """Of points that hand on a force early or late by more than a step."""
-    time, late = history["time"], history[LATE]
+    elif off > LAGGED:
+        how = f"swing for so long that they are {off:.2g} rad off, most of it at t = {time[at]:g}"
+        largest = step * np.sqrt(RIGHT / off)
+    if single.any() or off > LAGGED:
+        warnings.append(
+            f"step: single nodes, or points that share one force, {how}: what one of them does, "
+            "and how what stands on them rocks, is stable there and not right to phase; sums and "
+            f"ways of whole bodies are. A time.largest of {largest:.2g} follows them"
+        )
+    # Points that hand on a force early or late by more than a step.
     steps = np.diff(time, prepend=time[0])
     excess = late / np.maximum(steps, SHIFTED * (time[-1] - time[0])) if late.any() else late
     at = int(np.argmax(excess))
-    if excess[at] <= 1.0:
-        return ""
-    largest = float(steps[: at + 1].max()) / np.sqrt(excess[at])
-    return (
-        f"step: points that share one force hand it on up to {late[at]:.2g} early or late, "
-        f"as at t = {time[at]:g}: by about so much which of them carries it, and its moment, is "
-        f"uncertain; sums are not. A time.largest of {largest:.2g} makes them certain"
-    )
+    if excess[at] > 1.0:
+        largest = float(steps[: at + 1].max()) / np.sqrt(excess[at])
+        warnings.append(
+            f"step: points that share one force hand it on up to {late[at]:.2g} early or late, "
+            f"as at t = {time[at]:g}: by about so much which of them carries it, and its moment, "
+            f"is uncertain; sums are not. A time.largest of {largest:.2g} makes them certain"
+        )
+    return warnings
 
 
 def steps_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, Any]:

@@ -58,7 +58,12 @@ def summarise(
         }
         for name, prefix in column_prefixes(model).items()
     }
-    few, many = _reacquired(statuses, proved)
+    few: list[str] = []
+    many: list[str] = []
+    for name, counts in statuses.items():
+        text = _told({name: counts}, (ContactStatus.REACQUIRED,))
+        rare = counts[ContactStatus.REACQUIRED.name] <= FEW * proved[name]["feet"]
+        (few if rare else many).extend(text)
     # By slave what mass scaling gave its parts, where it was asked for.
     scaled: dict[str, list[dict[str, Any]]] = {}
     for name, nodes in model.mechanism.nodes.items():
@@ -77,6 +82,25 @@ def summarise(
         if f"body {name}" not in told
         for text in part.body.flaws
     ]
+    measured_weights = []
+    for part in model.contacts:
+        if part.contact.weights == "area":
+            prefix = column_prefixes(model)[part.name]
+            work, error = (history[prefix + name] for name in ("work", "energy_error"))
+            measured_weights.append(
+                f'{part.name}: contact areas as they are measured weigh its force (weights = "area"'
+                f"), which is the gradient of no energy: of the work of {np.abs(work).max():.3g} "
+                f'the balance misses {error[-1]:.3g} at the end; weights = "rest" closes it'
+            )
+    not_finite = []
+    for name, column in history.items():
+        contact, _, what = name.rpartition(".")
+        bad = np.flatnonzero(~np.isfinite(column))
+        if what == "force" and len(bad):
+            not_finite.append(
+                f"{contact or model.contacts[0].name}: the force is not finite in {len(bad)} "
+                f"steps, first at t = {history['time'][bad[0]]:g}; look at the law's numbers"
+            )
     return {
         "title": model.title,
         "version": __version__,
@@ -102,9 +126,9 @@ def summarise(
         "warnings": [str(finding) for finding in findings]
         + _told(statuses, WARNED)
         + many
-        + _not_finite(model, history)
+        + not_finite
         + flaws
-        + _measured_weights(model, history)
+        + measured_weights
         + energy_warnings(model, history)
         + single_warnings(history)
         + signal_warnings(model, history),
@@ -165,34 +189,6 @@ def _inputs(model: Model) -> dict[str, dict[str, Any]]:
     return inputs
 
 
-def _measured_weights(model: Model, history: dict[str, FloatArray]) -> list[str]:
-    """What measured areas as weights of the force have done to the energy."""
-    texts, prefixes = [], column_prefixes(model)
-    for part in model.contacts:
-        prefix = prefixes[part.name]
-        work, error = (history[prefix + name] for name in ("work", "energy_error"))
-        if part.contact.weights == "area":
-            texts.append(
-                f'{part.name}: contact areas as they are measured weigh its force (weights = "area"'
-                f"), which is the gradient of no energy: of the work of {np.abs(work).max():.3g} "
-                f'the balance misses {error[-1]:.3g} at the end; weights = "rest" closes it'
-            )
-    return texts
-
-
-def _not_finite(model: Model, history: dict[str, FloatArray]) -> list[str]:
-    texts = []
-    for name, column in history.items():
-        contact, _, what = name.rpartition(".")
-        bad = np.flatnonzero(~np.isfinite(column))
-        if what == "force" and len(bad):
-            texts.append(
-                f"{contact or model.contacts[0].name}: the force is not finite in {len(bad)} "
-                f"steps, first at t = {history['time'][bad[0]]:g}; look at the law's numbers"
-            )
-    return texts
-
-
 def _told(statuses: dict[str, dict[str, int]], which: tuple[ContactStatus, ...]) -> list[str]:
     """What the statuses that were counted mean, and what to do."""
     return [
@@ -201,19 +197,6 @@ def _told(statuses: dict[str, dict[str, int]], which: tuple[ContactStatus, ...])
         for status in which
         if counts[status.name]
     ]
-
-
-def _reacquired(
-    statuses: dict[str, dict[str, int]], proved: dict[str, dict[str, int]]
-) -> tuple[list[str], list[str]]:
-    """Feet that were found again elsewhere: texts where they are few, and where they are many."""
-    few: list[str] = []
-    many: list[str] = []
-    for name, counts in statuses.items():
-        text = _told({name: counts}, (ContactStatus.REACQUIRED,))
-        rare = counts[ContactStatus.REACQUIRED.name] <= FEW * proved[name]["feet"]
-        (few if rare else many).extend(text)
-    return few, many
 
 
 def _advice(statuses: dict[str, dict[str, int]]) -> dict[str, str]:

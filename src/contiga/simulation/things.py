@@ -12,7 +12,7 @@ import dis
 import sys
 import sysconfig
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from enum import IntEnum
 from functools import cached_property
 from itertools import chain
@@ -84,12 +84,24 @@ class Things(Digest):
             met, self._taken = self._met[self._taken], self._taken + 1
             with self._as(met.manner):
                 if isinstance(met.value, type):
-                    self._members(met.value)
+                    for name, value in sorted(vars(met.value).items()):
+                        if name in _OF_PYTHON or _is_slot(value):
+                            continue
+                        self.text(name)
+                        if isinstance(value, property):
+                            self._only_named([value.fget, value.fset])
+                        elif isinstance(value, cached_property):
+                            self._only_named(value.func)
+                        else:
+                            self._only_named(getattr(value, "__func__", value))
                 else:
                     self._code(met.value)
 
     def _thing(self, value: Any, depth: int) -> None:
-        function = _function_of(value) if callable(value) else None
+        function = value if callable(value) else None
+        for name in ("__func__", "py_func", "__wrapped__"):
+            function = getattr(function, name, function)
+        function = function if isinstance(function, FunctionType) else None
         if value is None or isinstance(value, bool | int | float | complex | str | bytes):
             self.text(f"{type(value).__name__} {value!r}")
         elif isinstance(value, np.ndarray | np.generic):
@@ -98,8 +110,13 @@ class Things(Digest):
             self._installed(value.__name__)
         elif isinstance(value, type):
             self._class(value)
-        elif function is not None:
-            self._function(value, function, depth)
+        elif function is not None:  # of Python: itself, a method, what is wrapped or compiled
+            self.text(_name_of(value))
+            self._later(function)
+            if isinstance(value, MethodType):
+                self._thing(value.__self__, depth + 1)
+            if self._manner == _Manner.WHOLLY:
+                self.text(_tried(value))
         elif depth >= _DEEPEST or (self._manner == _Manner.NAMED and _is_others(value)):
             self.text(_name_of(value))
         elif isinstance(value, Mapping):
@@ -116,24 +133,36 @@ class Things(Digest):
         for value in things:
             self._thing(value, depth + 1)
 
-    def _function(self, value: Any, function: FunctionType, depth: int) -> None:
-        """What calls a function of Python: itself, a method, what is wrapped or compiled."""
-        self.text(_name_of(value))
-        self._later(function)
-        if isinstance(value, MethodType):
-            self._thing(value.__self__, depth + 1)
-        if self._manner == _Manner.WHOLLY:
-            self.text(_tried(value))
-
     def _object(self, value: Any, depth: int) -> None:
         self.text(_name_of(value))
         if callable(value) and self._manner == _Manner.WHOLLY:
             self.text(_tried(value))
-        self._class(type(value))
-        if _in_python(type(value)):
-            self._things(chain.from_iterable(sorted(_kept(value).items())), depth)
-        else:
-            self._compiled(value, depth)
+        kind = type(value)
+        self._class(kind)
+        names = {name for one in kind.__mro__ if one is not object for name in vars(one)}
+        # Of others' objects some know best what of them is kept.
+        knows = not _is_own(kind.__module__) and names & {"__reduce__", "__reduce_ex__"}
+        if not knows and names & {"__dict__", "__slots__"}:  # all of it stands where Python sees it
+            # Attributes and slots. What follows from the rest, and is there only once it was asked
+            # for, tells nothing.
+            kept = {
+                name: inner
+                for name, inner in getattr(value, "__dict__", {}).items()
+                if not isinstance(getattr(kind, name, None), cached_property)
+            }
+            slots = (name for one in kind.__mro__ for name, m in vars(one).items() if _is_slot(m))
+            kept |= {name: getattr(value, name) for name in slots if hasattr(value, name)}
+            self._things(chain.from_iterable(sorted(kept.items())), depth)
+        else:  # what is not seen in Python, as it would be kept in a file (PEP 307)
+            try:
+                reduced = value.__reduce_ex__(2)
+            except Exception:
+                reduced = None
+            code = isinstance(value, BuiltinFunctionType) and value.__module__ is not None
+            if reduced is None or (code and _top(value.__module__) not in _KNOWN):
+                self.unknown.add(_name_of(value))
+            with self._as(_Manner.UNCALLED):
+                self._thing(reduced, depth + 1)
 
     def _class(self, kind: type) -> None:
         """A class and what it comes from."""
@@ -151,25 +180,32 @@ class Things(Digest):
             self._met.append(_Met(value, self._manner))
         self.text(f"number {number}")
 
-    def _members(self, kind: type) -> None:
-        """Code and constants of a class alone."""
-        for name, value in sorted(vars(kind).items()):
-            if name not in _OF_PYTHON and not _is_slot(value):
-                self.text(name)
-                self._only_named(_plain(value))
-
     def _code(self, function: FunctionType) -> None:
         """What a function of Python does: its code, constants, defaults, closure, and what it
         names."""
-        cells = [cell.cell_contents for cell in function.__closure__ or () if _is_full(cell)]
+        cells = []
+        for cell in function.__closure__ or ():
+            with suppress(ValueError):  # what is named in it was not made yet
+                cells.append(cell.cell_contents)
         for code in _codes(function.__code__):
             self.text(code.co_code.hex() + repr(code.co_names))
             self._things([c for c in code.co_consts if not isinstance(c, CodeType)], 0)
         self._things([function.__defaults__, function.__kwdefaults__, cells], 0)
         if _is_own(function.__module__):
-            for name, value in _globals(function):
-                self.text(name)
-                self._only_named(value)
+            # What it names in its module, and in modules of the user's that it names.
+            codes = list(_codes(function.__code__))
+            names = {str(step.argval) for code in codes for step in dis.get_instructions(code)
+                     if step.opname in ("LOAD_GLOBAL", "LOAD_NAME")}  # fmt: skip
+            inner = {name for code in codes for name in code.co_names}
+            for name in sorted(names & set(function.__globals__)):
+                value = function.__globals__[name]
+                found = {name: value}
+                if isinstance(value, ModuleType) and _is_own(value.__name__):
+                    own = vars(value)
+                    found = {f"{name}.{k}": own[k] for k in sorted(inner & set(own))}
+                for inner_name, one in found.items():
+                    self.text(inner_name)
+                    self._only_named(one)
 
     def _only_named(self, value: Any) -> None:
         with self._as(_Manner.NAMED):
@@ -180,18 +216,6 @@ class Things(Digest):
         before, self._manner = self._manner, max(manner, self._manner)
         yield
         self._manner = before
-
-    def _compiled(self, value: Any, depth: int) -> None:
-        """What is not seen in Python: as it would be kept in a file (PEP 307)."""
-        try:
-            reduced = value.__reduce_ex__(2)
-        except Exception:
-            reduced = None
-        code = isinstance(value, BuiltinFunctionType) and value.__module__ is not None
-        if reduced is None or (code and _top(value.__module__) not in _KNOWN):
-            self.unknown.add(_name_of(value))
-        with self._as(_Manner.UNCALLED):
-            self._thing(reduced, depth + 1)
 
     def _installed(self, module: str) -> None:
         """A package by its name, and by its version where that is not one that all need."""
@@ -216,47 +240,8 @@ def _is_others(value: Any) -> bool:
     return not (data or callable(value) or _is_own(kind.__module__))
 
 
-def _in_python(kind: type) -> bool:
-    """Whether all that an object is stands where Python sees it, as it has been given."""
-    names = {name for one in kind.__mro__ if one is not object for name in vars(one)}
-    if not _is_own(kind.__module__) and names & {"__reduce__", "__reduce_ex__"}:
-        return False  # it knows best what of it is kept
-    return bool(names & {"__dict__", "__slots__"})
-
-
-def _function_of(value: Any) -> FunctionType | None:
-    """The function of Python that something calls: a method, what is wrapped or compiled."""
-    for name in ("__func__", "py_func", "__wrapped__"):
-        value = getattr(value, name, value)
-    return value if isinstance(value, FunctionType) else None
-
-
-def _kept(value: Any) -> dict[str, Any]:
-    """Attributes and slots of an object, by name.
-
-    What follows from the rest, and is there only once it was asked for, tells nothing.
-    """
-    kind = type(value)
-    values = {
-        name: inner
-        for name, inner in getattr(value, "__dict__", {}).items()
-        if not isinstance(getattr(kind, name, None), cached_property)
-    }
-    slots = (name for one in kind.__mro__ for name, m in vars(one).items() if _is_slot(m))
-    return values | {name: getattr(value, name) for name in slots if hasattr(value, name)}
-
-
 def _is_slot(member: Any) -> bool:
     return type(member).__name__ == "member_descriptor"
-
-
-def _plain(member: Any) -> Any:
-    """What stands in a class, out of what makes it a property or a method of the class."""
-    if isinstance(member, property):
-        return [member.fget, member.fset]
-    if isinstance(member, cached_property):
-        return member.func
-    return getattr(member, "__func__", member)
 
 
 def _codes(code: CodeType) -> Iterator[CodeType]:
@@ -267,22 +252,6 @@ def _codes(code: CodeType) -> Iterator[CodeType]:
             yield from _codes(constant)
 
 
-def _globals(function: FunctionType) -> list[tuple[str, Any]]:
-    """What a function names in its module, and in modules of the user's that it names."""
-    codes = list(_codes(function.__code__))
-    names = {str(step.argval) for code in codes for step in dis.get_instructions(code)
-             if step.opname in ("LOAD_GLOBAL", "LOAD_NAME")}  # fmt: skip
-    inner = {name for code in codes for name in code.co_names}
-    found: list[tuple[str, Any]] = []
-    for name in sorted(names & set(function.__globals__)):
-        value = function.__globals__[name]
-        if isinstance(value, ModuleType) and _is_own(value.__name__):
-            found += [(f"{name}.{k}", vars(value)[k]) for k in sorted(inner & set(vars(value)))]
-        else:
-            found.append((name, value))
-    return found
-
-
 def _is_own(module: str | None) -> bool:
     """Whether a module is the user's: none of Python, of contiga or of an installed package."""
     top = _top(module)
@@ -290,13 +259,6 @@ def _is_own(module: str | None) -> bool:
         return False
     file = getattr(sys.modules.get(top), "__file__", None)
     return file is None or not _INSTALLED & set(Path(file).resolve().parents)
-
-
-def _is_full(cell: Any) -> bool:
-    try:
-        return cell.cell_contents is cell.cell_contents
-    except ValueError:  # what is named in it was not made yet
-        return False
 
 
 def _tried(function: Callable[..., Any]) -> str:

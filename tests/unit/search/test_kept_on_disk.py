@@ -21,7 +21,7 @@ from contiga.masters import body as masters
 from contiga.search import tables
 from contiga.search.balls import radii as ball
 from contiga.search.borders import openings
-from contiga.search.sides import body_sides
+from contiga.search.sides import side_grid
 from contiga.search.sweep import piece_lists
 
 
@@ -71,7 +71,7 @@ def worked_out(body: cg.Body) -> list[Any]:
     """All that is kept of a body, but for balls and openings."""
     of_solid: list[Any] = []
     if body.closed:
-        sides = body_sides.sides_of(body.surface.tables, body.surface.slit)
+        sides = side_grid.sides_of(body.surface.tables, body.surface.slit)
         of_solid = [sides, *body.mass_properties(2.0)]
     known = body.surface.tables
     seeds = known.seeds._replace(leaf=known.seeds.leaf[:0])  # points leave some there
@@ -93,7 +93,7 @@ def test_what_is_read_is_to_kernels_what_was_built(
 ) -> None:
     monkeypatch.setattr(body_key, "PATCHES", 1)
     monkeypatch.setattr(disk_cache, "LONG", -1.0)
-    monkeypatch.setattr(body_sides._SIDES, "_least", 1)
+    monkeypatch.setattr(side_grid._SIDES, "_least", 1)
     first = worked_out(make())
     for module, builder in (
         (faces, "bounds_of"),
@@ -102,7 +102,7 @@ def test_what_is_read_is_to_kernels_what_was_built(
         (masters, "body_moments"),
     ):
         monkeypatch.setattr(module, builder, None)
-    monkeypatch.setattr(body_sides._SIDES, "_build", None)
+    monkeypatch.setattr(side_grid._SIDES, "_build", None)
     body = make()
     again = worked_out(body)
     assert body.surface.tables.trims is body.trim_tables

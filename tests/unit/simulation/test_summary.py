@@ -10,7 +10,7 @@ from contiga.cli.commands import _print_result
 from contiga.records import ContactStatus as Is
 from contiga.simulation.clock import Clock
 from contiga.simulation.simulation import Simulation
-from contiga.simulation.summary import NOTED, WARNED, _reacquired, summarise
+from contiga.simulation.summary import NOTED, WARNED, summarise
 
 
 def test_what_was_counted_is_told_with_its_advice(
@@ -35,7 +35,13 @@ def test_every_status_that_asks_for_something_is_told() -> None:
 
 
 @pytest.mark.parametrize(("feet", "warned"), [(2000, False), (1999, True)])
-def test_feet_found_again_are_warned_of_where_they_are_many(feet: int, warned: bool) -> None:
-    few, many = _reacquired({"dip": {"REACQUIRED": 2}}, {"dip": {"feet": feet, "unproved": 0}})
+def test_feet_found_again_are_warned_of_where_they_are_many(
+    simulation: Simulation, feet: int, warned: bool
+) -> None:
+    history = {name: column.copy() for name, column in simulation.run().history.items()}
+    history["n_reacquired"][3] = 2
+    history["n_contact"][:] = 0
+    history["n_contact"][4] = feet
+    summary = summarise(simulation, history, Clock())
     told = [f"dip: 2 times REACQUIRED. {Is.REACQUIRED.advice}"]
-    assert (few, many) == (([], told) if warned else (told, []))
+    assert (summary["notes"], summary["warnings"]) == (([], told) if warned else (told, []))

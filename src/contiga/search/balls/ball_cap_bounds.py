@@ -104,7 +104,8 @@ def cap_over(
     None where there is none. What is nearer than `tolerance` is one point.
     """
     nets = [_net(tables, e, side, back) for e, side, back in ring]
-    ways = [_way(side, back) for _, side, back in ring]
+    # Whether S_τ × S_x runs along S_u × S_v (1) or against it (−1).
+    ways = [(1 if side in (0, 3) else -1) * (-1 if back else 1) for _, side, back in ring]
     pole = nets[0][0, 0, :3] / nets[0][0, 0, 3]
     if not min(net[:, :, 3].min() for net in nets) > 0.0:
         return None
@@ -121,7 +122,13 @@ def cap_over(
     size = max(float(np.abs(chart).max()) for chart in charts)
     if not max(float(np.abs(chart[:, 2, 0]).max()) for chart in charts) <= LEVEL * size:
         return None
-    steps = _steps(edges)
+    # Where bands end: at the edges, somewhat beyond, and between if they would be too long.
+    ends = np.unique(np.minimum(np.concatenate([[0.0], edges, edges * (1.0 + WIDER)]), 1.0))
+    bands = [ends[:1]]
+    for low, high in pairwise(ends.tolist()):
+        longest = min(max(LONGEST[0] * low, high / 4.0), LONGEST[1])
+        bands.append(np.linspace(low, high, math.ceil((high - low) / longest - 1e-9) + 1)[1:])
+    steps = np.concatenate(bands)
     weights = [net[:, :, 3] for net in nets]
     count = max(2, math.ceil(BOXES / len(nets)))
     with np.errstate(over="ignore", invalid="ignore"):  # far from the pole all may be lost
@@ -131,17 +138,6 @@ def cap_over(
         return None
     joints = _joints(charts, weights, tolerance)
     return _widest([part[0] for part in parts], joints, steps, edges, ways[0])
-
-
-def _steps(edges: FloatArray) -> FloatArray:
-    """Where bands end: at the edges, somewhat beyond, and between if they would be too long."""
-    ends = np.unique(np.minimum(np.concatenate([[0.0], edges, edges * (1.0 + WIDER)]), 1.0))
-    steps = [ends[:1]]
-    for low, high in pairwise(ends.tolist()):
-        longest = min(max(LONGEST[0] * low, high / 4.0), LONGEST[1])
-        count = math.ceil((high - low) / longest - 1e-9)
-        steps.append(np.linspace(low, high, count + 1)[1:])
-    return np.concatenate(steps)
 
 
 def _net(tables: Tables, e: int, side: int, back: bool) -> FloatArray:
@@ -157,11 +153,6 @@ def _net(tables: Tables, e: int, side: int, back: bool) -> FloatArray:
     if side & 1:
         net = net[:, ::-1]
     return np.ascontiguousarray(net[::-1] if back else net)
-
-
-def _way(side: int, back: bool) -> int:
-    """Whether S_τ × S_x runs along S_u × S_v (1) or against it (−1)."""
-    return (1 if side in (0, 3) else -1) * (-1 if back else 1)
 
 
 def _axes(nets: list[FloatArray]) -> FloatArray | None:
@@ -208,14 +199,11 @@ def _bands(chart: FloatArray, w: FloatArray, steps: FloatArray, count: int) -> t
         c.append(spans)
         last = parts[k, :, -1] / parts[3, :, -1]
         ends.append(Span(last.min(axis=0), last.max(axis=0)))
-    return _reduced(c, c[2], ends, tau), _angle(chart, count)
-
-
-def _angle(chart: FloatArray, count: int) -> float:
-    """By what angle the tangents of an element go round the pole."""
+    # By what angle the tangents of an element go round the pole.
     at = basis(len(chart) - 1, np.arange(count + 1) / count) @ chart[:, :2, 0]
     cross = at[:-1, 0] * at[1:, 1] - at[:-1, 1] * at[1:, 0]
-    return float(np.arctan2(cross, (at[:-1] * at[1:]).sum(axis=1)).sum())
+    angle = float(np.arctan2(cross, (at[:-1] * at[1:]).sum(axis=1)).sum())
+    return _reduced(c, c[2], ends, tau), angle
 
 
 def _reduced(c: list[list[Span]], g: list[Span], ends: list[Span], tau: Span) -> _Bands:

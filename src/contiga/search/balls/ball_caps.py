@@ -97,7 +97,13 @@ def find_caps(tables: Tables, cells: Records, tolerance: float) -> Caps:
         ring = _ring(table, e, side)
         for f, collapsed, _ in ring:
             seen[f, collapsed] = True
-        cap = cap_over(tables, ring, _edges(cells, ring), tolerance) if ring else None
+        if not ring:
+            continue
+        # How far from the pole cells may end.
+        parts = [_away(cells["box"][cells["element"] == f], of_pole) for f, of_pole, _ in ring]
+        edges = np.unique(np.round(np.concatenate(parts), 12))
+        halves = edges[0] * 0.5 ** np.arange(HALVINGS, 0, -1)
+        cap = cap_over(tables, ring, np.concatenate([halves, edges]), tolerance)
         if cap is not None:
             for f, collapsed, _ in ring:
                 of[f, collapsed] = len(rows)
@@ -136,11 +142,3 @@ def _away(box: FloatArray, side: int | IntArray) -> FloatArray:
     rows = np.arange(len(box))
     side = np.broadcast_to(side, len(box))
     return np.where(side & 1 == 0, box[rows, side | 1] + 0.5, 0.5 - box[rows, side & ~1])
-
-
-def _edges(cells: Records, ring: list[tuple[int, int, bool]]) -> FloatArray:
-    """How far from the pole cells may end."""
-    parts = [_away(cells["box"][cells["element"] == e], side) for e, side, _ in ring]
-    edges = np.unique(np.round(np.concatenate(parts), 12))
-    halves = edges[0] * 0.5 ** np.arange(HALVINGS, 0, -1)
-    return np.concatenate([halves, edges])

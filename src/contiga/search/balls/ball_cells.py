@@ -17,9 +17,15 @@ from contiga.elements.element_arrays import Records
 from contiga.geometry.kernels import trim_nb
 from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IntArray
-from contiga.search.balls.ball_bound_records import BallLimits, CellBounds, CellTree, CentredSurface
 from contiga.search.balls.ball_caps import Caps, find_caps
-from contiga.search.balls.ball_records import CELL, HOME
+from contiga.search.balls.ball_records import (
+    CELL,
+    HOME,
+    BallLimits,
+    CellBounds,
+    CellTree,
+    CentredSurface,
+)
 from contiga.search.balls.kernels import ball_block_nb, ball_bound_nb, ball_cell_nb, ball_plane_nb
 from contiga.search.hierarchy.build import tree_over
 from contiga.search.hierarchy.table_types import Tables
@@ -111,9 +117,26 @@ def build_balls(tables: Tables) -> Balls:
     elements, bases, cells = _grid(tables, centre, size)
     place = _Place(tables, centre, size, tolerance, find_caps(tables, cells, tolerance))
     _measure(place, cells)
-    all_cells = _with_homes(place, bases, cells)
+    # The cells of the grids with the smooth blocks around them.
+    n, homes = len(cells), np.zeros(len(cells), HOME)
+    homes["patch"] = cells["patch"]
+    cells["home"] = np.arange(n)
+    smooth = np.ones((n, 2), bool)
+    joints = (tables.elements, tables.grid, bases, cells, tolerance, smooth)
+    closes = ball_block_nb.joints(*joints)
+    domain = tables.trims.domain.reshape(-1, 2, 2)
+    homes["period"] = (closes * np.diff(domain, axis=2)[:, :, 0])[cells["patch"]]
+    homes["cap"] = -1
+    ball_block_nb.base_homes(cells, smooth, bases, homes)
+    place.caps.take(cells, homes, _limit(place))
+    child = np.full(n, -1, np.int32)
+    all_cells = _Cells(cells, homes, child, np.zeros((n, 2, 4)), np.zeros(n), np.zeros(n, int))
     while True:
-        parts = np.flatnonzero(_is_rough(all_cells, place))
+        # Cells whose derivatives differ too much to say anything, and that can be cut.
+        cells = all_cells.cells
+        rough = ~(cells["turn"] <= LARGEST_TURN) & (_length(cells) > ROUGH * size)
+        able = _is_leaf(all_cells) & ~_has_cap(all_cells) & (all_cells.depth < DEEPEST)
+        parts = np.flatnonzero(able & rough)
         if len(parts) == 0:
             break
         all_cells = _cut(place, all_cells, parts, own_homes=True)
@@ -121,10 +144,20 @@ def build_balls(tables: Tables) -> Balls:
     most = len(rows) + BUDGET
     for _ in range(ROUNDS):
         _bound(place, all_cells, rows)
-        parts = _worth_cutting(all_cells, place, most)
+        # Cells in which much is wanting, the largest first until the budget is spent.
+        cells = all_cells.cells
+        length, leaf = _length(cells), _is_leaf(all_cells)
+        loss = all_cells.want * length**2
+        sound = (cells["turn"] <= LARGEST_TURN) | _has_cap(all_cells)
+        able = leaf & sound & (length > SHORTEST * size) & (all_cells.depth < DEEPEST)
+        poor = np.flatnonzero(able & (all_cells.want > WANTING))
+        if loss[poor].sum() <= WANTING_IN_ALL * (length[leaf] ** 2).sum():
+            break
+        free = min(most - len(cells), BUDGET // ROUNDS) // 2
+        parts = np.sort(poor[np.argsort(-loss[poor], kind="stable")[:free]])
         if len(parts) == 0:
             break
-        start = len(all_cells.cells)
+        start = len(cells)
         all_cells = _cut(place, all_cells, parts, own_homes=False)
         rows = np.arange(start, len(all_cells.cells), dtype=np.intp)
     else:
@@ -136,7 +169,22 @@ def _grid(tables: Tables, centre: FloatArray, size: float) -> tuple[Records, Pla
     """Cells of every element: as many a span as the most that any element of the span needs."""
     elements, grid = tables.elements, tables.grid
     n = len(elements.table)
-    wants = _counts(_quarters(tables, centre), size)
+    # The quarters of every element, one after the other.
+    quarters = np.zeros(4 * n, CELL)
+    quarters["element"] = np.repeat(np.arange(n), 4)
+    halves = [(-0.5, 0.0), (0.0, 0.5)]
+    quarters["box"] = np.tile([(*a, *b) for a in halves for b in halves], (n, 1))
+    _measure_cells(tables, centre, quarters)
+    # Cells that an element wants in s and in t, (n, 2): fewer where that would be too many.
+    # The longest quarter counts: towards a pole lengths vanish, and bends with them.
+    lengths = np.linalg.norm(quarters["first"], axis=2).reshape(-1, 4, 2).max(axis=1)
+    second = quarters["second"][:, [0, 2]].reshape(-1, 4, 2).max(axis=1)
+    turn = second / np.maximum(lengths, 1e-300)
+    long = 2.0 * lengths / (CELL_LENGTH * size)
+    for share in CELL_TURN:
+        wants = np.clip(np.ceil(np.maximum(turn / share, long)), 1, MOST_CELLS).astype(np.int32)
+        if wants.prod(axis=1).sum() <= GRID_BUDGET:
+            break
     rows = np.zeros(n, GRID)
     bases = np.zeros((len(grid.patches), 3), np.intp)
     parts: list[Records] = []
@@ -153,49 +201,20 @@ def _grid(tables: Tables, centre: FloatArray, size: float) -> tuple[Records, Pla
         rows["stride"][span] = v
         rows["cells"][span, 0] = np.repeat(along, nv)
         rows["cells"][span, 1] = np.tile(across, nu)
-        parts.append(_patch_cells(elements.table, span, (along, across)))
+        # Its cells, in the order of the grid.
+        counts = along, across
+        spans = [np.repeat(np.arange(len(c)), c) for c in counts]
+        places = [np.arange(c.sum()) - np.repeat(np.cumsum(c) - c, c) for c in counts]
+        i, j = np.meshgrid(*spans, indexing="ij")
+        a, b = np.meshgrid(*places, indexing="ij")
+        cells = np.zeros(i.size, CELL)
+        cells["element"] = span.start + (i * nv + j).ravel()
+        low = np.stack([a / along[i], b / across[j]], axis=-1).reshape(-1, 2)
+        high = np.stack([(a + 1) / along[i], (b + 1) / across[j]], axis=-1).reshape(-1, 2)
+        _place_cells(cells, np.stack([low, high], axis=-1) - 0.5, elements.table)
+        parts.append(cells)
         used += u * v
     return rows, bases, np.concatenate(parts)
-
-
-def _quarters(tables: Tables, centre: FloatArray) -> Records:
-    """The four quarters of every element, one after the other."""
-    n = len(tables.elements.table)
-    cells = np.zeros(4 * n, CELL)
-    cells["element"] = np.repeat(np.arange(n), 4)
-    halves = [(-0.5, 0.0), (0.0, 0.5)]
-    cells["box"] = np.tile([(*a, *b) for a in halves for b in halves], (n, 1))
-    _measure_cells(tables, centre, cells)
-    return cells
-
-
-def _counts(quarters: Records, size: float) -> IntArray:
-    """(n, 2) cells that an element wants in s and in t: fewer where that would be too many."""
-    # The longest quarter counts: towards a pole lengths vanish, and bends with them.
-    lengths = np.linalg.norm(quarters["first"], axis=2).reshape(-1, 4, 2).max(axis=1)
-    second = quarters["second"][:, [0, 2]].reshape(-1, 4, 2).max(axis=1)
-    turn = second / np.maximum(lengths, 1e-300)
-    long = 2.0 * lengths / (CELL_LENGTH * size)
-    for share in CELL_TURN:
-        counts = np.clip(np.ceil(np.maximum(turn / share, long)), 1, MOST_CELLS).astype(np.int32)
-        if counts.prod(axis=1).sum() <= GRID_BUDGET:
-            break
-    return counts
-
-
-def _patch_cells(table: Records, of_patch: slice, counts: tuple[IntArray, IntArray]) -> Records:
-    """Cells of a patch in the order of its grid."""
-    along, across = counts
-    span = [np.repeat(np.arange(len(c)), c) for c in counts]
-    place = [np.arange(c.sum()) - np.repeat(np.cumsum(c) - c, c) for c in counts]
-    i, j = np.meshgrid(*span, indexing="ij")
-    a, b = np.meshgrid(*place, indexing="ij")
-    cells = np.zeros(i.size, CELL)
-    cells["element"] = of_patch.start + (i * len(across) + j).ravel()
-    low = np.stack([a / along[i], b / across[j]], axis=-1).reshape(-1, 2)
-    high = np.stack([(a + 1) / along[i], (b + 1) / across[j]], axis=-1).reshape(-1, 2)
-    _place_cells(cells, np.stack([low, high], axis=-1) - 0.5, table)
-    return cells
 
 
 def _place_cells(cells: Records, box: FloatArray, table: Records) -> None:
@@ -224,24 +243,6 @@ def _measure_cells(tables: Tables, centre: FloatArray, cells: Records) -> None:
     run_ranges(ball_cell_nb.measure_cells, len(cells), CELLS, tables.elements, centre, cells)
 
 
-def _with_homes(place: _Place, bases: Places, cells: Records) -> _Cells:
-    """The cells of the grids with the smooth blocks around them."""
-    n, homes = len(cells), np.zeros(len(cells), HOME)
-    homes["patch"] = cells["patch"]
-    cells["home"] = np.arange(n)
-    tables = place.tables
-    smooth = np.ones((n, 2), bool)
-    joints = (tables.elements, tables.grid, bases, cells, place.tolerance, smooth)
-    closes = ball_block_nb.joints(*joints)
-    domain = tables.trims.domain.reshape(-1, 2, 2)
-    homes["period"] = (closes * np.diff(domain, axis=2)[:, :, 0])[cells["patch"]]
-    homes["cap"] = -1
-    ball_block_nb.base_homes(cells, smooth, bases, homes)
-    place.caps.take(cells, homes, _limit(place))
-    child = np.full(n, -1, np.int32)
-    return _Cells(cells, homes, child, np.zeros((n, 2, 4)), np.zeros(n), np.zeros(n, int))
-
-
 def _limit(place: _Place) -> float:
     """Balls that a smooth block is to allow."""
     return ENOUGH * GOAL * place.size
@@ -259,38 +260,28 @@ def _length(cells: Records) -> FloatArray:
     )
 
 
-def _is_rough(all_cells: _Cells, place: _Place) -> NDArray[np.bool_]:
-    """Cells whose derivatives differ too much to say anything, and that can be cut."""
-    cells = all_cells.cells
-    rough = ~(cells["turn"] <= LARGEST_TURN) & (_length(cells) > ROUGH * place.size)
-    return _is_leaf(all_cells) & rough & ~_has_cap(all_cells) & (all_cells.depth < DEEPEST)
-
-
 def _has_cap(all_cells: _Cells) -> NDArray[np.bool_]:
     """Cells whose smooth block is a cap."""
     caps: NDArray[np.bool_] = all_cells.homes["cap"][all_cells.cells["home"]] >= 0
     return caps
 
 
-def _worth_cutting(all_cells: _Cells, place: _Place, most: int) -> Places:
-    """Cells in which much is wanting, the largest first until the budget is spent."""
-    cells = all_cells.cells
-    length, leaf = _length(cells), _is_leaf(all_cells)
-    loss = all_cells.want * length**2
-    sound = (cells["turn"] <= LARGEST_TURN) | _has_cap(all_cells)
-    able = leaf & sound & (length > SHORTEST * place.size) & (all_cells.depth < DEEPEST)
-    rows = np.flatnonzero(able & (all_cells.want > WANTING))
-    if loss[rows].sum() <= WANTING_IN_ALL * (length[leaf] ** 2).sum():
-        return rows[:0]
-    free = min(most - len(cells), BUDGET // ROUNDS) // 2
-    return np.sort(rows[np.argsort(-loss[rows], kind="stable")[:free]])
-
-
 def _cut(place: _Place, old: _Cells, rows: Places, own_homes: bool) -> _Cells:
     """Cells with `rows` halved; the parts take the homes of the whole or get their own."""
     n = len(old.cells)
     whole = np.repeat(old.cells[rows], 2)
-    way = _ways(old.cells[rows], own_homes)
+    # Halved across s (0) or t (1), rough ones so that they turn least.
+    cells = old.cells[rows]
+    lengths = np.linalg.norm(cells["first"], axis=2)
+    way = (lengths[:, 1] > lengths[:, 0]).astype(int)
+    if own_homes:
+        second = cells["second"]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            a = second[:, :2] / lengths[:, :1]
+            b = second[:, 1:] / lengths[:, 1:]
+        in_s = np.hypot(0.5 * a[:, 0] + a[:, 1], 0.5 * b[:, 0] + b[:, 1])
+        in_t = np.hypot(a[:, 0] + 0.5 * a[:, 1], b[:, 0] + 0.5 * b[:, 1])
+        way = (~(in_s <= in_t)).astype(int)
     parts = np.zeros(len(whole), CELL)
     parts["element"], parts["home"] = whole["element"], whole["home"]
     box = whole["box"].reshape(-1, 2, 2).copy()
@@ -306,37 +297,19 @@ def _cut(place: _Place, old: _Cells, rows: Places, own_homes: bool) -> _Cells:
     homes = np.concatenate([old.homes, _own_homes(place, parts, inherited)])
     child = np.concatenate([old.child, np.full(len(parts), -1, np.int32)])
     child[rows] = 2 * (n + 2 * np.arange(len(rows))) + way
-    value = np.concatenate([old.value, _halves(old.value[rows], way)])
+    # Corner values of the halves, those halved across t with their two directions swapped.
+    across = (way == 1)[:, None, None, None]
+    known = old.value[rows].reshape(-1, 2, 2, 2)
+    known = np.where(across, known.swapaxes(2, 3), known)
+    middle = known.mean(axis=2)
+    first = np.stack([known[:, :, 0], middle], axis=2)
+    second_half = np.stack([middle, known[:, :, 1]], axis=2)
+    halves = np.stack([first, second_half], axis=1).reshape(-1, 2, 2, 2)
+    halves = np.where(across.repeat(2, axis=0), halves.swapaxes(2, 3), halves)
+    value = np.concatenate([old.value, halves.reshape(-1, 2, 4)])
     want = np.concatenate([old.want, np.zeros(len(parts))])
     depth = np.concatenate([old.depth, np.repeat(old.depth[rows] + 1, 2)])
     return _Cells(np.concatenate([old.cells, parts]), homes, child, value, want, depth)
-
-
-def _ways(cells: Records, rough: bool) -> IntArray:
-    """(n,) whether to halve cells across s (0) or t (1): rough ones so that they turn least."""
-    lengths = np.linalg.norm(cells["first"], axis=2)
-    if not rough:
-        return (lengths[:, 1] > lengths[:, 0]).astype(int)
-    second = cells["second"]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        a = second[:, :2] / lengths[:, :1]
-        b = second[:, 1:] / lengths[:, 1:]
-    in_s = np.hypot(0.5 * a[:, 0] + a[:, 1], 0.5 * b[:, 0] + b[:, 1])
-    in_t = np.hypot(a[:, 0] + 0.5 * a[:, 1], b[:, 0] + 0.5 * b[:, 1])
-    return (~(in_s <= in_t)).astype(int)
-
-
-def _halves(value: FloatArray, way: IntArray) -> FloatArray:
-    """(2 n, 2, 4) corner values of the halves of cells halved across s (0) or t (1)."""
-    whole = value.reshape(-1, 2, 2, 2)
-    whole = np.where(way[:, None, None, None] == 0, whole, whole.swapaxes(2, 3))
-    middle = whole.mean(axis=2)
-    parts = np.stack(
-        [np.stack([whole[:, :, 0], middle], axis=2), np.stack([middle, whole[:, :, 1]], axis=2)],
-        axis=1,
-    ).reshape(-1, 2, 2, 2)
-    ways = np.repeat(way, 2)[:, None, None, None]
-    return np.where(ways == 0, parts, parts.swapaxes(2, 3)).reshape(-1, 2, 4)
 
 
 def _own_homes(place: _Place, parts: Records, homes: Records) -> Records:

@@ -38,37 +38,19 @@ def edge_widths(body: Faces, elements: Elements, trims: TrimTables) -> FloatArra
     known = np.flatnonzero(piece_edge >= 0)
     joined = known[shared[piece_edge[known]]] if len(known) else known
     pieces[joined] = of_edge[piece_edge[joined]]
-    _bridge(pieces, trims)
+    # Straight pieces that close a gap in a loop are as wide as the narrower piece beside them.
+    loop = np.column_stack([trims.piece_patch, trims.piece_loop[:, 0]])
+    for piece in np.flatnonzero(trims.piece_loop[:, 1] < 0):
+        in_loop = np.flatnonzero((loop == loop[piece]).all(axis=1))
+        at = int(np.searchsorted(in_loop, piece))
+        beside = in_loop[[at - 1, (at + 1) % len(in_loop)]]
+        pieces[piece] = pieces[beside].min()
     table = elements.table
     table["width"] = 0.0
-    _sides_of_edges(body, elements, np.where(shared, of_edge, 0.0))
-    _sides_that_match(elements, least)
-    _sides_along_pieces(pieces, elements, trims)
-    largest = np.zeros(len(body.patches))
-    np.maximum.at(largest, trims.piece_patch, pieces)
-    inner = np.where(table["trim"] == CUT, largest[table["patch"]], 0.0)
-    table["edge_tolerance"] = np.maximum(table["width"].max(axis=1), inner)
-    return pieces
-
-
-def _bridge(pieces: FloatArray, trims: TrimTables) -> None:
-    """Straight pieces that close a gap in a loop are as wide as the narrower piece beside them."""
-    loop = np.column_stack([trims.piece_patch, trims.piece_loop[:, 0]])
-    for k in np.flatnonzero(trims.piece_loop[:, 1] < 0):
-        in_loop = np.flatnonzero((loop == loop[k]).all(axis=1))
-        at = int(np.searchsorted(in_loop, k))
-        beside = in_loop[[at - 1, (at + 1) % len(in_loop)]]
-        pieces[k] = pieces[beside].min()
-
-
-def _sides_of_edges(body: Faces, elements: Elements, of_edge: FloatArray) -> None:
-    """Natural sides that the topology names."""
-    table = elements.table
-    for edge, width in zip(body.edges, of_edge, strict=True):
-        if width == 0.0:
-            continue
+    # Natural sides that the topology names.
+    for edge, is_shared, width in zip(body.edges, shared, of_edge, strict=True):
         for k, use in enumerate(edge.uses):
-            if use.loop >= 0:
+            if use.loop >= 0 or not is_shared:
                 continue
             end = body.patches[use.patch].domain[use.index // 2][use.index % 2]
             along = 1 - use.index // 2
@@ -77,35 +59,24 @@ def _sides_of_edges(body: Faces, elements: Elements, of_edge: FloatArray) -> Non
             within = (table["patch"] == use.patch) & (box[:, 0] < high) & (box[:, 1] > low)
             rows = np.flatnonzero(within & (table["box"][:, use.index] == end))
             table["width"][rows, use.index] = np.maximum(table["width"][rows, use.index], width)
-
-
-def _sides_that_match(elements: Elements, least: float) -> None:
-    """Sides of two patches joined because they lie in one place: twice their distance."""
-    table = elements.table
+    # Sides of two patches joined because they lie in one place: twice their distance.
     across = table["neighbour"]
     other = table["patch"][across] != table["patch"][:, None]
     e, s = np.nonzero((across >= 0) & other & (table["width"] < least))
-    if len(e) == 0:
-        return
-    points, _ = sides_nb.sample(elements)
-    here, beyond = points[e, s], points[across[e, s], table["neighbour_side"][e, s]]
-    turned = table["flip"][e, s] == 1
-    beyond[turned] = beyond[turned, ::-1]
-    off = np.linalg.norm(here - beyond, axis=2).max(axis=1)
-    table["width"][e, s] = 2.0 * off + least
-
-
-def _sides_along_pieces(pieces: FloatArray, elements: Elements, trims: TrimTables) -> None:
-    """Sides of a trimmed patch's rectangle are as wide as the trimming pieces along them.
-
-    Where others of them end the surface, the kernel asks the pieces themselves.
-    """
-    table = elements.table
+    if len(e):
+        points, _ = sides_nb.sample(elements)
+        here, beyond = points[e, s], points[across[e, s], table["neighbour_side"][e, s]]
+        turned = table["flip"][e, s] == 1
+        beyond[turned] = beyond[turned, ::-1]
+        off = np.linalg.norm(here - beyond, axis=2).max(axis=1)
+        table["width"][e, s] = 2.0 * off + least
+    # Sides of a trimmed patch's rectangle are as wide as the trimming pieces along them. Where
+    # others of them end the surface, the kernel asks the pieces themselves.
     ends = trims.piece_ends.reshape(-1, 2, 2)
-    for k in np.unique(trims.piece_patch[pieces > 0.0]):
-        rows = np.flatnonzero(table["patch"] == k)
-        low, high = trims.domain[k].reshape(2, 2).T
-        wide = np.flatnonzero((trims.piece_patch == k) & (pieces > 0.0))
+    for patch in np.unique(trims.piece_patch[pieces > 0.0]):
+        rows = np.flatnonzero(table["patch"] == patch)
+        low, high = trims.domain[patch].reshape(2, 2).T
+        wide = np.flatnonzero((trims.piece_patch == patch) & (pieces > 0.0))
         places = (ends[wide] - low) / (high - low)
         box = (table["box"][rows].reshape(-1, 2, 2) - low[:, None]) / (high - low)[:, None]
         for side in range(4):
@@ -117,9 +88,14 @@ def _sides_along_pieces(pieces: FloatArray, elements: Elements, trims: TrimTable
                 table["kind"][rows, side] != POLE
             )
             if near.any() and rim.any():
-                least, most = box[rim, 1 - side // 2].T
-                along = np.sort(places[near, :, 1 - side // 2], axis=1)
-                beside = (along[:, 0] < most[:, None]) & (along[:, 1] > least[:, None])
-                width = np.where(beside, pieces[wide[near]], 0.0).max(axis=1)
+                start, stop = box[rim, 1 - side // 2].T
+                spans = np.sort(places[near, :, 1 - side // 2], axis=1)
+                beside = (spans[:, 0] < stop[:, None]) & (spans[:, 1] > start[:, None])
+                widest = np.where(beside, pieces[wide[near]], 0.0).max(axis=1)
                 column = table["width"][:, side]
-                column[rows[rim]] = np.maximum(column[rows[rim]], width)
+                column[rows[rim]] = np.maximum(column[rows[rim]], widest)
+    largest = np.zeros(len(body.patches))
+    np.maximum.at(largest, trims.piece_patch, pieces)
+    inner = np.where(table["trim"] == CUT, largest[table["patch"]], 0.0)
+    table["edge_tolerance"] = np.maximum(table["width"].max(axis=1), inner)
+    return pieces

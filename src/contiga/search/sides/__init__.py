@@ -2,6 +2,6 @@
 
 Question: is a point inside or outside, and how far may it go before that can change? Asked with
 points (n, 3), body frame; answered by sides (1 outside, −1 inside, 0 not known here) and lengths.
-The record is `SideGrid`. Read `side_grid` (what is kept), `side_nb` (looking up), `body_sides`,
-`side_pieces_nb` and `side_grid_nb` (how it is built).
+The record is `SideGrid`. Read `side_grid` (what is kept), `side_nb` (looking up), `side_pieces_nb`
+and `side_grid_nb` (how it is built).
 """

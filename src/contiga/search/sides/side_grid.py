@@ -12,25 +12,27 @@ Built once a body, from at most 6e5 cells and as many words of small cells: 25 M
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
+from contiga.arrays.disk_cache import DiskCache
 from contiga.arrays.threads import run_ranges
 from contiga.elements.element_arrays import Records
 from contiga.jit import straight
 from contiga.pointer_records import pass_by_pointer
 from contiga.records import (
-    ByteArray,
     FloatArray,
     IntArray,
     KnownSides,
-    Projection,
     empty_projection,
 )
-from contiga.search.sides.kernels import side_grid_nb, side_nb
+from contiga.search.closest.closest import closest_of_rows
+from contiga.search.hierarchy.kept import Kept
+from contiga.search.hierarchy.table_types import Tables
+from contiga.search.sides.kernels import side_grid_nb, side_nb, side_pieces_nb
 from contiga.search.sides.kernels.side_grid_nb import SPLIT
+from contiga.search.sides.kernels.side_pieces_nb import PieceLimits
 from contiga.statuses import Feature, Status
 
 # Cells of the whole grid: so many an element, within these bounds.
@@ -52,8 +54,8 @@ REGIONS = 256
 LEAST = 8
 # Points below which a second thread does not pay.
 POINTS = 4096
-
-Closest = Callable[[FloatArray, IntArray, Projection], None]
+# Elements below which a grid is built sooner than it is read.
+FEW = 100
 
 
 @pass_by_pointer
@@ -128,50 +130,48 @@ def layout(bounds: FloatArray, elements: int) -> Layout:
     return Layout(origin, cell, (int(shape[0]), int(shape[1]), int(shape[2])), skin)
 
 
-def build(
-    place: Layout,
-    pieces: FloatArray,
-    feet: tuple[IntArray, FloatArray],
-    closest: Closest,
-) -> SideGrid:
-    """The grid over `pieces` (about its origin), with `feet` (patch, uv) of theirs.
+def sides_of(tables: Tables, slit: float) -> SideGrid:
+    """The grid of the closed body that `tables` are of, built at the first call.
 
-    `closest` finds the closest points of the body to all rows of points.
+    `slit` is how far its faces may be apart where they meet, length.
     """
-    words, places, near, piece = _painted(place, pieces)
-    labels, depth = side_grid_nb.labelled(words < 0), side_grid_nb.depths(words < 0)
-    first, mask = side_grid_nb.parts_of(near)
-    parent = side_grid_nb.join(labels, words, places, first, mask)
-    regions = (parent, labels, depth, places, first, mask)
-    sign = _signs(place, side_grid_nb.sizes_and_samples(*regions), closest)
-    cell, masks = side_grid_nb.known_sides(parent, sign, labels, depth, words, first, mask)
-    far = int(sign[parent[labels[0, 0, 0] - 1]])
-    return SideGrid(place.origin, place.size, place.skin, far, cell, masks, piece, *feet)
+    return _SIDES.of(tables, slit)
 
 
-def _painted(place: Layout, pieces: FloatArray) -> tuple[IntArray, IntArray, Records, IntArray]:
-    """Words of the cells that may hold surface, −1 in others; their cells; their small cells that
-    may; and a piece of each."""
+def build_sides(tables: Tables, slit: float) -> SideGrid:
+    """The grid of a closed body."""
+    table, root = tables.elements.table, tables.tree[0]
+    margins = table["edge_tolerance"] + table["noise"] + 2.0 * slit
+    wide = margins.max()
+    place = layout(np.stack([root["low"] - wide, root["high"] + wide]), len(table))
+    margins += 2.0 * place.skin
+    limits = PieceLimits(WHOLE * place.size, CUT * place.size, THIN * place.small, PIECES)
+    pieces, middles = side_pieces_nb.surface_pieces(
+        tables.elements, tables.trims, place.origin, margins, limits
+    )
+    # Words of the cells that may hold surface, −1 in others.
     flat = np.zeros(np.prod(place.shape), np.int32)
     nothing = np.zeros(0, np.uint64), np.zeros(0, np.int32)
     side_grid_nb.paint(pieces, place.small, place.shape, flat, *nothing)
     index = np.flatnonzero(flat)
     flat[:] = -1
     flat[index] = np.arange(len(index))
+    # Their small cells that may, and a piece of each.
     near, piece = np.zeros(len(index), np.uint64), np.full(len(index), -1, np.int32)
     side_grid_nb.paint(pieces, place.small, place.shape, flat, near, piece)
     places = np.stack(np.unravel_index(index, place.shape), axis=1).astype(np.int32)
-    return flat.reshape(place.shape), places, near, piece
-
-
-def _signs(place: Layout, regions: tuple[Records, FloatArray], closest: Closest) -> ByteArray:
-    """(roots,) side of each joined region: 1 outside, −1 inside, 0 not known."""
-    size, samples = regions
+    words = flat.reshape(place.shape)
+    labels, depth = side_grid_nb.labelled(words < 0), side_grid_nb.depths(words < 0)
+    first, mask = side_grid_nb.parts_of(near)
+    parent = side_grid_nb.join(labels, words, places, first, mask)
+    regions = (parent, labels, depth, places, first, mask)
+    size, samples = side_grid_nb.sizes_and_samples(*regions)
+    # The side of each joined region, by its samples: 1 outside, −1 inside, 0 not known.
     roots = np.flatnonzero(size >= LEAST)
     roots = np.sort(roots[np.argsort(-size[roots], kind="stable")[:REGIONS]])
     points = place.origin + place.size * samples[roots].reshape(-1, 3)
     feet = empty_projection(len(points))
-    closest(points, np.arange(len(points), dtype=np.int32), feet)
+    closest_of_rows(tables, points, np.arange(len(points), dtype=np.int32), feet)
     side = np.where(feet.status == Status.OK, np.sign(feet.gap), 0.0).reshape(-1, 3)
     # Feet inside faces do not hang on how faces fit: where there are some, they alone count.
     plain = ((feet.status == Status.OK) & (feet.feature == Feature.FACE)).reshape(-1, 3)
@@ -180,7 +180,17 @@ def _signs(place: Layout, regions: tuple[Records, FloatArray], closest: Closest)
     most = np.where(counts, side, -1.0).max(axis=1)
     sign = np.zeros(len(size), np.int8)
     sign[roots] = np.where(least == most, least, 0.0)
-    return sign
+    cell, masks = side_grid_nb.known_sides(parent, sign, labels, depth, words, first, mask)
+    far = int(sign[parent[labels[0, 0, 0] - 1]])
+    # Where the middles of the pieces are: patch and parameters.
+    element = middles[:, 0].astype(np.int64)
+    box = table["box"][element]
+    uv = np.ascontiguousarray(box[:, ::2] + (middles[:, 1:] + 0.5) * (box[:, 1::2] - box[:, ::2]))
+    patch = table["patch"][element]
+    return SideGrid(place.origin, place.size, place.skin, far, cell, masks, piece, patch, uv)
+
+
+_SIDES = Kept(build_sides, DiskCache("sides", __file__), FEW)
 
 
 def side_of(grid: SideGrid, p_B: FloatArray, rows: IntArray) -> KnownSides:

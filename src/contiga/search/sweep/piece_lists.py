@@ -15,7 +15,7 @@ from contiga.records import FloatArray, IntArray
 from contiga.search.hierarchy.kept import Kept
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.sides.kernels import side_pieces_nb
-from contiga.search.sides.side_records import PieceLimits
+from contiga.search.sides.kernels.side_pieces_nb import PieceLimits
 from contiga.search.sweep.kernels import piece_lists_nb
 from contiga.search.sweep.kernels.hit_nb import GRAZING
 

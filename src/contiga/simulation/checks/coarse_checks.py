@@ -50,7 +50,45 @@ class _Missed(NamedTuple):
 def check_coarse(scene: Scene) -> Iterator[Finding]:
     """Bodies that are thinner than the facets of a slave, and go in between its points."""
     for pair in scene.pairs:
-        missed = _missed(pair)
+        near, since = _near(pair, pair.approach)
+        times = pair.approach[since:]
+        if len(times) < 2 or len(near) == 0:
+            continue
+        corners = np.asarray(pair.slave.facets)[near]
+        quadrature = pair.contact.quadrature
+        own = np.eye(3) if quadrature == "nodes" else RULES[int(quadrature)].shape
+        steps = np.arange(_PARTS + 1)
+        i, j = (each.ravel() for each in np.meshgrid(steps, steps))
+        rows = np.stack([i, j, _PARTS - i - j], axis=1) / _PARTS
+        shape = np.concatenate([own, rows[(rows[:, 2] >= 0.0) & (rows.max(axis=1) < 1.0)]])
+        inside, depth = _followed(pair, times, corners, shape)
+        parts = np.split(inside, [len(own)], axis=2)
+        own_touched, begin = (
+            # The first standing at which a point is inside: one past the last where none ever is.
+            np.where(part.any(axis=(0, 2)), part.any(axis=2).argmax(axis=0), len(times))
+            for part in parts
+        )
+        # The first standing at which a point around it is touched.
+        around = np.full(len(pair.slave), len(times))
+        np.minimum.at(around, corners, own_touched[:, None])
+        until = around[corners].min(axis=1)
+        found = []
+        for k in np.flatnonzero(begin < until).tolist():
+            out = np.flatnonzero(~inside[begin[k] : until[k], k].any(axis=1))
+            span = np.arange(begin[k], begin[k] + out[0] if len(out) else until[k])
+            looks = [
+                _ends(pair, float(times[i]), shape[inside[i, k]], corners[k])
+                for i in spread(span, _LOOKS).tolist()
+            ]
+            farthest = np.array([ends.max(axis=1) for ends in looks])
+            # Once it is in, that end of the body is the nearer one that has come through.
+            first = int(np.argmax(farthest.min(axis=1) > 0.0))
+            reach = float(farthest[:, np.argmin(farthest[first])].max())
+            facet = pair.slave.points[corners[k]]
+            longest = float(row_lengths(facet - np.roll(facet, 1, axis=0)).max())
+            deepest = float(depth[span, k].max())
+            found.append(_Missed(reach, float(times[begin[k]]), longest, deepest))
+        missed = max(found, key=lambda one: one.reach / one.side, default=None)
         if missed is None or missed.reach <= _THROUGH * missed.side:
             continue
         said, now = scene.said, _COVER[pair.contact.quadrature]
@@ -64,40 +102,6 @@ def check_coarse(scene: Scene) -> Iterator[Finding]:
             f"is touched: it is some {said(2.0 * missed.deepest)} wide there",
             f"Take facets of {smaller} there",
         )
-
-
-def _missed(pair: Pair) -> _Missed | None:
-    """The facet that the body goes farthest through; None where it goes through none."""
-    times = pair.approach
-    near, since = _near(pair, times)
-    times = times[since:]
-    if len(times) < 2 or len(near) == 0:
-        return None
-    corners = np.asarray(pair.slave.facets)[near]
-    quadrature = pair.contact.quadrature
-    own = np.eye(3) if quadrature == "nodes" else RULES[int(quadrature)].shape
-    shape = np.concatenate([own, _lattice(_PARTS)])
-    inside, depth = _followed(pair, times, corners, shape)
-    begin, own_touched = (_first(part) for part in np.split(inside, [len(own)], axis=2)[::-1])
-    around = np.full(len(pair.slave), len(times))
-    np.minimum.at(around, corners, own_touched[:, None])
-    until = around[corners].min(axis=1)  # the first standing at which a point around it is touched
-    found = []
-    for k in np.flatnonzero(begin < until).tolist():
-        out = np.flatnonzero(~inside[begin[k] : until[k], k].any(axis=1))
-        span = np.arange(begin[k], begin[k] + out[0] if len(out) else until[k])
-        looks = [
-            _ends(pair, float(times[i]), shape[inside[i, k]], corners[k])
-            for i in spread(span, _LOOKS).tolist()
-        ]
-        farthest = np.array([ends.max(axis=1) for ends in looks])
-        # Once it is in, that end of the body is the nearer one that has come through.
-        first = int(np.argmax(farthest.min(axis=1) > 0.0))
-        reach = float(farthest[:, np.argmin(farthest[first])].max())
-        longest = _side(pair.slave.points[corners[k]])
-        deepest = float(depth[span, k].max())
-        found.append(_Missed(reach, float(times[begin[k]]), longest, deepest))
-    return max(found, key=lambda one: one.reach / one.side, default=None)
 
 
 def _near(pair: Pair, times: FloatArray) -> tuple[IndexArray, int]:
@@ -136,14 +140,6 @@ def _radii(corners: FloatArray) -> FloatArray:
     return np.asarray(row_lengths(off.reshape(-1, 3)).reshape(-1, 3).max(axis=1))
 
 
-def _lattice(parts: int) -> FloatArray:
-    """(k, 3) barycentric coordinates of a lattice, corners left out."""
-    steps = np.arange(parts + 1)
-    i, j = (each.ravel() for each in np.meshgrid(steps, steps))
-    rows = np.stack([i, j, parts - i - j], axis=1) / parts
-    return rows[(rows[:, 2] >= 0.0) & (rows.max(axis=1) < 1.0)]
-
-
 def _followed(
     pair: Pair, times: FloatArray, corners: IndexArray, shape: FloatArray
 ) -> tuple[NDArray[np.bool_], FloatArray]:
@@ -173,13 +169,6 @@ def _followed(
     return inside.reshape(rows), depth.reshape(rows).max(axis=2)
 
 
-def _first(inside: NDArray[np.bool_]) -> IndexArray:
-    """(f,) number of the first standing at which a point of a facet is inside (t, f, k); as many as
-    there are where that never comes."""
-    any_of = np.asarray(inside.any(axis=2))
-    return np.where(any_of.any(axis=0), any_of.argmax(axis=0), len(any_of))
-
-
 def _ends(pair: Pair, time: float, shape: FloatArray, corners: IndexArray) -> FloatArray:
     """(2, k) how far the body goes on from points of a facet (k, 3), which are in contact, along
     its normal and against it."""
@@ -193,8 +182,3 @@ def _ends(pair: Pair, time: float, shape: FloatArray, corners: IndexArray) -> Fl
         hit, sense = pair.body.surface.last_crossings(p_B + off, p_B, rows)
         ends.append(length(way) * np.where(sense != 0, 1.0 - hit.fraction, 1.0))
     return np.array(ends)
-
-
-def _side(facet: FloatArray) -> float:
-    """The longest side of a facet."""
-    return float(row_lengths(facet - np.roll(facet, 1, axis=0)).max())

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from contiga.contact.dry_run import DryRun
 from contiga.dynamics.deforming import Deforming
 from contiga.laws.normal import PenaltyLaw
 from contiga.records import FloatArray
@@ -15,7 +14,6 @@ from contiga.rigid.frames import turn_to_world
 from contiga.simulation.checks.finding import Finding, Said
 from contiga.simulation.checks.layers import Layer, layers_of
 from contiga.simulation.checks.scene import Pair, Scene
-from contiga.slaves.slave import Slave
 
 # Of a layer's thickness, and of the largest extent of a body: what one step may go in.
 STEP_OF_LAYER = 0.5
@@ -41,16 +39,44 @@ def check_depth(scene: Scene) -> Iterator[Finding]:
     """Where motions that nothing stops go too deep or too fast."""
     for pair in scene.pairs:
         if not pair.free:
-            yield from _too_deep(pair, scene.said)
-            yield from _too_fast(pair, scene.said)
-
-
-def _too_deep(pair: Pair, said: Said) -> Iterator[Finding]:
-    """Penetrations that a law does not know."""
-    deepest = [float(seen.penetration.max(initial=0.0)) for seen in pair.dry_runs]
-    k = int(np.argmax(deepest))
-    for layer in layers_of(pair.contact):
-        yield from deeper_than(layer, pair.where, (deepest[k], float(pair.shown_times[k])), said)
+            # Penetrations that a law does not know.
+            deepest = [float(seen.penetration.max(initial=0.0)) for seen in pair.dry_runs]
+            k = int(np.argmax(deepest))
+            reached = deepest[k], float(pair.shown_times[k])
+            for layer in layers_of(pair.contact):
+                yield from deeper_than(layer, pair.where, reached, scene.said)
+            # Steps in which points go in too far at once.
+            said = scene.said
+            planned = pair.model.stepping.planned()
+            worst, at = 0.0, 0.0
+            for time, seen in zip(pair.shown_times.tolist(), pair.dry_runs, strict=False):
+                k = int(np.searchsorted(planned, time)) - 1
+                if k >= 0 and len(seen.rows):
+                    # The way against the normals, out of which the body has moved back.
+                    nodes = seen.rows < len(pair.slave)
+                    rows, deep = seen.rows[nodes], seen.penetration[nodes]
+                    (before, X), (after, Y) = pair.standing(float(planned[k])), pair.standing(time)
+                    carried = pose.apply(pose.compose(Y, pose.invert(X)), before[rows])
+                    normal_W = turn_to_world(Y, seen.normal_B[nodes])
+                    ways = ((carried - after[rows]) * normal_W).sum(axis=1)
+                    way = float(np.minimum(ways, deep).max(initial=0.0))
+                    worst, at = max((worst, at), (way, time))
+            extent = float(np.ptp(pair.body.bounds(), axis=0).max())
+            limits = [(_STEP_OF_BODY * extent, f"a body of {said(extent)}")]
+            limits += [
+                (STEP_OF_LAYER * layer.thickness, f"a layer of {said(layer.thickness)}")
+                for layer in layers_of(pair.contact)
+                if layer.thickness is not None
+            ]
+            limit, what = min(limits)
+            if worst > limit:
+                yield Finding(
+                    "step",
+                    pair.where,
+                    f"in the one step to t = {said(at, 'time')} points go {said(worst)} deeper "
+                    f"into {what}",
+                    f"Take steps {np.ceil(10.0 * worst / limit):.0f} times shorter",
+                )
 
 
 def deeper_than(
@@ -104,7 +130,16 @@ def deeper_than_elements(
     force, energy, most = (float(own[k][at]) for k in ("force", "energy_stored", "max_penetration"))
     # Forces that face each other are no resultant: no mean is above the largest.
     penetration = min(2.0 * energy / force, most) if force > 0.0 else most
-    size = _size_of_elements(pair.slave)
+    slave = pair.slave
+    shortest = [np.zeros(0)]
+    for kind, edges in _CELL_EDGES.items():
+        if kind in slave.elements:
+            cells = slave.elements[kind]
+            ends = slave.points[cells[slave.active[cells].any(axis=1)][:, np.array(edges)]]
+            lengths = np.sqrt(np.square(ends[:, :, 1] - ends[:, :, 0]).sum(axis=2))
+            shortest.append(lengths.min(axis=1))
+    every = np.concatenate(shortest)
+    size = float(every.mean()) if len(every) else None
     if size is None or not penetration > _DEEP_IN_ELEMENTS * size:
         return
     unit = motion.contact_stiffness(pair.slave)
@@ -125,19 +160,6 @@ def deeper_than_elements(
     )
 
 
-def _size_of_elements(slave: Slave) -> float | None:
-    """Mean of the shortest edges of the solids with active nodes; None where there are none."""
-    shortest = [np.zeros(0)]
-    for kind, edges in _CELL_EDGES.items():
-        if kind in slave.elements:
-            cells = slave.elements[kind]
-            ends = slave.points[cells[slave.active[cells].any(axis=1)][:, np.array(edges)]]
-            lengths = np.sqrt(np.square(ends[:, :, 1] - ends[:, :, 0]).sum(axis=2))
-            shortest.append(lengths.min(axis=1))
-    every = np.concatenate(shortest)
-    return float(every.mean()) if len(every) else None
-
-
 def _rounded_up(number: float) -> float:
     """To two digits.
 
@@ -146,39 +168,3 @@ def _rounded_up(number: float) -> float:
     """
     unit = 10.0 ** (np.floor(np.log10(number)) - 1.0)
     return float(f"{np.ceil(number / unit * (1.0 - 1e-9)) * unit:.2g}")
-
-
-def _too_fast(pair: Pair, said: Said) -> Iterator[Finding]:
-    """Steps in which points go in too far at once."""
-    planned = pair.model.stepping.planned()
-    worst, at = 0.0, 0.0
-    for time, seen in zip(pair.shown_times.tolist(), pair.dry_runs, strict=False):
-        k = int(np.searchsorted(planned, time)) - 1
-        if k >= 0 and len(seen.rows):
-            way = _way_in(pair, (float(planned[k]), time), seen)
-            worst, at = max((worst, at), (way, time))
-    extent = float(np.ptp(pair.body.bounds(), axis=0).max())
-    limits = [(_STEP_OF_BODY * extent, f"a body of {said(extent)}")]
-    limits += [
-        (STEP_OF_LAYER * layer.thickness, f"a layer of {said(layer.thickness)}")
-        for layer in layers_of(pair.contact)
-        if layer.thickness is not None
-    ]
-    limit, what = min(limits)
-    if worst > limit:
-        yield Finding(
-            "step",
-            pair.where,
-            f"in the one step to t = {said(at, 'time')} points go {said(worst)} deeper into {what}",
-            f"Take steps {np.ceil(10.0 * worst / limit):.0f} times shorter",
-        )
-
-
-def _way_in(pair: Pair, times: tuple[float, float], seen: DryRun) -> float:
-    """The greatest way in that points have come between two times, along their normals."""
-    nodes = seen.rows < len(pair.slave)
-    rows, deep = seen.rows[nodes], seen.penetration[nodes]
-    (before, X), (after, Y) = pair.standing(times[0]), pair.standing(times[1])
-    carried = pose.apply(pose.compose(Y, pose.invert(X)), before[rows])
-    ways = ((carried - after[rows]) * turn_to_world(Y, seen.normal_B[nodes])).sum(axis=1)
-    return float(np.minimum(ways, deep).max(initial=0.0))

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from contiga.area.nodal import NodalArea
-from contiga.contact.contact import Contact
 from contiga.contact.dry_run import spread
 from contiga.laws.by_face import FaceLaws
 from contiga.laws.friction import Coulomb
@@ -42,44 +41,74 @@ _OVERDAMPED = 2.0
 def check_laws(scene: Scene) -> Iterator[Finding]:
     """Laws whose numbers are most likely in another unit, or of another thing."""
     for pair in scene.pairs:
-        yield from _curve(pair, scene.said)
-        yield from _stress(pair, scene.said)
-        yield from _thickness(pair, scene.said)
+        for layer in layers_of(pair.contact):
+            x, y = layer.curve.x, layer.curve.y
+            if not layer.curve.is_table:
+                continue
+            kind = "force" if layer.thickness is None else "stress"
+            most = float(y.max())
+            if not y[-1] > _FALLEN * most:
+                how = (
+                    "never pushes"
+                    if most <= 0.0
+                    else f"falls from {scene.said(most, kind)} at most"
+                )
+                yield Finding(
+                    "curve",
+                    pair.where,
+                    f"its curve {how}: at its end it gives {scene.said(float(y[-1]), kind)}, and "
+                    "contact only pushes",
+                    "Give pressures as positive numbers, over penetrations or strains that are, "
+                    "too",
+                )
+            elif layer.thickness is not None and len(x) > 2 and x[-1] < _SHORT_TABLE:
+                yield Finding(
+                    "curve",
+                    pair.where,
+                    f"its table ends at a strain of {x[-1]:.3g}, before a layer has begun to give "
+                    "way",
+                    "Give strains as shares of the thickness: 0.5 is half of it, and 50 %",
+                )
+            elif layer.thickness is not None and in_percent(x, PRESSED):
+                yield Finding(
+                    "curve",
+                    pair.where,
+                    f"its table has strains of {x[-2]:.4g} and {x[-1]:.4g}, and no layer is "
+                    "pressed by more than its thickness",
+                    "Give strains as shares of the thickness: 0.5 is half of it, and 50 %",
+                )
+        for layer in layers_of(pair.contact):
+            curve, thickness = layer.curve, layer.thickness
+            if thickness is None or pair.contact.contact_type == "combined":
+                continue
+            if scene.said.known and curve.is_table and len(curve.x) > 2:
+                end, stress = float(curve.x[-1]), strength(curve, _HALF)
+                yield from odd_strength(end, stress, pair.where, "its curve", scene.said)
+            size = pair.slave_size if pair.contact.contact_type == "slave" else pair.body.size
+            if size > 0.0 and thickness > _THICK * size:
+                yield Finding(
+                    "thickness",
+                    pair.where,
+                    f"its layer is {scene.said(thickness)} thick, and all of {pair.part.slave} "
+                    f"{scene.said(size)} large",
+                    f"Give the thickness in {scene.said.unit('length')}",
+                )
         yield from _weights(pair, scene.said)
-        yield from _shares(pair)
-
-
-def _curve(pair: Pair, said: Said) -> Iterator[Finding]:
-    """Curves that hardly push, or tables that end where layers have not begun to give way."""
-    for layer in layers_of(pair.contact):
-        x, y = layer.curve.x, layer.curve.y
-        if not layer.curve.is_table:
-            continue
-        kind = "force" if layer.thickness is None else "stress"
-        most = float(y.max())
-        if not y[-1] > _FALLEN * most:
-            how = "never pushes" if most <= 0.0 else f"falls from {said(most, kind)} at most"
+        friction, ratio = pair.contact.friction, getattr(pair.contact.law, "damping_ratio", 0.0)
+        if isinstance(friction, Coulomb) and friction.static > _ROUGHEST:
             yield Finding(
-                "curve",
+                "friction",
                 pair.where,
-                f"its curve {how}: at its end it gives {said(float(y[-1]), kind)}, and contact "
-                "only pushes",
-                "Give pressures as positive numbers, over penetrations or strains that are, too",
+                f"its coefficient of friction is {friction.static:g}, and rubber on dry asphalt "
+                "has about 1",
+                "Give a coefficient, not percents",
             )
-        elif layer.thickness is not None and len(x) > 2 and x[-1] < _SHORT_TABLE:
+        if ratio > _OVERDAMPED:
             yield Finding(
-                "curve",
+                "damping",
                 pair.where,
-                f"its table ends at a strain of {x[-1]:.3g}, before a layer has begun to give way",
-                "Give strains as shares of the thickness: 0.5 is half of it, and 50 %",
-            )
-        elif layer.thickness is not None and in_percent(x, PRESSED):
-            yield Finding(
-                "curve",
-                pair.where,
-                f"its table has strains of {x[-2]:.4g} and {x[-1]:.4g}, and no layer is pressed by "
-                "more than its thickness",
-                "Give strains as shares of the thickness: 0.5 is half of it, and 50 %",
+                f"its damping ratio is {ratio:g} times the critical damping",
+                "Give a share, not percents: 0.1 is one tenth of the critical damping",
             )
 
 
@@ -87,17 +116,6 @@ def in_percent(strains: FloatArray, most: float) -> bool:
     """Whether strains of a table are most likely percents: more than its last row, which may stand
     far off to say how it goes on, is beyond `most`."""
     return len(strains) > 2 and bool(strains[-2] > most)
-
-
-def _stress(pair: Pair, said: Said) -> Iterator[Finding]:
-    """Tables of layers that give way far, with stresses that hardly any of those has."""
-    if not said.known or pair.contact.contact_type == "combined":
-        return
-    for layer in layers_of(pair.contact):
-        curve = layer.curve
-        if layer.thickness is not None and curve.is_table and len(curve.x) > 2:
-            end, stress = float(curve.x[-1]), strength(curve, _HALF)
-            yield from odd_strength(end, stress, pair.where, "its curve", said)
 
 
 def odd_strength(end: float, stress: float, where: str, what: str, said: Said) -> Iterator[Finding]:
@@ -115,33 +133,29 @@ def odd_strength(end: float, stress: float, where: str, what: str, said: Said) -
         )
 
 
-def _thickness(pair: Pair, said: Said) -> Iterator[Finding]:
-    """Layers much thicker than what they are a layer of."""
-    for layer in layers_of(pair.contact):
-        size = pair.slave_size if pair.contact.contact_type == "slave" else pair.body.size
-        thickness = layer.thickness
-        if thickness is None or not size > 0.0 or pair.contact.contact_type == "combined":
-            continue
-        if thickness > _THICK * size:
-            yield Finding(
-                "thickness",
-                pair.where,
-                f"its layer is {said(thickness)} thick, and all of {pair.part.slave} "
-                f"{said(size)} large",
-                f"Give the thickness in {said.unit('length')}",
-            )
-
-
 def _weights(pair: Pair, said: Said) -> Iterator[Finding]:
     """Areas of a cloud's points that have nothing to do with how far apart they are."""
     contact, slave = pair.contact, pair.slave
-    if slave.facets is not None or not _by_area(contact) or contact.contact_type != "slave":
+    law, method = contact.law, contact.area
+    by_area = isinstance(law, StressLaw | FaceLaws) or (
+        isinstance(law, PenaltyLaw) and law.per_area
+    )
+    if slave.facets is not None or not by_area or contact.contact_type != "slave":
         return
-    area = _given_area(pair)
     points = slave.points[slave.active]
-    if area is None or len(points) < 10:
+    if not isinstance(method, NodalArea) or len(points) < 10:
         return
-    apart = _apart(points)
+    if method.value is not None:
+        area = float(method.value)
+    elif slave.area is not None:
+        area = float(np.median(slave.area[slave.active]))
+    else:
+        return
+    from scipy.spatial import cKDTree  # which takes as long to load as numba
+
+    tree = cKDTree(points)
+    neighbours, _ = tree.query(spread(points, _MOST_POINTS), k=2)
+    apart = float(np.median(neighbours[:, 1]))
     if not (apart > 0.0 and area > 0.0):
         return
     ratio = area / apart**2
@@ -154,49 +168,3 @@ def _weights(pair: Pair, said: Said) -> Iterator[Finding]:
             'Give the points their share of the surface, or take areas by { kind = "cloud" }; a '
             "mesh with facets has them by itself",
         )
-
-
-def _shares(pair: Pair) -> Iterator[Finding]:
-    """Coefficients that look like percents."""
-    friction, ratio = pair.contact.friction, getattr(pair.contact.law, "damping_ratio", 0.0)
-    if isinstance(friction, Coulomb) and friction.static > _ROUGHEST:
-        yield Finding(
-            "friction",
-            pair.where,
-            f"its coefficient of friction is {friction.static:g}, and rubber on dry asphalt has "
-            "about 1",
-            "Give a coefficient, not percents",
-        )
-    if ratio > _OVERDAMPED:
-        yield Finding(
-            "damping",
-            pair.where,
-            f"its damping ratio is {ratio:g} times the critical damping",
-            "Give a share, not percents: 0.1 is one tenth of the critical damping",
-        )
-
-
-def _by_area(contact: Contact) -> bool:
-    """Whether a law's force goes with the area of each point."""
-    law = contact.law
-    return isinstance(law, StressLaw | FaceLaws) or (isinstance(law, PenaltyLaw) and law.per_area)
-
-
-def _given_area(pair: Pair) -> float | None:
-    """The area of a point that somebody has given; None where it is measured."""
-    method = pair.contact.area
-    if not isinstance(method, NodalArea):
-        return None
-    if method.value is not None:
-        return float(method.value)
-    areas = pair.slave.area
-    return None if areas is None else float(np.median(areas[pair.slave.active]))
-
-
-def _apart(points: FloatArray) -> float:
-    """Median distance from a point to the nearest other one."""
-    from scipy.spatial import cKDTree  # which takes as long to load as numba
-
-    tree = cKDTree(points)
-    apart, _ = tree.query(spread(points, _MOST_POINTS), k=2)
-    return float(np.median(apart[:, 1]))

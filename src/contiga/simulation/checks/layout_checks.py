@@ -10,7 +10,7 @@ from contiga.dynamics.free import Dependent, Free
 from contiga.dynamics.prescribed import Moved, Poses, Rotate, Translate
 from contiga.dynamics.stepping import AutoSteps, EqualSteps
 from contiga.simulation.checks.finding import Finding
-from contiga.simulation.checks.scene import Pair, Scene
+from contiga.simulation.checks.scene import Scene
 
 # Of the run: a table of motion that covers less is most likely in another unit.
 _SHORT = 0.05
@@ -37,30 +37,6 @@ def check_layout(scene: Scene) -> Iterator[Finding]:
                 f"none of its {len(slave.slave)} points takes part in contact: no facet has them",
                 "Choose parts that have facets, or take its points as a cloud",
             )
-    yield from _bodies(scene)
-    yield from _spans(scene)
-    yield from _steps(scene)
-    seen: dict[tuple[str, str], str] = {}
-    for pair in scene.pairs:
-        key = pair.part.master, pair.part.slave
-        if key in seen:
-            yield Finding(
-                "twice",
-                pair.where,
-                f"{seen[key]} has the same body and the same slave: both push",
-                "Take one of them out, or give them different parts of the slave",
-            )
-        seen.setdefault(key, pair.part.name)
-        if _still(pair) and not pair.touches:
-            yield Finding(
-                "still",
-                pair.where,
-                f"neither {pair.part.master} nor {pair.part.slave} moves, and they do not touch",
-                "Give one of them a motion",
-            )
-
-
-def _bodies(scene: Scene) -> Iterator[Finding]:
     model = scene.model
     used = {part.master for part in model.contacts} | {
         sensor.body for sensor in model.point_sensors
@@ -68,9 +44,9 @@ def _bodies(scene: Scene) -> Iterator[Finding]:
     used |= {body for sensor in model.relative for body in sensor.between}
     used |= {end for spring in model.springs.values() for end in spring.between}
     used |= {load.body for load in model.loads}
-    motions: list[object] = [part.motion for part in model.bodies.values()]
-    motions += [part.motion for part in model.slaves.values()]
-    used |= {host for motion in motions if isinstance(motion, Dependent) for host in motion.hosts}
+    every: list[object] = [part.motion for part in model.bodies.values()]
+    every += [part.motion for part in model.slaves.values()]
+    used |= {host for motion in every if isinstance(motion, Dependent) for host in motion.hosts}
     for name, body in model.bodies.items():
         if name not in used and not isinstance(body.motion, Free):
             yield Finding(
@@ -79,11 +55,8 @@ def _bodies(scene: Scene) -> Iterator[Finding]:
                 "no contact, spring, load or sensor has it",
                 f'Give it a [[contact]] with master = "{name}", or take it out',
             )
-
-
-def _spans(scene: Scene) -> Iterator[Finding]:
-    """Tables of motion that are over, or not begun, in most of the run."""
-    model, said = scene.model, scene.said
+    # Tables of motion that are over, or not begun, in most of the run.
+    said = scene.said
     start, end = model.stepping.start, model.stepping.end
     motions = [(f"body {name}", part.motion) for name, part in model.bodies.items()]
     motions += [
@@ -103,10 +76,7 @@ def _spans(scene: Scene) -> Iterator[Finding]:
                 f"{start:.4g} to {said(end, 'time')}: outside the table it stands still",
                 f"Give times in {said.unit('time')}, or let the run end with the table",
             )
-
-
-def _steps(scene: Scene) -> Iterator[Finding]:
-    """Steps so short that a run takes many more than any that is meant."""
+    # Steps so short that a run takes many more than any that is meant.
     stepping = scene.model.stepping
     if isinstance(stepping, EqualSteps | AutoSteps):
         longest = stepping.most if isinstance(stepping, AutoSteps) else stepping.step
@@ -119,10 +89,23 @@ def _steps(scene: Scene) -> Iterator[Finding]:
                 f"{scene.said(stepping.end, 'time')} they are {count:.3g} or more",
                 'Look at the unit of step and largest; step = "auto" takes as many as are needed',
             )
-
-
-def _still(pair: Pair) -> bool:
-    """Whether nothing moves one side against the other."""
-    if pair.free or not pair.foretold or pair.relative is None:
-        return False
-    return bool((np.ptp(pair.relative, axis=0) == 0.0).all())
+    seen: dict[tuple[str, str], str] = {}
+    for pair in scene.pairs:
+        key = pair.part.master, pair.part.slave
+        if key in seen:
+            yield Finding(
+                "twice",
+                pair.where,
+                f"{seen[key]} has the same body and the same slave: both push",
+                "Take one of them out, or give them different parts of the slave",
+            )
+        seen.setdefault(key, pair.part.name)
+        if pair.free or not pair.foretold or pair.relative is None or pair.touches:
+            continue
+        if (np.ptp(pair.relative, axis=0) == 0.0).all():
+            yield Finding(
+                "still",
+                pair.where,
+                f"neither {pair.part.master} nor {pair.part.slave} moves, and they do not touch",
+                "Give one of them a motion",
+            )

@@ -10,12 +10,10 @@ from contiga.arrays.ordered import length
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Free
 from contiga.errors import InputError
-from contiga.masters.protocol import Master
 from contiga.records import MassProperties
 from contiga.rigid.rigid_lanes import MASS
-from contiga.simulation.checks.finding import Finding, Said
+from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Scene
-from contiga.slaves.slave import Slave
 
 # kg/m³ of the box around a body: from the lightest foam to more than any metal.
 DENSITIES = (5.0, 2.5e4)
@@ -40,44 +38,9 @@ def check_masses(scene: Scene) -> Iterator[Finding]:
         A velocity that nothing has.
     """
     model, said = scene.model, scene.said
-    if said.known:
-        yield from _gravity(scene)
-    system, names = model.mechanism, list(model.bodies)
-    for k, i in enumerate(system.free):
-        part = model.bodies[names[i]]
-        assert isinstance(part.motion, Free)
-        mass = float(system.fixed[k, MASS])
-        if said.known:
-            yield from _density(names[i], part.body, mass, said)
-        yield from _speed(f"body {names[i]}", part.motion, scene)
-        yield from _inertia(names[i], part.body, part.motion, said)
-    for name, slave in model.slaves.items():
-        if isinstance(slave.motion, Free):
-            yield from _dust(name, slave.slave)
-        if isinstance(slave.motion, Free | Deforming):
-            yield from _speed(f"slave {name}", slave.motion, scene)
-
-
-def _dust(name: str, slave: Slave) -> Iterator[Finding]:
-    """Nodes that a mesh joins, and that fly on their own."""
-    joined = ", ".join(f"{count} {kind}" for kind, count in slave.cells.items())
-    if not joined and slave.facets is not None:
-        joined = f"{len(slave.facets)} facets"
-    if joined:
-        yield Finding(
-            "dust",
-            f"slave {name}",
-            f"its {len(slave)} nodes are free masses of their own: nothing holds the {joined} "
-            "together that join them",
-            'Take motion = { kind = "attached" } to a body for what is rigid, "fixed" for what '
-            "gives way by the law of its contact, or points without facets for dust",
-        )
-
-
-def _gravity(scene: Scene) -> Iterator[Finding]:
-    said, g = scene.said, length(scene.model.gravity)
+    g = length(model.gravity)
     metric = g * said.si(1, 0, -2)
-    if g > 0.0 and not _LIGHTEST < metric < _HEAVIEST:
+    if said.known and g > 0.0 and not _LIGHTEST < metric < _HEAVIEST:
         earth = 9.80665 / said.si(1, 0, -2)
         yield Finding(
             "gravity",
@@ -86,42 +49,57 @@ def _gravity(scene: Scene) -> Iterator[Finding]:
             f"{metric:.4g} m/s²",
             f"On earth it is {earth:.4g} in these units",
         )
-
-
-def _density(name: str, body: Master, mass: float, said: Said) -> Iterator[Finding]:
-    """The mass against that of water in the body's box: orders of magnitude."""
-    volume = float(np.prod(np.ptp(body.bounds(), axis=0)))
-    if not (volume > 0.0 and body.closed):
-        return
-    density = mass / volume * said.si(-3, 1, 0)
-    if not DENSITIES[0] < density < DENSITIES[1]:
-        water = 1000.0 / said.si(-3, 1, 0) * volume
-        yield Finding(
-            "mass",
-            f"body {name}",
-            f"its mass is {said(mass, 'mass')}, and its box of water would have "
-            f"{said(water, 'mass')}",
-            f"Give mass in {said.unit('mass')}, or a density in {said.unit('mass')} per "
-            f"{said.unit('length')}³, and look at the unit of its geometry",
-        )
-
-
-def _inertia(name: str, body: Master, motion: Free, said: Said) -> Iterator[Finding]:
-    """Radii of gyration that no body of this size has."""
-    given = motion.inertia
-    if given is None or not isinstance(motion.mass, float | MassProperties):
-        return
-    mass = motion.mass.mass if isinstance(motion.mass, MassProperties) else motion.mass
-    radius = np.sqrt(np.linalg.eigvalsh(given) / mass)
-    if not (radius.max() > _GYRATION[0] * body.size and radius.max() < _GYRATION[1] * body.size):
-        yield Finding(
-            "inertia",
-            f"body {name}",
-            f"its inertia is that of {said(mass, 'mass')} at {said(float(radius.max()))} from its "
-            f"centre, in a body that is {said(body.size)} large",
-            f"Give inertias in {said.unit('mass')}·{said.unit('length')}², about the centre of "
-            "mass",
-        )
+    system, names = model.mechanism, list(model.bodies)
+    for k, i in enumerate(system.free):
+        part = model.bodies[names[i]]
+        assert isinstance(part.motion, Free)
+        mass = float(system.fixed[k, MASS])
+        # The mass against that of water in the body's box: orders of magnitude.
+        volume = float(np.prod(np.ptp(part.body.bounds(), axis=0)))
+        solid = said.known and volume > 0.0 and part.body.closed
+        if solid and not DENSITIES[0] < mass / volume * said.si(-3, 1, 0) < DENSITIES[1]:
+            water = 1000.0 / said.si(-3, 1, 0) * volume
+            yield Finding(
+                "mass",
+                f"body {names[i]}",
+                f"its mass is {said(mass, 'mass')}, and its box of water would have "
+                f"{said(water, 'mass')}",
+                f"Give mass in {said.unit('mass')}, or a density in {said.unit('mass')} per "
+                f"{said.unit('length')}³, and look at the unit of its geometry",
+            )
+        yield from _speed(f"body {names[i]}", part.motion, scene)
+        # Radii of gyration that no body of this size has.
+        given, own = part.motion.inertia, part.motion.mass
+        if given is None or not isinstance(own, float | MassProperties):
+            continue
+        mass = own.mass if isinstance(own, MassProperties) else own
+        largest = float(np.sqrt(np.linalg.eigvalsh(given) / mass).max())
+        if not _GYRATION[0] * part.body.size < largest < _GYRATION[1] * part.body.size:
+            yield Finding(
+                "inertia",
+                f"body {names[i]}",
+                f"its inertia is that of {said(mass, 'mass')} at {said(largest)} from its "
+                f"centre, in a body that is {said(part.body.size)} large",
+                f"Give inertias in {said.unit('mass')}·{said.unit('length')}², about the centre of "
+                "mass",
+            )
+    for name, slave in model.slaves.items():
+        if isinstance(slave.motion, Free):
+            mesh = slave.slave
+            joined = ", ".join(f"{count} {kind}" for kind, count in mesh.cells.items())
+            if not joined and mesh.facets is not None:
+                joined = f"{len(mesh.facets)} facets"
+            if joined:
+                yield Finding(
+                    "dust",
+                    f"slave {name}",
+                    f"its {len(mesh)} nodes are free masses of their own: nothing holds the "
+                    f"{joined} together that join them",
+                    'Take motion = { kind = "attached" } to a body for what is rigid, "fixed" for '
+                    "what gives way by the law of its contact, or points without facets for dust",
+                )
+        if isinstance(slave.motion, Free | Deforming):
+            yield from _speed(f"slave {name}", slave.motion, scene)
 
 
 def _speed(where: str, motion: Free | Deforming, scene: Scene) -> Iterator[Finding]:

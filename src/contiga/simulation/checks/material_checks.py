@@ -36,7 +36,6 @@ _LOCKS = 0.47
 
 def check_materials(scene: Scene) -> Iterator[Finding]:
     """Numbers of materials that are most likely in another unit."""
-    stepping = scene.model.stepping
     for name, nodes in scene.model.mechanism.nodes.items():
         if not isinstance(nodes, DeformingNodes):
             continue
@@ -45,11 +44,41 @@ def check_materials(scene: Scene) -> Iterator[Finding]:
             what = elements_of(part.name, nodes.parts)
             if scene.said.known:
                 odd = [*_units(where, what, part, scene.said)]
-                yield from odd or _strength(where, what, part, scene.said)
-                yield from _rates(where, what, part, scene.said)
-            yield from _percent(where, what, part)
-            yield from _filter(where, what, part, stepping.end - stepping.start, scene.said)
-            yield from _locking(where, what, part)
+                yield from odd
+                if not odd and isinstance(part.material, Foam):  # which carries what no foam does
+                    strain, stress = part.material.loading.T
+                    half = float(np.interp(0.5, strain, stress))
+                    of_it = f"the curve of {what}"
+                    yield from odd_strength(float(strain[-1]), half, where, of_it, scene.said)
+            yield from _rates(where, what, part, scene)
+            material, tables = part.material, dict[str, FloatArray]()
+            if isinstance(material, Foam | Belt):
+                tables = {"curve": material.loading}
+            elif isinstance(material, Fabric):
+                assert material.weft is not None
+                tables = {"warp": material.warp, "weft": material.weft}
+            most = PRESSED if isinstance(material, Foam) else _STRETCHED
+            for curve, table in tables.items():
+                if in_percent(table[:, 0], most):
+                    yield Finding(
+                        "curve",
+                        where,
+                        f"the {curve} of {what} has strains of {table[-2, 0]:.4g} and "
+                        f"{table[-1, 0]:.4g}, and no such matter is "
+                        f"{'pressed' if most == PRESSED else 'pulled'} so far",
+                        "Give strains as shares of the length: 0.5 is 50 %",
+                    )
+            if part.kind != "tet4" or not isinstance(material, Elastic | NeoHooke):
+                continue
+            averaged = isinstance(material, NeoHooke) and material.volume == "nodes"
+            if not averaged and material.poisson >= _LOCKS:
+                yield Finding(
+                    "locking",
+                    where,
+                    f"{what}, tetrahedra, lock at a Poisson's ratio of {material.poisson:g}: each "
+                    "keeps its volume, which leaves nodes few ways to go, and all is too stiff",
+                    'Take NeoHooke with volume = "nodes", or hexahedra',
+                )
 
 
 def elements_of(name: str, parts: Sequence[Part]) -> str:
@@ -89,62 +118,22 @@ def _units(where: str, what: str, part: Part, said: Said) -> Iterator[Finding]:
         )
 
 
-def _strength(where: str, what: str, part: Part, said: Said) -> Iterator[Finding]:
-    """Foam that carries what no foam does."""
-    if not isinstance(part.material, Foam):
-        return
-    strain, stress = part.material.loading.T
-    half = float(np.interp(0.5, strain, stress))
-    yield from odd_strength(float(strain[-1]), half, where, f"the curve of {what}", said)
-
-
-def _percent(where: str, what: str, part: Part) -> Iterator[Finding]:
-    """Strains that look like percents."""
-    for name, table, most in _tables(part):
-        if in_percent(table[:, 0], most):
-            yield Finding(
-                "curve",
-                where,
-                f"the {name} of {what} has strains of {table[-2, 0]:.4g} and {table[-1, 0]:.4g}, "
-                f"and no such matter is {'pressed' if most == PRESSED else 'pulled'} so far",
-                "Give strains as shares of the length: 0.5 is 50 %",
-            )
-
-
-def _tables(part: Part) -> list[tuple[str, FloatArray, float]]:
-    """Curves over strains, and the largest strain that is meant by such."""
-    material = part.material
-    if isinstance(material, Foam):
-        return [("curve", material.loading, PRESSED)]
-    if isinstance(material, Belt):
-        return [("curve", material.loading, _STRETCHED)]
-    if isinstance(material, Fabric):
-        assert material.weft is not None
-        threads = {"warp": material.warp, "weft": material.weft}
-        return [(name, table, _STRETCHED) for name, table in threads.items()]
-    return []
-
-
-def _rates(where: str, what: str, part: Part, said: Said) -> Iterator[Finding]:
-    """Rates that nothing reaches, or that everything exceeds."""
+def _rates(where: str, what: str, part: Part, scene: Scene) -> Iterator[Finding]:
+    """Rates nothing reaches or everything exceeds, or that are smoothed over all the "
+    "run."""
     if not (isinstance(part.material, Foam) and part.material.rates):
         return
+    said, stepping = scene.said, scene.model.stepping
     largest = part.material.rates[-1][0]
     metric = largest * said.si(0, 0, -1)
-    if not _RATES[0] <= metric <= _RATES[1]:
+    if said.known and not _RATES[0] <= metric <= _RATES[1]:
         yield Finding(
             "rates",
             where,
             f"the curves of {what} go up to a rate of {largest:.4g}, which is {metric:.4g} 1/s",
             f"Give rates in 1/{said.unit('time')}: 100/s is {100.0 / said.si(0, 0, -1):.4g}",
         )
-
-
-def _filter(where: str, what: str, part: Part, span: float, said: Said) -> Iterator[Finding]:
-    """Rates that are smoothed over more than the run."""
-    if not (isinstance(part.material, Foam) and part.material.rates):
-        return
-    smoothed = part.material.filter
+    smoothed, span = part.material.filter, stepping.end - stepping.start
     assert smoothed is not None
     if smoothed > span:
         yield Finding(
@@ -154,20 +143,3 @@ def _filter(where: str, what: str, part: Part, span: float, said: Said) -> Itera
             f"takes {said(span, 'time')}: they hardly rise",
             f"Give filter in {said.unit('time')}, some steps long",
         )
-
-
-def _locking(where: str, what: str, part: Part) -> Iterator[Finding]:
-    """Tetrahedra that cannot keep their volumes and give way."""
-    material = part.material
-    if part.kind != "tet4" or not isinstance(material, Elastic | NeoHooke):
-        return
-    averaged = isinstance(material, NeoHooke) and material.volume == "nodes"
-    if averaged or material.poisson < _LOCKS:
-        return
-    yield Finding(
-        "locking",
-        where,
-        f"{what}, tetrahedra, lock at a Poisson's ratio of {material.poisson:g}: each keeps its "
-        "volume, which leaves nodes few ways to go, and all is too stiff",
-        'Take NeoHooke with volume = "nodes", or hexahedra',
-    )

@@ -26,35 +26,6 @@ def added_masses(nodes: NodeMover) -> tuple[AddedMass, ...]:
     return added
 
 
-def _heavier(slave: str, added: tuple[AddedMass, ...]) -> Iterator[Finding]:
-    for one in added:
-        if one.share > MUCH:
-            yield Finding(
-                "scaled",
-                f"slave {slave}",
-                f"mass scaling gives {one.part} {100.0 * one.share:.3g} % more mass than its "
-                f"{one.mass:.4g}: it weighs and resists as much more",
-                "Ask for a shorter step, or mesh it more evenly",
-            )
-
-
-def _holding_nothing(slave: str, motion: object) -> Iterator[Finding]:
-    """Places at which no way of a node is held or driven, though they are given."""
-    if not isinstance(motion, Deforming):
-        return
-    for key in ("fixed", "driven"):
-        given = getattr(motion, key)
-        several = isinstance(given, Sequence) and not isinstance(given, str)
-        for table in given if several else [given]:
-            if isinstance(table, Mapping) and len(table.get("hold", "x")) == 0:
-                yield Finding(
-                    "held",
-                    f"slave {slave}",
-                    f"a table of {key} has hold = []: that leaves all ways free",
-                    'Name the ways, as hold = ["x", "y", "z"], or leave hold out for all of them',
-                )
-
-
 def check_matter(scene: Scene) -> Iterator[Finding]:
     """What a run would refuse at its first step, and what nothing moves."""
     model, stepping = scene.model, scene.model.stepping
@@ -62,7 +33,21 @@ def check_matter(scene: Scene) -> Iterator[Finding]:
         return
     standing = place(model, None, stepping.start)
     for name, part in model.slaves.items():
-        yield from _holding_nothing(name, part.motion)
+        # Places at which no way of a node is held or driven, though they are given.
+        if not isinstance(part.motion, Deforming):
+            continue
+        for key in ("fixed", "driven"):
+            given = getattr(part.motion, key)
+            several = isinstance(given, Sequence) and not isinstance(given, str)
+            for table in given if several else [given]:
+                if isinstance(table, Mapping) and len(table.get("hold", "x")) == 0:
+                    yield Finding(
+                        "held",
+                        f"slave {name}",
+                        f"a table of {key} has hold = []: that leaves all ways free",
+                        'Name the ways, as hold = ["x", "y", "z"], or leave hold out for all of '
+                        "them",
+                    )
     for name, nodes in model.mechanism.joined.items():
         critical = Rates(*nodes.rates(standing.slaves[name])).critical
         step = stepping.step if isinstance(stepping, EqualSteps) else 0.0
@@ -74,7 +59,16 @@ def check_matter(scene: Scene) -> Iterator[Finding]:
                 f"{critical:.4g}",
                 f'Take a step below {0.9 * critical:.3g}, or "auto"',
             )
-        yield from _heavier(name, added_masses(nodes))
+        added = added_masses(nodes)
+        for one in added:
+            if one.share > MUCH:
+                yield Finding(
+                    "scaled",
+                    f"slave {name}",
+                    f"mass scaling gives {one.part} {100.0 * one.share:.3g} % more mass than its "
+                    f"{one.mass:.4g}: it weighs and resists as much more",
+                    "Ask for a shorter step, or mesh it more evenly",
+                )
         slave = model.slaves[name].slave
         lone = np.flatnonzero(nodes.bare & slave.active)
         if len(lone):

@@ -29,43 +29,35 @@ def check_matter_ran(
     their strain does not see."""
     for name, nodes in scene.model.mechanism.nodes.items():
         if isinstance(nodes, DeformingNodes):
-            yield from _beyond(name, nodes, last)
+            # The largest strain of each part, by the table that it is farthest beyond.
+            reached = nodes.reached(last.slaves[name])
+            for part in dict.fromkeys(part.name for part in nodes.parts):
+                own = [one for one in reached if one.part == part]
+                worst = max(own, key=lambda one: one.strain / one.end, default=None)
+                if worst is not None and worst.strain > (1.0 + _PAST) * worst.end:
+                    yield Finding(
+                        "table",
+                        f"slave {name}",
+                        f"the {worst.what} of {elements_of(part, nodes.parts)} reaches "
+                        f"{worst.strain:.3g}, and its table ends at {worst.end:.3g}: beyond that "
+                        f"it is {BEYOND['linear']}",
+                        "Let the table go as far as the matter does",
+                    )
     if "energy.hourglass" in history:
-        yield from _hourglass(scene, history)
-
-
-def _beyond(name: str, nodes: DeformingNodes, last: SystemState) -> Iterator[Finding]:
-    """The largest strain of each part, by the table that it is farthest beyond."""
-    reached = nodes.reached(last.slaves[name])
-    for part in dict.fromkeys(part.name for part in nodes.parts):
-        own = [one for one in reached if one.part == part]
-        worst = max(own, key=lambda one: one.strain / one.end, default=None)
-        if worst is not None and worst.strain > (1.0 + _PAST) * worst.end:
+        # Hourglass modes that have much of what elements take, lost or stored, at the most of both.
+        of = {name: history[f"energy.{name}"] for name in ("strain", "hysteresis", "viscosity")}
+        taken = float(np.max(sum(of.values())))
+        modes = float(np.max(history["energy.hourglass"]))
+        others = [*of, "kinetic", "contact", "external"]
+        largest = max(float(np.abs(history[f"energy.{name}"]).max()) for name in others)
+        if taken > 0.0 and modes > _HOURGLASS * taken and modes > _NOTHING * largest:
+            said = scene.said
             yield Finding(
-                "table",
-                f"slave {name}",
-                f"the {worst.what} of {elements_of(part, nodes.parts)} reaches "
-                f"{worst.strain:.3g}, and its table ends at {worst.end:.3g}: beyond that it is "
-                f"{BEYOND['linear']}",
-                "Let the table go as far as the matter does",
+                "hourglass",
+                "elements",
+                f"hourglass modes of hexahedra take {said(modes, 'energy')}, "
+                f"{100.0 * modes / taken:.3g} % of the {said(taken, 'energy')} of their strain: "
+                "they are pushed at single nodes, or too coarse for how they bend",
+                "Mesh it finer where it is bent and pushed, spread forces over facets, or raise "
+                "hourglass",
             )
-
-
-def _hourglass(scene: Scene, history: Mapping[str, FloatArray]) -> Iterator[Finding]:
-    """Hourglass modes that have much of what elements take, lost or stored, at the most of both."""
-    of = {name: history[f"energy.{name}"] for name in ("strain", "hysteresis", "viscosity")}
-    taken = float(np.max(sum(of.values())))
-    modes = float(np.max(history["energy.hourglass"]))
-    others = [*of, "kinetic", "contact", "external"]
-    largest = max(float(np.abs(history[f"energy.{name}"]).max()) for name in others)
-    if taken > 0.0 and modes > _HOURGLASS * taken and modes > _NOTHING * largest:
-        said = scene.said
-        yield Finding(
-            "hourglass",
-            "elements",
-            f"hourglass modes of hexahedra take {said(modes, 'energy')}, "
-            f"{100.0 * modes / taken:.3g} % of the {said(taken, 'energy')} of their strain: "
-            "they are pushed at single nodes, or too coarse for how they bend",
-            "Mesh it finer where it is bent and pushed, spread forces over facets, or raise "
-            "hourglass",
-        )

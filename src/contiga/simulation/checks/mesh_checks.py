@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
 from contiga.arrays.groups import groups_of
 from contiga.dynamics.deforming_nodes import DeformingNodes
-from contiga.matter.parts import DIMENSION, Part
-from contiga.records import FloatArray, IndexArray, IntArray
+from contiga.matter.parts import DIMENSION
+from contiga.records import FloatArray
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Scene
 
@@ -22,17 +22,57 @@ def check_meshes(scene: Scene) -> Iterator[Finding]:
     for name, nodes in scene.model.mechanism.nodes.items():
         if isinstance(nodes, DeformingNodes) and nodes.parts:
             points = scene.model.slaves[name].slave.points
-            yield from _torn(f"slave {name}", points, nodes)
-            yield from _twice(f"slave {name}", points, nodes.parts)
+            where = f"slave {name}"
+            yield from _torn(where, points, nodes)
+            # Elements of the same corners: membranes only those that face the same way, as two
+            # sheets that are sewn together may have the three corners of one of their ends in
+            # common.
+            for part in nodes.parts:
+                corners = np.sort(part.elements, axis=1)
+                if part.kind == "tri3":
+                    turn = part.elements.argmin(axis=1)[:, None]
+                    corners = np.take_along_axis(part.elements, (turn + np.arange(3)) % 3, axis=1)
+                _, kept, count = np.unique(corners, axis=0, return_index=True, return_counts=True)
+                again = int((count - 1).sum())
+                if again:
+                    first = part.elements[kept[np.argmax(count > 1)]]
+                    yield Finding(
+                        "twice",
+                        where,
+                        f"{again} of its elements ({part.kind}) are given again, the first at "
+                        f"{_place(points[first].mean(axis=0))}: they weigh and resist twice",
+                        "Take them out of the mesh",
+                    )
 
 
 def _torn(where: str, points: FloatArray, nodes: DeformingNodes) -> Iterator[Finding]:
     """Pieces of elements with so many nodes at the places of another's that they have a face, an
     edge or an end there, which nothing joins."""
-    piece, dimension = _pieces(len(points), nodes.parts)
+    # The piece that each node is in, by elements that share nodes, and of each piece the dimension
+    # of its elements, the least where they differ.
+    ways = [
+        np.stack(
+            [np.repeat(part.elements[:, 0], part.elements.shape[1]), part.elements.ravel()], axis=1
+        )
+        for part in nodes.parts
+    ]
+    first, second = np.concatenate(ways).T.astype(np.int64)
+    piece = np.asarray(groups_of(first, second, len(points)))
+    dimension = np.full(piece.max() + 1, 3)
+    for part in nodes.parts:
+        np.minimum.at(dimension, piece[part.elements[:, 0]], DIMENSION[part.kind])
     if piece.max() == 0:
         return
-    first, second = _at_one_place(points, nodes.parts)
+    from scipy.spatial import cKDTree  # which takes as long to load as numba
+
+    # Pairs of nodes of elements that lie together.
+    rows = np.unique(np.concatenate([part.elements.ravel() for part in nodes.parts]))
+    edges = [
+        points[part.elements] - points[np.roll(part.elements, 1, axis=1)] for part in nodes.parts
+    ]
+    shortest = min(float(np.sqrt(np.square(edge).sum(axis=2)).min()) for edge in edges)
+    pairs = cKDTree(points[rows]).query_pairs(_ONE_PLACE * shortest, output_type="ndarray")
+    first, second = rows[pairs[:, 0]], rows[pairs[:, 1]]
     led = np.asarray(nodes.held.all(axis=1))  # by something else than forces
     apart = (piece[first] != piece[second]) & ~(led[first] & led[second])
     first, second = first[apart], second[apart]
@@ -49,60 +89,6 @@ def _torn(where: str, points: FloatArray, nodes: DeformingNodes) -> Iterator[Fin
                 "Merge these nodes, or make a slave of each piece",
             )
             return
-
-
-def _pieces(n: int, parts: Sequence[Part]) -> tuple[IndexArray, IndexArray]:
-    """(n,) the piece that each node is in, by elements that share nodes, and of each piece the
-    dimension of its elements, the least where they differ."""
-    ways = [
-        np.stack(
-            [np.repeat(part.elements[:, 0], part.elements.shape[1]), part.elements.ravel()], axis=1
-        )
-        for part in parts
-    ]
-    first, second = np.concatenate(ways).T.astype(np.int64)
-    piece = np.asarray(groups_of(first, second, n))
-    dimension = np.full(piece.max() + 1, 3)
-    for part in parts:
-        np.minimum.at(dimension, piece[part.elements[:, 0]], DIMENSION[part.kind])
-    return piece, dimension
-
-
-def _at_one_place(points: FloatArray, parts: Sequence[Part]) -> tuple[IndexArray, IndexArray]:
-    """Pairs of nodes of elements that lie together."""
-    from scipy.spatial import cKDTree  # which takes as long to load as numba
-
-    rows = np.unique(np.concatenate([part.elements.ravel() for part in parts]))
-    edges = [points[part.elements] - points[np.roll(part.elements, 1, axis=1)] for part in parts]
-    shortest = min(float(np.sqrt(np.square(edge).sum(axis=2)).min()) for edge in edges)
-    pairs = cKDTree(points[rows]).query_pairs(_ONE_PLACE * shortest, output_type="ndarray")
-    return rows[pairs[:, 0]], rows[pairs[:, 1]]
-
-
-def _twice(where: str, points: FloatArray, parts: Sequence[Part]) -> Iterator[Finding]:
-    """Elements of the same corners: membranes only those that face the same way, as two sheets that
-    are sewn together may have the three corners of one of their ends in common."""
-    for part in parts:
-        _, kept, count = np.unique(_corners(part), axis=0, return_index=True, return_counts=True)
-        again = int((count - 1).sum())
-        if again:
-            first = part.elements[kept[np.argmax(count > 1)]]
-            yield Finding(
-                "twice",
-                where,
-                f"{again} of its elements ({part.kind}) are given again, the first at "
-                f"{_place(points[first].mean(axis=0))}: they weigh and resist twice",
-                "Take them out of the mesh",
-            )
-
-
-def _corners(part: Part) -> IntArray:
-    """(n, k) rows that are the same for elements that are."""
-    elements = part.elements
-    if part.kind != "tri3":
-        return np.sort(elements, axis=1)
-    turn = elements.argmin(axis=1)[:, None]
-    return np.take_along_axis(elements, (turn + np.arange(3)) % 3, axis=1)
 
 
 def _place(point: FloatArray) -> str:

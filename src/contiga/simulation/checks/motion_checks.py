@@ -20,16 +20,18 @@ def check_motion(scene: Scene) -> Iterator[Finding]:
     for pair in scene.pairs:
         yield from _starts(pair, scene.said)
         yield from from_behind(pair, scene.said)
-        if pair.foretold and not pair.touches and not _others_touch(scene, pair):
+        if (
+            pair.foretold
+            and not pair.touches
+            and not (
+                pair.free
+                and any(
+                    other is not pair and other.free and other.foretold and other.touches
+                    for other in scene.pairs
+                )
+            )
+        ):
             yield from _never(pair, scene.said)
-
-
-def _others_touch(scene: Scene, pair: Pair) -> bool:
-    """Whether what is free here is first turned aside by another contact."""
-    return pair.free and any(
-        other is not pair and other.free and other.foretold and other.touches
-        for other in scene.pairs
-    )
 
 
 def _inward(pair: Pair) -> bool:
@@ -100,30 +102,22 @@ def _never(pair: Pair, said: Said) -> Iterator[Finding]:
         if distance == 0.0:
             near = f"{slave}, looked at {len(pair.shown_times)} times, is no closer to {body} than"
             distance = closest.distance
+        size = min(pair.body.size, pair.slave_size or np.inf)
+        wide = ""
+        if distance > size:
+            wide = f", {distance / size:.3g} times the size of the smaller of them"
+        hint, facets = "", pair.slave.facets
+        if facets is not None and len(facets) and pair.contact.quadrature == "nodes":
+            corners = pair.slave.points[facets[:, :2]]
+            edges = np.sqrt(np.square(corners[:, 1] - corners[:, 0]).sum(axis=1))
+            if np.median(edges) > closest.distance:  # the body may go in between nodes
+                hint = (
+                    "; facets are larger than that: quadrature = 6 puts points of contact on them"
+                )
         yield Finding(
             "apart",
             pair.where,
-            f"{near} {said(distance)}{flight}, {when}" + _wide_apart(pair, distance),
+            f"{near} {said(distance)}{flight}, {when}{wide}",
             "Look at where they are placed, at their units and at the direction of their motion"
-            + _between_nodes(pair, closest.distance),
+            + hint,
         )
-
-
-def _between_nodes(pair: Pair, distance: float) -> str:
-    """A hint where facets are so large that the body goes in between their nodes."""
-    slave = pair.slave
-    if slave.facets is None or len(slave.facets) == 0 or pair.contact.quadrature != "nodes":
-        return ""
-    corners = slave.points[slave.facets[:, :2]]
-    edges = np.sqrt(np.square(corners[:, 1] - corners[:, 0]).sum(axis=1))
-    if not np.median(edges) > distance:
-        return ""
-    return "; facets are larger than that: quadrature = 6 puts points of contact on them"
-
-
-def _wide_apart(pair: Pair, distance: float) -> str:
-    """Compares a distance with what it lies between."""
-    size = min(pair.body.size, pair.slave_size or np.inf)
-    if not distance > size:
-        return ""
-    return f", {distance / size:.3g} times the size of the smaller of them"

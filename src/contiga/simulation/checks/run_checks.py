@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.arrays.ordered import length
-from contiga.contact.state import State
 from contiga.laws.force import ForceLaw
 from contiga.masters.nearness import nearest
 from contiga.records import FloatArray
@@ -69,19 +69,51 @@ def check_crest(model: Model, state: SystemState) -> tuple[Finding, ...]:
     findings: list[Finding] = []
     for pair in scene.pairs:
         contact = state.contacts[pair.part.name]
-        findings += _coarse(scene, pair, contact)
+        rows = np.flatnonzero(contact.in_contact[: len(pair.slave)])
+        facets = pair.slave.facets
+        touched: NDArray[np.bool_] = np.zeros(0, np.bool_)
+        if facets is not None and pair.contact.quadrature == "nodes":
+            touched = np.asarray(np.isin(facets, rows).any(axis=1))
+        if facets is not None and touched.any():
+            corners = contact.points_B[facets[touched]]
+            sides = corners - np.roll(corners, 1, axis=1)
+            edge = float(np.sqrt(np.square(sides).sum(axis=2)).mean())
+            across = length(np.ptp(contact.points_B[rows], axis=0)) / edge
+            if across < _ACROSS:
+                text = (
+                    f"at the greatest force {len(rows)} nodes are in contact, {across:.2g} facets "
+                    f"of {scene.said(edge)} across: the force depends on where the nodes happen to "
+                    "lie"
+                )
+                finer = f"Take a finer mesh there{more_points(pair.contact.quadrature)}"
+                findings.append(Finding("coarse", pair.where, text, finer))
         findings += two_layers(pair, contact)
     return tuple(findings)
 
 
 def notes_on(model: Model, history: Columns) -> list[str]:
-    """What of its numbers a reader may take for something else."""
-    scene = Scene(model)
-    return [
-        text
-        for pair in scene.pairs
-        for text in _resultant(scene, pair, _columns(model, pair, history))
-    ]
+    """What of its numbers a reader may take for something else: the force that a law sets is a sum
+    of magnitudes, and what is printed is their resultant."""
+    scene, notes = Scene(model), []
+    for pair in scene.pairs:
+        own = _columns(model, pair, history)
+        law, at = pair.contact.law, int(np.argmax(own["force"]))
+        if not isinstance(law, ForceLaw) or law.hysteresis is not None:
+            continue
+        resultant = float(law.curve(own["max_penetration"][at]))
+        printed = float(own["force"][at])
+        if printed > 0.0 and resultant > (1.0 + _APART) * printed and pair.contact.friction is None:
+            remedy = (
+                "elements of a tenth of the radius that presses bring it nearer"
+                if law.share == "deepest"
+                else 'with share = "deepest" it is nearer to what the curve says'
+            )
+            notes.append(
+                f"{pair.part.name}: its curve sets the sum of the nodal forces, "
+                f"{scene.said(resultant, 'force')} at the peak; printed is their resultant, "
+                f"{scene.said(printed, 'force')}, as they do not all point one way; {remedy}"
+            )
+    return notes
 
 
 def _columns(model: Model, pair: Pair, history: Columns) -> dict[str, FloatArray]:
@@ -96,10 +128,12 @@ def _columns(model: Model, pair: Pair, history: Columns) -> dict[str, FloatArray
 
 
 def _no_contact(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Contacts that nothing ever came to, where that was not foretold."""
-    if own["n_contact"].any():
-        return
-    if any(ran_from_behind(pair, last, met=False)):
+    """Contacts that nothing ever came to, where that was not foretold, and open faces that were met
+    or passed from behind."""
+    met = bool(own["n_contact"].any())
+    from_behind = list(ran_from_behind(pair, last, met=met))
+    yield from from_behind
+    if met or from_behind:
         return
     rows = np.flatnonzero(pair.slave.active).astype(np.int32)
     points = last.contacts[pair.part.name].points_B
@@ -116,22 +150,13 @@ def _no_contact(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> It
     )
 
 
-def _behind(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Open faces that were met or passed from behind."""
-    yield from ran_from_behind(pair, last, met=bool(own["n_contact"].any()))
-
-
 def _deep(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Penetrations that a law does not know."""
+    """Penetrations that a law does not know, and steps in which points went in too far at once."""
     at = int(np.nanargmax(own["max_penetration"]))
     reached = float(own["max_penetration"][at]), float(own["time"][at])
     for layer in layers_of(pair.contact):
         yield from deeper_than(layer, pair.where, reached, scene.said)
     yield from deeper_than_elements(pair, own, scene.said)
-
-
-def _fast(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Steps in which points went in too far at once."""
     ways = np.diff(own["max_penetration"])
     layers = [layer.thickness for layer in layers_of(pair.contact) if layer.thickness]
     if len(ways) == 0 or not layers or not ways.max() > STEP_OF_LAYER * min(layers):
@@ -226,53 +251,10 @@ def _let_go(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterat
 
 _CHECKS: tuple[Callable[[Scene, Pair, Columns, SystemState], Iterator[Finding]], ...] = (
     _no_contact,
-    _behind,
     _deep,
-    _fast,
     _sudden,
     _damped,
     _let_go,
     jumped,
     _unfinished,
 )
-
-
-def _coarse(scene: Scene, pair: Pair, state: State) -> Iterator[Finding]:
-    """Meshes with few facets across the region of contact."""
-    slave, rows = pair.slave, np.flatnonzero(state.in_contact[: len(pair.slave)])
-    if slave.facets is None or pair.contact.quadrature != "nodes" or len(rows) == 0:
-        return
-    touched = slave.facets[np.isin(slave.facets, rows).any(axis=1)]
-    if len(touched) == 0:
-        return
-    corners = state.points_B[touched]
-    edge = float(np.sqrt(np.square(corners - np.roll(corners, 1, axis=1)).sum(axis=2)).mean())
-    across = length(np.ptp(state.points_B[rows], axis=0)) / edge
-    if across < _ACROSS:
-        yield Finding(
-            "coarse",
-            pair.where,
-            f"at the greatest force {len(rows)} nodes are in contact, {across:.2g} facets of "
-            f"{scene.said(edge)} across: the force depends on where the nodes happen to lie",
-            f"Take a finer mesh there{more_points(pair.contact.quadrature)}",
-        )
-
-
-def _resultant(scene: Scene, pair: Pair, own: Columns) -> Iterator[str]:
-    """What a law sets is a sum of magnitudes, and what is printed is their resultant."""
-    law, at = pair.contact.law, int(np.argmax(own["force"]))
-    if not isinstance(law, ForceLaw) or law.hysteresis is not None:
-        return
-    resultant = float(law.curve(own["max_penetration"][at]))
-    printed = float(own["force"][at])
-    if printed > 0.0 and resultant > (1.0 + _APART) * printed and pair.contact.friction is None:
-        remedy = (
-            "elements of a tenth of the radius that presses bring it nearer"
-            if law.share == "deepest"
-            else 'with share = "deepest" it is nearer to what the curve says'
-        )
-        yield (
-            f"{pair.part.name}: its curve sets the sum of the nodal forces, "
-            f"{scene.said(resultant, 'force')} at the peak; printed is their resultant, "
-            f"{scene.said(printed, 'force')}, as they do not all point one way; {remedy}"
-        )

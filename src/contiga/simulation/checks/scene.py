@@ -145,20 +145,16 @@ class Pair:
 
     def standing(self, time: float) -> tuple[FloatArray, FloatArray]:
         """Slave points (n, 3), world axes, and the pose (4, 4) of the master."""
-        slave_pose = self._slave_pose(time)
-        points = (
-            self._moving_points(time)
-            if slave_pose is None
-            else pose.apply(slave_pose, self.slave.points)
-        )
-        return points, self._body_pose(self._host, time)
-
-    def _moving_points(self, time: float) -> FloatArray:
-        if self._mover.flight is not None:
-            return self.slave.points + self._flight(self._mover.flight, time)
+        slave_pose, points = self._slave_pose(time), self.slave.points
         motion = self.model.slaves[self.part.slave].motion
+        if slave_pose is not None:
+            points = pose.apply(slave_pose, points)
+        elif self._mover.flight is not None:
+            points = points + self._flight(self._mover.flight, time)
+        elif not isinstance(motion, Dependent):
+            points = motion.points(time)
         # What neither flies nor follows a motion stays, as far as anybody knows.
-        return self.slave.points if isinstance(motion, Dependent) else motion.points(time)
+        return points, self._body_pose(self._host, time)
 
     def _slave_pose(self, time: float) -> FloatArray | None:
         """What carries the slave's points from where it was given, None where they move apart."""

@@ -27,8 +27,20 @@ _LOST = 1e6
 
 def check_sizes(scene: Scene) -> Iterator[Finding]:
     """Sides of a contact so different in size that one is likely in another unit, or both."""
-    if scene.said.known:
-        yield from _absolute(scene)
+    metre = scene.said.si(1, 0, 0)
+    for pair in scene.pairs if scene.said.known else []:
+        name, size = max(
+            (pair.part.master, pair.body.size),
+            (pair.part.slave, pair.slave_size),
+            key=lambda side: side[1],
+        )
+        if not _SMALLEST < size * metre < _LARGEST:
+            yield Finding(
+                "sizes",
+                pair.where,
+                f"{name}, the larger side, is {scene.said(size)} large, {size * metre:.3g} m",
+                "Look at the length unit of the case, and of the files",
+            )
     for pair in scene.pairs:
         sizes = {pair.part.master: pair.body.size, pair.part.slave: pair.slave_size}
         small, large = sorted(sizes, key=lambda name: sizes[name])
@@ -44,23 +56,6 @@ def check_sizes(scene: Scene) -> Iterator[Finding]:
             f"{scene.said(sizes[small] * factor)}",
             'Look at the units of both files; unit = "…" beside a file says which it is in',
         )
-
-
-def _absolute(scene: Scene) -> Iterator[Finding]:
-    metre = scene.said.si(1, 0, 0)
-    for pair in scene.pairs:
-        name, size = max(
-            (pair.part.master, pair.body.size),
-            (pair.part.slave, pair.slave_size),
-            key=lambda side: side[1],
-        )
-        if not _SMALLEST < size * metre < _LARGEST:
-            yield Finding(
-                "sizes",
-                pair.where,
-                f"{name}, the larger side, is {scene.said(size)} large, {size * metre:.3g} m",
-                "Look at the length unit of the case, and of the files",
-            )
 
 
 def check_places(scene: Scene) -> Iterator[Finding]:

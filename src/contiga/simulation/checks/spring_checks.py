@@ -6,8 +6,6 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from contiga.dynamics.springs import Spring
-from contiga.laws.characteristic import Characteristic
 from contiga.records import FloatArray
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.layers import BEYOND, end_of
@@ -21,11 +19,19 @@ def check_springs_ran(scene: Scene, history: Mapping[str, FloatArray]) -> Iterat
     """Springs that went past an end of their tables."""
     for name, spring in scene.model.mechanism.springs.items():
         elongation = history[f"{name}.elongation"]
-        for curve in _curves(spring):
-            passed = _passed(curve, elongation, slack=spring.hysteresis is not None)
-            if passed is None:
+        unloading = None if spring.hysteresis is None else spring.hysteresis.unloading
+        for curve in (spring.curve, unloading):
+            if curve is None or end_of(curve) is None:
                 continue
-            at, end, what = passed
+            first, last = float(curve.x[0]), float(curve.x[-1])
+            rounding = _PAST * (last - first)
+            at, end, what = int(np.argmax(elongation)), last, "ends"
+            if elongation[at] <= last + rounding:
+                at, end, what = int(np.argmin(elongation)), first, "begins"
+                # Below its start a spring may carry nothing, as one that is slack there does.
+                slack = spring.hysteresis is not None or float(curve(elongation[at])) == 0.0
+                if slack or elongation[at] >= first - rounding:
+                    continue
             said = scene.said
             yield Finding(
                 "table",
@@ -37,24 +43,3 @@ def check_springs_ran(scene: Scene, history: Mapping[str, FloatArray]) -> Iterat
                 'force has rows that say so, or extrapolation = "constant"',
             )
             break
-
-
-def _curves(spring: Spring) -> list[Characteristic]:
-    """What a spring loads and unloads by, tables alone."""
-    unloading = None if spring.hysteresis is None else spring.hysteresis.unloading
-    return [c for c in (spring.curve, unloading) if c is not None and end_of(c) is not None]
-
-
-def _passed(
-    curve: Characteristic, elongation: FloatArray, *, slack: bool
-) -> tuple[int, float, str] | None:
-    """Row at which an elongation is farthest past a table, the end that it passed, and a word for
-    that end. Below its start a spring may carry nothing, as one that is `slack` there does."""
-    first, last = float(curve.x[0]), float(curve.x[-1])
-    rounding = _PAST * (last - first)
-    low, high = int(np.argmin(elongation)), int(np.argmax(elongation))
-    if elongation[high] > last + rounding:
-        return high, last, "ends"
-    if not slack and elongation[low] < first - rounding and float(curve(elongation[low])) != 0.0:
-        return low, first, "begins"
-    return None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from contiga.geometry.faces import Faces
 from contiga.search.borders.openings import openings_of
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Scene
@@ -19,7 +18,17 @@ def check_surfaces(scene: Scene) -> Iterator[Finding]:
     """Bodies in contact that a flaw makes open; sheets, which merely end, are not among them."""
     for name in dict.fromkeys(pair.part.master for pair in scene.pairs):
         body = scene.model.bodies[name].body
-        if body.faces is not None and not body.closed and _is_flawed(body.faces):
+        if body.faces is None or body.closed:
+            continue
+        openings = openings_of(body.faces)
+        if (
+            openings.gaping_edges
+            or openings.crowded_edges
+            or openings.one_sided
+            or openings.turned_faces
+            or openings.meetings
+            or openings.crossing is not None
+        ):
             flaws = body.flaws
             more = f"; and {len(flaws) - _SOME} more" if len(flaws) > _SOME else ""
             yield Finding(
@@ -30,16 +39,3 @@ def check_surfaces(scene: Scene) -> Iterator[Finding]:
                 "Mend it in the program that wrote the file, or choose parts or faces that are "
                 "sound (parts, solids)",
             )
-
-
-def _is_flawed(faces: Faces) -> bool:
-    """Whether faces do not agree, beside a slit that is bridged and borders that are free."""
-    openings = openings_of(faces)
-    return bool(
-        openings.gaping_edges
-        or openings.crowded_edges
-        or openings.one_sided
-        or openings.turned_faces
-        or openings.meetings
-        or openings.crossing is not None
-    )

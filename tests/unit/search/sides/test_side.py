@@ -6,7 +6,7 @@ import numpy as np
 
 import contiga as cg
 from contiga.search.sides.kernels import side_pieces_nb
-from contiga.search.sides.side_records import PieceLimits
+from contiga.search.sides.kernels.side_pieces_nb import PieceLimits
 from contiga.search.tables import tables_of
 
 

@@ -11,10 +11,9 @@ from tests.stress import solids
 import contiga as cg
 from contiga.records import KnownSides, SurfacePlaces
 from contiga.search.exact_surface import ExactSurface
-from contiga.search.sides import body_sides, side_grid
-from contiga.search.sides.body_sides import sides_of
+from contiga.search.sides import side_grid
 from contiga.search.sides.kernels import side_grid_nb, side_nb
-from contiga.search.sides.side_grid import Layout, SideGrid
+from contiga.search.sides.side_grid import Layout, SideGrid, sides_of
 from contiga.search.tables import tables_of
 
 WELL_KNOWN = 0.8
@@ -117,9 +116,9 @@ def test_faces_in_the_very_planes_between_cells_are_in_the_cells_on_both_sides(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     place = Layout(np.full(3, -1.0), 0.125, (16, 16, 16), 1e-9)
-    monkeypatch.setattr(body_sides, "layout", lambda *_: place)
+    monkeypatch.setattr(side_grid, "layout", lambda *_: place)
     faces = [cg.shapes.plane(centre=0.5 * n, axis=n) for n in (*np.eye(3), *-np.eye(3))]
-    grid = body_sides._build(tables_of(cg.Body(faces)), 0.0)
+    grid = side_grid.build_sides(tables_of(cg.Body(faces)), 0.0)
     rng = np.random.default_rng(6)
     rows = np.arange(500, dtype=np.int32)
     for k in range(3):

@@ -312,14 +312,9 @@ def joints(elements, grid, bases, cells, tolerance, smooth):
                     smooth[k, way] = False
                     if cells[k]["turn"] < WORST:
                         leap = jump(elements, e, f, way, tolerance) * cells[k]["wide"][way]
-                        smooth[k, way] = leap <= KINK * _across(cells[k], way)
+                        r11, r12, r22 = cells[k]["metric"]
+                        across = r11 * r22 / math.hypot(r12, r22) if way == 0 else r22
+                        smooth[k, way] = leap <= KINK * across
                     if last and smooth[k, way]:
                         closes[patch, way] = 1.0
     return closes
-
-
-@inner()
-def _across(cell, way):
-    """Length of a cell across its lines in direction 1 − way."""
-    r11, r12, r22 = cell["metric"]
-    return r11 * r22 / math.hypot(r12, r22) if way == 0 else r22

@@ -14,7 +14,7 @@ from contiga.elements.kernels.element_nb import evaluate, parameters
 from contiga.geometry.kernels.trim_nb import point_in_trim
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
-from contiga.search.balls.ball_bound_records import BallLimits, PlaneWork, Samples
+from contiga.search.balls.ball_records import BallLimits, PlaneWork, Samples
 from contiga.search.balls.kernels.ball_plane_nb import clear_ball, far_box, lower, unit
 from contiga.search.hierarchy.kernels.tree_nb import box_distance2
 
@@ -96,30 +96,25 @@ def _take_samples(elements, trims, centre, a, cap, samples):
         above[n, 1] = cap
         above[n, 2] = x
         above[n, 3] = y
-        _bend_limits(h, normal[n], above[n])
+        # How the surface bends there, towards either side.
+        ee = ff = gg = l = m = r = 0.0
+        for c in range(3):
+            ee += h[c, 1] * h[c, 1]
+            ff += h[c, 1] * h[c, 2]
+            gg += h[c, 2] * h[c, 2]
+            l += normal[n, c] * h[c, 3]
+            m += normal[n, c] * h[c, 4]
+            r += normal[n, c] * h[c, 5]
+        det = ee * gg - ff * ff
+        if det > 0.0:
+            mean = 0.5 * (ee * r - 2.0 * ff * m + gg * l) / det
+            root = math.sqrt(max(mean * mean - (l * r - m * m) / det, 0.0))
+            if root - mean > 0.0:
+                above[n, 0] = min(above[n, 0], 1.0 / (root - mean))
+            if mean + root > 0.0:
+                above[n, 1] = min(above[n, 1], 1.0 / (mean + root))
         n += 1
     return n
-
-
-@inner()
-def _bend_limits(h, n, above):
-    ee = ff = gg = l = m = r = 0.0
-    for c in range(3):
-        ee += h[c, 1] * h[c, 1]
-        ff += h[c, 1] * h[c, 2]
-        gg += h[c, 2] * h[c, 2]
-        l += n[c] * h[c, 3]
-        m += n[c] * h[c, 4]
-        r += n[c] * h[c, 5]
-    det = ee * gg - ff * ff
-    if not det > 0.0:
-        return
-    mean = 0.5 * (ee * r - 2.0 * ff * m + gg * l) / det
-    root = math.sqrt(max(mean * mean - (l * r - m * m) / det, 0.0))
-    if root - mean > 0.0:
-        above[0] = min(above[0], 1.0 / (root - mean))
-    if mean + root > 0.0:
-        above[1] = min(above[1], 1.0 / (mean + root))
 
 
 @inner()
@@ -193,24 +188,6 @@ def _clear(a, normal, side, v, ball):
         ball[0], ball[1], ball[2], ball[3] = clear_ball(a, normal, side, v)
 
 
-@inner()
-def _wanting(value, samples, n, goal):
-    """Share of the samples at which less than half of the possible radius is proved."""
-    above = samples.above
-    if n == 0:
-        return 0.0
-    total = 0.0
-    for k in range(n):
-        x = above[k, 2]
-        y = above[k, 3]
-        for side in range(2):
-            v = value[side]
-            sure = (1.0 - x) * ((1.0 - y) * v[0] + y * v[1]) + x * ((1.0 - y) * v[2] + y * v[3])
-            if sure < 0.5 * min(above[k, side], goal):
-                total += 1.0
-    return 0.5 * total / n
-
-
 @kernel()
 def bound_cells(body, surface, homes, limits, result, start, stop):
     """Compute corner radii (2, 4) and the unproved share of rows start … stop of a body's cells.
@@ -245,4 +222,16 @@ def bound_cells(body, surface, homes, limits, result, start, stop):
                 for corner in range(4):
                     value[k, side, corner] = known[side, corner]
             gained |= old == 0.0 or new > GAIN * old
-        want[k] = _wanting(value[k], samples, n, goal) if gained else 0.0
+        # The share of the samples at which less than half of the possible radius is proved.
+        want[k] = 0.0
+        if gained and n > 0:
+            wanting, above = 0.0, samples.above
+            for m in range(n):
+                x, y = above[m, 2], above[m, 3]
+                for side in range(2):
+                    v = value[k, side]
+                    sure = (1.0 - x) * ((1.0 - y) * v[0] + y * v[1])
+                    sure += x * ((1.0 - y) * v[2] + y * v[3])
+                    if sure < 0.5 * min(above[m, side], goal):
+                        wanting += 1.0
+            want[k] = 0.5 * wanting / n

@@ -72,13 +72,6 @@ def deviation(cell, da, db):
 
 
 @inner()
-def _eigenvalues(m11, m12, m22):
-    middle = 0.5 * (m11 + m22)
-    reach = math.hypot(0.5 * (m11 - m22), m12)
-    return middle - reach, middle + reach
-
-
-@inner()
 def bends(cell, slack):
     """Least and largest of N·S''(d, d) over |R d|², N any unit vector near the cell's normal.
 
@@ -102,7 +95,9 @@ def bends(cell, slack):
             m11 = ss * i11 * i11
             m12 = i11 * (ss * i12 + st * i22)
             m22 = ss * i12 * i12 + 2.0 * st * i12 * i22 + tt * i22 * i22
-            low, high = _eigenvalues(m11, m12, m22)
+            middle = 0.5 * (m11 + m22)
+            reach = math.hypot(0.5 * (m11 - m22), m12)
+            low, high = middle - reach, middle + reach
             if side == 0:
                 least = min(least, low)
             else:
@@ -226,7 +221,16 @@ def measure(elements, e, centre, cell):
     rest = np.zeros(((p + 2) * (q + 2), 4))
     _less_affine(net, (p, q), h, (hs, ht), rest)
     derivative_bounds(rest, (p + 1, q + 1), (1.0, 1.0), bound, corner[0], corner[1])
-    _second_bounds(h, (hs * hs, hs * ht, ht * ht), bound, cell)
+    # Bounds of |S''| and of its part along the tangent plane of the middle. Seen from the middle
+    # the bound of a rational cell is about half as large.
+    sizes, normal = (hs * hs, hs * ht, ht * ht), cell["normal"]
+    for k in range(3):
+        x, y, z = h[0, 3 + k] * sizes[k], h[1, 3 + k] * sizes[k], h[2, 3 + k] * sizes[k]
+        up = x * normal[0] + y * normal[1] + z * normal[2]
+        square = x * x + y * y + z * z
+        change = 0.5 * (bound[5 + k] + bound[6 + k])
+        cell["second"][k] = min(bound[2 + k], math.sqrt(square) + change)
+        cell["slide"][k] = min(bound[2 + k], math.sqrt(max(square - up * up, 0.0)) + change)
     second = cell["second"]
     cell["bulge"] = 0.125 * (second[0] + second[2])
     cell["rise"] = cell["bulge"]
@@ -235,7 +239,15 @@ def measure(elements, e, centre, cell):
     if not spans:
         return
     _turn_bounds((f10, f01), bound, cell)
-    _corner_normals(elements, e, h, cell)
+    for k in range(4):
+        evaluate(elements, e, box[k // 2], box[2 + k % 2], h)
+        if not unit(
+            h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2],
+            h[2, 1] * h[0, 2] - h[0, 1] * h[2, 2],
+            h[0, 1] * h[1, 2] - h[1, 1] * h[0, 2],
+            cell["corner_normal"][k],
+        ):
+            cell["wobble"] = math.inf
 
 
 @inner()
@@ -266,60 +278,15 @@ def _turn_bounds(flat, bound, cell):
     low, high = bends(cell, 2.0 * math.sin(0.5 * math.asin(tilt)))
     cell["bend"][0] = low / ((1.0 - shear) ** 2 if low < 0.0 else (1.0 + turn) ** 2)
     cell["bend"][1] = high / ((1.0 - shear) ** 2 if high > 0.0 else (1.0 + turn) ** 2)
-    cell["wobble"] = _wobble(cell, bound)
-
-
-@inner()
-def _corner_normals(elements, e, h, cell):
-    box = cell["box"]
-    for k in range(4):
-        s = box[k // 2]
-        t = box[2 + k % 2]
-        evaluate(elements, e, s, t, h)
-        if not _corner_normal(h, cell["corner_normal"][k]):
-            cell["wobble"] = math.inf
-
-
-@inner()
-def _second_bounds(h, sizes, bound, cell):
-    """Bounds of |S''| and of its part along the tangent plane of the middle, into the cell.
-
-    Seen from the middle the bound of a rational cell is about half as large.
-    """
-    n = cell["normal"]
-    for k in range(3):
-        x, y, z = h[0, 3 + k] * sizes[k], h[1, 3 + k] * sizes[k], h[2, 3 + k] * sizes[k]
-        up = x * n[0] + y * n[1] + z * n[2]
-        square = x * x + y * y + z * z
-        change = 0.5 * (bound[5 + k] + bound[6 + k])
-        cell["second"][k] = min(bound[2 + k], math.sqrt(square) + change)
-        cell["slide"][k] = min(bound[2 + k], math.sqrt(max(square - up * up, 0.0)) + change)
-
-
-@inner()
-def _wobble(cell, bound):
-    """How far the normals leave the bilinear patch of the corners' normals.
-
-    With |N_x| ≤ κ|S_x|: N·N_xx = −|N_x|² and N_xx·S_i = −N·S_ixx − 2 N_x·S_ix, and likewise in y.
-    """
-    second = cell["second"]
+    # How far the normals leave the bilinear patch of the corners' normals. With |N_x| ≤ κ|S_x|:
+    # N·N_xx = −|N_x|² and N_xx·S_i = −N·S_ixx − 2 N_x·S_ix, and likewise in y.
     r11, r12, r22 = cell["metric"]
     bent = max(-cell["bend"][0], cell["bend"][1])
     nx = bent * (r11 + 0.5 * (second[0] + second[1]))
     ny = bent * (math.hypot(r12, r22) + 0.5 * (second[1] + second[2]))
     xx = deviation(cell, bound[5] + 2.0 * nx * second[0], bound[6] + 2.0 * nx * second[1])
     yy = deviation(cell, bound[7] + 2.0 * ny * second[1], bound[8] + 2.0 * ny * second[2])
-    return 0.125 * (nx * nx + ny * ny + (xx + yy) / (1.0 - cell["turn"]))
-
-
-@inner()
-def _corner_normal(h, normal):
-    return unit(
-        h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2],
-        h[2, 1] * h[0, 2] - h[0, 1] * h[2, 2],
-        h[0, 1] * h[1, 2] - h[1, 1] * h[0, 2],
-        normal,
-    )
+    cell["wobble"] = 0.125 * (nx * nx + ny * ny + (xx + yy) / (1.0 - cell["turn"]))
 
 
 @kernel()

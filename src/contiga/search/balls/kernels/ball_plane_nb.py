@@ -34,19 +34,18 @@ def _overhang(cell, m, sign):
 
 @inner()
 def _plane(a, b, m, normal, margin, f):
-    """Corner values of the ball between cell a and the plane with normal m before cell b, into f.
-
-    Returns False where the plane says nothing.
-    """
+    """Corner values of the ball between cell a and the plane with normal m before cell b, into "
+    "f."""
     k = math.inf
     for i in range(4):
         x = b["corner"][i]
         k = min(k, m[0] * x[0] + m[1] * x[1] + m[2] * x[2])
-    return _ball_before(a, m, k - _overhang(b, m, -1.0) - margin, normal, f)
+    _ball_before(a, m, k - _overhang(b, m, -1.0) - margin, normal, f)
 
 
 @inner()
 def _ball_before(a, m, k, normal, f):
+    """The same of the plane m·x = k."""
     half = 0.5 * (
         (m[0] + normal[0]) ** 2 + (m[1] + normal[1]) ** 2 + (m[2] + normal[2]) ** 2
     )  # 1 + m·N without loss
@@ -62,7 +61,6 @@ def _ball_before(a, m, k, normal, f):
     for i in range(4):
         x = a["corner"][i]
         f[i] = (k - (m[0] * x[0] + m[1] * x[1] + m[2] * x[2])) / den
-    return True
 
 
 @inner()
@@ -151,36 +149,6 @@ def _axis(a, b, normal, e, work):
 
 
 @inner()
-def _slopes(a, b, normal, e, limits, slopes):
-    """Tilts of the parting plane worth trying: as far from the ball as the cell b allows."""
-    size, cap = limits.size, limits.cap
-    level = -math.inf
-    for i in range(4):
-        x = a["corner"][i]
-        level = max(level, normal[0] * x[0] + normal[1] * x[1] + normal[2] * x[2])
-    start = math.inf
-    for i in range(4):
-        x = b["corner"][i]
-        start = min(start, e[0] * x[0] + e[1] * x[1] + e[2] * x[2])
-    flat = max(a["extent"] / (4.0 * cap), 1e-6)
-    most = 1.0 / flat
-    slack = 1e-12 * size + b["rise"] + b["sink"]
-    for i in range(4):
-        x = b["corner"][i]
-        z = normal[0] * x[0] + normal[1] * x[1] + normal[2] * x[2] - level - slack
-        y = e[0] * x[0] + e[1] * x[1] + e[2] * x[2] - start
-        if z > 0.0:
-            most = min(most, y / z)
-    slopes[0] = most
-    slopes[1] = 0.5 * most
-    slopes[2] = min(most, 1.0 / max(a["tilt"], flat))
-    slopes[3] = min(most, 0.3 / max(a["tilt"], flat))
-    slopes[4] = min(most, 3.0)
-    slopes[5] = 0.0
-    return 6
-
-
-@inner()
 def lower(a, b, pole, limits, v, work):
     """Lower the corner values `v` of cell a to what cell b leaves of them; whether it took any.
 
@@ -194,13 +162,15 @@ def lower(a, b, pole, limits, v, work):
         return False
     best[:] = even
     top = _score(best, v, limits.goal)
-    for k in range(3):
+    # Across the normal of b, from middle to middle, and tilted from what parts the cells best.
+    for k in range(9):
         if k < 2:
             sign = 1.0 - 2.0 * k
-            m[0] = sign * b["normal"][0]
-            m[1] = sign * b["normal"][1]
-            m[2] = sign * b["normal"][2]
-        else:
+            for c in range(3):
+                m[c] = sign * b["normal"][c]
+            if m[0] == 0.0 and m[1] == 0.0 and m[2] == 0.0:
+                continue
+        elif k == 2:
             if not unit(
                 b["middle"][0] - a["middle"][0],
                 b["middle"][1] - a["middle"][1],
@@ -208,8 +178,36 @@ def lower(a, b, pole, limits, v, work):
                 m,
             ):
                 continue
-        if m[0] == 0.0 and m[1] == 0.0 and m[2] == 0.0:
-            continue
+        elif k == 3:
+            if not _axis(a, b, normal, e, m):
+                break
+            # Tilts of the parting plane worth trying: as far from the ball as the cell b allows.
+            level = -math.inf
+            for i in range(4):
+                x = a["corner"][i]
+                level = max(level, normal[0] * x[0] + normal[1] * x[1] + normal[2] * x[2])
+            start = math.inf
+            for i in range(4):
+                x = b["corner"][i]
+                start = min(start, e[0] * x[0] + e[1] * x[1] + e[2] * x[2])
+            flat = max(a["extent"] / (4.0 * limits.cap), 1e-6)
+            most = 1.0 / flat
+            slack = 1e-12 * limits.size + b["rise"] + b["sink"]
+            for i in range(4):
+                x = b["corner"][i]
+                z = normal[0] * x[0] + normal[1] * x[1] + normal[2] * x[2] - level - slack
+                y = e[0] * x[0] + e[1] * x[1] + e[2] * x[2] - start
+                if z > 0.0:
+                    most = min(most, y / z)
+            slopes[0] = most
+            slopes[1] = 0.5 * most
+            slopes[2] = min(most, 1.0 / max(a["tilt"], flat))
+            slopes[3] = min(most, 0.3 / max(a["tilt"], flat))
+            slopes[4] = min(most, 3.0)
+            slopes[5] = 0.0
+        if k > 2:
+            tau = slopes[k - 3]
+            unit(e[0] - tau * normal[0], e[1] - tau * normal[1], e[2] - tau * normal[2], m)
         _plane(a, b, m, normal, margin, f)
         if _covers(f, v):
             return False
@@ -218,19 +216,6 @@ def lower(a, b, pole, limits, v, work):
             top = score
             for i in range(4):
                 best[i] = f[i]
-    if _axis(a, b, normal, e, m):
-        count = _slopes(a, b, normal, e, limits, slopes)
-        for k in range(count):
-            tau = slopes[k]
-            unit(e[0] - tau * normal[0], e[1] - tau * normal[1], e[2] - tau * normal[2], m)
-            _plane(a, b, m, normal, margin, f)
-            if _covers(f, v):
-                return False
-            score = _score(f, v, limits.goal)
-            if score > top:
-                top = score
-                for i in range(4):
-                    best[i] = f[i]
     for i in range(4):
         v[i] = min(v[i], best[i])
     return True
@@ -256,14 +241,13 @@ def clear_ball(a, normal, side, v):
 
 
 @inner()
-def _even_ball(a, b, pole, v, margin, work):
+def _even_ball(a, b, pole, v, margin, m):
     """Radius of balls that all touch cell a and are parted from cell b by one plane, not over v.
 
     The balls' centres Q + ρN lie within the bilinear patch of those at the corners, but for its
     bulge and the wobble of the normals.
     """
     normal, side = pole
-    m = work
     rho = max(max(v[0], v[1]), max(v[2], v[3]))
     sign = 2.0 * side - 1.0
     best = 0.0
@@ -300,14 +284,12 @@ def _even_ball(a, b, pole, v, margin, work):
 @inner()
 def far_box(a, tree, node, normal, v, work):
     """Whether the plane that touches a node's box, towards the cell, keeps all corner values."""
-    f, m = work.trial, work.plane
-    x = a["middle"]
-    near = m
-    k = 0.0
-    for c in range(3):
-        near[c] = min(max(x[c], tree[node]["low"][c]), tree[node]["high"][c])
-    px, py, pz = near[0], near[1], near[2]
+    f, m, x = work.trial, work.plane, a["middle"]
+    low, high = tree[node]["low"], tree[node]["high"]
+    px = min(max(x[0], low[0]), high[0])
+    py = min(max(x[1], low[1]), high[1])
+    pz = min(max(x[2], low[2]), high[2])
     if not unit(px - x[0], py - x[1], pz - x[2], m):
         return False
-    k = m[0] * px + m[1] * py + m[2] * pz
-    return _ball_before(a, m, k, normal, f) and _covers(f, v)
+    _ball_before(a, m, m[0] * px + m[1] * py + m[2] * pz, normal, f)
+    return _covers(f, v)

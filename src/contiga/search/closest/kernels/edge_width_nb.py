@@ -30,25 +30,6 @@ LARGEST_WINDOW = 1.0 / 64.0
 
 
 @inner(error_model="numpy")
-def _across_path(h, d, box):
-    """The surface about a place as seen along d, to second order in the parameters of the patch.
-
-    `h` holds the derivatives there by (s, t), of an element with parameters `box`. Returns for
-    (u, v, uu/2, uv, vv/2) the parts (x, y, z) across d, and in `along` those along d.
-    """
-    su = 1.0 / (box[1] - box[0])
-    sv = 1.0 / (box[3] - box[2])
-    scale = (su, sv, 0.5 * su * su, su * sv, 0.5 * sv * sv)
-    form = np.empty((5, 4))
-    for k in range(5):
-        along = h[0, k + 1] * d[0] + h[1, k + 1] * d[1] + h[2, k + 1] * d[2]
-        for c in range(3):
-            form[k, c] = (h[c, k + 1] - along * d[c]) * scale[k]
-        form[k, 3] = along * scale[k]
-    return form
-
-
-@inner(error_model="numpy")
 def _seen(form, x, y, c):
     """Component c of where the surface is, x and y away in its parameters; 3 is along the path."""
     first = form[0, c] * x + form[1, c] * y
@@ -152,38 +133,6 @@ def _passes(trims, piece, t, place, carrier, c):
     return least, c[0, 0], c[0, 1], x
 
 
-@inner(error_model="numpy")
-def _bends(form, x, y):
-    """Estimate the distance of the surface from its tangent plane at (x, y), along the path: the
-    second-order term, which higher orders are assumed not to exceed."""
-    square = 0.0
-    for k in range(3):
-        second = (form[2, k] * x + form[3, k] * y) * x + form[4, k] * y * y
-        square += second * second
-    return math.sqrt(square)
-
-
-@inner(error_model="numpy")
-def _met_at(trims, piece, width, place, form, carrier, c):
-    """How near a crossing, or else its path, is to a trimming piece of the width `width`, (u, v)
-    there, and how much farther along the path the path passes it.
-
-    `place` is (u, v, x) of the crossing, `form` the surface about it, `carrier` as `_past_piece`
-    has it.
-    """
-    u, v, x = place
-    at = (u, v)
-    away, edge_u, edge_v, _ = _nearest_on_piece(trims, piece, at, form, 4, c)
-    if away <= width:
-        return away, edge_u, edge_v, 0.0
-    away, edge_u, edge_v, t = _nearest_on_piece(trims, piece, at, form, 3, c)
-    bend = _bends(form, edge_u - u, edge_v - v)
-    if bend > SHARP * width and away <= width + bend:
-        away, edge_u, edge_v, on = _passes(trims, piece, t, at, carrier, c)
-        return away, edge_u, edge_v, on - x
-    return away, edge_u, edge_v, _seen(form, edge_u - u, edge_v - v, 3)
-
-
 @inner(linked=False, error_model="numpy")
 def _piece_beside(trims, piece_width, place, x, form, widths, carrier):
     """Find the trimming pieces that the path passes within their width.
@@ -229,7 +178,24 @@ def _piece_beside(trims, piece_width, place, x, form, widths, carrier):
                     or max(ends[1], ends[3]) < v - dv
                 ):
                     continue
-                away, ue, ve, on = _met_at(trims, piece, piece_wide, (u, v, x), form, carrier, c)
+                # How near the crossing is to the piece, or else its path, and how much farther
+                # along that the path passes the piece.
+                away, ue, ve, t = _nearest_on_piece(trims, piece, place, form, 4, c)
+                on = 0.0
+                if away > piece_wide:
+                    away, ue, ve, t = _nearest_on_piece(trims, piece, place, form, 3, c)
+                    # How far the surface is from its tangent plane there, along the path, by the
+                    # second-order term, which higher orders are assumed not to exceed.
+                    du_there, dv_there, square = ue - u, ve - v, 0.0
+                    on = _seen(form, du_there, dv_there, 3)
+                    for n in range(3):
+                        second = (form[2, n] * du_there + form[3, n] * dv_there) * du_there
+                        second += form[4, n] * dv_there * dv_there
+                        square += second * second
+                    bend = math.sqrt(square)
+                    if bend > SHARP * piece_wide and away <= piece_wide + bend:
+                        away, ue, ve, passed = _passes(trims, piece, t, place, carrier, c)
+                        on = passed - x
                 if away > piece_wide:
                     continue
                 width = max(width, piece_wide)
@@ -241,48 +207,6 @@ def _piece_beside(trims, piece_width, place, x, form, widths, carrier):
                     way = on
                     edge = (ue, ve)
     return width, shared, edge, way
-
-
-@inner(error_model="numpy")
-def _from_side(h, d, side, within):
-    """Distance at which a line along d passes a side `within` away in (s, t), as seen along d."""
-    i, j = (1, 2) if side < 2 else (2, 1)  # the derivatives across the side and along it
-    x = h[1, j] * d[2] - h[2, j] * d[1]
-    y = h[2, j] * d[0] - h[0, j] * d[2]
-    z = h[0, j] * d[1] - h[1, j] * d[0]
-    c = abs(h[0, i] * x + h[1, i] * y + h[2, i] * z)
-    along = math.sqrt(x * x + y * y + z * z)
-    if along > 0.0:
-        return within * c / along
-    return within * math.sqrt(h[0, i] ** 2 + h[1, i] ** 2 + h[2, i] ** 2)
-
-
-@inner(error_model="numpy")
-def _rim(elements, e, place, path, least, h):
-    """Return the largest width of those sides of the element that the place is within, BESIDE if it
-    is beyond one, and whether it is off the element.
-
-    Sides that are no smooth joint are at least `least` wide; where the surface ends, none is.
-    """
-    d, slack = path.d, path.slack
-    row = elements.table[e]
-    width = 0.0
-    off = False
-    for side in range(4):
-        within = 0.5 - place[side // 2] if side % 2 == 1 else 0.5 + place[side // 2]
-        away = _from_side(h, d, side, within)
-        across = row["neighbour"][side]
-        side_width = row["width"][side]
-        inner = across >= 0 and elements.table[across]["patch"] == row["patch"]
-        cut_off = inner and elements.table[across]["trim"] == OUT
-        if away < -max(2.5 * slack, side_width) and not cut_off:
-            return BESIDE, True
-        off = off or away < -2.5 * slack
-        if row["kind"][side] != SMOOTH and row["kind"][side] != BORDER:
-            side_width = max(side_width, least)
-        if abs(away) <= side_width:
-            width = max(width, side_width)
-    return width, off
 
 
 @inner(linked=False, error_model="numpy")
@@ -299,12 +223,49 @@ def edge_width(elements, trims, piece_width, e, place, path, least, h):
     t = min(max(place[1], -0.5), 0.5)
     if wide == 0.0:
         return (0.0 if in_face(elements, trims, e, s, t) else BESIDE), place, 0.0
-    width, off = _rim(elements, e, place, path, least, h)
-    state = elements.table[e]["trim"]
-    if width == BESIDE or state != CUT:
+    # The largest width of those sides that the place is within, and whether it is off the element.
+    # Where the surface ends a side has no width; those that are no smooth joint have `least`.
+    d, slack = path.d, path.slack
+    row = elements.table[e]
+    width, off = 0.0, False
+    for side in range(4):
+        within = 0.5 - place[side // 2] if side % 2 == 1 else 0.5 + place[side // 2]
+        i, j = (1, 2) if side < 2 else (2, 1)  # the derivatives across the side and along it
+        x = h[1, j] * d[2] - h[2, j] * d[1]
+        y = h[2, j] * d[0] - h[0, j] * d[2]
+        z = h[0, j] * d[1] - h[1, j] * d[0]
+        area = abs(h[0, i] * x + h[1, i] * y + h[2, i] * z)
+        along = math.sqrt(x * x + y * y + z * z)
+        if along > 0.0:
+            away = within * area / along
+        else:
+            away = within * math.sqrt(h[0, i] ** 2 + h[1, i] ** 2 + h[2, i] ** 2)
+        across = row["neighbour"][side]
+        side_width = row["width"][side]
+        inner = across >= 0 and elements.table[across]["patch"] == row["patch"]
+        cut_off = inner and elements.table[across]["trim"] == OUT
+        if away < -max(2.5 * slack, side_width) and not cut_off:
+            return BESIDE, place, 0.0
+        off = off or away < -2.5 * slack
+        if row["kind"][side] != SMOOTH and row["kind"][side] != BORDER:
+            side_width = max(side_width, least)
+        if abs(away) <= side_width:
+            width = max(width, side_width)
+    state = row["trim"]
+    if state != CUT:
         return (width if state == IN else BESIDE), place, 0.0
-    box = elements.table[e]["box"]
-    form = _across_path(h, path.d, box)
+    # The surface about the place as seen along d, to second order in the parameters of the patch:
+    # for (u, v, uu/2, uv, vv/2) the parts (x, y, z) across d, and the part along d.
+    box = row["box"]
+    su = 1.0 / (box[1] - box[0])
+    sv = 1.0 / (box[3] - box[2])
+    scale = (su, sv, 0.5 * su * su, su * sv, 0.5 * sv * sv)
+    form = np.empty((5, 4))
+    for k in range(5):
+        along = h[0, k + 1] * d[0] + h[1, k + 1] * d[1] + h[2, k + 1] * d[2]
+        for c in range(3):
+            form[k, c] = (h[c, k + 1] - along * d[c]) * scale[k]
+        form[k, 3] = along * scale[k]
     at = parameters(elements, e, s, t)
     x = dot(minus(column(h, 0), path.p), path.d)
     carrier = (elements, e, (s, t), path)

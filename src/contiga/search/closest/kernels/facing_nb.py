@@ -49,27 +49,6 @@ def _write_guarded(tables, k, point, distance, out, nearest, h):
             out.normal[k, c] = (out.point[k, c] - point[c]) / away
 
 
-@inner(linked=False)
-def _known(tables, point, among, start, nearest, h):
-    """Distance of the foot that a walk from `start` (patch, u, v) comes to, and `nearest` that, if
-    it is one that is looked for; else infinite."""
-    if start[0] < 0:
-        return math.inf
-    elements = tables.elements
-    foot = locate(tables.grid, start[0], start[1], start[2])
-    status, e, s, t, _ = walk(elements, foot, point, tables.scale[1], h)
-    place = (e, s, t)
-    if status != OK or not in_face(elements, tables.trims, e, s, t):
-        return math.inf
-    if not is_guarded(elements, place, point, among, h):
-        return math.inf
-    nearest[ELEMENT], nearest[S], nearest[T], nearest[LEFT_OUT] = e, s, t, 0.0
-    square = 0.0
-    for c in range(3):
-        square += (point[c] - elements.table[e]["origin"][c] - h[c, 0]) ** 2
-    return math.sqrt(square)
-
-
 @kernel()
 def project_facing(tables, points, guards, limits, starts, out, start, stop):
     """Feet of the points start … stop that do not face away from their `guards` (n, 3).
@@ -79,7 +58,7 @@ def project_facing(tables, points, guards, limits, starts, out, start, stop):
     """
     h = scratch(4, 6)
     nearest, walked = scratch(4), scratch(4)
-    patch, uv = starts.patch, starts.uv
+    elements, patch, uv = tables.elements, starts.patch, starts.uv
     for k in range(start, stop):
         point = (points[k, 0], points[k, 1], points[k, 2])
         if not math.isfinite(point[0] + point[1] + point[2]):
@@ -87,7 +66,18 @@ def project_facing(tables, points, guards, limits, starts, out, start, stop):
             continue
         guard = (guards[k, 0], guards[k, 1], guards[k, 2])
         among = Among(-1, guard, limits.cosine, limits.near[k])
-        known = _known(tables, point, among, (patch[k], uv[k, 0], uv[k, 1]), walked, h)
+        # The distance of the foot that a walk from the start comes to, if it is one looked for.
+        known = math.inf
+        if patch[k] >= 0:
+            foot = locate(tables.grid, patch[k], uv[k, 0], uv[k, 1])
+            status, e, s, t, _ = walk(elements, foot, point, tables.scale[1], h)
+            sound = status == OK and in_face(elements, tables.trims, e, s, t)
+            if sound and is_guarded(elements, (e, s, t), point, among, h):
+                walked[ELEMENT], walked[S], walked[T] = e, s, t
+                square = 0.0
+                for c in range(3):
+                    square += (point[c] - elements.table[e]["origin"][c] - h[c, 0]) ** 2
+                known = math.sqrt(square)
         known = known if known <= limits.far[k] else math.inf
         distance = closest(tables, point, among, min(known, limits.far[k]), nearest, h)
         if math.isfinite(distance):

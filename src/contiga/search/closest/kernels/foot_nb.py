@@ -121,27 +121,22 @@ def write_nearest(tables, k, point, out, nearest, h):
         total = scratch(3)
         pseudo_normal(tables, foot, nearest, total, h)
         if feature == EDGE:
-            _face_squarely(tables, foot[0], (out.point[k], point), total, nearest, h)
+            # So near an edge that its faces' misfit counts, with the sum of their normals nearly
+            # across the way to the point, the squarest face tells the side.
+            square = along = length = 0.0
+            for c in range(3):
+                r = point[c] - out.point[k, c]
+                square += r * r
+                along += r * total[c]
+                length += total[c] * total[c]
+            distance, reach = math.sqrt(square), BESIDE_EDGE * joint_reach(tables, foot[0])
+            side = 0.0
+            if not (distance > reach or along * along > 0.25 * square * length):
+                side = side_of_squarest(tables, foot[0], (point, distance), nearest, h)
+            if side != 0.0:
+                for c in range(3):
+                    total[c] = math.copysign(1.0, side) * (point[c] - out.point[k, c])
         turn_normal(tables, k, total, point, out)
-
-
-@inner()
-def _face_squarely(tables, home, ends, total, nearest, h):
-    """Let `total` point to the side that the squarest face tells, if a point is so near an edge
-    that its faces' misfit counts, and the sum of their normals is nearly across its way."""
-    square = along = length = 0.0
-    for c in range(3):
-        r = ends[1][c] - ends[0][c]
-        square += r * r
-        along += r * total[c]
-        length += total[c] * total[c]
-    distance = math.sqrt(square)
-    if distance > BESIDE_EDGE * joint_reach(tables, home) or along * along > 0.25 * square * length:
-        return
-    side = side_of_squarest(tables, home, (ends[1], distance), nearest, h)
-    if side != 0.0:
-        for c in range(3):
-            total[c] = math.copysign(1.0, side) * (ends[1][c] - ends[0][c])
 
 
 @inner()

@@ -57,34 +57,6 @@ def _angle(ax, ay, az, bx, by, bz):
 
 
 @inner()
-def _corner_angle(h, s, t):
-    """Interior angle of an element at a point: π on a side, between tangents at a corner."""
-    if abs(s) < 0.5 or abs(t) < 0.5:
-        return math.pi
-    sign = -1.0 if (s > 0.0) != (t > 0.0) else 1.0
-    return _angle(h[0, 1], h[1, 1], h[2, 1], sign * h[0, 2], sign * h[1, 2], sign * h[2, 2])
-
-
-@inner()
-def _add_pole(elements, e, side, total, h):
-    """Add an element's normals along its collapsed side, each with its share of the angle."""
-    column = 1 if side < 2 else 2
-    px = py = pz = 0.0
-    for k in range(POLE_ARCS + 1):
-        s, t = side_point(side, k / POLE_ARCS - 0.5)
-        normal_at(elements, e, s, t, h)
-        dx, dy, dz = h[0, column], h[1, column], h[2, column]
-        if k > 0:
-            weight = _angle(px, py, pz, dx, dy, dz)
-            s, t = side_point(side, (k - 0.5) / POLE_ARCS - 0.5)
-            x, y, z = normal_at(elements, e, s, t, h)
-            total[0] += weight * x
-            total[1] += weight * y
-            total[2] += weight * z
-        px, py, pz = dx, dy, dz
-
-
-@inner()
 def _add_elements(tables, foot, only, total, h):
     """Add the normals of the elements around a foot, of patch `only` or (−1) of all.
 
@@ -103,11 +75,30 @@ def _add_elements(tables, foot, only, total, h):
         if not in_face(elements, tables.trims, e, s, t):
             continue
         pole = collapsed_side(elements, e, s, t)
-        if pole >= 0:
-            _add_pole(elements, e, pole, total, h)
+        if pole >= 0:  # along the collapsed side, each normal with its share of the angle
+            column = 1 if pole < 2 else 2
+            px = py = pz = 0.0
+            for arc in range(POLE_ARCS + 1):
+                s, t = side_point(pole, arc / POLE_ARCS - 0.5)
+                normal_at(elements, e, s, t, h)
+                dx, dy, dz = h[0, column], h[1, column], h[2, column]
+                if arc > 0:
+                    weight = _angle(px, py, pz, dx, dy, dz)
+                    s, t = side_point(pole, (arc - 0.5) / POLE_ARCS - 0.5)
+                    x, y, z = normal_at(elements, e, s, t, h)
+                    total[0] += weight * x
+                    total[1] += weight * y
+                    total[2] += weight * z
+                px, py, pz = dx, dy, dz
             continue
         x, y, z = normal_at(elements, e, s, t, h)
-        weight = _corner_angle(h, s, t)
+        if abs(s) < 0.5 or abs(t) < 0.5:
+            weight = math.pi
+        else:
+            sign = -1.0 if (s > 0.0) != (t > 0.0) else 1.0
+            weight = _angle(
+                h[0, 1], h[1, 1], h[2, 1], sign * h[0, 2], sign * h[1, 2], sign * h[2, 2]
+            )
         total[0] += weight * x
         total[1] += weight * y
         total[2] += weight * z
@@ -201,22 +192,6 @@ def _face_angle(tables, nearest, h):
 
 
 @inner()
-def _to_corner(tables, patch, place, nearest):
-    """Make `nearest`, a foot in the trimmed face `patch` at `place` (u, v), the corner that is
-    there.
-
-    Else the whole of the face would count at it, and not the angle that it takes there.
-    """
-    trims = tables.trims
-    for k in range(trims.patch_start[patch], trims.patch_start[patch + 1]):
-        ends = trims.piece_ends[k]
-        if _is_point(trims, patch, place, (ends[0], ends[1])):
-            nearest[ELEMENT] = float(-1 - k)
-            nearest[S] = 0.0
-            return
-
-
-@inner()
 def _snapped(x):
     if x < SNAP - 0.5:
         return -0.5
@@ -279,7 +254,14 @@ def _add_face(tables, patch, place, nearest, total, h):
     if not math.isfinite(closest(tables, place[0], on_patch(patch), place[1], nearest, h)):
         return
     e, s, t = surface_foot(tables, nearest, h)
-    _to_corner(tables, patch, parameters(tables.elements, e, s, t), nearest)
+    # At a corner of its loops a face counts with the angle that it takes there, not as a whole.
+    trims, uv = tables.trims, parameters(tables.elements, e, s, t)
+    for k in range(trims.patch_start[patch], trims.patch_start[patch + 1]):
+        ends = trims.piece_ends[k]
+        if _is_point(trims, patch, uv, (ends[0], ends[1])):
+            nearest[ELEMENT] = float(-1 - k)
+            nearest[S] = 0.0
+            break
     if nearest[ELEMENT] >= 0:
         at = (e, _snapped(s), _snapped(t))
         # The side of the element may lie outside a trimmed face that comes as near to it as a disc

@@ -71,25 +71,6 @@ def _pressed(q, s, t, miss):
 
 
 @inner()
-def _at_pole(elements, e, s, t, q):
-    """(s, t) moved onto the collapsed side it has come within rounding of."""
-    kind = elements.table[e]["kind"]
-    if (
-        q.square_s <= POINT * q.square_t
-        and abs(t) > 0.5 - NEAR_POLE
-        and kind[3 if t > 0.0 else 2] == POLE
-    ):
-        return s, math.copysign(0.5, t)
-    if (
-        q.square_t <= POINT * q.square_s
-        and abs(s) > 0.5 - NEAR_POLE
-        and kind[1 if s > 0.0 else 0] == POLE
-    ):
-        return math.copysign(0.5, s), t
-    return s, t
-
-
-@inner()
 def _way_on(elements, foot, out, point, miss, h):
     """Where the foot goes on from the sides it presses against; element −1 where nowhere."""
     e, s, t = foot
@@ -127,7 +108,13 @@ def walk(elements, start, point, tolerance, h):
         distance = math.sqrt(2.0 * q.f)
         miss = tolerance + 2.0 * ROUNDING * distance
         if q.square_s <= POINT * q.square_t or q.square_t <= POINT * q.square_s:
-            s, t = _at_pole(elements, e, s, t, q)
+            # Within rounding of a collapsed side a foot is moved onto it.
+            kind = elements.table[e]["kind"]
+            narrow_s, narrow_t = q.square_s <= POINT * q.square_t, q.square_t <= POINT * q.square_s
+            if narrow_s and abs(t) > 0.5 - NEAR_POLE and kind[3 if t > 0.0 else 2] == POLE:
+                t = math.copysign(0.5, t)
+            elif narrow_t and abs(s) > 0.5 - NEAR_POLE and kind[1 if s > 0.0 else 0] == POLE:
+                s = math.copysign(0.5, s)
             q = expand(elements, e, s, t, point, h)
         out = _pressed(q, s, t, miss)
         if out[0] >= 0 or out[1] >= 0:
@@ -144,18 +131,36 @@ def walk(elements, start, point, tolerance, h):
         slip_s = abs(q.f_s) if free_s else 0.0
         slip_t = abs(q.f_t) if free_t else 0.0
         d_s, d_t = direction(q, s, t, free_s, free_t)
+        square = d_s * d_s * a + d_t * d_t * b
+        about, is_round = elements.table[e]["about"], elements.table[e]["round"]
         if (
             slip_s <= miss * math.sqrt(a)
             and slip_t <= miss * math.sqrt(b)
-            and d_s * d_s * a + d_t * d_t * b <= miss * miss
+            and square <= miss * miss
         ):
-            s, t = _last_step(elements, e, (s, t), (d_s, d_t), point, h)
+            if about[0] != 0.0 or about[1] != 0.0:
+                # One step more where the element has a pole: Newton's method does not square the
+                # miss in what are polar coordinates. Elsewhere the foot is far more exact.
+                s = min(max(s + d_s, -0.5), 0.5)
+                t = min(max(t + d_t, -0.5), 0.5)
+                expand(elements, e, s, t, point, h)
             return _settle(elements, e, s, t, out)
-        if not from_pole and _is_polar(elements, e, q, d_s * d_s * a + d_t * d_t * b, h):
-            from_pole = True
-            e, s, t = _way_from_pole(elements, (e, s, t), point, miss, h)
-            q = expand(elements, e, s, t, point, h)
-            continue
+        # Near a smooth pole a Newton step is unreliable in (s, t), which are polar coordinates
+        # there, if it is longer than half of the distance to the pole, or f is not convex.
+        axis = 0 if about[0] != 0.0 else 1
+        end = 2 * axis + (1 if about[axis] > 0.0 else 0)
+        if not from_pole and about[axis] != 0.0 and is_round[end] != 0:
+            away = h[0, 0] ** 2 + h[1, 0] ** 2 + h[2, 0] ** 2  # the element's origin is its pole
+            near = away <= AROUND_POLE * AROUND_POLE * max(q.square_s, q.square_t)
+            convex = q.f_ss > 0.0 and q.f_ss * q.f_tt > q.f_st * q.f_st
+            if near and (not convex or square > 0.25 * away):
+                # On from the pole, to where f falls most from there.
+                from_pole = True
+                at = (e, about[0] if about[0] != 0.0 else s, about[1] if about[1] != 0.0 else t)
+                way = vertex_exit(elements, at, point, miss, h)
+                e, s, t = way if way[0] >= 0 else at
+                q = expand(elements, e, s, t, point, h)
+                continue
         promise = -(q.f_s * d_s + q.f_t * d_t)
         noise = ROUNDING * q.f + POSITION * tolerance * (distance + POSITION * tolerance)
         slip = max(
@@ -171,48 +176,6 @@ def walk(elements, start, point, tolerance, h):
                 return _settle(elements, e, s, t, out)
             return MAX_ITERATIONS, e, s, t, FACE
     return MAX_ITERATIONS, e, s, t, FACE
-
-
-@inner()
-def _is_polar(elements, e, q, square, h):
-    """Whether a Newton step near a smooth pole is unreliable in (s, t), which are polar coordinates
-    there: it is longer than half of the distance to the pole, or f is not convex.
-    """
-    about, is_round = elements.table[e]["about"], elements.table[e]["round"]
-    axis = 0 if about[0] != 0.0 else 1
-    if about[axis] == 0.0 or is_round[2 * axis + (1 if about[axis] > 0.0 else 0)] == 0:
-        return False
-    away = h[0, 0] ** 2 + h[1, 0] ** 2 + h[2, 0] ** 2  # the element's origin is its pole
-    if away > AROUND_POLE * AROUND_POLE * max(q.square_s, q.square_t):
-        return False
-    convex = q.f_ss > 0.0 and q.f_ss * q.f_tt > q.f_st * q.f_st
-    return not convex or square > 0.25 * away
-
-
-@inner()
-def _way_from_pole(elements, foot, point, miss, h):
-    """The pole near a foot, seen from where f falls most from there."""
-    e, s, t = foot
-    about = elements.table[e]["about"]
-    at = (e, about[0] if about[0] != 0.0 else s, about[1] if about[1] != 0.0 else t)
-    way = vertex_exit(elements, at, point, miss, h)
-    return way if way[0] >= 0 else at
-
-
-@inner()
-def _last_step(elements, e, foot, step, point, h):
-    """(s, t) after a step within the tolerance, in an element with a pole; else as it was.
-
-    Elsewhere the foot is far more exact than the tolerance, as Newton's method squares the miss
-    of the step before. About a pole, in what are polar coordinates, it does not.
-    """
-    s, t = foot
-    about = elements.table[e]["about"]
-    if about[0] != 0.0 or about[1] != 0.0:
-        s = min(max(s + step[0], -0.5), 0.5)
-        t = min(max(t + step[1], -0.5), 0.5)
-        expand(elements, e, s, t, point, h)
-    return s, t
 
 
 @inner()

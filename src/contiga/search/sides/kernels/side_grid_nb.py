@@ -37,55 +37,46 @@ def _first_and_last(piece, c, small, count):
     return first, last
 
 
-@inner()
-def _paint_piece(p, piece, small, shape, words, near, name):
-    """Mark what a piece meets: the cells in `words` while `near` is empty, else bits in `near`.
-
-    `name` takes the piece's number `p` then.
-
-    Columns of small cells run along the axis that the piece's normal is nearest to: the slab says
-    which of them it meets.
-    """
-    along = 0
-    for c in range(1, 3):
-        if abs(piece[NORMAL + c]) > abs(piece[NORMAL + along]):
-            along = c
-    a = (along + 1) % 3
-    b = (along + 2) % 3
-    strides = (shape[1] * shape[2], shape[2], 1)
-    bits = (16, 4, 1)
-    n_a, n_b, n_c = piece[NORMAL + a], piece[NORMAL + b], piece[NORMAL + along]
-    radius = 0.5 * small * (abs(n_a) + abs(n_b) + abs(n_c))
-    a0, a1 = _first_and_last(piece, a, small, SPLIT * shape[a])
-    b0, b1 = _first_and_last(piece, b, small, SPLIT * shape[b])
-    c0, c1 = _first_and_last(piece, along, small, SPLIT * shape[along])
-    for i in range(a0, a1 + 1):
-        for j in range(b0, b1 + 1):
-            first, last = c0, c1
-            if n_c != 0.0:
-                rest = n_a * (i + 0.5) * small + n_b * (j + 0.5) * small
-                x = (piece[LEAST] - radius - rest) / (n_c * small) - 0.5
-                y = (piece[MOST] + radius - rest) / (n_c * small) - 0.5
-                first = max(first, math.ceil(min(x, y) - HAIR))
-                last = min(last, math.floor(max(x, y) + HAIR))
-            base = (i >> 2) * strides[a] + (j >> 2) * strides[b]
-            if near.shape[0] == 0:
-                for k in range(first >> 2, (last >> 2) + 1 if last >= first else 0):
-                    words[base + k * strides[along]] = 1
-                continue
-            bit = (i & 3) * bits[a] + (j & 3) * bits[b]
-            for k in range(first, last + 1):
-                word = words[base + (k >> 2) * strides[along]]
-                near[word] |= ONE << np.uint64(bit + (k & 3) * bits[along])
-                name[word] = p
-
-
 @kernel()
 def paint(pieces, small, shape, words, near, name):
     """Mark the cells that pieces meet in words (flat). With `near`, whose rows `words` then holds:
     the small cells, and in `name` a piece for each cell."""
     for p in range(pieces.shape[0]):
-        _paint_piece(p, pieces[p], small, shape, words, near, name)
+        # Columns of small cells run along the axis that the piece's normal is nearest to: the slab
+        # says which of them it meets.
+        piece = pieces[p]
+        along = 0
+        for c in range(1, 3):
+            if abs(piece[NORMAL + c]) > abs(piece[NORMAL + along]):
+                along = c
+        a = (along + 1) % 3
+        b = (along + 2) % 3
+        strides = (shape[1] * shape[2], shape[2], 1)
+        bits = (16, 4, 1)
+        n_a, n_b, n_c = piece[NORMAL + a], piece[NORMAL + b], piece[NORMAL + along]
+        radius = 0.5 * small * (abs(n_a) + abs(n_b) + abs(n_c))
+        a0, a1 = _first_and_last(piece, a, small, SPLIT * shape[a])
+        b0, b1 = _first_and_last(piece, b, small, SPLIT * shape[b])
+        c0, c1 = _first_and_last(piece, along, small, SPLIT * shape[along])
+        for i in range(a0, a1 + 1):
+            for j in range(b0, b1 + 1):
+                first, last = c0, c1
+                if n_c != 0.0:
+                    rest = n_a * (i + 0.5) * small + n_b * (j + 0.5) * small
+                    x = (piece[LEAST] - radius - rest) / (n_c * small) - 0.5
+                    y = (piece[MOST] + radius - rest) / (n_c * small) - 0.5
+                    first = max(first, math.ceil(min(x, y) - HAIR))
+                    last = min(last, math.floor(max(x, y) + HAIR))
+                base = (i >> 2) * strides[a] + (j >> 2) * strides[b]
+                if near.shape[0] == 0:
+                    for k in range(first >> 2, (last >> 2) + 1 if last >= first else 0):
+                        words[base + k * strides[along]] = 1
+                    continue
+                bit = (i & 3) * bits[a] + (j & 3) * bits[b]
+                for k in range(first, last + 1):
+                    word = words[base + (k >> 2) * strides[along]]
+                    near[word] |= ONE << np.uint64(bit + (k & 3) * bits[along])
+                    name[word] = p
 
 
 @kernel()
@@ -122,21 +113,6 @@ def labelled(clear):
     return label
 
 
-@inner()
-def _after_the_least(depth, i, j, k, way, least):
-    """One more than the least depth of the cells around that come before (`way` −1) or after (1) a
-    cell, or `least` if that is less."""
-    for di in range(2):
-        for dj in range(-1, 2):
-            for dk in range(-1, 2):
-                if di == 0 and (dj < 0 or (dj == 0 and dk < 1)):
-                    continue
-                a, b, c = i + way * di, j + way * dj, k + way * dk
-                if 0 <= a < depth.shape[0] and 0 <= b < depth.shape[1] and 0 <= c < depth.shape[2]:
-                    least = min(least, depth[a, b, c] + 1)
-    return least
-
-
 @kernel()
 def depths(clear):
     """How many cells each cell lies from the next one that is not clear, diagonal steps counted as
@@ -154,8 +130,18 @@ def depths(clear):
                 for at_k in range(n_k):
                     k = n_k - 1 - at_k if back else at_k
                     if clear[i, j, k]:
-                        known = depth[i, j, k] if back else n_i + n_j + n_k
-                        depth[i, j, k] = _after_the_least(depth, i, j, k, 1 if back else -1, known)
+                        # One more than the least depth of the cells around that come before it.
+                        way = 1 if back else -1
+                        least = depth[i, j, k] if back else n_i + n_j + n_k
+                        for di in range(2):
+                            for dj in range(-1, 2):
+                                for dk in range(-1, 2):
+                                    if di == 0 and (dj < 0 or (dj == 0 and dk < 1)):
+                                        continue
+                                    a, b, c = i + way * di, j + way * dj, k + way * dk
+                                    if 0 <= a < n_i and 0 <= b < n_j and 0 <= c < n_k:
+                                        least = min(least, depth[a, b, c] + 1)
+                        depth[i, j, k] = least
     return depth
 
 
@@ -195,16 +181,6 @@ def parts_of(near):
     return first, mask[:count].copy()
 
 
-@inner()
-def _face(axis, last):
-    """The small cells at a cell's face."""
-    if axis == 0:
-        return I_LAST if last else I_FIRST
-    if axis == 1:
-        return J_LAST if last else J_FIRST
-    return K_LAST if last else K_FIRST
-
-
 @kernel()
 def join(labels, words, places, first, mask):
     """Root of every joined region: of the labelled cells, label − 1, then of the parts.
@@ -225,7 +201,9 @@ def join(labels, words, places, first, mask):
                 i = places[w, 0] + (step if axis == 0 else 0)
                 j = places[w, 1] + (step if axis == 1 else 0)
                 k = places[w, 2] + (step if axis == 2 else 0)
-                face = _face(axis, step > 0)
+                face = (I_FIRST, J_FIRST, K_FIRST)[axis]
+                if step > 0:
+                    face = (I_LAST, J_LAST, K_LAST)[axis]
                 other = words[i, j, k]
                 if other < 0:
                     for p in range(first[w], first[w + 1]):
@@ -243,15 +221,6 @@ def join(labels, words, places, first, mask):
     for k in range(parent.shape[0]):
         parent[k] = root(parent, k)
     return parent
-
-
-@inner()
-def _ones(x):
-    n = 0
-    while x != NONE:
-        x &= x - ONE
-        n += 1
-    return n
 
 
 @inner()
@@ -309,7 +278,10 @@ def sizes_and_samples(parent, labels, depth, places, first, mask):
                 for q in range(0 if size[r] == 0 else 2, 3):
                     for c in range(3):
                         samples[r, q, c] = middle[c]
-            size[r] += _ones(mask[p])
+            left = mask[p]
+            while left != NONE:  # a small cell a bit
+                left &= left - ONE
+                size[r] += 1
     return size, samples
 
 

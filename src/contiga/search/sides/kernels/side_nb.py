@@ -19,16 +19,6 @@ STEPS = 64
 
 
 @inner()
-def _beyond(grid, x):
-    """Distance (in cells) of a place outside the grid to it, zero within."""
-    total = 0.0
-    for c in range(3):
-        a = max(-x[c], x[c] - grid.cell.shape[c], 0.0)
-        total += a * a
-    return math.sqrt(total)
-
-
-@inner()
 def _place(grid, p):
     """A point in cells of the grid."""
     o = grid.origin
@@ -58,7 +48,11 @@ def side_at(grid, x):
         and 0.0 <= x[1] < grid.cell.shape[1]
         and 0.0 <= x[2] < grid.cell.shape[2]
     ):
-        return grid.far, _beyond(grid, x), 0.0, -1
+        square = 0.0
+        for c in range(3):
+            away = max(-x[c], x[c] - grid.cell.shape[c], 0.0)
+            square += away * away
+        return grid.far, math.sqrt(square), 0.0, -1
     i, j, k = int(x[0]), int(x[1]), int(x[2])
     value = grid.cell[i, j, k]
     if value < FIRST_WORD:
@@ -113,19 +107,6 @@ def places(grid, points, rows, known, near, start, stop):
             uv[i, 0], uv[i, 1] = grid.uv[piece, 0], grid.uv[piece, 1]
 
 
-@inner()
-def _leaves_part(x, d, parts):
-    """How far along d a place x stays in its cell's part."""
-    far = math.inf
-    for c in range(3):
-        low = math.floor(x[c] * parts) / parts
-        if d[c] > 0.0:
-            far = min(far, (low + 1.0 / parts - x[c]) / d[c])
-        elif d[c] < 0.0:
-            far = min(far, (low - x[c]) / d[c])
-    return max(far, 0.0)
-
-
 @kernel()
 def clear_ways(grid, before, now, rows, clear, start, stop):
     """Whether the ways before[rows] → now[rows] are known to meet no surface."""
@@ -149,7 +130,14 @@ def clear_ways(grid, before, now, rows, clear, start, stop):
                 break
             # To the part's end it is clear, and for `skin` more.
             if parts > 0.0:
-                way = max(way, _leaves_part(x, d, parts))
+                far = math.inf
+                for c in range(3):
+                    low = math.floor(x[c] * parts) / parts
+                    if d[c] > 0.0:
+                        far = min(far, (low + 1.0 / parts - x[c]) / d[c])
+                    elif d[c] < 0.0:
+                        far = min(far, (low - x[c]) / d[c])
+                way = max(way, max(far, 0.0))
             t += way + 0.5 * skin
             if t >= length:
                 clear[i] = True

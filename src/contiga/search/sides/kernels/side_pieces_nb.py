@@ -7,6 +7,7 @@ the width of its edges. Pieces that are trimmed away are left out.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,34 +25,17 @@ SHORTEST = 2.0**-24
 """Side of a piece (local parameters) that is not halved further."""
 
 
-@inner()
-def _lengths(net, degree):
-    """How long a piece is at most along s and along t, by its control net (3 coordinates)."""
-    p, q = degree
-    along_s = along_t = 0.0
-    for j in range(q + 1):
-        total = 0.0
-        for i in range(p):
-            a = i * (q + 1) + j
-            b = a + q + 1
-            total += math.sqrt(
-                (net[b, 0] - net[a, 0]) ** 2
-                + (net[b, 1] - net[a, 1]) ** 2
-                + (net[b, 2] - net[a, 2]) ** 2
-            )
-        along_s = max(along_s, total)
-    for i in range(p + 1):
-        total = 0.0
-        for j in range(q):
-            a = i * (q + 1) + j
-            b = a + 1
-            total += math.sqrt(
-                (net[b, 0] - net[a, 0]) ** 2
-                + (net[b, 1] - net[a, 1]) ** 2
-                + (net[b, 2] - net[a, 2]) ** 2
-            )
-        along_t = max(along_t, total)
-    return along_s, along_t
+class PieceLimits(NamedTuple):
+    """When pieces are small enough, lengths."""
+
+    whole: float
+    """How long one may be where nothing is trimmed away,"""
+    cut: float
+    """and where it is cut by a trim."""
+    thin: float
+    """How thick it may be."""
+    most: float
+    """Number of pieces above which nothing is halved any more."""
 
 
 @inner()
@@ -100,23 +84,6 @@ def widen(piece, margin):
     piece[MOST] += margin
 
 
-@inner()
-def _state(elements, trims, e, box):
-    """Whether a part of element e is trimmed away, kept or cut."""
-    row = elements.table[e]
-    u, v = row["box"][0], row["box"][2]
-    du = row["box"][1] - u
-    dv = row["box"][3] - v
-    return box_state(
-        trims,
-        row["patch"],
-        u + (box[0] + 0.5) * du,
-        u + (box[1] + 0.5) * du,
-        v + (box[2] + 0.5) * dv,
-        v + (box[3] + 0.5) * dv,
-    )
-
-
 @kernel()
 def surface_pieces(elements, trims, origin, margins, limits):
     """Pieces (n, 11) about `origin`, and where their middles are: (n, 3) element, s, t.
@@ -142,14 +109,42 @@ def surface_pieces(elements, trims, origin, margins, limits):
             box = (stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3])
             state = stack[top, 4]
             if state == CUT:
-                state = _state(elements, trims, e, box)
+                u, v = row["box"][0], row["box"][2]
+                du, dv = row["box"][1] - u, row["box"][3] - v
+                u0, u1 = u + (box[0] + 0.5) * du, u + (box[1] + 0.5) * du
+                v0, v1 = v + (box[2] + 0.5) * dv, v + (box[3] + 0.5) * dv
+                state = box_state(trims, row["patch"], u0, u1, v0, v1)
                 if state == OUT:
                     continue
             restrict(coefs, degree, box, net)
             for k in range(n):
                 for c in range(3):
                     net[k, c] = net[k, c] / net[k, 3] + (row["origin"][c] - origin[c])
-            along_s, along_t = _lengths(net, degree)
+            # How long it is at most along s and along t, by its control net.
+            p, q = degree
+            along_s = along_t = 0.0
+            for j in range(q + 1):
+                total = 0.0
+                for i in range(p):
+                    a = i * (q + 1) + j
+                    b = a + q + 1
+                    total += math.sqrt(
+                        (net[b, 0] - net[a, 0]) ** 2
+                        + (net[b, 1] - net[a, 1]) ** 2
+                        + (net[b, 2] - net[a, 2]) ** 2
+                    )
+                along_s = max(along_s, total)
+            for i in range(p + 1):
+                total = 0.0
+                for j in range(q):
+                    a = i * (q + 1) + j
+                    b = a + 1
+                    total += math.sqrt(
+                        (net[b, 0] - net[a, 0]) ** 2
+                        + (net[b, 1] - net[a, 1]) ** 2
+                        + (net[b, 2] - net[a, 2]) ** 2
+                    )
+                along_t = max(along_t, total)
             longest = max(along_s, along_t)
             if n_pieces == pieces.shape[0]:
                 pieces = doubled(pieces)

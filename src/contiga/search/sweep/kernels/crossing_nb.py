@@ -63,27 +63,6 @@ def _beside_box(corner, p, d, near, far, pad):
 
 
 @inner(error_model="numpy")
-def _past(r, d, near, far, radius):
-    """Whether the path stays farther than `radius` from a cell's middle, r away from its start."""
-    x = min(max(-dot(r, d), near), far)
-    e = (r[0] + x * d[0], r[1] + x * d[1], r[2] + x * d[2])
-    return dot(e, e) > radius * radius
-
-
-@inner(error_model="numpy")
-def _outside_slab(r, n, c, span, thick):
-    """Whether both ends of the path are on one side of the slab that holds a cell.
-
-    n is the normal, not of unit length, in the cell's middle, c = n·d.
-    """
-    height = dot(r, n)
-    first = height + span[0] * c
-    last = height + span[1] * c
-    pad = thick * math.sqrt(dot(n, n))
-    return min(first, last) > pad or max(first, last) < -pad
-
-
-@inner(error_model="numpy")
 def _judge(h, k, size, path, span, entries):
     """What to do with a cell of half-size `size` about the place whose derivatives are `h`.
 
@@ -95,7 +74,11 @@ def _judge(h, k, size, path, span, entries):
     r = minus(p, column(h, 0))
     kx = k[0] * hs
     ky = k[1] * ht
-    if _past(r, d, span[0], span[1], (kx + ky) * (1.0 + 1e-9) + slack + wide):
+    # The path stays too far from the cell's middle.
+    radius = (kx + ky) * (1.0 + 1e-9) + slack + wide
+    x = min(max(-dot(r, d), span[0]), span[1])
+    e = (r[0] + x * d[0], r[1] + x * d[1], r[2] + x * d[2])
+    if dot(e, e) > radius * radius:
         return DROP, 0.0, 0.0
     a = column(h, 1)
     b = column(h, 2)
@@ -105,7 +88,12 @@ def _judge(h, k, size, path, span, entries):
     kxy = k[3] * hs * ht
     kyy = k[4] * ht * ht
     bend = 0.5 * (kxx + kyy) + kxy
-    if _outside_slab(r, n, c, span, bend + slack + wide):
+    # Whether both ends of the path are on one side of the slab that holds a cell.
+    height = dot(r, n)
+    first = height + span[0] * c
+    last = height + span[1] * c
+    pad = (bend + slack + wide) * math.sqrt(dot(n, n))
+    if min(first, last) > pad or max(first, last) < -pad:
         return DROP, 0.0, 0.0
     # Leaving wherever in the cell: n·d > 0 for all its normals.
     turn = (kxx + kxy) * ky + kx * (kxy + kyy)
@@ -196,31 +184,6 @@ def _shrunk(h, k, cell, path, span):
     )
 
 
-@inner()
-def _halve(stack, top, cell, across):
-    """Put the halves of a cell on the stack, cut across s (True) or t."""
-    s0, s1, t0, t1 = cell
-    for c in range(2):
-        put(stack, top + c, (s0, s1, t0, t1))
-    if across:
-        stack[top, 1] = stack[top + 1, 0] = 0.5 * (s0 + s1)
-    else:
-        stack[top, 3] = stack[top + 1, 2] = 0.5 * (t0 + t1)
-
-
-@inner()
-def _wider_across(h, k, size, closely):
-    """Whether a cell is to be cut across s: where the surface is longer."""
-    hs, ht = size
-    if hs < TINY or ht < TINY:
-        return ht < TINY
-    if closely:
-        return k[0] * hs >= k[1] * ht
-    extent_s = h[0, 1] ** 2 + h[1, 1] ** 2 + h[2, 1] ** 2
-    extent_t = h[0, 2] ** 2 + h[1, 2] ** 2 + h[2, 2] ** 2
-    return extent_s * hs * hs >= extent_t * ht * ht
-
-
 @inner(error_model="numpy")
 def _held(cell, size, path, room, h):
     """The rectangle in which the crossing of a cell is looked for: the cell and its tolerance.
@@ -246,54 +209,6 @@ def _held(cell, size, path, room, h):
 
 
 @inner()
-def _over(cell, path):
-    """The path as one cell sees it: as wide as the widest room beyond sides that it touches."""
-    room = path.room
-    wide = room[0] if cell[0] <= -0.5 else 0.0
-    wide = max(wide, room[1] if cell[1] >= 0.5 else 0.0)
-    wide = max(wide, room[2] if cell[2] <= -0.5 else 0.0)
-    wide = max(wide, room[3] if cell[3] >= 0.5 else 0.0)
-    return LeafPath(path.p, path.d, path.slack, wide, room)
-
-
-@inner(error_model="numpy")
-def _root(elements, e, place, cell, size, path, h):
-    """The root of a cell that has one at most: state, s, t, x and slope, as `_solve` gives them.
-
-    `place` is where to start; what is not in the cell is looked for beside it.
-    """
-    box = _held(cell, size, path, NONE, h)
-    around = _held(cell, size, path, path.room, h)
-    state, s, t, x, slope = _solve(elements, e, box, place, path, h)
-    if state == BESIDE and around != box:
-        state, s, t, x, slope = _solve(elements, e, around, place, path, h)
-        state = max(state, BESIDE)
-    return state, s, t, x, slope
-
-
-@inner(error_model="numpy")
-def _counts(x, slope, path, ends):
-    """Whether a root is a crossing that is asked for."""
-    length, spare, far, sense = ends.length, ends.spare, ends.far, ends.sense
-    # Beside a wide edge the caller finds where along the path the crossing is.
-    over = spare if path.wide > 0.0 else min(path.slack / abs(slope), spare)
-    return -over <= x <= length + over and x < far and (sense == EITHER or slope < 0.0)
-
-
-@inner(error_model="numpy")
-def _push_parts(stack, top, cell, part, across):
-    """Put what `part` leaves of a cell on the stack, in halves unless it is small; the new top."""
-    if part[0] >= part[1] or part[2] >= part[3]:
-        return top
-    left = (part[1] - part[0]) * (part[3] - part[2])
-    if left < 0.5 * (cell[1] - cell[0]) * (cell[3] - cell[2]):
-        put(stack, top, part)
-        return top + 1
-    _halve(stack, top, cell, across)
-    return top + 2
-
-
-@inner()
 def next_crossing(elements, leaf, pole, path, ends, work, top):
     """Next crossing of one leaf, trimmed or not, among the `top` cells on the stack.
 
@@ -314,7 +229,13 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
         cell = (stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3])
         place = (0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3]))
         size = (0.5 * (cell[1] - cell[0]), 0.5 * (cell[3] - cell[2]))
-        seen = _over(cell, path)
+        # The path as one cell sees it: as wide as the widest room beyond sides that it touches.
+        room = path.room
+        wide = room[0] if cell[0] <= -0.5 else 0.0
+        wide = max(wide, room[1] if cell[1] >= 0.5 else 0.0)
+        wide = max(wide, room[2] if cell[2] <= -0.5 else 0.0)
+        wide = max(wide, room[3] if cell[3] >= 0.5 else 0.0)
+        seen = LeafPath(path.p, path.d, path.slack, wide, room)
         closely = count[0] > easy or (pole and 4.0 * size[0] * size[1] < whole)
         if closely:
             cell_box(elements, e, cell, k, corner)
@@ -327,9 +248,17 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
         verdict, ds, dt = _judge(h, k, size, seen, span, sense == ENTRIES)
         if verdict == SOLVE:
             start = (place[0] + ds, place[1] + dt)
-            state, s, t, x, slope = _root(elements, e, start, cell, size, path, h)
-            if state == ON and _counts(x, slope, path, ends):
-                first = x
+            box = _held(cell, size, path, NONE, h)
+            around = _held(cell, size, path, path.room, h)
+            state, s, t, x, slope = _solve(elements, e, box, start, path, h)
+            if state == BESIDE and around != box:
+                state, s, t, x, slope = _solve(elements, e, around, start, path, h)
+                state = max(state, BESIDE)
+            # Beside a wide edge the caller finds where along the path the crossing is.
+            if state == ON:
+                over = spare if path.wide > 0.0 else min(slack / abs(slope), spare)
+                if -over <= x <= length + over and x < far and (sense == EITHER or slope < 0.0):
+                    first = x
             if state == ENDLESS:
                 verdict = HALVE if max(size[0], size[1]) > TINY else POINT
                 evaluate(elements, e, place[0], place[1], h)
@@ -343,5 +272,28 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
                 count[1] = 1
                 continue
             part = _shrunk(h, k, cell, seen, span)
-            top = _push_parts(stack, top, cell, part, _wider_across(h, k, size, closely))
+            if part[0] >= part[1] or part[2] >= part[3]:
+                continue
+            left = (part[1] - part[0]) * (part[3] - part[2])
+            if left < 0.5 * (cell[1] - cell[0]) * (cell[3] - cell[2]):
+                put(stack, top, part)
+                top += 1
+                continue
+            # Halves, cut across s where the surface is longer along it.
+            hs, ht = size
+            if hs < TINY or ht < TINY:
+                across = ht < TINY
+            elif closely:
+                across = k[0] * hs >= k[1] * ht
+            else:
+                along_s = h[0, 1] ** 2 + h[1, 1] ** 2 + h[2, 1] ** 2
+                along_t = h[0, 2] ** 2 + h[1, 2] ** 2 + h[2, 2] ** 2
+                across = along_s * hs * hs >= along_t * ht * ht
+            for c in range(2):
+                put(stack, top + c, cell)
+            if across:
+                stack[top, 1] = stack[top + 1, 0] = place[0]
+            else:
+                stack[top, 3] = stack[top + 1, 2] = place[1]
+            top += 2
     return first, s, t, slope, top

@@ -94,36 +94,6 @@ def _room_beside(elements, e, side, slack):
     return room if room > slack else 0.0
 
 
-@inner()
-def _path_about(elements, e, p, d, slack):
-    """The `LeafPath` of one element."""
-    row = elements.table[e]
-    origin = row["origin"]
-    local = (p[0] - origin[0], p[1] - origin[1], p[2] - origin[2])
-    slack = slack + row["noise"]
-    if row["edge_tolerance"] <= slack:
-        return LeafPath(local, d, slack, 0.0, (0.0, 0.0, 0.0, 0.0))
-    room = (
-        _room_beside(elements, e, 0, slack),
-        _room_beside(elements, e, 1, slack),
-        _room_beside(elements, e, 2, slack),
-        _room_beside(elements, e, 3, slack),
-    )
-    return LeafPath(local, d, slack, row["edge_tolerance"], room)
-
-
-@inner()
-def _offer(crossings, side, x, e, place, width, over):
-    """Keep a crossing if it is the first of its sense."""
-    if x < crossings[side, X]:
-        crossings[side, X] = x
-        crossings[side, ELEMENT] = e
-        crossings[side, S] = min(max(place[0], -0.5), 0.5)
-        crossings[side, T] = min(max(place[1], -0.5), 0.5)
-        crossings[side, EDGE] = width
-        crossings[side, OVER] = over
-
-
 @inner(error_model="numpy")
 def _on_element(elements, e, place, path, x, h):
     """The place of an element that stands for a crossing at `place`, and x there.
@@ -156,18 +126,6 @@ def _on_element(elements, e, place, path, x, h):
     return (s, t), x
 
 
-@inner()
-def _stays_off(plate, p, d, ends, slack):
-    """Whether a path cannot meet a leaf, nor the carrier of its face beside its edges.
-
-    `ends` are its `Ends`.
-    """
-    length, far = ends.length, ends.far
-    over = max(ends.spare, GRAZING * plate["edge_tolerance"])
-    span = (-over, min(far + over, length + over))
-    return is_passed(plate, p, d, span, slack + plate["edge_tolerance"])
-
-
 @inner(linked=False)
 def _search(tables, segment, loose, sense, crossings, queue, work):
     """First crossings of a `Segment`: entries in crossings[0], where it leaves in crossings[1]
@@ -195,9 +153,25 @@ def _search(tables, segment, loose, sense, crossings, queue, work):
         for i in range(tree[node]["first"], tree[node]["first"] + tree[node]["count"]):
             leaf = leaves[i]
             e = leaf["element"]
-            if e < 0 or _stays_off(tables.plates[i], p, d, Ends(length, spare, far, sense), slack):
+            if e < 0:
                 continue
-            path = _path_about(elements, e, p, d, slack)
+            # It can meet neither the leaf nor the carrier of its face beside its edges.
+            plate, row = tables.plates[i], elements.table[e]
+            beside = max(spare, GRAZING * plate["edge_tolerance"])
+            span = (-beside, min(far + beside, length + beside))
+            if is_passed(plate, p, d, span, slack + plate["edge_tolerance"]):
+                continue
+            origin, own = row["origin"], slack + row["noise"]
+            local = (p[0] - origin[0], p[1] - origin[1], p[2] - origin[2])
+            path = LeafPath(local, d, own, 0.0, (0.0, 0.0, 0.0, 0.0))
+            if row["edge_tolerance"] > own:
+                room = (
+                    _room_beside(elements, e, 0, own),
+                    _room_beside(elements, e, 1, own),
+                    _room_beside(elements, e, 2, own),
+                    _room_beside(elements, e, 3, own),
+                )
+                path = LeafPath(local, d, own, row["edge_tolerance"], room)
             thin_s = leaf["bound"][0] * (leaf["box"][1] - leaf["box"][0]) <= slack
             thin_t = leaf["bound"][1] * (leaf["box"][3] - leaf["box"][2]) <= slack
             if thin_s or thin_t:
@@ -227,7 +201,14 @@ def _search(tables, segment, loose, sense, crossings, queue, work):
                 else:
                     place, x = _on_element(elements, e, place, path, x, h)
                 if x < far and -over <= x <= length + over:
-                    _offer(crossings, 0 if slope < 0.0 else 1, x, e, place, width, over)
+                    side = 0 if slope < 0.0 else 1
+                    if x < crossings[side, X]:
+                        crossings[side, X] = x
+                        crossings[side, ELEMENT] = e
+                        crossings[side, S] = min(max(place[0], -0.5), 0.5)
+                        crossings[side, T] = min(max(place[1], -0.5), 0.5)
+                        crossings[side, EDGE] = width
+                        crossings[side, OVER] = over
                     far = min(far, x + beyond)
 
 

@@ -18,18 +18,6 @@ MOST_PIECES = 64
 
 
 @inner()
-def _meets_voxel(piece, i, j, k, side):
-    """Whether the slab of a piece meets a voxel."""
-    half = 0.5 * side
-    height = spread = 0.0
-    for c in range(3):
-        n = piece[NORMAL + c]
-        height += n * ((i, j, k)[c] * side + half)
-        spread += abs(n) * half
-    return height - spread <= piece[MOST] and height + spread >= piece[LEAST]
-
-
-@inner()
 def _span(piece, side, voxels, c):
     """First voxel along an axis that a piece's box meets, and one past the last."""
     first = math.floor(piece[LOW + c] / side)
@@ -45,15 +33,22 @@ def list_pieces(pieces, side, voxels, first, listed):
     counted from the origin of the pieces.
     """
     listing = listed.shape[0] > 0
+    half = 0.5 * side
     for p in range(pieces.shape[0]):
-        i0, i1 = _span(pieces[p], side, voxels, 0)
-        j0, j1 = _span(pieces[p], side, voxels, 1)
-        k0, k1 = _span(pieces[p], side, voxels, 2)
+        piece = pieces[p]
+        i0, i1 = _span(piece, side, voxels, 0)
+        j0, j1 = _span(piece, side, voxels, 1)
+        k0, k1 = _span(piece, side, voxels, 2)
         for i in range(i0, i1):
             for j in range(j0, j1):
                 for k in range(k0, k1):
-                    if not _meets_voxel(pieces[p], i, j, k, side):
-                        continue
+                    height = spread = 0.0
+                    for c in range(3):
+                        n = piece[NORMAL + c]
+                        height += n * ((i, j, k)[c] * side + half)
+                        spread += abs(n) * half
+                    if not (height - spread <= piece[MOST] and height + spread >= piece[LEAST]):
+                        continue  # the slab of the piece misses the voxel
                     v = (i * voxels[1] + j) * voxels[2] + k
                     if listing:
                         listed[first[v]] = p
