@@ -43,8 +43,6 @@ ALIKE = 0.5
 """Cosine between normals that face about the same way."""
 SINGULAR = 1e-7
 """Ratio of derivatives beneath which a place is a pole."""
-GRID = np.array([[0.0, 0.0], [-0.6, -0.6], [-0.6, 0.6], [0.6, -0.6], [0.6, 0.6]])
-"""Places of a leaf, in halves of its sides from its middle."""
 
 
 class Crossing(NamedTuple):
@@ -147,19 +145,9 @@ def near_leaves(tables: Tables, within: float = 0.0) -> IndexArray:
 
 def _led_together(body: Faces, tables: Tables, pairs: IndexArray) -> tuple[_Places, _Places]:
     """Places of two leaves each that are one point."""
-    plates = tables.plates
-    x, y = GRID.T[:, :, None]
-    on = [
-        plates["middle"][side][:, None]
-        + x * plates["x"][side][:, None]
-        + y * plates["y"][side][:, None]
-        for side in pairs.T
-    ]
-    off = np.linalg.norm(on[0][:, :, None] - on[1][:, None], axis=3).reshape(len(pairs), -1)
-    count = max(STARTS, min(FEW // len(pairs), len(GRID) ** 2))
-    nearest = np.argsort(off, axis=1, kind="stable")[:, :count]
-    share = 0.5 + 0.5 * GRID[np.stack(np.divmod(nearest, len(GRID)), axis=2)]
-    starts = Starts(pairs, share, np.take_along_axis(off, nearest, axis=1))
+    count = max(STARTS, min(FEW // len(pairs), common_point_nb.N_STARTS))
+    starts = Starts(pairs, np.empty((len(pairs), count, 2, 2)), np.empty((len(pairs), count)))
+    common_point_nb.nearest_starts(tables.plates, starts)
     common = CommonPoints.of(len(pairs), count)
     given = tables.elements, tables.leaves, starts, MET * body.size, common
     run_ranges(common_point_nb.lead_together, len(pairs), POINTS // count + 1, *given)

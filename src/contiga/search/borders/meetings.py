@@ -81,30 +81,36 @@ def meetings_of(body: Faces, piece: IntArray, tolerance: float) -> tuple[Meeting
     piece : (patches,) number of the piece each is of
     tolerance : nearer than this they touch, length
     """
-    groups = [np.flatnonzero(piece == k) for k in np.unique(piece)]
-    pieces = _Pieces(body, groups)
-    boxes = pieces.boxes
-    patch = tables_of(body).leaves["patch"]
-    leaves = piece[patch[near_leaves(tables_of(body), tolerance)]]
-    close = set(map(tuple, np.unique(np.sort(leaves, axis=1), axis=0).tolist()))
-    near = [
-        (i, j)
-        for i, j in combinations(range(len(groups)), 2)
-        if (i, j) in close or _holds(boxes[i], boxes[j]) or _holds(boxes[j], boxes[i])
-    ]
     meetings: list[Meeting] = []
-    for i, j in near:
-        meeting = _meeting(pieces, pieces[i], pieces[j], tolerance)
-        if meeting is not None:
-            meetings.append(_at_crossing(body, piece, meeting) if meeting.overlap else meeting)
-        if len(meetings) == MOST:
-            break
+    groups = [np.flatnonzero(piece == k) for k in np.unique(piece)]
+    if len(groups) > 1:
+        pieces = _Pieces(body, groups)
+        for i, j in _near(body, piece, pieces.boxes, tolerance):
+            meeting = _meeting(pieces, pieces[i], pieces[j], tolerance)
+            if meeting is not None:
+                meetings.append(_at_crossing(body, piece, meeting) if meeting.overlap else meeting)
+            if len(meetings) == MOST:
+                break
     if not meetings:
         common = coincident_at(body)
         if common is not None:
             (x, y, z) = common[2].tolist()
             meetings.append(Meeting(common[:2], (x, y, z), overlap=False))
     return tuple(meetings)
+
+
+def _near(
+    body: Faces, piece: IntArray, boxes: FloatArray, tolerance: float
+) -> list[tuple[int, int]]:
+    """Pieces whose leaves come near each other, or of which the box of one lies in the other's."""
+    patch = tables_of(body).leaves["patch"]
+    leaves = piece[patch[near_leaves(tables_of(body), tolerance)]]
+    close = set(map(tuple, np.unique(np.sort(leaves, axis=1), axis=0).tolist()))
+    return [
+        (i, j)
+        for i, j in combinations(range(len(boxes)), 2)
+        if (i, j) in close or _holds(boxes[i], boxes[j]) or _holds(boxes[j], boxes[i])
+    ]
 
 
 def _at_crossing(body: Faces, piece: IntArray, meeting: Meeting) -> Meeting:
