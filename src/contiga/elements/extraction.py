@@ -123,9 +123,7 @@ def _poles(net: FloatArray) -> NDArray[np.bool_]:
     return np.stack([each[end] & ~each.all(axis=0) for each in point for end in (0, -1)], axis=1)
 
 
-def _fill(
-    rows: Records, net: FloatArray, poles: NDArray[np.bool_], used: int
-) -> list[FloatArray]:
+def _fill(rows: Records, net: FloatArray, poles: NDArray[np.bool_], used: int) -> list[FloatArray]:
     """Coefficients of elements of the same degrees about an origin of each element's own.
 
     Fills the rows' degree, origin, cubic, form and places; returns what is to stand in the flat
