@@ -157,10 +157,6 @@ def _led_together(body: Faces, tables: Tables, pairs: IndexArray) -> tuple[_Plac
     return one, two
 
 
-def _taken(at: _Places, rows: NDArray[np.bool_] | IndexArray) -> _Places:
-    return _Places(at.patch[rows], at.uv[rows], at.point[rows], at.along[rows])
-
-
 def _pierce(body: Faces, one: _Places, two: _Places, margin: float) -> NDArray[np.bool_]:
     """Whether faces pierce each other at places that are one point, or begin to do so there.
 
@@ -175,38 +171,37 @@ def _pierce(body: Faces, one: _Places, two: _Places, margin: float) -> NDArray[n
         sine = np.linalg.norm(line, axis=1)
         line /= sine[:, None]
         across = [np.cross(line, normal) / sine[:, None] for normal in normals]
-    steep = (sine > STEEP) & ((one.patch != two.patch) | (_apart(one, two) > 4.0 * margin))
-    proved = np.zeros(len(sine), bool)
+    apart = np.linalg.norm(((two.uv - one.uv)[:, None] @ one.along)[:, 0], axis=1)
+    steep = (sine > STEEP) & ((one.patch != two.patch) | (apart > 4.0 * margin))
+    some = np.flatnonzero(steep)
+    one, two = (_Places(*(field[some] for field in side)) for side in (one, two))
+    to_uv = [np.linalg.pinv(side.along.transpose(0, 2, 1), rcond=SINGULAR) for side in (one, two)]
+    proved = np.zeros(len(some), bool)
     for along in (1.0, -1.0):
-        rows = np.flatnonzero(steep & ~proved)
+        rows = np.flatnonzero(~proved)
         for aside in (0.0, 1.0, -1.0):
-            for side, way in zip((one, two), across, strict=True):
-                to = margin * (along * line[rows] + aside * way[rows])
-                rows = rows[_goes_on(body, _taken(side, rows), to, 0.5 * margin)]
+            for side, inverse, way in zip((one, two), to_uv, across, strict=True):
+                to = margin * (along * line[some[rows]] + aside * way[some[rows]])
+                uv = side.uv[rows] + (inverse[rows] @ to[:, :, None])[:, :, 0]
+                rows = rows[_on_face(body, side.patch[rows], uv, side.point[rows] + to, margin)]
         proved[rows] = True
-    return proved
+    steep[some] = proved
+    return steep
 
 
-def _goes_on(body: Faces, side: _Places, way: FloatArray, tol: float) -> NDArray[np.bool_]:
-    """Whether faces contain the points that lie `way` (n, 3) from places on them, within `tol`."""
-    slope = side.along.transpose(0, 2, 1)
-    uv = side.uv + (np.linalg.pinv(slope, rcond=SINGULAR) @ way[:, :, None])[:, :, 0]
-    target = side.point + way
+def _on_face(
+    body: Faces, patch: IndexArray, uv: FloatArray, target: FloatArray, margin: float
+) -> NDArray[np.bool_]:
+    """Whether faces contain the points `target` (n, 3) at about (u, v), within half of `margin`."""
     there = np.zeros(len(uv), bool)
-    for k in np.unique(side.patch).tolist():
-        rows = np.flatnonzero(side.patch == k)
+    for k in np.unique(patch).tolist():
+        rows = np.flatnonzero(patch == k)
         low, high = np.array(body.patches[k].domain).T
         rows = rows[((low <= uv[rows]) & (uv[rows] <= high)).all(axis=1)]
         miss = np.linalg.norm(body.patches[k].evaluate(uv[rows]) - target[rows], axis=1)
-        rows = rows[miss <= tol]
+        rows = rows[miss <= 0.5 * margin]
         if body.trims[k] is not None:
             inside = points_in_trim(body.trim_tables, k, as_contiguous(uv[rows], np.float64))
-            rows = rows[inside.astype(bool)]
+            rows = rows[inside]
         there[rows] = True
     return there
-
-
-def _apart(one: _Places, two: _Places) -> FloatArray:
-    """How far apart places of one face are, along it: by its derivatives at the first."""
-    way = (two.uv - one.uv)[:, None] @ one.along
-    return np.asarray(np.linalg.norm(way[:, 0], axis=1))
