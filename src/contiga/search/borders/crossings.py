@@ -68,6 +68,10 @@ class _Places(NamedTuple):
     along: FloatArray
     """(n, 2, 3) derivatives along u and v."""
 
+    def of(self, rows: IndexArray) -> _Places:
+        """Some of them."""
+        return _Places(self.patch[rows], self.uv[rows], self.point[rows], self.along[rows])
+
 
 def crossing_of(body: Faces, group: IntArray, slit: float) -> Crossing | None:
     """A place where a face goes through itself or another of its group; None if there is none.
@@ -174,7 +178,7 @@ def _pierce(body: Faces, one: _Places, two: _Places, margin: float) -> NDArray[n
     apart = np.linalg.norm(((two.uv - one.uv)[:, None] @ one.along)[:, 0], axis=1)
     steep = (sine > STEEP) & ((one.patch != two.patch) | (apart > 4.0 * margin))
     some = np.flatnonzero(steep)
-    one, two = (_Places(*(field[some] for field in side)) for side in (one, two))
+    one, two = one.of(some), two.of(some)
     to_uv = [np.linalg.pinv(side.along.transpose(0, 2, 1), rcond=SINGULAR) for side in (one, two)]
     proved = np.zeros(len(some), bool)
     for along in (1.0, -1.0):
