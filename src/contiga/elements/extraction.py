@@ -11,6 +11,8 @@ difference of numbers of the size of the element: of its direction 1e-16/τ is l
 
 from __future__ import annotations
 
+from collections import defaultdict
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,7 +21,6 @@ from contiga.elements.element_arrays import ELEMENT, PATCH, Elements, Grid, Reco
 from contiga.geometry import bezier
 from contiga.geometry.faces import Faces
 from contiga.geometry.kernels import trim_nb
-from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import TrimTables
 from contiga.records import FloatArray
 
@@ -50,73 +51,88 @@ def monomial_matrix(degree: int, about: float = 0.0) -> FloatArray:
 
 def elements_of(body: Faces, trims: TrimTables) -> tuple[Elements, Grid]:
     """The elements of `body`, their sides not joined yet, and where they stand."""
-    grids = [_extracted(patch) for patch in body.patches]
-    counts = [g.coefs.shape[0] * g.coefs.shape[1] for g in grids]
-    first = np.concatenate(([0], np.cumsum(counts)))
-    table = np.zeros(int(first[-1]), ELEMENT)
+    grids = [bezier.extract(patch) for patch in body.patches]
+    of_degrees: defaultdict[tuple[int, int], list[int]] = defaultdict(list)
+    for k, patch in enumerate(body.patches):
+        of_degrees[patch.degrees].append(k)
+    nets = [_halved_between_poles(body, grids, alike) for alike in of_degrees.values()]
+
+    breaks = [part for g in grids for part in (g.u_breaks, g.v_breaks)]
+    end = np.cumsum([len(part) for part in breaks])
+    spans = np.column_stack([end - [len(part) for part in breaks], end]).reshape(-1, 2, 2)
+    first = np.cumsum([0] + [len(g.coefs) * len(g.coefs[0]) for g in grids])
     patches = np.zeros(len(grids), PATCH)
+    patches["u"], patches["v"], patches["first"] = spans[:, 0], spans[:, 1], first[:-1]
+
+    table = np.zeros(first[-1], ELEMENT)
+    table["patch"] = np.repeat(np.arange(len(grids)), np.diff(first))
+    table["components"] = np.where([p.is_rational for p in body.patches], 4, 3)[table["patch"]]
+    table["box"] = np.concatenate([g.boxes() for g in grids])
+    table["trim"] = trim_nb.box_states(trims, table["patch"], table["box"])
     coefs: list[FloatArray] = []
-    breaks: list[FloatArray] = []
-    used = places = 0
-    for k, (patch, g) in enumerate(zip(body.patches, grids, strict=True)):
-        rows = table[first[k] : first[k + 1]]
-        rows["patch"] = k
-        rows["degree"] = patch.degrees
-        rows["components"] = 4 if patch.is_rational else 3
-        rows["box"] = g.boxes()
-        rows["trim"] = [trim_nb.box_state(trims, k, *b) for b in rows["box"].tolist()]
-        for part in _fill(rows, g.coefs, used):
+    used = 0
+    for alike, (net, poles) in zip(of_degrees.values(), nets, strict=True):
+        where = np.concatenate([np.arange(first[k], first[k + 1]) for k in alike])
+        rows = table[where]
+        for part in _fill(rows, net, poles, used):
             coefs.append(part)
             used += part.size
-        u, v = len(g.u_breaks), len(g.v_breaks)
-        patches["u"][k] = places, places + u
-        patches["v"][k] = places + u, places + u + v
-        patches["first"][k] = first[k]
-        breaks += [g.u_breaks, g.v_breaks]
-        places += u + v
+        table[where] = rows
     nothing = np.zeros(0, np.int32), np.zeros(0, np.int8)
-    grid = Grid(patches, np.concatenate(breaks), *nothing)
-    return Elements(table, np.concatenate(coefs)), grid
+    return Elements(table, np.concatenate(coefs)), Grid(patches, np.concatenate(breaks), *nothing)
 
 
-def _extracted(patch: NurbsSurface) -> bezier.BezierGrid:
-    """The elements of a patch, each with at most one of two opposite sides a pole: others are
-    halved."""
-    grid = bezier.extract(patch)
-    poles = _poles(grid.coefs)
-    halves = []
-    for axis, breaks in enumerate((grid.u_breaks, grid.v_breaks)):
-        both = (poles[..., 2 * axis] & poles[..., 2 * axis + 1]).any(axis=1 - axis)
-        halves.append(0.5 * (breaks[:-1] + breaks[1:])[both])
-    return bezier.extract(patch, *halves) if any(len(cuts) for cuts in halves) else grid
+def _halved_between_poles(
+    body: Faces, grids: list[bezier.BezierGrid], alike: list[int]
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Coefficients (n, p + 1, q + 1, 4) of the elements of patches that are `alike` in degrees, and
+    their poles; elements with poles on two opposite sides are halved in `grids` before."""
+
+    def net() -> FloatArray:
+        parts = [grids[k].coefs for k in alike]
+        return np.concatenate([part.reshape(-1, *part.shape[2:]) for part in parts])
+
+    poles = _poles(net())
+    both = poles[:, ::2] & poles[:, 1::2]
+    if not both.any():
+        return net(), poles
+    first = 0
+    for k in alike:
+        _, u, v = grids[k]
+        n, m = len(u) - 1, len(v) - 1
+        here = both[first : first + n * m].reshape(n, m, 2)
+        first += n * m
+        if here.any():
+            cuts = (0.5 * (u[:-1] + u[1:]))[here[..., 0].any(axis=1)]
+            others = (0.5 * (v[:-1] + v[1:]))[here[..., 1].any(axis=0)]
+            grids[k] = bezier.extract(body.patches[k], cuts, others)
+    return net(), _poles(net())
 
 
-def _poles(coefs: FloatArray) -> NDArray[np.bool_]:
-    """(…, 4) the sides of elements whose control points are one point, to what a foot is exact to.
+def _poles(net: FloatArray) -> NDArray[np.bool_]:
+    """(n, 4) the sides of elements whose control points are one point, to what a foot is exact to.
 
     A side that is merely short stays what it is in the file; an element that is as thin all along
     is a line, and has no pole.
     """
-    p, q = coefs.shape[-3] - 1, coefs.shape[-2] - 1
-    points = coefs[..., :3] / coefs[..., 3:]
-    rounding = ROUNDING * (p + q + 2) * np.abs(points).max(axis=(-3, -2, -1))
-    near = np.maximum(rounding, POLE * np.ptp(points, axis=(-3, -2)).max(axis=-1))
-    point = [np.ptp(points, axis=axis).max(axis=-1) <= near[..., None] for axis in (-2, -3)]
-    poles = [each[..., end] & ~each.all(axis=-1) for each in point for end in (0, -1)]
-    return np.stack(poles, axis=-1)
+    p, q = net.shape[1] - 1, net.shape[2] - 1
+    points = np.ascontiguousarray(np.moveaxis(net[..., :3] / net[..., 3:], 0, -1))
+    rounding = ROUNDING * (p + q + 2) * np.abs(points).max(axis=(0, 1, 2))
+    near = np.maximum(rounding, POLE * np.ptp(points, axis=(0, 1)).max(axis=0))
+    point = [np.ptp(points, axis=axis).max(axis=1) <= near for axis in (1, 0)]
+    return np.stack([each[end] & ~each.all(axis=0) for each in point for end in (0, -1)], axis=1)
 
 
-def _fill(rows: Records, coefs: FloatArray, used: int) -> list[FloatArray]:
-    """Coefficients of a patch's elements about an origin of each element's own.
+def _fill(rows: Records, net: FloatArray, poles: NDArray[np.bool_], used: int) -> list[FloatArray]:
+    """Coefficients of elements of the same degrees about an origin of each element's own.
 
-    Fills the rows' origin, cubic, form and places; returns what is to stand in the flat array
-    from place `used` on.
+    Fills the rows' degree, origin, cubic, form and places; returns what is to stand in the flat
+    array from place `used` on. Changes `net`.
     """
-    p, q = coefs.shape[2] - 1, coefs.shape[3] - 1
-    net = coefs.reshape(-1, p + 1, q + 1, 4).copy()
+    p, q = net.shape[1] - 1, net.shape[2] - 1
+    rows["degree"] = p, q
     points = net[..., :3] / net[..., 3:]
     origin = points.mean(axis=(1, 2))
-    poles = _poles(net)
     for side, end in enumerate((points[:, 0], points[:, -1], points[:, :, 0], points[:, :, -1])):
         origin[poles[:, side]] = end[poles[:, side], 0]
         rows["about"][poles[:, side], side // 2] = (-0.5, 0.5)[side % 2]

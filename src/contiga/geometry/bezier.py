@@ -24,9 +24,10 @@ class BezierGrid(NamedTuple):
     def boxes(self) -> FloatArray:
         """(nu · nv, 4) u0, u1, v0, v1 of each element."""
         u, v = self.u_breaks, self.v_breaks
-        low_u, low_v = np.meshgrid(u[:-1], v[:-1], indexing="ij")
-        high_u, high_v = np.meshgrid(u[1:], v[1:], indexing="ij")
-        return np.stack([a.ravel() for a in (low_u, high_u, low_v, high_v)], axis=1)
+        boxes = np.empty((len(u) - 1, len(v) - 1, 4))
+        boxes[..., 0], boxes[..., 1] = u[:-1, None], u[1:, None]
+        boxes[..., 2], boxes[..., 3] = v[:-1], v[1:]
+        return boxes.reshape(-1, 4)
 
 
 class BezierCurve(NamedTuple):

@@ -9,8 +9,8 @@ one inside, or one of a trimming curve, which are sampled and looked at closer a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import cached_property
+from collections.abc import Callable, Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +20,7 @@ from contiga.arrays.codes import OUT
 from contiga.arrays.layout import as_contiguous
 from contiga.geometry.bezier import extract
 from contiga.geometry.curve import NurbsCurve
-from contiga.geometry.kernels.trim_nb import box_state, points_in_trim
+from contiga.geometry.kernels.trim_nb import box_states, points_in_trim
 from contiga.geometry.slopes import numerator
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import Loop, TrimTables, build_trim_tables, parameter_box
@@ -56,23 +56,29 @@ class _Parts(NamedTuple):
         return _Parts(self.coefs[rows], self.box[rows])
 
 
+class _Inside(NamedTuple):
+    """What tells inside from outside of a patch."""
+
+    tables: Callable[[], TrimTables]
+    patch: int
+    """Its number in the tables."""
+
+
 class _Face:
     """A patch and what its loops leave of it."""
 
-    def __init__(self, patch: NurbsSurface, loops: tuple[Loop, ...] | None) -> None:
+    def __init__(
+        self, patch: NurbsSurface, loops: tuple[Loop, ...] | None, inside: _Inside
+    ) -> None:
         self.patch = patch
         self.loops = loops
+        self.inside = inside
         grid = extract(_within_reach(patch, loops))
         self.coefs = grid.coefs.reshape(-1, *grid.coefs.shape[2:])
         self.box = grid.boxes()
         points = (self.coefs[..., :3] / self.coefs[..., 3:]).reshape(-1, 3)
         self.hull = np.array([points.min(axis=0), points.max(axis=0)])
         """(2, 3) box of the Bézier points."""
-
-    @cached_property
-    def tables(self) -> TrimTables:
-        """What tells inside from outside."""
-        return build_trim_tables((self.patch,), (self.loops,))
 
     def known(self) -> FloatArray:
         """(n, 3) some points of the face: corners of its elements, or of its loops."""
@@ -116,7 +122,8 @@ class _Face:
             box = parts.box[part]
             rows = np.arange(len(box))
             uv = np.stack([box[rows, corner // 2], box[rows, 2 + corner % 2]], axis=1)
-            inside = points_in_trim(self.tables, 0, as_contiguous(uv, np.float64))
+            tables, patch = self.inside.tables(), self.inside.patch
+            inside = points_in_trim(tables, patch, as_contiguous(uv, np.float64))
             corners = corners[part, corner][inside]
         return float(corners.max(initial=-np.inf))
 
@@ -130,8 +137,8 @@ class _Face:
             slope = numerator(A, w, way)[0].reshape(len(flat), -1)
             flat &= (slope.min(axis=1) <= 0.0) & (slope.max(axis=1) >= 0.0)
         parts = parts.of(flat)
-        there = [box_state(self.tables, 0, *box) != OUT for box in parts.box]
-        return parts.of(np.array(there, dtype=bool))
+        patch = np.full(len(parts.box), self.inside.patch, np.int32)
+        return parts.of(box_states(self.inside.tables(), patch, parts.box) != OUT)
 
     def _top_of_curve(self, curve: NurbsCurve, axis: int, sign: float, known: float) -> float:
         """The highest point of a trimming curve."""
@@ -156,7 +163,9 @@ class _Face:
 
 
 def bounds_of(
-    patches: Sequence[NurbsSurface], trims: Sequence[tuple[Loop, ...] | None]
+    patches: Sequence[NurbsSurface],
+    trims: Sequence[tuple[Loop, ...] | None],
+    tables: Callable[[], TrimTables] | None = None,
 ) -> FloatArray:
     """(2, 3) low and high corner of the box of faces, to about 1e-14 of its size.
 
@@ -164,8 +173,13 @@ def bounds_of(
     ----------
     patches : of the faces
     trims : for each None, or its loops of p-curves
+    tables : answers their trim tables where these are known
     """
-    faces = [_Face(patch, loops) for patch, loops in zip(patches, trims, strict=True)]
+    tables = tables or cache(lambda: build_trim_tables(patches, trims))
+    faces = [
+        _Face(patch, loops, _Inside(tables, k))
+        for k, (patch, loops) in enumerate(zip(patches, trims, strict=True))
+    ]
     known = np.concatenate([face.known() for face in faces])
     hulls = np.array([face.hull for face in faces])
     box = np.array([known.min(axis=0), known.max(axis=0)])

@@ -184,8 +184,8 @@ class Faces(Displayed, Movable):
         It is that of the surface, not of control points, up to rounding.
         """
         if self._bounds is None:
-            box = _BOXES.kept(key_of(self), lambda: bounds_of(self._patches, self._trims))
-            self._bounds = read_only(box)
+            faces = self._patches, self._trims, lambda: self.trim_tables
+            self._bounds = read_only(_BOXES.kept(key_of(self), lambda: bounds_of(*faces)))
         return self._bounds
 
     def area(self, rtol: float = 1e-9) -> float:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays.layout import locked
+from contiga.arrays.once import once
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:
@@ -37,12 +39,14 @@ def stated_tolerance(body: Faces) -> float:
     return max((max(edge.stated, edge.corner) for edge in body.edges), default=0.0)
 
 
+@once
 def gaping_edges(body: Faces) -> NDArray[np.bool_]:
     """(edges,) shared edges whose faces are too far off them to meet."""
     widest = widest_slit(body)
-    return np.array([len(e.uses) > 1 and e.gap > widest for e in body.edges], dtype=bool)
+    return locked(np.array([len(e.uses) > 1 and e.gap > widest for e in body.edges], dtype=bool))
 
 
+@once
 def stitches(body: Faces) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Extents (pieces,) in space of trimming pieces that are of no edge, and which are open.
 
@@ -54,7 +58,7 @@ def stitches(body: Faces) -> tuple[FloatArray, NDArray[np.bool_]]:
     is_open = np.zeros(len(extent), dtype=bool)
     loose = np.flatnonzero(trims.piece_edge < 0)
     if len(loose) == 0:
-        return extent, is_open
+        return locked(extent), locked(is_open)
     reach = reach_of_loops(body)
     last = np.take_along_axis(trims.piece_coefs, trims.piece_degree[:, None, None], axis=1)[:, 0]
     first = trims.piece_coefs[:, 0]
@@ -69,7 +73,7 @@ def stitches(body: Faces) -> tuple[FloatArray, NDArray[np.bool_]]:
         extent[pieces] = np.linalg.norm(points - points[:, :1], axis=2).max(axis=1)
         allowed = [reach[int(patch), int(loop)] for loop in trims.piece_loop[pieces, 0]]
         is_open[pieces] = extent[pieces] > np.array(allowed)
-    return extent, is_open
+    return locked(extent), locked(is_open)
 
 
 def reach_of_points(body: Faces) -> float:

@@ -100,39 +100,26 @@ def _end_points(curve: NurbsCurve) -> FloatArray:
 
 
 def _loop_pieces(loop: Loop, low: FloatArray, high: FloatArray) -> _Pieces:
-    """Monotone pieces of one loop, closed up, straight pieces added over gaps."""
-    coefs: list[FloatArray] = []
-    curve_of: list[int] = []
-    for index, curve in enumerate(loop):
+    """Monotone pieces of one loop, each of which ends where the next begins, bit by bit; straight
+    pieces are added over gaps."""
+    parts = []
+    for curve in loop:
         segments = np.ascontiguousarray(extract_curve(curve).coefs[:, :, [0, 1, 3]])
-        degree = segments.shape[1] - 1
-        degrees = np.full(segments.shape[0], degree, dtype=np.int32)
-        pieces = build_nb.monotone_pieces(segments, degrees)[0]
-        coefs += list(pieces)
-        curve_of += [index] * len(pieces)
-    ends = np.array([[*(c[0, :2] / c[0, 2]), *(c[-1, :2] / c[-1, 2])] for c in coefs])
-    return _close(_Pieces(coefs, ends, curve_of), low, high)
-
-
-def _close(pieces: _Pieces, low: FloatArray, high: FloatArray) -> _Pieces:
-    """Make the end of each piece the start of the next, bit by bit."""
-    coefs: list[FloatArray] = []
-    ends: list[FloatArray] = []
-    curve_of: list[int] = []
-    clamped = np.clip(pieces.ends, np.tile(low, 2), np.tile(high, 2))
-    n = len(pieces.coefs)
-    for i in range(n):
-        start = clamped[(i + 1) % n, :2]
-        end = clamped[i, 2:]
-        bridge = bool(np.any(np.abs(start - end) > SNAP * (high - low)))
-        ends.append(np.concatenate([clamped[i, :2], end if bridge else start]))
-        coefs.append(pieces.coefs[i])
-        curve_of.append(pieces.curve[i])
-        if bridge:
-            coefs.append(np.array([[*end, 1.0], [*start, 1.0]]))
-            ends.append(np.concatenate([end, start]))
-            curve_of.append(-1)
-    return _Pieces(coefs, np.array(ends), curve_of)
+        degrees = np.full(len(segments), segments.shape[1] - 1, dtype=np.int32)
+        parts.append(build_nb.monotone_pieces(segments, degrees)[0])
+    coefs = [piece for part in parts for piece in part]
+    curve_of = np.repeat(np.arange(len(parts)), [len(part) for part in parts]).tolist()
+    ends = np.concatenate([part[:, [0, -1]] for part in parts])
+    ends = np.clip(ends[..., :2] / ends[..., 2:], low, high)
+    following = np.roll(ends[:, 0], -1, axis=0)
+    open_ends = (np.abs(following - ends[:, 1]) > SNAP * (high - low)).any(axis=1)
+    gaps = np.flatnonzero(open_ends)
+    bridges = np.stack([ends[gaps, 1], following[gaps]], axis=1)
+    ends[~open_ends, 1] = following[~open_ends]
+    for k, bridge in zip(gaps[::-1] + 1, bridges[::-1], strict=True):
+        coefs.insert(k, np.column_stack([bridge, np.ones(2)]))
+        curve_of.insert(k, -1)
+    return _Pieces(coefs, np.insert(ends, gaps + 1, bridges, axis=0).reshape(-1, 4), curve_of)
 
 
 def build_trim_tables(

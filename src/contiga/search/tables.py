@@ -66,25 +66,18 @@ def _build(body: Faces) -> Tables:
     trims = body.trim_tables
     elements, grid = elements_of(body, trims)
     grid = join(elements, grid, body)
-    is_open = _open_pieces(body, trims)
+    joined = np.array([len(edge.uses) > 1 for edge in body.edges], dtype=bool) & ~gaping_edges(body)
+    of_edge = np.flatnonzero(trims.piece_edge >= 0)
+    is_open = stitches(body)[1].astype(np.float64)
+    is_open[of_edge] = ~joined[trims.piece_edge[of_edge]]
     _share_trimmed_sides(elements, trims, is_open)
     piece_width = edge_widths(body, elements, trims)
     hierarchy = build_hierarchy(elements, grid, trims)
     scale = np.array([body.size, RELATIVE_TOLERANCE * body.size])
-    items = items_of(hierarchy, elements, trims, RELATIVE_TOLERANCE * body.size)
+    items = items_of(hierarchy, elements, trims, scale[1])
     leaves, plates, tree = hierarchy.leaves, hierarchy.plates, hierarchy.tree
     known = elements, grid, leaves, plates, tree, items, empty_seeds(tree), trims
     return Tables(*known, is_open, piece_width, scale, neighbourhoods.none())
-
-
-def _open_pieces(body: Faces, trims: trim.TrimTables) -> FloatArray:
-    joins = np.array([len(edge.uses) > 1 for edge in body.edges], dtype=bool)
-    ends = ~joins | gaping_edges(body)
-    edge = np.asarray(trims.piece_edge)
-    known = edge >= 0
-    is_open = stitches(body)[1].astype(np.float64)
-    is_open[known] = ends[edge[known]]
-    return is_open
 
 
 def _share_trimmed_sides(elements: Elements, trims: trim.TrimTables, is_open: FloatArray) -> None:

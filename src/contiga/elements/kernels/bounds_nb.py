@@ -47,40 +47,20 @@ def restrict(coefs, degree, box, net):
 
 
 @inner()
-def _difference(net, degree, order, work):
-    """Largest |A| and |w| of the net's mixed difference of `order`, as a derivative on [0, 1]²."""
-    p, q = degree
-    a, b = order
-    if a > p or b > q:
-        return 0.0, 0.0
-    for k in range((p + 1) * (q + 1)):
-        for c in range(4):
-            work[k, c] = net[k, c]
-    factor = 1.0
-    for m in range(a):
-        factor *= p - m
-        for i in range(p - m):
-            for j in range(q + 1):
-                for c in range(4):
-                    work[i * (q + 1) + j, c] = (
-                        work[(i + 1) * (q + 1) + j, c] - work[i * (q + 1) + j, c]
-                    )
-    for m in range(b):
-        factor *= q - m
-        for i in range(p + 1 - a):
-            for j in range(q - m):
-                for c in range(4):
-                    work[i * (q + 1) + j, c] = (
-                        work[i * (q + 1) + j + 1, c] - work[i * (q + 1) + j, c]
-                    )
+def _differences(net, shape, stride, step, factor, out):
+    """Differences of coefficients from each of the first `shape` = (rows, columns) of a net to that
+    `step` places on, into `out`; rows begin `stride` places apart.
+
+    Returns the largest |A| and |w| of them, times `factor`.
+    """
     top = 0.0
     top_w = 0.0
-    for i in range(p + 1 - a):
-        for j in range(q + 1 - b):
-            k = i * (q + 1) + j
-            x = work[k, 0] ** 2 + work[k, 1] ** 2 + work[k, 2] ** 2
-            top = max(top, x)
-            top_w = max(top_w, abs(work[k, 3]))
+    for i in range(shape[0]):
+        for k in range(i * stride, i * stride + shape[1]):
+            for c in range(4):
+                out[k, c] = net[k + step, c] - net[k, c]
+            top = max(top, out[k, 0] ** 2 + out[k, 1] ** 2 + out[k, 2] ** 2)
+            top_w = max(top_w, abs(out[k, 3]))
     return factor * math.sqrt(top), factor * top_w
 
 
@@ -112,16 +92,19 @@ def derivative_bounds(net, degree, size, bound, low, high):
             net[k, c] -= net[k, 3] * middle
         radius = max(radius, square)
     radius = math.sqrt(radius)
-    work = np.empty((n, 4))
-    a10, w10 = _difference(net, degree, (1, 0), work)
-    a01, w01 = _difference(net, degree, (0, 1), work)
-    a20, w20 = _difference(net, degree, (2, 0), work)
-    a11, w11 = _difference(net, degree, (1, 1), work)
-    a02, w02 = _difference(net, degree, (0, 2), work)
-    a30, w30 = _difference(net, degree, (3, 0), work)
-    a21, w21 = _difference(net, degree, (2, 1), work)
-    a12, w12 = _difference(net, degree, (1, 2), work)
-    a03, w03 = _difference(net, degree, (0, 3), work)
+    # Each order from the one before; of an order above the degree there are none, and it is 0.
+    m = q + 1
+    pp, qq = p * (p - 1), q * (q - 1)
+    one, two, end = np.empty((n, 4)), np.empty((n, 4)), np.empty((n, 4))
+    a10, w10 = _differences(net, (p, m), m, m, p, one)
+    a20, w20 = _differences(one, (p - 1, m), m, m, pp, two)
+    a30, w30 = _differences(two, (p - 2, m), m, m, pp * (p - 2), end)
+    a21, w21 = _differences(two, (p - 1, q), m, 1, pp * q, end)
+    a11, w11 = _differences(one, (p, q), m, 1, p * q, two)
+    a12, w12 = _differences(two, (p, q - 1), m, 1, p * qq, end)
+    a01, w01 = _differences(net, (p + 1, q), m, 1, q, one)
+    a02, w02 = _differences(one, (p + 1, q - 1), m, 1, qq, two)
+    a03, w03 = _differences(two, (p + 1, q - 2), m, 1, qq * (q - 2), end)
     v = 1.0 / w_min
     k10 = (a10 + w10 * radius) * v
     k01 = (a01 + w01 * radius) * v

@@ -289,3 +289,13 @@ def points_in_trim(tables, patch, uv):
     for i in range(uv.shape[0]):
         inside[i] = point_in_trim(tables, patch, uv[i, 0], uv[i, 1]) == 1
     return inside
+
+
+@kernel()
+def box_states(tables, patches, boxes):
+    """`box_state` of rows of (u0, u1, v0, v1), each on a patch of its own."""
+    states = np.empty(boxes.shape[0], np.int32)
+    for i in range(boxes.shape[0]):
+        u0, u1, v0, v1 = boxes[i]
+        states[i] = box_state(tables, patches[i], u0, u1, v0, v1)
+    return states

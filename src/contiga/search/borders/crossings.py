@@ -43,8 +43,6 @@ ALIKE = 0.5
 """Cosine between normals that face about the same way."""
 SINGULAR = 1e-7
 """Ratio of derivatives beneath which a place is a pole."""
-GRID = np.array([[0.0, 0.0], [-0.6, -0.6], [-0.6, 0.6], [0.6, -0.6], [0.6, 0.6]])
-"""Places of a leaf, in halves of its sides from its middle."""
 
 
 class Crossing(NamedTuple):
@@ -69,6 +67,10 @@ class _Places(NamedTuple):
     point: FloatArray
     along: FloatArray
     """(n, 2, 3) derivatives along u and v."""
+
+    def of(self, rows: IndexArray) -> _Places:
+        """Some of them."""
+        return _Places(self.patch[rows], self.uv[rows], self.point[rows], self.along[rows])
 
 
 def crossing_of(body: Faces, group: IntArray, slit: float) -> Crossing | None:
@@ -147,19 +149,9 @@ def near_leaves(tables: Tables, within: float = 0.0) -> IndexArray:
 
 def _led_together(body: Faces, tables: Tables, pairs: IndexArray) -> tuple[_Places, _Places]:
     """Places of two leaves each that are one point."""
-    plates = tables.plates
-    x, y = GRID.T[:, :, None]
-    on = [
-        plates["middle"][side][:, None]
-        + x * plates["x"][side][:, None]
-        + y * plates["y"][side][:, None]
-        for side in pairs.T
-    ]
-    off = np.linalg.norm(on[0][:, :, None] - on[1][:, None], axis=3).reshape(len(pairs), -1)
-    count = max(STARTS, min(FEW // len(pairs), len(GRID) ** 2))
-    nearest = np.argsort(off, axis=1, kind="stable")[:, :count]
-    share = 0.5 + 0.5 * GRID[np.stack(np.divmod(nearest, len(GRID)), axis=2)]
-    starts = Starts(pairs, share, np.take_along_axis(off, nearest, axis=1))
+    count = max(STARTS, min(FEW // len(pairs), common_point_nb.N_STARTS))
+    starts = Starts(pairs, np.empty((len(pairs), count, 2, 2)), np.empty((len(pairs), count)))
+    common_point_nb.nearest_starts(tables.plates, starts)
     common = CommonPoints.of(len(pairs), count)
     given = tables.elements, tables.leaves, starts, MET * body.size, common
     run_ranges(common_point_nb.lead_together, len(pairs), POINTS // count + 1, *given)
@@ -167,10 +159,6 @@ def _led_together(body: Faces, tables: Tables, pairs: IndexArray) -> tuple[_Plac
     uv, point, along = (field[common.met] for field in common[1:])
     one, two = (_Places(patch[:, k], uv[:, k], point[:, k], along[:, k]) for k in (0, 1))
     return one, two
-
-
-def _taken(at: _Places, rows: NDArray[np.bool_] | IndexArray) -> _Places:
-    return _Places(at.patch[rows], at.uv[rows], at.point[rows], at.along[rows])
 
 
 def _pierce(body: Faces, one: _Places, two: _Places, margin: float) -> NDArray[np.bool_]:
@@ -187,38 +175,37 @@ def _pierce(body: Faces, one: _Places, two: _Places, margin: float) -> NDArray[n
         sine = np.linalg.norm(line, axis=1)
         line /= sine[:, None]
         across = [np.cross(line, normal) / sine[:, None] for normal in normals]
-    steep = (sine > STEEP) & ((one.patch != two.patch) | (_apart(one, two) > 4.0 * margin))
-    proved = np.zeros(len(sine), bool)
+    apart = np.linalg.norm(((two.uv - one.uv)[:, None] @ one.along)[:, 0], axis=1)
+    steep = (sine > STEEP) & ((one.patch != two.patch) | (apart > 4.0 * margin))
+    some = np.flatnonzero(steep)
+    one, two = one.of(some), two.of(some)
+    to_uv = [np.linalg.pinv(side.along.transpose(0, 2, 1), rcond=SINGULAR) for side in (one, two)]
+    proved = np.zeros(len(some), bool)
     for along in (1.0, -1.0):
-        rows = np.flatnonzero(steep & ~proved)
+        rows = np.flatnonzero(~proved)
         for aside in (0.0, 1.0, -1.0):
-            for side, way in zip((one, two), across, strict=True):
-                to = margin * (along * line[rows] + aside * way[rows])
-                rows = rows[_goes_on(body, _taken(side, rows), to, 0.5 * margin)]
+            for side, inverse, way in zip((one, two), to_uv, across, strict=True):
+                to = margin * (along * line[some[rows]] + aside * way[some[rows]])
+                uv = side.uv[rows] + (inverse[rows] @ to[:, :, None])[:, :, 0]
+                rows = rows[_on_face(body, side.patch[rows], uv, side.point[rows] + to, margin)]
         proved[rows] = True
-    return proved
+    steep[some] = proved
+    return steep
 
 
-def _goes_on(body: Faces, side: _Places, way: FloatArray, tol: float) -> NDArray[np.bool_]:
-    """Whether faces contain the points that lie `way` (n, 3) from places on them, within `tol`."""
-    slope = side.along.transpose(0, 2, 1)
-    uv = side.uv + (np.linalg.pinv(slope, rcond=SINGULAR) @ way[:, :, None])[:, :, 0]
-    target = side.point + way
+def _on_face(
+    body: Faces, patch: IndexArray, uv: FloatArray, target: FloatArray, margin: float
+) -> NDArray[np.bool_]:
+    """Whether faces contain the points `target` (n, 3) at about (u, v), within half of `margin`."""
     there = np.zeros(len(uv), bool)
-    for k in np.unique(side.patch).tolist():
-        rows = np.flatnonzero(side.patch == k)
+    for k in np.unique(patch).tolist():
+        rows = np.flatnonzero(patch == k)
         low, high = np.array(body.patches[k].domain).T
         rows = rows[((low <= uv[rows]) & (uv[rows] <= high)).all(axis=1)]
         miss = np.linalg.norm(body.patches[k].evaluate(uv[rows]) - target[rows], axis=1)
-        rows = rows[miss <= tol]
+        rows = rows[miss <= 0.5 * margin]
         if body.trims[k] is not None:
             inside = points_in_trim(body.trim_tables, k, as_contiguous(uv[rows], np.float64))
-            rows = rows[inside.astype(bool)]
+            rows = rows[inside]
         there[rows] = True
     return there
-
-
-def _apart(one: _Places, two: _Places) -> FloatArray:
-    """How far apart places of one face are, along it: by its derivatives at the first."""
-    way = (two.uv - one.uv)[:, None] @ one.along
-    return np.asarray(np.linalg.norm(way[:, 0], axis=1))

@@ -13,7 +13,6 @@ What is found is exact to the tolerance; a small overlap far from those places m
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -81,24 +80,20 @@ def meetings_of(body: Faces, piece: IntArray, tolerance: float) -> tuple[Meeting
     piece : (patches,) number of the piece each is of
     tolerance : nearer than this they touch, length
     """
-    groups = [np.flatnonzero(piece == k) for k in np.unique(piece)]
-    pieces = _Pieces(body, groups)
-    boxes = pieces.boxes
-    patch = tables_of(body).leaves["patch"]
-    leaves = piece[patch[near_leaves(tables_of(body), tolerance)]]
-    close = set(map(tuple, np.unique(np.sort(leaves, axis=1), axis=0).tolist()))
-    near = [
-        (i, j)
-        for i, j in combinations(range(len(groups)), 2)
-        if (i, j) in close or _holds(boxes[i], boxes[j]) or _holds(boxes[j], boxes[i])
-    ]
     meetings: list[Meeting] = []
-    for i, j in near:
-        meeting = _meeting(pieces, pieces[i], pieces[j], tolerance)
-        if meeting is not None:
-            meetings.append(_at_crossing(body, piece, meeting) if meeting.overlap else meeting)
-        if len(meetings) == MOST:
-            break
+    groups = [np.flatnonzero(piece == k) for k in np.unique(piece)]
+    if len(groups) > 1:
+        pieces = _Pieces(body, groups)
+        low, high = pieces.boxes.swapaxes(0, 1)
+        near = ((low[:, None] >= low) & (high[:, None] <= high)).all(axis=2)
+        patch = tables_of(body).leaves["patch"]
+        near[tuple(piece[patch[near_leaves(tables_of(body), tolerance)]].T)] = True
+        for i, j in np.argwhere(np.triu(near | near.T, 1)).tolist():
+            meeting = _meeting(pieces, pieces[i], pieces[j], tolerance)
+            if meeting is not None:
+                meetings.append(_at_crossing(body, piece, meeting) if meeting.overlap else meeting)
+            if len(meetings) == MOST:
+                break
     if not meetings:
         common = coincident_at(body)
         if common is not None:
@@ -117,17 +112,6 @@ def _at_crossing(body: Faces, piece: IntArray, meeting: Meeting) -> Meeting:
     return meeting._replace(patches=crossing.patches, point=crossing.point)
 
 
-def _holds(box: FloatArray, other: FloatArray) -> bool:
-    """Whether a box lies within another."""
-    return bool((other[0] <= box[0]).all() and (box[1] <= other[1]).all())
-
-
-def _overlap(a: FloatArray, b: FloatArray, tolerance: float) -> FloatArray | None:
-    """(2, 3) what two boxes have in common, `tolerance` wider; None if nothing."""
-    box = np.array([np.maximum(a[0], b[0]) - tolerance, np.minimum(a[1], b[1]) + tolerance])
-    return box if (box[0] <= box[1]).all() else None
-
-
 class _Pieces:
     """The pieces of a body, each looked into when first asked for."""
 
@@ -140,26 +124,23 @@ class _Pieces:
 
     def __getitem__(self, k: int) -> _Piece:
         if k not in self._made:
-            self._made[k] = _made(self._body, self._faces[k], self._groups[k], self.boxes[k])
+            tables, faces, patches = tables_of(self._body), self._faces[k], self._groups[k]
+            mine = np.isin(tables.leaves["patch"], patches) & (tables.leaves["element"] >= 0)
+            plates = tables.plates[mine]
+            middle, x, y = plates["middle"], plates["x"], plates["y"]
+            corners = [middle + i * x + j * y for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+            triangles = [np.stack([corners[0], *corners[m : m + 2]], axis=1) for m in (1, 2)]
+            turn = 1 if faces.volume() > 0.0 else -1
+            bulge = float(plates["departure"].max())
+            flat = np.concatenate(triangles)
+            self._made[k] = _Piece(faces, patches, self.boxes[k], flat, bulge, turn)
         return self._made[k]
-
-
-def _made(body: Faces, faces: Faces, patches: IndexArray, box: FloatArray) -> _Piece:
-    tables = tables_of(body)
-    mine = np.isin(tables.leaves["patch"], patches) & (tables.leaves["element"] >= 0)
-    plates = tables.plates[mine]
-    x, y = plates["x"], plates["y"]
-    corners = [plates["middle"] + i * x + j * y for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-    triangles = np.concatenate([np.stack([corners[0], *corners[k : k + 2]], 1) for k in (1, 2)])
-    turn = 1 if faces.volume() > 0.0 else -1
-    bulge = float(plates["departure"].max())
-    return _Piece(faces, patches, box, triangles, bulge, turn)
 
 
 def _meeting(pieces: _Pieces, first: _Piece, second: _Piece, tolerance: float) -> Meeting | None:
     """A place where two pieces meet."""
-    box = _overlap(first.box, second.box, tolerance)
-    assert box is not None
+    low = np.maximum(first.box[0], second.box[0]) - tolerance
+    box = np.array([low, np.minimum(first.box[1], second.box[1]) + tolerance])
     aside = ASIDE * float(np.linalg.norm(box[1] - box[0]))
     for one, other in ((first, second), (second, first)):
         meeting, nearest = _looked_at(pieces, one, other, box, tolerance)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -26,11 +24,9 @@ from contiga.geometry.slits import (
     stitches,
     widest_slit,
 )
-from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray, IndexArray, IntArray
 
 if TYPE_CHECKING:
-    from contiga.elements.element_arrays import Records
     from contiga.search.borders.crossings import Crossing
     from contiga.search.borders.meetings import Meeting
 
@@ -163,7 +159,12 @@ def openings_of(body: Faces) -> Openings:
 
 def _found(body: Faces) -> Openings:
     joints = joints_of(body)
-    length = sum(_length(body.edges[k].curve) for k in np.flatnonzero(joints.open))
+    curves = [body.edges[k].curve for k in np.flatnonzero(joints.open)]
+    breaks = [np.unique(curve.knots) for curve in curves]
+    length = sum(
+        _length(curve, np.stack([ends[:-1], ends[1:]]))
+        for curve, ends in zip(curves, breaks, strict=True)
+    )
     extents, is_open = stitches(body)
     sides, side_joints = _unnamed_sides(body)
     turned, at_odds = turned_faces(len(body.patches), joints.joints + side_joints)
@@ -220,69 +221,49 @@ def _worst(body: Faces) -> tuple[float, tuple[int, ...], tuple[float, float, flo
     return image.gap, patches, image.point
 
 
-def _joints_over(table: Records, rows: IntArray, side: int) -> Iterator[Joint]:
-    """The joints of the elements `rows`, which go on over their `side`."""
-    other = table["neighbour"][rows, side]
-    sense = SENSE[side] * SENSE[table["neighbour_side"][rows, side]]
-    agree = sense * (1 - 2 * table["flip"][rows, side]) < 0
-    patches, others = table["patch"][rows], table["patch"][other]
-    for k, patch, same in zip(patches.tolist(), others.tolist(), agree.tolist(), strict=True):
-        yield Joint(min(k, patch), max(k, patch), same)
-
-
 def _unnamed_sides(body: Faces) -> tuple[list[float], list[Joint]]:
     """Lengths of free sides of untrimmed patches that no edge names, and the joints of others."""
     named = {(use.patch, use.index) for e in body.edges for use in e.uses if use.loop == UNTRIMMED}
-    whole = [k for k, loops in enumerate(body.trims) if loops is None]
     reach = reach_of_loops(body)
-    unnamed = [
-        (k, side)
-        for k in whole
-        for side in range(4)
-        if (k, side) not in named and _net_length(body.patches[k], side) > reach[k, UNTRIMMED]
-    ]
-    if not unnamed:
+    unnamed = np.zeros((len(body.patches), 4), bool)
+    for k in (k for k, loops in enumerate(body.trims) if loops is None):
+        net = body.patches[k].control_points
+        for side, row in enumerate((net[0], net[-1], net[:, 0], net[:, -1])):
+            # Its length is 0 where the side is a point, else no less than the side's.
+            length = float(np.linalg.norm(np.diff(row, axis=0), axis=1).sum())
+            unnamed[k, side] = (k, side) not in named and length > reach[k, UNTRIMMED]
+    if not unnamed.any():
         return [], []
     from contiga.search.tables import tables_of
 
     table = tables_of(body).elements.table
+    patch = table["patch"]
+    domain = np.array([np.ravel(surface.domain) for surface in body.patches])
+    rows, sides = np.nonzero(unnamed[patch] & (table["box"] == domain[patch]))
+    order = np.lexsort([rows, sides, patch[rows]])
+    rows, sides = rows[order], sides[order]
+    kind = table["kind"][rows, sides]
+    free = kind == BORDER
     lengths = []
-    joints: dict[Joint, None] = {}
-    for k, side in unnamed:
-        rows = np.flatnonzero(table["patch"] == k)
-        rows = rows[_at_side(table["box"][rows], side)]
-        kind = table["kind"][rows, side]
-        free = rows[kind == BORDER]
-        if len(free):
-            axis = 2 * (1 - side // 2)
-            spans = table["box"][free][:, axis : axis + 2]
-            parts = (_side_length(body.patches[k], side, span) for span in spans.tolist())
-            lengths.append(sum(parts))
-        joints |= dict.fromkeys(_joints_over(table, rows[kind <= CREASE], side))
-    return lengths, list(joints)
+    for k, side in dict.fromkeys(
+        zip(patch[rows[free]].tolist(), sides[free].tolist(), strict=True)
+    ):
+        here = rows[free & (patch[rows] == k) & (sides == side)]
+        along = 1 - side // 2
+        end = {"uv"[1 - along]: domain[k, side]}
+        spans = table["box"][here][:, 2 * along : 2 * along + 2]
+        lengths.append(_length(body.patches[k].isocurve(**end), spans.T))
+    rows, sides = rows[kind <= CREASE], sides[kind <= CREASE]
+    other = table["neighbour"][rows, sides]
+    sense = SENSE[sides] * SENSE[table["neighbour_side"][rows, sides]]
+    agree = sense * (1 - 2 * table["flip"][rows, sides]) < 0
+    pairs = np.sort([patch[rows], patch[other]], axis=0)
+    joints = zip(*pairs.tolist(), agree.tolist(), strict=True)
+    return lengths, [Joint(*each) for each in dict.fromkeys(joints)]
 
 
-def _at_side(boxes: FloatArray, side: int) -> np.ndarray:
-    """Which elements (boxes u0, u1, v0, v1 of one patch) stand at a side of their patch."""
-    ends = boxes[:, side]
-    return ends == (ends.max() if side % 2 else ends.min())
-
-
-def _net_length(patch: NurbsSurface, side: int) -> float:
-    """Length of the control polygon of a side: 0 of a point, else no less than the side's."""
-    net = patch.control_points[-(side % 2)] if side < 2 else patch.control_points[:, -(side % 2)]
-    return float(np.linalg.norm(np.diff(net, axis=0), axis=1).sum())
-
-
-def _side_length(surface: NurbsSurface, side: int, span: tuple[float, float]) -> float:
-    (u0, u1), (v0, v1) = surface.domain
-    end = (u0, u1, v0, v1)[side]
-    curve = surface.isocurve(u=end) if side < 2 else surface.isocurve(v=end)
-    return _length(curve.restricted(*span))
-
-
-def _length(curve: NurbsCurve) -> float:
-    """Length of a curve by chords, to about 1e-4 of it."""
-    breaks = np.unique(curve.knots)
-    t = np.unique(np.concatenate([np.linspace(a, b, SAMPLES) for a, b in pairwise(breaks)]))
-    return float(np.linalg.norm(np.diff(curve.evaluate(t), axis=0), axis=1).sum())
+def _length(curve: NurbsCurve, spans: FloatArray) -> float:
+    """Length of a curve over spans of its parameter (2, n), by chords, to about 1e-4 of it."""
+    t = np.linspace(spans[0], spans[1], SAMPLES)
+    points = curve.evaluate(t.ravel()).reshape(*t.shape, 3)
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=2).sum())

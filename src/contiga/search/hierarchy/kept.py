@@ -33,18 +33,13 @@ class Kept(Generic[T]):
         """That of the body which `tables` are of, worked out at the first call, with `how`."""
         key = self._key(tables)
         if key not in self._kept:
-            self._kept[key] = self._read_or_built(tables, *how)
+            disk = self._disk if len(tables.elements.table) >= self._least else None
+            self._kept[key] = (
+                self._build(tables, *how)
+                if disk is None
+                else disk.kept(_digest_of(tables, how), lambda: self._build(tables, *how))
+            )
         return self._kept[key]
-
-    def _read_or_built(self, tables: Tables, *how: Any) -> T:
-        """Read from the disk, or worked out."""
-        if self._disk is None or len(tables.elements.table) < self._least:
-            return self._build(tables, *how)
-        return self._disk.kept(_digest_of(tables, how), lambda: self._build(tables, *how))
-
-    def there(self, tables: Tables) -> T | None:
-        """The same if it is there."""
-        return self._kept.get(id(tables.elements.table))
 
     def if_worth(self, tables: Tables, asked: int, worth: int) -> T | None:
         """The same if it is there, or `asked` with all that was asked before is `worth` it."""

@@ -9,6 +9,7 @@ from tests.unit.search.borders.test_crossings import bent_pipe
 import contiga as cg
 from contiga.search.borders import crossings
 from contiga.search.borders.crossings import near_leaves
+from contiga.search.hierarchy import build
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.tables import tables_of
 
@@ -38,7 +39,10 @@ def by_all_pairs(tables: Tables, within: float) -> set[tuple[int, int]]:
 
 @pytest.mark.parametrize("within", [0.0, 0.05])
 @pytest.mark.parametrize("name", BODIES)
-def test_near_leaves_are_those_of_all_pairs_whose_boxes_meet(name: str, within: float) -> None:
+def test_near_leaves_are_those_of_all_pairs_whose_boxes_meet(
+    name: str, within: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(build, "FLATNESS", (0.2,))  # fewer leaves, of which all pairs are tried
     tables = tables_of(BODIES[name]())
     pairs = near_leaves(tables, within)
     found = set(map(tuple, np.sort(pairs, axis=1).tolist()))

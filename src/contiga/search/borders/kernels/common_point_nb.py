@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from contiga.elements.kernels.element_nb import evaluate, parameters
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
@@ -21,6 +23,40 @@ NEARER = 0.35
 """Share of their distance that each step leaves of it at most."""
 RANK = 1e-14
 """Share of a matrix that is added to one that may be singular."""
+
+PLACES = np.array([[0.0, 0.0], [-0.6, -0.6], [-0.6, 0.6], [0.6, -0.6], [0.6, 0.6]])
+"""Places of a leaf that are looked at, in halves of its sides from its middle."""
+N_PLACES, N_STARTS = len(PLACES), len(PLACES) ** 2
+"""How many these are, and their pairs on two leaves."""
+
+
+@kernel()
+def nearest_starts(plates, starts):
+    """Fill in the starts of each pair of leaves: those of its pairs of places that are nearest to
+    each other on the leaves' plates, the nearest first."""
+    on = scratch(2, N_PLACES, 3)
+    off = scratch(N_STARTS)
+    for pair in range(starts.pairs.shape[0]):
+        for side in range(2):
+            plate = plates[starts.pairs[pair, side]]
+            for i in range(N_PLACES):
+                for c in range(3):
+                    on[side, i, c] = plate["middle"][c] + PLACES[i, 0] * plate["x"][c]
+                    on[side, i, c] += PLACES[i, 1] * plate["y"][c]
+        for k in range(N_STARTS):
+            one, two = on[0, k // N_PLACES], on[1, k % N_PLACES]
+            x, y, z = one[0] - two[0], one[1] - two[1], one[2] - two[2]
+            off[k] = math.sqrt(x * x + y * y + z * z)
+        for i in range(starts.share.shape[1]):
+            k = 0
+            for other in range(1, N_STARTS):
+                if off[other] < off[k]:
+                    k = other
+            starts.distance[pair, i] = off[k]
+            off[k] = math.inf
+            for axis in range(2):
+                starts.share[pair, i, 0, axis] = 0.5 + 0.5 * PLACES[k // N_PLACES, axis]
+                starts.share[pair, i, 1, axis] = 0.5 + 0.5 * PLACES[k % N_PLACES, axis]
 
 
 @kernel()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.arrays.codes import OUT
+from contiga.arrays.kernels.rows_nb import doubled
 from contiga.elements.kernels.bounds_nb import subdivide
 from contiga.jit import kernel
 
@@ -12,34 +13,26 @@ from contiga.jit import kernel
 @kernel()
 def surface_leaves(elements, flatness, depth):
     """Element (n,), box (n, 4), bound (n, 9), low and high (n, 3) of all surface leaves."""
+    table = elements.table
     most = 1 << depth
-    boxes = np.empty((most, 4))
-    bounds = np.empty((most, 9))
-    corners = np.empty((most, 6))
-    total = 0
-    counts = np.zeros(elements.table.shape[0], np.int64)
-    for e in range(elements.table.shape[0]):
-        if elements.table[e]["trim"] != OUT:
-            counts[e] = subdivide(elements, e, flatness, depth, boxes, bounds, corners)
-            total += counts[e]
-    element = np.empty(total, np.int32)
-    box = np.empty((total, 4))
-    bound = np.empty((total, 9))
-    low = np.empty((total, 3))
-    high = np.empty((total, 3))
+    boxes = np.empty((most + table.shape[0], 4))
+    bounds = np.empty((most + table.shape[0], 9))
+    corners = np.empty((most + table.shape[0], 6))
+    end = np.empty(table.shape[0], np.int64)
+    n = 0
+    for e in range(table.shape[0]):
+        if table[e]["trim"] != OUT:
+            if n + most > boxes.shape[0]:
+                boxes, bounds, corners = doubled(boxes), doubled(bounds), doubled(corners)
+            n += subdivide(elements, e, flatness, depth, boxes[n:], bounds[n:], corners[n:])
+        end[e] = n
+    element = np.empty(n, np.int32)
     k = 0
-    for e in range(elements.table.shape[0]):
-        if elements.table[e]["trim"] == OUT:
-            continue
-        subdivide(elements, e, flatness, depth, boxes, bounds, corners)
-        for i in range(counts[e]):
+    for e in range(table.shape[0]):
+        while k < end[e]:
             element[k] = e
-            for c in range(box.shape[1]):
-                box[k, c] = boxes[i, c]
-            for c in range(bound.shape[1]):
-                bound[k, c] = bounds[i, c]
             for c in range(3):
-                low[k, c] = corners[i, c] + elements.table[e]["origin"][c]
-                high[k, c] = corners[i, 3 + c] + elements.table[e]["origin"][c]
+                corners[k, c] += table[e]["origin"][c]
+                corners[k, 3 + c] += table[e]["origin"][c]
             k += 1
-    return element, box, bound, low, high
+    return element, boxes[:n], bounds[:n], corners[:n, :3], corners[:n, 3:]

@@ -25,78 +25,53 @@ SURELY = 1e-9
 """Sine of an angle that is not rounding's."""
 
 
-@inner()
-def _fill_stretch(elements, grid, trims, leaf, plate, h):
-    """The plate of a curve leaf; returns its element."""
-    d = scratch(3, 3)
-    t0 = leaf["box"][0]
-    t1 = leaf["box"][1]
-    w = 0.5 * (t1 - t0)
-    e, _, _ = curve_point(elements, grid, trims, -1 - leaf["element"], 0.5 * (t0 + t1), h, d)
-    for c in range(3):
-        plate["middle"][c] = d[0, c]
-        plate["x"][c] = w * d[1, c]
-        plate["y"][c] = 0.0
-    plate["departure"] = 0.5 * leaf["bound"][1] * w * w
-    return e
-
-
-@inner()
-def _fill_piece(elements, trims, leaf, plate, h):
-    """The plate of a surface leaf; returns its element."""
-    e = leaf["element"]
-    s0, s1, t0, t1 = leaf["box"]
-    s = 0.5 * (s0 + s1)
-    t = 0.5 * (t0 + t1)
-    hs = 0.5 * (s1 - s0)
-    ht = 0.5 * (t1 - t0)
-    evaluate(elements, e, s, t, h)
-    for c in range(3):
-        plate["middle"][c] = h[c, 0]
-        plate["x"][c] = hs * h[c, 1]
-        plate["y"][c] = ht * h[c, 2]
-    k = leaf["bound"]
-    plate["departure"] = 0.5 * (k[2] * hs * hs + k[4] * ht * ht) + k[3] * hs * ht
-    if not in_face(elements, trims, e, s, t):
-        plate["spare"] = math.inf
-    plate["departure"] += elements.table[e]["noise"]
-    plate["edge_tolerance"] = elements.table[e]["edge_tolerance"]
-    return e
-
-
-@inner()
-def _fill_normal(plate):
-    x, y = plate["x"], plate["y"]
-    n = cross((x[0], x[1], x[2]), (y[0], y[1], y[2]))
-    length = math.sqrt(dot(n, n))
-    for c in range(3):
-        plate["normal"][c] = n[c] / length if length > 0.0 else 0.0
-
-
 @kernel()
 def fill_plates(elements, grid, trims, leaves, rounding, plates):
     """The plates of all leaves, body axes; `rounding` is that of their coordinates, a length."""
     h = scratch(4, 6)
-    for k in range(leaves.shape[0]):
-        plate = plates[k]
-        plate["spare"] = 0.0
-        if leaves[k]["element"] < 0:
-            e = _fill_stretch(elements, grid, trims, leaves[k], plate, h)
+    d = scratch(3, 3)
+    for i in range(leaves.shape[0]):
+        plate, e, bound = plates[i], leaves[i]["element"], leaves[i]["bound"]
+        s0, s1, t0, t1 = leaves[i]["box"]
+        s = 0.5 * (s0 + s1)
+        hs = 0.5 * (s1 - s0)
+        plate["spare"] = rounding
+        if e < 0:
+            e, _, _ = curve_point(elements, grid, trims, -1 - e, s, h, d)
+            for c in range(3):
+                plate["middle"][c] = d[0, c]
+                plate["x"][c] = hs * d[1, c]
+                plate["y"][c] = 0.0
+            plate["departure"] = 0.5 * bound[1] * hs * hs
         else:
-            e = _fill_piece(elements, trims, leaves[k], plate, h)
+            t = 0.5 * (t0 + t1)
+            ht = 0.5 * (t1 - t0)
+            evaluate(elements, e, s, t, h)
+            for c in range(3):
+                plate["middle"][c] = h[c, 0]
+                plate["x"][c] = hs * h[c, 1]
+                plate["y"][c] = ht * h[c, 2]
+            bend = 0.5 * (bound[2] * hs * hs + bound[4] * ht * ht) + bound[3] * hs * ht
+            plate["departure"] = bend + elements.table[e]["noise"]
+            plate["edge_tolerance"] = elements.table[e]["edge_tolerance"]
+            if not in_face(elements, trims, e, s, t):
+                plate["spare"] = math.inf
+        x, y = plate["x"], plate["y"]
         xx = xy = yy = 0.0
         for c in range(3):
             plate["middle"][c] += elements.table[e]["origin"][c]
-            xx += plate["x"][c] * plate["x"][c]
-            xy += plate["x"][c] * plate["y"][c]
-            yy += plate["y"][c] * plate["y"][c]
+            xx += x[c] * x[c]
+            xy += x[c] * y[c]
+            yy += y[c] * y[c]
         plate["metric"][0] = xx
         plate["metric"][1] = xy
         plate["metric"][2] = yy
         plate["departure"] += rounding
-        plate["spare"] += rounding
         plate["radius"] = math.sqrt(xx + yy + 2.0 * abs(xy)) + plate["departure"]
-        _fill_normal(plate)
+        n = cross((x[0], x[1], x[2]), (y[0], y[1], y[2]))
+        length = math.sqrt(dot(n, n))
+        for c in range(3):
+            plate["normal"][c] = n[c] / length if length > 0.0 else 0.0
 
 
 @inner()
