@@ -1,4 +1,4 @@
-"""Slaves whose nodes are x = N q of matter: the same as its elements, and energy and momentum kept."""
+"""Slaves whose nodes are x = N q of matter: they move as its elements do, and keep what those keep."""
 
 from __future__ import annotations
 
@@ -208,6 +208,6 @@ def test_matter_of_other_points_is_refused() -> None:
     motion = cg.motion.Deforming(material=Refined())
     with pytest.raises(InputError, match="its points must be those of the slave"):
         dropped(sheet(SIDE), motion)
-    moved = cg.Slave(grid(FINE) + [0.0, 0.0, 0.1], facets(FINE))
-    with pytest.raises(InputError, match="0.1 apart"):
+    moved = cg.Slave(grid(FINE) + np.array([0.0, 0.0, 0.1]), facets(FINE))
+    with pytest.raises(InputError, match=r"0\.1 apart"):
         dropped(moved, motion)
