@@ -1,4 +1,4 @@
-"""Slaves whose nodes are x = N q of matter: they move as its elements do, and keep what those keep."""
+"""Slaves whose nodes are x = N q of matter: they move as its elements do, and keep energy."""
 
 from __future__ import annotations
 
