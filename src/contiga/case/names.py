@@ -10,11 +10,12 @@ from contiga.case.spec import suggest
 from contiga.dynamics.springs import GROUND
 from contiga.errors import CaseError
 
+EITHER = "body or slave"
 # Keys of tables that name a body or a slave, and which of them.
 _NAMING = {
     "contact": {"master": "body", "slave": "slave"},
     "load": {"body": "body"},
-    "spring": {"between": "body"},
+    "spring": {"between": EITHER},
     "sensor": {"body": "body", "between": "body"},
 }
 
@@ -68,15 +69,17 @@ def misnamed(data: Mapping[str, Any], places: Sequence[tuple[int | str, ...]]) -
 
     None where it cannot be known: where tables or names of bodies and slaves are themselves wrong.
     """
-    known = {kind: _names_of(data.get(kind)) for kind in ("body", "slave")}
+    bodies, slaves = (_names_of(data.get(kind)) for kind in ("body", "slave"))
     unknown = any(len(place) < 2 or place[-1] == "name" for place in places)
-    if unknown or None in known["body"] + known["slave"]:
+    if unknown or None in bodies + slaves:
         return []
+    # Names that may stand there, and others that may be meant by mistake.
+    known = {"body": (bodies, slaves), "slave": (slaves, bodies), EITHER: (bodies + slaves, [])}
     faults = []
     for key, keys in _NAMING.items():
         for i, table in enumerate(data.get(key) or []):
             for name, kind, where in _named(table, keys, f"{key}[{i}]"):
-                names, (other,) = known[kind], (known[one] for one in known if one != kind)
+                names, other = known[kind]
                 if name == GROUND and key == "spring":
                     continue
                 try:

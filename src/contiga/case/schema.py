@@ -19,7 +19,7 @@ from contiga.case.geometry_spec import GeometrySpec
 from contiga.case.load_spec import LoadSpec
 from contiga.case.mass_spec import MassSpec
 from contiga.case.motion_spec import BodyMotionSpec, SeriesSpec, SlaveMotionSpec
-from contiga.case.names import check_apart, check_defined, check_unique
+from contiga.case.names import EITHER, check_apart, check_defined, check_unique
 from contiga.case.output_spec import OutputSpec
 from contiga.case.points_spec import BodyPoints, PointsSpec
 from contiga.case.problems import case_error, relocated
@@ -184,9 +184,9 @@ class Case(Spec):
 
     @model_validator(mode="after")
     def _parts_fit_together(self) -> Self:
-        deforms = any(slave.motion.kind == "deform" for slave in self.slave)
-        moved = deforms or any(body.motion.by_forces for body in self.body)
-        if not (self.body or deforms):
+        nodes = any(slave.motion.by_forces for slave in self.slave)
+        moved = nodes or any(body.motion.by_forces for body in self.body)
+        if not (self.body or nodes):
             raise CaseError("is missing", where="body", allowed="at least one [[body]]")
         if not (self.contact or moved):
             raise CaseError(
@@ -222,6 +222,11 @@ class Case(Spec):
         slaves = [slave.name for slave in self.slave]
         for where, name in self._named_bodies():
             yield partial(check_defined, where, name, "body", bodies, slaves)
+        for i, spring in enumerate(self.spring):
+            for k, end in enumerate(spring.between):
+                if end != GROUND:
+                    where = f"spring[{i}].between[{k}]"
+                    yield partial(check_defined, where, end, EITHER, bodies + slaves, [])
         for i, one in enumerate(self.sensor):
             for key in ("node", "section"):
                 if (slave := getattr(one, key, None)) is not None:
@@ -268,10 +273,6 @@ class Case(Spec):
                 yield from ((f"sensor[{i}].between[{k}]", end) for k, end in enumerate(one.between))
             elif isinstance(one, PointSensorSpec):
                 yield f"sensor[{i}].body", one.body
-        for i, spring in enumerate(self.spring):
-            for k, end in enumerate(spring.between):
-                if end != GROUND:
-                    yield f"spring[{i}].between[{k}]", end
 
     def _checks_of_places(self) -> Iterator[Callable[[], object]]:
         places = {part.name: f"body[{i}]" for i, part in enumerate(self.body)}

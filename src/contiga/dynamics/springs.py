@@ -1,9 +1,10 @@
-"""Springs and dampers between two points of bodies, or of a body and the ground."""
+"""Springs and dampers between two points of bodies, nodes of slaves, or the ground."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -65,8 +66,9 @@ class Spring:
 
     Parameters
     ----------
-    between : names of two bodies, or of one and "ground"
-    at : (2, 3) the points, one of each, world coordinates at the start of the run
+    between : names of two bodies or slaves, or of one and "ground"
+    at : (2, 3) the points, one of each, world coordinates at the start of the run; on a slave the
+        spring ends at the node that is nearest
     curve : force over elongation, tension positive: a number is a stiffness for both signs; a
         table goes on below its first point as its extrapolation says
     unloading, hysteresis_slope : as for the laws of a contact. Such a spring carries tension only
@@ -108,6 +110,8 @@ class Spring:
     length: float
     name: str
     filter: str | None
+    is_taut: bool
+    """Whether the length at rest is the distance of the points at the start."""
 
     def __init__(
         self,
@@ -138,6 +142,15 @@ class Spring:
         put(self, "length", rest)
         put(self, "name", name or "-".join(pair))
         put(self, "filter", None if filter is None else one_of("filter", filter, FILTERS))
+        put(self, "is_taut", length is None)
+
+    def with_ends(self, at: FloatArray) -> Spring:
+        """A copy between other points (2, 3) at the start, as long at rest as it was given."""
+        moved, ends = copy(self), _ends(at)
+        object.__setattr__(moved, "at", ends)
+        if self.is_taut:
+            object.__setattr__(moved, "length", math.dist(*ends.tolist()))
+        return moved
 
     def start(self, ends_W: ArrayLike, velocities_W: ArrayLike) -> SpringState:
         """The state at the start: energy stored before it, none dissipated yet.
@@ -208,7 +221,7 @@ def _axial(ends: FloatArray, velocities: ArrayLike) -> tuple[float, float]:
 
 
 def _pair(between: Sequence[str]) -> tuple[str, str]:
-    allowed = f'the names of two bodies, or of one and "{GROUND}"'
+    allowed = f'the names of two bodies or slaves, or of one and "{GROUND}"'
     names = [between] if isinstance(between, str) else list(between)
     if len(names) != 2 or not all(isinstance(name, str) and name for name in names):
         raise InputError("must be two names", where="between", found=between, allowed=allowed)

@@ -167,7 +167,7 @@ def _couplings(model: Model, state: SystemState, of: Of) -> list[tuple[str, list
         along, across = map(float, spring.stiffness_bound(now))
         way = now.ends[1:] - now.ends[:1]
         axis = way / now.length if now.length > 0.0 else np.array([[1.0, 0.0, 0.0]])
-        for k, row in system.free_ends(spring):
+        for k, row in system.free_ends(name):
             body = state.rigid[row], system.fixed[row]
             at = now.ends[k : k + 1], axis
             rates = Rates(
@@ -175,6 +175,12 @@ def _couplings(model: Model, state: SystemState, of: Of) -> list[tuple[str, list
                 straight(fastest)(*at, np.array([float(spring.damping)]), np.zeros(1), *body),
             )
             ends.append(_End(row, rates, rates))
+        for _, slave, node in system.ends[name]:
+            if slave is not None and slave in system.masses:
+                mover, at_node = system.nodes[slave], np.array([node], np.int32)
+                square = mover.fastest(at_node, np.array([max(along, across)]))
+                decay = mover.fastest(at_node, np.array([float(spring.damping)]))
+                ends.append(_End(slave, Rates(square, decay), Rates()))
         if ends:
             couplings.append((f"spring {name!r}", ends))
     return couplings

@@ -22,6 +22,9 @@ from contiga.rigid.inertia import of_points
 from contiga.rigid.rigid_lanes import FIXED, STATE
 from contiga.slaves.slave import Slave
 
+NEAR_NODE = 0.02
+"""How far a spring's end may be from the node that it is put on, as a share of the slave's size."""
+
 
 class Sides(NamedTuple):
     """The bodies at the two sides of a contact."""
@@ -38,6 +41,16 @@ class Sides(NamedTuple):
     """(3,) reference point of the master, body axes."""
     size: float
     """Of the master, length."""
+
+
+class SpringEnd(NamedTuple):
+    """What an end of a spring is on; the ground where neither a body nor a slave is named."""
+
+    body: int | None = None
+    """Number of the body, in the end."""
+    slave: str | None = None
+    node: int = 0
+    """Of the slave."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +76,9 @@ class Mechanism:
     contacts: tuple[Any, ...]
     """As `contiga.simulation.model.ContactPart`."""
     springs: Mapping[str, Spring]
+    """Those on slaves end at nodes."""
+    ends: Mapping[str, tuple[SpringEnd, SpringEnd]]
+    """Of each spring."""
     loads: tuple[Load, ...]
 
     @cached_property
@@ -109,15 +125,20 @@ class Mechanism:
         """Number of the body that one is fixed to in the end, by its name."""
         return int(self.root[self.index[name]])
 
-    def number(self, name: str) -> int | None:
-        """The root of a body, by its name; None of the ground."""
-        world = name == GROUND and name not in self.index
-        return None if world else self.root_of(name)
-
-    def free_ends(self, spring: Spring) -> list[tuple[int, int]]:
+    def free_ends(self, spring: str) -> list[tuple[int, int]]:
         """Numbers of the ends of a spring that are on free bodies, and rows of these."""
-        numbers = enumerate(map(self.number, spring.between))
-        return [(end, self.row[i]) for end, i in numbers if i is not None and i in self.row]
+        bodies = enumerate(end.body for end in self.ends[spring])
+        return [(k, self.row[i]) for k, i in bodies if i is not None and i in self.row]
+
+    @cached_property
+    def tied(self) -> Mapping[str, list[tuple[str, int, int]]]:
+        """Springs that end on nodes of each slave: their names, which end, and the node."""
+        tied: dict[str, list[tuple[str, int, int]]] = {}
+        for name, ends in self.ends.items():
+            for k, end in enumerate(ends):
+                if end.slave is not None:
+                    tied.setdefault(end.slave, []).append((name, k, end.node))
+        return tied
 
     @cached_property
     def sides(self) -> Mapping[str, Sides]:
@@ -196,18 +217,10 @@ def mechanism_of(
     fixed = [fixed_of(name, motion) for name, motion in zip(names, motions, strict=True)]
     rows = [row_of(motion, one) for motion, one in zip(motions, fixed, strict=True)]
     free = np.array([index[name] for name in names], dtype=np.intp)
+    placed, ends = {}, {}
     for name, spring in springs.items():
-        where = f"spring {name!r}: between"
-        if GROUND in spring.between and GROUND in index:
-            raise InputError(
-                "means the world, and is also the name of a body",
-                where=where,
-                found=GROUND,
-                remedy="Rename the body",
-            )
-        for end in spring.between:
-            if end != GROUND:
-                _host(where, end, index)
+        ends[name], at = _ends_of(name, spring, (root, index), slaves, nodes)
+        placed[name] = spring if (at == spring.at).all() else spring.with_ends(at)
     for i, load in enumerate(loads):
         _host(f"load[{i}]: body", load.body, index)
     return Mechanism(
@@ -220,9 +233,62 @@ def mechanism_of(
         {index[name]: part.motion for name, part in bodies.items() if is_driven(part.motion)},
         nodes,
         contacts,
-        springs,
+        placed,
+        ends,
         loads,
     )
+
+
+def _ends_of(
+    name: str,
+    spring: Spring,
+    bodies: tuple[NDArray[np.intp], Mapping[str, int]],
+    slaves: Mapping[str, Any],
+    nodes: Mapping[str, NodeMover],
+) -> tuple[tuple[SpringEnd, SpringEnd], FloatArray]:
+    """What the ends of a spring are on, and where (2, 3) they are at the start.
+
+    Raises
+    ------
+    InputError
+        No body or slave of this name, one called "ground", a point far from all nodes of its slave.
+    """
+    (root, index), ends, at = bodies, [], spring.at.copy()
+    for k, of in enumerate(spring.between):
+        where = f"spring {name!r}: between"
+        if of == GROUND and (of in index or of in slaves):
+            raise InputError(
+                "means the world, and is also the name of a body or slave",
+                where=where,
+                found=GROUND,
+                remedy="Rename the body or slave",
+            )
+        if of == GROUND:
+            ends.append(SpringEnd())
+        elif of in slaves and of not in index:
+            host = nodes[of].host
+            if host is not None:  # a body carries all of it
+                ends.append(SpringEnd(host))
+                continue
+            points = slaves[of].slave.points
+            off = np.sqrt(np.square(points - at[k]).sum(axis=1))
+            node = int(np.argmin(off))
+            if not off[node] <= NEAR_NODE * float(np.ptp(points, axis=0).max()):
+                raise InputError(
+                    f"no node of slave {of!r} is there: the nearest, node {node}, is "
+                    f"{off[node]:.4g} away at {points[node].tolist()}",
+                    where=f"spring {name!r}: at[{k}]",
+                    found=at[k].tolist(),
+                    allowed=f"no farther from a node than {NEAR_NODE:g} of the slave's size",
+                )
+            at[k] = points[node]
+            ends.append(SpringEnd(None, of, node))
+        else:
+            known = dict(index)
+            if of not in index:
+                known |= dict.fromkeys(slaves, 0)
+            ends.append(SpringEnd(int(root[_host(where, of, known)])))
+    return (ends[0], ends[1]), at
 
 
 def _mover(

@@ -130,7 +130,7 @@ class Model(Displayed):
         for kind, named in parts.items():
             for name in named:
                 check_name(name, f"{kind}: name")
-        moved = len(self.mechanism.free) or self.mechanism.deforms
+        moved = len(self.mechanism.free) or self.mechanism.masses
         if not (names or moved) or len(set(names)) < len(names):
             raise InputError(
                 "there must be contacts, each with a name of its own", where="contacts", found=names

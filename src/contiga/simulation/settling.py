@@ -113,7 +113,7 @@ def settled(model: Model, clock: Clock, on_settle: OnSettle | None = None) -> St
             # A share of the velocities of nodes is turned to where the forces pull.
             slaves = {}
             for name, nodes in resting.mechanism.nodes.items():
-                acting = ForcesOn(resting, name, state.contacts)
+                acting = ForcesOn(resting, name, state.contacts, state.springs)
                 slaves[name] = nodes.steered(state.slaves[name], acting, resting.gravity, share)
             state, share = replace(state, slaves=slaves), FADING * share
     raise RunError(
@@ -175,7 +175,7 @@ def _balance(model: Model, state: SystemState) -> Imbalance:
     system = model.mechanism
     force = load = reaction = rounding = 0.0
     for name, nodes in system.nodes.items():
-        acting = ForcesOn(model, name, state.contacts)
+        acting = ForcesOn(model, name, state.contacts, state.springs)
         one = nodes.imbalance(state.slaves[name], acting, model.gravity)
         force, load = force + one.force, load + one.load
         reaction, rounding = reaction + one.reaction, rounding + one.rounding

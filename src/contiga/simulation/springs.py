@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from contiga.dynamics.nodes import SlaveState
 from contiga.dynamics.springs import SpringState
 from contiga.records import FloatArray
 from contiga.rigid.frames import cross
@@ -25,19 +26,23 @@ lengthens, what it would give back, and what it has lost since the start."""
 
 
 def spring_states(
-    model: Model, last: Mapping[str, SpringState] | None, bodies: BodyStates
+    model: Model,
+    last: Mapping[str, SpringState] | None,
+    bodies: BodyStates,
+    slaves: Mapping[str, SlaveState],
 ) -> dict[str, SpringState]:
     """All springs where their ends are now, after the `last` states; None at the start."""
     states = {}
     for name, spring in model.mechanism.springs.items():
         ends, velocities = np.empty((2, 3)), np.zeros((2, 3))
-        for k, body in enumerate(spring.between):
+        for k, (i, slave, node) in enumerate(model.mechanism.ends[name]):
             ends[k] = spring.at[k]
-            i = model.mechanism.number(body)
             if i is not None:
                 pose, twist = bodies.poses[i], bodies.twists[i]
                 ends[k] = point_of(pose, model.origins[i], spring.at[k])
                 velocities[k] = twist[:3] + cross(twist[3:], ends[k] - pose[:3, 3])
+            elif slave is not None:
+                ends[k], velocities[k] = (part[node] for part in slaves[slave])
         if last is None:
             states[name] = spring.start(ends, velocities)
         else:
@@ -50,8 +55,7 @@ def add_pulls(
 ) -> None:
     """Add what springs do to the wrenches (n, 6) on bodies at `poses` (n, 4, 4)."""
     for name, spring in springs.items():
-        for k, body in enumerate(system.springs[name].between):
-            i = system.number(body)
+        for k, (i, _, _) in enumerate(system.ends[name]):
             if i is not None:
                 pull = spring.pull if k == 0 else -1.0 * spring.pull
                 total[i, :3] += pull
@@ -65,9 +69,12 @@ def spring_columns(model: Model, state: SystemState) -> dict[str, float]:
         now, rate = state.springs[name], 0.0
         if now.length > 0.0:  # how fast it lengthens, at the end of the step; the ground stands
             speeds = []
-            for k, body in enumerate(spring.between):
-                i = model.mechanism.number(body)
-                speeds.append(np.zeros(3) if i is None else point_velocity(state, i, now.ends[k]))
+            for k, (i, slave, node) in enumerate(model.mechanism.ends[name]):
+                if slave is not None:
+                    speeds.append(state.slaves[slave].velocities[node])
+                else:
+                    at = now.ends[k]
+                    speeds.append(np.zeros(3) if i is None else point_velocity(state, i, at))
             along = (now.ends[1] - now.ends[0]) / now.length
             rate = float(np.sum(along * (speeds[1] - speeds[0])))
         values = (

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.contact.loads import NO_ROWS
+from contiga.contact.loads import NO_ROWS, Column
 from contiga.contact.state import State
 from contiga.dynamics.nodes import Instant, Pushes, SlaveState, Stored
 from contiga.dynamics.rigid_bodies import (
@@ -61,11 +61,13 @@ class Placement(NamedTuple):
 
 
 class ForcesOn(NamedTuple):
-    """What the contacts do on the nodes of a slave, summed once it is asked for; see `Forces`."""
+    """What contacts and springs do on the nodes of a slave, summed once it is asked for; see
+    `Forces`."""
 
     model: Model
     name: str
     contacts: Mapping[str, State]
+    springs: Mapping[str, SpringState]
 
     def __call__(self) -> FloatArray:
         """(n, 3) of all nodes."""
@@ -77,6 +79,9 @@ class ForcesOn(NamedTuple):
         for part in self.model.contacts:
             if part.slave == self.name:
                 columns.append(self.contacts[part.name].kept.force)
+        for name, end, node in self.model.mechanism.tied.get(self.name, ()):
+            pull = self.springs[name].pull
+            columns.append(Column(np.array([node], np.int32), (-pull if end else pull)[None]))
         if len(columns) == 1:
             return Pushes(*columns[0])
         rows, place = np.unique(
@@ -90,12 +95,22 @@ class ForcesOn(NamedTuple):
         return Pushes(rows, forces)
 
 
-def nodal_force(model: Model, name: str, contacts: Mapping[str, State]) -> FloatArray:
-    """(n, 3) that the contacts do on the nodes of a slave."""
+def nodal_force(
+    model: Model,
+    name: str,
+    contacts: Mapping[str, State],
+    springs: Mapping[str, SpringState],
+) -> FloatArray:
+    """Return the forces (n, 3) of contacts and springs on the nodes of a slave."""
+    tied = model.mechanism.tied.get(name, ())
     forces = [contacts[part.name].force for part in model.contacts if part.slave == name]
     if not forces:
-        return np.zeros(model.slaves[name].slave.points.shape)
-    return np.asarray(sum(forces[1:], forces[0]))
+        forces = [np.zeros(model.slaves[name].slave.points.shape)]
+    total = np.array(sum(forces[1:], forces[0]))
+    for spring, end, node in tied:
+        pull = springs[spring].pull
+        total[node] += -pull if end else pull
+    return total
 
 
 def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -> Stepped:
@@ -131,17 +146,20 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
     system, now = model.mechanism, standing.now
     springs: dict[str, SpringState] = {}
     if system.springs:
-        springs = spring_states(model, None if last is None else last.springs, standing.bodies)
+        pulled = None if last is None else last.springs
+        springs = spring_states(model, pulled, standing.bodies, standing.slaves)
     if last is not None:
         for name in system.masses:
             before, there = last.slaves[name], standing.slaves[name]
-            acting = ForcesOn(model, name, contacts)
+            acting = ForcesOn(model, name, contacts, springs)
             standing.slaves[name] = system.nodes[name].kick(before, there, acting, now)
     total = wrenches(model, contacts, springs, standing)
     kinetic = kicked(standing.free, system.fixed, total[system.free], now.dt)
     external, initial, peak = 0.0, None, 0.0
     if last is not None:
-        external = last.energy.external + external_work(model, last, standing, contacts, total)
+        external = last.energy.external + external_work(
+            model, last, standing, contacts, springs, total
+        )
         initial, peak = last.energy.initial, last.peak_energy
     inside = []
     for name in system.masses:
@@ -204,7 +222,7 @@ def place(model: Model, last: SystemState | None, time: float) -> Placement:
         if last is None:
             slaves[name] = nodes.start(now)
         else:
-            acting = ForcesOn(model, name, last.contacts)
+            acting = ForcesOn(model, name, last.contacts, last.springs)
             slaves[name] = nodes.drift(last.slaves[name], acting, now)
     return Placement(BodyStates(system.index, poses, twists), slaves, free, now)
 
@@ -241,7 +259,7 @@ def wrenches(
             add_forces(total[host], points, force, poses[host, :3, 3])
     for name, nodes in system.nodes.items():
         for host, points, force in nodes.pulls(
-            standing.slaves[name], ForcesOn(model, name, contacts)
+            standing.slaves[name], ForcesOn(model, name, contacts, springs)
         ):
             add_forces(total[host], points, force, poses[host, :3, 3])
     if springs:
@@ -311,6 +329,7 @@ def external_work(
     last: SystemState,
     standing: Placement,
     contacts: Mapping[str, State],
+    springs: Mapping[str, SpringState],
     wrenches: FloatArray,
 ) -> float:
     """Work done from outside in a step: by gravity, loads and what moves prescribed bodies and
@@ -335,7 +354,7 @@ def external_work(
         of_bodies -= 0.5 * float((both[3:] * turn).sum())
     for name, nodes in system.nodes.items():
         if nodes.host is None:  # else the body has their forces
-            before = ForcesOn(model, name, last.contacts)
-            after = ForcesOn(model, name, contacts)
+            before = ForcesOn(model, name, last.contacts, last.springs)
+            after = ForcesOn(model, name, contacts, springs)
             of_points += nodes.by_motion(last.slaves[name], slaves[name], before, after)
     return work + of_bodies + of_points

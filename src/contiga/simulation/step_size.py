@@ -224,7 +224,7 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
     limit = limit_of(model, last, "lasting") if model.mechanism.moved else NO_LIMIT
     kicks = 0.0
     for name, nodes in model.mechanism.joined.items():
-        acting = ForcesOn(model, name, last.contacts)
+        acting = ForcesOn(model, name, last.contacts, last.springs)
         kicks += nodes.kick_energy(last.slaves[name], acting, model.gravity)
     start = Start(last, stepping.most, limit, kicks)
     cut = proposed(model, stepping, start)
@@ -476,7 +476,7 @@ def shaking_of(model: Model, last: SystemState, state: SystemState, limit: Limit
                 _add_felt(rates, model, part, places, felt.forces, state)
     for name in state.springs:
         both = (last.springs[name], -1.0, last), (state.springs[name], 1.0, state)
-        for end, k in system.free_ends(system.springs[name]):
+        for end, k in system.free_ends(name):
             for spring, sign, at in both:
                 if spring.length == 0.0:
                     continue
@@ -597,8 +597,9 @@ def changes_of_points(model: Model, last: SystemState, state: SystemState) -> fl
 
 
 def _change_of_nodes(model: Model, name: str, last: SystemState, state: SystemState) -> FloatArray:
-    """(n, 3) by which the forces of contacts on the nodes of a slave change."""
-    return nodal_force(model, name, last.contacts) - nodal_force(model, name, state.contacts)
+    """(n, 3) by which the forces of contacts and springs on the nodes of a slave change."""
+    before = nodal_force(model, name, last.contacts, last.springs)
+    return before - nodal_force(model, name, state.contacts, state.springs)
 
 
 def _sharing(before: State, now: State) -> IndexArray:

@@ -21,7 +21,7 @@ _MANY_STEPS = 150_000
 def check_layout(scene: Scene) -> Iterator[Finding]:
     """Slaves and contacts that have no effect, or twice the effect."""
     model = scene.model
-    used = {part.slave for part in model.contacts}
+    used = {part.slave for part in model.contacts} | model.mechanism.tied.keys()
     for name, slave in model.slaves.items():
         if name not in used and not model.mechanism.nodes[name].joined:
             yield Finding(
