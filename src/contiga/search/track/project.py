@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from math import ceil
 
 import numpy as np
@@ -125,17 +124,11 @@ def track(
 
 
 def rows_of_a_chunk(n: int, elements: int) -> int:
-    """Rows of n that are tracked together on a surface of so many elements."""
-    return _chunk(n, elements, thread_count())
+    """Rows of n that are tracked together on a surface of so many elements.
 
-
-@lru_cache
-def _chunk(n: int, elements: int, threads: int) -> int:
-    """Rows that are tracked together: enough of them to an element, and some chunks a thread.
-
-    As many chunks for each thread, and they all end at once.
+    Enough of them to an element, and as many chunks for each thread, so that they all end at once.
     """
-    share = n / threads
+    share = n / thread_count()
     wanted = max(min(share / CHUNKS, LARGEST), min(ROWS_AN_ELEMENT * elements, share), SMALLEST)
     chunks = max(round(share / wanted), 1)
     return max(ceil(share / chunks), SMALLEST)

@@ -85,24 +85,6 @@ class Chunk(NamedTuple):
     """One past the last."""
 
 
-class Block(NamedTuple):
-    """Rows of one element, in the order of the elements."""
-
-    element: int
-    first: int
-    last: int
-    """One past the last."""
-
-
-class OrderedRows(NamedTuple):
-    """The rows of a chunk, as lanes are handed them."""
-
-    records: FloatArray
-    """(rows, RECORD)."""
-    order: IntArray
-    """Rows in the order of their elements."""
-
-
 class Waiting(NamedTuple):
     """Feet that wait until there are enough of them for a block of lanes."""
 

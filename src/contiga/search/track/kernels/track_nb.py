@@ -70,7 +70,7 @@ from contiga.search.track.kernels.mixed_lanes_nb import (
     wait,
     wait_beyond,
 )
-from contiga.search.track.track_records import Block, Chunk, OrderedRows
+from contiga.search.track.track_records import Chunk
 
 LINES = PARTS * PARTS * NUMBERS * SIZE // LINE
 """Lines of the memory of what is kept of the surroundings of an element's parts."""
@@ -86,26 +86,6 @@ def _room(tables, proves, queue, waiting, records):
     while waiting == LANES:
         waiting = go_on(tables, proves, queue, waiting, records)
     return waiting
-
-
-@inner(linked=False)
-def _see_to_trims(tables, block, lanes, rows):
-    """Flag the feet of a block that are trimmed away, and clear proofs that a trim invalidates."""
-    records, order = rows.records, rows.order
-    elements = tables.elements
-    e, first, last = block.element, block.first, block.last
-    patch = elements.table[e]["patch"]
-    cut = elements.table[e]["trim"] == CUT
-    trimmed = tables.trims.trimmed[patch] != 0
-    for i in range(first, last):
-        bank, l, row = lanes[(i - first) // WIDE], (i - first) % WIDE, order[i]
-        s, t = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
-        if bank[ROW_STATE * WIDE + l] != DONE:
-            continue
-        if cut and not in_face(elements, tables.trims, e, s, t):
-            records[row, FLAG] = TO_WALK
-        elif trimmed and records[row, PROVED] != 0.0:
-            records[row, PROVED] = 1.0 if is_whole_about(tables, patch, bank, l) else 0.0
 
 
 @inner()
@@ -134,7 +114,7 @@ def track_lanes(tables, path, starts, chunk, records, left, m, out):
     elements = tables.elements
     lanes, element = new_lanes(ROWS), scratch(LANE_NUMBERS)
     queue, waiting = new_queue(), 0
-    last, rows, gone = -1, OrderedRows(records, order), stack_int64(LANES)
+    last, gone = -1, stack_int64(LANES)
     for b in range(blocks.shape[0]):
         e, first, end = blocks[b, 0], blocks[b, 1], blocks[b, 2]
         form, trim = elements.table[e]["form"], elements.table[e]["trim"]
@@ -180,8 +160,18 @@ def track_lanes(tables, path, starts, chunk, records, left, m, out):
             prove_lanes(lanes, banks, element, tables.scale[1])
             _ask_for_next(tables.neighbourhoods, blocks, b, 1)
         unload(lanes, records, order, first, end)
-        if trim == CUT or tables.trims.trimmed[elements.table[e]["patch"]] != 0:
-            _see_to_trims(tables, Block(e, first, end), lanes, rows)
+        patch = elements.table[e]["patch"]
+        trimmed = tables.trims.trimmed[patch] != 0
+        # Feet that are trimmed away are flagged, and proofs that a trim invalidates are cleared.
+        for i in range(first, end if trim == CUT or trimmed else first):
+            bank, l, row = lanes[(i - first) // WIDE], (i - first) % WIDE, order[i]
+            s, t = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
+            if bank[ROW_STATE * WIDE + l] != DONE:
+                continue
+            if trim == CUT and not in_face(elements, tables.trims, e, s, t):
+                records[row, FLAG] = TO_WALK
+            elif trimmed and records[row, PROVED] != 0.0:
+                records[row, PROVED] = 1.0 if is_whole_about(tables, patch, bank, l) else 0.0
         if lanes_in(LEFT, lanes, banks) > 0:
             # Listed without a choice: which rows have left is as random as the points.
             n = 0
