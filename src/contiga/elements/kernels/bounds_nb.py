@@ -231,10 +231,11 @@ def split_direction(bound, size, flatness):
 
 
 @inner()
-def subdivide(elements, e, flatness, depth, boxes, bounds, corners):
-    """Leaves of element e into boxes[:, 4], bounds[:, 9], corners[:, 6]; returns how many.
+def subdivide(elements, e, flatness, depth, rows):
+    """Leaves of element e into the first rows (m, 20); returns how many there are.
 
-    `corners` are relative to the element's origin. At most `depth` halvings a leaf.
+    A row is e, the box in (s, t), nine bounds, and the low and the high corner of the box around
+    the control points. At most `depth` halvings a leaf.
     """
     p = elements.table[e]["degree"][0]
     q = elements.table[e]["degree"][1]
@@ -245,23 +246,21 @@ def subdivide(elements, e, flatness, depth, boxes, bounds, corners):
     stack = scratch(64, 5)
     put(stack, 0, (-0.5, 0.5, -0.5, 0.5, 0.0))
     top = 1
-    n_boxes = 0
+    count = 0
     while top > 0:
         top -= 1
         s0, s1, t0, t1, level = stack[top]
-        box = (s0, s1, t0, t1)
-        restrict(coefs, (p, q), box, net)
+        row = rows[count]
+        restrict(coefs, (p, q), (s0, s1, t0, t1), net)
         size = (s1 - s0, t1 - t0)
-        derivative_bounds(
-            net, (p, q), size, bounds[n_boxes], corners[n_boxes, :3], corners[n_boxes, 3:]
-        )
-        way = split_direction(bounds[n_boxes], size, flatness)
+        derivative_bounds(net, (p, q), size, row[5:14], row[14:17], row[17:20])
+        way = split_direction(row[5:14], size, flatness)
         if way < 0 or level >= depth:
-            boxes[n_boxes, 0] = s0
-            boxes[n_boxes, 1] = s1
-            boxes[n_boxes, 2] = t0
-            boxes[n_boxes, 3] = t1
-            n_boxes += 1
+            put(rows, count, (float(e), s0, s1, t0, t1))
+            for c in range(3):
+                row[14 + c] += elements.table[e]["origin"][c]
+                row[17 + c] += elements.table[e]["origin"][c]
+            count += 1
         elif way == 0:
             m = 0.5 * (s0 + s1)
             put(stack, top, (s0, m, t0, t1, level + 1.0))
@@ -272,4 +271,4 @@ def subdivide(elements, e, flatness, depth, boxes, bounds, corners):
             put(stack, top, (s0, s1, t0, m, level + 1.0))
             put(stack, top + 1, (s0, s1, m, t1, level + 1.0))
             top += 2
-    return n_boxes
+    return count

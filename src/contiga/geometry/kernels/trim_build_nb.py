@@ -15,6 +15,10 @@ ROOT_WIDTH = 1e-14
 FLAT = 1e-15
 """A derivative below this share of its terms' size is rounding, not a turning point."""
 
+MOST_BREAKS = 16
+"""Breaks a coefficient of a segment: `roots_inside` tells of four a coefficient of a turning
+polynomial, of which there are two, with twice as many coefficients."""
+
 
 @inner()
 def _binomial(n, k):
@@ -85,7 +89,8 @@ def roots_inside(c):
     stack = np.empty((64 + 2 * n, n))
     lows = np.empty(64 + 2 * n)
     widths = np.empty(64 + 2 * n)
-    stack[0] = c
+    for i in range(n):  # as in `rows_nb`
+        stack[0, i] = c[i]
     lows[0], widths[0] = 0.0, 1.0
     top = 1
     while top > 0:
@@ -161,29 +166,33 @@ def monotone_pieces(segments, degrees):
 
     Returns coefficients, the segment each piece comes from and its parameter interval there.
     """
-    capacity = 8 + 4 * segments.shape[0]
-    coefs = np.empty((capacity, segments.shape[1], 3))
-    source = np.empty(capacity, np.int32)
-    interval = np.empty((capacity, 2))
+    breaks = np.empty((segments.shape[0], MOST_BREAKS * segments.shape[1]))
+    count = np.empty(segments.shape[0], np.int64)
+    total = 0
+    for s in range(segments.shape[0]):
+        found = monotone_breaks(segments[s], degrees[s])
+        count[s] = found.size - 1
+        total += count[s]
+        for k in range(found.size):
+            breaks[s, k] = found[k]
+    coefs = np.empty((total, segments.shape[1], 3))
+    source = np.empty(total, np.int32)
+    interval = np.empty((total, 2))
     n = 0
     for s in range(segments.shape[0]):
-        breaks = monotone_breaks(segments[s], degrees[s])
         rest = segments[s].copy()
-        for k in range(breaks.size - 1):
-            if n == coefs.shape[0]:
-                coefs = np.concatenate((coefs, np.empty_like(coefs)))
-                source = np.concatenate((source, np.empty_like(source)))
-                interval = np.concatenate((interval, np.empty_like(interval)))
-            if k < breaks.size - 2:
-                t = (breaks[k + 1] - breaks[k]) / (1.0 - breaks[k])
+        for k in range(count[s]):
+            head = rest
+            if k < count[s] - 1:
+                t = (breaks[s, k + 1] - breaks[s, k]) / (1.0 - breaks[s, k])
                 head, rest = split_first(rest, degrees[s], t)
-            else:
-                head = rest
-            coefs[n] = head
+            for i in range(segments.shape[1]):
+                for c in range(3):
+                    coefs[n, i, c] = head[i, c]
             source[n] = s
-            interval[n, 0], interval[n, 1] = breaks[k], breaks[k + 1]
+            interval[n, 0], interval[n, 1] = breaks[s, k], breaks[s, k + 1]
             n += 1
-    return coefs[:n], source[:n], interval[:n]
+    return coefs, source, interval
 
 
 @inner()
@@ -285,7 +294,10 @@ def fill_cells(tables):
                 for k in range(pieces.size):
                     if first[k] <= i <= last[k]:
                         if n_listed == listed.size:
-                            listed = np.concatenate((listed, np.empty_like(listed)))
+                            more = np.empty(2 * n_listed, np.int32)
+                            for m in range(n_listed):
+                                more[m] = listed[m]
+                            listed = more
                         listed[n_listed] = pieces[k]
                         n_listed += 1
                 if n_listed == before:
@@ -296,7 +308,10 @@ def fill_cells(tables):
                     tables.cell_parity[cell] = _parity_right(tables, pieces, first, i, v_low)
                     for v in _cell_toggles(tables, pieces, first, i, (v_low, v_high)):
                         if n_flips == flips.size:
-                            flips = np.concatenate((flips, np.empty_like(flips)))
+                            further = np.empty(2 * n_flips)
+                            for m in range(n_flips):
+                                further[m] = flips[m]
+                            flips = further
                         flips[n_flips] = v
                         n_flips += 1
                 cell_start[cell + 1] = n_listed

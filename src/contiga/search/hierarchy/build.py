@@ -47,11 +47,11 @@ def build_hierarchy(elements: Elements, grid: Grid, trims: TrimTables) -> Hierar
     for flatness in FLATNESS:
         faces = hierarchy_nb.surface_leaves(elements, flatness, DEPTH)
         curves = curve_leaves_nb.curve_leaves(elements, grid, trims, flatness, CURVE_DEPTH)
-        if len(faces[0]) + len(curves[0]) <= FLAT_LEAVES:
+        rows = np.concatenate([faces, curves])
+        if len(rows) <= FLAT_LEAVES:
             break
-    element, box, bound, low, high = (
-        np.concatenate(pair) for pair in zip(faces, curves, strict=True)
-    )
+    element = rows[:, 0].astype(np.int32)
+    box, bound, low, high = np.split(rows[:, 1:], [4, 13, 16], axis=1)
     # Where its edges have width, a face reaches that much beyond them.
     on_face = element >= 0
     edge_tolerance = elements.table["edge_tolerance"][element[on_face], None]

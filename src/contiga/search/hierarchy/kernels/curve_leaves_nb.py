@@ -61,18 +61,6 @@ def _cuts(grid, trims, piece, cuts):
     return n
 
 
-@inner()
-def _local_curve(elements, e, trims, piece, coefs):
-    """Homogeneous coefficients of a p-curve in the (s, t) of element e, four a point."""
-    box = elements.table[e]["box"]
-    for i in range(trims.piece_degree[piece] + 1):
-        x, y, w = trims.piece_coefs[piece, i]
-        coefs[4 * i] = (x - w * box[0]) / (box[1] - box[0]) - 0.5 * w
-        coefs[4 * i + 1] = (y - w * box[2]) / (box[3] - box[2]) - 0.5 * w
-        coefs[4 * i + 2] = 0.0
-        coefs[4 * i + 3] = w
-
-
 @inner(linked=False)
 def _inner_side(trims, piece):
     """1 where the face is to the left of a piece in (u, v), −1 to the right, 0 where neither or
@@ -132,18 +120,6 @@ def _way_in(tables, piece, middle, side, bound, box, bend):
 
 
 @inner()
-def _is_point(elements, e, low, high):
-    """Whether a p-curve between low and high (s, t) runs along a side of element e that is one
-    point."""
-    kind = elements.table[e]["kind"]
-    for side in range(4):
-        x, axis = (-0.5, 0.5)[side % 2], side // 2
-        if kind[side] == POLE and abs(low[axis] - x) <= ON_POLE and abs(high[axis] - x) <= ON_POLE:
-            return True
-    return False
-
-
-@inner()
 def _bounds(tables, piece, side, stretch, net, bound):
     """Bounds of |C'|, |C''|, |C'''| over a stretch inside one element, into bound[:3]; the way into
     the face and how far it is off, into bound[3:7]; the side and the sine of the normal, bound[7:].
@@ -159,17 +135,26 @@ def _bounds(tables, piece, side, stretch, net, bound):
     e = locate(grid, trims.piece_patch[piece], c[0, 0], c[0, 1])[0]
     coefs = np.empty(4 * (n + 1))
     corner = scratch(2, 3)
-    _local_curve(elements, e, trims, piece, coefs)
+    u0, u1, v0, v1 = elements.table[e]["box"]
+    for i in range(n + 1):
+        x, y, w = trims.piece_coefs[piece, i]
+        coefs[4 * i] = (x - w * u0) / (u1 - u0) - 0.5 * w
+        coefs[4 * i + 1] = (y - w * v0) / (v1 - v0) - 0.5 * w
+        coefs[4 * i + 2] = 0.0
+        coefs[4 * i + 3] = w
     restrict(coefs, (n, 0), (t0 - 0.5, t1 - 0.5, -0.5, 0.5), net)
     derivative_bounds(net, (n, 0), (t1 - t0, 1.0), bound, corner[0], corner[1])
     p1 = bound[0]
     p2 = bound[2]
     p3 = bound[5]
-    if _is_point(elements, e, corner[0], corner[1]):
-        for k in range(9):
-            bound[k] = 0.0
-        bound[6], bound[8] = NOTHING_KNOWN, 1.0
-        return
+    for end in range(4):
+        x, axis = (-0.5, 0.5)[end % 2], end // 2
+        off = max(abs(corner[0, axis] - x), abs(corner[1, axis] - x))
+        if elements.table[e]["kind"][end] == POLE and off <= ON_POLE:
+            for k in range(9):
+                bound[k] = 0.0
+            bound[6], bound[8] = NOTHING_KNOWN, 1.0
+            return
     low_s, low_t = max(corner[0, 0] - THIN, -0.5), max(corner[0, 1] - THIN, -0.5)
     low_s, low_t = min(low_s, 0.5 - THIN), min(low_t, 0.5 - THIN)
     high_s, high_t = max(corner[1, 0] + THIN, low_s + THIN), max(corner[1, 1] + THIN, low_t + THIN)
@@ -179,7 +164,6 @@ def _bounds(tables, piece, side, stretch, net, bound):
     l2 = max(bound[2], bound[4]) + bound[3]
     l3 = bound[5] + 3.0 * bound[6] + 3.0 * bound[7] + bound[8]
     second = l2 * p1 * p1 + l1 * p2
-    u0, u1, v0, v1 = elements.table[e]["box"]
     reach = bound[0] * max(abs(u0), abs(u1), u1 - u0) / (u1 - u0)
     reach += bound[1] * max(abs(v0), abs(v1), v1 - v0) / (v1 - v0)
     bend = 0.5 * (t1 - t0) * second + ROUNDING * reach
@@ -191,46 +175,25 @@ def _bounds(tables, piece, side, stretch, net, bound):
     bound[6], bound[7], bound[8] = off, side, sine
 
 
-@inner()
-def _fill_row(tables, piece, stretch, bound, row):
-    """One leaf: the box about the ends of a stretch, widened by its bulge over the chord."""
-    elements, grid, trims = tables
-    t0, t1 = stretch
-    row[0] = piece
-    row[1] = t0
-    row[2] = t1
-    for c in range(9):
-        row[9 + c] = bound[c]
-    for c in range(3):
-        row[3 + c] = math.inf
-        row[6 + c] = -math.inf
-    h = scratch(4, 6)
-    d = scratch(3, 3)
-    bulge = 0.125 * bound[1] * (t1 - t0) ** 2
-    for end in range(2):
-        e = curve_point(elements, grid, trims, piece, t1 if end == 1 else t0, h, d)[0]
-        for c in range(3):
-            x = d[0, c] + elements.table[e]["origin"][c]
-            row[3 + c] = min(row[3 + c], x - bulge)
-            row[6 + c] = max(row[6 + c], x + bulge)
-
-
 @kernel()
 def curve_leaves(elements, grid, trims, flatness, depth):
-    """Leaves of all trimming pieces: element −1 − piece, box (t0, t1, 0, 0), bounds, low, high.
+    """Rows (n, 20) of the leaves of all trimming pieces: element −1 − piece, box (t0, t1, 0, 0),
+    bounds (9), low (3) and high corner (3).
 
     The first three bounds are of |C'|, |C''| and |C'''|; the next are the way into the face and how
     far it is off at most, the side of the piece that the face is on, and the sine of the angle by
-    which the normal of the face turns at most. Stretches end at the sides of elements
-    and are halved until they are flat, `depth` times at most.
+    which the normal of the face turns at most. Stretches end at the sides of elements and are
+    halved until they are flat, `depth` times at most.
     """
     tables = (elements, grid, trims)
-    rows = np.zeros((64, 18))  # piece, t0, t1, low, high, bounds
+    rows = np.empty((64, 20))
     n = 0
     cuts = np.empty(grid.breaks.shape[0] + 2)
     stack = scratch(64, 3)
     bound = scratch(9)
     net = scratch(16, 4)
+    h = scratch(4, 6)
+    d = scratch(3, 3)
     for piece in range(trims.piece_degree.shape[0]):
         most = _cuts(grid, trims, piece, cuts)
         side = _inner_side(trims, piece)
@@ -251,15 +214,16 @@ def curve_leaves(elements, grid, trims, flatness, depth):
                     continue
                 if n == rows.shape[0]:
                     rows = doubled(rows)
-                _fill_row(tables, piece, (t0, t1), bound, rows[n])
+                put(rows, n, (-1.0 - piece, t0, t1, 0.0, 0.0))
+                for c in range(9):
+                    rows[n, 5 + c] = bound[c]
+                # The box about the ends, widened by the bulge of the stretch over its chord.
+                bulge = 0.125 * bound[1] * (t1 - t0) ** 2
+                for end in range(2):
+                    e = curve_point(elements, grid, trims, piece, t1 if end == 1 else t0, h, d)[0]
+                    for c in range(3):
+                        x = d[0, c] + elements.table[e]["origin"][c]
+                        rows[n, 14 + c] = min(x - bulge, rows[n, 14 + c] if end == 1 else math.inf)
+                        rows[n, 17 + c] = max(x + bulge, rows[n, 17 + c] if end == 1 else -math.inf)
                 n += 1
-    element, box, bounds = np.empty(n, np.int32), np.zeros((n, 4)), np.zeros((n, 9))
-    low, high = np.empty((n, 3)), np.empty((n, 3))
-    for k in range(n):
-        element[k] = np.int32(-1.0 - rows[k, 0])
-        box[k, 0], box[k, 1] = rows[k, 1], rows[k, 2]
-        for c in range(3):
-            low[k, c], high[k, c] = rows[k, 3 + c], rows[k, 6 + c]
-        for c in range(9):
-            bounds[k, c] = rows[k, 9 + c]
-    return element, box, bounds, low, high
+    return rows[:n]
