@@ -78,7 +78,7 @@ class ShellTables(NamedTuple):
 
 @pass_by_pointer
 class SlopeTables(NamedTuple):
-    """Points of edges at which a shell keeps its slope to a neighbour, or to a plane of symmetry."""
+    """Points of edges where a shell keeps its slope to a neighbour, or to a plane of symmetry."""
 
     nodes: IntArray
     """(n, k) control points of the elements on both sides; those of one side fill rows up."""

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 
 from contiga.arrays.layout import locked, positive
@@ -171,9 +172,9 @@ def _section(coefficients: Coefficients, thickness: float, share: float, layers:
 def _groups(
     net: Net, section: _Section, rule: int | None, along: FloatArray | None
 ) -> tuple[list[ShellGroup], FloatArray, list[IntArray]]:
-    """All elements as kernels take them, the area at control points, and the nodes of their rows."""
+    """All elements as kernels take them, areas of control points, and the nodes of their rows."""
     area = np.zeros(len(net.points))
-    kinds: dict[tuple[int, int], list[tuple[IntArray, FloatArray, FloatArray, FloatArray]]] = {}
+    kinds: dict[tuple[int, int], list[tuple[NDArray[Any], ...]]] = {}
     for k, patch in enumerate(net.patches):
         p, q = patch.degrees
         grid = grid_of(net, k, (gauss(rule or p + 1), gauss(rule or q + 1)))
@@ -359,17 +360,15 @@ class Shell:
         if self._slopes is not None:
             nodes = self._slopes.nodes
             blocks.append(_Entries(nodes, self._slope_stiffness(state)))
-        rows, columns, values = (np.concatenate(part) for part in zip(*map(_flattened, blocks)))
+        rows, columns, values = (
+            np.concatenate(part) for part in zip(*map(_flattened, blocks), strict=True)
+        )
         size = 3 * len(self.mass)
         return coo_array((values, (rows, columns)), shape=(size, size)).tocsr()
 
     def pressure(self, q: FloatArray) -> FloatArray:
-        """(m, 3) forces of a unit pressure on the side that S_u × S_v leads away from.
-
-        It follows the surface, at the points of contact: the exact gradient of the volume under
-        them where there is no border.
-        """
-        return self.spread(self._unit_pressure(q))
+        """(m, 3) forces of a pressure of one that pushes along S_u × S_v, and follows the surface."""
+        return self.spread(self.contact.measure[:, None] * self.contact.normals(q))
 
     def _stiffness_of(self, group: ShellGroup, state: MatterState) -> FloatArray:
         """(b, pairs · 9 · LANES) of a group."""
@@ -419,7 +418,7 @@ def _block_entries(group: ShellGroup, pairs: FloatArray) -> _Entries:
     return _Entries(group.elements, values.reshape(n, 3 * k, 3 * k))
 
 
-def _flattened(entries: _Entries) -> tuple[IntArray, IntArray, FloatArray]:
+def _flattened(entries: _Entries) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
     """Rows, columns and values."""
     places = (3 * entries.nodes[:, :, None] + np.arange(3, dtype=np.int32)).reshape(
         len(entries.nodes), -1

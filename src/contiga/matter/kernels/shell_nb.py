@@ -3,8 +3,8 @@
 Kiendl et al., Isogeometric shell analysis with Kirchhoff-Love elements, CMAME 198 (2009), in axes
 of the rest surface that are orthonormal at each Gauss point: F = [f₁, f₂] leads from these axes to
 space, a₃ = f₁ × f₂/J with J = |f₁ × f₂|, E = ½ (FᵀF − I), b_ij = f_ij·a₃, κ = B − b. A basis has
-five rows for each control point I, its derivatives along these axes: G₁, G₂, H₁₁, H₂₂, H₁₂. Forces n
-and moments m are by length at rest, δW = n:δE + m:δκ; with c = m_ij (f_ij − b_ij a₃)/J
+five rows for each control point I, its derivatives along these axes: G₁, G₂, H₁₁, H₂₂, H₁₂. Forces
+n and moments m are by length at rest, δW = n:δE + m:δκ; with c = m_ij (f_ij − b_ij a₃)/J
 
     ∂W/∂x_I = G₁ (n₁₁ f₁ + n₁₂ f₂ − f₂ × c) + G₂ (n₂₂ f₂ + n₁₂ f₁ − c × f₁) − (m:H) a₃.
 
