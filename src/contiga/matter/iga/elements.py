@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from contiga.errors import GeometryError
 from contiga.matter.iga.basis import UU, UV, VALUE, VV, BasisAt, U, V, basis_at, elements_of
-from contiga.matter.iga.net import PARALLEL, Net
+from contiga.matter.iga.net import PARALLEL, Net, Piece
 from contiga.matter.iga.points import SplinePoints, grid_facets, sparse_rows
 from contiga.records import FloatArray
 
@@ -33,7 +33,7 @@ def midpoints(count: int) -> Rule:
 
 
 class Grid(NamedTuple):
-    """Points of all elements of a patch; those along v are first to run, through all elements."""
+    """Points of all elements of a piece; those along v are first to run, through all elements."""
 
     shape: tuple[int, int]
     """Of the grid of elements."""
@@ -51,26 +51,30 @@ class Grid(NamedTuple):
         return np.ascontiguousarray(grid.reshape(e * f, g * h, *values.shape[1:]))
 
 
-def grid_of(net: Net, patch: int, rules: tuple[Rule, Rule]) -> Grid:
-    """Points of the elements of a patch by a rule in u and one in v."""
-    spline = net.patches[patch]
+def grid_of(piece: Piece, rules: tuple[Rule, Rule]) -> Grid:
+    """Points of the elements of a piece by a rule in u and one in v."""
     parameters, weights, shape = [], [], []
-    for knots, rule in zip(spline.knots, rules, strict=True):
+    for knots, rule in zip(piece.knots, rules, strict=True):
         spans = elements_of(knots)
         length = spans[:, 1] - spans[:, 0]
         parameters.append((spans[:, :1] + length[:, None] * rule.points).ravel())
         weights.append((length[:, None] * rule.weights).ravel())
         shape.append(len(spans))
-    at = _at_grid(net, patch, parameters[0], parameters[1])
+    at = _at_grid(piece, parameters[0], parameters[1])
     counts = len(rules[0].points), len(rules[1].points)
     both = (weights[0][:, None] * weights[1]).ravel()
     return Grid((shape[0], shape[1]), counts, at, both)
 
 
-def _at_grid(net: Net, patch: int, u: FloatArray, v: FloatArray) -> BasisAt:
+def _at_grid(piece: Piece, u: FloatArray, v: FloatArray) -> BasisAt:
     uv = np.stack(np.meshgrid(u, v, indexing="ij"), axis=2).reshape(-1, 2)
-    at = basis_at(net.patches[patch], uv)
-    return BasisAt(net.control[patch].ravel()[at.control], at.values)
+    return on_net(piece, uv)
+
+
+def on_net(piece: Piece, uv: FloatArray) -> BasisAt:
+    """Basis functions at parameters (k, 2), with degrees of freedom of the net."""
+    at = basis_at(piece, uv)
+    return BasisAt(piece.control.ravel()[at.control], at.values)
 
 
 class AtRest(NamedTuple):
@@ -107,7 +111,7 @@ def at_rest(net: Net, at: BasisAt, along: FloatArray | None) -> AtRest:
             allowed="surfaces whose S_u and S_v span a plane",
         )
     normal /= area[:, None]
-    first = a if along is None else along - (normal @ along)[:, None] * normal
+    first = a if along is None else along - _dot(normal, along)[:, None] * normal
     length = _lengths(first)
     if (length <= PARALLEL).any() and along is not None:
         raise GeometryError(
@@ -148,9 +152,9 @@ def points_of(net: Net, rules: tuple[Rule, Rule] | None) -> SplinePoints:
     found: list[BasisAt] = []
     measures: list[FloatArray] = []
     shapes: list[tuple[int, int]] = []
-    for k, patch in enumerate(net.patches):
-        p, q = patch.degrees
-        grid = grid_of(net, k, rules or (gauss(p + 1), gauss(q + 1)))
+    for piece in net.pieces:
+        p, q = piece.degrees
+        grid = grid_of(piece, rules or (gauss(p + 1), gauss(q + 1)))
         found.append(grid.at)
         measures.append(grid.weights)
         shapes.append((grid.shape[0] * grid.points[0], grid.shape[1] * grid.points[1]))
@@ -161,14 +165,14 @@ def drawn_points(net: Net, parts: int) -> SplinePoints:
     """A mesh of all patches, each element in as many parts in u and in v, edges and all."""
     found: list[BasisAt] = []
     shapes: list[tuple[int, int]] = []
-    for k, patch in enumerate(net.patches):
+    for piece in net.pieces:
         lines = []
-        for knots in patch.knots:
+        for knots in piece.knots:
             breaks = np.unique(knots)
             steps = np.arange(parts) / parts
             inner = breaks[:-1, None] + np.diff(breaks)[:, None] * steps
             lines.append(np.append(inner.ravel(), breaks[-1]))
-        found.append(_at_grid(net, k, lines[0], lines[1]))
+        found.append(_at_grid(piece, lines[0], lines[1]))
         shapes.append((len(lines[0]), len(lines[1])))
     return _mapped(net, found, np.zeros(sum(n * m for n, m in shapes)), shapes)
 

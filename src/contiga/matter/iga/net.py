@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from contiga.errors import GeometryError, InputError
 from contiga.matter.iga.basis import VALUE, Patch, U, V, basis_at
@@ -25,10 +26,25 @@ SAME = 1e-9
 SAMPLES = 5
 
 
-class Joint(NamedTuple):
-    """Two edges that share their control points, by number of patch and name of edge."""
+class Piece(NamedTuple):
+    """A part of a patch between lines across which its slope may jump: a patch itself."""
 
-    patches: tuple[int, int]
+    patch: int
+    """Number of the patch it is of."""
+    ends: tuple[str, ...]
+    """Its edges that lie on edges of the patch, which have the same names."""
+    degrees: tuple[int, int]
+    knots: tuple[FloatArray, FloatArray]
+    control_points: FloatArray
+    weights: FloatArray | None
+    control: IntArray
+    """(n, m) degrees of freedom of its control points."""
+
+
+class Joint(NamedTuple):
+    """Two edges that share their control points, by number of piece and name of edge."""
+
+    pieces: tuple[int, int]
     edges: tuple[str, str]
     turned: bool
     """Whether the second runs the other way."""
@@ -37,9 +53,10 @@ class Joint(NamedTuple):
 class Net(NamedTuple):
     """Patches and their control points, as degrees of freedom."""
 
-    patches: tuple[Patch, ...]
     control: tuple[IntArray, ...]
     """(n, m) degree of freedom of each control point of each patch."""
+    pieces: tuple[Piece, ...]
+    """Of all patches."""
     points: FloatArray
     """(d, 3) control points at rest."""
     sites: FloatArray
@@ -92,12 +109,12 @@ class Net(NamedTuple):
         return rows.astype(np.int32)
 
     def _control_of(self, patch: int) -> IntArray:
-        if not 0 <= patch < len(self.patches):
+        if not 0 <= patch < len(self.control):
             raise InputError(
                 "there is no such patch",
                 where="patch",
                 found=patch,
-                allowed=f"0 to {len(self.patches) - 1}",
+                allowed=f"0 to {len(self.control) - 1}",
             )
         return self.control[patch]
 
@@ -125,11 +142,15 @@ def join(surfaces: Sequence[Patch], tolerance: float | None = None) -> Net:
         _check_numbers(patch, f"surfaces[{k}]")
     size = _size(np.concatenate([patch.control_points.reshape(-1, 3) for patch in patches]))
     near = NEAR * size if tolerance is None else float(tolerance)
-    for k, patch in enumerate(patches):
-        _check_edges(patch, near, f"surfaces[{k}]")
-    joints = _joints(patches, near)
-    _check_connected(patches, joints)
-    control, first = _shared(patches, joints)
+    starts = np.cumsum([0, *(patch.control_points[..., 0].size for patch in patches)])
+    pieces = [
+        piece for k, patch in enumerate(patches) for piece in _pieces(patch, k, int(starts[k]))
+    ]
+    for piece in pieces:
+        _check_edges(piece, near)
+    joints = _joints(pieces, near)
+    _check_connected(pieces, joints)
+    first, numbers = _shared(int(starts[-1]), pieces, joints)
     points, sites = (
         np.concatenate([part.reshape(-1, 3) for part in parts])[first]
         for parts in (
@@ -137,27 +158,73 @@ def join(surfaces: Sequence[Patch], tolerance: float | None = None) -> Net:
             [_greville_points(patch) for patch in patches],
         )
     )
-    return Net(patches, control, points, sites, joints)
+    control = tuple(
+        numbers[start : start + patch.control_points[..., 0].size].reshape(
+            patch.control_points.shape[:2]
+        )
+        for start, patch in zip(starts, patches, strict=False)
+    )
+    renumbered = tuple(piece._replace(control=numbers[piece.control]) for piece in pieces)
+    return Net(control, renumbered, points, sites, joints)
+
+
+def _pieces(patch: Patch, number: int, first: int) -> list[Piece]:
+    """A patch cut along knots that stand there as often as its degree; control points are counted
+    from `first` on."""
+    n, m = patch.control_points.shape[:2]
+    control = first + np.arange(n * m, dtype=np.int32).reshape(n, m)
+    points = np.asarray(patch.control_points, np.float64)
+    factors = None if patch.weights is None else np.asarray(patch.weights, np.float64)
+    along, across = (
+        _cuts(np.asarray(knots), p) for knots, p in zip(patch.knots, patch.degrees, strict=True)
+    )
+    found = []
+    for i, (rows, U_knots) in enumerate(along):
+        for j, (columns, V_knots) in enumerate(across):
+            outer = i == 0, i == len(along) - 1, j == 0, j == len(across) - 1
+            piece = Piece(
+                number,
+                tuple(name for name, is_outer in zip(EDGES, outer, strict=True) if is_outer),
+                patch.degrees,
+                (U_knots, V_knots),
+                points[rows, columns],
+                None if factors is None else factors[rows, columns],
+                control[rows, columns],
+            )
+            found.append(piece)
+    return found
+
+
+def _cuts(knots: FloatArray, degree: int) -> list[tuple[slice, FloatArray]]:
+    """The control points along one direction and the knots of each piece.
+
+    A line of degree 1 is not cut: it has no slope to keep, and does not bend.
+    """
+    breaks, times = np.unique(knots, return_counts=True)
+    inner = (times >= degree) & (breaks > knots[0]) & (breaks < knots[-1])
+    cuts = breaks[inner] if degree > 1 else breaks[:0]
+    ends = np.concatenate([knots[:1], cuts, knots[-1:]])
+    found = []
+    for low, high in pairwise(ends):
+        between = knots[(knots > low) & (knots < high)]
+        start = max(int(np.searchsorted(knots, low)) - 1, 0)
+        count = len(between) + degree + 1
+        whole = np.concatenate([np.full(degree + 1, low), between, np.full(degree + 1, high)])
+        found.append((slice(start, start + count), whole))
+    return found
 
 
 def _shared(
-    patches: Sequence[Patch], joints: Sequence[Joint]
-) -> tuple[tuple[IntArray, ...], NDArray[np.intp]]:
-    """Degrees of freedom of the control points of each patch, and the first control point of each,
-    counted through all patches."""
-    shapes = [patch.control_points.shape[:2] for patch in patches]
-    starts = np.cumsum([0, *(n * m for n, m in shapes)])
-    rows = [
-        start + np.arange(n * m).reshape(n, m)
-        for start, (n, m) in zip(starts, shapes, strict=False)
-    ]
-    lowest = np.arange(starts[-1])
+    count: int, pieces: Sequence[Piece], joints: Sequence[Joint]
+) -> tuple[NDArray[np.intp], IntArray]:
+    """The first control point of each degree of freedom, and the degree of freedom of each."""
+    lowest = np.arange(count)
     while True:
         before = lowest.copy()
         for joint in joints:
             one, other = (
-                _rows_from(rows[patch], edge)[0]
-                for patch, edge in zip(joint.patches, joint.edges, strict=True)
+                _rows_from(pieces[piece].control, edge)[0]
+                for piece, edge in zip(joint.pieces, joint.edges, strict=True)
             )
             other = other[::-1] if joint.turned else other
             least = np.minimum(lowest[one], lowest[other])
@@ -166,10 +233,10 @@ def _shared(
         if (before == lowest).all():
             break
     first, numbers = np.unique(lowest, return_inverse=True)
-    return tuple(numbers[each].astype(np.int32) for each in rows), first
+    return first, numbers.astype(np.int32)
 
 
-def _joints(patches: Sequence[Patch], near: float) -> tuple[Joint, ...]:
+def _joints(pieces: Sequence[Piece], near: float) -> tuple[Joint, ...]:
     """All pairs of edges with the same control points.
 
     Raises
@@ -177,35 +244,31 @@ def _joints(patches: Sequence[Patch], near: float) -> tuple[Joint, ...]:
     InputError
         A pair of edges that is the same curve with other control points, knots or weights.
     """
-    edges = [(patch, name) for patch in range(len(patches)) for name in EDGES]
-    lines = [_rows_from(patches[patch].control_points, name)[0] for patch, name in edges]
+    edges = [(piece, name) for piece in range(len(pieces)) for name in EDGES]
+    lines = [_rows_from(pieces[piece].control_points, name)[0] for piece, name in edges]
+    ends = np.stack([line[[0, -1]] for line in lines])
+    close = cKDTree(ends.mean(axis=1)).query_pairs(2.0 * near, output_type="ndarray")
     joints = []
-    for a, b in combinations(range(len(edges)), 2):
-        ends = lines[a][[0, -1]], lines[b][[0, -1]]
+    for a, b in close[np.lexsort(close.T[::-1])]:
         for turned in (False, True):
-            other = ends[1][::-1] if turned else ends[1]
-            if np.abs(ends[0] - other).max() > near:
+            other = ends[b][::-1] if turned else ends[b]
+            if np.abs(ends[a] - other).max() > near:
                 continue
             joint = Joint((edges[a][0], edges[b][0]), (edges[a][1], edges[b][1]), turned)
-            if _same_curve(patches, joint, near):
+            if _same_curve(pieces, joint, near):
                 joints.append(joint)
                 break
     return tuple(joints)
 
 
-def _same_curve(patches: Sequence[Patch], joint: Joint, near: float) -> bool:
+def _same_curve(pieces: Sequence[Piece], joint: Joint, near: float) -> bool:
     """Whether two edges that have their ends in common are one, with the same control points."""
-    one, other = (
-        _edge_of(patches[patch], name)
-        for patch, name in zip(joint.patches, joint.edges, strict=True)
-    )
+    both = [(pieces[k], name) for k, name in zip(joint.pieces, joint.edges, strict=True)]
+    one, other = (_edge_of(piece, name) for piece, name in both)
     if joint.turned:
         other = other.turned()
     if np.abs(one.samples - other.samples).max() > near:
         return False
-    where = " and ".join(
-        f"surfaces[{patch}] {name}" for patch, name in zip(joint.patches, joint.edges, strict=True)
-    )
     for what, a, b, slack in (
         ("degree", np.array([one.degree]), np.array([other.degree]), 0.5),
         ("knots", one.knots, other.knots, SAME),
@@ -215,7 +278,7 @@ def _same_curve(patches: Sequence[Patch], joint: Joint, near: float) -> bool:
         if a.shape != b.shape or np.abs(a - b).max() > slack:
             raise InputError(
                 f"they meet, but their {what} there differ",
-                where=where,
+                where=" and ".join(f"surfaces[{piece.patch}] {name}" for piece, name in both),
                 found=f"{len(one.points)} and {len(other.points)} control points, "
                 f"degrees {one.degree} and {other.degree}",
                 allowed="the same degree, knots, control points and weights along the joint",
@@ -268,28 +331,31 @@ def edge_parameters(patch: Patch, name: str, along: FloatArray) -> FloatArray:
     return uv
 
 
-def _check_connected(patches: Sequence[Patch], joints: Sequence[Joint]) -> None:
+def _check_connected(pieces: Sequence[Piece], joints: Sequence[Joint]) -> None:
     """Refuse patches that hang together with none of the others."""
     reached, new = {0}, True
     while new:
         new = False
         for joint in joints:
-            if len(reached.intersection(joint.patches)) == 1:
-                reached.update(joint.patches)
+            if len(reached.intersection(joint.pieces)) == 1:
+                reached.update(joint.pieces)
                 new = True
-    apart = [k for k in range(len(patches)) if k not in reached]
-    if apart:
-        own = _border_points(patches[apart[0]])
-        gaps = {k: _gap(own, _border_points(patches[k])) for k in reached}
-        nearest = min(gaps, key=lambda k: gaps[k])
-        raise InputError(
-            f"patches {', '.join(map(str, apart))} do not meet the others: no edge of theirs has "
-            "the control points of another",
-            where="surfaces",
-            found=f"surfaces[{apart[0]}] is {gaps[nearest]:.3g} from surfaces[{nearest}]",
-            allowed="patches that share control points along whole edges",
-            remedy="Give a tolerance, refine neighbours alike, or make shells of their own",
-        )
+    apart = [k for k in range(len(pieces)) if k not in reached]
+    if not apart:
+        return
+    own = _border_points(pieces[apart[0]])
+    gaps = {k: _gap(own, _border_points(pieces[k])) for k in reached}
+    nearest = min(gaps, key=lambda k: gaps[k])
+    patches = dict.fromkeys(str(pieces[k].patch) for k in apart)
+    raise InputError(
+        f"surfaces {', '.join(patches)} do not meet the others: no edge of theirs has the control "
+        "points of another",
+        where="surfaces",
+        found=f"surfaces[{pieces[apart[0]].patch}] is {gaps[nearest]:.3g} from "
+        f"surfaces[{pieces[nearest].patch}]",
+        allowed="patches that share control points along whole edges",
+        remedy="Give a tolerance, refine neighbours alike, or make shells of their own",
+    )
 
 
 def _border_points(patch: Patch) -> FloatArray:
@@ -317,7 +383,7 @@ def _check_numbers(patch: Patch, where: str) -> None:
         )
 
 
-def _check_edges(patch: Patch, near: float, where: str) -> None:
+def _check_edges(patch: Piece, near: float) -> None:
     """Refuse a pole, and any other edge along which there is no normal."""
     net = patch.control_points.reshape(-1, 3)
     for name in EDGES:
@@ -335,7 +401,7 @@ def _check_edges(patch: Patch, near: float, where: str) -> None:
             continue
         raise InputError(
             f"edge {name} {what}",
-            where=where,
+            where=f"surfaces[{patch.patch}]",
             found=np.round(line[0], 9).tolist(),
             allowed="edges of a length, along which S_u and S_v span a plane",
             remedy="Cut it off, or cover it by patches of four sides",

@@ -11,7 +11,7 @@ from contiga.arrays.threads import run_ranges
 from contiga.jit import straight
 from contiga.matter.kernels.point_map_nb import map_rows
 from contiga.pointer_records import pass_by_pointer
-from contiga.records import FloatArray, IntArray
+from contiga.records import FloatArray, IndexArray, IntArray
 
 POINTS = 4000
 """Below so many a second thread does not pay."""
@@ -34,6 +34,14 @@ class SparseRows(NamedTuple):
         rows = locked(np.ascontiguousarray(given, np.float64))
         run_ranges(straight(map_rows), len(out), POINTS, self, rows, out)
         return out
+
+    def at(self, rows: IndexArray) -> SparseRows:
+        """Some of the rows."""
+        counts = np.diff(self.starts)[rows]
+        starts = np.zeros(len(rows) + 1, np.int32)
+        np.cumsum(counts, out=starts[1:])
+        entries = np.repeat(self.starts[:-1][rows] - starts[:-1], counts) + np.arange(starts[-1])
+        return SparseRows(starts, self.columns[entries], self.values[entries])
 
     def turned(self, columns: int) -> SparseRows:
         """The transpose of a matrix of so many columns, its rows in the order of these."""
@@ -66,6 +74,10 @@ class SplinePoints(NamedTuple):
         """x = N q (n, 3), of control points (m, 3); velocities likewise."""
         return self.rows.times(q)
 
+    def points_at(self, rows: IndexArray, q: FloatArray) -> FloatArray:
+        """(r, 3) of `points` at some of them."""
+        return self.rows.at(rows).times(q)
+
     def normals(self, q: FloatArray) -> FloatArray:
         """S_u × S_v (n, 3): times `measure` it is the area that a point stands for, as a vector."""
         return np.cross(self.along_u.times(q), self.along_v.times(q))
@@ -77,6 +89,10 @@ class SplinePoints(NamedTuple):
         sum to one.
         """
         return self.columns.times(f)
+
+    def nodal(self, rows: IndexArray, values: FloatArray) -> FloatArray:
+        """`spread` of forces (r, 3) on some of the points."""
+        return self.rows.at(rows).turned(len(self.columns.starts) - 1).times(values)
 
 
 def sparse_rows(columns: list[IntArray], values: list[FloatArray]) -> SparseRows:

@@ -102,7 +102,8 @@ def assemble_shell(
     Raises
     ------
     InputError
-        A number outside its range, a material that is not for membranes, and what `join` refuses.
+        A number outside its range, a material that is not for membranes, a patch of degree 1 that
+        is to bend, and what `join` refuses.
 
     Examples
     --------
@@ -124,6 +125,14 @@ def assemble_shell(
     density, thickness = positive(density, "density"), positive(thickness, "thickness")
     share = _not_negative(bending, "bending")
     net = surfaces if isinstance(surfaces, Net) else join(surfaces, tolerance)
+    straight_lines = [piece.patch for piece in net.pieces if min(piece.degrees) < 2]
+    if share > 0.0 and straight_lines:
+        raise InputError(
+            "what is of degree 1 in a direction does not bend",
+            where=f"surfaces[{straight_lines[0]}]",
+            allowed="degrees 2 to 5, or bending = 0 for a membrane",
+            remedy="Raise its degrees: NurbsSurface.elevate",
+        )
     coefficients = material.coefficients("tri3", thickness)
     if layers is None:
         layers = 0 if share == 0.0 or len(coefficients.bending) else LAYERS
@@ -175,9 +184,9 @@ def _groups(
     """All elements as kernels take them, areas of control points, and the nodes of their rows."""
     area = np.zeros(len(net.points))
     kinds: dict[tuple[int, int], list[tuple[NDArray[Any], ...]]] = {}
-    for k, patch in enumerate(net.patches):
-        p, q = patch.degrees
-        grid = grid_of(net, k, (gauss(rule or p + 1), gauss(rule or q + 1)))
+    for piece in net.pieces:
+        p, q = piece.degrees
+        grid = grid_of(piece, (gauss(rule or p + 1), gauss(rule or q + 1)))
         rest = at_rest(net, grid.at, along)
         weights = grid.weights * rest.area
         shares = (grid.at.values[:, VALUE] * weights[:, None]).ravel()
@@ -367,7 +376,7 @@ class Shell:
         return coo_array((values, (rows, columns)), shape=(size, size)).tocsr()
 
     def pressure(self, q: FloatArray) -> FloatArray:
-        """(m, 3) forces of a pressure of one that pushes along S_u × S_v, and follows the surface."""
+        """(m, 3) forces of a pressure of one along S_u × S_v, which follows the surface."""
         return self.spread(self.contact.measure[:, None] * self.contact.normals(q))
 
     def _stiffness_of(self, group: ShellGroup, state: MatterState) -> FloatArray:

@@ -10,9 +10,9 @@ import numpy as np
 
 from contiga.arrays.layout import read_only
 from contiga.errors import InputError
-from contiga.matter.iga.basis import BasisAt, U, V, basis_at, elements_of
-from contiga.matter.iga.elements import gauss
-from contiga.matter.iga.net import Net, edge_parameters
+from contiga.matter.iga.basis import BasisAt, U, V, elements_of
+from contiga.matter.iga.elements import gauss, on_net
+from contiga.matter.iga.net import Net, Piece, edge_parameters
 from contiga.matter.tables import SlopeTables
 from contiga.records import FloatArray
 
@@ -74,35 +74,35 @@ def slope_tables(
     parts = []
     for joint in net.joints:
         one, other = (
-            _side(net, patch, edge, turned)
-            for patch, edge, turned in zip(
-                joint.patches, joint.edges, (False, joint.turned), strict=True
+            _side(net, net.pieces[piece], edge, turned)
+            for piece, edge, turned in zip(
+                joint.pieces, joint.edges, (False, joint.turned), strict=True
             )
         )
         parts.append(_between(net, one, other, stiffness * rigidity))
     for plane in symmetries:
         net.edge(plane.edge, plane.patch)  # raises where there is none
-        side = _side(net, plane.patch, plane.edge, False)
-        parts.append(_towards(side, plane.normal, stiffness * rigidity))
+        for piece in net.pieces:
+            if piece.patch == plane.patch and plane.edge in piece.ends:
+                side = _side(net, piece, plane.edge, False)
+                parts.append(_towards(side, plane.normal, stiffness * rigidity))
     return _together(parts) if parts else None
 
 
-def _side(net: Net, patch: int, edge: str, turned: bool) -> _Side:
-    spline = net.patches[patch]
+def _side(net: Net, piece: Piece, edge: str, turned: bool) -> _Side:
     along, across = (1, 0) if edge[0] == "u" else (0, 1)
-    rule = gauss(spline.degrees[along] + 1)
-    spans = elements_of(spline.knots[along])
+    rule = gauss(piece.degrees[along] + 1)
+    spans = elements_of(piece.knots[along])
     spans = spans[::-1] if turned else spans
     size = np.diff(spans, axis=1)
     inner = 1.0 - rule.points if turned else rule.points
     parameters = (spans[:, :1] + size * inner).ravel()
     weights = (size * rule.weights).ravel()
-    found = basis_at(spline, edge_parameters(spline, edge, parameters))
-    at = BasisAt(net.control[patch].ravel()[found.control], found.values)
+    at = on_net(piece, edge_parameters(piece, edge, parameters))
     a, b = at.of(U, net.points), at.of(V, net.points)
     normal = np.cross(a, b)
     tangent, out = (b, a) if along == 1 else (a, b)
-    spans_across = elements_of(spline.knots[across])
+    spans_across = elements_of(piece.knots[across])
     last = spans_across[0 if edge[1] == "0" else -1]
     return _Side(
         at,
@@ -143,7 +143,7 @@ def _towards(side: _Side, normal: FloatArray, rigidity: float) -> _Springs:
     k, c = side.along.shape
     basis = np.zeros((k, 5, c))
     basis[:, :2] = side.at.values[:, [U, V]]
-    rest = np.stack([side.normal @ normal, np.zeros(k)], axis=1)
+    rest = np.stack([np.sum(side.normal * normal, axis=1), np.zeros(k)], axis=1)
     # The mirror image turns as much the other way: four times the energy, half of it on this side.
     stiff = 2.0 * rigidity * side.length / side.width
     return _Springs((side,), basis, np.tile(normal, (k, 1)), rest, stiff)

@@ -1,8 +1,8 @@
 """Slopes across edges of shells: springs between normals, and their stiffness.
 
 Where two elements meet with the normals a and b and the unit tangent t of the edge, their angle φ
-has cos φ = a·b and sin φ = t·(a × b); what is stored is k (1 − cos(φ − φ₀)), which is the penalty of
-Herrema et al. (CMAME 346, 2019). Towards a plane of symmetry it is k (a·n − A·n)²/2.
+has cos φ = a·b and sin φ = t·(a × b); what is stored is k (1 − cos(φ − φ₀)), which is the penalty
+of Herrema et al. (CMAME 346, 2019). Towards a plane of symmetry it is k (a·n − A·n)²/2.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Stiffness of shells in blocks of lanes: K_IJ = ∂²W/∂x_I∂x_J of pairs of control points I ≤ J.
 
 With the names of `shell_nb`, w_I = G₁ f₂ − G₂ f₁, s_I = w_I × a₃, d_I = w_I × c, h_I = m:H_I,
-μ = m:b, g = G_I1 G_J2 − G_I2 G_J1 and the derivatives R_I (6, 3) of E₁₁, E₂₂, 2 E₁₂, κ₁₁, κ₂₂, 2 κ₁₂ it is
+μ = m:b, g = G_I1 G_J2 − G_I2 G_J1, and the derivatives R_I (6, 3) of E₁₁, E₂₂, 2 E₁₂, κ₁₁, κ₂₂ and
+2 κ₁₂ it is
 
     K_IJ = R_Iᵀ D R_J + (G_I·n·G_J) 1 + [(h_I w_J − h_J w_I)/J + g c]×
            + (h_I a₃ s_Jᵀ + h_J s_I a₃ᵀ + d_I s_Jᵀ + s_I d_Jᵀ)/J
