@@ -43,6 +43,9 @@ class Coefficients(NamedTuple):
     tangent: FloatArray = NONE
     """(4,) of membranes: C₁₁₁₁, C₂₂₂₂, C₁₁₂₂, C₁₂₁₂ of a ∂S/∂E that bounds theirs in all states, by
     which the critical step is bounded; (0,) where it is that of the state."""
+    bending: FloatArray = NONE
+    """(4,) of shells: the same numbers of small strains, by which they bend; (0,) of a material
+    that is asked layer by layer through the thickness."""
     memory: int = 0
     """Numbers an element that are remembered."""
     averaged: float = 0.0

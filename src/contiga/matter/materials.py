@@ -9,7 +9,7 @@ import numpy as np
 
 from contiga.arrays.layout import positive
 from contiga.errors import InputError
-from contiga.matter.coefficients import SOLIDS, Coefficients, lame, poisson_ratio
+from contiga.matter.coefficients import NONE, SOLIDS, Coefficients, lame, poisson_ratio
 from contiga.matter.kernels.elements_stress_nb import BAR, ELASTIC, NEO_HOOKE, SLACK
 
 VOLUMES = ("element", "nodes")
@@ -69,7 +69,8 @@ class Elastic:
         plane = self.young * across / (1.0 - self.poisson**2)
         tangent = plane * np.array([1.0, 1.0, self.poisson, 0.5 * (1.0 - self.poisson)])
         stage = ELASTIC if self.compression else SLACK
-        return Coefficients(stage, numbers, self.young, self.young, tangent)
+        bending = tangent if self.compression else NONE
+        return Coefficients(stage, numbers, self.young, self.young, tangent, bending)
 
 
 @dataclass(frozen=True, kw_only=True)

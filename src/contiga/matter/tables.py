@@ -48,6 +48,63 @@ class ElementTables(NamedTuple):
 
 
 @pass_by_pointer
+class ShellTables(NamedTuple):
+    """Elements of a shell of one pair of degrees and one material, in b blocks of `LANES`."""
+
+    nodes: IntArray
+    """(b, k, LANES) control points."""
+    points: int
+    """Gauss points of an element."""
+    basis: FloatArray
+    """(b, points · k · 5 · LANES) derivatives G₁, G₂, H₁₁, H₂₂, H₁₂ by control point, along axes of
+    the rest surface that are orthonormal at each Gauss point."""
+    rest: FloatArray
+    """(b, points · 3 · LANES) curvatures B₁₁, B₂₂, B₁₂ at rest."""
+    weights: FloatArray
+    """(b, points · LANES) area at rest; 0 fills blocks."""
+    material: int
+    """Which; numbers are in the kernels `elements_stress_nb`."""
+    numbers: FloatArray
+    """(c,) coefficients of the material."""
+    tangent: FloatArray
+    """(4,) or (0,): see `Coefficients`."""
+    bending: FloatArray
+    """(4,) D₁₁₁₁, D₂₂₂₂, D₁₁₂₂, D₁₂₁₂ of moments m = D κ; not used where there are layers."""
+    layers: FloatArray
+    """(l, 2) height and share of the thickness of each layer; (0, 2) where n and m are asked for
+    at the middle surface alone."""
+    sums: BlockSums
+
+
+@pass_by_pointer
+class SlopeTables(NamedTuple):
+    """Points of edges where a shell keeps its slope to a neighbour, or to a plane of symmetry."""
+
+    nodes: IntArray
+    """(n, k) control points of the elements on both sides; those of one side fill rows up."""
+    basis: FloatArray
+    """(n, 5, k) derivatives: S_u and S_v of the first side, of the second, and along the edge."""
+    plane: FloatArray
+    """(n, 3) normal of the plane of symmetry; zero where two elements meet."""
+    rest: FloatArray
+    """(n, 2) cosine and sine of the angle between both normals at rest; of a plane a₃·n and 0."""
+    stiffness: FloatArray
+    """(n,) moment by radian, times the length of edge at rest that the point stands for."""
+    nudge: FloatArray
+    """(n,) length by which control points are moved for differences."""
+
+
+@pass_by_pointer
+class SlopeOutput(NamedTuple):
+    """What such points write."""
+
+    partial: FloatArray
+    """(n · k, 3) forces on control points."""
+    energy: FloatArray
+    """(n,)."""
+
+
+@pass_by_pointer
 class Motion(NamedTuple):
     """What elements are asked at."""
 

@@ -89,6 +89,7 @@ class Fabric:
         numbers = np.concatenate([head, *blocks, packed(self.shear)])
         steep = [float(block[0]) for block in blocks]
         tangent = across * np.array([*steep, 0.0, max_slope(self.shear)])
+        bending = across * np.array([*first, 0.0, self.shear[1, 1] / self.shear[1, 0]])
         column = membrane_fabric_nb.REACHED
         return Coefficients(
             FABRIC,
@@ -96,6 +97,7 @@ class Fabric:
             max(first),
             max(steep),
             tangent,
+            bending,
             memory=membrane_fabric_nb.MEMORY,
             reaches=(
                 *Reach.of("strain of the warp", self.warp, column),

@@ -3,7 +3,7 @@
 - lanes_nb: blocks of elements: corners gathered to lanes, forces of lanes summed at nodes
 - solid_nb: tetrahedra: the gradient of a deformation, and forces from its stress
 - solid_hex_nb: hexahedra: their mean gradient, and springs against hourglass modes
-- membrane_nb: triangles of membranes: the gradient of a deformation, and forces from its stress
+- membrane_nb: membranes: the gradient and strain of triangles, and forces from their stress
 - solid_elastic_nb: Saint-Venant and Kirchhoff's solid: stress and energy of a gradient
 - solid_neo_hooke_nb: Neo-Hooke's
 - curve_nb: curves of straight pieces
@@ -20,4 +20,9 @@
 - elements_stress_nb: which material's stage follows on the gradient
 - elements_nb: forces of elements, block by block
 - row_sums_nb: row sums of the stiffness of elements, block by block
+- shell_nb: Kirchhoff-Love shells of splines: strains of a Gauss point, and forces of its stresses
+- shell_elements_nb: their forces, block by block
+- shell_tangent_nb: their stiffness, and its row sums
+- shell_slope_nb: springs that keep the slope between their patches
+- point_map_nb: points of splines, x = N q, and Nᵀ f
 """

@@ -19,7 +19,12 @@ from contiga.matter.kernels.lanes_nb import (
     take_as_rate,
     total,
 )
-from contiga.matter.kernels.membrane_nb import triangle_forces, triangle_gradient
+from contiga.matter.kernels.membrane_nb import (
+    first_stress,
+    green_strain,
+    triangle_forces,
+    triangle_gradient,
+)
 from contiga.matter.kernels.solid_hex_nb import hex_forces, hex_gradient, hourglass
 from contiga.matter.kernels.solid_nb import (
     determinant,
@@ -119,7 +124,9 @@ def triangles(motion, tables, memory, out, start, stop):
         blank(bank)
         gather(motion.points, tables.nodes[b], 3, bank)
         triangle_gradient(bank, gradients)
-        membrane_stress(bank, tables, memory.old[b], memory.new[b])
+        green_strain(bank)
+        membrane_stress(bank, tables.material, tables.numbers, memory.old[b], memory.new[b])
+        first_stress(bank)
         _account(bank, areas, out.energy[b])
         triangle_forces(bank, gradients, areas)
         out.inverted[b] = 0

@@ -25,13 +25,13 @@ def solid_stress(bank, tables, step, old, new):
 
 
 @inner(linked=False)
-def membrane_stress(bank, tables, old, new):
-    """P and W of membranes, and the memory after a step."""
-    if tables.material == ELASTIC:
-        membrane_elastic(bank, tables.numbers)
-    elif tables.material == SLACK:
-        membrane_slack(bank, tables.numbers)
-    elif tables.material == FABRIC:
-        membrane_fabric(bank, tables.numbers, old, new)
+def membrane_stress(bank, material, numbers, old, new):
+    """S and W of membranes from E, and the memory after a step."""
+    if material == ELASTIC:
+        membrane_elastic(bank, numbers)
+    elif material == SLACK:
+        membrane_slack(bank, numbers)
+    elif material == FABRIC:
+        membrane_fabric(bank, numbers, old, new)
     else:
-        membrane_neo_hooke(bank, tables.numbers)
+        membrane_neo_hooke(bank, numbers)

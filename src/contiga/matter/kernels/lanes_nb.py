@@ -26,6 +26,8 @@ RATE = 47
 SECOND, TANGENT = 47, 50
 """Of membranes, in rows that rates and springs of solids have: three rows of the second stress S₁₁,
 S₂₂, S₁₂, and six of ∂S/∂E."""
+STRAIN = 56
+"""Of membranes, in rows that springs of solids have: Green's strain E₁₁, E₂₂, E₁₂."""
 SPRINGS = 56
 """Twelve rows: the forces of hourglass modes, by reference volume."""
 SQUARE, AXES = 68, 74

@@ -9,56 +9,32 @@ from __future__ import annotations
 
 import math
 
-from contiga.jit import inlined, inner
-from contiga.matter.kernels.lanes_nb import ENERGY, GRADIENT, LANES, SECOND, STRESS
+from contiga.jit import inner
+from contiga.matter.kernels.lanes_nb import ENERGY, LANES
+from contiga.matter.kernels.membrane_nb import put_stress, strain
 
-F, P, W = GRADIENT * LANES, STRESS * LANES, ENERGY * LANES
-S = SECOND * LANES
-ROW = 3 * LANES
-
-
-@inlined()
-def green(bank, lane):
-    """E₁₁, E₂₂ and E₁₂ of a lane."""
-    f = F + lane
-    xa, xb = bank[f], bank[f + LANES]
-    ya, yb = bank[f + ROW], bank[f + ROW + LANES]
-    za, zb = bank[f + 2 * ROW], bank[f + 2 * ROW + LANES]
-    a = 0.5 * (xa * xa + ya * ya + za * za - 1.0)
-    b = 0.5 * (xb * xb + yb * yb + zb * zb - 1.0)
-    return a, b, 0.5 * (xa * xb + ya * yb + za * zb)
-
-
-@inlined()
-def pull_forward(bank, lane, s_a, s_b, s_ab):
-    """P = F S of a lane, and S."""
-    bank[S + lane], bank[S + LANES + lane], bank[S + 2 * LANES + lane] = s_a, s_b, s_ab
-    for i in range(3):
-        f, p = F + i * ROW + lane, P + i * ROW + lane
-        a, b = bank[f], bank[f + LANES]
-        bank[p] = a * s_a + b * s_ab
-        bank[p + LANES] = a * s_ab + b * s_b
+W = ENERGY * LANES
 
 
 @inner(linked=False)
 def membrane_elastic(bank, numbers):
-    """P and W from F; numbers are E t and ν."""
+    """S and W from E; numbers are E t and ν."""
     nu = numbers[1]
     c = numbers[0] / (1.0 - nu * nu)
     for lane in range(LANES):
-        a, b, ab = green(bank, lane)
+        a, b, ab = strain(bank, lane)
         s_a, s_b, s_ab = c * (a + nu * b), c * (b + nu * a), c * (1.0 - nu) * ab
         bank[W + lane] = 0.5 * (a * s_a + b * s_b) + ab * s_ab
-        pull_forward(bank, lane, s_a, s_b, s_ab)
+        put_stress(bank, lane, s_a, s_b, s_ab)
 
 
 @inner(linked=False)
 def membrane_slack(bank, numbers):
-    """P and W of what carries no compression, from F; numbers are E t and ν."""
+    """S and W of what carries no compression, from E; numbers are E t and ν."""
     stiff, nu = numbers[0], numbers[1]
     c = stiff / (1.0 - nu * nu)
     for lane in range(LANES):
-        a, b, ab = green(bank, lane)
+        a, b, ab = strain(bank, lane)
         half, mean = 0.5 * (a - b), 0.5 * (a + b)
         radius = math.sqrt(half * half + ab * ab)
         first, second = mean + radius, mean - radius
@@ -71,4 +47,4 @@ def membrane_slack(bank, numbers):
         turn = 0.5 * (s_1 - s_2) / (radius if whole else 1.0)
         middle = 0.5 * (s_1 + s_2)
         bank[W + lane] = 0.5 * (s_1 * first + s_2 * second)
-        pull_forward(bank, lane, middle + turn * half, middle - turn * half, turn * ab)
+        put_stress(bank, lane, middle + turn * half, middle - turn * half, turn * ab)

@@ -10,7 +10,7 @@ from contiga.jit import inner
 from contiga.matter.kernels.curve_nb import curve_at
 from contiga.matter.kernels.hysteresis_nb import hysteretic
 from contiga.matter.kernels.lanes_nb import ENERGY, HYSTERESIS, LANES
-from contiga.matter.kernels.membrane_elastic_nb import green, pull_forward
+from contiga.matter.kernels.membrane_nb import put_stress, strain
 
 W, LOST = ENERGY * LANES, HYSTERESIS * LANES
 # Coefficients: thickness; of warp and weft the modulus when pressed, and how many points the curves
@@ -24,12 +24,12 @@ weft, and the largest angle of the shear."""
 
 @inner(linked=False)
 def membrane_fabric(bank, numbers, old, new):
-    """P, energies and the new memory from F and the old memory."""
+    """S, energies and the new memory from E and the old memory."""
     t, n, m = numbers[THICKNESS], int(numbers[POINTS]), int(numbers[POINTS + 1])
     weft = TABLE + 1 + 6 * n
     shear, k = weft + 1 + 6 * m, int(numbers[SHEAR_POINTS])
     for lane in range(LANES):
-        a, b, ab = green(bank, lane)
+        a, b, ab = strain(bank, lane)
         before = old[lane], old[LANES + lane]
         s_a, stored, lost = hysteretic(numbers, TABLE, n, a, before)
         before = old[2 * LANES + lane], old[3 * LANES + lane]
@@ -48,4 +48,4 @@ def membrane_fabric(bank, numbers, old, new):
         stored += more + sheared + 0.5 * (for_a * min(a, 0.0) + for_b * min(b, 0.0))
         bank[W + lane] = t * stored
         bank[LOST + lane] = t * (lost + away)
-        pull_forward(bank, lane, t * (s_a + for_a), t * (s_b + for_b), t * s_ab)
+        put_stress(bank, lane, t * (s_a + for_a), t * (s_b + for_b), t * s_ab)

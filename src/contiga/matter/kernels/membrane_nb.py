@@ -6,10 +6,10 @@ three places that those of a solid have. Stress and energy are by area: the thic
 
 from __future__ import annotations
 
-from contiga.jit import inner
-from contiga.matter.kernels.lanes_nb import CORNERS, GRADIENT, LANES, STRESS
+from contiga.jit import inlined, inner
+from contiga.matter.kernels.lanes_nb import CORNERS, GRADIENT, LANES, SECOND, STRAIN, STRESS
 
-F, P = GRADIENT * LANES, STRESS * LANES
+F, P, E, S = GRADIENT * LANES, STRESS * LANES, STRAIN * LANES, SECOND * LANES
 ROW, CORNER = 3 * LANES, 3 * LANES
 X = CORNERS * LANES
 
@@ -25,6 +25,45 @@ def triangle_gradient(bank, gradients):
             for j in range(2):
                 g = j * LANES + lane
                 bank[F + i * ROW + g] = a * gradients[g] + b * gradients[2 * LANES + g]
+
+
+@inner(linked=False)
+def green_strain(bank):
+    """Green's strain E = ½ (FᵀF − I)."""
+    for lane in range(LANES):
+        f = F + lane
+        xa, xb = bank[f], bank[f + LANES]
+        ya, yb = bank[f + ROW], bank[f + ROW + LANES]
+        za, zb = bank[f + 2 * ROW], bank[f + 2 * ROW + LANES]
+        bank[E + lane] = 0.5 * (xa * xa + ya * ya + za * za - 1.0)
+        bank[E + LANES + lane] = 0.5 * (xb * xb + yb * yb + zb * zb - 1.0)
+        bank[E + 2 * LANES + lane] = 0.5 * (xa * xb + ya * yb + za * zb)
+
+
+@inlined()
+def strain(bank, lane):
+    """E₁₁, E₂₂ and E₁₂ of a lane."""
+    return bank[E + lane], bank[E + LANES + lane], bank[E + 2 * LANES + lane]
+
+
+@inlined()
+def put_stress(bank, lane, s_a, s_b, s_ab):
+    """S₁₁, S₂₂ and S₁₂ of a lane, as a material says."""
+    bank[S + lane] = s_a
+    bank[S + LANES + lane] = s_b
+    bank[S + 2 * LANES + lane] = s_ab
+
+
+@inner(linked=False)
+def first_stress(bank):
+    """P = F S."""
+    for lane in range(LANES):
+        s_a, s_b, s_ab = bank[S + lane], bank[S + LANES + lane], bank[S + 2 * LANES + lane]
+        for i in range(3):
+            f, p = F + i * ROW + lane, P + i * ROW + lane
+            a, b = bank[f], bank[f + LANES]
+            bank[p] = a * s_a + b * s_ab
+            bank[p + LANES] = a * s_ab + b * s_b
 
 
 @inner(linked=False)

@@ -10,11 +10,11 @@ from __future__ import annotations
 import math
 
 from contiga.jit import inlined, inner
-from contiga.matter.kernels.lanes_nb import ENERGY, GRADIENT, LANES
-from contiga.matter.kernels.membrane_elastic_nb import green, pull_forward
+from contiga.matter.kernels.lanes_nb import ENERGY, LANES
+from contiga.matter.kernels.membrane_nb import put_stress, strain
 from contiga.matter.kernels.solid_neo_hooke_nb import log_series
 
-F, W = GRADIENT * LANES, ENERGY * LANES
+W = ENERGY * LANES
 FLAT = 1e-14
 """Square of the area over that of the edges: below it there is rounding and nothing else."""
 
@@ -36,10 +36,10 @@ def square_of_area(a, b, ab):
 
 @inner(linked=False)
 def membrane_neo_hooke(bank, numbers):
-    """P and W from F; numbers are μ t and λ t."""
+    """S and W from E; numbers are μ t and λ t."""
     mu, lam = numbers[0], numbers[1]
     for lane in range(LANES):
-        e_a, e_b, e_ab = green(bank, lane)
+        e_a, e_b, e_ab = strain(bank, lane)
         a, b, ab = 2.0 * e_a + 1.0, 2.0 * e_b + 1.0, 2.0 * e_ab
         square, there = square_of_area(a, b, ab)
         area = math.sqrt(square)
@@ -54,4 +54,4 @@ def membrane_neo_hooke(bank, numbers):
         energy += 0.5 * lam * (j - 1.0) * (j - 1.0)
         bank[W + lane] = energy if there else 0.0
         m, k = (mu if there else 0.0), (k if there else 0.0)
-        pull_forward(bank, lane, m + k * b, m + k * a, -k * ab)
+        put_stress(bank, lane, m + k * b, m + k * a, -k * ab)

@@ -11,11 +11,11 @@ from __future__ import annotations
 import math
 
 from contiga.jit import inner
-from contiga.matter.kernels.lanes_nb import GRADIENT, LANES, TANGENT
-from contiga.matter.kernels.membrane_elastic_nb import green
+from contiga.matter.kernels.lanes_nb import LANES, TANGENT
+from contiga.matter.kernels.membrane_nb import strain
 from contiga.matter.kernels.membrane_neo_hooke_nb import square_of_area, thickness_stretch
 
-F, C = GRADIENT * LANES, TANGENT * LANES
+C = TANGENT * LANES
 
 
 @inner(linked=False)
@@ -36,7 +36,7 @@ def neo_hooke_tangent(bank, numbers):
     """
     mu, lam = numbers[0], numbers[1]
     for lane in range(LANES):
-        e_a, e_b, e_ab = green(bank, lane)
+        e_a, e_b, e_ab = strain(bank, lane)
         a, b, ab = 2.0 * e_a + 1.0, 2.0 * e_b + 1.0, 2.0 * e_ab
         square, there = square_of_area(a, b, ab)
         area = math.sqrt(square)
@@ -55,9 +55,9 @@ def neo_hooke_tangent(bank, numbers):
 
 
 @inner()
-def membrane_tangent(bank, tables):
+def membrane_tangent(bank, tangent, numbers):
     """The constant one of a material that has one, else Neo-Hooke's."""
-    if len(tables.tangent) > 0:
-        constant_tangent(bank, tables.tangent)
+    if len(tangent) > 0:
+        constant_tangent(bank, tangent)
     else:
-        neo_hooke_tangent(bank, tables.numbers)
+        neo_hooke_tangent(bank, numbers)

@@ -20,7 +20,7 @@ from contiga.matter.kernels.lanes_nb import (
     gather,
     sum_in_block,
 )
-from contiga.matter.kernels.membrane_nb import triangle_gradient
+from contiga.matter.kernels.membrane_nb import green_strain, triangle_gradient
 from contiga.matter.kernels.membrane_rows_nb import PAIRS, pair_stiffness, triangle_sums
 from contiga.matter.kernels.membrane_tangent_nb import membrane_tangent
 from contiga.matter.kernels.solid_hex_nb import ROW_SUMS, hex_gradient
@@ -187,8 +187,9 @@ def triangle_rows(motion, tables, memory, out, start, stop):
         gradients = tables.gradients[b]
         gather(motion.points, tables.nodes[b], 3, bank)
         triangle_gradient(bank, gradients)
-        membrane_stress(bank, tables, memory.old[b], memory.new[b])
-        membrane_tangent(bank, tables)
+        green_strain(bank)
+        membrane_stress(bank, tables.material, tables.numbers, memory.old[b], memory.new[b])
+        membrane_tangent(bank, tables.tangent, tables.numbers)
         for pair in range(3):
             pair_stiffness(bank, gradients, pair, pairs[pair * NINE : (pair + 1) * NINE])
         triangle_sums(bank, pairs, tables.measures[b])

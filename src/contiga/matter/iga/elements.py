@@ -1,0 +1,204 @@
+"""Elements of a net of patches: basis functions at Gauss points, and the shell's axes at rest."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.errors import GeometryError
+from contiga.matter.iga.basis import UU, UV, VALUE, VV, BasisAt, U, V, basis_at, elements_of
+from contiga.matter.iga.net import PARALLEL, Net, Piece
+from contiga.matter.iga.points import SplinePoints, grid_facets, sparse_rows
+from contiga.records import FloatArray
+
+
+class Rule(NamedTuple):
+    """Points of an element in one direction, on 0 … 1, and their weights, whose sum is one."""
+
+    points: FloatArray
+    weights: FloatArray
+
+
+def gauss(count: int) -> Rule:
+    """Gauss's rule."""
+    points, weights = np.polynomial.legendre.leggauss(count)
+    return Rule(0.5 * (points + 1.0), 0.5 * weights)
+
+
+def midpoints(count: int) -> Rule:
+    """The midpoints of as many equal parts."""
+    return Rule((np.arange(count) + 0.5) / count, np.full(count, 1.0 / count))
+
+
+class Grid(NamedTuple):
+    """Points of all elements of a piece; those along v are first to run, through all elements."""
+
+    shape: tuple[int, int]
+    """Of the grid of elements."""
+    points: tuple[int, int]
+    """Of an element in u and in v."""
+    at: BasisAt
+    """Basis functions, with degrees of freedom of the net for control points."""
+    weights: FloatArray
+    """(k,) in the parameters."""
+
+    def by_element(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Values (k, …) as (e, g, …)."""
+        (e, f), (g, h) = self.shape, self.points
+        grid = values.reshape(e, g, f, h, *values.shape[1:]).swapaxes(1, 2)
+        return np.ascontiguousarray(grid.reshape(e * f, g * h, *values.shape[1:]))
+
+
+def grid_of(piece: Piece, rules: tuple[Rule, Rule]) -> Grid:
+    """Points of the elements of a piece by a rule in u and one in v."""
+    parameters, weights, shape = [], [], []
+    for knots, rule in zip(piece.knots, rules, strict=True):
+        spans = elements_of(knots)
+        length = spans[:, 1] - spans[:, 0]
+        parameters.append((spans[:, :1] + length[:, None] * rule.points).ravel())
+        weights.append((length[:, None] * rule.weights).ravel())
+        shape.append(len(spans))
+    at = _at_grid(piece, parameters[0], parameters[1])
+    counts = len(rules[0].points), len(rules[1].points)
+    both = (weights[0][:, None] * weights[1]).ravel()
+    return Grid((shape[0], shape[1]), counts, at, both)
+
+
+def _at_grid(piece: Piece, u: FloatArray, v: FloatArray) -> BasisAt:
+    uv = np.stack(np.meshgrid(u, v, indexing="ij"), axis=2).reshape(-1, 2)
+    return on_net(piece, uv)
+
+
+def on_net(piece: Piece, uv: FloatArray) -> BasisAt:
+    """Basis functions at parameters (k, 2), with degrees of freedom of the net."""
+    at = basis_at(piece, uv)
+    return BasisAt(piece.control.ravel()[at.control], at.values)
+
+
+class AtRest(NamedTuple):
+    """A shell at rest at k points."""
+
+    axes: FloatArray
+    """(k, 2, 2) components of orthonormal axes in S_u and S_v: e_i = Σ Q_αi S_α."""
+    area: FloatArray
+    """(k,) |S_u × S_v|."""
+    basis: FloatArray
+    """(k, c, 5) derivatives along these axes: 1, 2, 11, 22, 12."""
+    curvature: FloatArray
+    """(k, 3) B₁₁, B₂₂, B₁₂."""
+
+
+def at_rest(net: Net, at: BasisAt, along: FloatArray | None) -> AtRest:
+    """A shell at rest at points; its first axis lies along S_u, or along a direction (3,).
+
+    Raises
+    ------
+    GeometryError
+        No normal at a point, or a direction across the surface.
+    """
+    a, b = at.of(U, net.points), at.of(V, net.points)
+    normal = np.cross(a, b)
+    area = _lengths(normal)
+    flat = ~(area > PARALLEL * _lengths(a) * _lengths(b))
+    if flat.any():
+        place = at.of(VALUE, net.points)[np.argmax(flat)]
+        raise GeometryError(
+            "has no normal inside an element",
+            where="surfaces",
+            found=np.round(place, 9).tolist(),
+            allowed="surfaces whose S_u and S_v span a plane",
+        )
+    normal /= area[:, None]
+    first = a if along is None else along - _dot(normal, along)[:, None] * normal
+    length = _lengths(first)
+    if (length <= PARALLEL).any() and along is not None:
+        raise GeometryError(
+            "the warp is across the surface",
+            where="direction",
+            found=along.tolist(),
+            allowed="a direction along the surface everywhere",
+        )
+    first = first / length[:, None]
+    second = np.cross(normal, first)
+    # S_α = Σ L_αi e_i, so that e_i = Σ (L⁻¹)_iα S_α.
+    inside = np.stack([_dot(a, first), _dot(a, second), _dot(b, first), _dot(b, second)], axis=1)
+    p, q, r, s = inside.T
+    axes = np.stack([s, -r, -q, p], axis=1).reshape(-1, 2, 2) / (p * s - q * r)[:, None, None]
+    basis = _along_axes(at.values, axes)
+    curved = np.stack(
+        [(basis[:, :, k, None] * net.points[at.control]).sum(axis=1) for k in (2, 3, 4)], axis=1
+    )
+    return AtRest(axes, area, basis, np.asarray((curved * normal[:, None]).sum(axis=2)))
+
+
+def _along_axes(values: FloatArray, axes: FloatArray) -> FloatArray:
+    """(k, c, 5) derivatives along axes, of those in u and v."""
+    (u_1, u_2), (v_1, v_2) = axes[:, 0].T[:, :, None], axes[:, 1].T[:, :, None]
+    n_u, n_v, n_uu, n_vv, n_uv = (values[:, k] for k in (U, V, UU, VV, UV))
+    rows = [
+        u_1 * n_u + v_1 * n_v,
+        u_2 * n_u + v_2 * n_v,
+        u_1 * u_1 * n_uu + 2.0 * u_1 * v_1 * n_uv + v_1 * v_1 * n_vv,
+        u_2 * u_2 * n_uu + 2.0 * u_2 * v_2 * n_uv + v_2 * v_2 * n_vv,
+        u_1 * u_2 * n_uu + (u_1 * v_2 + u_2 * v_1) * n_uv + v_1 * v_2 * n_vv,
+    ]
+    return np.stack(rows, axis=2)
+
+
+def points_of(net: Net, rules: tuple[Rule, Rule] | None) -> SplinePoints:
+    """Points of all elements by rules in u and v, p + 1 and q + 1 of Gauss if omitted."""
+    found: list[BasisAt] = []
+    measures: list[FloatArray] = []
+    shapes: list[tuple[int, int]] = []
+    for piece in net.pieces:
+        p, q = piece.degrees
+        grid = grid_of(piece, rules or (gauss(p + 1), gauss(q + 1)))
+        found.append(grid.at)
+        measures.append(grid.weights)
+        shapes.append((grid.shape[0] * grid.points[0], grid.shape[1] * grid.points[1]))
+    return _mapped(net, found, np.concatenate(measures), shapes)
+
+
+def drawn_points(net: Net, parts: int) -> SplinePoints:
+    """A mesh of all patches, each element in as many parts in u and in v, edges and all."""
+    found: list[BasisAt] = []
+    shapes: list[tuple[int, int]] = []
+    for piece in net.pieces:
+        lines = []
+        for knots in piece.knots:
+            breaks = np.unique(knots)
+            steps = np.arange(parts) / parts
+            inner = breaks[:-1, None] + np.diff(breaks)[:, None] * steps
+            lines.append(np.append(inner.ravel(), breaks[-1]))
+        found.append(_at_grid(piece, lines[0], lines[1]))
+        shapes.append((len(lines[0]), len(lines[1])))
+    return _mapped(net, found, np.zeros(sum(n * m for n, m in shapes)), shapes)
+
+
+def _mapped(
+    net: Net, found: list[BasisAt], measure: FloatArray, shapes: list[tuple[int, int]]
+) -> SplinePoints:
+    """Points of grids of these shapes, one a patch."""
+    columns = [at.control for at in found]
+    rows, along_u, along_v = (
+        sparse_rows(columns, [at.values[:, order] for at in found]) for order in (VALUE, U, V)
+    )
+    facets = []
+    first = 0
+    for n, m in shapes:
+        facets.append(grid_facets(n, m, first))
+        first += n * m
+    normals = np.cross(along_u.times(net.points), along_v.times(net.points))
+    weight = measure * _lengths(normals)
+    columns_of = rows.turned(len(net.points))
+    return SplinePoints(rows, columns_of, along_u, along_v, measure, weight, np.concatenate(facets))
+
+
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.asarray(np.sum(a * b, axis=-1))
+
+
+def _lengths(vectors: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt(_dot(vectors, vectors)))

@@ -1,0 +1,172 @@
+"""What keeps the slope of a shell: across the joints of its patches, and at planes of symmetry."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.arrays.layout import read_only
+from contiga.errors import InputError
+from contiga.matter.iga.basis import BasisAt, U, V, elements_of
+from contiga.matter.iga.elements import gauss, on_net
+from contiga.matter.iga.net import Net, Piece, edge_parameters
+from contiga.matter.tables import SlopeTables
+from contiga.records import FloatArray
+
+NUDGE = 1e-5
+"""Part of the width of an element by which differences move control points."""
+
+
+@dataclass(frozen=True, eq=False)
+class Symmetry:
+    """An edge that lies in a plane of symmetry, towards which the surface keeps its angle.
+
+    That the edge stays in the plane is for what holds its control points to say.
+
+    Parameters
+    ----------
+    edge : "u0", "u1", "v0" or "v1"
+    normal : (3,) of the plane
+    patch : number of the patch
+    """
+
+    edge: str
+    normal: FloatArray
+    patch: int = 0
+
+    def __post_init__(self) -> None:
+        normal = np.asarray(self.normal, dtype=np.float64)
+        length = np.sqrt(np.sum(normal * normal))
+        if normal.shape != (3,) or not 0.0 < length < np.inf:
+            raise InputError(
+                "must be a direction", where="Symmetry(normal)", found=self.normal, allowed="(3,)"
+            )
+        object.__setattr__(self, "normal", read_only(normal / length))
+
+
+class _Side(NamedTuple):
+    """Points along an edge of a patch, as its elements have them."""
+
+    at: BasisAt
+    along: FloatArray
+    """(k, c) derivative along the edge."""
+    normal: FloatArray
+    """(k, 3) unit normals at rest."""
+    width: FloatArray
+    """(k,) of the element, across the edge."""
+    length: FloatArray
+    """(k,) of edge at rest for each point."""
+
+
+def slope_tables(
+    net: Net, symmetries: Sequence[Symmetry], stiffness: float, rigidity: float
+) -> SlopeTables | None:
+    """Springs at all joints and planes of symmetry; None where there are none.
+
+    Parameters
+    ----------
+    stiffness : of the springs, in parts of what an element resists by, `rigidity` over its width
+    rigidity : E t³/12 of the shell, moment · length
+    """
+    parts = []
+    for joint in net.joints:
+        one, other = (
+            _side(net, net.pieces[piece], edge, turned)
+            for piece, edge, turned in zip(
+                joint.pieces, joint.edges, (False, joint.turned), strict=True
+            )
+        )
+        parts.append(_between(net, one, other, stiffness * rigidity))
+    for plane in symmetries:
+        net.edge(plane.edge, plane.patch)  # raises where there is none
+        for piece in net.pieces:
+            if piece.patch == plane.patch and plane.edge in piece.ends:
+                side = _side(net, piece, plane.edge, False)
+                parts.append(_towards(side, plane.normal, stiffness * rigidity))
+    return _together(parts) if parts else None
+
+
+def _side(net: Net, piece: Piece, edge: str, turned: bool) -> _Side:
+    along, across = (1, 0) if edge[0] == "u" else (0, 1)
+    rule = gauss(piece.degrees[along] + 1)
+    spans = elements_of(piece.knots[along])
+    spans = spans[::-1] if turned else spans
+    size = np.diff(spans, axis=1)
+    inner = 1.0 - rule.points if turned else rule.points
+    parameters = (spans[:, :1] + size * inner).ravel()
+    weights = (size * rule.weights).ravel()
+    at = on_net(piece, edge_parameters(piece, edge, parameters))
+    a, b = at.of(U, net.points), at.of(V, net.points)
+    normal = np.cross(a, b)
+    tangent, out = (b, a) if along == 1 else (a, b)
+    spans_across = elements_of(piece.knots[across])
+    last = spans_across[0 if edge[1] == "0" else -1]
+    return _Side(
+        at,
+        at.values[:, (U, V)[along]] * (-1.0 if turned else 1.0),
+        normal / _lengths(normal)[:, None],
+        (last[1] - last[0]) * _lengths(out),
+        weights * _lengths(tangent),
+    )
+
+
+class _Springs(NamedTuple):
+    """Tables of some points, and both sides as they are put side by side."""
+
+    sides: tuple[_Side, ...]
+    basis: FloatArray
+    plane: FloatArray
+    rest: FloatArray
+    stiffness: FloatArray
+
+
+def _between(net: Net, one: _Side, other: _Side, rigidity: float) -> _Springs:
+    tangent = (one.along[:, :, None] * net.points[one.at.control]).sum(axis=1)
+    tangent /= _lengths(tangent)[:, None]
+    cosine = np.sum(one.normal * other.normal, axis=1)
+    sine = np.sum(tangent * np.cross(one.normal, other.normal), axis=1)
+    rest = np.stack([cosine, sine], axis=1)
+    rest /= _lengths(rest)[:, None]
+    k, c = one.along.shape
+    basis = np.zeros((k, 5, c + other.along.shape[1]))
+    basis[:, :2, :c] = one.at.values[:, [U, V]]
+    basis[:, 2:4, c:] = other.at.values[:, [U, V]]
+    basis[:, 4, :c] = one.along
+    stiff = 2.0 * rigidity * one.length / (one.width + other.width)
+    return _Springs((one, other), basis, np.zeros((k, 3)), rest, stiff)
+
+
+def _towards(side: _Side, normal: FloatArray, rigidity: float) -> _Springs:
+    k, c = side.along.shape
+    basis = np.zeros((k, 5, c))
+    basis[:, :2] = side.at.values[:, [U, V]]
+    rest = np.stack([np.sum(side.normal * normal, axis=1), np.zeros(k)], axis=1)
+    # The mirror image turns as much the other way: four times the energy, half of it on this side.
+    stiff = 2.0 * rigidity * side.length / side.width
+    return _Springs((side,), basis, np.tile(normal, (k, 1)), rest, stiff)
+
+
+def _together(parts: Sequence[_Springs]) -> SlopeTables:
+    """One table; control points that fill rows up have a basis of zero."""
+    most = max(part.basis.shape[2] for part in parts)
+    nodes, basis = [], []
+    for part in parts:
+        control = np.concatenate([side.at.control for side in part.sides], axis=1)
+        fill = most - control.shape[1]
+        nodes.append(np.pad(control, ((0, 0), (0, fill)), mode="edge"))
+        basis.append(np.pad(part.basis, ((0, 0), (0, 0), (0, fill))))
+    return SlopeTables(
+        np.ascontiguousarray(np.concatenate(nodes), np.int32),
+        np.ascontiguousarray(np.concatenate(basis)),
+        np.concatenate([part.plane for part in parts]),
+        np.concatenate([part.rest for part in parts]),
+        np.concatenate([part.stiffness for part in parts]),
+        NUDGE * np.concatenate([part.sides[0].width for part in parts]),
+    )
+
+
+def _lengths(vectors: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt(np.sum(vectors * vectors, axis=-1)))

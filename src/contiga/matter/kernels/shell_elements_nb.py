@@ -1,0 +1,85 @@
+"""Forces of shells, block by block: what Python calls."""
+
+from __future__ import annotations
+
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch
+from contiga.matter.kernels.elements_stress_nb import membrane_stress
+from contiga.matter.kernels.lanes_nb import LANES, blank, gather, sum_in_block, total
+from contiga.matter.kernels.membrane_nb import green_strain
+from contiga.matter.kernels.shell_nb import (
+    ALL_LOST,
+    ALL_STORED,
+    NET,
+    ROW,
+    SHELL_SIZE,
+    WIDTH,
+    add_layer,
+    begin_thickness,
+    clear,
+    curvature,
+    end_thickness,
+    flat_lanes,
+    moments,
+    shell_derivatives,
+    shell_forces,
+    shell_stress,
+    strain_at_height,
+)
+
+
+@inner(linked=False)
+def shell_strain(bank, net, tables, b, g):
+    """Strains of Gauss point g of block b."""
+    count = tables.nodes.shape[1]
+    shell_derivatives(net, tables.basis[b], g * count * WIDTH * LANES, count, bank)
+    curvature(bank, tables.rest[b], g * ROW)
+    green_strain(bank)
+
+
+@inner(linked=False)
+def shell_response(bank, tables, memory, b, g):
+    """n, m and energies of Gauss point g, and what its layers remember."""
+    layers = len(tables.layers)
+    kept = memory.old.shape[1] // (tables.points * max(layers, 1))
+    first = g * max(layers, 1) * kept
+    old, new = memory.old[b], memory.new[b]
+    if layers == 0:
+        before, after = old[first : first + kept], new[first : first + kept]
+        membrane_stress(bank, tables.material, tables.numbers, before, after)
+        moments(bank, tables.bending)
+        return
+    begin_thickness(bank)
+    for k in range(layers):
+        height, share = tables.layers[k, 0], tables.layers[k, 1]
+        start = first + k * kept
+        before, after = old[start : start + kept], new[start : start + kept]
+        strain_at_height(bank, height)
+        membrane_stress(bank, tables.material, tables.numbers, before, after)
+        add_layer(bank, height, share)
+    end_thickness(bank)
+
+
+@kernel()
+def shells(motion, tables, memory, out, start, stop):
+    """Forces, energies and flat elements of blocks start … stop."""
+    bank, net, force = scratch(SHELL_SIZE), scratch(NET), scratch(NET)
+    count = tables.nodes.shape[1]
+    for b in range(start, stop):
+        gather(motion.points, tables.nodes[b], count, net)
+        clear(force, 3 * count)
+        blank(bank)
+        clear(bank[ALL_STORED * LANES :], 2)
+        flat = 0
+        for g in range(tables.points):
+            shell_strain(bank, net, tables, b, g)
+            flat = max(flat, flat_lanes(bank))
+            shell_response(bank, tables, memory, b, g)
+            shell_stress(bank, tables.weights[b], g * LANES)
+            shell_forces(bank, tables.basis[b], g * count * WIDTH * LANES, count, force)
+        out.inverted[b] = flat
+        out.energy[b, 0] = total(bank, ALL_STORED)
+        out.energy[b, 1] = 0.0
+        out.energy[b, 2] = 0.0
+        out.energy[b, 3] = total(bank, ALL_LOST)
+        sum_in_block(force, tables.sums, b, out.partial)
