@@ -79,11 +79,11 @@ def surface_nodes(net: Net, count: int | None = None) -> SurfaceNodes:
     kept, numbers = _shared(net, grids, first)
     every = sparse_rows([at.control for at in found], [at.values[:, VALUE] for at in found])
     rows = every.at(kept)
-    facets = [grid_facets(*grid.shape, int(grid[0, 0])) for grid in grids]
+    facets = [grid_facets(grid.shape[0], grid.shape[1], int(grid[0, 0])) for grid in grids]
     return SurfaceNodes(
         rows,
         rows.turned(len(net.points)),
-        np.bincount(numbers, weights=np.concatenate(weights)),
+        np.bincount(numbers, weights=np.concatenate(weights)).astype(np.float64),
         numbers[np.concatenate(facets)].astype(np.int32),
     )
 
