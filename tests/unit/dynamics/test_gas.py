@@ -1,0 +1,200 @@
+"""Gas in chambers against closed forms: compressed, blown in, let out, shared."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from contiga.dynamics.gas import (
+    Chamber,
+    Chambers,
+    GasState,
+    IdealGas,
+    Inflator,
+    Surroundings,
+    Vent,
+    flux,
+)
+from contiga.errors import InputError
+
+AIR = IdealGas(1.4, 287.05)
+AROUND = Surroundings(101_325.0, 293.15, AIR)
+LITRE = 1e-3
+
+
+def alone(**given: Any) -> Chambers:
+    return Chambers([Chamber("bag", AROUND, **given)])
+
+
+def gone(chambers: Chambers, start: list[GasState], end: float, steps: int) -> list[GasState]:
+    """Steps at volumes that stay."""
+    now, volumes = start, np.array([state.volume for state in start])
+    for k in range(1, steps + 1):
+        now = chambers.step(now, volumes, np.ones(len(now)), k * end / steps, end / steps)
+    return now
+
+
+def test_compression_is_adiabatic() -> None:
+    """60 to 40 litres of air: 178,749 Pa, 344.768 K, 2,676.18 J."""
+    chambers = alone()
+    (state,) = chambers.start(np.array([60 * LITRE]))
+    before = state.energy
+    for k in range(1, 8):
+        volume = 60 * LITRE - k * 20 * LITRE / 7
+        (state,) = chambers.step([state], np.array([volume]), np.ones(1), 0.1 * k, 0.1)
+    assert state.pressure == pytest.approx(101_325.0 * 1.5**1.4, rel=1e-12)
+    assert state.pressure == pytest.approx(178_749.0, rel=1e-5)
+    assert state.temperature == pytest.approx(344.768, rel=1e-5)
+    assert state.energy - before == pytest.approx(2676.18, rel=1e-5)
+
+
+def test_filling_at_a_fixed_volume_raises_the_pressure_evenly() -> None:
+    """0.1 kg/s at 700 K into 60 litres: dp/dt = γ R T ṁ / V = 468.848 kPa/s."""
+    chambers = alone(inflators=[Inflator(0.1, 700.0)])
+    (state,) = gone(chambers, chambers.start(np.array([60 * LITRE])), 0.05, 7)
+    assert state.pressure - 101_325.0 == pytest.approx(468_848.0 * 0.05, rel=1e-5)
+    assert state.came == pytest.approx(0.1 * 0.05 * AIR.c_p * 700.0, rel=1e-12)
+
+
+def blown(pressure: float, volume: float, vent: Vent) -> tuple[Chambers, list[GasState]]:
+    """A chamber of air at the temperature around it and another pressure."""
+    chambers = alone(vents=[vent])
+    (state,) = chambers.start(np.array([volume]))
+    more = pressure / state.pressure
+    return chambers, [
+        state._replace(masses=more * state.masses, energy=more * state.energy, pressure=pressure)
+    ]
+
+
+def test_choked_outflow_follows_the_closed_form() -> None:
+    """p = p₀ (1 + (γ−1)/2 · t/τ)^{−2γ/(γ−1)} with τ = V / (C A c₀) of an adiabatic blow-down."""
+    area, volume, first = 1e-4, 10 * LITRE, 8e5
+    chambers, start = blown(first, volume, Vent(area, coefficient=0.8))
+    g, end = 1.4, 0.2
+    choked = math.sqrt(g) * (2.0 / (g + 1.0)) ** ((g + 1.0) / (2.0 * (g - 1.0)))
+    rate = 0.8 * area / volume * choked * math.sqrt(287.05 * 293.15)
+    wanted = first * (1.0 + 0.5 * (g - 1.0) * rate * end) ** (-2.0 * g / (g - 1.0))
+    assert wanted > 2.0 * 101_325.0
+    errors = []
+    for steps in (20, 40):
+        (state,) = gone(chambers, start, end, steps)
+        errors.append(abs(state.pressure / wanted - 1.0))
+        assert state.temperature == pytest.approx(
+            293.15 * (wanted / first) ** (2.0 / 7.0), rel=1e-3
+        )
+    assert errors[1] < 2e-5
+    assert errors[0] > 3.0 * errors[1]
+
+
+def test_outflow_goes_on_to_the_pressure_around() -> None:
+    area, volume, first = 2e-3, 10 * LITRE, 3e5
+    chambers, start = blown(first, volume, Vent(area))
+
+    def slope(_: float, y: np.ndarray) -> list[float]:
+        mass, energy = y
+        temperature = energy / (mass * AIR.c_v)
+        pressure = mass * 287.05 * temperature / volume
+        if pressure <= 101_325.0:
+            return [0.0, 0.0]
+        rate = area * flux(pressure, 101_325.0, temperature, 1.4, 287.05)
+        return [-rate, -rate * AIR.c_p * temperature]
+
+    first_y = [float(start[0].masses[0]), start[0].energy]
+    wanted = solve_ivp(slope, (0.0, 0.01), first_y, rtol=1e-10, atol=1e-12).y[:, -1]
+    (state,) = gone(chambers, start, 0.01, 50)
+    np.testing.assert_allclose([state.masses[0], state.energy], wanted, rtol=2e-4)
+    (late,) = gone(chambers, start, 1.0, 50)
+    assert late.pressure == pytest.approx(101_325.0, rel=1e-6)
+    assert late.left - late.came == pytest.approx(start[0].energy - late.energy, rel=1e-9)
+
+
+def test_two_chambers_come_to_one_pressure_and_keep_mass_and_energy() -> None:
+    chambers = Chambers(
+        [
+            Chamber("a", AROUND, vents=[Vent(1e-3, to="other")], name="one"),
+            Chamber("b", AROUND, name="other"),
+        ]
+    )
+    start = chambers.start(np.array([20 * LITRE, 30 * LITRE]))
+    start[0] = start[0]._replace(
+        masses=3.0 * start[0].masses, energy=3.0 * start[0].energy, pressure=3.0 * 101_325.0
+    )
+    end = gone(chambers, start, 1.0, 100)
+    assert end[0].pressure == pytest.approx(end[1].pressure, rel=1e-6)
+    # Of one gas the energy by volume is the pressure.
+    assert end[0].pressure == pytest.approx(101_325.0 * (3.0 * 20 + 30) / 50, rel=1e-6)
+    for what in ("energy", "masses"):
+        before, after = (sum(np.sum(getattr(s, what)) for s in states) for states in (start, end))
+        assert after == pytest.approx(before, rel=1e-12)
+    assert end[0].temperature < 293.15 < end[1].temperature
+
+
+def test_gases_mix() -> None:
+    helium = IdealGas(5.0 / 3.0, 2077.0)
+    chambers = alone(inflators=[Inflator(0.01, 293.15, helium)])
+    (start,) = chambers.start(np.array([60 * LITRE]))
+    (state,) = gone(chambers, [start], 1.0, 200)
+    mass, added = float(start.masses[0]), 0.01
+    energy = start.energy + added * helium.c_p * 293.15
+    temperature = energy / (mass * AIR.c_v + added * helium.c_v)
+    assert state.temperature == pytest.approx(temperature, rel=1e-12)
+    pressure = (mass * 287.05 + added * 2077.0) * temperature / (60 * LITRE)
+    assert state.pressure == pytest.approx(pressure, rel=1e-12)
+
+
+def test_a_vent_opens_at_its_pressure_and_stays_open() -> None:
+    vent = Vent(1e-3, opens_at=50_000.0)
+    chambers = alone(inflators=[Inflator([[0.0, 0.1], [0.2, 0.1]], 700.0)], vents=[vent])
+    now = chambers.start(np.array([60 * LITRE]))
+    pressures = []
+    for k in range(1, 101):
+        now = chambers.step(now, np.array([60 * LITRE]), np.ones(1), 0.005 * k, 0.005)
+        pressures.append(now[0].pressure)
+    assert max(pressures) > 151_325.0
+    assert pressures[-1] == pytest.approx(101_325.0, rel=1e-3)
+
+
+def test_fabric_leaks_by_its_area() -> None:
+    leaky, vented = alone(leak=0.01), alone(vents=[Vent(0.02)])
+    ends = []
+    for chambers in (leaky, vented):
+        (state,) = chambers.start(np.array([60 * LITRE]))
+        state = state._replace(masses=2 * state.masses, energy=2 * state.energy, pressure=202_650.0)
+        (after,) = chambers.step([state], np.array([60 * LITRE]), np.array([2.0]), 1e-4, 1e-4)
+        ends.append(after.pressure)
+    assert ends[0] == pytest.approx(ends[1], rel=1e-14)
+
+
+def test_gas_comes_in_where_the_pressure_is_lower() -> None:
+    chambers = alone(vents=[Vent(1e-3)])
+    (state,) = chambers.start(np.array([60 * LITRE]))
+    now = [state]
+    for k in range(1, 101):
+        now = chambers.step(now, np.array([(60 + 0.2 * k) * LITRE]), np.ones(1), 0.01 * k, 0.01)
+    assert now[0].came > 0.0
+    assert now[0].pressure == pytest.approx(101_325.0, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: IdealGas(1.0, 287.0), "gamma"),
+        (lambda: Inflator(-0.1, 300.0), "mass_rate"),
+        (lambda: Inflator([[0.0, 0.1], [0.0, 0.2]], 300.0), "go back or repeat"),
+        (lambda: Inflator(0.1, [[0.0, 0.0], [1.0, 300.0]]), "temperature"),
+        (lambda: Vent(-1.0), "area"),
+        (lambda: Vent(1.0, over="way"), "over"),
+        (lambda: Vent(1.0, coefficient=0.0), "coefficient"),
+        (lambda: alone(leak=-1.0), "leak"),
+        (lambda: alone(vents=[Vent(1.0, to="gas")]), "leads to no other chamber"),
+        (lambda: alone(vents=[0.1]), "vents"),
+        (lambda: Chamber("bag", Surroundings(0.0, 293.0, AIR)), "pressure"),
+    ],
+)
+def test_what_is_wrong_is_told(make: Any, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        make()
