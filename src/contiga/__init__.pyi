@@ -3,6 +3,7 @@
 from contiga import criteria as criteria
 from contiga import errors as errors
 from contiga import extras as extras
+from contiga import gas as gas
 from contiga import materials as materials
 from contiga import matter as matter
 from contiga import motion as motion

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -224,6 +225,12 @@ class Chamber:
         put(self, "leak", float(leak))
         put(self, "name", name or "gas")
 
+    def called(self, name: str) -> Chamber:
+        """A copy of another name."""
+        other = copy(self)
+        object.__setattr__(other, "name", name)
+        return other
+
 
 class GasState(NamedTuple):
     """What is in a chamber at one time."""
@@ -329,7 +336,9 @@ class Chambers:
         """
         ends = volumes.tolist()
         middle = [0.5 * (state.volume + v) for state, v in zip(states, ends, strict=True)]
-        now = [self._squeezed(state, v) for state, v in zip(states, middle, strict=True)]
+        # Vents open in copies: a step may be refused, and asked for again.
+        own = [state._replace(is_open=state.is_open.copy()) for state in states]
+        now = [self._squeezed(state, v) for state, v in zip(own, middle, strict=True)]
         left, parts = dt, 0
         while left > 0.0:
             flow = self._flow(now, areas, time - left)
@@ -343,12 +352,13 @@ class Chambers:
             left = left - part if part < left else 0.0
         return [self._squeezed(state, v) for state, v in zip(now, ends, strict=True)]
 
-    def _gamma(self, masses: FloatArray) -> float:
+    def gamma(self, masses: FloatArray) -> float:
+        """c_p / c_v of a mixture."""
         return 1.0 + float(masses @ self._constant) / float(masses @ self._c_v)
 
     def _squeezed(self, state: GasState, volume: float) -> GasState:
         """The same gas in another volume: U V^{γ−1} stays."""
-        gamma = self._gamma(state.masses)
+        gamma = self.gamma(state.masses)
         energy = state.energy * (state.volume / volume) ** (gamma - 1.0)
         return self._with(state._replace(volume=volume), state.masses, energy)
 
@@ -424,7 +434,7 @@ class Chambers:
             rate = float(np.abs(flow.masses[c]).sum()) / float(state.masses.sum())
             rate = max(rate, abs(float(flow.energies[c])) / state.energy)
             longest = min(longest, SHARE / rate if rate > 0.0 else math.inf)
-            gamma = self._gamma(state.masses)
+            gamma = self.gamma(state.masses)
             rising.append((gamma - 1.0) * float(flow.energies[c]) / state.volume)
         for c, (chamber, state) in enumerate(zip(self.chambers, states, strict=True)):
             others = [

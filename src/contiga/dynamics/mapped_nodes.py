@@ -255,6 +255,10 @@ class MappedNodes(NodeMover):
         sums, mass = self.matter.spread(nodal)[:, 0], self.own.mass
         return float((sums / mass).max(initial=0.0))
 
+    def swing(self, forces: FloatArray) -> float:
+        """See `NodeMover`."""
+        return self.own.swing(self.matter.spread(forces))
+
     def kick_energy(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
         """Of the degrees of freedom."""
         return self.own.kick_energy(self._of(state), self._spread(forces), gravity)

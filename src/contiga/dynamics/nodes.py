@@ -219,6 +219,12 @@ class NodeMover:
         assert self.mass is not None
         return float((stiffness / self.mass[rows]).max(initial=0.0))
 
+    def swing(self, forces: FloatArray) -> float:
+        """Σ f²/m of forces (n, 3) on the nodes: ω² at most of a spring that pulls all by these
+        shares."""
+        assert self.mass is not None
+        return float((row_products(forces, forces) / self.mass).sum())
+
     def kick_energy(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
         """Σ F²/(8 m) of nodes whose kinetic energy is that between steps: what it stands below
         that of their velocities, over the square of the step before."""

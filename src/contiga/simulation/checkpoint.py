@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.contact.state import State
+from contiga.dynamics.gas import GasState
 from contiga.dynamics.nodes import ElementState, SlaveState
 from contiga.dynamics.springs import SpringState
 from contiga.errors import CheckpointError, InputError
@@ -18,6 +19,7 @@ from contiga.io.out.stored import TOLD, unsealed_told
 from contiga.records import FloatArray
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.fingerprint import fingerprint_of
+from contiga.simulation.gas import ChamberState
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.peak import Peak
 from contiga.simulation.settle import Rest
@@ -102,7 +104,7 @@ def _write_peak(group: Any, peak: Peak) -> None:
 def _write_state(file: Any, state: SystemState) -> None:
     """A group for each body, slave, contact and spring, in their order."""
     file.attrs["time"] = state.time
-    for kind in ("bodies", "slaves", "contacts", "springs"):
+    for kind in ("bodies", "slaves", "contacts", "springs", "gas"):
         file.create_group(kind, track_order=True)
     for name, body in state.bodies.items():
         group = file.create_group(f"bodies/{name}")
@@ -120,6 +122,11 @@ def _write_state(file: Any, state: SystemState) -> None:
     for name, spring in state.springs.items():
         group = file.create_group(f"springs/{name}")
         for key, value in spring._asdict().items():
+            group[key] = value
+    for name, chamber in state.gas.items():
+        group = file.create_group(f"gas/{name}")
+        group["force"] = chamber.force
+        for key, value in chamber.gas._asdict().items():
             group[key] = value
     file["energy"] = np.array(state.energy)
     if state.rest is not None:
@@ -147,6 +154,13 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
     for name, group in file["springs"].items():
         ends, *numbers = (group[key][()] for key in SpringState._fields)
         springs[name] = SpringState(ends, *map(float, numbers))
+    gas = {}
+    for name, group in file["gas"].items():
+        kept: dict[str, Any] = {}
+        for key in GasState._fields:
+            value = np.asarray(group[key])
+            kept[key] = float(value) if value.ndim == 0 else value
+        gas[name] = ChamberState(GasState(**kept), np.asarray(group["force"]))
     rest = None
     if "rest" in file:
         steps, residual = np.asarray(file["rest"]).tolist()
@@ -166,6 +180,7 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
         rigid=np.asarray(file["rigid"]),
         wrenches=np.asarray(file["wrenches"]),
         springs=springs,
+        gas=gas,
         rest=rest,
         **{name: float(file[name][()]) for name in _NUMBERS},
     )

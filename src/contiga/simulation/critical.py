@@ -148,6 +148,7 @@ def _couplings(model: Model, state: SystemState, of: Of) -> list[tuple[str, list
             _add_contact(couplings, model, part, state, of)
     if of == "following":
         return couplings
+    _add_gas(couplings, model, state)
     for name, nodes in system.joined.items():
         rates = Rates(*nodes.rates(state.slaves[name]))
         text = f"the elements of slave {name!r}"
@@ -184,6 +185,24 @@ def _couplings(model: Model, state: SystemState, of: Of) -> list[tuple[str, list
         if ends:
             couplings.append((f"spring {name!r}", ends))
     return couplings
+
+
+def _add_gas(couplings: list[tuple[str, list[_End]]], model: Model, state: SystemState) -> None:
+    """Add the chambers: gas is a spring on their volumes, and a pressure turns with its facets."""
+    system, chambers = model.mechanism, model.chambers
+    for name, (gas, _) in state.gas.items():
+        chamber, skin = chambers.chambers[name], chambers.skins[name]
+        if chamber.slave not in system.masses:
+            continue
+        points, mover = state.slaves[chamber.slave].points, system.nodes[chamber.slave]
+        _, gradient = skin.volume(points)
+        nodal = np.zeros(points.shape)
+        nodal[skin.rows] = gradient
+        gamma = chambers.physics.gamma(gas.masses)
+        square = gamma * gas.pressure / gas.volume * mover.swing(nodal)
+        excess = abs(gas.pressure - chamber.surroundings.pressure)
+        square += mover.fastest(skin.rows, excess * skin.stiffness(points))
+        couplings.append((f"gas {name!r}", [_End(chamber.slave, Rates(square), Rates())]))
 
 
 def _add_contact(

@@ -60,6 +60,8 @@ def identity_of(model: Model, end: float | None = None) -> Identity:
     if isinstance(model.stepping, AutoSteps):
         digest.text(repr((model.stepping.safety, model.stepping.shortest)))
     digest.thing([dict(model.springs), model.loads, model.sensors])
+    if model.gas:
+        digest.thing(dict(model.gas))
     for name, part in model.bodies.items():
         digest.text(f"motion of {name}")
         if isinstance(part.motion, Dependent):

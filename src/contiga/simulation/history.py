@@ -70,6 +70,7 @@ def history_row(
     row |= relative_columns(model, stepped.state, last)
     row |= slave_columns(model, stepped.state)
     row |= spring_columns(model, stepped.state)
+    row |= model.chambers.columns(stepped.state.gas)
     if isinstance(model.stepping, AutoSteps):
         row |= step_columns(model, stepped.choice)
     if model.mechanism.moved:
@@ -86,6 +87,8 @@ def history_row(
             )
             row |= {f"{names[i]}.{c}": float(v) for c, v in zip(OF_BODIES, values, strict=True)}
         row |= energy_columns(stepped.state.energy)
+        if model.gas:
+            row["energy.gas"] = stepped.state.energy.gas
     if model.mechanism.deforms:
         row |= element_columns(stepped.state.energy)
     return row

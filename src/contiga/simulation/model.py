@@ -14,6 +14,7 @@ from contiga.arrays.layout import positive
 from contiga.contact.contact import Contact
 from contiga.display import Displayed, Facts
 from contiga.dynamics.free import Dependent, Free, is_driven
+from contiga.dynamics.gas import Chamber
 from contiga.dynamics.kinks import united
 from contiga.dynamics.loads import Load
 from contiga.dynamics.prescribed import BodyMotion, SlaveMotion, kinks_in, pose_at
@@ -26,6 +27,7 @@ from contiga.masters.protocol import Master
 from contiga.matter.element_fields import FIELDS
 from contiga.records import FloatArray, IndexArray
 from contiga.simulation.checks.finding import Finding
+from contiga.simulation.gas import GasSystem
 from contiga.simulation.mechanism import Mechanism, mechanism_of
 from contiga.simulation.sensor import (
     CUT,
@@ -107,6 +109,7 @@ class Model(Displayed):
     """(3,) acceleration of what is free, world axes."""
     springs: Mapping[str, Spring] = field(default_factory=dict)
     loads: tuple[Load, ...] = ()
+    gas: Mapping[str, Chamber] = field(default_factory=dict)
     sensors: tuple[AnySensor, ...] = ()
     allow_unstable: bool = False
     """Go on with a step that is longer than the critical one."""
@@ -126,7 +129,11 @@ class Model(Displayed):
     def __post_init__(self) -> None:
         names = [part.name for part in self.contacts]
         parts = {"bodies": self.bodies, "slaves": self.slaves, "contacts": names}
-        parts |= {"springs": self.springs, "sensors": [one.name for one in self.sensors]}
+        parts |= {
+            "springs": self.springs,
+            "gas": self.gas,
+            "sensors": [one.name for one in self.sensors],
+        }
         for kind, named in parts.items():
             for name in named:
                 check_name(name, f"{kind}: name")
@@ -142,6 +149,7 @@ class Model(Displayed):
         check_settle(self)
         check_sensors(self)
         check_springs(self)
+        check_gas(self)
         if self.output.interval is not None:
             positive(self.output.interval, "output: interval")
         for name in self.output.fields:
@@ -186,6 +194,12 @@ class Model(Displayed):
     def mechanism(self) -> Mechanism:
         """The parts that forces move, and their masses."""
         return mechanism_of(self.bodies, self.slaves, self.contacts, self.springs, self.loads)
+
+    @cached_property
+    def chambers(self) -> GasSystem:
+        """The gas in slaves."""
+        slaves = {name: part.slave for name, part in self.slaves.items()}
+        return GasSystem(self.gas, slaves)
 
     @cached_property
     def origins(self) -> FloatArray:
@@ -279,6 +293,35 @@ def check_springs(model: Model) -> None:
                 where=f"{where}: filter",
                 remedy='Give the simulation its units, as units=("mm", "g", "ms")',
             )
+
+
+def check_gas(model: Model) -> None:
+    """Refuse chambers that are called as what else has columns in the history, that nodes do not
+    surround, or that nothing moves.
+
+    Raises
+    ------
+    InputError
+        As said.
+    """
+    taken = {*model.bodies, *(part.name for part in model.contacts), "energy", *model.springs}
+    taken |= {sensor.name for sensor in model.sensors}
+    for name in model.gas:
+        if name in taken:
+            raise InputError(
+                "must have a name of its own: columns of the history are called by it",
+                where=f"gas[{name!r}]: name",
+                found=name,
+                allowed="not that of a body, a contact, a spring or a sensor",
+            )
+    if model.gas and model.settling is not None:
+        raise InputError(
+            "does not settle: it would blow up at rest",
+            where="gas",
+            found=", ".join(model.gas),
+            remedy="Leave settling out, or the gas",
+        )
+    assert model.chambers.physics is not None
 
 
 def check_sensors(model: Model) -> None:

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 from contiga.arrays.layout import all_of
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Dependent
+from contiga.dynamics.gas import Chamber
 from contiga.dynamics.prescribed import Fixed, Moved
 from contiga.dynamics.springs import Spring
 from contiga.errors import InputError
@@ -121,23 +122,42 @@ def _name_of(role: str, contact: Any, known: Iterable[tuple[str, object]]) -> st
 
 def spring_parts(given: Any) -> dict[str, Spring]:
     """Springs by name: of a dict, or of a list in which each tells its own or gets a number."""
+    return _named_parts("springs", given, Spring)
+
+
+def gas_parts(given: Any) -> dict[str, Chamber]:
+    """Chambers of gas by name: of a dict, or of a list in which each tells its own."""
+    named = _named_parts("gas", given, Chamber)
+    return {name: one.called(name) for name, one in named.items()}
+
+
+def _named_parts(kind: str, given: Any, of: type[Part]) -> dict[str, Part]:
+    """Parts of one type by name.
+
+    Raises
+    ------
+    InputError
+        Parts of another type, or two of one name.
+    """
     if isinstance(given, Mapping):
         named = list(given.items())
     elif isinstance(given, Sequence):
-        named = [(getattr(one, "name", "") or f"spring_{i}", one) for i, one in enumerate(given)]
+        named = [
+            (getattr(one, "name", "") or f"{kind[:-1]}_{i}", one) for i, one in enumerate(given)
+        ]
     else:
         named = [("", given)]
     for name, one in named:
-        if not isinstance(one, Spring):
+        if not isinstance(one, of):
             raise InputError(
-                "must be springs",
-                where=f"springs[{name!r}]",
+                f"must be {kind}",
+                where=f"{kind}[{name!r}]",
                 found=type(one).__name__,
-                allowed="a list of contiga.Spring, or a dict by name",
+                allowed=f"a list of contiga.{of.__name__}, or a dict by name",
             )
     if len({name for name, _ in named}) < len(named):
         raise InputError(
-            "springs must have names of their own", where="springs", found=[n for n, _ in named]
+            f"{kind} must have names of their own", where=kind, found=[n for n, _ in named]
         )
     return dict(named)
 

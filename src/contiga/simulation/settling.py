@@ -43,7 +43,7 @@ from contiga.simulation.step import (
     wrenches,
 )
 from contiga.simulation.step_size import gone_too_far
-from contiga.simulation.system_state import BodyStates, SystemState
+from contiga.simulation.system_state import Acting, BodyStates, SystemState
 
 SAFETY = 0.7
 """Part of the critical step that steps take: near it the fastest vibrations outlast the stops, and
@@ -113,7 +113,7 @@ def settled(model: Model, clock: Clock, on_settle: OnSettle | None = None) -> St
             # A share of the velocities of nodes is turned to where the forces pull.
             slaves = {}
             for name, nodes in resting.mechanism.nodes.items():
-                acting = ForcesOn(resting, name, state.contacts, state.springs)
+                acting = ForcesOn(resting, name, state.acting)
                 slaves[name] = nodes.steered(state.slaves[name], acting, resting.gravity, share)
             state, share = replace(state, slaves=slaves), FADING * share
     raise RunError(
@@ -175,7 +175,7 @@ def _balance(model: Model, state: SystemState) -> Imbalance:
     system = model.mechanism
     force = load = reaction = rounding = 0.0
     for name, nodes in system.nodes.items():
-        acting = ForcesOn(model, name, state.contacts, state.springs)
+        acting = ForcesOn(model, name, state.acting)
         one = nodes.imbalance(state.slaves[name], acting, model.gravity)
         force, load = force + one.force, load + one.load
         reaction, rounding = reaction + one.reaction, rounding + one.rounding
@@ -238,10 +238,11 @@ def _taken_up(
         name: one._replace(force=one.force - one.damper, damper=0.0, hysteresis=0.0, damping=0.0)
         for name, one in at_rest.springs.items()
     }
-    acting = wrenches(model, contacts, springs, standing)
+    between = Acting(contacts, springs, {})
+    acting = wrenches(model, between, standing)
     kinetic = kicked(placed, system.fixed, acting[system.free], 0.0)
     inside = [nodes.energy(slaves[name]) for name, nodes in system.nodes.items()]
-    energy = energy_of(contacts, springs, inside, kinetic, 0.0, None)
+    energy = energy_of(model, between, inside, kinetic, 0.0, None)
     begun = SystemState(
         start,
         frames(system, standing),

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import positive, real
 from contiga.contact.contact import Contact
+from contiga.dynamics.gas import Chamber
 from contiga.dynamics.loads import Load
 from contiga.dynamics.springs import Spring
 from contiga.dynamics.stepping import AutoSteps, EqualSteps, GivenTimes, Stepping
@@ -24,6 +25,7 @@ from contiga.simulation.parts import (
     body_part,
     by_name,
     contact_parts,
+    gas_parts,
     parts_of_kind,
     slave_part,
     spring_parts,
@@ -109,6 +111,7 @@ class Simulation(Model):
         gravity: ArrayLike = (0.0, 0.0, 0.0),
         springs: Mapping[str, Spring] | Sequence[Spring] = (),
         loads: Sequence[Load] = (),
+        gas: Mapping[str, Chamber] | Sequence[Chamber] = (),
         sensors: Sequence[AnySensor] = (),
         allow_unstable: bool = False,
         settling: Settle | bool | None = None,
@@ -142,6 +145,7 @@ class Simulation(Model):
             gravity=vector(gravity, "gravity"),
             springs=spring_parts(springs),
             loads=parts_of_kind("loads", loads, Load),
+            gas=gas_parts(gas),
             sensors=parts_of_kind(
                 "sensors", sensors, Sensor, RelativeSensor, NodeSensor, SectionSensor
             ),

@@ -33,12 +33,13 @@ from contiga.rigid.kernels.rigid_nb import add_wrench
 from contiga.rigid.pose import as_pose, to_quaternion
 from contiga.rigid.twist import Twist
 from contiga.simulation.clock import Clock
+from contiga.simulation.gas import ChamberState
 from contiga.simulation.load_forces import add_loads, foresee_loads, work_of_loads
 from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import Model
 from contiga.simulation.reasons import Choice
 from contiga.simulation.springs import add_pulls, spring_states
-from contiga.simulation.system_state import BodyStates, Energy, SystemState
+from contiga.simulation.system_state import Acting, BodyStates, Energy, SystemState
 
 
 class Stepped(NamedTuple):
@@ -61,13 +62,12 @@ class Placement(NamedTuple):
 
 
 class ForcesOn(NamedTuple):
-    """What contacts and springs do on the nodes of a slave, summed once it is asked for; see
+    """What contacts, springs and gas do on the nodes of a slave, summed once it is asked for; see
     `Forces`."""
 
     model: Model
     name: str
-    contacts: Mapping[str, State]
-    springs: Mapping[str, SpringState]
+    acting: Acting
 
     def __call__(self) -> FloatArray:
         """(n, 3) of all nodes."""
@@ -78,10 +78,14 @@ class ForcesOn(NamedTuple):
         columns = []
         for part in self.model.contacts:
             if part.slave == self.name:
-                columns.append(self.contacts[part.name].kept.force)
+                columns.append(self.acting.contacts[part.name].kept.force)
         for name, end, node in self.model.mechanism.tied.get(self.name, ()):
-            pull = self.springs[name].pull
+            pull = self.acting.springs[name].pull
             columns.append(Column(np.array([node], np.int32), (-pull if end else pull)[None]))
+        for name in self.model.chambers.of_slave.get(self.name, ()):
+            columns.append(
+                Column(self.model.chambers.skins[name].rows, self.acting.gas[name].force)
+            )
         if len(columns) == 1:
             return Pushes(*columns[0])
         rows, place = np.unique(
@@ -95,13 +99,9 @@ class ForcesOn(NamedTuple):
         return Pushes(rows, forces)
 
 
-def nodal_force(
-    model: Model,
-    name: str,
-    contacts: Mapping[str, State],
-    springs: Mapping[str, SpringState],
-) -> FloatArray:
-    """Return the forces (n, 3) of contacts and springs on the nodes of a slave."""
+def nodal_force(model: Model, name: str, acting: Acting) -> FloatArray:
+    """Return the forces (n, 3) of contacts, springs and gas on the nodes of a slave."""
+    contacts, springs, gas = acting
     tied = model.mechanism.tied.get(name, ())
     forces = [contacts[part.name].force for part in model.contacts if part.slave == name]
     if not forces:
@@ -110,6 +110,8 @@ def nodal_force(
     for spring, end, node in tied:
         pull = springs[spring].pull
         total[node] += -pull if end else pull
+    for chamber in model.chambers.of_slave.get(name, ()):
+        total[model.chambers.skins[chamber].rows] += gas[chamber].force
     return total
 
 
@@ -148,23 +150,27 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
     if system.springs:
         pulled = None if last is None else last.springs
         springs = spring_states(model, pulled, standing.bodies, standing.slaves)
+    gas: dict[str, ChamberState] = {}
+    if model.gas:
+        filled = None if last is None else last.gas
+        gas = model.chambers.states(filled, standing.slaves, now.time, now.dt)
+    acting = Acting(contacts, springs, gas)
     if last is not None:
         for name in system.masses:
             before, there = last.slaves[name], standing.slaves[name]
-            acting = ForcesOn(model, name, contacts, springs)
-            standing.slaves[name] = system.nodes[name].kick(before, there, acting, now)
-    total = wrenches(model, contacts, springs, standing)
+            forces = ForcesOn(model, name, acting)
+            standing.slaves[name] = system.nodes[name].kick(before, there, forces, now)
+    total = wrenches(model, acting, standing)
     kinetic = kicked(standing.free, system.fixed, total[system.free], now.dt)
     external, initial, peak = 0.0, None, 0.0
     if last is not None:
-        external = last.energy.external + external_work(
-            model, last, standing, contacts, springs, total
-        )
+        external = last.energy.external
+        external += external_work(model, last, standing, acting, total)
         initial, peak = last.energy.initial, last.peak_energy
     inside = []
     for name in system.masses:
         inside.append(system.nodes[name].energy(standing.slaves[name]))
-    energy = energy_of(contacts, springs, inside, kinetic, external, initial)
+    energy = energy_of(model, acting, inside, kinetic, external, initial)
     bodies = frames(system, standing)
     now = now._replace(twists=bodies.twists)
     for name in system.riding:
@@ -179,6 +185,7 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
         rigid=standing.free.rows,
         wrenches=total,
         springs=springs,
+        gas=gas,
         rest=None if last is None else last.rest,
         peak_energy=max(peak, energy.total + energy.lost),
     )
@@ -222,7 +229,7 @@ def place(model: Model, last: SystemState | None, time: float) -> Placement:
         if last is None:
             slaves[name] = nodes.start(now)
         else:
-            acting = ForcesOn(model, name, last.contacts, last.springs)
+            acting = ForcesOn(model, name, last.acting)
             slaves[name] = nodes.drift(last.slaves[name], acting, now)
     return Placement(BodyStates(system.index, poses, twists), slaves, free, now)
 
@@ -238,8 +245,7 @@ def frames(system: Mechanism, standing: Placement) -> BodyStates:
 
 def wrenches(
     model: Model,
-    contacts: Mapping[str, State],
-    springs: Mapping[str, SpringState],
+    acting: Acting,
     standing: Placement,
 ) -> FloatArray:
     """(n, 6) force and moment on each body about the origin of its frame, world axes.
@@ -250,7 +256,7 @@ def wrenches(
     system, poses = model.mechanism, standing.bodies.poses
     total = np.zeros((len(system.index), 6))
     for part in model.contacts:
-        state, sides = contacts[part.name], model.mechanism.sides[part.name]
+        state, sides = acting.contacts[part.name], model.mechanism.sides[part.name]
         i, host = sides.master, sides.slave
         straight(add_wrench)(state.wrench, sides.about, poses[i], total[i])
         if host is not None:
@@ -259,11 +265,11 @@ def wrenches(
             add_forces(total[host], points, force, poses[host, :3, 3])
     for name, nodes in system.nodes.items():
         for host, points, force in nodes.pulls(
-            standing.slaves[name], ForcesOn(model, name, contacts, springs)
+            standing.slaves[name], ForcesOn(model, name, acting)
         ):
             add_forces(total[host], points, force, poses[host, :3, 3])
-    if springs:
-        add_pulls(system, springs, poses, total)
+    if acting.springs:
+        add_pulls(system, acting.springs, poses, total)
     if system.loads:
         add_loads(model, poses, standing.free.rows, standing.now.time, total)
     if len(system.free) and model.gravity.any():
@@ -293,8 +299,8 @@ def contact_energy(contacts: Mapping[str, State]) -> Energy:
 
 
 def energy_of(
-    contacts: Mapping[str, State],
-    springs: Mapping[str, SpringState],
+    model: Model,
+    acting: Acting,
     slaves: Sequence[Stored],
     kinetic: float,
     external: float,
@@ -302,9 +308,9 @@ def energy_of(
 ) -> Energy:
     """Of a system: `kinetic` of its bodies, `external` work since the start and the `initial`
     energy, which is None at the start."""
-    of_contacts = contact_energy(contacts)
+    of_contacts = contact_energy(acting.contacts)
     strain, hysteresis, damping = 0.0, of_contacts.hysteresis, of_contacts.damping
-    for spring in springs.values():
+    for spring in acting.springs.values():
         strain += spring.stored
         hysteresis += spring.hysteresis
         damping += spring.damping
@@ -320,6 +326,7 @@ def energy_of(
         0.0 if initial is None else initial,
         nodes.hourglass,
         nodes.viscosity,
+        model.chambers.energy(acting.gas) if acting.gas else 0.0,
     )
     return energy._replace(initial=energy.total) if initial is None else energy
 
@@ -328,12 +335,11 @@ def external_work(
     model: Model,
     last: SystemState,
     standing: Placement,
-    contacts: Mapping[str, State],
-    springs: Mapping[str, SpringState],
+    acting: Acting,
     wrenches: FloatArray,
 ) -> float:
     """Work done from outside in a step: by gravity, loads and what moves prescribed bodies and
-    points, which is against the forces on them."""
+    points, which is against the forces on them; and the enthalpy of gas that comes and goes."""
     system, slaves, work = model.mechanism, standing.slaves, 0.0
     if model.gravity.any():
         rows = standing.free.rows
@@ -354,7 +360,8 @@ def external_work(
         of_bodies -= 0.5 * float((both[3:] * turn).sum())
     for name, nodes in system.nodes.items():
         if nodes.host is None:  # else the body has their forces
-            before = ForcesOn(model, name, last.contacts, last.springs)
-            after = ForcesOn(model, name, contacts, springs)
+            before, after = (ForcesOn(model, name, each) for each in (last.acting, acting))
             of_points += nodes.by_motion(last.slaves[name], slaves[name], before, after)
+    if model.gas:
+        work += model.chambers.came(last.gas, acting.gas)
     return work + of_bodies + of_points

@@ -224,7 +224,7 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
     limit = limit_of(model, last, "lasting") if model.mechanism.moved else NO_LIMIT
     kicks = 0.0
     for name, nodes in model.mechanism.joined.items():
-        acting = ForcesOn(model, name, last.contacts, last.springs)
+        acting = ForcesOn(model, name, last.acting)
         kicks += nodes.kick_energy(last.slaves[name], acting, model.gravity)
     start = Start(last, stepping.most, limit, kicks)
     cut = proposed(model, stepping, start)
@@ -597,9 +597,8 @@ def changes_of_points(model: Model, last: SystemState, state: SystemState) -> fl
 
 
 def _change_of_nodes(model: Model, name: str, last: SystemState, state: SystemState) -> FloatArray:
-    """(n, 3) by which the forces of contacts and springs on the nodes of a slave change."""
-    before = nodal_force(model, name, last.contacts, last.springs)
-    return before - nodal_force(model, name, state.contacts, state.springs)
+    """(n, 3) by which the forces on the nodes of a slave change."""
+    return nodal_force(model, name, last.acting) - nodal_force(model, name, state.acting)
 
 
 def _sharing(before: State, now: State) -> IndexArray:

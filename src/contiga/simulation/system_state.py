@@ -15,6 +15,7 @@ from contiga.dynamics.springs import SpringState
 from contiga.records import FloatArray
 from contiga.rigid.rigid_lanes import STATE
 from contiga.rigid.twist import Twist
+from contiga.simulation.gas import ChamberState
 from contiga.simulation.settle import Rest
 
 
@@ -71,18 +72,21 @@ class Energy(NamedTuple):
     strain: float = 0.0
     """Stored in springs and in what deforms."""
     external: float = 0.0
-    """Work done since the start by gravity, loads and what moves prescribed bodies."""
+    """Work done since the start by gravity, loads and what moves prescribed bodies, and the
+    enthalpy of gas that came, less that of gas that went."""
     initial: float = 0.0
     """Kinetic and stored energy at the start."""
     hourglass: float = 0.0
     """Stored against shapes of elements that their strains do not see."""
     viscosity: float = 0.0
     """Taken by what is viscous in elements."""
+    gas: float = 0.0
+    """Stored in gas: its own, and the work of the surroundings on its chambers."""
 
     @property
     def total(self) -> float:
         """Kinetic and stored."""
-        return self.kinetic + self.strain + self.contact + self.hourglass
+        return self.kinetic + self.strain + self.contact + self.hourglass + self.gas
 
     @property
     def lost(self) -> float:
@@ -94,9 +98,17 @@ class Energy(NamedTuple):
         """Error of the energy balance: what came in and is neither there nor lost.
 
         It falls with the square of the step, but where forces are no gradient."""
-        total = self.kinetic + self.strain + self.contact + self.hourglass
+        total = self.kinetic + self.strain + self.contact + self.hourglass + self.gas
         lost = self.hysteresis + self.damping + self.friction + self.viscosity
         return self.initial + self.external - total - lost
+
+
+class Acting(NamedTuple):
+    """What acts between the parts of a model at one time, each by name."""
+
+    contacts: Mapping[str, State]
+    springs: Mapping[str, SpringState]
+    gas: Mapping[str, ChamberState]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -121,6 +133,8 @@ class SystemState(Displayed):
     by forces."""
     springs: dict[str, SpringState] = field(default_factory=dict)
     """By name."""
+    gas: dict[str, ChamberState] = field(default_factory=dict)
+    """By name."""
     peak_energy: float = 0.0
     """The largest energy so far: kinetic, stored and lost."""
     shaking: float = 0.0
@@ -144,6 +158,11 @@ class SystemState(Displayed):
             ("in contact", self.n_contact),
             ("stored", self.energy.contact),
         ]
+
+    @property
+    def acting(self) -> Acting:
+        """What acts between the parts."""
+        return Acting(self.contacts, self.springs, self.gas)
 
     @property
     def n_contact(self) -> int:
