@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from contiga.arrays.layout import bytes_of
 from contiga.arrays.once import once
+from contiga.arrays.perturbed_paths import settled
 from contiga.arrays.threads import run_ranges
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import stitches
@@ -22,6 +23,7 @@ from contiga.records import (
     KnownSides,
     Projection,
     SurfacePlaces,
+    empty_hit,
 )
 from contiga.search.balls.radii import balls_of
 from contiga.search.borders.openings import openings_of
@@ -30,13 +32,15 @@ from contiga.search.closest.kernels import facing_nb, safe_distance_nb
 from contiga.search.contact_tables import ContactTables
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.sides import side_grid
-from contiga.search.sweep import hits
+from contiga.search.sweep.kernels import hit_nb
+from contiga.search.sweep.piece_lists import lists_of
 from contiga.search.tables import tables_of
 from contiga.search.track import project
 
-# Points below which a second thread does not pay.
+# Points and segments below which a second thread does not pay.
 POINTS = 1024
 GUARDED = 16
+SEGMENTS = 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,11 +64,7 @@ class ExactSurface:
         return bytes_of(self.tables)
 
     def closest(
-        self,
-        p_B: FloatArray,
-        rows: IntArray,
-        out: Projection,
-        within: FloatArray | None = None,
+        self, p_B: FloatArray, rows: IntArray, out: Projection, within: FloatArray | None = None
     ) -> None:
         """Closest points of the body."""
         closest_of_rows(self.tables, p_B, rows, out, within)
@@ -94,13 +94,24 @@ class ExactSurface:
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
         """First entries by interval Newton."""
-        return hits.hits_of_rows(self.tables, a_B, b_B, rows)
+        out, lists = empty_hit(len(rows)), lists_of(self.tables, len(rows))
+        given = self.tables, lists, a_B, b_B, rows, out
+        run_ranges(hit_nb.first_hits, len(rows), SEGMENTS, *given)
+        return out
 
     def last_crossings(
         self, a_B: FloatArray, b_B: FloatArray, rows: IntArray
     ) -> tuple[Hit, ByteArray]:
         """Last crossings by interval Newton on the path turned round."""
-        return hits.last_crossings(self.tables, a_B, b_B, rows)
+        lists = lists_of(self.tables, len(rows))
+
+        def search(
+            a: FloatArray, b: FloatArray, loose: tuple[float, float], out: Hit, verdict: FloatArray
+        ) -> None:
+            given = self.tables, lists, a, b, loose, out, verdict
+            run_ranges(hit_nb.last_crossings, len(a), SEGMENTS, *given)
+
+        return settled(search, a_B[rows], b_B[rows])
 
     def safe_distance(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
         """Distances to the nearest box of a leaf."""

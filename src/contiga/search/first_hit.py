@@ -78,7 +78,7 @@ def _sides(
     surface: ExactSurface, p_B: FloatArray, rows: IntArray, band: tuple[float, float]
 ) -> ByteArray:
     """1 for points p_B[rows] outside, −1 inside, 0 within `band` (edge, face) or not known."""
-    side, _ = surface.sides(p_B, rows)
+    side = surface.sides(p_B, rows).side
     near = np.flatnonzero(side == 0)
     feet = empty_projection(len(near))
     points = np.ascontiguousarray(p_B[rows[near]])

@@ -113,7 +113,7 @@ def find_limit(model: Model, state: SystemState, of: Of = "all") -> Limit:
     """Find the critical step of what touches and pulls in `state`."""
     felt: dict[object, list[tuple[str, Rates, Rates]]] = {}
     for text, ends in _couplings(model, state, of):
-        _, both, whole = ends[0]
+        both, whole = ends[0].rates, ends[0].whole
         for end in ends[1:]:
             both, whole = both + end.rates, whole + end.whole
         for end in ends:

@@ -139,11 +139,11 @@ class Recorder:
                 if isinstance(stepping, AutoSteps) or not same.all():
                     self._ends += (checkpoint.end,)
                 if onward is not None:
-                    steps, peak, unmeasured = onward
-                    onward = None
+                    steps, peak = onward.written, onward.peak
                     for name in unmeasured_names(self.model):
-                        for row in unmeasured:
+                        for row in onward.unmeasured:
                             self._rows[name][row] = np.nan
+                    onward = None
             self._stand = _Stand(done, steps, checkpoint.state, peak, None, onward)
         finished = self.state is not None and self._is_last(self.state)
         if "vtkhdf" in self.model.output.formats and not finished:
@@ -163,7 +163,8 @@ class Recorder:
     def take(self, stepped: Stepped) -> None:
         """Record one step; before one that is written, that of the greatest force."""
         state = stepped.state
-        done, written, _, peak, crest, _ = self._stand
+        done, written = self._stand.done, self._stand.written
+        peak, crest = self._stand.peak, self._stand.crest
         # Whether fields of this step are written: by steps or by time.
         output, before = self.model.output, self.state
         due = self.done % output.every == 0

@@ -45,8 +45,8 @@ def step_columns(model: Model, choice: Choice | None) -> dict[str, float]:
         return dict(zip(COLUMNS, (float(Reason.LARGEST), -1.0, *5 * (0.0,)), strict=True))
     names = names_of(model)
     of = names.index(choice.cut.of) if choice.cut.of in names else -1
-    why, tries = float(choice.cut.reason), float(choice.tries)
-    columns = why, float(of), tries, *choice[2:]
+    cut = float(choice.cut.reason), float(of), float(choice.tries)
+    columns = *cut, choice.energy_error, choice.single, choice.lag, choice.late
     return dict(zip(COLUMNS, columns, strict=True))
 
 

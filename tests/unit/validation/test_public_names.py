@@ -64,7 +64,7 @@ def test_what_is_taken_from_inside_is_seen_anywhere(tmp_path: Path) -> None:
     path = tmp_path / "suite.py"
     path.write_text(
         "import contiga\n"
-        "import contiga.search.sweep.hits\n"
+        "import contiga.search.sweep.piece_lists\n"
         "from contiga import Body, records, motion as look\n"
         "from contiga.errors import InputError\n"
         "def f():\n"
@@ -74,5 +74,5 @@ def test_what_is_taken_from_inside_is_seen_anywhere(tmp_path: Path) -> None:
     )
     assert sorted(internals_in(path)) == [
         *("contiga.area.hull: hull_of", "contiga.records", "contiga.rigid.frames"),
-        *("contiga.search.sweep.hits", "look._secret"),
+        *("contiga.search.sweep.piece_lists", "look._secret"),
     ]

@@ -52,7 +52,7 @@ def check_depth(scene: Scene) -> Iterator[Finding]:
             for time, seen in zip(pair.shown_times.tolist(), pair.dry_runs, strict=False):
                 k = int(np.searchsorted(planned, time)) - 1
                 if k >= 0 and len(seen.rows):
-                    # The way against the normals, out of which the body has moved back.
+                    # How far points have come in since the planned time before, along normals.
                     nodes = seen.rows < len(pair.slave)
                     rows, deep = seen.rows[nodes], seen.penetration[nodes]
                     (before, X), (after, Y) = pair.standing(float(planned[k])), pair.standing(time)

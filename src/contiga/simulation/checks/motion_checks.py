@@ -20,17 +20,12 @@ def check_motion(scene: Scene) -> Iterator[Finding]:
     for pair in scene.pairs:
         yield from _starts(pair, scene.said)
         yield from from_behind(pair, scene.said)
-        if (
-            pair.foretold
-            and not pair.touches
-            and not (
-                pair.free
-                and any(
-                    other is not pair and other.free and other.foretold and other.touches
-                    for other in scene.pairs
-                )
-            )
-        ):
+        # Whether what is free here is first turned aside by another contact.
+        turned_aside = pair.free and any(
+            other is not pair and other.free and other.foretold and other.touches
+            for other in scene.pairs
+        )
+        if pair.foretold and not pair.touches and not turned_aside:
             yield from _never(pair, scene.said)
 
 
