@@ -102,3 +102,22 @@ def test_ridges_along_no_line_of_parameters_end_soon() -> None:
     roof = cg.shapes.extruded(line, (0.5, 2.0, 0.0))
     low, high = bounds_of([roof], [None])
     np.testing.assert_allclose([low, high], [[-1, 0, 0], [1.5, 2, 0.5]], atol=1e-12)
+
+
+def test_faces_of_a_body_reach_as_far_by_its_trim_tables_as_by_their_own() -> None:
+    """Caps of ellipsoids, each cut out by a circle of its own, beside one that is whole."""
+    patches = [cg.shapes.ellipsoid(axes=AXES + k).transformed(TURN) for k in range(3)]
+    (u0, u1), (v0, v1) = patches[0].domain
+    middle = (0.5 * (u0 + u1), 0.6 * v0 + 0.4 * v1, 0.0)
+    loops = [[cg.shapes.circle(radius=r * (v1 - v0), centre=middle)] for r in (0.2, 0.1)]
+    trims = [[loops[0]], [loops[1]], None]
+    together = cg.Body(patches, trims=trims)
+    apart = [cg.Body([patch], trims=[loop]) for patch, loop in zip(patches, trims, strict=True)]
+    for k, body in enumerate(apart):
+        tables = together.trim_tables
+        box = bounds_of(together.patches[k : k + 1], together.trims[k : k + 1])
+        np.testing.assert_array_equal(box, body.bounds())
+        assert len(tables.piece_patch[tables.piece_patch == k]) == len(body.trim_tables.piece_patch)
+    boxes = np.array([body.bounds() for body in apart[:2]])
+    cut = cg.Body(patches[:2], trims=trims[:2])
+    np.testing.assert_array_equal(cut.bounds(), [boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
