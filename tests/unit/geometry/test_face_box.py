@@ -104,20 +104,16 @@ def test_ridges_along_no_line_of_parameters_end_soon() -> None:
     np.testing.assert_allclose([low, high], [[-1, 0, 0], [1.5, 2, 0.5]], atol=1e-12)
 
 
-def test_faces_of_a_body_reach_as_far_by_its_trim_tables_as_by_their_own() -> None:
-    """Caps of ellipsoids, each cut out by a circle of its own, beside one that is whole."""
-    patches = [cg.shapes.ellipsoid(axes=AXES + k).transformed(TURN) for k in range(3)]
-    (u0, u1), (v0, v1) = patches[0].domain
-    middle = (0.5 * (u0 + u1), 0.6 * v0 + 0.4 * v1, 0.0)
-    loops = [[cg.shapes.circle(radius=r * (v1 - v0), centre=middle)] for r in (0.2, 0.1)]
-    trims = [[loops[0]], [loops[1]], None]
-    together = cg.Body(patches, trims=trims)
-    apart = [cg.Body([patch], trims=[loop]) for patch, loop in zip(patches, trims, strict=True)]
-    for k, body in enumerate(apart):
-        tables = together.trim_tables
-        box = bounds_of(together.patches[k : k + 1], together.trims[k : k + 1])
-        np.testing.assert_array_equal(box, body.bounds())
-        assert len(tables.piece_patch[tables.piece_patch == k]) == len(body.trim_tables.piece_patch)
-    boxes = np.array([body.bounds() for body in apart[:2]])
-    cut = cg.Body(patches[:2], trims=trims[:2])
-    np.testing.assert_array_equal(cut.bounds(), [boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+def test_faces_of_a_body_are_asked_by_loops_of_their_own() -> None:
+    """Of two caps that circles cut out of one ellipsoid the second holds its end alone."""
+    patch = cg.shapes.ellipsoid(axes=AXES)
+    (u0, u1), (v0, v1) = patch.domain
+    end, aside = (np.array([u, 0.5 * (v0 + v1), 0.0]) for u in (0.5 * (u0 + u1), 0.3 * (u0 + u1)))
+    np.testing.assert_allclose(patch.evaluate(end[None, :2]), [[-AXES[0], 0, 0]], atol=1e-12)
+    loops = [[cg.shapes.circle(radius=0.1 * (u1 - u0), centre=middle)] for middle in (aside, end)]
+    caps = cg.Body([patch, patch], trims=[[loop] for loop in loops])
+    assert caps.bounds()[0, 0] == pytest.approx(-AXES[0], rel=1e-13)
+    alone = [bounds_of([patch], [loops]) for loops in caps.trims]
+    assert alone[0][0, 0] > -0.99 * AXES[0]
+    low, high = np.array(alone).swapaxes(0, 1)
+    np.testing.assert_array_equal(caps.bounds(), [low.min(axis=0), high.max(axis=0)])
