@@ -82,3 +82,35 @@ def test_an_element_between_two_poles_is_halved_and_one_with_short_sides_is_not(
             there = body.patches[0].evaluate([[u, v]])[0] - row["origin"]
             np.testing.assert_allclose(h[:3, 0], there, atol=2e-13)
     assert counts == [(8, {-0.5, 0.5}), (4, {0.0})]
+
+
+def test_elements_of_patches_of_any_degrees_are_those_of_each_alone():
+    """Degrees that come and go, one spindle that is halved, several elements a patch."""
+    degrees = [(1, 1), (3, 3), (6, 3), (3, 3), (1, 1), (2, 1)]
+    patches = [patch_of(k, *each) for k, each in enumerate(degrees)]
+    patches[3] = patches[3].insert_knots(u=[0.5], v=[0.25, 0.75])
+    patches[5] = spindle()
+    body = cg.Body(patches)
+    elements, grid = elements_of(body, body.trim_tables)
+    first = 0
+    for k, patch in enumerate(patches):
+        alone = cg.Body([patch])
+        own, own_grid = elements_of(alone, alone.trim_tables)
+        rows = elements.table[first : first + len(own.table)]
+        assert grid.patches["first"][k] == first
+        assert (rows["patch"] == k).all()
+        for name in ("degree", "components", "form", "trim", "box", "origin", "about", "noise"):
+            np.testing.assert_array_equal(rows[name], own.table[name])
+        np.testing.assert_array_equal(rows["cubic"], own.table["cubic"])
+        size = 4 * np.prod(rows[0]["degree"] + 1)
+        for row, known in zip(rows, own.table, strict=True):
+            for place in ("bernstein", "monomial"):
+                assert (row[place] < 0) == (known[place] < 0)
+                if known[place] >= 0:
+                    here, there = elements.coefs[row[place] :], own.coefs[known[place] :]
+                    np.testing.assert_array_equal(here[:size], there[:size])
+        for axis in ("u", "v"):
+            here, there = grid.patches[axis][k], own_grid.patches[axis][0]
+            np.testing.assert_array_equal(grid.breaks[slice(*here)], own_grid.breaks[slice(*there)])
+        first += len(own.table)
+    assert first == len(elements.table)

@@ -102,3 +102,18 @@ def test_ridges_along_no_line_of_parameters_end_soon() -> None:
     roof = cg.shapes.extruded(line, (0.5, 2.0, 0.0))
     low, high = bounds_of([roof], [None])
     np.testing.assert_allclose([low, high], [[-1, 0, 0], [1.5, 2, 0.5]], atol=1e-12)
+
+
+def test_faces_of_a_body_are_asked_by_loops_of_their_own() -> None:
+    """Of two caps that circles cut out of one ellipsoid the second holds its end alone."""
+    patch = cg.shapes.ellipsoid(axes=AXES)
+    (u0, u1), (v0, v1) = patch.domain
+    end, aside = (np.array([u, 0.5 * (v0 + v1), 0.0]) for u in (0.5 * (u0 + u1), 0.3 * (u0 + u1)))
+    np.testing.assert_allclose(patch.evaluate(end[None, :2]), [[-AXES[0], 0, 0]], atol=1e-12)
+    loops = [[cg.shapes.circle(radius=0.1 * (u1 - u0), centre=middle)] for middle in (aside, end)]
+    caps = cg.Body([patch, patch], trims=[[loop] for loop in loops])
+    assert caps.bounds()[0, 0] == pytest.approx(-AXES[0], rel=1e-13)
+    alone = [bounds_of([patch], [loops]) for loops in caps.trims]
+    assert alone[0][0, 0] > -0.99 * AXES[0]
+    low, high = np.array(alone).swapaxes(0, 1)
+    np.testing.assert_array_equal(caps.bounds(), [low.min(axis=0), high.max(axis=0)])

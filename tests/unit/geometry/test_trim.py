@@ -215,6 +215,11 @@ def test_untrimmed_patches_are_inside_everywhere_beside_trimmed_ones():
     assert nb.box_state(tables, 0, 0.0, 1.0, 0.0, 1.0) == IN
     assert nb.point_in_trim(tables, 1, 2.0, 2.0) == 1
     assert nb.point_in_trim(tables, 1, 0.1, 0.1) == 0
+    boxes = np.array([[0.0, 1.0, 0.0, 1.0], [1.9, 2.1, 1.9, 2.1], [0.0, 0.1, 0.0, 0.1]])
+    patches = np.array([0, 1, 1], dtype=np.int32)
+    wider = boxes + np.array([0.0, 1.5, 0.0, 1.5])
+    assert nb.box_states(tables, patches, boxes).tolist() == [IN, IN, OUT]
+    assert nb.box_states(tables, patches, wider).tolist() == [IN, CUT, CUT]
 
 
 def test_direction_and_order_of_loops_do_not_matter():

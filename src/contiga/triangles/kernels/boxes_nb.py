@@ -96,8 +96,12 @@ def _split(middle, order, start, stop, cuts):
 def build(low, high):
     """Nodes (box, child) over the boxes `low`, `high` (3, n), and the order of these."""
     n = low.shape[1]
-    order = np.arange(n).astype(np.int32)
-    middle = 0.5 * (low + high)
+    order = np.empty(n, np.int32)
+    middle = np.empty((3, n))
+    for i in range(n):
+        order[i] = i
+        for c in range(3):
+            middle[c, i] = 0.5 * (low[c, i] + high[c, i])
     most = max(1, n)
     start_of = np.empty(most, np.int64)
     stop_of = np.empty(most, np.int64)

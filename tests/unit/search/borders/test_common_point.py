@@ -8,7 +8,7 @@ from tests.unit.search.borders.test_crossings import UPRIGHT, wall
 
 import contiga as cg
 from contiga.search.borders.crossing_records import CommonPoints, Starts
-from contiga.search.borders.kernels.common_point_nb import lead_together
+from contiga.search.borders.kernels.common_point_nb import PLACES, lead_together, nearest_starts
 from contiga.search.tables import tables_of
 
 SHARES = np.array([0.1, 0.5, 0.9])
@@ -74,3 +74,23 @@ def test_a_curved_face_is_met_by_a_flat_one() -> None:
     assert len(point) > 20
     assert np.abs(point[:, 0] - point[:, 1]).max() <= 1e-11 * body.size
     assert np.abs(point[:, :, 2]).max() < 1e-10 * body.size
+
+
+def test_starts_are_the_nearest_pairs_of_places_the_nearest_first() -> None:
+    tables = tables_of(cg.Body([cg.shapes.saddle(), cg.shapes.plane(width=2.0, length=2.0)]))
+    plates = tables.plates
+    pairs = np.array([(k, len(plates) - 1 - k) for k in range(len(plates) // 2)])
+    count = 4
+    starts = Starts(pairs, np.empty((len(pairs), count, 2, 2)), np.empty((len(pairs), count)))
+    nearest_starts(plates, starts)
+    for pair, share, distance in zip(*starts, strict=True):
+        on = [plates["middle"][k] + PLACES @ [plates["x"][k], plates["y"][k]] for k in pair]
+        off = np.linalg.norm(on[0][:, None] - on[1], axis=2)
+        np.testing.assert_allclose(distance, np.sort(off.ravel())[:count], rtol=1e-12)
+        at = 2.0 * share - 1.0
+        ends = [
+            plates["middle"][k] + at[:, side] @ [plates["x"][k], plates["y"][k]]
+            for side, k in enumerate(pair)
+        ]
+        np.testing.assert_allclose(np.linalg.norm(ends[0] - ends[1], axis=1), distance, rtol=1e-12)
+        assert len(np.unique(share.reshape(count, 4), axis=0)) == count
