@@ -77,7 +77,7 @@ class Net(NamedTuple):
             No such edge or patch, more rows than the patch has.
         """
         net = self._control_of(patch)
-        way = _rows_from(net, _edge_name(name))
+        way = rows_from(net, _edge_name(name))
         if not 1 <= rows <= len(way):
             raise InputError(
                 f"patch {patch} has {len(way)} rows of control points from its edge {name} on",
@@ -223,7 +223,7 @@ def _shared(
         before = lowest.copy()
         for joint in joints:
             one, other = (
-                _rows_from(pieces[piece].control, edge)[0]
+                rows_from(pieces[piece].control, edge)[0]
                 for piece, edge in zip(joint.pieces, joint.edges, strict=True)
             )
             other = other[::-1] if joint.turned else other
@@ -245,7 +245,7 @@ def _joints(pieces: Sequence[Piece], near: float) -> tuple[Joint, ...]:
         A pair of edges that is the same curve with other control points, knots or weights.
     """
     edges = [(piece, name) for piece in range(len(pieces)) for name in EDGES]
-    lines = [_rows_from(pieces[piece].control_points, name)[0] for piece, name in edges]
+    lines = [rows_from(pieces[piece].control_points, name)[0] for piece, name in edges]
     ends = np.stack([line[[0, -1]] for line in lines])
     close = cKDTree(ends.mean(axis=1)).query_pairs(2.0 * near, output_type="ndarray")
     joints = []
@@ -309,10 +309,10 @@ def _edge_of(patch: Patch, name: str) -> _Edge:
     axis = 1 if name[0] == "u" else 0  # along which the edge runs
     knots = np.asarray(patch.knots[axis])
     low, high = knots[0], knots[-1]
-    points = _rows_from(patch.control_points, name)[0]
+    points = rows_from(patch.control_points, name)[0]
     weights = np.ones(len(points))
     if patch.weights is not None:
-        weights = _rows_from(patch.weights, name)[0]
+        weights = rows_from(patch.weights, name)[0]
     along = np.linspace(low, high, SAMPLES)
     samples = basis_at(patch, edge_parameters(patch, name, along)).of(
         VALUE, patch.control_points.reshape(-1, 3)
@@ -387,7 +387,7 @@ def _check_edges(patch: Piece, near: float) -> None:
     """Refuse a pole, and any other edge along which there is no normal."""
     net = patch.control_points.reshape(-1, 3)
     for name in EDGES:
-        line = _rows_from(patch.control_points, name)[0]
+        line = rows_from(patch.control_points, name)[0]
         knots = patch.knots[1 if name[0] == "u" else 0]
         inner = knots[0] + (knots[-1] - knots[0]) * (np.arange(SAMPLES) + 0.5) / SAMPLES
         at = basis_at(patch, edge_parameters(patch, name, inner))
@@ -426,7 +426,7 @@ def _edge_name(name: str) -> str:
     return name
 
 
-def _rows_from(net: NDArray[Any], name: str) -> NDArray[Any]:
+def rows_from(net: NDArray[Any], name: str) -> NDArray[Any]:
     """Rows of a net (n, m, …) parallel to an edge, from it on."""
     rows = net if name[0] == "u" else np.swapaxes(net, 0, 1)
     return rows if name[1] == "0" else rows[::-1]
