@@ -250,6 +250,14 @@ def test_an_element_pressed_to_a_line_is_told() -> None:
         still(shell, q)
 
 
+def test_a_membrane_may_be_pressed_to_a_line() -> None:
+    shell = of("tension field", bending=0.0)
+    force, energy = still(shell, shell.nodes * [1.1, 0.0, 0.0])
+    assert np.isfinite(force).all()
+    assert energy > 0.0
+    assert not still(shell, 0.0 * shell.nodes)[0].any()
+
+
 def test_slopes_across_a_kink_and_at_a_plane_are_springs_with_an_energy() -> None:
     first = crooked(2, (1, 1))
     second = crooked(2, (1, 1), seed=4)

@@ -24,6 +24,8 @@ PARALLEL = 1e-9
 SAME = 1e-9
 """Part by which knots and weights of two edges may differ and still be the same."""
 SAMPLES = 5
+HALVINGS = 40
+"""Of the distance between samples, until there is rounding alone."""
 
 
 class Piece(NamedTuple):
@@ -132,8 +134,8 @@ def join(surfaces: Sequence[Patch], tolerance: float | None = None) -> Net:
     ------
     InputError
         No patch, a degree above 5, weights that are not positive, a pole or another edge along
-        which the surface has no normal, patches that do not meet, or that meet with other control
-        points, knots or weights.
+        which the surface has no normal, patches that do not meet, that meet along a part of an
+        edge, or with other control points, knots or weights.
     """
     patches = tuple(surfaces)
     if not patches:
@@ -149,6 +151,7 @@ def join(surfaces: Sequence[Patch], tolerance: float | None = None) -> Net:
     for piece in pieces:
         _check_edges(piece, near)
     joints = _joints(pieces, near)
+    _check_whole_edges(pieces, joints, near)
     _check_connected(pieces, joints)
     first, numbers = _shared(int(starts[-1]), pieces, joints)
     points, sites = (
@@ -356,6 +359,57 @@ def _check_connected(pieces: Sequence[Piece], joints: Sequence[Joint]) -> None:
         allowed="patches that share control points along whole edges",
         remedy="Give a tolerance, refine neighbours alike, or make shells of their own",
     )
+
+
+def _check_whole_edges(pieces: Sequence[Piece], joints: Sequence[Joint], near: float) -> None:
+    """Refuse edges that meet another along a part of theirs: a slit would open there."""
+    joined = {
+        (piece, edge)
+        for joint in joints
+        for piece, edge in zip(joint.pieces, joint.edges, strict=True)
+    }
+    free = [(k, name) for k in range(len(pieces)) for name in EDGES if (k, name) not in joined]
+    if not free:
+        return
+    lines = [rows_from(pieces[k].control_points, name)[0] for k, name in free]
+    ends = np.concatenate([line[[0, -1]] for line in lines])
+    for (k, name), line in zip(free, lines, strict=True):
+        # A curve lies in the box of its control points, and other corners lie on it if on any.
+        inside = (ends >= line.min(axis=0) - near) & (ends <= line.max(axis=0) + near)
+        apart = [np.abs(ends - end).max(axis=1) > near for end in line[[0, -1]]]
+        rows = np.flatnonzero(inside.all(axis=1) & apart[0] & apart[1])
+        on = rows[_distances(pieces[k], name, ends[rows]) <= near]
+        if on.size:
+            other, edge = free[int(on[0]) // 2]
+            raise InputError(
+                "they meet along a part of an edge",
+                where=f"surfaces[{pieces[k].patch}] {name} and "
+                f"surfaces[{pieces[other].patch}] {edge}",
+                found=f"a corner at {np.round(ends[on[0]], 9).tolist()}",
+                allowed="patches that share control points along whole edges",
+                remedy="Split the longer one there: NurbsSurface.split",
+            )
+
+
+def _distances(piece: Piece, name: str, points: FloatArray) -> FloatArray:
+    """(k,) of points from an edge, by halving the distance between samples around the nearest."""
+    knots = piece.knots[1 if name[0] == "u" else 0]
+    low, high = float(knots[0]), float(knots[-1])
+    net = piece.control_points.reshape(-1, 3)
+    found = np.empty(len(points))
+    for row, point in enumerate(points):
+        width, middle = high - low, 0.5 * (low + high)
+        count = 8 * len(knots) + 1
+        for _ in range(HALVINGS):
+            along = np.linspace(
+                max(middle - 0.5 * width, low), min(middle + 0.5 * width, high), count
+            )
+            x = basis_at(piece, edge_parameters(piece, name, along)).of(VALUE, net)
+            ways = _lengths(x - point)
+            best = int(np.argmin(ways))
+            found[row], middle = ways[best], along[best]
+            width, count = 4.0 * width / (count - 1), 9
+    return found
 
 
 def _border_points(patch: Patch) -> FloatArray:

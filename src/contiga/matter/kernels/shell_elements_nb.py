@@ -62,9 +62,10 @@ def shell_response(bank, tables, memory, b, g):
 
 @kernel()
 def shells(motion, tables, memory, out, start, stop):
-    """Forces, energies and flat elements of blocks start … stop."""
+    """Forces and energies of blocks start … stop, and how many that bend have no normal."""
     bank, net, force = scratch(SHELL_SIZE), scratch(NET), scratch(NET)
     count = tables.nodes.shape[1]
+    bends = len(tables.layers) > 0 or max(tables.bending[0], tables.bending[1]) > 0.0
     for b in range(start, stop):
         gather(motion.points, tables.nodes[b], count, net)
         clear(force, 3 * count)
@@ -73,7 +74,8 @@ def shells(motion, tables, memory, out, start, stop):
         flat = 0
         for g in range(tables.points):
             shell_strain(bank, net, tables, b, g)
-            flat = max(flat, flat_lanes(bank))
+            if bends:
+                flat = max(flat, flat_lanes(bank))
             shell_response(bank, tables, memory, b, g)
             shell_stress(bank, tables.weights[b], g * LANES)
             shell_forces(bank, tables.basis[b], g * count * WIDTH * LANES, count, force)
