@@ -101,7 +101,7 @@ def test_edges_that_are_one_curve_must_have_one_net() -> None:
 
 
 def test_edges_that_meet_along_a_part_are_told() -> None:
-    """A square beside two of half its size, of which one stands over."""
+    """A patch beside two that have half of its edge each."""
     big = tube(1.0, 2.0, (2.5, 0.6), 2, (2, 2))
     below, above = big.translated([0.0, -2.0, 0.0]), big.translated([0.0, 2.0, 0.0])
     assert len(join([below, big, above]).joints) == 2
