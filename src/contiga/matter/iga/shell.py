@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 
-from contiga.arrays.layout import locked, positive
+from contiga.arrays.layout import locked, one_of, positive
 from contiga.arrays.threads import run_ranges
 from contiga.arrays.workspace import Workspace
 from contiga.errors import ElementError, InputError
@@ -18,7 +18,6 @@ from contiga.matter.blocks import NodeSums, block_sums, in_lanes, node_sums, nod
 from contiga.matter.coefficients import Coefficients, Material
 from contiga.matter.iga.basis import VALUE, Patch
 from contiga.matter.iga.elements import (
-    Rule,
     at_rest,
     drawn_points,
     gauss,
@@ -49,6 +48,9 @@ LAYERS = 3
 SLOPE_STIFFNESS = 100.0
 """Of springs that keep slopes, where none is given: parts of what an element resists by."""
 
+RULES = {"gauss": gauss, "grid": midpoints}
+"""Where contact is asked for."""
+
 _workspace = Workspace()
 
 
@@ -73,7 +75,8 @@ def assemble_shell(
     bending: float = 1.0,
     layers: int | None = None,
     rule: int | None = None,
-    contact: tuple[str, int] | None = None,
+    contact: str = "gauss",
+    points: int | None = None,
     tolerance: float | None = None,
     symmetry: Sequence[Symmetry] = (),
     slope_stiffness: float = SLOPE_STIFFNESS,
@@ -91,8 +94,9 @@ def assemble_shell(
     layers : Gauss points through the thickness; None for as many as the material needs: none where
         forces and moments follow from the middle surface (`Elastic`, `Fabric`), else 3
     rule : Gauss points of an element in each direction; its degrees and 1 if omitted
-    contact : what `Shell.points` are: ("gauss", n) or ("grid", n), n of an element in each
-        direction; Gauss's, degrees and 1, if omitted
+    contact : where contact is asked for: at points of Gauss's rule ("gauss") or at the middles of
+        equal parts of the parameters ("grid")
+    points : of contact of an element in each direction; its degrees and 1 if omitted
     tolerance : length within which control points of joints are the same
     symmetry : edges that keep their angle to a plane
     slope_stiffness : of the springs that keep slopes there and across joints, in parts of what an
@@ -146,10 +150,13 @@ def assemble_shell(
     slopes = None
     if share > 0.0:
         slopes = slope_tables(net, symmetry, positive(slope_stiffness, "slope_stiffness"), rigidity)
+    one_of("contact", contact, tuple(RULES))
+    each = None if points is None else _count(points, "points", 1)
+    of_contact = points_of(net, RULES[contact], each)
     if slopes is not None:
         nodes_of_rows.append(slopes.nodes.ravel())
     sums = node_sums(np.concatenate(nodes_of_rows), len(net.points))
-    return Shell(net, groups, sums, density * thickness * mass, slopes, _contact(net, contact))
+    return Shell(net, groups, sums, density * thickness * mass, slopes, of_contact)
 
 
 class _Section(NamedTuple):
@@ -243,17 +250,6 @@ def _group(
     kept = len(tables.nodes) * LANES * points * max(len(section.layers), 1) * material.memory
     rows = slice(first, first + len(nodes_of_rows))
     return ShellGroup(elements, tables, rows, slice(remembered, remembered + kept)), nodes_of_rows
-
-
-def _contact(net: Net, given: tuple[str, int] | None) -> SplinePoints:
-    if given is None:
-        return points_of(net, None)
-    kind, count = given
-    makers = {"gauss": gauss, "grid": midpoints}
-    if kind not in makers:
-        raise InputError("is not known", where="contact", found=kind, allowed=", ".join(makers))
-    rule: Rule = makers[kind](_count(count, "contact", 1))
-    return points_of(net, (rule, rule))
 
 
 class Shell:
