@@ -16,6 +16,7 @@ from contiga.errors import ElementError, InputError
 from contiga.jit import straight
 from contiga.matter.blocks import NodeSums, block_sums, in_lanes, node_sums, nodes_in_lanes
 from contiga.matter.coefficients import Coefficients, Material
+from contiga.matter.element_fields import ElementFields, Inside
 from contiga.matter.iga.basis import VALUE, Patch
 from contiga.matter.iga.elements import (
     at_rest,
@@ -25,11 +26,13 @@ from contiga.matter.iga.elements import (
     midpoints,
     points_of,
 )
+from contiga.matter.iga.inside import GaussPoints, as_fields, fields_at, gauss_points
 from contiga.matter.iga.net import Net, join
 from contiga.matter.iga.points import SplinePoints
 from contiga.matter.iga.slopes import Symmetry, slope_tables
 from contiga.matter.kernels import lanes_nb, shell_elements_nb, shell_slope_nb, shell_tangent_nb
 from contiga.matter.kernels.lanes_nb import KINDS, LANES
+from contiga.matter.kernels.shell_nb import INSIDE
 from contiga.matter.protocol import MatterEnergy, MatterForces, MatterState
 from contiga.matter.tables import (
     ElementOutput,
@@ -59,6 +62,8 @@ class ShellGroup(NamedTuple):
 
     elements: IntArray
     """(e, k) control points."""
+    values: FloatArray
+    """(e, g, k) their basis functions at Gauss points."""
     tables: ShellTables
     rows: slice
     """Of the table that all groups write sums of blocks to."""
@@ -156,7 +161,8 @@ def assemble_shell(
     if slopes is not None:
         nodes_of_rows.append(slopes.nodes.ravel())
     sums = node_sums(np.concatenate(nodes_of_rows), len(net.points))
-    return Shell(net, groups, sums, density * thickness * mass, slopes, of_contact)
+    masses = density * thickness * mass
+    return Shell(net, thickness, groups, sums, masses, slopes, of_contact)
 
 
 class _Section(NamedTuple):
@@ -200,6 +206,7 @@ def _groups(
         area += np.bincount(grid.at.control.ravel(), weights=shares, minlength=len(area))
         of_elements = (
             np.ascontiguousarray(grid.by_element(grid.at.control)[:, 0]),
+            grid.by_element(grid.at.values[:, VALUE]),
             grid.by_element(rest.basis),
             grid.by_element(rest.curvature),
             grid.by_element(weights),
@@ -209,12 +216,8 @@ def _groups(
     nodes_of_rows: list[IntArray] = []
     first = remembered = 0
     for parts in kinds.values():
-        elements, basis, curvature, weights = (
-            np.concatenate(arrays) for arrays in zip(*parts, strict=True)
-        )
-        group, nodes = _group(
-            section, elements, (basis, curvature, weights), len(net.points), first, remembered
-        )
+        elements, *arrays = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+        group, nodes = _group(section, elements, arrays, len(net.points), first, remembered)
         groups.append(group)
         nodes_of_rows.append(nodes)
         first, remembered = group.rows.stop, group.memory.stop
@@ -224,12 +227,12 @@ def _groups(
 def _group(
     section: _Section,
     elements: IntArray,
-    arrays: tuple[FloatArray, FloatArray, FloatArray],
+    arrays: list[FloatArray],
     n_nodes: int,
     first: int,
     remembered: int,
 ) -> tuple[ShellGroup, IntArray]:
-    basis, curvature, weights = arrays
+    values, basis, curvature, weights = arrays
     count, points = weights.shape
     sums, nodes_of_rows = block_sums(elements, n_nodes)
     material = section.coefficients
@@ -249,7 +252,9 @@ def _group(
     )
     kept = len(tables.nodes) * LANES * points * max(len(section.layers), 1) * material.memory
     rows = slice(first, first + len(nodes_of_rows))
-    return ShellGroup(elements, tables, rows, slice(remembered, remembered + kept)), nodes_of_rows
+    return ShellGroup(
+        elements, values, tables, rows, slice(remembered, remembered + kept)
+    ), nodes_of_rows
 
 
 class Shell:
@@ -261,13 +266,15 @@ class Shell:
     def __init__(
         self,
         net: Net,
+        thickness: float,
         groups: list[ShellGroup],
         sums: NodeSums,
         mass: FloatArray,
         slopes: SlopeTables | None,
         contact: SplinePoints,
     ) -> None:
-        self.net, self.groups, self.mass, self.contact = net, groups, mass, contact
+        self.net, self.thickness, self.groups = net, thickness, groups
+        self.mass, self.contact = mass, contact
         self._sums, self._slopes = sums, slopes
         self._remembered = max(group.memory.stop for group in groups)
 
@@ -371,9 +378,56 @@ class Shell:
         size = 3 * len(self.mass)
         return coo_array((values, (rows, columns)), shape=(size, size)).tocsr()
 
+    def element_fields(self, state: MatterState, height: float = 0.0) -> list[Inside]:
+        """Stress, strain and stored energy of all elements at a state, one entry a pair of degrees:
+        means over their Gauss points, at a height of −1 … 1 of half the thickness along a₃."""
+        found = []
+        for group in self.groups:
+            columns, weights = self._columns(group, state, height)
+            areas = weights.sum(axis=1)
+            means = (weights[:, :, None] * columns).sum(axis=1) / areas[:, None]
+            found.append(Inside(group.elements, areas * self.thickness, as_fields(means)))
+        return found
+
+    def nodal_fields(self, state: MatterState, height: float = 0.0) -> ElementFields:
+        """The same at control points, means by their basis functions: `points` and `drawn` take
+        them to the surface."""
+        weight, sums = np.zeros(len(self.mass)), np.zeros((len(self.mass), 13))
+        for group in self.groups:
+            columns, weights = self._columns(group, state, height)
+            shares = group.values * weights[:, :, None]
+            control = np.broadcast_to(group.elements[:, None], shares.shape).ravel()
+            weight += np.bincount(control, shares.ravel(), minlength=len(weight))
+            for c in range(13):
+                share = (shares * columns[:, :, None, c]).ravel()
+                sums[:, c] += np.bincount(control, share, minlength=len(weight))
+        return as_fields(sums / weight[:, None])
+
+    def gauss_points(self, state: MatterState) -> list[GaussPoints]:
+        """Strains, forces and moments at Gauss points at a state, one entry a pair of degrees."""
+        return [self._inside(group, state) for group in self.groups]
+
     def pressure(self, q: FloatArray) -> FloatArray:
         """(m, 3) forces of a pressure of one along S_u × S_v, which follows the surface."""
         return self.spread(self.contact.measure[:, None] * self.contact.normals(q))
+
+    def _inside(self, group: ShellGroup, state: MatterState) -> GaussPoints:
+        blocks = len(group.tables.nodes)
+        motion = Motion(locked(state.points), locked(state.points), 0.0, np.zeros(0))
+        out = np.empty((blocks, group.tables.points * INSIDE * LANES))
+        kept = _memory(group, state, np.empty(self._remembered))
+        run_ranges(shell_elements_nb.shell_inside, blocks, BLOCKS, motion, group.tables, kept, out)
+        return gauss_points(out, len(group.elements))
+
+    def _columns(
+        self, group: ShellGroup, state: MatterState, height: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """(e, g, 13) fields at Gauss points, and (e, g) the areas of these at rest."""
+        now, rest = self._inside(group, state), self._inside(group, self.start())
+        lanes = group.tables.weights.reshape(-1, group.tables.points, LANES)
+        weights = lanes.transpose(0, 2, 1).reshape(-1, group.tables.points)
+        columns = fields_at(now, rest, self.thickness, height)
+        return columns, weights[: len(group.elements)]
 
     def _stiffness_of(self, group: ShellGroup, state: MatterState) -> FloatArray:
         """(b, pairs · 9 · LANES) of a group."""
