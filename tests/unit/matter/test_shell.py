@@ -262,8 +262,12 @@ def test_elements_that_fill_a_block_add_nothing() -> None:
 
 def test_an_element_pressed_to_a_line_is_told() -> None:
     shell = of("elastic")
-    with pytest.raises(ElementError, match="of a shell, flat"):
+    with pytest.raises(ElementError, match=r"of a shell, pressed to a line.*, and 1 more"):
         still(shell, shell.nodes * [1.0, 0.0, 0.0])
+    q = shell.nodes.copy()
+    q[shell.net.edge("u1", rows=3)] *= [1.0, 0.0, 0.0]
+    with pytest.raises(ElementError, match=r"element 1 \(of a shell"):
+        still(shell, q)
     q = shell.nodes.copy()
     q[0, 0] = np.nan
     with pytest.raises(ElementError, match="of a shell"):

@@ -114,9 +114,14 @@ def assemble_shell(
         A number outside its range, a material that is not for membranes, a patch of degree 1 that
         is to bend, and what `join` refuses.
 
+    Notes
+    -----
+    A patch is cut along knots that stand as often as its degree; there its slope is kept by springs
+    as well. Masses are lumped, and so checkerboards of control points are slow: the more so the
+    higher the degree. Degree 2 is the one for what swings.
+
     Examples
     --------
-    >>> import numpy as np
     >>> import contiga as cg
     >>> from contiga.matter.iga import assemble_shell
     >>> plate = cg.shapes.plane(width=2.0, length=1.0).k_refined((1, 1), [0.5], [0.5])
@@ -144,7 +149,7 @@ def assemble_shell(
         )
     coefficients = material.coefficients("tri3", thickness)
     if layers is None:
-        layers = 0 if share == 0.0 or len(coefficients.bending) else LAYERS
+        layers = 0 if len(coefficients.bending) else LAYERS
     section = _section(coefficients, thickness, share, _count(layers, "layers", 0))
     along = getattr(material, "direction", None)
     if along is not None and along.shape != (3,):
@@ -175,15 +180,33 @@ class _Section(NamedTuple):
     """(l, 2) heights and shares of the thickness."""
 
 
+class _Elements(NamedTuple):
+    """e elements of one pair of degrees at their g Gauss points."""
+
+    control: IntArray
+    """(e, k) control points."""
+    values: FloatArray
+    """(e, g, k) their basis functions."""
+    basis: FloatArray
+    """(e, g, k, 5) derivatives of these along the axes at rest."""
+    curvature: FloatArray
+    """(e, g, 3) at rest."""
+    weights: FloatArray
+    """(e, g) area at rest."""
+
+
 def _section(coefficients: Coefficients, thickness: float, share: float, layers: int) -> _Section:
+    if share == 0.0:
+        return _Section(coefficients, np.zeros(4), np.zeros((0, 2)))
     if layers == 0:
+        if not len(coefficients.bending):
+            raise InputError(
+                "the material is asked layer by layer",
+                where="layers",
+                found=layers,
+                allowed="2 or more",
+            )
         bending = coefficients.bending * (share * thickness**2 / 12.0)
-        if not len(bending):
-            if share > 0.0:
-                raise InputError(
-                    "the material is asked layer by layer", where="layers", found=0, allowed=">= 2"
-                )
-            bending = np.zeros(4)
         return _Section(coefficients, bending, np.zeros((0, 2)))
     heights = gauss(layers)
     # A lever shorter by √share bends by that share of the stiffness.
@@ -196,7 +219,7 @@ def _groups(
 ) -> tuple[list[ShellGroup], FloatArray, list[IntArray]]:
     """All elements as kernels take them, areas of control points, and the nodes of their rows."""
     area = np.zeros(len(net.points))
-    kinds: dict[tuple[int, int], list[tuple[NDArray[Any], ...]]] = {}
+    kinds: dict[tuple[int, int], list[_Elements]] = {}
     for piece in net.pieces:
         p, q = piece.degrees
         grid = grid_of(piece, (gauss(rule or p + 1), gauss(rule or q + 1)))
@@ -204,8 +227,8 @@ def _groups(
         weights = grid.weights * rest.area
         shares = (grid.at.values[:, VALUE] * weights[:, None]).ravel()
         area += np.bincount(grid.at.control.ravel(), weights=shares, minlength=len(area))
-        of_elements = (
-            np.ascontiguousarray(grid.by_element(grid.at.control)[:, 0]),
+        of_elements = _Elements(
+            grid.by_element(grid.at.control)[:, 0],
             grid.by_element(grid.at.values[:, VALUE]),
             grid.by_element(rest.basis),
             grid.by_element(rest.curvature),
@@ -216,8 +239,8 @@ def _groups(
     nodes_of_rows: list[IntArray] = []
     first = remembered = 0
     for parts in kinds.values():
-        elements, *arrays = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
-        group, nodes = _group(section, elements, arrays, len(net.points), first, remembered)
+        whole = _Elements(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+        group, nodes = _group(section, whole, len(net.points), first, remembered)
         groups.append(group)
         nodes_of_rows.append(nodes)
         first, remembered = group.rows.stop, group.memory.stop
@@ -226,23 +249,22 @@ def _groups(
 
 def _group(
     section: _Section,
-    elements: IntArray,
-    arrays: list[FloatArray],
+    elements: _Elements,
     n_nodes: int,
     first: int,
     remembered: int,
 ) -> tuple[ShellGroup, IntArray]:
-    values, basis, curvature, weights = arrays
-    count, points = weights.shape
-    sums, nodes_of_rows = block_sums(elements, n_nodes)
+    """Elements as kernels take them, rows and memory from `first` and `remembered` on, and the
+    control points of their rows."""
+    count, points = elements.weights.shape
+    sums, nodes_of_rows = block_sums(elements.control, n_nodes)
     material = section.coefficients
     tables = ShellTables(
-        nodes_in_lanes(elements),
+        nodes_in_lanes(elements.control),
         points,
-        # of a control point its five derivatives: (e, g, k, 5)
-        in_lanes(basis.reshape(count, -1)),
-        in_lanes(curvature.reshape(count, -1)),
-        in_lanes(weights, np.zeros(points)),
+        in_lanes(elements.basis.reshape(count, -1)),
+        in_lanes(elements.curvature.reshape(count, -1)),
+        in_lanes(elements.weights, np.zeros(points)),
         material.stage,
         material.numbers,
         material.tangent,
@@ -252,9 +274,8 @@ def _group(
     )
     kept = len(tables.nodes) * LANES * points * max(len(section.layers), 1) * material.memory
     rows = slice(first, first + len(nodes_of_rows))
-    return ShellGroup(
-        elements, values, tables, rows, slice(remembered, remembered + kept)
-    ), nodes_of_rows
+    memory = slice(remembered, remembered + kept)
+    return ShellGroup(elements.control, elements.values, tables, rows, memory), nodes_of_rows
 
 
 class Shell:
@@ -330,7 +351,7 @@ class Shell:
                 straight(shell_elements_nb.shells), blocks, BLOCKS, motion, group.tables, kept, out
             )
             if out.inverted.any():
-                raise _flat(group, q, out.inverted)
+                raise _flat(group, self._inside(group, state._replace(points=q)), q)
             energy += out.energy.sum(axis=0)
         if self._slopes is not None:
             count = len(self._slopes.nodes)
@@ -495,12 +516,12 @@ def _memory(group: ShellGroup, state: MatterState, new: FloatArray) -> Memory:
     return Memory(locked(old), new[group.memory].reshape(blocks, -1))
 
 
-def _flat(group: ShellGroup, q: FloatArray, counts: IntArray) -> ElementError:
+def _flat(group: ShellGroup, now: GaussPoints, q: FloatArray) -> ElementError:
     """The first element without a normal, and where it is."""
-    block = int(np.argmax(counts > 0))
-    element = min(block * LANES, len(group.elements) - 1)
-    place = q[group.elements[element]].mean(axis=0)
-    return ElementError("of a shell, flat to a line or a point", element, place, int(counts.sum()))
+    area = np.cross(now.axes[..., 0], now.axes[..., 1])
+    flat = np.flatnonzero(~(np.sum(area * area, axis=-1) > 0.0).all(axis=1))
+    place = q[group.elements[flat[0]]].mean(axis=0)
+    return ElementError("of a shell, pressed to a line", int(flat[0]), place, len(flat))
 
 
 def _count(value: object, where: str, least: int) -> int:
