@@ -335,7 +335,7 @@ class Shell:
         Raises
         ------
         ElementError
-            An element that is flat to a line, or whose control points are not finite.
+            An element that bends and is pressed to a line, or whose points are not finite.
         """
         q = np.ascontiguousarray(q, np.float64)
         motion = Motion(locked(q), locked(q), float(dt), np.zeros(0))
@@ -387,7 +387,7 @@ class Shell:
         """(3 m, 3 m) stiffness −∂f/∂q at the state's points, x, y and z of each control point.
 
         Of materials that have no tangent of their own (cloth that carries no compression, fabric)
-        it is one that no state of theirs is stiffer than, with which Newton's method settles, too.
+        it is one that no state of theirs is stiffer than: Newton's method then takes more steps.
         """
         blocks = [_block_entries(group, self._stiffness_of(group, state)) for group in self.groups]
         if self._slopes is not None:
@@ -429,7 +429,8 @@ class Shell:
         return [self._inside(group, state) for group in self.groups]
 
     def pressure(self, q: FloatArray) -> FloatArray:
-        """(m, 3) forces of a pressure of one along S_u × S_v, which follows the surface."""
+        """(m, 3) forces of a pressure of one along S_u × S_v at the points of contact, which
+        follows the surface."""
         return self.spread(self.contact.measure[:, None] * self.contact.normals(q))
 
     def _inside(self, group: ShellGroup, state: MatterState) -> GaussPoints:
