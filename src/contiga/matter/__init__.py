@@ -4,7 +4,8 @@ In reading order: `protocol` (what is asked of matter), `coefficients` and `curv
 are made of), `materials`, `foam`, `woven`, `parts` (elements with their material, and what is
 refused of them), `shapes` (elements at rest), `assemble` and `assembled` (finite elements as
 matter), `mass_scaling`, `blocks` and `tables` (how kernels are handed them), `skin`; `stress`,
-`strain` and `element_fields` (what elements tell of their inside).
+`strain` and `element_fields` (what elements tell of their inside); `iga` (shells and membranes on
+splines, a room of its own).
 
 >>> import numpy as np
 >>> from contiga.materials import Elastic

@@ -81,7 +81,7 @@ class SlopeTables(NamedTuple):
     """Points of edges where a shell keeps its slope to a neighbour, or to a plane of symmetry."""
 
     nodes: IntArray
-    """(n, k) control points of the elements on both sides; those of one side fill rows up."""
+    """(n, k) control points of both sides, two rows from the edge on; those of one fill rows up."""
     basis: FloatArray
     """(n, 5, k) derivatives: S_u and S_v of the first side, of the second, and along the edge."""
     plane: FloatArray

@@ -18,6 +18,7 @@ from contiga.matter.coefficients import Material
 from contiga.matter.iga import Shell, Symmetry
 
 WOVEN = {"warp": 3.0, "weft": 2.0, "shear": 0.5, "direction": [1.0, 0.2, 0.0]}
+LOOP = {"warp": [[0, 0], [0.2, 0.6]], "warp_unloading": [[0, 0], [0.1, 0.05], [0.2, 0.3]]}
 MATERIALS: dict[str, Material] = {
     "elastic": Elastic(young=3.0, poisson=0.3),
     "rubber": NeoHooke(young=3.0, poisson=0.3),
@@ -182,8 +183,7 @@ def test_a_sheet_is_as_one_of_triangles(name: str, stretches: tuple[float, float
 
 
 def test_what_unloads_by_another_curve_loses_as_much_as_triangles_do() -> None:
-    loop = {"warp": [[0, 0], [0.2, 0.6]], "warp_unloading": [[0, 0], [0.1, 0.05], [0.2, 0.3]]}
-    cloth = Fabric(**(WOVEN | loop), hysteresis_slope=20.0)
+    cloth = Fabric(**(WOVEN | LOOP), hysteresis_slope=20.0)
     sheet = rig.one_part("tri3", rig.grid((1, 1, 0)), rig.sheet(1, 1), cloth, thickness=0.1)
     shell = made([plate(2, (2, 1), (1.0, 1.0))], material=cloth)
     lost = []
@@ -196,6 +196,26 @@ def test_what_unloads_by_another_curve_loses_as_much_as_triangles_do() -> None:
         lost.append([total, answer.energy.strain])
     assert lost[0][0] > 1e-4
     np.testing.assert_allclose(lost[1], lost[0], rtol=1e-12)
+
+
+def test_layers_remember_each_their_own_strain() -> None:
+    """What is bent to and fro takes what it stores and loses, by the trapezoidal rule."""
+    cloth = Fabric(**(WOVEN | LOOP), hysteresis_slope=20.0)
+    shell = made([plate(2, (2, 1), (1.0, 1.0))], material=cloth, thickness=0.3, layers=3)
+    x = shell.nodes[:, 0]
+    way = np.stack([0.2 * x, 0.0 * x, 0.9 * x * x], axis=1)
+    answer = before = shell.forces(shell.start(), shell.nodes, 0.0 * way, 0.0)
+    here = work = lost = 0.0
+    for there in (0.6, 0.1, 1.0, 0.5):
+        for share in np.linspace(here, there, 201)[1:]:
+            q = shell.nodes + share * way
+            answer = shell.forces(before.state, q, 0.0 * q, 0.1)
+            work -= 0.5 * float(((answer.force + before.force) * (q - before.state.points)).sum())
+            lost += answer.energy.hysteresis
+            before = answer
+        here = there
+    assert lost > 0.2 * answer.energy.strain > 0.0
+    assert work == pytest.approx(answer.energy.strain + lost, rel=1e-4)
 
 
 def test_a_strip_rolled_to_a_ring_stores_what_bending_takes() -> None:
@@ -242,12 +262,24 @@ def test_elements_that_fill_a_block_add_nothing() -> None:
 
 def test_an_element_pressed_to_a_line_is_told() -> None:
     shell = of("elastic")
-    with pytest.raises(ElementError, match="of a shell, flat"):
+    with pytest.raises(ElementError, match=r"of a shell, pressed to a line.*, and 1 more"):
         still(shell, shell.nodes * [1.0, 0.0, 0.0])
+    q = shell.nodes.copy()
+    q[shell.net.edge("u1", rows=3)] *= [1.0, 0.0, 0.0]
+    with pytest.raises(ElementError, match=r"element 1 \(of a shell"):
+        still(shell, q)
     q = shell.nodes.copy()
     q[0, 0] = np.nan
     with pytest.raises(ElementError, match="of a shell"):
         still(shell, q)
+
+
+def test_a_membrane_may_be_pressed_to_a_line() -> None:
+    shell = of("tension field", bending=0.0)
+    force, energy = still(shell, shell.nodes * [1.1, 0.0, 0.0])
+    assert np.isfinite(force).all()
+    assert energy > 0.0
+    assert not still(shell, 0.0 * shell.nodes)[0].any()
 
 
 def test_slopes_across_a_kink_and_at_a_plane_are_springs_with_an_energy() -> None:

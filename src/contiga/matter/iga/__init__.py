@@ -3,8 +3,8 @@
 In reading order: `basis` (basis functions of a patch), `net` (patches that share control points,
 and what is refused of them), `elements` (Gauss points, and the shell's axes at rest), `points`
 (x = N q of points of contact and of what is drawn), `slopes` (across joints and at planes of
-symmetry), `shell`. Patches are arrays: anything with degrees, knots, control points and weights, as
-`contiga.NurbsSurface` has them.
+symmetry), `inside` (stress and strain), `shell`. Patches are arrays: anything with degrees, knots,
+control points and weights, as `contiga.NurbsSurface` has them.
 """
 
 from __future__ import annotations

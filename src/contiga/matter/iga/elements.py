@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -147,14 +148,14 @@ def _along_axes(values: FloatArray, axes: FloatArray) -> FloatArray:
     return np.stack(rows, axis=2)
 
 
-def points_of(net: Net, rules: tuple[Rule, Rule] | None) -> SplinePoints:
-    """Points of all elements by rules in u and v, p + 1 and q + 1 of Gauss if omitted."""
+def points_of(net: Net, rule: Callable[[int], Rule], count: int | None) -> SplinePoints:
+    """Points of all elements by a rule of so many each way, p + 1 and q + 1 if omitted."""
     found: list[BasisAt] = []
     measures: list[FloatArray] = []
     shapes: list[tuple[int, int]] = []
     for piece in net.pieces:
         p, q = piece.degrees
-        grid = grid_of(piece, rules or (gauss(p + 1), gauss(q + 1)))
+        grid = grid_of(piece, (rule(count or p + 1), rule(count or q + 1)))
         found.append(grid.at)
         measures.append(grid.weights)
         shapes.append((grid.shape[0] * grid.points[0], grid.shape[1] * grid.points[1]))

@@ -24,6 +24,8 @@ PARALLEL = 1e-9
 SAME = 1e-9
 """Part by which knots and weights of two edges may differ and still be the same."""
 SAMPLES = 5
+HALVINGS = 40
+"""Of the distance between samples, until there is rounding alone."""
 
 
 class Piece(NamedTuple):
@@ -77,7 +79,7 @@ class Net(NamedTuple):
             No such edge or patch, more rows than the patch has.
         """
         net = self._control_of(patch)
-        way = _rows_from(net, _edge_name(name))
+        way = rows_from(net, _edge_name(name))
         if not 1 <= rows <= len(way):
             raise InputError(
                 f"patch {patch} has {len(way)} rows of control points from its edge {name} on",
@@ -132,8 +134,8 @@ def join(surfaces: Sequence[Patch], tolerance: float | None = None) -> Net:
     ------
     InputError
         No patch, a degree above 5, weights that are not positive, a pole or another edge along
-        which the surface has no normal, patches that do not meet, or that meet with other control
-        points, knots or weights.
+        which the surface has no normal, patches that do not meet, that meet along a part of an
+        edge, or with other control points, knots or weights.
     """
     patches = tuple(surfaces)
     if not patches:
@@ -149,6 +151,7 @@ def join(surfaces: Sequence[Patch], tolerance: float | None = None) -> Net:
     for piece in pieces:
         _check_edges(piece, near)
     joints = _joints(pieces, near)
+    _check_whole_edges(pieces, joints, near)
     _check_connected(pieces, joints)
     first, numbers = _shared(int(starts[-1]), pieces, joints)
     points, sites = (
@@ -223,7 +226,7 @@ def _shared(
         before = lowest.copy()
         for joint in joints:
             one, other = (
-                _rows_from(pieces[piece].control, edge)[0]
+                rows_from(pieces[piece].control, edge)[0]
                 for piece, edge in zip(joint.pieces, joint.edges, strict=True)
             )
             other = other[::-1] if joint.turned else other
@@ -245,7 +248,7 @@ def _joints(pieces: Sequence[Piece], near: float) -> tuple[Joint, ...]:
         A pair of edges that is the same curve with other control points, knots or weights.
     """
     edges = [(piece, name) for piece in range(len(pieces)) for name in EDGES]
-    lines = [_rows_from(pieces[piece].control_points, name)[0] for piece, name in edges]
+    lines = [rows_from(pieces[piece].control_points, name)[0] for piece, name in edges]
     ends = np.stack([line[[0, -1]] for line in lines])
     close = cKDTree(ends.mean(axis=1)).query_pairs(2.0 * near, output_type="ndarray")
     joints = []
@@ -309,10 +312,10 @@ def _edge_of(patch: Patch, name: str) -> _Edge:
     axis = 1 if name[0] == "u" else 0  # along which the edge runs
     knots = np.asarray(patch.knots[axis])
     low, high = knots[0], knots[-1]
-    points = _rows_from(patch.control_points, name)[0]
+    points = rows_from(patch.control_points, name)[0]
     weights = np.ones(len(points))
     if patch.weights is not None:
-        weights = _rows_from(patch.weights, name)[0]
+        weights = rows_from(patch.weights, name)[0]
     along = np.linspace(low, high, SAMPLES)
     samples = basis_at(patch, edge_parameters(patch, name, along)).of(
         VALUE, patch.control_points.reshape(-1, 3)
@@ -358,6 +361,57 @@ def _check_connected(pieces: Sequence[Piece], joints: Sequence[Joint]) -> None:
     )
 
 
+def _check_whole_edges(pieces: Sequence[Piece], joints: Sequence[Joint], near: float) -> None:
+    """Refuse edges that meet another along a part of theirs: a slit would open there."""
+    joined = {
+        (piece, edge)
+        for joint in joints
+        for piece, edge in zip(joint.pieces, joint.edges, strict=True)
+    }
+    free = [(k, name) for k in range(len(pieces)) for name in EDGES if (k, name) not in joined]
+    if not free:
+        return
+    lines = [rows_from(pieces[k].control_points, name)[0] for k, name in free]
+    ends = np.concatenate([line[[0, -1]] for line in lines])
+    for (k, name), line in zip(free, lines, strict=True):
+        # A curve lies in the box of its control points, and other corners lie on it if on any.
+        inside = (ends >= line.min(axis=0) - near) & (ends <= line.max(axis=0) + near)
+        apart = [np.abs(ends - end).max(axis=1) > near for end in line[[0, -1]]]
+        rows = np.flatnonzero(inside.all(axis=1) & apart[0] & apart[1])
+        on = rows[_distances(pieces[k], name, ends[rows]) <= near]
+        if on.size:
+            other, edge = free[int(on[0]) // 2]
+            raise InputError(
+                "they meet along a part of an edge",
+                where=f"surfaces[{pieces[k].patch}] {name} and "
+                f"surfaces[{pieces[other].patch}] {edge}",
+                found=f"a corner at {np.round(ends[on[0]], 9).tolist()}",
+                allowed="patches that share control points along whole edges",
+                remedy="Split the longer one there: NurbsSurface.split",
+            )
+
+
+def _distances(piece: Piece, name: str, points: FloatArray) -> FloatArray:
+    """(k,) of points from an edge, by halving the distance between samples around the nearest."""
+    knots = piece.knots[1 if name[0] == "u" else 0]
+    low, high = float(knots[0]), float(knots[-1])
+    net = piece.control_points.reshape(-1, 3)
+    found = np.empty(len(points))
+    for row, point in enumerate(points):
+        width, middle = high - low, 0.5 * (low + high)
+        count = 8 * len(knots) + 1
+        for _ in range(HALVINGS):
+            along = np.linspace(
+                max(middle - 0.5 * width, low), min(middle + 0.5 * width, high), count
+            )
+            x = basis_at(piece, edge_parameters(piece, name, along)).of(VALUE, net)
+            ways = _lengths(x - point)
+            best = int(np.argmin(ways))
+            found[row], middle = ways[best], along[best]
+            width, count = 4.0 * width / (count - 1), 9
+    return found
+
+
 def _border_points(patch: Patch) -> FloatArray:
     """Points on all edges."""
     return np.concatenate([_edge_of(patch, name).samples for name in EDGES])
@@ -387,7 +441,7 @@ def _check_edges(patch: Piece, near: float) -> None:
     """Refuse a pole, and any other edge along which there is no normal."""
     net = patch.control_points.reshape(-1, 3)
     for name in EDGES:
-        line = _rows_from(patch.control_points, name)[0]
+        line = rows_from(patch.control_points, name)[0]
         knots = patch.knots[1 if name[0] == "u" else 0]
         inner = knots[0] + (knots[-1] - knots[0]) * (np.arange(SAMPLES) + 0.5) / SAMPLES
         at = basis_at(patch, edge_parameters(patch, name, inner))
@@ -426,7 +480,7 @@ def _edge_name(name: str) -> str:
     return name
 
 
-def _rows_from(net: NDArray[Any], name: str) -> NDArray[Any]:
+def rows_from(net: NDArray[Any], name: str) -> NDArray[Any]:
     """Rows of a net (n, m, …) parallel to an edge, from it on."""
     rows = net if name[0] == "u" else np.swapaxes(net, 0, 1)
     return rows if name[1] == "0" else rows[::-1]

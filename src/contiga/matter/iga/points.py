@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from contiga.arrays.layout import locked
 from contiga.arrays.threads import run_ranges
@@ -42,6 +43,11 @@ class SparseRows(NamedTuple):
         np.cumsum(counts, out=starts[1:])
         entries = np.repeat(self.starts[:-1][rows] - starts[:-1], counts) + np.arange(starts[-1])
         return SparseRows(starts, self.columns[entries], self.values[entries])
+
+    def matrix(self, columns: int) -> csr_array:
+        """The same for SciPy."""
+        shape = len(self.starts) - 1, columns
+        return csr_array((self.values, self.columns, self.starts), shape=shape)
 
     def turned(self, columns: int) -> SparseRows:
         """The transpose of a matrix of so many columns, its rows in the order of these."""
@@ -93,6 +99,13 @@ class SplinePoints(NamedTuple):
     def nodal(self, rows: IndexArray, values: FloatArray) -> FloatArray:
         """`spread` of forces (r, 3) on some of the points."""
         return self.rows.at(rows).turned(len(self.columns.starts) - 1).times(values)
+
+    def nodal_sum(self, rows: IndexArray, values: FloatArray) -> FloatArray:
+        """(m,) Nᵀ of numbers (r,) at some of the points."""
+        part = self.rows.at(rows)
+        shares = part.values * np.repeat(values, np.diff(part.starts))
+        sums = np.bincount(part.columns, shares, minlength=len(self.columns.starts) - 1)
+        return sums.astype(np.float64)
 
 
 def sparse_rows(columns: list[IntArray], values: list[FloatArray]) -> SparseRows:

@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 
-from contiga.arrays.layout import locked, positive
+from contiga.arrays.layout import locked, one_of, positive
 from contiga.arrays.threads import run_ranges
 from contiga.arrays.workspace import Workspace
 from contiga.errors import ElementError, InputError
 from contiga.jit import straight
 from contiga.matter.blocks import NodeSums, block_sums, in_lanes, node_sums, nodes_in_lanes
 from contiga.matter.coefficients import Coefficients, Material
+from contiga.matter.element_fields import ElementFields, Inside
 from contiga.matter.iga.basis import VALUE, Patch
 from contiga.matter.iga.elements import (
-    Rule,
     at_rest,
     drawn_points,
     gauss,
@@ -26,11 +26,13 @@ from contiga.matter.iga.elements import (
     midpoints,
     points_of,
 )
+from contiga.matter.iga.inside import GaussPoints, as_fields, fields_at, gauss_points
 from contiga.matter.iga.net import Net, join
 from contiga.matter.iga.points import SplinePoints
 from contiga.matter.iga.slopes import Symmetry, slope_tables
 from contiga.matter.kernels import lanes_nb, shell_elements_nb, shell_slope_nb, shell_tangent_nb
 from contiga.matter.kernels.lanes_nb import KINDS, LANES
+from contiga.matter.kernels.shell_nb import INSIDE
 from contiga.matter.protocol import MatterEnergy, MatterForces, MatterState
 from contiga.matter.tables import (
     ElementOutput,
@@ -49,6 +51,9 @@ LAYERS = 3
 SLOPE_STIFFNESS = 100.0
 """Of springs that keep slopes, where none is given: parts of what an element resists by."""
 
+RULES = {"gauss": gauss, "grid": midpoints}
+"""Where contact is asked for."""
+
 _workspace = Workspace()
 
 
@@ -57,6 +62,8 @@ class ShellGroup(NamedTuple):
 
     elements: IntArray
     """(e, k) control points."""
+    values: FloatArray
+    """(e, g, k) their basis functions at Gauss points."""
     tables: ShellTables
     rows: slice
     """Of the table that all groups write sums of blocks to."""
@@ -73,7 +80,8 @@ def assemble_shell(
     bending: float = 1.0,
     layers: int | None = None,
     rule: int | None = None,
-    contact: tuple[str, int] | None = None,
+    contact: str = "gauss",
+    points: int | None = None,
     tolerance: float | None = None,
     symmetry: Sequence[Symmetry] = (),
     slope_stiffness: float = SLOPE_STIFFNESS,
@@ -91,8 +99,9 @@ def assemble_shell(
     layers : Gauss points through the thickness; None for as many as the material needs: none where
         forces and moments follow from the middle surface (`Elastic`, `Fabric`), else 3
     rule : Gauss points of an element in each direction; its degrees and 1 if omitted
-    contact : what `Shell.points` are: ("gauss", n) or ("grid", n), n of an element in each
-        direction; Gauss's, degrees and 1, if omitted
+    contact : where contact is asked for: at points of Gauss's rule ("gauss") or at the middles of
+        equal parts of the parameters ("grid")
+    points : of contact of an element in each direction; its degrees and 1 if omitted
     tolerance : length within which control points of joints are the same
     symmetry : edges that keep their angle to a plane
     slope_stiffness : of the springs that keep slopes there and across joints, in parts of what an
@@ -105,9 +114,14 @@ def assemble_shell(
         A number outside its range, a material that is not for membranes, a patch of degree 1 that
         is to bend, and what `join` refuses.
 
+    Notes
+    -----
+    A patch is cut along knots that stand as often as its degree; there its slope is kept by springs
+    as well. Masses are lumped, and so checkerboards of control points are slow: the more so the
+    higher the degree. Degree 2 is the one for what swings.
+
     Examples
     --------
-    >>> import numpy as np
     >>> import contiga as cg
     >>> from contiga.matter.iga import assemble_shell
     >>> plate = cg.shapes.plane(width=2.0, length=1.0).k_refined((1, 1), [0.5], [0.5])
@@ -135,7 +149,7 @@ def assemble_shell(
         )
     coefficients = material.coefficients("tri3", thickness)
     if layers is None:
-        layers = 0 if share == 0.0 or len(coefficients.bending) else LAYERS
+        layers = 0 if len(coefficients.bending) else LAYERS
     section = _section(coefficients, thickness, share, _count(layers, "layers", 0))
     along = getattr(material, "direction", None)
     if along is not None and along.shape != (3,):
@@ -146,10 +160,14 @@ def assemble_shell(
     slopes = None
     if share > 0.0:
         slopes = slope_tables(net, symmetry, positive(slope_stiffness, "slope_stiffness"), rigidity)
+    one_of("contact", contact, tuple(RULES))
+    each = None if points is None else _count(points, "points", 1)
+    of_contact = points_of(net, RULES[contact], each)
     if slopes is not None:
         nodes_of_rows.append(slopes.nodes.ravel())
     sums = node_sums(np.concatenate(nodes_of_rows), len(net.points))
-    return Shell(net, groups, sums, density * thickness * mass, slopes, _contact(net, contact))
+    masses = density * thickness * mass
+    return Shell(net, thickness, groups, sums, masses, slopes, of_contact)
 
 
 class _Section(NamedTuple):
@@ -162,15 +180,33 @@ class _Section(NamedTuple):
     """(l, 2) heights and shares of the thickness."""
 
 
+class _Elements(NamedTuple):
+    """e elements of one pair of degrees at their g Gauss points."""
+
+    control: IntArray
+    """(e, k) control points."""
+    values: FloatArray
+    """(e, g, k) their basis functions."""
+    basis: FloatArray
+    """(e, g, k, 5) derivatives of these along the axes at rest."""
+    curvature: FloatArray
+    """(e, g, 3) at rest."""
+    weights: FloatArray
+    """(e, g) area at rest."""
+
+
 def _section(coefficients: Coefficients, thickness: float, share: float, layers: int) -> _Section:
+    if share == 0.0:
+        return _Section(coefficients, np.zeros(4), np.zeros((0, 2)))
     if layers == 0:
+        if not len(coefficients.bending):
+            raise InputError(
+                "the material is asked layer by layer",
+                where="layers",
+                found=layers,
+                allowed="2 or more",
+            )
         bending = coefficients.bending * (share * thickness**2 / 12.0)
-        if not len(bending):
-            if share > 0.0:
-                raise InputError(
-                    "the material is asked layer by layer", where="layers", found=0, allowed=">= 2"
-                )
-            bending = np.zeros(4)
         return _Section(coefficients, bending, np.zeros((0, 2)))
     heights = gauss(layers)
     # A lever shorter by √share bends by that share of the stiffness.
@@ -183,7 +219,7 @@ def _groups(
 ) -> tuple[list[ShellGroup], FloatArray, list[IntArray]]:
     """All elements as kernels take them, areas of control points, and the nodes of their rows."""
     area = np.zeros(len(net.points))
-    kinds: dict[tuple[int, int], list[tuple[NDArray[Any], ...]]] = {}
+    kinds: dict[tuple[int, int], list[_Elements]] = {}
     for piece in net.pieces:
         p, q = piece.degrees
         grid = grid_of(piece, (gauss(rule or p + 1), gauss(rule or q + 1)))
@@ -191,8 +227,9 @@ def _groups(
         weights = grid.weights * rest.area
         shares = (grid.at.values[:, VALUE] * weights[:, None]).ravel()
         area += np.bincount(grid.at.control.ravel(), weights=shares, minlength=len(area))
-        of_elements = (
-            np.ascontiguousarray(grid.by_element(grid.at.control)[:, 0]),
+        of_elements = _Elements(
+            grid.by_element(grid.at.control)[:, 0],
+            grid.by_element(grid.at.values[:, VALUE]),
             grid.by_element(rest.basis),
             grid.by_element(rest.curvature),
             grid.by_element(weights),
@@ -202,12 +239,8 @@ def _groups(
     nodes_of_rows: list[IntArray] = []
     first = remembered = 0
     for parts in kinds.values():
-        elements, basis, curvature, weights = (
-            np.concatenate(arrays) for arrays in zip(*parts, strict=True)
-        )
-        group, nodes = _group(
-            section, elements, (basis, curvature, weights), len(net.points), first, remembered
-        )
+        whole = _Elements(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+        group, nodes = _group(section, whole, len(net.points), first, remembered)
         groups.append(group)
         nodes_of_rows.append(nodes)
         first, remembered = group.rows.stop, group.memory.stop
@@ -216,23 +249,22 @@ def _groups(
 
 def _group(
     section: _Section,
-    elements: IntArray,
-    arrays: tuple[FloatArray, FloatArray, FloatArray],
+    elements: _Elements,
     n_nodes: int,
     first: int,
     remembered: int,
 ) -> tuple[ShellGroup, IntArray]:
-    basis, curvature, weights = arrays
-    count, points = weights.shape
-    sums, nodes_of_rows = block_sums(elements, n_nodes)
+    """Elements as kernels take them, rows and memory from `first` and `remembered` on, and the
+    control points of their rows."""
+    count, points = elements.weights.shape
+    sums, nodes_of_rows = block_sums(elements.control, n_nodes)
     material = section.coefficients
     tables = ShellTables(
-        nodes_in_lanes(elements),
+        nodes_in_lanes(elements.control),
         points,
-        # of a control point its five derivatives: (e, g, k, 5)
-        in_lanes(basis.reshape(count, -1)),
-        in_lanes(curvature.reshape(count, -1)),
-        in_lanes(weights, np.zeros(points)),
+        in_lanes(elements.basis.reshape(count, -1)),
+        in_lanes(elements.curvature.reshape(count, -1)),
+        in_lanes(elements.weights, np.zeros(points)),
         material.stage,
         material.numbers,
         material.tangent,
@@ -242,18 +274,8 @@ def _group(
     )
     kept = len(tables.nodes) * LANES * points * max(len(section.layers), 1) * material.memory
     rows = slice(first, first + len(nodes_of_rows))
-    return ShellGroup(elements, tables, rows, slice(remembered, remembered + kept)), nodes_of_rows
-
-
-def _contact(net: Net, given: tuple[str, int] | None) -> SplinePoints:
-    if given is None:
-        return points_of(net, None)
-    kind, count = given
-    makers = {"gauss": gauss, "grid": midpoints}
-    if kind not in makers:
-        raise InputError("is not known", where="contact", found=kind, allowed=", ".join(makers))
-    rule: Rule = makers[kind](_count(count, "contact", 1))
-    return points_of(net, (rule, rule))
+    memory = slice(remembered, remembered + kept)
+    return ShellGroup(elements.control, elements.values, tables, rows, memory), nodes_of_rows
 
 
 class Shell:
@@ -265,13 +287,15 @@ class Shell:
     def __init__(
         self,
         net: Net,
+        thickness: float,
         groups: list[ShellGroup],
         sums: NodeSums,
         mass: FloatArray,
         slopes: SlopeTables | None,
         contact: SplinePoints,
     ) -> None:
-        self.net, self.groups, self.mass, self.contact = net, groups, mass, contact
+        self.net, self.thickness, self.groups = net, thickness, groups
+        self.mass, self.contact = mass, contact
         self._sums, self._slopes = sums, slopes
         self._remembered = max(group.memory.stop for group in groups)
 
@@ -311,7 +335,7 @@ class Shell:
         Raises
         ------
         ElementError
-            An element that is flat to a line, or whose control points are not finite.
+            An element that bends and is pressed to a line, or whose points are not finite.
         """
         q = np.ascontiguousarray(q, np.float64)
         motion = Motion(locked(q), locked(q), float(dt), np.zeros(0))
@@ -327,7 +351,7 @@ class Shell:
                 straight(shell_elements_nb.shells), blocks, BLOCKS, motion, group.tables, kept, out
             )
             if out.inverted.any():
-                raise _flat(group, q, out.inverted)
+                raise _flat(group, self._inside(group, state._replace(points=q)), q)
             energy += out.energy.sum(axis=0)
         if self._slopes is not None:
             count = len(self._slopes.nodes)
@@ -363,7 +387,7 @@ class Shell:
         """(3 m, 3 m) stiffness −∂f/∂q at the state's points, x, y and z of each control point.
 
         Of materials that have no tangent of their own (cloth that carries no compression, fabric)
-        it is one that no state of theirs is stiffer than, with which Newton's method settles, too.
+        it is one that no state of theirs is stiffer than: Newton's method then takes more steps.
         """
         blocks = [_block_entries(group, self._stiffness_of(group, state)) for group in self.groups]
         if self._slopes is not None:
@@ -375,9 +399,57 @@ class Shell:
         size = 3 * len(self.mass)
         return coo_array((values, (rows, columns)), shape=(size, size)).tocsr()
 
+    def element_fields(self, state: MatterState, height: float = 0.0) -> list[Inside]:
+        """Stress, strain and stored energy of all elements at a state, one entry a pair of degrees:
+        means over their Gauss points, at a height of −1 … 1 of half the thickness along a₃."""
+        found = []
+        for group in self.groups:
+            columns, weights = self._columns(group, state, height)
+            areas = weights.sum(axis=1)
+            means = (weights[:, :, None] * columns).sum(axis=1) / areas[:, None]
+            found.append(Inside(group.elements, areas * self.thickness, as_fields(means)))
+        return found
+
+    def nodal_fields(self, state: MatterState, height: float = 0.0) -> ElementFields:
+        """The same at control points, means by their basis functions: `points` and `drawn` take
+        them to the surface."""
+        weight, sums = np.zeros(len(self.mass)), np.zeros((len(self.mass), 13))
+        for group in self.groups:
+            columns, weights = self._columns(group, state, height)
+            shares = group.values * weights[:, :, None]
+            control = np.broadcast_to(group.elements[:, None], shares.shape).ravel()
+            weight += np.bincount(control, shares.ravel(), minlength=len(weight))
+            for c in range(13):
+                share = (shares * columns[:, :, None, c]).ravel()
+                sums[:, c] += np.bincount(control, share, minlength=len(weight))
+        return as_fields(sums / weight[:, None])
+
+    def gauss_points(self, state: MatterState) -> list[GaussPoints]:
+        """Strains, forces and moments at Gauss points at a state, one entry a pair of degrees."""
+        return [self._inside(group, state) for group in self.groups]
+
     def pressure(self, q: FloatArray) -> FloatArray:
-        """(m, 3) forces of a pressure of one along S_u × S_v, which follows the surface."""
+        """(m, 3) forces of a pressure of one along S_u × S_v at the points of contact, which
+        follows the surface."""
         return self.spread(self.contact.measure[:, None] * self.contact.normals(q))
+
+    def _inside(self, group: ShellGroup, state: MatterState) -> GaussPoints:
+        blocks = len(group.tables.nodes)
+        motion = Motion(locked(state.points), locked(state.points), 0.0, np.zeros(0))
+        out = np.empty((blocks, group.tables.points * INSIDE * LANES))
+        kept = _memory(group, state, np.empty(self._remembered))
+        run_ranges(shell_elements_nb.shell_inside, blocks, BLOCKS, motion, group.tables, kept, out)
+        return gauss_points(out, len(group.elements))
+
+    def _columns(
+        self, group: ShellGroup, state: MatterState, height: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """(e, g, 13) fields at Gauss points, and (e, g) the areas of these at rest."""
+        now, rest = self._inside(group, state), self._inside(group, self.start())
+        lanes = group.tables.weights.reshape(-1, group.tables.points, LANES)
+        weights = lanes.transpose(0, 2, 1).reshape(-1, group.tables.points)
+        columns = fields_at(now, rest, self.thickness, height)
+        return columns, weights[: len(group.elements)]
 
     def _stiffness_of(self, group: ShellGroup, state: MatterState) -> FloatArray:
         """(b, pairs · 9 · LANES) of a group."""
@@ -445,12 +517,12 @@ def _memory(group: ShellGroup, state: MatterState, new: FloatArray) -> Memory:
     return Memory(locked(old), new[group.memory].reshape(blocks, -1))
 
 
-def _flat(group: ShellGroup, q: FloatArray, counts: IntArray) -> ElementError:
+def _flat(group: ShellGroup, now: GaussPoints, q: FloatArray) -> ElementError:
     """The first element without a normal, and where it is."""
-    block = int(np.argmax(counts > 0))
-    element = min(block * LANES, len(group.elements) - 1)
-    place = q[group.elements[element]].mean(axis=0)
-    return ElementError("of a shell, flat to a line or a point", element, place, int(counts.sum()))
+    area = np.cross(now.axes[..., 0], now.axes[..., 1])
+    flat = np.flatnonzero(~(np.sum(area * area, axis=-1) > 0.0).all(axis=1))
+    place = q[group.elements[flat[0]]].mean(axis=0)
+    return ElementError("of a shell, pressed to a line", int(flat[0]), place, len(flat))
 
 
 def _count(value: object, where: str, least: int) -> int:

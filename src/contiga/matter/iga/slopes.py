@@ -12,7 +12,7 @@ from contiga.arrays.layout import read_only
 from contiga.errors import InputError
 from contiga.matter.iga.basis import BasisAt, U, V, elements_of
 from contiga.matter.iga.elements import gauss, on_net
-from contiga.matter.iga.net import Net, Piece, edge_parameters
+from contiga.matter.iga.net import Net, Piece, edge_parameters, rows_from
 from contiga.matter.tables import SlopeTables
 from contiga.records import FloatArray
 
@@ -98,7 +98,11 @@ def _side(net: Net, piece: Piece, edge: str, turned: bool) -> _Side:
     inner = 1.0 - rule.points if turned else rule.points
     parameters = (spans[:, :1] + size * inner).ravel()
     weights = (size * rule.weights).ravel()
-    at = on_net(piece, edge_parameters(piece, edge, parameters))
+    whole = on_net(piece, edge_parameters(piece, edge, parameters))
+    p, q = piece.degrees
+    # What lies beyond the second row of control points changes nothing of S_u and S_v there.
+    near = rows_from(np.arange((p + 1) * (q + 1)).reshape(p + 1, q + 1), edge)[:2].ravel()
+    at = BasisAt(whole.control[:, near], whole.values[:, :, near])
     a, b = at.of(U, net.points), at.of(V, net.points)
     normal = np.cross(a, b)
     tangent, out = (b, a) if along == 1 else (a, b)

@@ -5,11 +5,24 @@ from __future__ import annotations
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
 from contiga.matter.kernels.elements_stress_nb import membrane_stress
-from contiga.matter.kernels.lanes_nb import LANES, blank, gather, sum_in_block, total
+from contiga.matter.kernels.lanes_nb import (
+    ENERGY,
+    GRADIENT,
+    LANES,
+    SECOND,
+    STRAIN,
+    blank,
+    gather,
+    sum_in_block,
+    total,
+)
 from contiga.matter.kernels.membrane_nb import green_strain
 from contiga.matter.kernels.shell_nb import (
     ALL_LOST,
     ALL_STORED,
+    INSIDE,
+    KAPPA,
+    MOMENT,
     NET,
     ROW,
     SHELL_SIZE,
@@ -62,9 +75,10 @@ def shell_response(bank, tables, memory, b, g):
 
 @kernel()
 def shells(motion, tables, memory, out, start, stop):
-    """Forces, energies and flat elements of blocks start … stop."""
+    """Forces and energies of blocks start … stop, and how many that bend have no normal."""
     bank, net, force = scratch(SHELL_SIZE), scratch(NET), scratch(NET)
     count = tables.nodes.shape[1]
+    bends = len(tables.layers) > 0 or max(tables.bending[0], tables.bending[1]) > 0.0
     for b in range(start, stop):
         gather(motion.points, tables.nodes[b], count, net)
         clear(force, 3 * count)
@@ -73,7 +87,8 @@ def shells(motion, tables, memory, out, start, stop):
         flat = 0
         for g in range(tables.points):
             shell_strain(bank, net, tables, b, g)
-            flat = max(flat, flat_lanes(bank))
+            if bends:
+                flat = max(flat, flat_lanes(bank))
             shell_response(bank, tables, memory, b, g)
             shell_stress(bank, tables.weights[b], g * LANES)
             shell_forces(bank, tables.basis[b], g * count * WIDTH * LANES, count, force)
@@ -83,3 +98,30 @@ def shells(motion, tables, memory, out, start, stop):
         out.energy[b, 2] = 0.0
         out.energy[b, 3] = total(bank, ALL_LOST)
         sum_in_block(force, tables.sums, b, out.partial)
+
+
+@inner()
+def _kept(bank, row, rows, to, out):
+    """Rows of the bank to rows of `out`."""
+    for at in range(rows * LANES):
+        out[to * LANES + at] = bank[row * LANES + at]
+
+
+@kernel()
+def shell_inside(motion, tables, memory, out, start, stop):
+    """What Gauss points of blocks start … stop have, `INSIDE` rows each: F, E, κ, n, m and W."""
+    bank, net = scratch(SHELL_SIZE), scratch(NET)
+    for b in range(start, stop):
+        gather(motion.points, tables.nodes[b], tables.nodes.shape[1], net)
+        blank(bank)
+        for g in range(tables.points):
+            rows = out[b, g * INSIDE * LANES : (g + 1) * INSIDE * LANES]
+            shell_strain(bank, net, tables, b, g)
+            for i in range(3):
+                _kept(bank, GRADIENT + 3 * i, 2, 2 * i, rows)
+            _kept(bank, STRAIN, 3, 6, rows)
+            _kept(bank, KAPPA, 3, 9, rows)
+            shell_response(bank, tables, memory, b, g)
+            _kept(bank, SECOND, 3, 12, rows)
+            _kept(bank, MOMENT, 3, 15, rows)
+            _kept(bank, ENERGY, 1, 18, rows)

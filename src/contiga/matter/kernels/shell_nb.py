@@ -31,6 +31,8 @@ MOST = 36
 """Control points of an element of degree 5."""
 NET = 3 * MOST * LANES
 """Of the control points of a block, and of the forces on them."""
+INSIDE = 19
+"""Rows of what a Gauss point tells."""
 WIDTH = 5
 """Rows of a control point in a basis."""
 # Rows of the bank beyond those that other elements have.

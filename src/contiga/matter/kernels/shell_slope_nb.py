@@ -12,8 +12,8 @@ import math
 from contiga.jit import inlined, inner, kernel
 from contiga.jit.scratch import scratch
 
-MOST = 72
-"""Control points of two elements of degree 5."""
+MOST = 24
+"""Control points in two rows of two elements of degree 5."""
 NET = 3 * MOST
 
 

@@ -116,7 +116,7 @@ def settled(
     for part in range(1, parts + 1):
         for _ in range(40):
             miss = (still(shell, q)[0] + load * part / parts).ravel()[free]
-            if np.abs(miss).max() < 1e-9 * np.abs(load).max():
+            if np.abs(miss).max() < 1e-7 * np.abs(load).max():
                 break
             stiffness = shell.tangent(start._replace(points=q))[free][:, free].tocsc()
             step = np.zeros(q.size)

@@ -100,6 +100,18 @@ def test_edges_that_are_one_curve_must_have_one_net() -> None:
         join([wrong, other])
 
 
+def test_edges_that_meet_along_a_part_are_told() -> None:
+    """A patch beside two that have half of its edge each."""
+    big = tube(1.0, 2.0, (2.5, 0.6), 2, (2, 2))
+    below, above = big.translated([0.0, -2.0, 0.0]), big.translated([0.0, 2.0, 0.0])
+    assert len(join([below, big, above]).joints) == 2
+    one, other = above.split(u=above.domain[0][0] + 0.25)
+    with pytest.raises(InputError, match=r"surfaces\[0\] v1 and surfaces\[1\] v0: they meet along"):
+        join([big, one, other])
+    halves = big.split(u=big.domain[0][0] + 0.25)
+    assert len(join([*halves, one, other]).joints) == 4
+
+
 class Plain(NamedTuple):
     """A patch of plain arrays."""
 

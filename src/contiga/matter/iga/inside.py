@@ -1,0 +1,73 @@
+"""What shells tell of their inside: stress, strain and stored energy."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.matter.element_fields import ElementFields
+from contiga.matter.kernels.lanes_nb import LANES
+from contiga.matter.kernels.shell_nb import INSIDE
+from contiga.matter.stress import COMPONENTS
+from contiga.records import FloatArray
+
+
+class GaussPoints(NamedTuple):
+    """What e elements have at their g Gauss points, in axes of the rest surface there."""
+
+    axes: FloatArray
+    """(e, g, 3, 2) F = [f₁, f₂], what has become of the axes."""
+    strain: FloatArray
+    """(e, g, 3) E₁₁, E₂₂, E₁₂ of the middle surface."""
+    curvature: FloatArray
+    """(e, g, 3) κ₁₁, κ₂₂, κ₁₂: curvature at rest less the one that there is."""
+    force: FloatArray
+    """(e, g, 3) n₁₁, n₂₂, n₁₂ by length at rest."""
+    moment: FloatArray
+    """(e, g, 3) m₁₁, m₂₂, m₁₂ by length at rest."""
+    energy: FloatArray
+    """(e, g) stored by area at rest."""
+
+
+def gauss_points(blocks: FloatArray, elements: int) -> GaussPoints:
+    """From what kernels write (b, points · INSIDE · LANES)."""
+    rows = blocks.reshape(len(blocks), -1, INSIDE, LANES).transpose(0, 3, 1, 2)
+    each = rows.reshape(-1, *rows.shape[2:])[:elements]
+    axes = each[..., :6].reshape(*each.shape[:2], 3, 2)
+    strain, curvature, force, moment = (each[..., k : k + 3] for k in (6, 9, 12, 15))
+    return GaussPoints(axes, strain, curvature, force, moment, each[..., 18])
+
+
+def fields_at(now: GaussPoints, rest: GaussPoints, thickness: float, height: float) -> FloatArray:
+    """(e, g, 13) columns of `ElementFields` at a height, −1 … 1 of half the thickness.
+
+    Stresses are by the thickness at rest, linear across it by the moment.
+    """
+    force = now.force + (6.0 * height / thickness) * now.moment
+    area = np.cross(now.axes[..., 0], now.axes[..., 1])
+    size = np.sqrt(np.sum(area * area, axis=-1))
+    there = size > 0.0
+    inverse = np.where(there, 1.0, 0.0) / (np.where(there, size, 1.0) * thickness)
+    stress = _in_space(now.axes, force) * inverse[..., None]
+    strain = now.strain + (0.5 * height * thickness) * now.curvature
+    energy = now.energy / thickness
+    return np.concatenate([stress, _in_space(rest.axes, strain), energy[..., None]], axis=-1)
+
+
+def as_fields(columns: FloatArray) -> ElementFields:
+    """A record of (n, 13) columns."""
+    return ElementFields(columns[:, :6], columns[:, 6:12], columns[:, 12])
+
+
+def _in_space(axes: FloatArray, tensor: FloatArray) -> FloatArray:
+    """(…, 6) T = Σ T_ij f_i ⊗ f_j of axes (…, 3, 2) and T₁₁, T₂₂, T₁₂ (…, 3)."""
+    a, b = axes[..., 0], axes[..., 1]
+    one, two, both = (tensor[..., k] for k in range(3))
+    columns = [
+        one * a[..., i] * a[..., j]
+        + two * b[..., i] * b[..., j]
+        + both * (a[..., i] * b[..., j] + b[..., i] * a[..., j])
+        for i, j in COMPONENTS
+    ]
+    return np.stack(columns, axis=-1)
