@@ -23,6 +23,7 @@ from contiga.case.standing import order_of, references
 from contiga.case.toml import resolved_toml
 from contiga.contact.preloaded import preload_search
 from contiga.dynamics.free import Attached, Dependent
+from contiga.dynamics.gas import Chamber
 from contiga.dynamics.prescribed import BodyMotion, Fixed
 from contiga.dynamics.springs import Spring
 from contiga.errors import CaseError
@@ -71,6 +72,7 @@ def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
         settling=None if case.settle is None else case.settle.made,
         loads=[spec.made for spec in case.load],
         springs=made.springs,
+        gas=made.gas,
         sensors=[spec.made for spec in case.sensor],
         title=case.title,
         units=(case.units.length, case.units.mass, case.units.time),
@@ -89,6 +91,7 @@ class _Pieces(NamedTuple):
     """What a simulation is made of; with what could not be made left out."""
 
     springs: dict[str, Spring]
+    gas: dict[str, Chamber]
     bodies: dict[str, BodyPart]
     slaves: dict[str, SlavePart]
     contacts: tuple[ContactPart, ...]
@@ -106,13 +109,14 @@ def _output(spec: OutputSpec) -> OutputOptions:
 def _pieces(case: Case, cache: PartCache, wrong: Together) -> _Pieces:
     # What costs nothing comes first in the list of what is wrong.
     springs = _springs(case, wrong)
+    gas = _gas(case, wrong)
     motions = _told_motions(case, wrong)
     findings: list[Finding] = []
     made = _parts(case, cache, wrong, findings)
     bodies = _bodies(case, made, motions, wrong)
     slaves = _slaves(case, made, motions, wrong)
     contacts = _contacts(case, bodies, slaves, wrong)
-    return _Pieces(springs, bodies, slaves, contacts, tuple(findings))
+    return _Pieces(springs, gas, bodies, slaves, contacts, tuple(findings))
 
 
 def faults_of(case: Case) -> tuple[tuple[Fault, str], ...]:
@@ -293,6 +297,16 @@ def _springs(case: Case, wrong: Together) -> dict[str, Spring]:
                 )
             springs[name] = spec.made
     return springs
+
+
+def _gas(case: Case, wrong: Together) -> dict[str, Chamber]:
+    """Chambers of gas by name."""
+    units = case.units.length, case.units.mass, case.units.time
+    gas: dict[str, Chamber] = {}
+    for i, spec in enumerate(case.gas):
+        with wrong.at(f"gas[{i}]"):
+            gas[spec.name] = spec.chamber(units)
+    return gas
 
 
 def _slave(

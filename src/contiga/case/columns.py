@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contiga.case.contact_spec import ContactSpec
 from contiga.case.schema import Case
 from contiga.case.sensor_spec import PointSensorSpec, RelativeSensorSpec, SensorSpec
+from contiga.simulation.gas import OF_GAS
 from contiga.simulation.history import COUNTED, OF_BODIES
 from contiga.simulation.sensor import CUT, RATES
 from contiga.simulation.springs import OF_SPRINGS
@@ -64,6 +65,7 @@ def columns_of_case(case: Case) -> list[str]:
     for spring in (spec.made for spec in case.spring):
         names = [*OF_SPRINGS, *(["filtered_force"] if spring.filter else [])]
         columns += [f"{spring.name}.{name}" for name in names]
+    columns += [f"{chamber.name}.{name}" for chamber in case.gas for name in OF_GAS]
     free = [body.name for body in case.body if body.motion.by_forces]
     columns += [f"{name}.{column}" for name in free for column in OF_BODIES]
     deforms = any(slave.motion.kind == "deform" for slave in case.slave)
@@ -71,6 +73,8 @@ def columns_of_case(case: Case) -> list[str]:
         columns += [f"energy.{name}" for name in _OF_SYSTEM]
     if deforms:
         columns += ["energy.hourglass", "energy.viscosity"]
+    if case.gas:
+        columns.append("energy.gas")
     return columns
 
 

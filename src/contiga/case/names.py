@@ -16,6 +16,7 @@ _NAMING = {
     "contact": {"master": "body", "slave": "slave"},
     "load": {"body": "body"},
     "spring": {"between": EITHER},
+    "gas": {"slave": "slave"},
     "sensor": {"body": "body", "between": "body"},
 }
 

@@ -15,6 +15,7 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
 
 from contiga.case.contact_spec import ContactSpec
+from contiga.case.gas_spec import GasSpec
 from contiga.case.geometry_spec import GeometrySpec
 from contiga.case.load_spec import LoadSpec
 from contiga.case.mass_spec import MassSpec
@@ -166,6 +167,7 @@ class Case(Spec):
     settle: SettleSpec | None = None
     load: list[LoadSpec] = Field(default_factory=list)
     spring: list[SpringSpec] = Field(default_factory=list)
+    gas: list[GasSpec] = Field(default_factory=list)
     sensor: list[SensorSpec] = Field(default_factory=list)
     output: OutputSpec = Field(default_factory=OutputSpec)
 
@@ -206,6 +208,7 @@ class Case(Spec):
             ("body", [body.name for body in self.body]),
             ("slave", [slave.name for slave in self.slave]),
             ("contact", [contact.title for contact in self.contact]),
+            ("gas", [chamber.name for chamber in self.gas]),
         ):
             yield partial(check_unique, key, names)
         bodies = [body.name for body in self.body]
@@ -227,6 +230,8 @@ class Case(Spec):
                 if end != GROUND:
                     where = f"spring[{i}].between[{k}]"
                     yield partial(check_defined, where, end, EITHER, bodies + slaves, [])
+        for i, chamber in enumerate(self.gas):
+            yield partial(check_defined, f"gas[{i}].slave", chamber.slave, "slave", slaves, bodies)
         for i, one in enumerate(self.sensor):
             for key in ("node", "section"):
                 if (slave := getattr(one, key, None)) is not None:

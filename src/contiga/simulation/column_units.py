@@ -19,8 +19,11 @@ _KINDS = (
     (r"(filtered_)?force|force_[xyz]|friction_[xyz]|f[xyz]?", "force"),
     (r"moment_[xyz]|m[xyz]", "moment"),
     (r"area", "area"),
-    (r"(mean|max)_pressure", "stress"),
-    (r"work|energy_\w+", "energy"),
+    (r"((mean|max)_)?pressure", "stress"),
+    (r"work|energy_\w+|flow_(in|out)", "energy"),
+    (r"temperature", "temperature"),
+    (r"volume", "volume"),
+    (r"mass", "mass"),
 )
 
 
@@ -39,6 +42,9 @@ def column_units(columns: Iterable[str], units: tuple[str, str, str]) -> dict[st
         "wall": "s",
         "angle": "rad",
         "length": length,
+        "mass": mass,
+        "volume": f"{length}³",
+        "temperature": "K",
         "acceleration": f"{length}/{time}²",
         "spin": f"rad/{time}",
     }
