@@ -7,7 +7,7 @@ from contiga.geometry.kernels.basis_nb import refinement_rows
 from contiga.geometry.kernels.edge_gap_nb import image_gap
 from contiga.geometry.kernels.evaluate_nb import curve_range, surface_range
 from contiga.geometry.kernels.trim_build_nb import fill_cells, monotone_pieces
-from contiga.geometry.kernels.trim_nb import box_state
+from contiga.geometry.kernels.trim_nb import box_states
 from contiga.jit.preload import preload
 from contiga.search.closest.kernels.nearest_nb import project_global
 from contiga.search.hierarchy.kernels.curve_leaves_nb import curve_leaves
@@ -20,7 +20,7 @@ from contiga.search.track.kernels.track_nb import track_chunks
 
 KERNELS = (
     *(refinement_rows, curve_range, surface_range, image_gap),
-    *(monotone_pieces, fill_cells, box_state, sample),
+    *(monotone_pieces, fill_cells, box_states, sample),
     *(surface_leaves, curve_leaves, build, fill_plates),
     *(surface_pieces, project_global, last_crossings, track_chunks),
 )

@@ -248,6 +248,10 @@ class GasState(NamedTuple):
     """Enthalpy that came in since the start."""
     left: float
     """And that went out."""
+    stored: float
+    """U + p_a V since the start: the energy of the gas, and what the surroundings did on it."""
+    at_start: float
+    """U + p_a V then."""
 
 
 class Flow(NamedTuple):
@@ -306,6 +310,7 @@ class Chambers:
             masses[self.gases.index(around.gas)] = mass
             vents = np.array([vent.opens_at == -math.inf for vent in chamber.vents], np.float64)
             energy = mass * around.gas.c_v * around.temperature
+            whole = energy + around.pressure * volume
             states.append(
                 GasState(
                     masses,
@@ -316,6 +321,8 @@ class Chambers:
                     vents,
                     came=0.0,
                     left=0.0,
+                    stored=0.0,
+                    at_start=whole,
                 )
             )
         return states
@@ -350,7 +357,12 @@ class Chambers:
             half = self._after(now, flow, 0.5 * part)
             now = self._after(now, self._flow(half, areas, time - left + 0.5 * part), part)
             left = left - part if part < left else 0.0
-        return [self._squeezed(state, v) for state, v in zip(now, ends, strict=True)]
+        after = []
+        for chamber, state, volume in zip(self.chambers, now, ends, strict=True):
+            end = self._squeezed(state, volume)
+            whole = end.energy + chamber.surroundings.pressure * volume
+            after.append(end._replace(stored=whole - end.at_start))
+        return after
 
     def gamma(self, masses: FloatArray) -> float:
         """c_p / c_v of a mixture."""

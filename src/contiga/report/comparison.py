@@ -159,6 +159,7 @@ def columns_of(run: Run) -> dict[str, FloatArray]:
         *run.bodies.items(),
         *run.sensors.items(),
         *run.springs.items(),
+        *run.gas.items(),
     ]
     owners += [("energy", run.energy)] if run.energy else []
     return {f"{owner}.{name}": column for owner, of in owners for name, column in of.items()}

@@ -7,6 +7,7 @@ from html import escape
 from importlib.resources import files
 
 from contiga.report.figure import Figure, as_json, embedded, plotly_script, side_by_side
+from contiga.report.gas import gas_figures, gas_table
 from contiga.report.html_tables import inputs_table, key_figures, status_table, timings_table
 from contiga.report.lines import PLOT_CONFIG
 from contiga.report.motion import body_figures, criteria_table, extremes_table, sensor_figures
@@ -58,6 +59,7 @@ def page(run: Run, *, still: bytes | None, view: View | None, peak_time: float |
         _bodies(run, peak_time),
         _sensors(run, peak_time),
         _springs(run, peak_time),
+        _gas(run, peak_time),
         _tables(run),
         _warnings(run),
         _case(run),
@@ -215,6 +217,14 @@ def _springs(run: Run, peak_time: float | None) -> str:
         return ""
     panels = _panels(spring_figures(run, peak_time), "spring")
     return f'<h2>Springs</h2><div class="wide">{spring_table(run)}</div>{panels}'
+
+
+def _gas(run: Run, peak_time: float | None) -> str:
+    """What gas is in its chambers."""
+    if not run.gas:
+        return ""
+    panels = _panels(gas_figures(run, peak_time), "gas")
+    return f'<h2>Gas</h2><div class="wide">{gas_table(run)}</div>{panels}'
 
 
 def _over_time(run: Run, peak_time: float | None) -> str:

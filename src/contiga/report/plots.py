@@ -94,6 +94,8 @@ def energy_figure(run: Run, peak_time: float | None) -> Figure | None:
     None where forces move nothing, or nothing moves.
     """
     layers = {name: run.energy[name] for name in _OF_SYSTEM if name in run.energy}
+    if "gas" in run.energy and run.energy["gas"].min() >= 0.0:  # what has gone cannot be stacked
+        layers["gas"] = run.energy["gas"]
     if not any(largest(values) > 0.0 for values in layers.values()):
         return None
     error = run.energy.get("error", np.zeros(len(run.times)))

@@ -64,6 +64,8 @@ class Run(NamedTuple):
     """Of the whole system, by name; empty where forces move nothing."""
     springs: dict[str, Columns]
     """What is told of springs, by spring and name."""
+    gas: dict[str, Columns]
+    """What is told of chambers of gas, by chamber and name."""
     finished: bool = True
     """Whether the run has ended."""
     steps: Columns = {}  # noqa: RUF012 (read only)
@@ -103,7 +105,8 @@ def read_run(folder: Path) -> Run:
     history, summary = stored.history, stored.summary
     case = folder / "case.toml"
     owners = sort_columns(
-        history, *(list(summary.get(key) or {}) for key in ("statuses", "sensors", "springs"))
+        history,
+        *(list(summary.get(key) or {}) for key in ("statuses", "sensors", "springs", "gas")),
     )
     return Run(
         folder=folder,
@@ -124,14 +127,19 @@ class Owners(NamedTuple):
     sensors: dict[str, Columns]
     energy: Columns
     springs: dict[str, Columns]
+    gas: dict[str, Columns]
     steps: Columns
 
 
 def sort_columns(
-    history: Columns, contacts: list[str], sensors: list[str], springs: list[str]
+    history: Columns,
+    contacts: list[str],
+    sensors: list[str],
+    springs: list[str],
+    gas: list[str],
 ) -> Owners:
     """Columns ``"<owner>.<name>"`` by their owners; bare names belong to the only contact."""
-    owners = Owners({}, {}, {}, {}, {}, {})
+    owners = Owners({}, {}, {}, {}, {}, {}, {})
     for label, column in history.items():
         owner, dot, name = label.rpartition(".")
         if name in _NO_COLUMNS:
@@ -142,6 +150,8 @@ def sort_columns(
             of = owners.sensors.setdefault(owner, {})
         elif owner in springs:
             of = owners.springs.setdefault(owner, {})
+        elif owner in gas:
+            of = owners.gas.setdefault(owner, {})
         elif owner == _SYSTEM and owner not in contacts:
             of = owners.energy
         elif name in _OF_BODIES:

@@ -119,14 +119,6 @@ class GasSystem:
             states[name] = ChamberState(state, excess * gradient)
         return states
 
-    def energy(self, states: Mapping[str, ChamberState]) -> float:
-        """Stored: U of the gas, and the work that the surroundings have done, p_a V."""
-        total = 0.0
-        for name, state in states.items():
-            around = self.chambers[name].surroundings.pressure
-            total += state.gas.energy + around * state.gas.volume
-        return total
-
     def came(self, last: Mapping[str, ChamberState], now: Mapping[str, ChamberState]) -> float:
         """Enthalpy that has come in within a step, less what went out."""
         return sum(

@@ -242,7 +242,7 @@ def _taken_up(
     acting = wrenches(model, between, standing)
     kinetic = kicked(placed, system.fixed, acting[system.free], 0.0)
     inside = [nodes.energy(slaves[name]) for name, nodes in system.nodes.items()]
-    energy = energy_of(model, between, inside, kinetic, 0.0, None)
+    energy = energy_of(between, inside, kinetic, 0.0, None)
     begun = SystemState(
         start,
         frames(system, standing),

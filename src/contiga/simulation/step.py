@@ -170,7 +170,7 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
     inside = []
     for name in system.masses:
         inside.append(system.nodes[name].energy(standing.slaves[name]))
-    energy = energy_of(model, acting, inside, kinetic, external, initial)
+    energy = energy_of(acting, inside, kinetic, external, initial)
     bodies = frames(system, standing)
     now = now._replace(twists=bodies.twists)
     for name in system.riding:
@@ -299,7 +299,6 @@ def contact_energy(contacts: Mapping[str, State]) -> Energy:
 
 
 def energy_of(
-    model: Model,
     acting: Acting,
     slaves: Sequence[Stored],
     kinetic: float,
@@ -326,7 +325,7 @@ def energy_of(
         0.0 if initial is None else initial,
         nodes.hourglass,
         nodes.viscosity,
-        model.chambers.energy(acting.gas) if acting.gas else 0.0,
+        sum(chamber.gas.stored for chamber in acting.gas.values()),
     )
     return energy._replace(initial=energy.total) if initial is None else energy
 

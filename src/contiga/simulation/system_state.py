@@ -81,7 +81,7 @@ class Energy(NamedTuple):
     viscosity: float = 0.0
     """Taken by what is viscous in elements."""
     gas: float = 0.0
-    """Stored in gas: its own, and the work of the surroundings on its chambers."""
+    """Stored in gas since the start: its own, and the work of the surroundings on it."""
 
     @property
     def total(self) -> float:

@@ -25,7 +25,7 @@ def test_columns_are_sorted_by_what_they_are_of() -> None:
         *("belt.force", "belt.energy_stored", "step.reason", "step.single"),
     ]
     history = {label: np.full(1, k) for k, label in enumerate(labels)}
-    owners = sort_columns(history, ["left", "up.right"], ["cog"], ["belt"])
+    owners = sort_columns(history, ["left", "up.right"], ["cog"], ["belt"], ["bag"])
     assert {k: list(v) for k, v in owners.contacts.items()} == {
         "left": ["force"],
         "up.right": ["force", "area"],
@@ -43,14 +43,14 @@ def test_columns_are_sorted_by_what_they_are_of() -> None:
 
 def test_columns_without_a_name_belong_to_the_only_contact() -> None:
     history = {"time": np.zeros(1), "force": np.zeros(1), "head.x": np.zeros(1)}
-    owners = sort_columns(history, ["press"], [], [])
+    owners = sort_columns(history, ["press"], [], [], [])
     assert {k: list(v) for k, v in owners.contacts.items()} == {"press": ["force"]}
     assert list(owners.bodies) == ["head"]
-    assert list(sort_columns({"force": np.zeros(1)}, [], [], []).contacts) == ["contact"]
+    assert list(sort_columns({"force": np.zeros(1)}, [], [], [], []).contacts) == ["contact"]
 
 
 def test_a_contact_may_be_called_energy() -> None:
-    owners = sort_columns({"energy.force": np.zeros(1)}, ["energy", "other"], [], [])
+    owners = sort_columns({"energy.force": np.zeros(1)}, ["energy", "other"], [], [], [])
     assert (list(owners.contacts), owners.energy) == (["energy"], {})
 
 

@@ -1,0 +1,101 @@
+"""Chambers of gas in a case: units, names, and a run of one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import contiga as cg
+from contiga.errors import InputError
+from contiga.report.run_folder import read_run
+
+CASE = """
+[units]
+length = "mm"
+mass = "g"
+time = "ms"
+
+[time]
+end = 1.0
+step = "auto"
+
+[[slave]]
+name = "bag"
+points = { file = "bag.stl" }
+
+[slave.motion]
+kind = "deform"
+material = { kind = "elastic", young = 5.0, poisson = 0.3 }
+density = 1e-3
+thickness = 0.5
+
+[[gas]]
+name = "airbag"
+slave = "bag"
+inflator = [{ mass_rate = [[0, 0.1], [1, 0.1]], temperature = 500.0 }]
+vent = [{ area = 10.0, coefficient = 0.7, opens_at = 0.002 }]
+leak = 1e-5
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    ball = cg.Body([cg.shapes.sphere(radius=30.0)]).tessellate(2.0)
+    facets = "".join(
+        "facet normal 0 0 0\nouter loop\n"
+        + "".join(f"vertex {x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in corners)
+        + "endloop\nendfacet\n"
+        for corners in ball.vertices[ball.triangles].tolist()
+    )
+    (tmp_path / "bag.stl").write_text(f"solid bag\n{facets}endsolid bag\n")
+    path = tmp_path / "case.toml"
+    path.write_text(CASE)
+    return path
+
+
+def test_air_and_the_atmosphere_are_in_the_units_of_the_case(file: Path) -> None:
+    chamber = cg.build(cg.load_case(file)).gas["airbag"]
+    around = chamber.surroundings
+    assert around.pressure == pytest.approx(0.101325, rel=1e-12)  # MPa
+    assert around.gas.constant == pytest.approx(287.05, rel=1e-12)  # mm²/ms²
+    assert chamber.vents[0].opens_at == 0.002
+    metres = CASE.replace('"mm"', '"m"').replace('"g"', '"kg"').replace('"ms"', '"s"')
+    file.write_text(metres)
+    around = cg.load_case(file).gas[0].chamber(("m", "kg", "s")).surroundings
+    assert around.pressure == 101_325.0
+    assert around.gas.constant == 287.05
+
+
+def test_a_case_blows_up_its_bag_and_the_report_shows_it(file: Path, tmp_path: Path) -> None:
+    case = cg.load_case(file)
+    result = cg.run(case, tmp_path / "out")
+    history = result.history
+    assert history["airbag.pressure"][-1] > 0.103
+    assert history["airbag.mass"][-1] > history["airbag.mass"][0]
+    assert abs(result.state.energy.error) < 1e-3 * history["energy.external"][-1]
+    run = read_run(tmp_path / "out")
+    assert set(run.gas) == {"airbag"}
+    assert "airbag" not in run.contacts
+    from contiga.case.columns import columns_of_case
+
+    assert set(columns_of_case(case)) <= set(history)
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "<h2>Gas</h2>" in page
+    assert "In slave" in page
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('slave = "bag"\n', 'slave = "bags"\n', "no slave of this name"),
+        ("area = 10.0", 'area = "big"', "must be a number, or rows"),
+        ("leak = 1e-5", 'gas = "helium"', "must be a gas"),
+        ("leak = 1e-5", "leaks = 1e-5", "unknown key"),
+        ("opens_at = 0.002", 'to = "other"', "leads to no other chamber"),
+    ],
+)
+def test_a_wrong_key_or_value_is_told(file: Path, old: str, new: str, said: str) -> None:
+    file.write_text(CASE.replace(old, new))
+    with pytest.raises(InputError, match=said):
+        cg.build(cg.load_case(file))
