@@ -319,5 +319,5 @@ def test_the_balance_of_energy_closes_with_the_square_of_the_step(
     step = 2.0 * math.sqrt(np.min(shell.mass / shell.stiffness(shell.start())))
     q = rig.moved(shell.nodes, 0.02)
     errors = [swung(shell, q, n, 60.0 * step) for n in (240, 480)]
-    assert errors[1] < 4e-3
+    assert errors[1] < 6e-3
     assert errors[0] > 3.0 * errors[1]

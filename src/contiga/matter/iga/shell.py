@@ -29,7 +29,7 @@ from contiga.matter.iga.elements import (
 from contiga.matter.iga.inside import GaussPoints, as_fields, fields_at, gauss_points
 from contiga.matter.iga.net import Net, join
 from contiga.matter.iga.points import SplinePoints
-from contiga.matter.iga.slopes import Symmetry, slope_tables
+from contiga.matter.iga.slopes import Bending, Symmetry, slope_tables
 from contiga.matter.kernels import lanes_nb, shell_elements_nb, shell_slope_nb, shell_tangent_nb
 from contiga.matter.kernels.lanes_nb import KINDS, LANES
 from contiga.matter.kernels.shell_nb import INSIDE
@@ -48,8 +48,6 @@ BLOCKS, NODES, EDGE_POINTS = 1, 2000, 200
 """Grains of threads."""
 LAYERS = 3
 """Gauss points through the thickness, of materials that are asked layer by layer."""
-SLOPE_STIFFNESS = 100.0
-"""Of springs that keep slopes, where none is given: parts of what an element resists by."""
 
 RULES = {"gauss": gauss, "grid": midpoints}
 """Where contact is asked for."""
@@ -84,7 +82,7 @@ def assemble_shell(
     points: int | None = None,
     tolerance: float | None = None,
     symmetry: Sequence[Symmetry] = (),
-    slope_stiffness: float = SLOPE_STIFFNESS,
+    slope_stiffness: float | None = None,
 ) -> Shell:
     """A shell, or a membrane, on spline surfaces as matter.
 
@@ -105,8 +103,8 @@ def assemble_shell(
     tolerance : length within which control points of joints are the same
     symmetry : edges that keep their angle to a plane
     slope_stiffness : of the springs that keep slopes there and across joints, in parts of what an
-        element resists by; the turn of a spring is as that of a strip of 1/slope_stiffness of an
-        element
+        element resists by: a spring turns as a strip of 1/slope_stiffness of an element does. If
+        omitted as much as shortens no step, 2 (width/thickness)², and 10 at least
 
     Raises
     ------
@@ -157,9 +155,11 @@ def assemble_shell(
     counts = None if rule is None else _count(rule, "rule", 1)
     groups, mass, nodes_of_rows = _groups(net, section, counts, along)
     rigidity = coefficients.modulus * share * thickness**3 / 12.0
+    if slope_stiffness is not None:
+        slope_stiffness = positive(slope_stiffness, "slope_stiffness")
     slopes = None
     if share > 0.0:
-        slopes = slope_tables(net, symmetry, positive(slope_stiffness, "slope_stiffness"), rigidity)
+        slopes = slope_tables(net, symmetry, Bending(rigidity, thickness, slope_stiffness))
     one_of("contact", contact, tuple(RULES))
     each = None if points is None else _count(points, "points", 1)
     of_contact = points_of(net, RULES[contact], each)
