@@ -12,7 +12,8 @@ from contiga.arrays.layout import read_only
 from contiga.errors import InputError
 from contiga.matter.iga.basis import BasisAt, U, V, elements_of
 from contiga.matter.iga.elements import gauss, on_net
-from contiga.matter.iga.net import Net, Piece, edge_parameters, rows_from
+from contiga.matter.iga.net import Net
+from contiga.matter.iga.pieces import Piece, edge_parameters, rows_from
 from contiga.matter.tables import SlopeTables
 from contiga.records import FloatArray
 
