@@ -15,6 +15,7 @@ from scipy.linalg import eigh
 from tests.unit.matter import rig
 from tests.unit.matter.iga.shells import (
     bent_little,
+    crooked,
     dead,
     free_ways,
     made,
@@ -39,11 +40,11 @@ def nearest(shell: Shell, place: tuple[float, float, float]) -> int:
     return int(np.argmin(apart))
 
 
-def roof(degree: int, count: int) -> float:
+def roof(degree: int, count: int, rule: int | None = None) -> float:
     """How far the middle of a free edge of Scordelis and Lo's roof goes down."""
     half = math.radians(40.0)
     arch = tube(25.0, 50.0, (0.5 * np.pi + half, 0.5 * np.pi - half), degree, (count, count))
-    shell = made([arch], material=Elastic(young=4.32e8), thickness=0.25)
+    shell = made([arch], material=Elastic(young=4.32e8), thickness=0.25, rule=rule)
     edge = shell.net.edge
     held = (edge("v0"), "xz"), (edge("v1"), "xz"), (edge("v0")[:1], "y")
     u = bent_little(shell, free_ways(shell, *held), dead(shell, [0.0, 0.0, -90.0]))
@@ -59,6 +60,15 @@ def test_scordelis_and_los_roof() -> None:
     assert errors[2] < 1e-4
     assert errors[0] > 20.0 * errors[1] > 400.0 * errors[2]
     assert abs(roof(4, 8) / 0.300588 - 1.0) < 1e-4
+
+
+def test_of_degree_two_as_many_gauss_points_lock_less_than_three() -> None:
+    """And no deformation is left without an energy."""
+    whole, fewer = (abs(roof(2, 16, rule) / 0.300588 - 1.0) for rule in (3, 2))
+    assert fewer < 2e-3 < 0.2 * whole
+    shell = made([crooked(2, (4, 3))], rule=2)
+    values = np.linalg.eigvalsh(shell.tangent(shell.start()).toarray())
+    assert np.count_nonzero(values < 1e-9 * values[-1]) == 6
 
 
 def pinched_cylinder(degree: int, count: int) -> float:
@@ -319,5 +329,5 @@ def test_the_balance_of_energy_closes_with_the_square_of_the_step(
     step = 2.0 * math.sqrt(np.min(shell.mass / shell.stiffness(shell.start())))
     q = rig.moved(shell.nodes, 0.02)
     errors = [swung(shell, q, n, 60.0 * step) for n in (240, 480)]
-    assert errors[1] < 4e-3
+    assert errors[1] < 6e-3
     assert errors[0] > 3.0 * errors[1]

@@ -154,6 +154,31 @@ def test_forces_turn_with_the_shell_and_there_are_none_of_a_rigid_motion(name: s
     assert same == pytest.approx(energy, rel=1e-12)
 
 
+@pytest.mark.parametrize("turn", ["flipped", "transposed"])
+@pytest.mark.parametrize("name", MATERIALS)
+def test_which_way_the_parameters_run_changes_nothing(name: str, turn: str) -> None:
+    surface = crooked(3, (2, 1))
+    shell = made([surface], material=MATERIALS[name])
+    other = made([getattr(surface, turn)()], material=MATERIALS[name])
+    way = 0.05 * np.sin(3.0 * shell.nodes + [0.0, 1.0, 2.0])
+    same = 0.05 * np.sin(3.0 * other.nodes + [0.0, 1.0, 2.0])
+    force, energy = still(shell, shell.nodes + way)
+    found, stored = still(other, other.nodes + same)
+    assert stored == pytest.approx(energy, rel=1e-11)
+    order, others = (np.lexsort(np.round(each.nodes, 9).T) for each in (shell, other))
+    np.testing.assert_allclose(found[others], force[order], atol=1e-11 * np.abs(force).max())
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_what_is_larger_stores_by_its_volume(name: str) -> None:
+    surface, size = crooked(2, (2, 1)), 7.0
+    shell = made([surface], material=MATERIALS[name])
+    large = made([surface.scaled(size)], material=MATERIALS[name], thickness=0.1 * size)
+    q = moved(shell)
+    energy, stored = still(shell, q)[1], still(large, size * q)[1]
+    assert stored == pytest.approx(size**3 * energy, rel=1e-11)
+
+
 @pytest.mark.parametrize("name", MATERIALS)
 def test_forces_and_their_moments_sum_to_nothing(name: str) -> None:
     shell = of(name)

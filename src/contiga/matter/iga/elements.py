@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from contiga.errors import GeometryError
 from contiga.matter.iga.basis import UU, UV, VALUE, VV, BasisAt, U, V, basis_at, elements_of
-from contiga.matter.iga.net import PARALLEL, Net, Piece
+from contiga.matter.iga.checks import PARALLEL
+from contiga.matter.iga.net import Net
+from contiga.matter.iga.pieces import Piece
 from contiga.matter.iga.points import SplinePoints, grid_facets, sparse_rows
 from contiga.records import FloatArray
 

@@ -98,11 +98,14 @@ class SplinePoints(NamedTuple):
 
     def nodal(self, rows: IndexArray, values: FloatArray) -> FloatArray:
         """`spread` of forces (r, 3) on some of the points."""
-        return self.rows.at(rows).turned(len(self.columns.starts) - 1).times(values)
+        part = self.rows.at(rows)
+        return np.stack([self._summed(part, values[:, way]) for way in range(3)], axis=1)
 
     def nodal_sum(self, rows: IndexArray, values: FloatArray) -> FloatArray:
         """(m,) Nᵀ of numbers (r,) at some of the points."""
-        part = self.rows.at(rows)
+        return self._summed(self.rows.at(rows), values)
+
+    def _summed(self, part: SparseRows, values: FloatArray) -> FloatArray:
         shares = part.values * np.repeat(values, np.diff(part.starts))
         sums = np.bincount(part.columns, shares, minlength=len(self.columns.starts) - 1)
         return sums.astype(np.float64)

@@ -12,10 +12,14 @@ from contiga.arrays.layout import read_only
 from contiga.errors import InputError
 from contiga.matter.iga.basis import BasisAt, U, V, elements_of
 from contiga.matter.iga.elements import gauss, on_net
-from contiga.matter.iga.net import Net, Piece, edge_parameters, rows_from
+from contiga.matter.iga.net import Net
+from contiga.matter.iga.pieces import Piece, edge_parameters, rows_from
 from contiga.matter.tables import SlopeTables
 from contiga.records import FloatArray
 
+LEAST, FREE = 10.0, 2.0
+"""Of springs whose stiffness is not given: a tenth of an element turns as much as they do at most;
+with twice the square of width over thickness they shorten no critical step."""
 NUDGE = 1e-5
 """Part of the width of an element by which differences move control points."""
 
@@ -61,16 +65,27 @@ class _Side(NamedTuple):
     """(k,) of edge at rest for each point."""
 
 
-def slope_tables(
-    net: Net, symmetries: Sequence[Symmetry], stiffness: float, rigidity: float
-) -> SlopeTables | None:
-    """Springs at all joints and planes of symmetry; None where there are none.
+class Bending(NamedTuple):
+    """What springs are made of."""
 
-    Parameters
-    ----------
-    stiffness : of the springs, in parts of what an element resists by, `rigidity` over its width
-    rigidity : E t³/12 of the shell, moment · length
-    """
+    rigidity: float
+    """E t³/12 of the shell, moment · length."""
+    thickness: float
+    stiffness: float | None
+    """In parts of what an element resists by, its rigidity over its width; None for as much as is
+    no stiffer than the element in its plane, and `LEAST` at least."""
+
+    def over(self, width: FloatArray) -> FloatArray:
+        """(k,) moment by radian and length, of elements of widths (k,)."""
+        if self.stiffness is None:
+            parts = np.maximum(LEAST, FREE * (width / self.thickness) ** 2)
+        else:
+            parts = np.full(len(width), self.stiffness)
+        return parts * self.rigidity / width
+
+
+def slope_tables(net: Net, symmetries: Sequence[Symmetry], bending: Bending) -> SlopeTables | None:
+    """Springs at all joints and planes of symmetry; None where there are none."""
     parts = []
     for joint in net.joints:
         one, other = (
@@ -79,13 +94,13 @@ def slope_tables(
                 joint.pieces, joint.edges, (False, joint.turned), strict=True
             )
         )
-        parts.append(_between(net, one, other, stiffness * rigidity))
+        parts.append(_between(net, one, other, bending))
     for plane in symmetries:
         net.edge(plane.edge, plane.patch)  # raises where there is none
         for piece in net.pieces:
             if piece.patch == plane.patch and plane.edge in piece.ends:
                 side = _side(net, piece, plane.edge, False)
-                parts.append(_towards(side, plane.normal, stiffness * rigidity))
+                parts.append(_towards(side, plane.normal, bending))
     return _together(parts) if parts else None
 
 
@@ -127,7 +142,7 @@ class _Springs(NamedTuple):
     stiffness: FloatArray
 
 
-def _between(net: Net, one: _Side, other: _Side, rigidity: float) -> _Springs:
+def _between(net: Net, one: _Side, other: _Side, bending: Bending) -> _Springs:
     tangent = (one.along[:, :, None] * net.points[one.at.control]).sum(axis=1)
     tangent /= _lengths(tangent)[:, None]
     cosine = np.sum(one.normal * other.normal, axis=1)
@@ -139,17 +154,17 @@ def _between(net: Net, one: _Side, other: _Side, rigidity: float) -> _Springs:
     basis[:, :2, :c] = one.at.values[:, [U, V]]
     basis[:, 2:4, c:] = other.at.values[:, [U, V]]
     basis[:, 4, :c] = one.along
-    stiff = 2.0 * rigidity * one.length / (one.width + other.width)
+    stiff = one.length * bending.over(0.5 * (one.width + other.width))
     return _Springs((one, other), basis, np.zeros((k, 3)), rest, stiff)
 
 
-def _towards(side: _Side, normal: FloatArray, rigidity: float) -> _Springs:
+def _towards(side: _Side, normal: FloatArray, bending: Bending) -> _Springs:
     k, c = side.along.shape
     basis = np.zeros((k, 5, c))
     basis[:, :2] = side.at.values[:, [U, V]]
     rest = np.stack([np.sum(side.normal * normal, axis=1), np.zeros(k)], axis=1)
     # The mirror image turns as much the other way: four times the energy, half of it on this side.
-    stiff = 2.0 * rigidity * side.length / side.width
+    stiff = 2.0 * side.length * bending.over(side.width)
     return _Springs((side,), basis, np.tile(normal, (k, 1)), rest, stiff)
 
 

@@ -47,7 +47,7 @@ def test_a_fold_stores_the_same_whichever_way_patches_run(turn: str) -> None:
     ):
         shell = made([one, other])
         energies.append(still(shell, folded(shell.nodes, 0.3))[1])
-    assert energies[0] > 1e-3
+    assert energies[0] > 1e-4
     np.testing.assert_allclose(energies, energies[0], rtol=1e-12)
 
 
@@ -75,6 +75,20 @@ def test_lines_within_a_patch_at_which_its_slope_may_jump_have_springs() -> None
     q[corner] *= [1.02, 0.98, 1.0]
     assert still(shell, shell.nodes)[1] < 1e-20
     assert still(shell, q)[1] > 1.01 * still(loose, q)[1]
+
+
+@pytest.mark.parametrize(("thickness", "longest"), [(0.01, 1.05), (0.1, 1.3)])
+def test_springs_shorten_no_step_if_they_are_not_said_to_be_stiffer(
+    thickness: float, longest: float
+) -> None:
+    """Widths of 25 and 2.5 thicknesses; ω² by row sums."""
+    halves = [plate(2, (4, 4), (1.0, 1.0)).translated([x, 0.0, 0.0]) for x in (0.0, 1.0)]
+    fastest = []
+    for stiffness in (None, 1e-12, 1e4):
+        shell = made(halves, thickness=thickness, slope_stiffness=stiffness)
+        fastest.append(np.max(shell.stiffness(shell.start()) / shell.mass))
+    assert fastest[1] <= fastest[0] < longest * fastest[1]
+    assert fastest[2] > 2.0 * fastest[1]
 
 
 def test_what_does_not_bend_has_none() -> None:

@@ -1,0 +1,244 @@
+"""From spline surfaces and a material to a shell as matter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.arrays.layout import one_of, positive
+from contiga.errors import InputError
+from contiga.matter.blocks import block_sums, in_lanes, node_sums, nodes_in_lanes
+from contiga.matter.coefficients import Coefficients, Material
+from contiga.matter.iga.basis import VALUE, Patch
+from contiga.matter.iga.checks import whole_number
+from contiga.matter.iga.elements import at_rest, gauss, grid_of, midpoints, points_of
+from contiga.matter.iga.net import Net, join
+from contiga.matter.iga.shell import Shell, ShellGroup
+from contiga.matter.iga.slopes import Bending, Symmetry, slope_tables
+from contiga.matter.kernels.lanes_nb import LANES
+from contiga.matter.tables import ShellTables
+from contiga.records import FloatArray, IntArray
+
+LAYERS = 3
+"""Gauss points through the thickness, of materials that are asked layer by layer."""
+RULES = {"gauss": gauss, "grid": midpoints}
+"""Where contact is asked for."""
+
+
+def assemble_shell(
+    surfaces: Sequence[Patch] | Net,
+    *,
+    material: Material,
+    density: float,
+    thickness: float,
+    bending: float = 1.0,
+    layers: int | None = None,
+    rule: int | None = None,
+    contact: str = "gauss",
+    points: int | None = None,
+    tolerance: float | None = None,
+    symmetry: Sequence[Symmetry] = (),
+    slope_stiffness: float | None = None,
+) -> Shell:
+    """A shell, or a membrane, on spline surfaces as matter.
+
+    Parameters
+    ----------
+    surfaces : patches of degrees 1 to 5 that share the control points of their joints, or their
+        `Net`; where no element is strained
+    material : one of `contiga.materials` that is for membranes
+    density : mass / volume
+    thickness : length
+    bending : share of the bending stiffness of a solid sheet; 0 is a membrane
+    layers : Gauss points through the thickness; None for as many as the material needs: none where
+        forces and moments follow from the middle surface (`Elastic`, `Fabric`), else 3
+    rule : Gauss points of an element in each direction; its degrees and 1 if omitted. With 2
+        at degree 2 thin shells lock less, and take less than half the time
+    contact : where contact is asked for: at points of Gauss's rule ("gauss") or at the middles of
+        equal parts of the parameters ("grid")
+    points : of contact of an element in each direction; its degrees and 1 if omitted
+    tolerance : length within which control points of joints are the same
+    symmetry : edges that keep their angle to a plane
+    slope_stiffness : of the springs that keep slopes there and across joints, in parts of what an
+        element resists by: a spring turns as a strip of 1/slope_stiffness of an element does. If
+        omitted as much as shortens no step, 2 (width/thickness)², and 10 at least
+
+    Raises
+    ------
+    InputError
+        A number outside its range, a material that is not for membranes, a patch of degree 1 that
+        is to bend, and what `join` refuses.
+
+    Notes
+    -----
+    A patch is cut along knots that stand as often as its degree; there its slope is kept by springs
+    as well. Masses are lumped, and so checkerboards of control points are slow: the more so the
+    higher the degree. Degree 2 is the one for what swings.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> from contiga.matter.iga import assemble_shell
+    >>> plate = cg.shapes.plane(width=2.0, length=1.0).k_refined((1, 1), [0.5], [0.5])
+    >>> steel = cg.materials.Elastic(young=210.0, poisson=0.3)
+    >>> shell = assemble_shell([plate], material=steel, density=3.0, thickness=0.1)
+    >>> round(float(shell.mass.sum()), 9), len(shell.net.edge("u0"))
+    (0.6, 4)
+    """
+    if "tri3" not in material.kinds:
+        raise InputError(
+            f"{type(material).__name__} is no material of shells",
+            where="material",
+            allowed="one for membranes: Elastic, NeoHooke, Fabric",
+        )
+    density, thickness = positive(density, "density"), positive(thickness, "thickness")
+    share = _not_negative(bending, "bending")
+    net = surfaces if isinstance(surfaces, Net) else join(surfaces, tolerance)
+    straight_lines = [piece.patch for piece in net.pieces if min(piece.degrees) < 2]
+    if share > 0.0 and straight_lines:
+        raise InputError(
+            "what is of degree 1 in a direction does not bend",
+            where=f"surfaces[{straight_lines[0]}]",
+            allowed="degrees 2 to 5, or bending = 0 for a membrane",
+            remedy="Raise its degrees: NurbsSurface.elevate",
+        )
+    coefficients = material.coefficients("tri3", thickness)
+    if layers is None:
+        layers = 0 if len(coefficients.bending) else LAYERS
+    section = _section(coefficients, thickness, share, whole_number(layers, "layers", 0))
+    along = getattr(material, "direction", None)
+    if along is not None and along.shape != (3,):
+        raise InputError("of a shell is one", where="direction", found=along.shape, allowed="(3,)")
+    counts = None if rule is None else whole_number(rule, "rule", 1)
+    groups, mass, nodes_of_rows = _groups(net, section, counts, along)
+    rigidity = coefficients.modulus * share * thickness**3 / 12.0
+    if slope_stiffness is not None:
+        slope_stiffness = positive(slope_stiffness, "slope_stiffness")
+    slopes = None
+    if share > 0.0:
+        slopes = slope_tables(net, symmetry, Bending(rigidity, thickness, slope_stiffness))
+    one_of("contact", contact, tuple(RULES))
+    each = None if points is None else whole_number(points, "points", 1)
+    of_contact = points_of(net, RULES[contact], each)
+    if slopes is not None:
+        nodes_of_rows.append(slopes.nodes.ravel())
+    sums = node_sums(np.concatenate(nodes_of_rows), len(net.points))
+    masses = density * thickness * mass
+    return Shell(net, thickness, groups, sums, masses, slopes, of_contact)
+
+
+class _Section(NamedTuple):
+    """A shell across its thickness."""
+
+    coefficients: Coefficients
+    bending: FloatArray
+    """(4,) D of the moments, where they follow from the middle surface."""
+    layers: FloatArray
+    """(l, 2) heights and shares of the thickness."""
+
+
+class _Elements(NamedTuple):
+    """e elements of one pair of degrees at their g Gauss points."""
+
+    control: IntArray
+    """(e, k) control points."""
+    values: FloatArray
+    """(e, g, k) their basis functions."""
+    basis: FloatArray
+    """(e, g, k, 5) derivatives of these along the axes at rest."""
+    curvature: FloatArray
+    """(e, g, 3) at rest."""
+    weights: FloatArray
+    """(e, g) area at rest."""
+
+
+def _section(coefficients: Coefficients, thickness: float, share: float, layers: int) -> _Section:
+    if share == 0.0:
+        return _Section(coefficients, np.zeros(4), np.zeros((0, 2)))
+    if layers == 0:
+        if not len(coefficients.bending):
+            raise InputError(
+                "the material is asked layer by layer",
+                where="layers",
+                found=layers,
+                allowed="2 or more",
+            )
+        bending = coefficients.bending * (share * thickness**2 / 12.0)
+        return _Section(coefficients, bending, np.zeros((0, 2)))
+    heights = gauss(layers)
+    # A lever shorter by √share bends by that share of the stiffness.
+    levers = (heights.points - 0.5) * (thickness * np.sqrt(share))
+    return _Section(coefficients, np.zeros(4), np.stack([levers, heights.weights], axis=1))
+
+
+def _groups(
+    net: Net, section: _Section, rule: int | None, along: FloatArray | None
+) -> tuple[list[ShellGroup], FloatArray, list[IntArray]]:
+    """All elements as kernels take them, areas of control points, and the nodes of their rows."""
+    area = np.zeros(len(net.points))
+    kinds: dict[tuple[int, int], list[_Elements]] = {}
+    for piece in net.pieces:
+        p, q = piece.degrees
+        grid = grid_of(piece, (gauss(rule or p + 1), gauss(rule or q + 1)))
+        rest = at_rest(net, grid.at, along)
+        weights = grid.weights * rest.area
+        shares = (grid.at.values[:, VALUE] * weights[:, None]).ravel()
+        area += np.bincount(grid.at.control.ravel(), weights=shares, minlength=len(area))
+        of_elements = _Elements(
+            grid.by_element(grid.at.control)[:, 0],
+            grid.by_element(grid.at.values[:, VALUE]),
+            grid.by_element(rest.basis),
+            grid.by_element(rest.curvature),
+            grid.by_element(weights),
+        )
+        kinds.setdefault((p, q), []).append(of_elements)
+    groups: list[ShellGroup] = []
+    nodes_of_rows: list[IntArray] = []
+    first = remembered = 0
+    for parts in kinds.values():
+        whole = _Elements(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+        group, nodes = _group(section, whole, len(net.points), first, remembered)
+        groups.append(group)
+        nodes_of_rows.append(nodes)
+        first, remembered = group.rows.stop, group.memory.stop
+    return groups, area, nodes_of_rows
+
+
+def _group(
+    section: _Section,
+    elements: _Elements,
+    n_nodes: int,
+    first: int,
+    remembered: int,
+) -> tuple[ShellGroup, IntArray]:
+    """Elements as kernels take them, rows and memory from `first` and `remembered` on, and the
+    control points of their rows."""
+    count, points = elements.weights.shape
+    sums, nodes_of_rows = block_sums(elements.control, n_nodes)
+    material = section.coefficients
+    tables = ShellTables(
+        nodes_in_lanes(elements.control),
+        points,
+        in_lanes(elements.basis.reshape(count, -1)),
+        in_lanes(elements.curvature.reshape(count, -1)),
+        in_lanes(elements.weights, np.zeros(points)),
+        material.stage,
+        material.numbers,
+        material.tangent,
+        section.bending,
+        section.layers,
+        sums,
+    )
+    kept = len(tables.nodes) * LANES * points * max(len(section.layers), 1) * material.memory
+    rows = slice(first, first + len(nodes_of_rows))
+    memory = slice(remembered, remembered + kept)
+    return ShellGroup(elements.control, elements.values, tables, rows, memory), nodes_of_rows
+
+
+def _not_negative(value: float, where: str) -> float:
+    number = float(value)
+    if not 0.0 <= number < np.inf:
+        raise InputError("must be 0 or more", where=where, found=value, allowed="a finite number")
+    return number
