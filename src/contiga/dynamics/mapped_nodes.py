@@ -36,8 +36,8 @@ from contiga.dynamics.nodes import (
     Stored,
 )
 from contiga.errors import InputError
-from contiga.matter.element_fields import Inside, Reached
-from contiga.matter.protocol import Matter
+from contiga.matter.element_fields import ElementFields, Inside, Reached
+from contiga.matter.protocol import Matter, MatterState
 from contiga.records import FloatArray, IndexArray
 
 MOVES = 1e-12
@@ -264,8 +264,24 @@ class MappedNodes(NodeMover):
         return self.own.kick_energy(self._of(state), self._spread(forces), gravity)
 
     def inside(self, state: SlaveState) -> Sequence[Inside]:
-        """Of matter that tells it; elements are rows of its nodes."""
-        return self.own.inside(self._of(state))
+        """Of matter that tells it at degrees of freedom: each node stands for itself."""
+        asked = getattr(self.matter, "nodal_fields", None)
+        if asked is None:
+            return ()
+        own = MatterState(state.matter["q"], state.matter["memory"])
+        columns = np.column_stack(asked(own))
+        n, wide = len(self.mass), -(-columns.shape[1] // 3) * 3
+        whole = np.zeros((len(columns), wide))
+        whole[:, : columns.shape[1]] = columns
+        at = np.concatenate(
+            [
+                self.matter.points(np.ascontiguousarray(part))
+                for part in np.split(whole, wide // 3, 1)
+            ],
+            axis=1,
+        )
+        fields = ElementFields(at[:, :6], at[:, 6:12], at[:, 12])
+        return [Inside(np.arange(n, dtype=np.int32)[:, None], np.ones(n), fields)]
 
     def reached(self, state: SlaveState) -> Sequence[Reached]:
         """How far the tables of its materials were asked since the start."""

@@ -15,6 +15,8 @@ from contiga.matter.iga.basis import VALUE, Patch
 from contiga.matter.iga.checks import whole_number
 from contiga.matter.iga.elements import at_rest, gauss, grid_of, midpoints, points_of
 from contiga.matter.iga.net import Net, join
+from contiga.matter.iga.nodes import SurfaceNodes, surface_nodes
+from contiga.matter.iga.points import SplinePoints
 from contiga.matter.iga.shell import Shell, ShellGroup
 from contiga.matter.iga.slopes import Bending, Symmetry, slope_tables
 from contiga.matter.kernels.lanes_nb import LANES
@@ -24,7 +26,7 @@ from contiga.records import FloatArray, IntArray
 LAYERS = 3
 """Gauss points through the thickness, of materials that are asked layer by layer."""
 RULES = {"gauss": gauss, "grid": midpoints}
-"""Where contact is asked for."""
+"""Of points that elements do not share."""
 
 
 def assemble_shell(
@@ -36,7 +38,7 @@ def assemble_shell(
     bending: float = 1.0,
     layers: int | None = None,
     rule: int | None = None,
-    contact: str = "gauss",
+    contact: str = "nodes",
     points: int | None = None,
     tolerance: float | None = None,
     symmetry: Sequence[Symmetry] = (),
@@ -56,9 +58,10 @@ def assemble_shell(
         forces and moments follow from the middle surface (`Elastic`, `Fabric`), else 3
     rule : Gauss points of an element in each direction; its degrees and 1 if omitted. With 2
         at degree 2 thin shells lock less, and take less than half the time
-    contact : where contact is asked for: at points of Gauss's rule ("gauss") or at the middles of
-        equal parts of the parameters ("grid")
-    points : of contact of an element in each direction; its degrees and 1 if omitted
+    contact : what `Shell.points` are, the nodes of a slave: "nodes", which elements and patches
+        share (`contiga.matter.iga.nodes`); points of Gauss's rule ("gauss") or the middles of equal
+        parts of the parameters ("grid"), none of which is on an edge
+    points : of them of an element in each direction; its degrees and 1 if omitted, of nodes 2
     tolerance : length within which control points of joints are the same
     symmetry : edges that keep their angle to a plane
     slope_stiffness : of the springs that keep slopes there and across joints, in parts of what an
@@ -119,9 +122,13 @@ def assemble_shell(
     slopes = None
     if share > 0.0:
         slopes = slope_tables(net, symmetry, Bending(rigidity, thickness, slope_stiffness))
-    one_of("contact", contact, tuple(RULES))
-    each = None if points is None else whole_number(points, "points", 1)
-    of_contact = points_of(net, RULES[contact], each)
+    one_of("contact", contact, ("nodes", *RULES))
+    if contact == "nodes":
+        each = None if points is None else whole_number(points, "points", 2)
+        of_contact: SplinePoints | SurfaceNodes = surface_nodes(net, each)
+    else:
+        each = None if points is None else whole_number(points, "points", 1)
+        of_contact = points_of(net, RULES[contact], each)
     if slopes is not None:
         nodes_of_rows.append(slopes.nodes.ravel())
     sums = node_sums(np.concatenate(nodes_of_rows), len(net.points))

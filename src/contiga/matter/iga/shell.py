@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,9 +17,10 @@ from contiga.jit import straight
 from contiga.matter.blocks import NodeSums
 from contiga.matter.element_fields import ElementFields, Inside
 from contiga.matter.iga.checks import whole_number
-from contiga.matter.iga.elements import drawn_points
+from contiga.matter.iga.elements import drawn_points, gauss, points_of
 from contiga.matter.iga.inside import GaussPoints, as_fields, fields_at, gauss_points
 from contiga.matter.iga.net import Net
+from contiga.matter.iga.nodes import SurfaceNodes
 from contiga.matter.iga.points import SplinePoints
 from contiga.matter.kernels import lanes_nb, shell_elements_nb, shell_slope_nb, shell_tangent_nb
 from contiga.matter.kernels.lanes_nb import KINDS, LANES
@@ -68,7 +70,7 @@ class Shell:
         sums: NodeSums,
         mass: FloatArray,
         slopes: SlopeTables | None,
-        contact: SplinePoints,
+        contact: SplinePoints | SurfaceNodes,
     ) -> None:
         self.net, self.thickness, self.groups = net, thickness, groups
         self.mass, self.contact = mass, contact
@@ -82,16 +84,12 @@ class Shell:
 
     @property
     def facets(self) -> IntArray:
-        """(f, 3) triangles between the points of contact of each patch."""
+        """(f, 3) triangles between the points of contact."""
         return self.contact.facets
 
     def points(self, q: FloatArray) -> FloatArray:
         """See `Matter`: the points of contact."""
         return self.contact.points(q)
-
-    def velocities(self, v: FloatArray) -> FloatArray:
-        """See `Matter`."""
-        return self.contact.points(v)
 
     def spread(self, f: FloatArray) -> FloatArray:
         """See `Matter`."""
@@ -205,9 +203,15 @@ class Shell:
         return [self._inside(group, state) for group in self.groups]
 
     def pressure(self, q: FloatArray) -> FloatArray:
-        """(m, 3) forces of a pressure of one along S_u × S_v at the points of contact, which
-        follows the surface."""
-        return self.spread(self.contact.measure[:, None] * self.contact.normals(q))
+        """(m, 3) forces of a pressure of one along S_u × S_v at Gauss's points, which follows the
+        surface."""
+        there = self._gauss
+        return there.spread(there.measure[:, None] * there.normals(q))
+
+    @cached_property
+    def _gauss(self) -> SplinePoints:
+        """Gauss's points, their degrees and 1 of an element in each direction."""
+        return points_of(self.net, gauss, None)
 
     def _inside(self, group: ShellGroup, state: MatterState) -> GaussPoints:
         blocks = len(group.tables.nodes)

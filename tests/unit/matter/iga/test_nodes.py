@@ -86,7 +86,6 @@ def test_spread_is_the_transpose() -> None:
 
 def test_a_ball_bounces_off_a_plate_and_the_energy_is_kept() -> None:
     shell = assemble_shell([plate()], material=STEEL, density=1e-3, thickness=0.02)
-    shell.contact = surface_nodes(shell.net)
     x = shell.points(shell.nodes)
     slave = cg.Slave(x, shell.facets, area=shell.contact.weight)
     edge = (np.abs(x[:, :2]) >= 1.0 - 1e-12).any(axis=1)
