@@ -70,28 +70,6 @@ def _pressed(q, s, t, miss):
     return out_s, out_t
 
 
-@inner()
-def _way_on(elements, foot, out, point, miss, h):
-    """Where the foot goes on from the sides it presses against; element −1 where nowhere."""
-    e, s, t = foot
-    corner = abs(s) >= 0.5 and abs(t) >= 0.5
-    for k in range(2):
-        side = out[k]
-        if side < 0:
-            continue
-        kind = elements.table[e]["kind"][side]
-        if kind == POLE:
-            corner = True
-        elif kind <= CREASE:
-            e2, s2, t2, other = cross(elements, e, side, s, t)
-            q = expand(elements, e2, s2, t2, point, h)
-            if inward_slope(q, other) < -miss:
-                return e2, s2, t2
-    if corner:
-        return vertex_exit(elements, foot, point, miss, h)
-    return -1, s, t
-
-
 @inner(linked=False)
 def walk(elements, start, point, tolerance, h):
     """Local foot of `point` from `start` = (element, s, t).
@@ -118,7 +96,22 @@ def walk(elements, start, point, tolerance, h):
             q = expand(elements, e, s, t, point, h)
         out = _pressed(q, s, t, miss)
         if out[0] >= 0 or out[1] >= 0:
-            e2, s2, t2 = _way_on(elements, (e, s, t), out, point, miss, h)
+            # Over a side that the foot presses against, or by its corner or pole, if f falls there.
+            e2, s2, t2 = -1, s, t
+            corner = abs(s) >= 0.5 and abs(t) >= 0.5
+            for k in range(2):
+                side = out[k]
+                if side < 0 or e2 >= 0:
+                    continue
+                kind_of_side = elements.table[e]["kind"][side]
+                if kind_of_side == POLE:
+                    corner = True
+                elif kind_of_side <= CREASE:
+                    e3, s3, t3, other = cross(elements, e, side, s, t)
+                    if inward_slope(expand(elements, e3, s3, t3, point, h), other) < -miss:
+                        e2, s2, t2 = e3, s3, t3
+            if corner and e2 < 0:
+                e2, s2, t2 = vertex_exit(elements, (e, s, t), point, miss, h)
             if e2 >= 0:
                 e, s, t = e2, s2, t2
             q = expand(elements, e, s, t, point, h)
