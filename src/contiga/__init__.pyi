@@ -51,9 +51,11 @@ from contiga.placement.place import place as place
 from contiga.previewing.preview import Preview as Preview
 from contiga.previewing.preview import preview as preview
 from contiga.records import ContactStatus as ContactStatus
+from contiga.records import DepthSlopes as DepthSlopes
 from contiga.records import Hit as Hit
 from contiga.records import LawInput as LawInput
 from contiga.records import LawOutput as LawOutput
+from contiga.records import LawTangent as LawTangent
 from contiga.records import MassProperties as MassProperties
 from contiga.records import Projection as Projection
 from contiga.records import RayHit as RayHit

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -55,6 +55,7 @@ from contiga.contact.search_records import (
     options_of,
 )
 from contiga.contact.state import State, own_arrays, state_of
+from contiga.contact.tangent import StepInputs, in_world, matrix_of, point_tangent
 from contiga.display import Displayed, Facts
 from contiga.errors import InputError
 from contiga.laws.friction import Friction
@@ -65,6 +66,9 @@ from contiga.rigid.frames import standing, to_body
 from contiga.rigid.pose import identity
 from contiga.rigid.transform import PoseLike, vector
 from contiga.slaves.slave import Slave
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 StageClock = Callable[[str], AbstractContextManager[None]]
 """Called with the name of a stage, gives a context that times it."""
@@ -336,6 +340,39 @@ class Contact(Displayed):
         checked = (self._checked(points, pose) for points, pose in placements)
         return dry_run(self._surface, checked, (self._sampling.active, most), self._options)
 
+    def tangent(self, state: State) -> csr_array:
+        """(3 n, 3 n) ∂force/∂points: how the forces on the slave's points change with these.
+
+        Of the step that has made `state`, whose own past stays as it was; exact but where areas
+        are measured (`weights="area"`), which are held. Rows and columns are x, y, z of point
+        after point, world axes. Without contact there are no entries.
+
+        Raises
+        ------
+        InputError
+            The state was not made by a start or a step, or the law has no derivatives.
+
+        >>> import contiga as cg
+        >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+        >>> pad = cg.Slave([[0.0, 0.0, 1.1]], area=[0.5])
+        >>> contact = cg.Contact(ball, pad, law=cg.PenaltyLaw(100.0))
+        >>> state = contact.step(contact.start(pad.points), pad.points - [0.0, 0.0, 0.2])
+        >>> contact.tangent(state).toarray().diagonal().round(9).tolist()
+        [11.111111111, 11.111111111, -100.0]
+        """
+        state = self._checked_state(state)
+        inputs: StepInputs | None = vars(state).get("inputs")
+        if inputs is None:
+            raise InputError(
+                "the state does not know the step that made it",
+                where="state",
+                allowed="a state as start and step answer it",
+                remedy="Of a state that was rebuilt, step from it to the same points",
+            )
+        laws = self.law, self.friction
+        tangent = point_tangent(self._surface, *laws, state, self.half_thickness, inputs)
+        return matrix_of(in_world(tangent, state.pose), self._sampling)
+
     def area_input(self, state: State) -> AreaInput:
         """The nodes in contact in `state`, as area methods see them."""
         return self._measure.input_of(self._checked_state(state))
@@ -485,6 +522,7 @@ class Contact(Displayed):
             "wrench": felt.totals[:WORK],
             "energies": felt.totals[WORK:],
         }
+        whole["inputs"] = StepInputs(points, inp)
         if areas is not None:  # measured as the state was made, and not to be measured again
             whole |= {"_seen": seen, "areas": areas}
         force = Column(rows, felt.force)
@@ -503,7 +541,9 @@ class Contact(Displayed):
             stiffness=Column(rows, answer.stiffness),
             memory=Column(rows, answer.memory),
             force=force,
-            tangent=None if answer.tangent is None else Column(rows, answer.tangent),
+            stiffness_bound=None
+            if answer.stiffness_bound is None
+            else Column(rows, answer.stiffness_bound),
             damping=None if damping is None else Column(rows, damping),
             viscosity=None if damping is None else Column(rows, felt.viscosity),
             # Copies: whoever worked these out may go on with theirs.

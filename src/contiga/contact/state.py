@@ -123,8 +123,8 @@ class State(Displayed):
     """(n, 3) on the slave's nodes, friction with it."""
     stiffness: FloatArray
     """(m,) of the normal force over the penetration, zero without contact."""
-    tangent: FloatArray
-    """(m,) `LawOutput.tangent`, zero without contact; (0,) of laws without."""
+    stiffness_bound: FloatArray
+    """(m,) `LawOutput.stiffness_bound`, zero without contact; (0,) of laws without."""
     damping: FloatArray
     """(m,) the part of `normal_force` that is due to the rate; (0,) of laws without."""
     viscosity: FloatArray

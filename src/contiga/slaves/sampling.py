@@ -7,7 +7,7 @@ F_j = Σ_q N_j(q) f_q. So the work of the forces on the nodes is that of the for
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,9 @@ from contiga.records import FloatArray, IndexArray, IntArray
 from contiga.slaves.kernels.facet_points_nb import points_of_facets
 from contiga.slaves.quads import QuadRule, corners_of, quad_normals, quad_rule, triangle_normals
 from contiga.slaves.slave import Slave
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 FACETS = 2000
 """Below so many a second thread does not pay."""
@@ -234,6 +237,21 @@ class Sampling:
             corner, shape = on.of(rows[part])
             out += self._gathered(corner, shape * values[part, None])
         return out
+
+    def shape_functions(self, rows: IndexArray) -> csr_array:
+        """(len(rows), n) sparse, of the nodes at the points `rows`, ascending."""
+        from scipy.sparse import csr_array
+
+        k = int(np.searchsorted(rows, self.n_nodes))
+        corners, shapes, counts = [rows[:k]], [np.ones(k)], [np.ones(k, np.int64)]
+        for on, part in self._split(rows):
+            corner, shape = on.of(rows[part])
+            corners.append(corner.ravel())
+            shapes.append(shape.ravel())
+            counts.append(np.full(len(corner), corner.shape[1]))
+        first = np.concatenate([[0], np.cumsum(np.concatenate(counts))])
+        given = np.concatenate(shapes), np.concatenate(corners), first
+        return csr_array(given, shape=(len(rows), self.n_nodes))
 
     def _split(self, rows: IndexArray) -> Iterator[tuple[_OnFaces, slice]]:
         """Which of `rows`, ascending, are on faces of each number of corners."""
