@@ -72,6 +72,9 @@ class Owner(Protocol):
     def slid(self, state: State) -> FloatArray:
         """(m, 3) what each point has slid, body axes."""
 
+    def kinks(self, state: State) -> IntArray:
+        """(k,) points that another piece of the master pushes than before."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class State(Displayed):
@@ -279,6 +282,22 @@ class State(Displayed):
         """(m, 3) way each point in contact has slid over the body since it came in, carried along
         with its foot; zero without friction that remembers it."""
         return turn_to_world(self.pose, self.contact.slid(self))
+
+    @cached_property
+    def kinks(self) -> IntArray:
+        """(k,) rows of points, ascending, that were in contact before the step and are, and that
+        another piece of the master pushes now: their feet have passed to another patch, to or from
+        an edge or a vertex, or have jumped to another wall, more than twice as far as their
+        derivative says. Between the two states the derivative of their force jumps, and from wall
+        to wall the force itself: Newton's method may go to and fro there. Points that come in or
+        leave are told by `status`.
+
+        Raises
+        ------
+        InputError
+            The state was not made by a start or a step.
+        """
+        return self.contact.kinks(self)
 
     @cached_property
     def areas(self) -> Areas:

@@ -14,9 +14,18 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from contiga.arrays.layout import as_numbers
+from contiga.arrays.ordered import row_lengths
 from contiga.arrays.threads import run_ranges
+from contiga.contact.friction_tangent import (
+    Carried,
+    Terms,
+    changes_over_places,
+    changes_over_velocities,
+    friction_terms,
+)
 from contiga.contact.kernels import tangent_nb
-from contiga.contact.respond import ContactRows
+from contiga.contact.loads import Column
+from contiga.contact.respond import ContactRows, Seen
 from contiga.contact.state import State
 from contiga.errors import InputError
 from contiga.laws.friction import Friction
@@ -32,6 +41,7 @@ from contiga.records import (
     LawTangent,
     Projection,
 )
+from contiga.rigid.frames import to_world, turn_to_world
 from contiga.slaves.sampling import Sampling
 
 if TYPE_CHECKING:
@@ -39,6 +49,8 @@ if TYPE_CHECKING:
 
 # Points below which a second thread does not pay.
 POINTS = 2048
+# Times the way that its derivative allows by which a foot has not come step by step.
+JUMP = 2.0
 
 
 class StepInputs(NamedTuple):
@@ -47,9 +59,49 @@ class StepInputs(NamedTuple):
     points: ContactRows
     """That carry forces."""
     law: LawInput
+    friction: Seen | None
+    foot_before: Column
+    """Feet at the state before, body axes; none at the start."""
+    twist: FloatArray | None
+    """(2, 3) velocity of the body's origin and its spin, world axes, where velocities were given:
+    then they stay as they are."""
 
 
-class NormalTangent(NamedTuple):
+class Asked(NamedTuple):
+    """A contact that is asked for the derivatives of its forces."""
+
+    surface: Surface
+    law: Law
+    friction: Friction | None
+    sampling: Sampling
+    half: FloatArray | None
+    """(m,) half the thickness of shells at all points."""
+    reference_point: FloatArray
+    """(3,) body axes."""
+
+
+class Linearisation(NamedTuple):
+    """Derivatives of the forces of a step on a slave's n points, and of the wrench on the master.
+
+    In world axes; rows and columns of points are x, y, z of point after point. A small motion of
+    the master is six numbers: how its frame's origin goes, and the angle by which it turns, in
+    radians.
+    """
+
+    force_by_points: csr_array
+    """(3 n, 3 n)."""
+    force_by_pose: FloatArray
+    """(3 n, 6)."""
+    wrench_by_points: FloatArray
+    """(6, 3 n)."""
+    wrench_by_pose: FloatArray
+    """(6, 6)."""
+    force_by_velocity: csr_array
+    """(3 n, 3 n) over velocities that a step was given; without entries where it was given none, as
+    rates then follow from the points."""
+
+
+class _NormalTangent(NamedTuple):
     """The forces of k points and their slopes, as the kernel reads them."""
 
     force: FloatArray
@@ -64,105 +116,162 @@ class NormalTangent(NamedTuple):
     """(k, 3) the gradient of each force over its own point, filled in."""
 
 
-class PointTangent(NamedTuple):
-    """Derivatives of the forces on k points over their places: blocks, and what couples them.
+class _Tangents(NamedTuple):
+    """Derivatives of the forces on points, world axes."""
 
-    dF_i = blocks_i dx_i + left_i Σ_j right_jᵀ dx_j.
-    """
-
-    rows: IntArray
-    """(k,) the points, ascending."""
-    blocks: FloatArray
-    """(k, 3, 3)."""
-    left: FloatArray
-    """(k, 3, r), with the next."""
-    right: FloatArray
+    places: Terms
+    """Over the places of points, at fixed velocities against the body."""
+    velocities: Terms
+    """Over these velocities; zero where none were given."""
 
 
-def point_tangent(
-    surface: Surface,
-    law: Law,
-    friction: Friction | None,
-    state: State,
-    half: FloatArray | None,
-    inputs: StepInputs,
-) -> PointTangent:
-    """Derivatives of the forces on the points that carry, body axes.
+def tangent_of(asked: Asked, state: State, inputs: StepInputs) -> csr_array:
+    """∂F/∂x of the nodes of a slave (3 n, 3 n)."""
+    both = _point_tangents(asked, state, inputs)
+    return _matrix_of(inputs.points.rows, _at_fixed_velocity(both, inputs), asked.sampling)
 
-    `half` (m,) is half the thickness of shells at all points.
+
+def linearisation_of(asked: Asked, state: State, inputs: StepInputs) -> Linearisation:
+    """All derivatives of the forces of a step."""
+    rows, sampling, pose = inputs.points.rows, asked.sampling, state.pose
+    both = _point_tangents(asked, state, inputs)
+    places = _at_fixed_velocity(both, inputs)
+    force = inputs.points.normal * state.normal_force[rows, None]
+    if len(state.traction_B):
+        force = force + state.traction_B[rows]
+    force_W, p_W = turn_to_world(pose, force), to_world(pose, state.points_B[rows])
+    at_W, reference = p_W - pose[:3, 3], pose[:3, :3] @ asked.reference_point
+    force_x, at_x, arm_x = (_crossing(v) for v in (force_W, at_W, at_W - reference))
+    # Seen from a body that turns by θ the slave turns the other way; forces turn along with it.
+    by_pose = np.empty((len(rows), 3, 6))
+    by_pose[:, :, :3] = -places.applied(np.broadcast_to(np.eye(3), at_x.shape))
+    by_pose[:, :, 3:] = both.places.applied(at_x) - force_x
+    if inputs.twist is not None:
+        moving = turn_to_world(pose, inputs.points.velocity)
+        by_pose[:, :, 3:] += both.velocities.applied(_crossing(moving))
+    by_points = np.concatenate([-places.summed(), force_x - places.summed(arm_x)], axis=1)
+    whole, lever = _crossing(np.stack([force_W.sum(axis=0), reference]))
+    wrench_by_pose = np.empty((6, 6))
+    wrench_by_pose[:3] = -by_pose.sum(axis=0)
+    wrench_by_pose[3:] = -np.einsum("kab,kbq->aq", arm_x, by_pose, optimize=False)
+    wrench_by_pose[3:] += whole @ np.concatenate([-np.eye(3), lever], axis=1)
+    n = sampling.n_nodes
+    nodal = np.stack([sampling.nodal(rows, by_pose[:, :, q]) for q in range(6)], axis=2)
+    across = np.stack([sampling.nodal(rows, by_points[:, q]) for q in range(6)])
+    told = rows if inputs.twist is not None else rows[:0]
+    return Linearisation(
+        _matrix_of(rows, places, sampling),
+        nodal.reshape(3 * n, 6),
+        across.reshape(6, 3 * n),
+        wrench_by_pose,
+        _matrix_of(told, both.velocities, sampling),
+    )
+
+
+def kinks_of(asked: Asked, state: State, inputs: StepInputs) -> IntArray:
+    """Points in contact before and now that another piece of the master pushes, or whose foot has
+    gone farther than its derivative says."""
+    points = inputs.points
+    normal, moved = points.normal, points.foot - inputs.foot_before.at(points.rows)
+    slopes = _foot_slopes(asked, state, points)
+    stretch = np.eye(3) - normal[:, :, None] * normal[:, None, :]
+    stretch += points.depth[:, None, None] * slopes.normal
+    allowed = JUMP * np.sqrt(np.square(stretch).sum(axis=(1, 2))) * row_lengths(points.path)
+    kinked: IntArray = points.rows[points.old & (points.switched | (row_lengths(moved) > allowed))]
+    return kinked
+
+
+def _point_tangents(asked: Asked, state: State, inputs: StepInputs) -> _Tangents:
+    """Derivatives of the forces on the points that carry.
 
     Raises
     ------
     InputError
         Law or friction has no derivatives, or not one row a point.
     """
-    points = inputs.points
-    if friction is not None:
-        raise InputError(
-            "the friction has no slopes",
-            where="friction",
-            found=type(friction).__name__,
-            allowed="a friction with slopes(FrictionInput) -> FrictionSlopes",
-        )
-    slopes = _foot_slopes(surface, state, points, half)
-    output, tangent = _law_tangent(law, inputs.law)
-    k, dt = len(points.rows), inputs.law.dt
+    points, friction, seen = inputs.points, asked.friction, inputs.friction
+    slopes = _foot_slopes(asked, state, points)
+    output, tangent = _law_tangent(asked.law, inputs.law)
+    k, dt = len(points.rows), inputs.law.dt or np.inf
     rate = np.zeros(k) if tangent.rate is None else tangent.rate
-    normal = NormalTangent(
-        output.force, tangent.force.own, rate, dt if dt > 0.0 else np.inf, np.empty((k, 3))
-    )
+    normal = _NormalTangent(output.force, tangent.force.own, rate, dt, np.empty((k, 3)))
     blocks = np.empty((k, 3, 3))
     run_ranges(tangent_nb.normal_blocks, k, POINTS, points, slopes, normal, blocks)
-    left = right = np.zeros((k, 3, 0))
-    if tangent.force.left is not None and tangent.force.right is not None:
+    carried = Carried(points, output, tangent, slopes, normal.grown, dt)
+    places = Terms.of(blocks)
+    if tangent.force.left is not None:
         left = points.normal[:, :, None] * tangent.force.left[:, None, :]
-        right = slopes.depth[:, :, None] * tangent.force.right[:, None, :]
-    return PointTangent(points.rows, blocks, left, right)
+        places = Terms(blocks, left, carried.pulled(tangent.force))
+    if friction is not None and seen is not None and k:
+        own = changes_over_places(seen.points, carried)
+        places = places.plus(friction_terms(friction, seen, carried, own))
+    places = _in_world(places, state.pose)
+    if inputs.twist is None:
+        return _Tangents(places, Terms.of(np.zeros((k, 3, 3))))
+    by_speed = -rate[:, None] * points.normal
+    velocities = Terms.of(points.normal[:, :, None] * by_speed[:, None, :])
+    if friction is not None and seen is not None and k:
+        still = carried._replace(slopes=FootSlopes(np.zeros((k, 3)), np.zeros((k, 3, 3))))
+        own = changes_over_velocities(by_speed)
+        velocities = velocities.plus(friction_terms(friction, seen, still, own))
+    return _Tangents(places, _in_world(velocities, state.pose))
 
 
-def in_world(tangent: PointTangent, pose: FloatArray) -> PointTangent:
+def _at_fixed_velocity(tangents: _Tangents, inputs: StepInputs) -> Terms:
+    """Over the places of points whose velocities stay: by −ω × dx they go against a body that turns
+    by the spin ω."""
+    if inputs.twist is None:
+        return tangents.places
+    spin = _crossing(inputs.twist[1:])[0]
+    return tangents.places.plus(tangents.velocities.after(-spin))
+
+
+def _in_world(terms: Terms, pose: FloatArray) -> Terms:
     """The same in world axes."""
-    blocks = np.empty(tangent.blocks.shape)
-    run_ranges(tangent_nb.to_world, len(blocks), POINTS, tangent.blocks, pose, blocks)
-    turn = pose[:3, :3]
+    blocks, turn = np.empty(terms.blocks.shape), pose[:3, :3]
+    run_ranges(tangent_nb.to_world, len(blocks), POINTS, terms.blocks, pose, blocks)
     left, right = (
-        np.einsum("ab,kbr->kar", turn, side, optimize=False)
-        for side in (tangent.left, tangent.right)
+        np.einsum("ab,kbr->kar", turn, side, optimize=False) for side in (terms.left, terms.right)
     )
-    return PointTangent(tangent.rows, blocks, left, right)
+    return Terms(blocks, left, right)
 
 
-def matrix_of(tangent: PointTangent, sampling: Sampling) -> csr_array:
-    """(3 n, 3 n) of the n nodes of a slave, three rows each.
+def _crossing(v: FloatArray) -> FloatArray:
+    """(k, 3, 3) matrices of v × …, of v (k, 3)."""
+    out = np.zeros((len(v), 3, 3))
+    for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        out[:, b, a], out[:, a, b] = v[:, c], -v[:, c]
+    return out
+
+
+def _matrix_of(rows: IntArray, terms: Terms, sampling: Sampling) -> csr_array:
+    """(3 n, 3 n) of the n nodes of a slave, three rows each, of points `rows`.
 
     Between nodes x_q = Σ_a N_qa x_a and F_a = Σ_q N_qa F_q: so it is Nᵀ K N of that of the points.
     """
     from scipy.sparse import csr_array, eye_array, kron
 
-    rows, n = tangent.rows, sampling.n_nodes
-    if sampling.first:
-        k = len(rows)
-        shapes = csr_array(kron(sampling.shape_functions(rows), eye_array(3)))
-        points = _matrix(tangent._replace(rows=np.arange(k, dtype=np.int32)), k)
-        return csr_array(shapes.T @ points @ shapes)
-    return _matrix(tangent, n)
+    if sampling.first == 0:
+        return _matrix(rows, terms, sampling.n_nodes)
+    shapes = csr_array(kron(sampling.shape_functions(rows), eye_array(3)))
+    points = _matrix(np.arange(len(rows), dtype=np.int32), terms, len(rows))
+    return csr_array(shapes.T @ points @ shapes)
 
 
-def _matrix(tangent: PointTangent, n: int) -> csr_array:
+def _matrix(rows: IntArray, terms: Terms, n: int) -> csr_array:
     """(3 n, 3 n) of n points, three rows each."""
     from scipy.sparse import csr_array
 
-    rows = tangent.rows
     k = len(rows)
     data, indices = np.empty(9 * k), np.empty(9 * k, np.int32)
-    run_ranges(tangent_nb.block_rows, k, POINTS, rows, tangent.blocks, data, indices)
+    run_ranges(tangent_nb.block_rows, k, POINTS, rows, terms.blocks, data, indices)
     count = np.zeros(3 * n + 1, np.int32)
     for a in range(3):
         count[3 * rows + a + 1] = 3
     matrix = csr_array((data, indices, np.cumsum(count, dtype=np.int32)), shape=(3 * n, 3 * n))
-    if tangent.left.shape[2] == 0:
+    if terms.left.shape[2] == 0 or k == 0:
         return matrix
-    left, right = (_columns(rows, side, n) for side in (tangent.left, tangent.right))
+    left, right = (_columns(rows, side, n) for side in (terms.left, terms.right))
     return csr_array(matrix + left @ right.T)
 
 
@@ -177,33 +286,33 @@ def _columns(rows: IntArray, values: FloatArray, n: int) -> csr_array:
     return csr_array((flat[at, column], (places[at], column)), shape=(3 * n, r))
 
 
-def _foot_slopes(
-    surface: Surface, state: State, points: ContactRows, half: FloatArray | None
-) -> FootSlopes:
+def _foot_slopes(asked: Asked, state: State, points: ContactRows) -> FootSlopes:
     """Derivatives of depth and normal of the points; of shells at feet on the body itself."""
     rows = points.rows
     k = len(rows)
     p_B, foot, normal = state.points_B[rows], points.foot, points.normal
-    beside = np.einsum("ki,ki->k", p_B - foot, normal, optimize=False)
-    gap = np.where(points.depth > 0.0, -points.depth, beside)
-    out_of_reach = gap > 0.0
-    if half is not None:
-        off = half[rows]
+    gap = -points.depth
+    if not points.depth.all():
+        beside = np.einsum("ki,ki->k", p_B - foot, normal, optimize=False)
+        gap = np.where(points.depth > 0.0, gap, beside)
+    in_front = gap > 0.0
+    if asked.half is not None:
+        off = asked.half[rows]
         foot, gap = foot - off[:, None] * normal, gap + off
     feet = Projection(
         state.patch[rows],
         state.uv[rows],
-        np.ascontiguousarray(foot),
-        np.ascontiguousarray(normal),
+        foot,
+        normal,
         gap,
         state.feature[rows],
         np.zeros(k, np.int8),
         np.zeros(k, np.int8),
     )
-    slopes = FootSlopes(np.zeros((k, 3)), np.zeros((k, 3, 3)))
+    slopes = FootSlopes(np.empty((k, 3)), np.empty((k, 3, 3)))
     if k:
-        surface.slopes(p_B, feet, slopes)
-    slopes.depth[out_of_reach] = 0.0
+        asked.surface.slopes(p_B, feet, slopes)
+    slopes.depth[in_front] = 0.0
     return slopes
 
 

@@ -46,7 +46,7 @@ class FrictionInput(NamedTuple):
     velocity: FloatArray
     """(n, 3) of the point against the master; what is normal to the surface does not count."""
     dt: float
-    """Length of the step, zero at the start."""
+    """Length of the step, zero at the start and in statics."""
     memory: FloatArray
     """(n, m) what friction left of each point at the last step; zeros of a point without a past."""
 
@@ -66,6 +66,21 @@ class FrictionOutput(NamedTuple):
     """(n, m) what friction wants to see of each point at the next step."""
 
 
+class FrictionChange(NamedTuple):
+    """How the input of a friction law changes in m directions, for its derivatives."""
+
+    force: FloatArray
+    """(n, m)."""
+    stiffness: FloatArray
+    """(n, m)."""
+    normal: FloatArray
+    """(n, 3, m)."""
+    path: FloatArray
+    """(n, 3, m)."""
+    velocity: FloatArray
+    """(n, 3, m); none (0, 3, m) where it stays."""
+
+
 class CoulombNumbers(NamedTuple):
     """The numbers of a `Coulomb`, as its kernel reads them."""
 
@@ -77,7 +92,8 @@ class CoulombNumbers(NamedTuple):
 
 
 class Friction(Protocol):
-    """What a contact asks of friction."""
+    """What a contact asks of friction. `Contact.tangent` asks for one more method:
+    ``changes(inp: FrictionInput, change: FrictionChange)``, (n, 3, m) of the forces."""
 
     @property
     def n_memory(self) -> int:
@@ -186,11 +202,24 @@ class Coulomb:
         """(n, 3) sliding distance since each point came in."""
         return memory[:, 3:6]
 
-    def respond(self, inp: FrictionInput) -> FrictionOutput:
-        """Friction forces inside the cone, and their work as stored and dissipated energy."""
+    @property
+    def _numbers(self) -> CoulombNumbers:
         least = self.static if self.dynamic is None else self.dynamic
         numbers = self.static, least, self.decay, self.stiffness
-        law = CoulombNumbers(*numbers, bool(self.per_area))
+        return CoulombNumbers(*numbers, bool(self.per_area))
+
+    def changes(self, inp: FrictionInput, change: FrictionChange) -> FloatArray:
+        """(n, 3, m) of the forces with the input, what is remembered fixed: those of the trial
+        where a point sticks, and on the cone where it slips."""
+        given, _ = _rows_of(inp, self.n_memory)
+        out = np.empty((len(given.force), 3, change.force.shape[1]))
+        kernel = straight(friction_nb.coulomb_changes)
+        run_ranges(kernel, len(out), POINTS, given, self._numbers, change, out)
+        return out
+
+    def respond(self, inp: FrictionInput) -> FrictionOutput:
+        """Friction forces inside the cone, and their work as stored and dissipated energy."""
+        law = self._numbers
         given, out = _rows_of(inp, self.n_memory)
         n = len(given.force)
         run_ranges(straight(friction_nb.coulomb), n, POINTS, given, law, out)
@@ -265,6 +294,15 @@ class ViscousFriction:
         """
         part = np.maximum(speed / self.speed, 1e-9)
         return np.asarray(self.coefficient * force / self.speed * (np.tanh(part) / part))
+
+    def changes(self, inp: FrictionInput, change: FrictionChange) -> FloatArray:
+        """(n, 3, m) of the forces with the input."""
+        given, _ = _rows_of(inp, self.n_memory)
+        out = np.empty((len(given.force), 3, change.force.shape[1]))
+        numbers = self.coefficient, self.speed
+        kernel = straight(friction_nb.viscous_changes)
+        run_ranges(kernel, len(out), POINTS, given, *numbers, change, out)
+        return out
 
     def respond(self, inp: FrictionInput) -> FrictionOutput:
         """Forces against the sliding velocity."""
