@@ -310,7 +310,9 @@ class Contact(Displayed):
         laws = self.law, self.friction
         follows_step = any(getattr(law, "stiffness_follows_step", False) for law in laws)
         if dt is not None:
-            dt = positive(dt, "dt") if follows_step or dt != 0 else 0.0
+            is_number = isinstance(dt, int | float | np.number) and not isinstance(dt, bool)
+            static = is_number and dt == 0 and not follows_step
+            dt = 0.0 if static else positive(dt, "dt")
         elif follows_step or (
             velocity is None and any(getattr(law, "has_rate", False) for law in laws)
         ):

@@ -285,9 +285,10 @@ class State(Displayed):
 
     @cached_property
     def kinks(self) -> IntArray:
-        """(k,) rows of points, ascending, that were in contact before the step and are, and that
-        another piece of the master pushes now: their feet have passed to another patch, to or from
-        an edge or a vertex, or have jumped to another wall, more than twice as far as their
+        """(k,) rows, ascending, of points that another piece of the master pushes than before.
+
+        Of points in contact before and after the step: their feet have passed to another patch, to
+        or from an edge or a vertex, or have jumped to another wall, more than twice as far as their
         derivative says. Between the two states the derivative of their force jumps, and from wall
         to wall the force itself: Newton's method may go to and fro there. Points that come in or
         leave are told by `status`.

@@ -209,8 +209,7 @@ class Coulomb:
         return CoulombNumbers(*numbers, bool(self.per_area))
 
     def changes(self, inp: FrictionInput, change: FrictionChange) -> FloatArray:
-        """(n, 3, m) of the forces with the input, what is remembered fixed: those of the trial
-        where a point sticks, and on the cone where it slips."""
+        """(n, 3, m) of the forces with the input; what is remembered stays."""
         given, _ = _rows_of(inp, self.n_memory)
         out = np.empty((len(given.force), 3, change.force.shape[1]))
         kernel = straight(friction_nb.coulomb_changes)
