@@ -79,12 +79,15 @@ class Carried(NamedTuple):
         return self.slopes.depth[:, :, None] * of.right[:, None, :]
 
 
-def changes_over_places(seen: FrictionInput, carried: Carried) -> FrictionChange:
-    """How each point's input changes with its own place, along the three axes."""
+def changes_over_places(seen: FrictionInput, carried: Carried, has_rate: bool) -> FrictionChange:
+    """How each point's input changes with its own place, along the three axes; velocities follow
+    where friction depends on them, `has_rate`."""
     points, slopes, output = carried.points, carried.slopes, carried.output
     k, depth = len(points.rows), points.depth
     # The path counts behind the entry: all of it, but of new points the share that is below.
-    path = points.inside[:, None, None] * np.eye(3)
+    path = np.zeros((k, 3, 3))
+    for c in range(3):
+        path[:, c, c] = points.inside
     new = np.flatnonzero(~points.old & (points.inside > 0.0) & (points.inside < 1.0))
     if len(new):
         n, way = points.normal[new], points.path[new]
@@ -98,7 +101,7 @@ def changes_over_places(seen: FrictionInput, carried: Carried) -> FrictionChange
     secant = (output.stiffness <= 0.0) & (depth > 0.0) & (seen.stiffness > 0.0)
     grown[secant] = (output.stiffness - seen.stiffness)[secant] / depth[secant]
     velocity = np.zeros((0, 3, 3))
-    if len(points.velocity) == 0 and np.isfinite(carried.dt):
+    if has_rate and len(points.velocity) == 0 and np.isfinite(carried.dt):
         velocity = np.tile(np.eye(3) / carried.dt, (k, 1, 1))
     springs = grown[:, None] * slopes.depth
     return FrictionChange(carried.grown, springs, slopes.normal, path, velocity)

@@ -203,7 +203,7 @@ def _point_tangents(asked: Asked, state: State, inputs: StepInputs) -> _Tangents
         left = points.normal[:, :, None] * tangent.force.left[:, None, :]
         places = Terms(blocks, left, carried.pulled(tangent.force))
     if friction is not None and seen is not None and k:
-        own = changes_over_places(seen.points, carried)
+        own = changes_over_places(seen.points, carried, getattr(friction, "has_rate", True))
         places = places.plus(friction_terms(friction, seen, carried, own))
     places = _in_world(places, state.pose)
     if inputs.twist is None:
@@ -227,13 +227,13 @@ def _at_fixed_velocity(tangents: _Tangents, inputs: StepInputs) -> Terms:
 
 
 def _in_world(terms: Terms, pose: FloatArray) -> Terms:
-    """The same in world axes."""
-    blocks, turn = np.empty(terms.blocks.shape), pose[:3, :3]
-    run_ranges(tangent_nb.to_world, len(blocks), POINTS, terms.blocks, pose, blocks)
+    """The same in world axes; the blocks are turned where they are."""
+    turn = pose[:3, :3]
+    run_ranges(tangent_nb.to_world, len(terms.blocks), POINTS, terms.blocks, pose)
     left, right = (
         np.einsum("ab,kbr->kar", turn, side, optimize=False) for side in (terms.left, terms.right)
     )
-    return Terms(blocks, left, right)
+    return Terms(terms.blocks, left, right)
 
 
 def _crossing(v: FloatArray) -> FloatArray:
@@ -245,45 +245,21 @@ def _crossing(v: FloatArray) -> FloatArray:
 
 
 def _matrix_of(rows: IntArray, terms: Terms, sampling: Sampling) -> csr_array:
-    """(3 n, 3 n) of the n nodes of a slave, three rows each, of points `rows`.
-
-    Between nodes x_q = Σ_a N_qa x_a and F_a = Σ_q N_qa F_q: so it is Nᵀ K N of that of the points.
-    """
-    from scipy.sparse import csr_array, eye_array, kron
-
-    if sampling.first == 0:
-        return _matrix(rows, terms, sampling.n_nodes)
-    shapes = csr_array(kron(sampling.shape_functions(rows), eye_array(3)))
-    points = _matrix(np.arange(len(rows), dtype=np.int32), terms, len(rows))
-    return csr_array(shapes.T @ points @ shapes)
-
-
-def _matrix(rows: IntArray, terms: Terms, n: int) -> csr_array:
-    """(3 n, 3 n) of n points, three rows each."""
+    """(3 n, 3 n) of the n nodes of a slave, three rows each, of points `rows`."""
     from scipy.sparse import csr_array
 
-    k = len(rows)
-    data, indices = np.empty(9 * k), np.empty(9 * k, np.int32)
-    run_ranges(tangent_nb.block_rows, k, POINTS, rows, terms.blocks, data, indices)
-    count = np.zeros(3 * n + 1, np.int32)
-    for a in range(3):
-        count[3 * rows + a + 1] = 3
-    matrix = csr_array((data, indices, np.cumsum(count, dtype=np.int32)), shape=(3 * n, 3 * n))
-    if terms.left.shape[2] == 0 or k == 0:
+    matrix = sampling.matrix(rows, terms.blocks[: len(rows)])
+    if terms.left.shape[2] == 0 or len(rows) == 0:
         return matrix
-    left, right = (_columns(rows, side, n) for side in (terms.left, terms.right))
+    left, right = (
+        csr_array(
+            np.column_stack(
+                [sampling.nodal(rows, side[:, :, r]).ravel() for r in range(side.shape[2])]
+            )
+        )
+        for side in (terms.left, terms.right)
+    )
     return csr_array(matrix + left @ right.T)
-
-
-def _columns(rows: IntArray, values: FloatArray, n: int) -> csr_array:
-    """(3 n, r) sparse, of `values` (k, 3, r) at points `rows`."""
-    from scipy.sparse import csr_array
-
-    r = values.shape[2]
-    places = (3 * rows[:, None] + np.arange(3)).ravel()
-    flat = values.reshape(-1, r)
-    at, column = np.nonzero(flat)
-    return csr_array((flat[at, column], (places[at], column)), shape=(3 * n, r))
 
 
 def _foot_slopes(asked: Asked, state: State, points: ContactRows) -> FootSlopes:

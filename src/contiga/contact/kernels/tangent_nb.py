@@ -1,8 +1,9 @@
-"""Derivatives of the forces on points, one 3 × 3 block each, and their sparse matrix."""
+"""Derivatives of the forces on points, one 3 × 3 block each."""
 
 from __future__ import annotations
 
-from contiga.jit import inner, kernel
+from contiga.jit import kernel
+from contiga.jit.scratch import scratch
 
 
 @kernel(error_model="numpy")
@@ -33,33 +34,20 @@ def normal_blocks(points, slopes, tangent, blocks, start, stop):
                 blocks[i, b, c] = points.normal[i, b] * grown + force * slopes.normal[i, b, c]
 
 
-@inner()
-def _turned(pose, block, i, a, b):
-    """Entry (a, b) of R K Rᵀ."""
-    total = 0.0
-    for c in range(3):
-        row = (
-            block[i, c, 0] * pose[b, 0] + block[i, c, 1] * pose[b, 1] + block[i, c, 2] * pose[b, 2]
-        )
-        total += pose[a, c] * row
-    return total
-
-
 @kernel()
-def to_world(blocks, pose, out, start, stop):
-    """R K Rᵀ of the blocks start … stop (k, 3, 3), for a (4, 4) pose."""
+def to_world(blocks, pose, start, stop):
+    """Turn the blocks start … stop (k, 3, 3) to R K Rᵀ, for a (4, 4) pose."""
+    half = scratch(3, 3)
     for i in range(start, stop):
         for a in range(3):
             for b in range(3):
-                out[i, a, b] = _turned(pose, blocks, i, a, b)
-
-
-@kernel()
-def block_rows(rows, blocks, data, indices, start, stop):
-    """Write blocks start … stop of points `rows`, ascending, as rows of a sparse matrix: `data` and
-    `indices` (9 k,), nine numbers a point, row by row."""
-    for i in range(start, stop):
+                half[a, b] = (
+                    blocks[i, a, 0] * pose[b, 0]
+                    + blocks[i, a, 1] * pose[b, 1]
+                    + blocks[i, a, 2] * pose[b, 2]
+                )
         for a in range(3):
             for b in range(3):
-                data[9 * i + 3 * a + b] = blocks[i, a, b]
-                indices[9 * i + 3 * a + b] = 3 * rows[i] + b
+                blocks[i, a, b] = (
+                    pose[a, 0] * half[0, b] + pose[a, 1] * half[1, b] + pose[a, 2] * half[2, b]
+                )
