@@ -169,7 +169,7 @@ def _of_whole(
         """(d, k, 3) Σ_i weights_i dy_i over all points; of each y over its own it is `grown`."""
         change: FloatArray = weights.T[:, :, None] * grown
         if of is not None and of.left is not None:
-            change += np.einsum("id,ir,jcr->djc", weights, of.left, carried.pulled(of))
+            change += np.einsum("dr,jcr->djc", weights.T @ of.left, carried.pulled(of))
         return change
 
     def shifted(values: FloatArray) -> FloatArray:

@@ -83,8 +83,9 @@ class State(Displayed):
     A contact with quadrature points has m rows where (m,) is said: the nodes come first, and after
     them the points of each facet. Without, m = n. The arrays take 179 bytes a point, and
     eight for each number that the laws remember; of those that say nothing without contact only
-    the rows in contact are kept, and the array is made when it is asked for. What is not an array
-    here is worked out when it is asked for: areas most of all.
+    the rows in contact are kept, and the array is made when it is asked for. What laws were handed
+    in the step is kept as well, for its derivatives: 50 bytes a point in contact, and 140 more with
+    friction. What is not an array here is worked out when it is asked for: areas most of all.
 
     >>> import contiga as cg
     >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])

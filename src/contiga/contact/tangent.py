@@ -49,6 +49,8 @@ if TYPE_CHECKING:
 
 # Points below which a second thread does not pay.
 POINTS = 2048
+# Of a matrix that is full between points: what scipy's indices reach.
+MOST_NUMBERS = 2**31 - 1
 # Times the way that its derivative allows by which a foot has not come step by step.
 JUMP = 2.0
 
@@ -245,12 +247,27 @@ def _crossing(v: FloatArray) -> FloatArray:
 
 
 def _matrix_of(rows: IntArray, terms: Terms, sampling: Sampling) -> csr_array:
-    """(3 n, 3 n) of the n nodes of a slave, three rows each, of points `rows`."""
+    """(3 n, 3 n) of the n nodes of a slave, three rows each, of points `rows`.
+
+    Raises
+    ------
+    InputError
+        So many points share a force that the matrix, full between them, cannot be held.
+    """
     from scipy.sparse import csr_array
 
     matrix = sampling.matrix(rows, terms.blocks[: len(rows)])
     if terms.left.shape[2] == 0 or len(rows) == 0:
         return matrix
+    acting, felt = (int(side.any(axis=(1, 2)).sum()) for side in (terms.left, terms.right))
+    if 9 * acting * felt > MOST_NUMBERS:
+        raise InputError(
+            "the derivatives are full between points that share a force",
+            where="law",
+            found=f"{felt} points, {9 * acting * felt:.2g} numbers",
+            allowed=f"up to {MOST_NUMBERS:.2g}",
+            remedy='Take ForceLaw with share = "deepest", which few points share, or a StressLaw',
+        )
     left, right = (
         csr_array(
             np.column_stack(

@@ -9,6 +9,7 @@ from tests.scenes import box
 from tests.unit.search.holed import holed_plate
 
 import contiga as cg
+from contiga.contact import tangent
 from contiga.errors import InputError
 
 SAME = 1e-7
@@ -214,6 +215,18 @@ def test_points_that_share_a_force_are_coupled(law: object) -> None:
     assert misses(contact, state, points, step=1e-6) < SAME
 
 
+def test_more_that_share_than_a_matrix_can_hold_are_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    points, _ = pressed(np.array([0.11, 0.14, 0.17, 0.19]))
+    contact = contact_of(EGG, 4, law=cg.ForceLaw(TABLE, share="penetration"))
+    state = contact.start(points)
+    assert contact.tangent(state).nnz == 144
+    monkeypatch.setattr(tangent, "MOST_NUMBERS", 143)
+    with pytest.raises(InputError, match=r"full between points.*4 points, 1\.4e\+02 numbers"):
+        contact.tangent(state)
+
+
 def test_points_that_come_in_are_damped_by_their_approach() -> None:
     inside, normals = pressed(np.array([0.05, 0.08]))
     outside = inside + 0.3 * normals
@@ -247,9 +260,13 @@ def test_points_between_nodes_are_their_mean(quadrature: int) -> None:
 
 def test_without_contact_it_is_empty() -> None:
     contact, points = contact_of(EGG, 3), np.full((3, 3), 9.0)
-    tangent = contact.tangent(contact.start(points))
-    assert tangent.shape == (9, 9)
-    assert tangent.nnz == 0
+    matrix = contact.tangent(contact.start(points))
+    assert matrix.shape == (9, 9)
+    assert matrix.nnz == 0
+    whole = contact.linearise(contact.start(points))
+    assert not whole.force_by_pose.any()
+    assert not whole.wrench_by_pose.any()
+    assert whole.wrench_by_points.shape == (6, 9)
 
 
 class Cubic:
