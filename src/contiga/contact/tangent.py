@@ -196,7 +196,8 @@ def _point_tangents(asked: Asked, state: State, inputs: StepInputs) -> _Tangents
     output, tangent = _law_tangent(asked.law, inputs.law)
     k, dt = len(points.rows), inputs.law.dt or np.inf
     rate = np.zeros(k) if tangent.rate is None else tangent.rate
-    normal = _NormalTangent(output.force, tangent.force.own, rate, dt, np.empty((k, 3)))
+    force = state.kept.normal_force.at(points.rows)
+    normal = _NormalTangent(force, tangent.force.own, rate, dt, np.empty((k, 3)))
     blocks = np.empty((k, 3, 3))
     run_ranges(tangent_nb.normal_blocks, k, POINTS, points, slopes, normal, blocks)
     carried = Carried(points, output, tangent, slopes, normal.grown, dt)

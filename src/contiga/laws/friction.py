@@ -211,9 +211,9 @@ class Coulomb:
     def changes(self, inp: FrictionInput, change: FrictionChange) -> FloatArray:
         """(n, 3, m) of the forces with the input; what is remembered stays."""
         given, _ = _rows_of(inp, self.n_memory)
-        out = np.empty((len(given.force), 3, change.force.shape[1]))
-        kernel = straight(friction_nb.coulomb_changes)
-        run_ranges(kernel, len(out), POINTS, given, self._numbers, change, out)
+        ways, out = _changes_of(change)
+        law = self._numbers
+        run_ranges(friction_nb.coulomb_changes, len(out), POINTS, given, law, ways, out)
         return out
 
     def respond(self, inp: FrictionInput) -> FrictionOutput:
@@ -297,10 +297,9 @@ class ViscousFriction:
     def changes(self, inp: FrictionInput, change: FrictionChange) -> FloatArray:
         """(n, 3, m) of the forces with the input."""
         given, _ = _rows_of(inp, self.n_memory)
-        out = np.empty((len(given.force), 3, change.force.shape[1]))
+        ways, out = _changes_of(change)
         numbers = self.coefficient, self.speed
-        kernel = straight(friction_nb.viscous_changes)
-        run_ranges(kernel, len(out), POINTS, given, *numbers, change, out)
+        run_ranges(friction_nb.viscous_changes, len(out), POINTS, given, *numbers, ways, out)
         return out
 
     def respond(self, inp: FrictionInput) -> FrictionOutput:
@@ -336,9 +335,20 @@ def _rows_of(inp: FrictionInput, n_memory: int) -> tuple[FrictionInput, Friction
                 found=np.shape(values),
                 allowed=str(shape),
             )
-        # Those that a contact hands over are so already, but for some that are locked.
-        plain = isinstance(values, np.ndarray) and values.dtype == np.float64
-        ready = plain and values.flags.carray
-        arrays.append(values if ready else np.array(values, np.float64, order="C"))
+        arrays.append(_ready(values))
     rows, none = np.empty((n, 3)), (np.empty(n), np.empty(n), np.empty(n))
     return FrictionInput._make(arrays), FrictionOutput(rows, *none, np.empty((n, n_memory)))
+
+
+def _changes_of(change: FrictionChange) -> tuple[FrictionChange, FloatArray]:
+    """Directions as kernels read them, and an array (n, 3, m) to be filled."""
+    ways = FrictionChange(*map(_ready, change))
+    n, m = ways.force.shape
+    return ways, np.empty((n, 3, m))
+
+
+def _ready(values: Any) -> FloatArray:
+    """An array as kernels read it. Those that a contact hands over are so, but for locked ones."""
+    plain = isinstance(values, np.ndarray) and values.dtype == np.float64
+    ready = plain and values.flags.carray
+    return values if ready else np.array(values, np.float64, order="C")
