@@ -26,6 +26,7 @@ from benchmarks import (
     scaling,
     startup,
     stepping,
+    tangents,
     tracking,
 )
 from benchmarks.sizes import FULL, SMALL, Sizes
@@ -42,6 +43,7 @@ PARTS: dict[str, Callable[[Sizes], Iterator[Row]]] = {
     "open": stepping.open_body,
     "deep": stepping.deep,
     "small": stepping.small,
+    "tangents": tangents.rows,
     "threads": tracking.threads,
     "scaling": scaling.rows,
 }
@@ -50,6 +52,7 @@ GOALS = (
     *(tracking.BESIDE_SPLINEPY, tracking.BESIDE_FCPW, stepping.PART, stepping.SPHERE),
     *(stepping.FREE, tracking.COLD, tracking.SWEPT, stepping.OPEN, stepping.SMALL),
     *(stepping.DEEP, stepping.DEEP_COPIES, stepping.DEEP_FORM),
+    *(tangents.NODES, tangents.SPLINES, tangents.GRIPPED, tangents.BETWEEN),
     *(tracking.THREADS, scaling.FACES, scaling.POINTS),
 )
 """In the order of the table."""

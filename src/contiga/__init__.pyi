@@ -20,6 +20,7 @@ from contiga.case.schema import Case as Case
 from contiga.case.schema import load_case as load_case
 from contiga.contact.contact import Contact as Contact
 from contiga.contact.state import State as State
+from contiga.contact.tangent import Linearisation as Linearisation
 from contiga.dynamics.loads import Load as Load
 from contiga.dynamics.springs import Spring as Spring
 from contiga.geometry import clouds as clouds
@@ -38,6 +39,7 @@ from contiga.laws.by_face import FaceLaws as FaceLaws
 from contiga.laws.characteristic import Characteristic as Characteristic
 from contiga.laws.force import ForceLaw as ForceLaw
 from contiga.laws.friction import Coulomb as Coulomb
+from contiga.laws.friction import FrictionChange as FrictionChange
 from contiga.laws.friction import FrictionInput as FrictionInput
 from contiga.laws.friction import FrictionOutput as FrictionOutput
 from contiga.laws.friction import ViscousFriction as ViscousFriction
@@ -52,9 +54,11 @@ from contiga.placement.place import place as place
 from contiga.previewing.preview import Preview as Preview
 from contiga.previewing.preview import preview as preview
 from contiga.records import ContactStatus as ContactStatus
+from contiga.records import DepthSlopes as DepthSlopes
 from contiga.records import Hit as Hit
 from contiga.records import LawInput as LawInput
 from contiga.records import LawOutput as LawOutput
+from contiga.records import LawTangent as LawTangent
 from contiga.records import MassProperties as MassProperties
 from contiga.records import Projection as Projection
 from contiga.records import RayHit as RayHit

@@ -107,6 +107,15 @@ class Projection(NamedTuple):
         return [("points", len(self.status)), *_statuses(self.status), ("certified", proved)]
 
 
+class FootSlopes(NamedTuple):
+    """How depths and normals at feet change with their points: derivatives, one row a point."""
+
+    depth: FloatArray
+    """(n, 3) of the depth, which is minus the signed distance."""
+    normal: FloatArray
+    """(n, 3, 3) of the unit normal; its components by row."""
+
+
 class SurfacePlaces(NamedTuple):
     """Places on a surface, one row each."""
 
@@ -222,11 +231,37 @@ class LawInput(NamedTuple):
     mass: FloatArray | None
     """(n_c,) nodal mass where the slave has one."""
     dt: float
-    """Step length, zero at the start."""
+    """Step length, zero at the start and in statics."""
     memory: FloatArray = np.zeros((0, 0))
     """(n_c, m) what the law left of each point at the last step, zero of a point without a past."""
     patch: IntArray | None = None
     """(n_c,) face of the master that each foot is on, for laws with `needs_patch`."""
+    wants_tangent: bool = False
+    """Whether `LawOutput.tangent` is asked for, as by `Contact.tangent`. Steps do not need it."""
+
+
+class DepthSlopes(NamedTuple):
+    """How a value of n_c points changes with their penetrations.
+
+    ∂y_i/∂λ_j = own_i δ_ij + Σ_k left_ik right_jk.
+    """
+
+    own: FloatArray
+    """(n_c,) of each value over its own penetration."""
+    left: FloatArray | None = None
+    """(n_c, r), with `right` of the same shape; None where no value depends on other points."""
+    right: FloatArray | None = None
+
+
+class LawTangent(NamedTuple):
+    """How the answer of a law changes; areas, and what it remembers of the last step, stay."""
+
+    force: DepthSlopes
+    """Of the forces, at fixed rates."""
+    rate: FloatArray | None = None
+    """(n_c,) of each force over its own rate; None where no force depends on it."""
+    stiffness: DepthSlopes | None = None
+    """Of `LawOutput.stiffness`, by which friction's springs grow; None where it is constant."""
 
 
 class LawOutput(NamedTuple):
@@ -245,10 +280,13 @@ class LawOutput(NamedTuple):
     laws that are elastic."""
     damping: FloatArray | None = None
     """(n_c,) the part of `force` that is due to the rate; None of laws without."""
-    tangent: FloatArray | None = None
+    stiffness_bound: FloatArray | None = None
     """(n_c,) springs at least as stiff as the slope of all elastic forces over all penetrations,
-    whatever way points go: vᵀ (∂F_i/∂λ_j) v ≤ Σ tangent_i v_i². The critical step goes by it. None
+    whatever way points go: vᵀ (∂F_i/∂λ_j) v ≤ Σ bound_i v_i². The critical step goes by it. None
     of laws whose force on a point depends on its own penetration alone: that is `stiffness`."""
+    tangent: FloatArray | LawTangent | None = None
+    """Derivatives of the forces, which `Contact.tangent` needs: a `LawTangent`, or (n_c,) slopes of
+    laws whose force depends on its own penetration alone, and not on the rate."""
 
 
 @displayed

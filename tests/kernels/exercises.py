@@ -35,6 +35,7 @@ ALL = (
         "shapes",
     ),
     "deformed",
+    "derivatives",
 )
 """In the order in which runs come to what they need."""
 MANY = 300
@@ -188,6 +189,23 @@ def rubbed() -> None:
     """Friction of both kinds."""
     for friction in (cg.Coulomb(0.4), cg.ViscousFriction(0.4, 0.1)):
         _press(puck(), sheet(), friction=friction)
+
+
+def derivatives() -> None:
+    """Of forces on exact bodies and triangles, with friction, between nodes, and off shells."""
+    choices: list[dict[str, object]] = [
+        {"friction": cg.Coulomb(0.4)},
+        {"friction": cg.ViscousFriction(0.4, 0.1)},
+        {"quadrature": 3},
+        {"shell_thickness": 0.1},
+    ]
+    for master in (puck(), plate(), puck().tessellate(0.01)):
+        for options in choices:
+            slave = sheet()
+            contact = cg.Contact(master, slave, law=FOAM, **options)  # type: ignore[arg-type]
+            state = contact.start(slave.points - np.array([0.0, 0.0, 0.8]))
+            state = contact.step(state, slave.points - np.array([0.0, 0.0, 0.4]), dt=0.1)
+            contact.linearise(state)
 
 
 def triangles() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,7 +29,7 @@ from contiga.contact.curved import detect_on_curves, is_turned
 from contiga.contact.detect import detect, detect_at_start
 from contiga.contact.dry_run import DryRun, dry_run
 from contiga.contact.kernels.totals_nb import WORK
-from contiga.contact.loads import Column, Kept, holds_of
+from contiga.contact.loads import NO_FORCES, Column, Kept, holds_of
 from contiga.contact.measured import Measure
 from contiga.contact.points import default_area, half_of, pressure_of, sampling_of
 from contiga.contact.respond import (
@@ -55,16 +55,27 @@ from contiga.contact.search_records import (
     options_of,
 )
 from contiga.contact.state import State, own_arrays, state_of
+from contiga.contact.tangent import (
+    Asked,
+    Linearisation,
+    StepInputs,
+    kinks_of,
+    linearisation_of,
+    tangent_of,
+)
 from contiga.display import Displayed, Facts
 from contiga.errors import InputError
 from contiga.laws.friction import Friction
 from contiga.laws.normal import Law
 from contiga.masters.protocol import Master, Surface
-from contiga.records import FloatArray, IndexArray, LawInput, rows_of
+from contiga.records import FloatArray, IndexArray, IntArray, LawInput, rows_of
 from contiga.rigid.frames import standing, to_body
 from contiga.rigid.pose import identity
 from contiga.rigid.transform import PoseLike, vector
 from contiga.slaves.slave import Slave
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 StageClock = Callable[[str], AbstractContextManager[None]]
 """Called with the name of a stage, gives a context that times it."""
@@ -275,8 +286,10 @@ class Contact(Displayed):
         points : (n, 3) slave points, world axes
         pose : X_WB of the master, (4, 4), a scipy `Rotation` or a pair (R, t); the identity if
             omitted
-        dt : length of the step, > 0. May be omitted where no force depends on it: without damping,
-            friction that depends on the velocity and `AdaptiveLaw`, or with `velocity`
+        dt : length of the step, > 0; or 0 in statics, where there are no rates, and laws and
+            friction remember and slide all the same; `AdaptiveLaw` has no force there, and refuses
+            it. May be omitted where no force depends on it: without damping, friction that depends
+            on the velocity and `AdaptiveLaw`, or with `velocity`
         velocity : (n, 3) of the slave points, world axes. Damping and friction take rates and
             slip from it and `twist`, exact; without, from the step's change
         twist : (v, w) of the master, each (3,), world axes: velocity of its frame's origin and
@@ -289,15 +302,18 @@ class Contact(Displayed):
         Raises
         ------
         InputError
-            Points that do not fit the slave or the state, a pose that is not one, dt ≤ 0 or
+            Points that do not fit the slave or the state, a pose that is not one, dt < 0 or
             omitted where a force depends on it, one of velocity and twist without the other, an
             `out` that is not another state of this contact with arrays of its own.
         """
         p_W, X_WB = self._checked(points, pose)
         laws = self.law, self.friction
+        follows_step = any(getattr(law, "stiffness_follows_step", False) for law in laws)
         if dt is not None:
-            dt = positive(dt, "dt")
-        elif any(getattr(law, "stiffness_follows_step", False) for law in laws) or (
+            is_number = isinstance(dt, int | float | np.number) and not isinstance(dt, bool)
+            static = is_number and dt == 0 and not follows_step
+            dt = 0.0 if static else positive(dt, "dt")
+        elif follows_step or (
             velocity is None and any(getattr(law, "has_rate", False) for law in laws)
         ):
             raise InputError(
@@ -335,6 +351,59 @@ class Contact(Displayed):
         """
         checked = (self._checked(points, pose) for points, pose in placements)
         return dry_run(self._surface, checked, (self._sampling.active, most), self._options)
+
+    def tangent(self, state: State) -> csr_array:
+        """(3 n, 3 n) ∂force/∂points: how the forces on the slave's points change with these.
+
+        Of the step that has made `state`, whose own past stays as it was; exact but where areas
+        are measured (`weights="area"`), which are held. Rows and columns are x, y, z of point
+        after point, world axes. Without contact there are no entries.
+
+        Raises
+        ------
+        InputError
+            The state was not made by a start or a step, or the law has no derivatives.
+
+        >>> import contiga as cg
+        >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+        >>> pad = cg.Slave([[0.0, 0.0, 1.1]], area=[0.5])
+        >>> contact = cg.Contact(ball, pad, law=cg.PenaltyLaw(100.0))
+        >>> state = contact.step(contact.start(pad.points), pad.points - [0.0, 0.0, 0.2])
+        >>> contact.tangent(state).toarray().diagonal().round(9).tolist()
+        [11.111111111, 11.111111111, -100.0]
+        """
+        return tangent_of(self._asked, *self._with_inputs(state))
+
+    def linearise(self, state: State) -> Linearisation:
+        """All first derivatives of the step that has made `state`.
+
+        Those of the forces on the slave's points and of the wrench on the master, over the points,
+        over the pose of the master, and over velocities where the step was given some. Raises as
+        `tangent` does.
+        """
+        return linearisation_of(self._asked, *self._with_inputs(state))
+
+    def kinks(self, state: State) -> IntArray:
+        """(k,) rows of `State.kinks`. Raises as `tangent` does of the state."""
+        return kinks_of(self._asked, *self._with_inputs(state))
+
+    @property
+    def _asked(self) -> Asked:
+        laws = self._surface, self.law, self.friction
+        return Asked(*laws, self._sampling, self.half_thickness, self._reference_point)
+
+    def _with_inputs(self, state: State) -> tuple[State, StepInputs]:
+        """A state, and what laws were handed in the step that made it."""
+        state = self._checked_state(state)
+        inputs: StepInputs | None = vars(state).get("inputs")
+        if inputs is None:
+            raise InputError(
+                "the state does not know the step that made it",
+                where="state",
+                allowed="a state as start and step answer it",
+                remedy="Of a state that was rebuilt, step from it to the same points",
+            )
+        return state, inputs
 
     def area_input(self, state: State) -> AreaInput:
         """The nodes in contact in `state`, as area methods see them."""
@@ -492,7 +561,14 @@ class Contact(Displayed):
             whole["force"] = nodal = sampling.nodal(rows, felt.force)
             whole["wrench"][:3] = 0.0 - nodal.sum(axis=0)
             force = Column(np.arange(len(nodal), dtype=np.int32), nodal)
-        answer, grip = response
+        answer, grip, seen_by_friction = response
+        whole["inputs"] = StepInputs(
+            points,
+            inp,
+            seen_by_friction,
+            NO_FORCES if past is None else past.state.kept.foot_B,
+            None if past is None or past.velocity is None else past.velocity.twist,
+        )
         damping = answer.damping if is_damped else None
         kept = Kept(
             penetration=Column(held.rows, held.depth),
@@ -503,7 +579,9 @@ class Contact(Displayed):
             stiffness=Column(rows, answer.stiffness),
             memory=Column(rows, answer.memory),
             force=force,
-            tangent=None if answer.tangent is None else Column(rows, answer.tangent),
+            stiffness_bound=None
+            if answer.stiffness_bound is None
+            else Column(rows, answer.stiffness_bound),
             damping=None if damping is None else Column(rows, damping),
             viscosity=None if damping is None else Column(rows, felt.viscosity),
             # Copies: whoever worked these out may go on with theirs.

@@ -120,7 +120,7 @@ class Kept(NamedTuple):
     memory: Column
     force: Column
     """Of nodes: of all where the points that carry are others."""
-    tangent: Column | None
+    stiffness_bound: Column | None
     """None where the law gives none."""
     damping: Column | None
     """None, with the next, where nothing is damped."""
@@ -133,7 +133,8 @@ class Kept(NamedTuple):
     @property
     def springs(self) -> Column:
         """Springs that bound the slope of the normal forces."""
-        return (self.stiffness if self.tangent is None else self.tangent).nonzero()
+        bound = self.stiffness_bound
+        return (self.stiffness if bound is None else bound).nonzero()
 
     def whole(self, name: str, p_B: FloatArray) -> FloatArray:
         """The array `name` of a state of points p_B (n, 3)."""

@@ -31,7 +31,7 @@ from contiga.laws.friction import (
     ViscousFriction,
 )
 from contiga.laws.normal import AdaptiveLaw, Law, PenaltyLaw
-from contiga.records import FloatArray, IndexArray, IntArray, LawInput, LawOutput
+from contiga.records import ByteArray, FloatArray, IndexArray, IntArray, LawInput, LawOutput
 from contiga.rigid.frames import POINTS
 from contiga.slaves.sampling import Sampling
 
@@ -133,6 +133,7 @@ class PreviousStep(NamedTuple):
     state: State
     """Of the last step."""
     dt: float
+    """Zero in statics, where there are no rates."""
     velocity: RelativeVelocity | None
     """Against the body, where it is known exactly."""
 
@@ -152,6 +153,8 @@ class ContactRows(NamedTuple):
     tangent plane at its foot, and nothing of a path that leads away from there."""
     old: BoolArray
     """(k,) whether each was in contact before."""
+    switched: BoolArray
+    """(k,) whether its foot was on another patch or another feature, or nowhere."""
     rate: FloatArray
     """(k,) dλ/dt: exact where velocities are given, else of old contacts the change of λ over the
     step and of new ones their speed of approach; zero at the start."""
@@ -164,7 +167,8 @@ class ContactRows(NamedTuple):
         k = len(rows)
         normal, foot, path = np.empty((k, 3)), np.empty((k, 3)), np.empty((k, 3))
         depth, inside, rate = np.empty(k), np.empty(k), np.empty(k)
-        return cls(rows, depth, normal, foot, path, inside, np.empty(k, np.bool_), rate, velocity)
+        old, switched = np.empty((2, k), np.bool_)
+        return cls(rows, depth, normal, foot, path, inside, old, switched, rate, velocity)
 
     def since(self, first: int) -> ContactRows:
         """Those of them from the point `first` on: the ones that carry forces."""
@@ -177,6 +181,8 @@ class LastDepths(NamedTuple):
 
     patch: IntArray
     """(n,) patch of their feet, −1 without contact."""
+    feature: ByteArray
+    """(n,) of their feet."""
     points: FloatArray
     """(n, 3)."""
     rows: IndexArray
@@ -190,15 +196,29 @@ def touching(detected: Detected, p_B: FloatArray, past: PreviousStep | None) -> 
     rows, gather = detected.held, straight(carrying_nb.gather)
     if past is None:
         points = ContactRows.of(rows)
-        last = LastDepths(np.full(len(p_B), -1, np.int32), p_B, NO_ROWS, NONE)
+        n = len(p_B)
+        nowhere = np.full(n, -1, np.int32), np.full(n, -1, np.int8)
+        last = LastDepths(*nowhere, p_B, NO_ROWS, NONE)
         gather(detected.feet, p_B, last, 1.0, points)
         points.rate.fill(0.0)
         return points
     state = past.state
-    last = LastDepths(state.patch, state.points_B, *state.kept.penetration)
+    last = LastDepths(state.patch, state.feature, state.points_B, *state.kept.penetration)
     points = ContactRows.of(rows, NOWHERE if past.velocity is None else past.velocity.at(rows))
-    gather(detected.feet, p_B, last, past.dt, points)
+    gather(detected.feet, p_B, last, past.dt or np.inf, points)
     return points
+
+
+class Seen(NamedTuple):
+    """What friction was handed of the points that carry."""
+
+    points: FrictionInput
+    whole: FrictionInput | None = None
+    """Of all of them as one, where they carry as one."""
+    ways: FloatArray = NONE
+    """(k,) what each point's way counts in that of the whole."""
+    present: float = 1.0
+    """Part of that which is the present share of its normal force."""
 
 
 class Response(NamedTuple):
@@ -206,6 +226,8 @@ class Response(NamedTuple):
 
     normal: LawOutput
     friction: FrictionOutput | None
+    seen: Seen | None
+    """By friction."""
 
 
 def respond(
@@ -218,7 +240,7 @@ def respond(
     """What law and friction answer, in arrays of their own."""
     answer = checked_answer(law, inp)
     if friction is None:
-        return Response(answer, None)
+        return Response(answer, None, None)
     rows, normal = points.rows, points.normal
     if past is None:
         before, memory = np.zeros_like(normal), np.zeros((len(rows), friction.n_memory))
@@ -230,7 +252,7 @@ def respond(
         if kept.friction_memory is not None:
             memory = kept.friction_memory.at(rows)
         if past.velocity is None:
-            velocity = points.path / past.dt
+            velocity = points.path / (past.dt or np.inf)
     # The stiffness is that of the normal force over the penetration; on a plateau of its curve it
     # is the secant.
     elastic = answer.force if answer.damping is None else answer.force - answer.damping
@@ -252,12 +274,12 @@ def respond(
         memory=memory,
     )
     if getattr(law, "acts_as_one", False) and len(rows):
-        gripped = _grip_as_one(friction, points, seen, past)
+        gripped, handed = _grip_as_one(friction, points, seen, past)
     else:
-        gripped = friction.respond(seen)
+        gripped, handed = friction.respond(seen), Seen(seen)
     force = np.empty(normal.shape)
     force[...] = gripped.force
-    return Response(answer, gripped._replace(force=force))
+    return Response(answer, gripped._replace(force=force), handed)
 
 
 def checked_answer(law: Law, inp: LawInput) -> LawOutput:
@@ -280,7 +302,7 @@ def checked_answer(law: Law, inp: LawInput) -> LawOutput:
             allowed="LawOutput(force, stiffness, stored, memory)",
         )
     checked: list[FloatArray | None] = []
-    for name, values in zip(LawOutput._fields, answer, strict=True):
+    for name, values in zip(LawOutput._fields, answer._replace(tangent=None), strict=True):
         if values is None and name in LawOutput._field_defaults:
             checked.append(None)
             continue
@@ -299,10 +321,11 @@ def checked_answer(law: Law, inp: LawInput) -> LawOutput:
 
 def _grip_as_one(
     friction: Friction, points: ContactRows, inp: FrictionInput, past: PreviousStep | None
-) -> FrictionOutput:
+) -> tuple[FrictionOutput, Seen]:
     """What friction answers for the whole, `inp` being what it would see of each point."""
     shares = _shares(inp.force)
-    before, memory, ways = np.zeros((1, 3)), np.zeros((1, friction.n_memory)), shares
+    before, memory = np.zeros((1, 3)), np.zeros((1, friction.n_memory))
+    ways, present = shares, 1.0
     if past is not None and points.old.any():
         last = past.state.kept
         rows, force = last.normal_force
@@ -310,28 +333,27 @@ def _grip_as_one(
         memory[0] = inp.memory[np.argmax(points.old)]  # all that were in contact have the same
         carried = last.normal_force.at(points.rows)
         if carried.any():  # else all that carried have left
-            ways = _shares(shares + _shares(carried))
-    whole = friction.respond(
-        FrictionInput(
-            normal=_unit(product(shares, inp.normal)),
-            normal_before=before,
-            force=inp.force.sum(keepdims=True),
-            stiffness=inp.stiffness.sum(keepdims=True),
-            area=inp.area.sum(keepdims=True),
-            path=product(ways, inp.path)[None],
-            velocity=product(shares, inp.velocity)[None],
-            dt=inp.dt,
-            memory=memory,
-        )
+            ways, present = _shares(shares + _shares(carried)), 0.5
+    seen = FrictionInput(
+        normal=_unit(product(shares, inp.normal)),
+        normal_before=before,
+        force=inp.force.sum(keepdims=True),
+        stiffness=inp.stiffness.sum(keepdims=True),
+        area=inp.area.sum(keepdims=True),
+        path=product(ways, inp.path)[None],
+        velocity=product(shares, inp.velocity)[None],
+        dt=inp.dt,
+        memory=memory,
     )
-    column = shares[:, None]
-    return FrictionOutput(
+    whole, column = friction.respond(seen), shares[:, None]
+    each = FrictionOutput(
         column * whole.force,
         shares * whole.stiffness,
         shares * whole.stored,
         shares * whole.lost,
         np.repeat(whole.memory, len(shares), axis=0),
     )
+    return each, Seen(inp, seen, ways, present)
 
 
 def _shares(force: FloatArray) -> FloatArray:
@@ -408,7 +430,7 @@ def forces(
 
     `p_B` (m, 3) are all points.
     """
-    (force, _, stored, _, hysteresis, damping, _), grip = response
+    (force, _, stored, _, hysteresis, damping, *_), grip, _ = response
     k = len(points.rows)
     felt = Felt(np.empty((k, 3)), np.empty(k), np.empty(totals_nb.TOTALS))
     gripped = NOWHERE, NONE, NONE

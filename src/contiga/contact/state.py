@@ -72,6 +72,9 @@ class Owner(Protocol):
     def slid(self, state: State) -> FloatArray:
         """(m, 3) what each point has slid, body axes."""
 
+    def kinks(self, state: State) -> IntArray:
+        """(k,) points that another piece of the master pushes than before."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class State(Displayed):
@@ -80,8 +83,9 @@ class State(Displayed):
     A contact with quadrature points has m rows where (m,) is said: the nodes come first, and after
     them the points of each facet. Without, m = n. The arrays take 179 bytes a point, and
     eight for each number that the laws remember; of those that say nothing without contact only
-    the rows in contact are kept, and the array is made when it is asked for. What is not an array
-    here is worked out when it is asked for: areas most of all.
+    the rows in contact are kept, and the array is made when it is asked for. What laws were handed
+    in the step is kept as well, for its derivatives: 50 bytes a point in contact, and 140 more with
+    friction. What is not an array here is worked out when it is asked for: areas most of all.
 
     >>> import contiga as cg
     >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
@@ -123,8 +127,8 @@ class State(Displayed):
     """(n, 3) on the slave's nodes, friction with it."""
     stiffness: FloatArray
     """(m,) of the normal force over the penetration, zero without contact."""
-    tangent: FloatArray
-    """(m,) `LawOutput.tangent`, zero without contact; (0,) of laws without."""
+    stiffness_bound: FloatArray
+    """(m,) `LawOutput.stiffness_bound`, zero without contact; (0,) of laws without."""
     damping: FloatArray
     """(m,) the part of `normal_force` that is due to the rate; (0,) of laws without."""
     viscosity: FloatArray
@@ -279,6 +283,23 @@ class State(Displayed):
         """(m, 3) way each point in contact has slid over the body since it came in, carried along
         with its foot; zero without friction that remembers it."""
         return turn_to_world(self.pose, self.contact.slid(self))
+
+    @cached_property
+    def kinks(self) -> IntArray:
+        """(k,) rows, ascending, of points that another piece of the master pushes than before.
+
+        Of points in contact before and after the step: their feet have passed to another patch, to
+        or from an edge or a vertex, or have jumped to another wall, more than twice as far as their
+        derivative says. Between the two states the derivative of their force jumps, and from wall
+        to wall the force itself: Newton's method may go to and fro there. Points that come in or
+        leave are told by `status`.
+
+        Raises
+        ------
+        InputError
+            The state was not made by a start or a step.
+        """
+        return self.contact.kinks(self)
 
     @cached_property
     def areas(self) -> Areas:

@@ -11,7 +11,7 @@ from contiga.errors import InputError
 from contiga.laws.combined import CombinedLaw
 from contiga.laws.law import Law, remembered
 from contiga.laws.stress import StressLaw
-from contiga.records import FloatArray, LawInput, LawOutput
+from contiga.records import DepthSlopes, FloatArray, LawInput, LawOutput, LawTangent
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -97,8 +97,9 @@ class FaceLaws:
         assert inp.patch is not None
         n, memory = len(inp.penetration), remembered(inp, self.n_memory)
         force, stiffness, stored, lost, damping = np.zeros((5, n))
-        left = np.zeros((n, self.n_memory))
-        out = LawOutput(force, stiffness, stored, left, lost, damping)
+        slope, viscosity, bend = np.zeros((3, n))
+        left, has_tangent = np.zeros((n, self.n_memory)), inp.wants_tangent
+        filled = force, stiffness, stored, left, lost, damping
         chosen = np.zeros(n, np.intp)
         for k, faces in enumerate(self.faces, start=1):
             chosen[np.isin(inp.patch, faces)] = k
@@ -108,14 +109,22 @@ class FaceLaws:
                 continue
             kept = memory[rows, : law.n_memory]
             answer = law.respond(_part(inp, rows)._replace(memory=kept))
-            for whole, part in zip(out, answer, strict=True):
+            parts = answer.force, answer.stiffness, answer.stored, answer.memory
+            losses = answer.hysteresis, answer.damping
+            for whole, part in zip(filled, (*parts, *losses), strict=True):
                 if part is not None:
                     _put(whole, rows, part)
-        return out
+            if not isinstance(slopes := answer.tangent, LawTangent):
+                has_tangent = False
+                continue
+            slope[rows] = slopes.force.own
+            viscosity[rows] = 0.0 if slopes.rate is None else slopes.rate
+            bend[rows] = 0.0 if slopes.stiffness is None else slopes.stiffness.own
+        tangent = LawTangent(DepthSlopes(slope), viscosity, DepthSlopes(bend))
+        return LawOutput(*filled, tangent=tangent if has_tangent else None)
 
 
-def _put(whole: FloatArray | None, rows: np.ndarray, part: FloatArray) -> None:
-    assert whole is not None
+def _put(whole: FloatArray, rows: np.ndarray, part: FloatArray) -> None:
     if part.ndim == 2:
         whole[rows, : part.shape[1]] = part
     else:

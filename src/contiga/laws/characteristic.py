@@ -24,6 +24,8 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 _PANELS = 8
 # Share of an abscissa by which a callable is differentiated: the cube root of rounding.
 _NUDGE = float(np.cbrt(np.finfo(np.float64).eps))
+# The same for second derivatives.
+_FAR_NUDGE = 1e-3
 
 # Small enough for functions that grow fast, and more than one value, so that a callable that
 # takes single numbers only is found out when the curve is made and not in the middle of a run.
@@ -124,11 +126,20 @@ class Characteristic:
         """
         at = np.asarray(real(x), dtype=np.float64)
         if self.function is not None:
-            h = _NUDGE * np.maximum(at, _PROBE[1])
+            h = _NUDGE * np.maximum(np.abs(at), _PROBE[1])
             y = [self(at + k * h) for k in range(3)]
             return np.asarray((4.0 * y[1] - 3.0 * y[0] - y[2]) / (2.0 * h))
         slopes = self._slopes
         return slopes[np.searchsorted(self.x, at, side="right")]
+
+    def bend(self, x: ArrayLike) -> FloatArray:
+        """d²y/dx² at `x`: zero of a table, by differences of fourth order of a callable."""
+        at = np.asarray(real(x), dtype=np.float64)
+        if self.function is None:
+            return np.zeros(at.shape)
+        h = _FAR_NUDGE * np.maximum(np.abs(at), _PROBE[1])
+        near, far = self(at + h) + self(at - h), self(at + 2.0 * h) + self(at - 2.0 * h)
+        return np.asarray((16.0 * near - far - 30.0 * self(at)) / (12.0 * h * h))
 
     def energy(self, x: ArrayLike) -> FloatArray:
         """∫₀ˣ max(y, 0) dx for `x` ≥ 0: the energy stored in a spring with this curve.
@@ -160,6 +171,10 @@ class Characteristic:
     def carried_slope(self, x: ArrayLike) -> FloatArray:
         """Slope of `carried` at `x` ≥ 0: `slope`, and zero where y is below zero."""
         return np.where(self(x) >= 0.0, self.slope(x), 0.0)
+
+    def carried_bend(self, x: ArrayLike) -> FloatArray:
+        """Second derivative of `carried` at `x` ≥ 0, but for its kinks."""
+        return np.where(self(x) >= 0.0, self.bend(x), 0.0)
 
     @cached_property
     def polyline(self) -> tuple[FloatArray, FloatArray, FloatArray]:

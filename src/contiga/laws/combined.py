@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.errors import InputError
 from contiga.laws.characteristic import Characteristic, Extrapolation
@@ -17,7 +18,7 @@ from contiga.laws.force import ForceLaw
 from contiga.laws.law import no_memory
 from contiga.laws.stress import StressLaw
 from contiga.laws.stress_path import StressPath, stress_path
-from contiga.records import FloatArray, LawInput, LawOutput
+from contiga.records import DepthSlopes, FloatArray, LawInput, LawOutput, LawTangent
 
 _SAMPLES = 65
 # Stresses that differ by less, relatively, balance.
@@ -121,12 +122,61 @@ class CombinedLaw:
         stored += t_m * self.master.elastic.energy(split.master / t_m)
         stiffness = np.zeros(soft.shape)
         np.divide(1.0, soft, out=stiffness, where=soft > 0.0)
+        force = inp.area * np.maximum(split.stress + damping, 0.0)
+        tangent = None
+        if inp.wants_tangent:
+            tangent = self._tangent(inp, split, part, stiffness, force > 0.0)
         return no_memory(
-            inp.area * np.maximum(split.stress + damping, 0.0),
-            inp.area * stiffness,
-            inp.area * stored,
-            inp.area * split.stress,
+            force, inp.area * stiffness, inp.area * stored, inp.area * split.stress, tangent
         )
+
+    def _tangent(
+        self,
+        inp: LawInput,
+        split: Split,
+        part: FloatArray,
+        stiffness: FloatArray,
+        pushes: NDArray[np.bool_],
+    ) -> LawTangent:
+        """Derivatives of the forces; none of a damped point that does not push.
+
+        `part` is λ_s/λ and `stiffness` that of a unit area.
+        """
+        t_s, t_m = self.slave.thickness_of(inp), self.master.thickness_of(inp)
+        # Over more penetration the slave takes the share of its compliance.
+        soft = _compliance(self.slave, split.slave / t_s, split.stress) * t_s
+        given = np.where(stiffness > 0.0, soft * stiffness, part)
+        shift = np.zeros(len(part))
+        np.divide(given - part, inp.penetration, out=shift, where=inp.penetration > 0.0)
+        slope, viscosity = stiffness.copy(), np.zeros(len(part))
+        if self.has_rate:
+            for law, thickness, share, turn in (
+                (self.slave, t_s, part, shift),
+                (self.master, t_m, 1.0 - part, -shift),
+            ):
+                rate = inp.rate * share / thickness
+                by_stress, by_rate = law.damping_slopes(rate, split.stress)
+                slope += turn * law.damping_stress(rate, split.stress)
+                slope += share * (by_stress * stiffness + by_rate * inp.rate * turn / thickness)
+                viscosity += share * by_rate * share / thickness
+        scale = inp.area * pushes if self.has_rate else inp.area
+        stiffening = None
+        if self.path is None:
+            stiffening = DepthSlopes(inp.area * self._bend(inp))
+        return LawTangent(DepthSlopes(scale * slope), scale * viscosity, stiffening)
+
+    def _bend(self, inp: LawInput) -> FloatArray:
+        """(n_c,) derivative of the stiffness of a unit area, of callables, by differences."""
+        step = 1e-3 * inp.penetration
+        unit = inp._replace(area=np.ones(len(step)), wants_tangent=False)
+
+        def stiffness(k: float) -> FloatArray:
+            return self.respond(unit._replace(penetration=inp.penetration + k * step)).stiffness
+
+        rise = 8.0 * (stiffness(1.0) - stiffness(-1.0)) - (stiffness(2.0) - stiffness(-2.0))
+        bend: FloatArray = np.zeros(len(step))
+        np.divide(rise, 12.0 * step, out=bend, where=step > 0.0)
+        return bend
 
 
 def forces_in_series(slave: ForceLaw, master: ForceLaw) -> ForceLaw:

@@ -33,6 +33,8 @@ class Deepest(NamedTuple):
     """(n,) ∂m/∂λ_i ≥ 0; their sum is between 1 and 1/(1 − η)."""
     curvature: float
     """The largest eigenvalue of ∂²m/∂λ_i∂λ_j, 1/length, which is zero but for points that share."""
+    layer: float
+    """η m p·y of `deepest`, length: what the second derivative is over; zero where one carries."""
 
 
 def deepest(penetration: FloatArray) -> Deepest:
@@ -48,7 +50,7 @@ def deepest(penetration: FloatArray) -> Deepest:
     """
     n, most = len(penetration), float(penetration.max())
     if not most > 0.0:
-        return Deepest(0.0, np.full(n, 1.0 / n), 0.0)
+        return Deepest(0.0, np.full(n, 1.0 / n), 0.0, 0.0)
     relative = penetration / most
     near = np.flatnonzero(relative > 1.0 - WIDTH)
     y = relative[near]
@@ -63,9 +65,9 @@ def deepest(penetration: FloatArray) -> Deepest:
     weight[near[on]] = part_on
     layer = WIDTH * depth * whole
     if len(part_on) == 1 or layer < np.finfo(float).tiny:  # one over it would be no number
-        return Deepest(depth, weight, 0.0)
+        return Deepest(depth, weight, 0.0, 0.0)
     slant = float((part_on * part_on).sum() * (scaled * scaled).sum())
-    return Deepest(depth, weight, slant / layer)
+    return Deepest(depth, weight, slant / layer, layer)
 
 
 def _root(y: FloatArray, gap: FloatArray) -> float:

@@ -13,7 +13,7 @@ from contiga.laws.deepest import Deepest, deepest
 from contiga.laws.hysteresis import Hysteresis, elastic_move, hysteresis_of
 from contiga.laws.law import as_curve, remembered
 from contiga.laws.share import share
-from contiga.records import LawInput, LawOutput
+from contiga.records import DepthSlopes, FloatArray, LawInput, LawOutput, LawTangent
 
 Share = Literal["deepest", "penetration"]
 
@@ -54,7 +54,7 @@ class ForceLaw:
     Stiffness and energies are those of the whole, shared as the force is. So is friction with
     ``share="deepest"``: it sticks and slips as one, on the mean way of the points that carry. What
     shares the force passes it on over a way of 0.5 % of λ_max where points move against each other:
-    that is stiffer than the curve, and part of the critical step, as `LawOutput.tangent`.
+    that is stiffer than the curve, and part of the critical step, as `LawOutput.stiffness_bound`.
 
     With `unloading` the total moves along lines of slope K between the curves: see
     `contiga.laws.hysteresis`. The last λ_max and F stand in the memory of every point, so that they
@@ -115,7 +115,7 @@ class ForceLaw:
         if n == 0:
             none = np.zeros(0)
             return LawOutput(none, none, none, np.zeros((0, self.n_memory)), none, none)
-        most, shares, curvature = self._shares(inp)
+        most, shares, curvature, _ = found = self._shares(inp)
         depth = np.array([most])
         if self.hysteresis is None:
             moved = elastic_move(self.curve, depth)
@@ -126,9 +126,17 @@ class ForceLaw:
             memory = np.tile([depth[0], moved.force[0]], (n, 1))
         force, stiffness, stored, lost = (float(whole[0]) for whole in moved)
         part = shares / shares.sum()
-        tangent = None
+        bound = tangent = None
         if self.acts_as_one:  # w wᵀ is no more than the diagonal of w Σw
-            tangent = stiffness * shares * shares.sum() + force * curvature * (shares > 0.0)
+            bound = stiffness * shares * shares.sum() + force * curvature * (shares > 0.0)
+        if inp.wants_tangent:
+            bend = self.curve.carried_bend(depth)
+            if self.hysteresis is not None:
+                bend = self.hysteresis.bend(depth, moved.force)
+            tangent = LawTangent(
+                self._slopes(inp, found, force, stiffness),
+                stiffness=self._slopes(inp, found, stiffness, float(bend[0])),
+            )
         return LawOutput(
             force * shares,
             stiffness * shares,
@@ -136,12 +144,34 @@ class ForceLaw:
             memory,
             lost * part,
             np.zeros(n),
+            bound,
             tangent,
         )
+
+    def _slopes(self, inp: LawInput, found: Deepest, value: float, slope: float) -> DepthSlopes:
+        """Of a value of the whole that is shared, `slope` that of it over the greatest depth."""
+        shares, depth = found.weight, inp.penetration
+        if self.share == "penetration":
+            extent, deepest_one = inp.area, np.zeros(len(shares))
+            if not (depth * extent).any():  # then depths alone share, as `share` says
+                extent = np.ones(len(shares))
+            whole = float((depth * extent).sum())
+            own: FloatArray = value * extent / whole if whole > 0.0 else np.zeros(len(shares))
+            deepest_one[np.argmax(depth)] = slope
+            return DepthSlopes(own, shares[:, None], (deepest_one - own)[:, None])
+        on = shares > 0.0
+        if found.layer == 0.0:  # one point carries all, and only its depth counts
+            return DepthSlopes(slope * shares * on)
+        # w wᵀ times the slope, and the second derivative of m times the value.
+        y: FloatArray = np.where(on, depth, 0.0) / found.depth
+        bent = value / found.layer
+        right = slope * shares + bent * ((y * y).sum() * shares - y)
+        sides = np.stack([shares, y], axis=1), np.stack([right, -bent * shares], axis=1)
+        return DepthSlopes(np.where(on, bent, 0.0), *sides)
 
     def _shares(self, inp: LawInput) -> Deepest:
         """The greatest penetration (1,), what each point has of the force, and how that bends."""
         if self.share == "penetration":
             shares = share(1.0, inp.penetration, inp.area)
-            return Deepest(float(inp.penetration.max()), shares, 0.0)
+            return Deepest(float(inp.penetration.max()), shares, 0.0, 0.0)
         return deepest(inp.penetration)

@@ -46,7 +46,7 @@ class FrictionInput(NamedTuple):
     velocity: FloatArray
     """(n, 3) of the point against the master; what is normal to the surface does not count."""
     dt: float
-    """Length of the step, zero at the start."""
+    """Length of the step, zero at the start and in statics."""
     memory: FloatArray
     """(n, m) what friction left of each point at the last step; zeros of a point without a past."""
 
@@ -66,6 +66,21 @@ class FrictionOutput(NamedTuple):
     """(n, m) what friction wants to see of each point at the next step."""
 
 
+class FrictionChange(NamedTuple):
+    """How the input of a friction law changes in m directions, for its derivatives."""
+
+    force: FloatArray
+    """(n, m)."""
+    stiffness: FloatArray
+    """(n, m)."""
+    normal: FloatArray
+    """(n, 3, m)."""
+    path: FloatArray
+    """(n, 3, m)."""
+    velocity: FloatArray
+    """(n, 3, m); none (0, 3, m) where it stays."""
+
+
 class CoulombNumbers(NamedTuple):
     """The numbers of a `Coulomb`, as its kernel reads them."""
 
@@ -77,7 +92,8 @@ class CoulombNumbers(NamedTuple):
 
 
 class Friction(Protocol):
-    """What a contact asks of friction."""
+    """What a contact asks of friction. `Contact.tangent` asks for one more method:
+    ``changes(inp: FrictionInput, change: FrictionChange)``, (n, 3, m) of the forces."""
 
     @property
     def n_memory(self) -> int:
@@ -186,11 +202,23 @@ class Coulomb:
         """(n, 3) sliding distance since each point came in."""
         return memory[:, 3:6]
 
-    def respond(self, inp: FrictionInput) -> FrictionOutput:
-        """Friction forces inside the cone, and their work as stored and dissipated energy."""
+    @property
+    def _numbers(self) -> CoulombNumbers:
         least = self.static if self.dynamic is None else self.dynamic
         numbers = self.static, least, self.decay, self.stiffness
-        law = CoulombNumbers(*numbers, bool(self.per_area))
+        return CoulombNumbers(*numbers, bool(self.per_area))
+
+    def changes(self, inp: FrictionInput, change: FrictionChange) -> FloatArray:
+        """(n, 3, m) of the forces with the input; what is remembered stays."""
+        given, _ = _rows_of(inp, self.n_memory)
+        ways, out = _changes_of(change)
+        law = self._numbers
+        run_ranges(friction_nb.coulomb_changes, len(out), POINTS, given, law, ways, out)
+        return out
+
+    def respond(self, inp: FrictionInput) -> FrictionOutput:
+        """Friction forces inside the cone, and their work as stored and dissipated energy."""
+        law = self._numbers
         given, out = _rows_of(inp, self.n_memory)
         n = len(given.force)
         run_ranges(straight(friction_nb.coulomb), n, POINTS, given, law, out)
@@ -266,6 +294,14 @@ class ViscousFriction:
         part = np.maximum(speed / self.speed, 1e-9)
         return np.asarray(self.coefficient * force / self.speed * (np.tanh(part) / part))
 
+    def changes(self, inp: FrictionInput, change: FrictionChange) -> FloatArray:
+        """(n, 3, m) of the forces with the input."""
+        given, _ = _rows_of(inp, self.n_memory)
+        ways, out = _changes_of(change)
+        numbers = self.coefficient, self.speed
+        run_ranges(friction_nb.viscous_changes, len(out), POINTS, given, *numbers, ways, out)
+        return out
+
     def respond(self, inp: FrictionInput) -> FrictionOutput:
         """Forces against the sliding velocity."""
         given, out = _rows_of(inp, self.n_memory)
@@ -299,9 +335,20 @@ def _rows_of(inp: FrictionInput, n_memory: int) -> tuple[FrictionInput, Friction
                 found=np.shape(values),
                 allowed=str(shape),
             )
-        # Those that a contact hands over are so already, but for some that are locked.
-        plain = isinstance(values, np.ndarray) and values.dtype == np.float64
-        ready = plain and values.flags.carray
-        arrays.append(values if ready else np.array(values, np.float64, order="C"))
+        arrays.append(_ready(values))
     rows, none = np.empty((n, 3)), (np.empty(n), np.empty(n), np.empty(n))
     return FrictionInput._make(arrays), FrictionOutput(rows, *none, np.empty((n, n_memory)))
+
+
+def _changes_of(change: FrictionChange) -> tuple[FrictionChange, FloatArray]:
+    """Directions as kernels read them, and an array (n, 3, m) to be filled."""
+    ways = FrictionChange(*map(_ready, change))
+    n, m = ways.force.shape
+    return ways, np.empty((n, 3, m))
+
+
+def _ready(values: Any) -> FloatArray:
+    """An array as kernels read it. Those that a contact hands over are so, but for locked ones."""
+    plain = isinstance(values, np.ndarray) and values.dtype == np.float64
+    ready = plain and values.flags.carray
+    return values if ready else np.array(values, np.float64, order="C")

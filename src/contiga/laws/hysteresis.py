@@ -194,6 +194,16 @@ class Hysteresis:
     def _bound(self, curve: CurveTable) -> BoundTable:
         return BoundTable(curve, np.maximum.accumulate(self.slope * curve.x - curve.y))
 
+    def bend(self, x: FloatArray, force: FloatArray) -> FloatArray:
+        """(n,) d²F/dx² at points (`x`, `force`): zero along lines, and on tables."""
+        bend = np.zeros(x.shape)
+        if not self.exact:
+            on_upper = force >= self.loading.carried(x)
+            on_lower = ~on_upper & (force <= self.unloading.carried(x))
+            for curve, on in ((self.loading, on_upper), (self.unloading, on_lower)):
+                bend[on] = curve.carried_bend(x[on])
+        return bend
+
     def stored(self, x: FloatArray, force: FloatArray) -> FloatArray:
         """(n,) what an unloading from (`x`, `force`) gives back."""
         meet = self._meet(self.unloading, (x, force), np.zeros(x.shape), x)

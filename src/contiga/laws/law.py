@@ -9,7 +9,7 @@ import numpy as np
 from contiga.arrays.layout import real
 from contiga.errors import InputError
 from contiga.laws.characteristic import Characteristic, CurveLike
-from contiga.records import FloatArray, LawInput, LawOutput
+from contiga.records import FloatArray, LawInput, LawOutput, LawTangent
 
 
 class Law(Protocol):
@@ -32,7 +32,11 @@ class Law(Protocol):
 
 
 def no_memory(
-    force: FloatArray, stiffness: FloatArray, stored: FloatArray, elastic: FloatArray | None = None
+    force: FloatArray,
+    stiffness: FloatArray,
+    stored: FloatArray,
+    elastic: FloatArray | None = None,
+    tangent: LawTangent | None = None,
 ) -> LawOutput:
     """The answer of a law that remembers nothing and loses energy to the rate alone.
 
@@ -40,7 +44,8 @@ def no_memory(
     """
     none = np.zeros(force.shape)
     damping = none if elastic is None else force - elastic
-    return LawOutput(force, stiffness, stored, np.zeros((len(force), 0)), none, damping)
+    memory = np.zeros((len(force), 0))
+    return LawOutput(force, stiffness, stored, memory, none, damping, tangent=tangent)
 
 
 def remembered(inp: LawInput, columns: int) -> FloatArray:

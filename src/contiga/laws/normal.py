@@ -16,7 +16,7 @@ from contiga.laws.force import ForceLaw as ForceLaw
 from contiga.laws.law import Law as Law
 from contiga.laws.law import above_zero, critical_damping, no_memory, not_negative
 from contiga.laws.stress import StressLaw as StressLaw
-from contiga.records import LawInput, LawOutput
+from contiga.records import DepthSlopes, LawInput, LawOutput, LawTangent
 
 
 @dataclass(frozen=True)
@@ -80,12 +80,20 @@ class PenaltyLaw:
         if self.per_area:
             elastic, force = elastic * inp.area, force * inp.area
             stiffness, stored = stiffness * inp.area, stored * inp.area
+        critical = None
         if self.damping_ratio > 0.0:
-            force = force + critical_damping(self.damping_ratio, stiffness, inp.mass) * inp.rate
+            critical = critical_damping(self.damping_ratio, stiffness, inp.mass)
+            force = force + critical * inp.rate
         if has_rate:
             force = np.maximum(force, 0.0)
         damping, memory = force - elastic if has_rate else none, np.zeros((len(force), 0))
-        return LawOutput(force, stiffness, stored, memory, none, damping)
+        tangent = LawTangent(DepthSlopes(stiffness)) if inp.wants_tangent else None
+        if inp.wants_tangent and has_rate:
+            viscosity = self.damping * (inp.area if self.per_area else np.ones(len(force)))
+            viscosity = viscosity if critical is None else viscosity + critical
+            pushes = force > 0.0
+            tangent = LawTangent(DepthSlopes(stiffness * pushes), viscosity * pushes)
+        return LawOutput(force, stiffness, stored, memory, none, damping, tangent=tangent)
 
 
 @dataclass(frozen=True)
@@ -142,7 +150,10 @@ class AdaptiveLaw:
                 remedy="Give the slave a mass, or use the penalty law",
             )
         if inp.dt == 0.0:
-            return no_memory(*np.zeros((3, len(inp.penetration))))
+            force, stiffness, stored = np.zeros((3, len(inp.penetration)))
+            tangent = LawTangent(DepthSlopes(stiffness))
+            return no_memory(force, stiffness, stored, tangent=tangent)
         stiffness = self.scale * inp.mass / inp.dt**2
         force = stiffness * inp.penetration
-        return no_memory(force, stiffness, 0.5 * force * inp.penetration)
+        stored = 0.5 * force * inp.penetration
+        return no_memory(force, stiffness, stored, tangent=LawTangent(DepthSlopes(stiffness)))

@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.errors import InputError
 from contiga.laws.characteristic import Characteristic, CurveLike
 from contiga.laws.hysteresis import Hysteresis, Moved, elastic_move, hysteresis_of
 from contiga.laws.law import above_zero, as_curve, critical_damping, not_negative, remembered
-from contiga.records import FloatArray, LawInput, LawOutput
+from contiga.records import DepthSlopes, FloatArray, LawInput, LawOutput, LawTangent
 
 # Relative size of a stress that counts as none.
 _SAME = 1e-9
@@ -148,6 +149,20 @@ class StressLaw:
             stress = stress * self.amplification(elastic_stress)
         return stress
 
+    def damping_slopes(
+        self, strain_rate: FloatArray, elastic_stress: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Derivatives of `damping_stress` over the elastic stress, and over the rate."""
+        by_rate = np.full(strain_rate.shape, self.damping)
+        stress = self.damping * strain_rate
+        if self.damping_curve is not None:
+            by_rate = by_rate + self.damping_curve.slope(strain_rate)
+            stress = stress + self.damping_curve(strain_rate)
+        if self.amplification is None:
+            return np.zeros(stress.shape), by_rate
+        factor = self.amplification(elastic_stress)
+        return stress * self.amplification.slope(elastic_stress), by_rate * factor
+
     def respond(self, inp: LawInput) -> LawOutput:
         """Forces of Eq. 3.4; the energy is that of the elastic stress."""
         thickness = self.thickness_of(inp)
@@ -160,6 +175,9 @@ class StressLaw:
             stress += np.divide(rated, inp.area, out=np.zeros(len(rated)), where=inp.area > 0.0)
         force = inp.area * np.maximum(stress, 0.0)
         volume = inp.area * thickness
+        tangent = None
+        if inp.wants_tangent:
+            tangent = self._tangent(inp, strain, thickness, moved, force > 0.0)
         return LawOutput(
             force,
             stiffness,
@@ -167,7 +185,34 @@ class StressLaw:
             memory,
             volume * moved.lost,
             force - inp.area * moved.force,
+            tangent=tangent,
         )
+
+    def _tangent(
+        self,
+        inp: LawInput,
+        strain: FloatArray,
+        thickness: FloatArray,
+        moved: Moved,
+        pushes: NDArray[np.bool_],
+    ) -> LawTangent:
+        """Derivatives of the forces; none of a damped point that does not push."""
+        bend = self.elastic.carried_bend(strain)
+        if self.hysteresis is not None:
+            bend = self.hysteresis.bend(strain, moved.force)
+        slope = inp.area * moved.stiffness / thickness
+        stiffening = DepthSlopes(inp.area * bend / thickness**2)
+        if not self.has_rate:
+            return LawTangent(DepthSlopes(slope), stiffness=stiffening)
+        by_stress, by_rate = self.damping_slopes(inp.rate / thickness, moved.force)
+        whole, viscosity = slope * (1.0 + by_stress), inp.area * by_rate / thickness
+        if self.damping_ratio > 0.0:
+            critical = critical_damping(self.damping_ratio, slope, inp.mass)
+            viscosity = viscosity + critical
+            # 2 ζ √(k m) grows by half of what k does, as a share.
+            share = np.divide(stiffening.own, slope, out=np.zeros(len(slope)), where=slope > 0.0)
+            whole = whole + 0.5 * critical * share * inp.rate
+        return LawTangent(DepthSlopes(whole * pushes), viscosity * pushes, stiffening)
 
     def _carried(self, strain: FloatArray, inp: LawInput) -> tuple[Moved, FloatArray]:
         """What the elastic stress does in the step, per unit of volume, and what to remember."""

@@ -19,6 +19,7 @@ from contiga.records import (
     ByteArray,
     FacingLimits,
     FloatArray,
+    FootSlopes,
     Hit,
     IndexArray,
     IntArray,
@@ -35,6 +36,8 @@ ClosestPoints: TypeAlias = Callable[[FloatArray], tuple[ArrayLike, ArrayLike]]
 SHORTEST = 2.0**-10
 """Part of a path that a search for crossings goes on by at least. What comes in and leaves again
 within it may be missed."""
+DIFFERENCE = float(np.cbrt(np.finfo(np.float64).eps))
+"""Step of differences, as a share of the coordinates."""
 HALVINGS = 60
 """By which a crossing is found to the last bits of its place on the path."""
 
@@ -164,6 +167,15 @@ class ClosestPointSearch(NamedTuple):
     ) -> None:
         """Closest points, wherever feet were."""
         self.closest(p_B, np.arange(len(p_B), dtype=np.int32), out)
+
+    def slopes(self, p_B: FloatArray, feet: Projection, out: FootSlopes) -> None:
+        """By central differences of normals, which miss by 1e-10 of what they turn by."""
+        out.depth[...] = -feet.normal
+        step = DIFFERENCE * float(np.abs(p_B).max(initial=0.0))
+        for j in range(3):
+            way = step * np.eye(3)[j]
+            ahead, behind = self._checked(p_B + way)[1], self._checked(p_B - way)[1]
+            out.normal[:, :, j] = (ahead - behind) / (2.0 * step)
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
         """First crossings from outside to inside."""

@@ -17,6 +17,7 @@ from contiga.records import (
     ByteArray,
     FacingLimits,
     FloatArray,
+    FootSlopes,
     Hit,
     IntArray,
     KnownSides,
@@ -85,6 +86,12 @@ class Surface(Protocol):
 
         `before` (n, 3) is where the points were when their feet were (patch, uv): needed for
         tracked feet to be certified.
+        """
+
+    def slopes(self, p_B: FloatArray, feet: Projection, out: FootSlopes) -> None:
+        """Derivatives of depth and normal at `feet`, one row each of points p_B (k, 3).
+
+        The gaps of the feet are their signed distances along their normals.
         """
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:

@@ -18,6 +18,7 @@ from contiga.records import (
     ByteArray,
     FacingLimits,
     FloatArray,
+    FootSlopes,
     Hit,
     IntArray,
     KnownSides,
@@ -32,6 +33,7 @@ from contiga.search.closest.kernels import facing_nb, safe_distance_nb
 from contiga.search.contact_tables import ContactTables
 from contiga.search.hierarchy.table_types import Tables
 from contiga.search.sides import side_grid
+from contiga.search.slopes.kernels import slopes_nb
 from contiga.search.sweep.kernels import hit_nb
 from contiga.search.sweep.piece_lists import lists_of
 from contiga.search.tables import tables_of
@@ -91,6 +93,10 @@ class ExactSurface:
     ) -> None:
         """Feet continued over elements, seams and edges."""
         project.track(self.tables, p_B, SurfacePlaces(patch, uv), out, before)
+
+    def slopes(self, p_B: FloatArray, feet: Projection, out: FootSlopes) -> None:
+        """By the curvature of the faces, and of edges."""
+        run_ranges(slopes_nb.slopes, len(p_B), POINTS, self.tables, p_B, feet, out)
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
         """First entries by interval Newton."""

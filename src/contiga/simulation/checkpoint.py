@@ -25,7 +25,7 @@ from contiga.simulation.peak import Peak
 from contiga.simulation.settle import Rest
 from contiga.simulation.system_state import BodyStates, Energy, SystemState
 
-FORMAT = 15
+FORMAT = 16
 _NUMBERS = ("step", "peak_energy", "shaking", "leak", "place_error", "speed_error")
 """Of a state."""
 

@@ -241,7 +241,7 @@ def _add_contact(
             straight(fastest)(points, normals, along, across, *body),
             straight(fastest)(points, normals, damping, dragging, *body) if damped else 0.0,
         )
-        if kept.tangent is not None:
+        if kept.stiffness_bound is not None:
             # Steps follow the swing on the curve; what shares its force is kept stable alone.
             single = kept.stiffness.at(rows)
             whole = Rates(straight(fastest)(points, normals, single, across, *body), rates.decay)

@@ -586,7 +586,7 @@ def changes_of_points(model: Model, last: SystemState, state: SystemState) -> fl
     changes = np.zeros((len(system.free), 6))
     for part in model.contacts:
         before, now = last.contacts[part.name], state.contacts[part.name]
-        if now.kept.tangent is not None:
+        if now.kept.stiffness_bound is not None:
             forces, rows = [], _sharing(before, now)
             for kept in (before.kept, now.kept):
                 forces.append(kept.normal_force.at(rows)[:, None] * kept.normal_B.at(rows))

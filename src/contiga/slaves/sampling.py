@@ -7,7 +7,8 @@ F_j = Σ_q N_j(q) f_q. So the work of the forces on the nodes is that of the for
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +17,13 @@ from contiga.arrays.layout import locked
 from contiga.arrays.threads import run_ranges
 from contiga.errors import InputError
 from contiga.records import FloatArray, IndexArray, IntArray
+from contiga.slaves.kernels import facet_blocks_nb
 from contiga.slaves.kernels.facet_points_nb import points_of_facets
 from contiga.slaves.quads import QuadRule, corners_of, quad_normals, quad_rule, triangle_normals
 from contiga.slaves.slave import Slave
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 FACETS = 2000
 """Below so many a second thread does not pay."""
@@ -134,6 +139,17 @@ def _faces_of(slave: Slave, points: int) -> tuple[_OnFaces, ...]:
     return tuple(faces)
 
 
+class _Adjacent(NamedTuple):
+    """Which nodes share a face: blocks of a sparse matrix, row after row."""
+
+    start: IndexArray
+    """(n + 1,) where the blocks of each node begin."""
+    column: IntArray
+    """(b,) the other node of each block."""
+    places: dict[int, IntArray]
+    """By the first row of faces (f, c, c) which block is between each two corners."""
+
+
 class Sampling:
     """The nodes of a slave, or its nodes and after them the quadrature points of its facets.
 
@@ -234,6 +250,58 @@ class Sampling:
             corner, shape = on.of(rows[part])
             out += self._gathered(corner, shape * values[part, None])
         return out
+
+    def matrix(self, rows: IndexArray, blocks: FloatArray) -> csr_array:
+        """(3 n, 3 n) sparse, over the nodes, of `blocks` (len(rows), 3, 3) at `rows`, ascending.
+
+        With x_q = Σ_a N_qa x_a and F_a = Σ_q N_qa f_q it is Σ_q N_qa N_qb K_q between nodes a, b.
+        """
+        from scipy.sparse import bsr_array
+
+        n = self.n_nodes
+        if not self._faces:
+            count = np.zeros(n + 1, np.int32)
+            count[rows + 1] = 1
+            start, column, values = np.cumsum(count, dtype=np.int32), rows.astype(np.int32), blocks
+        else:
+            start, column, values = self._between(rows, blocks)
+        return bsr_array((values, column, start), shape=(3 * n, 3 * n)).tocsr()
+
+    def _between(
+        self, rows: IndexArray, blocks: FloatArray
+    ) -> tuple[IntArray, IntArray, FloatArray]:
+        """Where the rows of nodes start, columns and blocks, of points between the nodes."""
+        adjacent = self._adjacent
+        used = np.zeros(len(adjacent.column), np.int8)
+        parts = []
+        for on, part in self._split(rows):
+            face, k = np.divmod(rows[part] - on.first, len(on.shape))
+            places = adjacent.places[on.first]
+            facet_blocks_nb.mark(places, face, used)
+            parts.append((blocks[part], face, k, on.shape, places))
+        kept = np.flatnonzero(used)
+        new = np.zeros(len(used) + 1, np.int32)
+        np.cumsum(used, out=new[1:])
+        values = np.zeros((len(kept), 3, 3))
+        for block, face, k, shape, places in parts:
+            facet_blocks_nb.add(block, face, k, shape, new[places], values)
+        return new[adjacent.start], adjacent.column[kept], values
+
+    @cached_property
+    def _adjacent(self) -> _Adjacent:
+        """Found when it is first asked for."""
+        n = self.n_nodes
+        pairs = [
+            on.corners[:, :, None].astype(np.int64) * n + on.corners[:, None] for on in self._faces
+        ]
+        keys, place = np.unique(np.concatenate([p.ravel() for p in pairs]), return_inverse=True)
+        start = np.searchsorted(keys, np.arange(n + 1, dtype=np.int64) * n)
+        ends = np.cumsum([p.size for p in pairs])[:-1]
+        places = {
+            on.first: part.reshape(p.shape).astype(np.int32)
+            for on, p, part in zip(self._faces, pairs, np.split(place.ravel(), ends), strict=True)
+        }
+        return _Adjacent(start, (keys % n).astype(np.int32), places)
 
     def _split(self, rows: IndexArray) -> Iterator[tuple[_OnFaces, slice]]:
         """Which of `rows`, ascending, are on faces of each number of corners."""

@@ -14,6 +14,7 @@ from contiga.records import (
     ByteArray,
     FacingLimits,
     FloatArray,
+    FootSlopes,
     Hit,
     IntArray,
     KnownSides,
@@ -23,7 +24,7 @@ from contiga.records import (
 from contiga.triangles.facet_feet import closest_of_rows, is_smooth, track
 from contiga.triangles.facet_hits import hits_of_rows, last_crossings
 from contiga.triangles.facet_tables import Tables, tables_of
-from contiga.triangles.kernels import closest_nb
+from contiga.triangles.kernels import closest_nb, facet_slopes_nb
 from contiga.triangles.triangle_arrays import TriangleArrays
 
 # Points below which a second thread does not pay.
@@ -85,6 +86,11 @@ class FacetedSurface(NamedTuple):
     ) -> None:
         """Feet continued over adjoining triangles."""
         track(self.tables, p_B, (patch, before), self.smooth, out)
+
+    def slopes(self, p_B: FloatArray, feet: Projection, out: FootSlopes) -> None:
+        """Of flat triangles: normals turn about edges and corners, or are interpolated."""
+        given = self.tables.facets, self.tables.slot, self.smooth, p_B, feet, out
+        run_ranges(facet_slopes_nb.slopes, len(p_B), POINTS, *given)
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
         """First crossings of triangles from their free side."""

@@ -18,6 +18,7 @@ N = 60
 def feet_of(rng: np.random.Generator) -> Projection:
     point, normal = rng.normal(size=(2, N, 3))
     bytes_of = np.zeros((3, N), np.int8)
+    bytes_of[0] = rng.integers(0, 3, N)
     gap = np.where(rng.random(N) < 0.2, 0.0, -rng.random(N))
     gap[::9] = 0.3
     return Projection(np.zeros(N, np.int32), np.zeros((N, 2)), point, normal, gap, *bytes_of)
@@ -31,11 +32,12 @@ def test_every_point_is_seen_as_plain_numpy_says(known: bool) -> None:
     now, before = rng.normal(size=(2, N, 3))
     before[rows[3]], before[rows[5], 1] = np.nan, np.inf
     patch = rng.integers(-1, 2, N).astype(np.int32)
+    feature = rng.integers(0, 3, N).astype(np.int8)
     deep = np.flatnonzero(rng.random(N) < 0.5).astype(np.int32)
     penetration = rng.random(len(deep))
     velocity = rng.normal(size=(len(rows), 3)) if known else NOWHERE
     points = ContactRows.of(rows, velocity)
-    last = LastDepths(patch, before, deep, penetration)
+    last = LastDepths(patch, feature, before, deep, penetration)
     gather(feet, now, last, 0.25, points)
 
     depth, normal = np.maximum(-feet.gap[rows], 0.0), feet.normal[rows]
@@ -51,6 +53,7 @@ def test_every_point_is_seen_as_plain_numpy_says(known: bool) -> None:
     for name, wanted in (
         ("depth", depth), ("normal", normal), ("foot", feet.point[rows]),
         ("path", way), ("old", old), ("rate", rate),
+        ("switched", (patch != feet.patch)[rows] | (feature != feet.feature)[rows]),
     ):  # fmt: skip
         np.testing.assert_array_equal(getattr(points, name), wanted, err_msg=name)
     assert not np.signbit(points.depth).any()

@@ -141,8 +141,8 @@ def test_of_what_there_is_not_the_arrays_are_empty() -> None:
     slave = cg.Slave([[0.0, 0.0, 2.0]], area=[1.0])
     state = cg.Contact(cg.Body([cg.shapes.sphere()]), slave, law=law).start(slave.points)
     for name, shape in (
-        ("damping", (0,)), ("viscosity", (0,)), ("friction_memory", (1, 0)), ("tangent", (0,)),
-        ("traction_B", (0, 3)), ("tangential", (0,)),
+        ("damping", (0,)), ("viscosity", (0,)), ("friction_memory", (1, 0)),
+        ("stiffness_bound", (0,)), ("traction_B", (0, 3)), ("tangential", (0,)),
     ):  # fmt: skip
         assert getattr(state.kept, name) is None
         assert getattr(state, name).shape == shape

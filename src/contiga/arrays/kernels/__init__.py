@@ -6,4 +6,5 @@
 - sort_nb: numbers put in order, rows of a table by one of its columns, and places in what is sorted
 - union_nb: sets that are joined, by union and find
 - vector_nb: vectors of three numbers in kernels, as tuples
+- foot_slopes_nb: rows of derivatives of feet: how they are written, and those of feet on kinks
 """

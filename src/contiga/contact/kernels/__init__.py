@@ -9,5 +9,6 @@
   chunk at a time in one call
 - way_nb: which wall pushes a point at the end of its way, where these do not tell
 - sums_nb: sums in one order, as NumPy takes them
+- tangent_nb: derivatives of the forces of points
 - totals_nb: world forces, and sums over the points that carry them: wrench and energies
 """

@@ -39,6 +39,7 @@ def gather(feet, now, last, dt, out):
         below = -feet.gap[k]
         out.depth[i] = 0.0 if below <= 0.0 else below
         out.old[i] = last.patch[k] >= 0
+        out.switched[i] = last.patch[k] != feet.patch[k] or last.feature[k] != feet.feature[k]
         speed = approach = 0.0
         for c in range(3):
             out.normal[i, c] = feet.normal[k, c]

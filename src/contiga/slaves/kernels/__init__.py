@@ -1,4 +1,5 @@
 """Kernels of slaves.
 
 - facet_points_nb: points of facets by their shape functions
+- facet_blocks_nb: sparse matrices between the corners of facets
 """

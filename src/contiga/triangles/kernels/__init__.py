@@ -6,5 +6,6 @@
 - order_nb: an order of points along space, so that each is near the one before
 - closest_nb: closest points of a mesh: branch and bound over its hierarchy
 - entry_nb: crossings of a swept point: the segment p0 → p1 against the triangles of a mesh
+- facet_slopes_nb: derivatives of depth and normal at feet
 - facet_walk_nb: feet continued from the last ones by walking over adjoining triangles
 """

@@ -1,0 +1,365 @@
+"""Derivatives of the forces of a step: what Newton's method in an implicit code asks for.
+
+A step is a function of where the slave's points and the master are at its end; the state before it
+stays as it is, with all that laws and friction remember. Of a point with the normal n and the force
+F(λ, λ̇) the derivative is n dFᵀ + F H, with H = dn/dp of the foot (`contiga.search.slopes`), and so
+K = −k (n nᵀ + g H) of a spring. Rates are changes over the step: dλ̇ = dλ/Δt. What is common to
+several points, as one force that they share, couples them: Σ_j L_i R_jᵀ beside the blocks.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from contiga.arrays.layout import as_numbers
+from contiga.arrays.ordered import row_lengths
+from contiga.arrays.threads import run_ranges
+from contiga.contact.friction_tangent import (
+    Carried,
+    Terms,
+    changes_over_places,
+    changes_over_velocities,
+    friction_terms,
+)
+from contiga.contact.kernels import tangent_nb
+from contiga.contact.loads import Column
+from contiga.contact.respond import ContactRows, Seen
+from contiga.contact.state import State
+from contiga.errors import InputError
+from contiga.laws.friction import Friction
+from contiga.laws.law import Law
+from contiga.masters.protocol import Surface
+from contiga.records import (
+    DepthSlopes,
+    FloatArray,
+    FootSlopes,
+    IntArray,
+    LawInput,
+    LawOutput,
+    LawTangent,
+    Projection,
+)
+from contiga.rigid.frames import to_world, turn_to_world
+from contiga.slaves.sampling import Sampling
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+# Points below which a second thread does not pay.
+POINTS = 2048
+# Of a matrix that is full between points: what scipy's indices reach.
+MOST_NUMBERS = 2**31 - 1
+# Times the way that its derivative allows by which a foot has not come step by step.
+JUMP = 2.0
+
+
+class StepInputs(NamedTuple):
+    """What laws were handed in the step that has made a state."""
+
+    points: ContactRows
+    """That carry forces."""
+    law: LawInput
+    friction: Seen | None
+    foot_before: Column
+    """Feet at the state before, body axes; none at the start."""
+    twist: FloatArray | None
+    """(2, 3) velocity of the body's origin and its spin, world axes, where velocities were given:
+    then they stay as they are."""
+
+
+class Asked(NamedTuple):
+    """A contact that is asked for the derivatives of its forces."""
+
+    surface: Surface
+    law: Law
+    friction: Friction | None
+    sampling: Sampling
+    half: FloatArray | None
+    """(m,) half the thickness of shells at all points."""
+    reference_point: FloatArray
+    """(3,) body axes."""
+
+
+class Linearisation(NamedTuple):
+    """Derivatives of the forces of a step on a slave's n points, and of the wrench on the master.
+
+    In world axes; rows and columns of points are x, y, z of point after point. A small motion of
+    the master is six numbers: how its frame's origin goes, and the angle by which it turns, in
+    radians.
+    """
+
+    force_by_points: csr_array
+    """(3 n, 3 n)."""
+    force_by_pose: FloatArray
+    """(3 n, 6)."""
+    wrench_by_points: FloatArray
+    """(6, 3 n)."""
+    wrench_by_pose: FloatArray
+    """(6, 6)."""
+    force_by_velocity: csr_array
+    """(3 n, 3 n) over velocities that a step was given; without entries where it was given none, as
+    rates then follow from the points."""
+
+
+class _NormalTangent(NamedTuple):
+    """The forces of k points and their slopes, as the kernel reads them."""
+
+    force: FloatArray
+    """(k,)."""
+    own: FloatArray
+    """(k,) ∂F/∂λ."""
+    rate: FloatArray
+    """(k,) ∂F/∂λ̇."""
+    dt: float
+    """Length of the step; infinite where it has none, and no rates."""
+    grown: FloatArray
+    """(k, 3) the gradient of each force over its own point, filled in."""
+
+
+class _Tangents(NamedTuple):
+    """Derivatives of the forces on points, world axes."""
+
+    places: Terms
+    """Over the places of points, at fixed velocities against the body."""
+    velocities: Terms
+    """Over these velocities; zero where none were given."""
+
+
+def tangent_of(asked: Asked, state: State, inputs: StepInputs) -> csr_array:
+    """∂F/∂x of the nodes of a slave (3 n, 3 n)."""
+    both = _point_tangents(asked, state, inputs)
+    return _matrix_of(inputs.points.rows, _at_fixed_velocity(both, inputs), asked.sampling)
+
+
+def linearisation_of(asked: Asked, state: State, inputs: StepInputs) -> Linearisation:
+    """All derivatives of the forces of a step."""
+    rows, sampling, pose = inputs.points.rows, asked.sampling, state.pose
+    both = _point_tangents(asked, state, inputs)
+    places = _at_fixed_velocity(both, inputs)
+    force = inputs.points.normal * state.normal_force[rows, None]
+    if len(state.traction_B):
+        force = force + state.traction_B[rows]
+    force_W, p_W = turn_to_world(pose, force), to_world(pose, state.points_B[rows])
+    at_W, reference = p_W - pose[:3, 3], pose[:3, :3] @ asked.reference_point
+    force_x, at_x, arm_x = (_crossing(v) for v in (force_W, at_W, at_W - reference))
+    # Seen from a body that turns by θ the slave turns the other way; forces turn along with it.
+    by_pose = np.empty((len(rows), 3, 6))
+    by_pose[:, :, :3] = -places.applied(np.broadcast_to(np.eye(3), at_x.shape))
+    by_pose[:, :, 3:] = both.places.applied(at_x) - force_x
+    if inputs.twist is not None:
+        moving = turn_to_world(pose, inputs.points.velocity)
+        by_pose[:, :, 3:] += both.velocities.applied(_crossing(moving))
+    by_points = np.concatenate([-places.summed(), force_x - places.summed(arm_x)], axis=1)
+    whole, lever = _crossing(np.stack([force_W.sum(axis=0), reference]))
+    wrench_by_pose = np.empty((6, 6))
+    wrench_by_pose[:3] = -by_pose.sum(axis=0)
+    wrench_by_pose[3:] = -np.einsum("kab,kbq->aq", arm_x, by_pose, optimize=False)
+    wrench_by_pose[3:] += whole @ np.concatenate([-np.eye(3), lever], axis=1)
+    n = sampling.n_nodes
+    nodal = np.stack([sampling.nodal(rows, by_pose[:, :, q]) for q in range(6)], axis=2)
+    across = np.stack([sampling.nodal(rows, by_points[:, q]) for q in range(6)])
+    told = rows if inputs.twist is not None else rows[:0]
+    return Linearisation(
+        _matrix_of(rows, places, sampling),
+        nodal.reshape(3 * n, 6),
+        across.reshape(6, 3 * n),
+        wrench_by_pose,
+        _matrix_of(told, both.velocities, sampling),
+    )
+
+
+def kinks_of(asked: Asked, state: State, inputs: StepInputs) -> IntArray:
+    """Points in contact before and now that another piece of the master pushes, or whose foot has
+    gone farther than its derivative says."""
+    points = inputs.points
+    normal, moved = points.normal, points.foot - inputs.foot_before.at(points.rows)
+    slopes = _foot_slopes(asked, state, points)
+    stretch = np.eye(3) - normal[:, :, None] * normal[:, None, :]
+    stretch += points.depth[:, None, None] * slopes.normal
+    allowed = JUMP * np.sqrt(np.square(stretch).sum(axis=(1, 2))) * row_lengths(points.path)
+    kinked: IntArray = points.rows[points.old & (points.switched | (row_lengths(moved) > allowed))]
+    return kinked
+
+
+def _point_tangents(asked: Asked, state: State, inputs: StepInputs) -> _Tangents:
+    """Derivatives of the forces on the points that carry.
+
+    Raises
+    ------
+    InputError
+        Law or friction has no derivatives, or not one row a point.
+    """
+    points, friction, seen = inputs.points, asked.friction, inputs.friction
+    slopes = _foot_slopes(asked, state, points)
+    output, tangent = _law_tangent(asked.law, inputs.law)
+    k, dt = len(points.rows), inputs.law.dt or np.inf
+    rate = np.zeros(k) if tangent.rate is None else tangent.rate
+    force = state.kept.normal_force.at(points.rows)
+    normal = _NormalTangent(force, tangent.force.own, rate, dt, np.empty((k, 3)))
+    blocks = np.empty((k, 3, 3))
+    run_ranges(tangent_nb.normal_blocks, k, POINTS, points, slopes, normal, blocks)
+    carried = Carried(points, output, tangent, slopes, normal.grown, dt)
+    places = Terms.of(blocks)
+    if tangent.force.left is not None:
+        left = points.normal[:, :, None] * tangent.force.left[:, None, :]
+        places = Terms(blocks, left, carried.pulled(tangent.force))
+    if friction is not None and seen is not None and k:
+        own = changes_over_places(seen.points, carried, getattr(friction, "has_rate", True))
+        places = places.plus(friction_terms(friction, seen, carried, own))
+    places = _in_world(places, state.pose)
+    if inputs.twist is None:
+        return _Tangents(places, Terms.of(np.zeros((k, 3, 3))))
+    by_speed = -rate[:, None] * points.normal
+    velocities = Terms.of(points.normal[:, :, None] * by_speed[:, None, :])
+    if friction is not None and seen is not None and k:
+        still = carried._replace(slopes=FootSlopes(np.zeros((k, 3)), np.zeros((k, 3, 3))))
+        own = changes_over_velocities(by_speed)
+        velocities = velocities.plus(friction_terms(friction, seen, still, own))
+    return _Tangents(places, _in_world(velocities, state.pose))
+
+
+def _at_fixed_velocity(tangents: _Tangents, inputs: StepInputs) -> Terms:
+    """Over the places of points whose velocities stay: by −ω × dx they go against a body that turns
+    by the spin ω."""
+    if inputs.twist is None:
+        return tangents.places
+    spin = _crossing(inputs.twist[1:])[0]
+    return tangents.places.plus(tangents.velocities.after(-spin))
+
+
+def _in_world(terms: Terms, pose: FloatArray) -> Terms:
+    """The same in world axes; the blocks are turned where they are."""
+    turn = pose[:3, :3]
+    run_ranges(tangent_nb.to_world, len(terms.blocks), POINTS, terms.blocks, pose)
+    left, right = (
+        np.einsum("ab,kbr->kar", turn, side, optimize=False) for side in (terms.left, terms.right)
+    )
+    return Terms(terms.blocks, left, right)
+
+
+def _crossing(v: FloatArray) -> FloatArray:
+    """(k, 3, 3) matrices of v × …, of v (k, 3)."""
+    out = np.zeros((len(v), 3, 3))
+    for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        out[:, b, a], out[:, a, b] = v[:, c], -v[:, c]
+    return out
+
+
+def _matrix_of(rows: IntArray, terms: Terms, sampling: Sampling) -> csr_array:
+    """(3 n, 3 n) of the n nodes of a slave, three rows each, of points `rows`.
+
+    Raises
+    ------
+    InputError
+        So many points share a force that the matrix, full between them, cannot be held.
+    """
+    from scipy.sparse import csr_array
+
+    matrix = sampling.matrix(rows, terms.blocks[: len(rows)])
+    if terms.left.shape[2] == 0 or len(rows) == 0:
+        return matrix
+    acting, felt = (int(side.any(axis=(1, 2)).sum()) for side in (terms.left, terms.right))
+    if 9 * acting * felt > MOST_NUMBERS:
+        raise InputError(
+            "the derivatives are full between points that share a force",
+            where="law",
+            found=f"{felt} points, {9 * acting * felt:.2g} numbers",
+            allowed=f"up to {MOST_NUMBERS:.2g}",
+            remedy='Take ForceLaw with share = "deepest", which few points share, or a StressLaw',
+        )
+    left, right = (
+        csr_array(
+            np.column_stack(
+                [sampling.nodal(rows, side[:, :, r]).ravel() for r in range(side.shape[2])]
+            )
+        )
+        for side in (terms.left, terms.right)
+    )
+    return csr_array(matrix + left @ right.T)
+
+
+def _foot_slopes(asked: Asked, state: State, points: ContactRows) -> FootSlopes:
+    """Derivatives of depth and normal of the points; of shells at feet on the body itself."""
+    rows = points.rows
+    k = len(rows)
+    p_B, foot, normal = state.points_B[rows], points.foot, points.normal
+    gap = -points.depth
+    if not points.depth.all():
+        beside = np.einsum("ki,ki->k", p_B - foot, normal, optimize=False)
+        gap = np.where(points.depth > 0.0, gap, beside)
+    in_front = gap > 0.0
+    if asked.half is not None:
+        off = asked.half[rows]
+        foot, gap = foot - off[:, None] * normal, gap + off
+    feet = Projection(
+        state.patch[rows],
+        state.uv[rows],
+        foot,
+        normal,
+        gap,
+        state.feature[rows],
+        np.zeros(k, np.int8),
+        np.zeros(k, np.int8),
+    )
+    slopes = FootSlopes(np.empty((k, 3)), np.empty((k, 3, 3)))
+    if k:
+        asked.surface.slopes(p_B, feet, slopes)
+    slopes.depth[in_front] = 0.0
+    return slopes
+
+
+def _law_tangent(law: Law, inp: LawInput) -> tuple[LawOutput, LawTangent]:
+    """What the law answers where its derivatives are asked for, and these, checked.
+
+    Raises
+    ------
+    InputError
+        It answers none, or not one row a point.
+    """
+    n = len(inp.penetration)
+    if n == 0:
+        none = np.zeros(0)
+        return LawOutput(none, none, none, np.zeros((0, 0))), LawTangent(DepthSlopes(none))
+    output = law.respond(inp._replace(wants_tangent=True))
+    tangent = output.tangent
+    if tangent is None:
+        raise InputError(
+            "the law has no tangent",
+            where="law",
+            found=type(law).__name__,
+            allowed="a law whose LawOutput has one where LawInput.wants_tangent is true",
+            remedy="Answer LawOutput(…, tangent=slopes), (n,) of each force over its penetration, "
+            "or a LawTangent where forces depend on rates or on other points",
+        )
+    if not isinstance(tangent, LawTangent):
+        tangent = LawTangent(DepthSlopes(tangent))
+    return output, LawTangent(
+        _checked_slopes(tangent.force, n, "force"),
+        None if tangent.rate is None else _checked(tangent.rate, (n,), "rate"),
+        None if tangent.stiffness is None else _checked_slopes(tangent.stiffness, n, "stiffness"),
+    )
+
+
+def _checked_slopes(slopes: DepthSlopes, n: int, name: str) -> DepthSlopes:
+    own = _checked(slopes.own, (n,), f"{name}.own")
+    if slopes.left is None or slopes.right is None:
+        return DepthSlopes(own)
+    r = np.shape(slopes.left)[-1] if np.ndim(slopes.left) == 2 else 1
+    sides = (("left", slopes.left), ("right", slopes.right))
+    left, right = (_checked(side, (n, r), f"{name}.{at}") for at, side in sides)
+    return DepthSlopes(own, left, right)
+
+
+def _checked(values: object, shape: tuple[int, ...], name: str) -> FloatArray:
+    where = f"law: tangent.{name}"
+    numbers = as_numbers(values, where, "the law must answer numbers")
+    if numbers.shape != shape:
+        raise InputError(
+            "the law must answer one row a point in contact",
+            where=where,
+            found=numbers.shape,
+            allowed=str(shape),
+        )
+    return numbers
