@@ -147,6 +147,37 @@ class Slave(Displayed):
         for key, value in values.items():
             object.__setattr__(self, key, value)
 
+    @classmethod
+    def of(cls, matter: Any, name: str = "slave") -> Slave:
+        """The slave that is moved by matter of one's own: its points, facets and areas.
+
+        Parameters
+        ----------
+        matter : with the methods of `contiga.matter.Matter`, as `contiga.matter.iga.assemble_shell`
+            makes it; with `facets`, and with `areas` where the points have their own
+        name : what messages and results call it
+
+        Raises
+        ------
+        MeshError
+            Points or facets that are none.
+
+        Examples
+        --------
+        >>> import contiga as cg
+        >>> from contiga.matter.iga import assemble_shell
+        >>> cloth = cg.materials.Elastic(young=1.0, poisson=0.3)
+        >>> sheet = cg.shapes.plane(width=2.0, length=1.0).k_refined((1, 1), [], [])
+        >>> shell = assemble_shell([sheet], material=cloth, density=1.0, thickness=0.1)
+        >>> slave = cg.Slave.of(shell)
+        >>> len(slave), len(shell.mass), float(slave.area.sum().round(12))
+        (16, 9, 2.0)
+        """
+        q = matter.start().points
+        points = q if not hasattr(matter, "points") else matter.points(q)
+        facets = getattr(matter, "facets", None)
+        return cls(points, facets, area=getattr(matter, "areas", None), name=name)
+
     def __setattr__(self, key: str, value: object) -> None:
         raise AttributeError(f"a Slave is immutable: cannot set {key!r}")
 

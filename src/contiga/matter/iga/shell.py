@@ -87,6 +87,11 @@ class Shell:
         """(f, 3) triangles between the points of contact."""
         return self.contact.facets
 
+    @property
+    def areas(self) -> FloatArray:
+        """(n,) area at rest that each point of contact stands for."""
+        return self.contact.weight
+
     def points(self, q: FloatArray) -> FloatArray:
         """See `Matter`: the points of contact."""
         return self.contact.points(q)
