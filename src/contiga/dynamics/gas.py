@@ -225,6 +225,14 @@ class Chamber:
         put(self, "leak", float(leak))
         put(self, "name", name or "gas")
 
+    @property
+    def kinks(self) -> FloatArray:
+        """Times at which what flows bends or jumps."""
+        times = [series.x for one in self.inflators for series in (one.mass_rate, one.temperature)]
+        times += [vent.area.x for vent in self.vents if vent.over == "time"]
+        times += [np.array([v.opens_after]) for v in self.vents if np.isfinite(v.opens_after)]
+        return np.concatenate([np.zeros(0), *times])
+
     def called(self, name: str) -> Chamber:
         """A copy of another name."""
         other = copy(self)

@@ -211,10 +211,11 @@ class Model(Displayed):
 
     @cached_property
     def kinks(self) -> tuple[float, ...]:
-        """Times at which a load or a motion bends or jumps: steps that choose themselves end
-        there."""
+        """Times at which a load, an inflator or a motion bends or jumps: steps that choose
+        themselves end there."""
         bodies, slaves = self.bodies.values(), self.slaves.values()
-        movers = [*(p.motion for p in bodies), *(p.motion for p in slaves), *self.loads]
+        of_parts = [*(p.motion for p in bodies), *(p.motion for p in slaves)]
+        movers: list[object] = [*of_parts, *self.loads, *self.gas.values()]
         return united(map(kinks_in, movers), self.stepping.start, self.stepping.end)
 
     def _facts(self) -> Facts:

@@ -158,6 +158,15 @@ def test_a_vent_opens_at_its_pressure_and_stays_open() -> None:
     assert pressures[-1] == pytest.approx(101_325.0, rel=1e-3)
 
 
+def test_steps_end_where_flows_bend() -> None:
+    rate, vents = (
+        [[0.5, 0.1], [2.0, 0.3]],
+        [Vent(1.0, opens_after=7.0), Vent([[3.0, 1.0]], over="time")],
+    )
+    chamber = Chamber("bag", AROUND, inflators=[Inflator(rate, 300.0)], vents=vents)
+    assert sorted(chamber.kinks.tolist()) == [0.0, 0.5, 2.0, 3.0, 7.0]
+
+
 def test_fabric_leaks_by_its_area() -> None:
     leaky, vented = alone(leak=0.01), alone(vents=[Vent(0.02)])
     ends = []

@@ -75,7 +75,7 @@ class Pair:
         """Whether it is known how the sides stand to each other until they touch."""
         if self.free and self.model.settling is not None:
             return False  # it starts from where it has come to rest
-        if self.free and (self.model.springs or self.model.loads):
+        if self.free and (self.model.springs or self.model.loads or self.model.gas):
             return False
         if self._mover.mass is not None and self._mover.flight is None:
             return False
@@ -89,7 +89,8 @@ class Pair:
             return self.shown_times[: _until_touched(self.dry_runs)]
         motions = self._motions
         told = isinstance(motions[0], Dependent) or is_told(motions[0])
-        pushed = self.model.springs or self.model.loads or self.model.settling is not None
+        devices = self.model.springs or self.model.loads or self.model.gas
+        pushed = bool(devices) or self.model.settling is not None
         times = spread(self.model.stepping.planned(), 2 * STANDINGS)
         if pushed or not (self._mover.stands and told):
             return times[:1]
