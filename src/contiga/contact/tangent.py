@@ -86,8 +86,19 @@ class Linearisation(NamedTuple):
     """Derivatives of the forces of a step on a slave's n points, and of the wrench on the master.
 
     In world axes; rows and columns of points are x, y, z of point after point. A small motion of
-    the master is six numbers: how its frame's origin goes, and the angle by which it turns, in
-    radians.
+    the master is six numbers: how its frame's origin goes, and the angle by which it turns about
+    that, in radians.
+
+    A ball that goes up takes 100 a length off the force on a point below, which points down:
+
+    >>> import contiga as cg
+    >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+    >>> pad = cg.Slave([[0.0, 0.0, -1.1]], area=[0.5])
+    >>> contact = cg.Contact(ball, pad, law=cg.PenaltyLaw(100.0))
+    >>> state = contact.step(contact.start(pad.points), pad.points + [0.0, 0.0, 0.2])
+    >>> whole = contact.linearise(state)
+    >>> round(float(whole.force_by_pose[2, 2]), 9), whole.wrench_by_pose.shape
+    (100.0, (6, 6))
     """
 
     force_by_points: csr_array
