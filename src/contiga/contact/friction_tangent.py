@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.arrays.ordered import length, product, row_products
 from contiga.contact.respond import ContactRows, Seen
 from contiga.errors import InputError
 from contiga.laws.friction import Friction, FrictionChange, FrictionInput
@@ -45,20 +46,21 @@ class Terms(NamedTuple):
     def after(self, matrix: FloatArray) -> Terms:
         """Where each dx_i is `matrix` (3, 3) times what is given."""
         right = np.einsum("kbr,ba->kar", self.right, matrix, optimize=False)
-        return Terms(self.blocks @ matrix, self.left, right)
+        return Terms(product(self.blocks, matrix), self.left, right)
 
     def applied(self, ways: FloatArray) -> FloatArray:
         """(k, 3, m) dF of points that go m ways (k, 3, m)."""
         along = np.einsum("kbr,kbm->rm", self.right, ways, optimize=False)
-        return np.asarray(self.blocks @ ways + self.left @ along)
+        own = np.einsum("kab,kbm->kam", self.blocks, ways, optimize=False)
+        return np.asarray(own + product(self.left, along))
 
     def summed(self, factors: FloatArray | None = None) -> FloatArray:
         """(k, 3, 3) derivatives of Σ_i F_i over each point; of Σ_i factors_i F_i (k, 3, 3)."""
-        if factors is None:
-            return np.asarray(self.blocks + np.einsum("ar,kbr->kab", self.left.sum(0), self.right))
-        left = np.einsum("kab,kbr->ar", factors, self.left, optimize=False)
-        coupled = np.einsum("ar,kbr->kab", left, self.right, optimize=False)
-        return np.asarray(factors @ self.blocks + coupled)
+        own, left = self.blocks, self.left.sum(axis=0)
+        if factors is not None:
+            own = np.einsum("kab,kbc->kac", factors, self.blocks, optimize=False)
+            left = np.einsum("kab,kbr->ar", factors, self.left, optimize=False)
+        return np.asarray(own + np.einsum("ar,kbr->kab", left, self.right, optimize=False))
 
 
 class Carried(NamedTuple):
@@ -92,7 +94,7 @@ def changes_over_places(seen: FrictionInput, carried: Carried, has_rate: bool) -
     if len(new):
         n, way = points.normal[new], points.path[new]
         turn = np.einsum("ki,kij->kj", way, slopes.normal[new], optimize=False)
-        approach = -np.einsum("ki,ki->k", way, n, optimize=False)[:, None]
+        approach = -row_products(way, n)[:, None]
         share = (slopes.depth[new] + points.inside[new, None] * (n + turn)) / approach
         path[new] += way[:, :, None] * share[:, None, :]
     # The stiffness of a point without a slope is the secant.
@@ -169,14 +171,14 @@ def _of_whole(
         """(d, k, 3) Σ_i weights_i dy_i over all points; of each y over its own it is `grown`."""
         change: FloatArray = weights.T[:, :, None] * grown
         if of is not None and of.left is not None:
-            change += np.einsum("dr,jcr->djc", weights.T @ of.left, carried.pulled(of))
+            change += np.einsum("dr,jcr->djc", product(weights.T, of.left), carried.pulled(of))
         return change
 
     def shifted(values: FloatArray) -> FloatArray:
         """(d, k, 3) Σ_i values_i ds_i over all points."""
         if not total > 0.0:
             return np.zeros((values.shape[1], k, 3))
-        return summed(values - shares @ values, own.force, force) / total
+        return summed(values - product(shares, values), own.force, force) / total
 
     def weighted(weights: FloatArray, changes: FloatArray) -> FloatArray:
         """(d, k, 3) Σ_i weights_i dy_i of vectors that change with their own points alone."""
@@ -185,8 +187,8 @@ def _of_whole(
     one = np.ones((k, 1))
     total_grown = summed(one, own.force, force)
     springs = summed(one, own.stiffness, carried.tangent.stiffness)
-    mean = shares @ points.normal
-    size = float(np.sqrt(mean @ mean))
+    mean = product(shares, points.normal)
+    size = length(mean)
     normal = shifted(points.normal) + weighted(shares, own.normal)
     if size > 0.0:
         normal = (normal - np.einsum("a,b,bkc->akc", mean, mean, normal) / size**2) / size

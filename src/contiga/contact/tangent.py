@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from contiga.arrays.layout import as_numbers
-from contiga.arrays.ordered import row_lengths
+from contiga.arrays.ordered import product, row_lengths, row_products
 from contiga.arrays.threads import run_ranges
 from contiga.contact.friction_tangent import (
     Carried,
@@ -153,7 +153,7 @@ def linearisation_of(asked: Asked, state: State, inputs: StepInputs) -> Linearis
     if len(state.traction_B):
         force = force + state.traction_B[rows]
     force_W, p_W = turn_to_world(pose, force), to_world(pose, state.points_B[rows])
-    at_W, reference = p_W - pose[:3, 3], pose[:3, :3] @ asked.reference_point
+    at_W, reference = p_W - pose[:3, 3], product(pose[:3, :3], asked.reference_point)
     force_x, at_x, arm_x = (_crossing(v) for v in (force_W, at_W, at_W - reference))
     # Seen from a body that turns by θ the slave turns the other way; forces turn along with it.
     by_pose = np.empty((len(rows), 3, 6))
@@ -167,7 +167,7 @@ def linearisation_of(asked: Asked, state: State, inputs: StepInputs) -> Linearis
     wrench_by_pose = np.empty((6, 6))
     wrench_by_pose[:3] = -by_pose.sum(axis=0)
     wrench_by_pose[3:] = -np.einsum("kab,kbq->aq", arm_x, by_pose, optimize=False)
-    wrench_by_pose[3:] += whole @ np.concatenate([-np.eye(3), lever], axis=1)
+    wrench_by_pose[3:] += product(whole, np.concatenate([-np.eye(3), lever], axis=1))
     n = sampling.n_nodes
     nodal = np.stack([sampling.nodal(rows, by_pose[:, :, q]) for q in range(6)], axis=2)
     across = np.stack([sampling.nodal(rows, by_points[:, q]) for q in range(6)])
@@ -298,7 +298,7 @@ def _foot_slopes(asked: Asked, state: State, points: ContactRows) -> FootSlopes:
     p_B, foot, normal = state.points_B[rows], points.foot, points.normal
     gap = -points.depth
     if not points.depth.all():
-        beside = np.einsum("ki,ki->k", p_B - foot, normal, optimize=False)
+        beside = row_products(p_B - foot, normal)
         gap = np.where(points.depth > 0.0, gap, beside)
     in_front = gap > 0.0
     if asked.half is not None:

@@ -227,6 +227,21 @@ def test_more_that_share_than_a_matrix_can_hold_are_refused(
         contact.tangent(state)
 
 
+def test_areas_that_are_measured_are_held() -> None:
+    points = cg.clouds.sample(cg.shapes.plane(width=1.6, length=1.6), 5, 5)
+    row = np.arange(25).reshape(5, 5)
+    corners = row[:-1, :-1], row[1:, :-1], row[1:, 1:], row[:-1, 1:]
+    quads = np.stack(corners, axis=-1).reshape(-1, 4)
+    points = points + np.array([0.0, 0.0, 2.6])
+    law, search = cg.StressLaw(TABLE, 0.7), "penetration"
+    measured = cg.Contact(EGG, cg.Slave(points, quads), law=law, weights="area", search=search)
+    state = measured.start(points)
+    assert 4 < state.n_contact < 25
+    fixed = cg.Contact(EGG, cg.Slave(points, area=state.area), law=law, search=search)
+    wanted = fixed.tangent(fixed.start(points)).toarray()
+    np.testing.assert_allclose(measured.tangent(state).toarray(), wanted, rtol=1e-12, atol=1e-12)
+
+
 def test_points_that_come_in_are_damped_by_their_approach() -> None:
     inside, normals = pressed(np.array([0.05, 0.08]))
     outside = inside + 0.3 * normals
