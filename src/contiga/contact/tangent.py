@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 POINTS = 2048
 # Of a matrix that is full between points: what scipy's indices reach.
 MOST_NUMBERS = 2**31 - 1
-# Times the way that its derivative allows by which a foot has not come step by step.
+# Factor on the movement that its derivative allows, beyond which a foot has jumped.
 JUMP = 2.0
 
 
@@ -154,16 +154,16 @@ def linearisation_of(asked: Asked, state: State, inputs: StepInputs) -> Linearis
         force = force + state.traction_B[rows]
     force_W, p_W = turn_to_world(pose, force), to_world(pose, state.points_B[rows])
     at_W, reference = p_W - pose[:3, 3], product(pose[:3, :3], asked.reference_point)
-    force_x, at_x, arm_x = (_crossing(v) for v in (force_W, at_W, at_W - reference))
+    force_x, at_x, arm_x = (_cross_matrices(v) for v in (force_W, at_W, at_W - reference))
     # Seen from a body that turns by θ the slave turns the other way; forces turn along with it.
     by_pose = np.empty((len(rows), 3, 6))
     by_pose[:, :, :3] = -places.applied(np.broadcast_to(np.eye(3), at_x.shape))
     by_pose[:, :, 3:] = both.places.applied(at_x) - force_x
     if inputs.twist is not None:
         moving = turn_to_world(pose, inputs.points.velocity)
-        by_pose[:, :, 3:] += both.velocities.applied(_crossing(moving))
+        by_pose[:, :, 3:] += both.velocities.applied(_cross_matrices(moving))
     by_points = np.concatenate([-places.summed(), force_x - places.summed(arm_x)], axis=1)
-    whole, lever = _crossing(np.stack([force_W.sum(axis=0), reference]))
+    whole, lever = _cross_matrices(np.stack([force_W.sum(axis=0), reference]))
     wrench_by_pose = np.empty((6, 6))
     wrench_by_pose[:3] = -by_pose.sum(axis=0)
     wrench_by_pose[3:] = -np.einsum("kab,kbq->aq", arm_x, by_pose, optimize=False)
@@ -236,7 +236,7 @@ def _at_fixed_velocity(tangents: _Tangents, inputs: StepInputs) -> Terms:
     by the spin ω."""
     if inputs.twist is None:
         return tangents.places
-    spin = _crossing(inputs.twist[1:])[0]
+    spin = _cross_matrices(inputs.twist[1:])[0]
     return tangents.places.plus(tangents.velocities.after(-spin))
 
 
@@ -250,7 +250,7 @@ def _in_world(terms: Terms, pose: FloatArray) -> Terms:
     return Terms(terms.blocks, left, right)
 
 
-def _crossing(v: FloatArray) -> FloatArray:
+def _cross_matrices(v: FloatArray) -> FloatArray:
     """(k, 3, 3) matrices of v × …, of v (k, 3)."""
     out = np.zeros((len(v), 3, 3))
     for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
