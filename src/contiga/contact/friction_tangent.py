@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.arrays.layout import as_numbers
 from contiga.arrays.ordered import length, product, row_products
 from contiga.contact.respond import ContactRows, Seen
 from contiga.errors import InputError
@@ -138,9 +139,24 @@ def friction_terms(friction: Friction, seen: Seen, carried: Carried, own: Fricti
     return _of_whole(friction, seen, seen.whole, carried, own)
 
 
+def _changes(friction: Any, seen: FrictionInput, change: FrictionChange) -> FloatArray:
+    """(n, 3, m) of the forces, as friction answers, checked."""
+    where = "friction: changes"
+    answer = as_numbers(friction.changes(seen, change), where, "friction must answer numbers")
+    n, m = change.force.shape
+    if answer.shape != (n, 3, m):
+        raise InputError(
+            "friction must answer a vector a point and direction",
+            where=where,
+            found=answer.shape,
+            allowed=str((n, 3, m)),
+        )
+    return answer
+
+
 def _of_points(friction: Any, seen: FrictionInput, carried: Carried, own: FrictionChange) -> Terms:
     """Of friction that sees each point for itself."""
-    blocks, k = friction.changes(seen, own), len(seen.force)
+    blocks, k = _changes(friction, seen, own), len(seen.force)
     couplings = carried.tangent.force, carried.tangent.stiffness
     terms = Terms.of(blocks)
     if all(one is None or one.left is None for one in couplings):
@@ -149,7 +165,7 @@ def _of_points(friction: Any, seen: FrictionInput, carried: Carried, own: Fricti
     stays, one, none = np.zeros((k, 3, 2)), np.ones(k), np.zeros(k)
     by_force, by_stiffness = np.stack([one, none], axis=1), np.stack([none, one], axis=1)
     change = FrictionChange(by_force, by_stiffness, stays, stays, stays)
-    partial = friction.changes(seen, change)
+    partial = _changes(friction, seen, change)
     nothing = np.zeros(blocks.shape)
     for j, slopes in enumerate(couplings):
         if slopes is not None and slopes.left is not None:
@@ -201,7 +217,7 @@ def _of_whole(
         springs.reshape(1, -1),
         *(np.ascontiguousarray(v.reshape(1, 3, -1)) for v in (normal, path, velocity)),
     )
-    turned = friction.changes(whole, change)[0].reshape(3, k, 3)
+    turned = _changes(friction, whole, change)[0].reshape(3, k, 3)
     traction = np.asarray(friction.respond(whole).force)[0]
     none = np.zeros((k, 3, 3))
     terms = Terms(none, shares[:, None, None] * np.eye(3), np.moveaxis(turned, 0, 2))

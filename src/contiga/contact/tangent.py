@@ -9,7 +9,7 @@ several points, as one force that they share, couples them: Σ_j L_i R_jᵀ besi
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -353,13 +353,18 @@ def _law_tangent(law: Law, inp: LawInput) -> tuple[LawOutput, LawTangent]:
     )
 
 
-def _checked_slopes(slopes: DepthSlopes, n: int, name: str) -> DepthSlopes:
+def _checked_slopes(given: Any, n: int, name: str) -> DepthSlopes:
+    """Slopes of n points; what is no `DepthSlopes` are those over a point's own penetration."""
+    slopes = given if isinstance(given, DepthSlopes) else DepthSlopes(given)
     own = _checked(slopes.own, (n,), f"{name}.own")
-    if slopes.left is None or slopes.right is None:
+    one: Any = slopes.left
+    if one is None and slopes.right is None:
         return DepthSlopes(own)
-    r = np.shape(slopes.left)[-1] if np.ndim(slopes.left) == 2 else 1
-    sides = (("left", slopes.left), ("right", slopes.right))
-    left, right = (_checked(side, (n, r), f"{name}.{at}") for at, side in sides)
+    r = np.shape(one)[1] if np.ndim(one) == 2 else 1
+    left, right = (
+        _checked(side, (n, r), f"{name}.{at}")
+        for at, side in (("left", one), ("right", slopes.right))
+    )
     return DepthSlopes(own, left, right)
 
 

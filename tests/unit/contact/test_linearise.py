@@ -193,9 +193,16 @@ def test_friction_without_derivatives_is_told_what_to_add() -> None:
         def slid(self, memory: np.ndarray) -> np.ndarray:
             return np.zeros((len(memory), 3))
 
+    class Short(cg.Coulomb):
+        def changes(self, inp: object, change: object) -> np.ndarray:
+            return super().changes(inp, change)[:, :2]
+
     points, _ = pressed(DEPTHS)
     contact = contact_of(EGG, 4, friction=Dry())
     with pytest.raises(InputError, match=r"friction.*no derivatives.*Dry.*changes"):
+        contact.tangent(contact.start(points))
+    contact = contact_of(EGG, 4, friction=Short(0.3))
+    with pytest.raises(InputError, match=r"friction: changes.*a vector a point and direction"):
         contact.tangent(contact.start(points))
 
 
