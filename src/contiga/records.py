@@ -244,6 +244,12 @@ class DepthSlopes(NamedTuple):
     """How a value of n_c points changes with their penetrations.
 
     ∂y_i/∂λ_j = own_i δ_ij + Σ_k left_ik right_jk.
+
+    Two points with springs of 5, whose forces both fall by 2 for the depth of either:
+
+    >>> both = DepthSlopes(np.array([5.0, 5.0]), np.ones((2, 1)), np.full((2, 1), -2.0))
+    >>> (np.diag(both.own) + both.left @ both.right.T).tolist()
+    [[3.0, -2.0], [-2.0, 3.0]]
     """
 
     own: FloatArray
@@ -254,7 +260,15 @@ class DepthSlopes(NamedTuple):
 
 
 class LawTangent(NamedTuple):
-    """How the answer of a law changes; areas, and what it remembers of the last step, stay."""
+    """How the answer of a law changes; areas, and what it remembers of the last step, stay.
+
+    >>> import contiga as cg
+    >>> one = np.array([0.1])
+    >>> seen = LawInput(one, one, one, None, None, 0.5, wants_tangent=True)
+    >>> slopes = cg.PenaltyLaw(50.0, damping=2.0).respond(seen).tangent
+    >>> slopes.force.own.tolist(), slopes.rate.tolist()
+    ([50.0], [2.0])
+    """
 
     force: DepthSlopes
     """Of the forces, at fixed rates."""

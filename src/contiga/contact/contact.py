@@ -356,8 +356,9 @@ class Contact(Displayed):
         """(3 n, 3 n) ∂force/∂points: how the forces on the slave's points change with these.
 
         Of the step that has made `state`, whose own past stays as it was; exact but where areas
-        are measured (`weights="area"`), which are held. Rows and columns are x, y, z of point
-        after point, world axes. Without contact there are no entries.
+        are measured (`weights="area"`), which are held. Of a point that only just touches it is
+        that of going deeper. Rows and columns are x, y, z of point after point, world axes.
+        Without contact there are no entries.
 
         Raises
         ------

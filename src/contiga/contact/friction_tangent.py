@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.arrays.layout import as_numbers
+from contiga.arrays.ordered import length, product, row_products
 from contiga.contact.respond import ContactRows, Seen
 from contiga.errors import InputError
 from contiga.laws.friction import Friction, FrictionChange, FrictionInput
@@ -45,20 +47,21 @@ class Terms(NamedTuple):
     def after(self, matrix: FloatArray) -> Terms:
         """Where each dx_i is `matrix` (3, 3) times what is given."""
         right = np.einsum("kbr,ba->kar", self.right, matrix, optimize=False)
-        return Terms(self.blocks @ matrix, self.left, right)
+        return Terms(product(self.blocks, matrix), self.left, right)
 
     def applied(self, ways: FloatArray) -> FloatArray:
         """(k, 3, m) dF of points that go m ways (k, 3, m)."""
         along = np.einsum("kbr,kbm->rm", self.right, ways, optimize=False)
-        return np.asarray(self.blocks @ ways + self.left @ along)
+        own = np.einsum("kab,kbm->kam", self.blocks, ways, optimize=False)
+        return np.asarray(own + product(self.left, along))
 
     def summed(self, factors: FloatArray | None = None) -> FloatArray:
         """(k, 3, 3) derivatives of Σ_i F_i over each point; of Σ_i factors_i F_i (k, 3, 3)."""
-        if factors is None:
-            return np.asarray(self.blocks + np.einsum("ar,kbr->kab", self.left.sum(0), self.right))
-        left = np.einsum("kab,kbr->ar", factors, self.left, optimize=False)
-        coupled = np.einsum("ar,kbr->kab", left, self.right, optimize=False)
-        return np.asarray(factors @ self.blocks + coupled)
+        own, left = self.blocks, self.left.sum(axis=0)
+        if factors is not None:
+            own = np.einsum("kab,kbc->kac", factors, self.blocks, optimize=False)
+            left = np.einsum("kab,kbr->ar", factors, self.left, optimize=False)
+        return np.asarray(own + np.einsum("ar,kbr->kab", left, self.right, optimize=False))
 
 
 class Carried(NamedTuple):
@@ -92,7 +95,7 @@ def changes_over_places(seen: FrictionInput, carried: Carried, has_rate: bool) -
     if len(new):
         n, way = points.normal[new], points.path[new]
         turn = np.einsum("ki,kij->kj", way, slopes.normal[new], optimize=False)
-        approach = -np.einsum("ki,ki->k", way, n, optimize=False)[:, None]
+        approach = -row_products(way, n)[:, None]
         share = (slopes.depth[new] + points.inside[new, None] * (n + turn)) / approach
         path[new] += way[:, :, None] * share[:, None, :]
     # The stiffness of a point without a slope is the secant.
@@ -136,9 +139,24 @@ def friction_terms(friction: Friction, seen: Seen, carried: Carried, own: Fricti
     return _of_whole(friction, seen, seen.whole, carried, own)
 
 
+def _changes(friction: Any, seen: FrictionInput, change: FrictionChange) -> FloatArray:
+    """(n, 3, m) of the forces, as friction answers, checked."""
+    where = "friction: changes"
+    answer = as_numbers(friction.changes(seen, change), where, "friction must answer numbers")
+    n, m = change.force.shape
+    if answer.shape != (n, 3, m):
+        raise InputError(
+            "friction must answer a vector a point and direction",
+            where=where,
+            found=answer.shape,
+            allowed=str((n, 3, m)),
+        )
+    return answer
+
+
 def _of_points(friction: Any, seen: FrictionInput, carried: Carried, own: FrictionChange) -> Terms:
     """Of friction that sees each point for itself."""
-    blocks, k = friction.changes(seen, own), len(seen.force)
+    blocks, k = _changes(friction, seen, own), len(seen.force)
     couplings = carried.tangent.force, carried.tangent.stiffness
     terms = Terms.of(blocks)
     if all(one is None or one.left is None for one in couplings):
@@ -147,7 +165,7 @@ def _of_points(friction: Any, seen: FrictionInput, carried: Carried, own: Fricti
     stays, one, none = np.zeros((k, 3, 2)), np.ones(k), np.zeros(k)
     by_force, by_stiffness = np.stack([one, none], axis=1), np.stack([none, one], axis=1)
     change = FrictionChange(by_force, by_stiffness, stays, stays, stays)
-    partial = friction.changes(seen, change)
+    partial = _changes(friction, seen, change)
     nothing = np.zeros(blocks.shape)
     for j, slopes in enumerate(couplings):
         if slopes is not None and slopes.left is not None:
@@ -169,14 +187,14 @@ def _of_whole(
         """(d, k, 3) Σ_i weights_i dy_i over all points; of each y over its own it is `grown`."""
         change: FloatArray = weights.T[:, :, None] * grown
         if of is not None and of.left is not None:
-            change += np.einsum("dr,jcr->djc", weights.T @ of.left, carried.pulled(of))
+            change += np.einsum("dr,jcr->djc", product(weights.T, of.left), carried.pulled(of))
         return change
 
     def shifted(values: FloatArray) -> FloatArray:
         """(d, k, 3) Σ_i values_i ds_i over all points."""
         if not total > 0.0:
             return np.zeros((values.shape[1], k, 3))
-        return summed(values - shares @ values, own.force, force) / total
+        return summed(values - product(shares, values), own.force, force) / total
 
     def weighted(weights: FloatArray, changes: FloatArray) -> FloatArray:
         """(d, k, 3) Σ_i weights_i dy_i of vectors that change with their own points alone."""
@@ -185,8 +203,8 @@ def _of_whole(
     one = np.ones((k, 1))
     total_grown = summed(one, own.force, force)
     springs = summed(one, own.stiffness, carried.tangent.stiffness)
-    mean = shares @ points.normal
-    size = float(np.sqrt(mean @ mean))
+    mean = product(shares, points.normal)
+    size = length(mean)
     normal = shifted(points.normal) + weighted(shares, own.normal)
     if size > 0.0:
         normal = (normal - np.einsum("a,b,bkc->akc", mean, mean, normal) / size**2) / size
@@ -199,7 +217,7 @@ def _of_whole(
         springs.reshape(1, -1),
         *(np.ascontiguousarray(v.reshape(1, 3, -1)) for v in (normal, path, velocity)),
     )
-    turned = friction.changes(whole, change)[0].reshape(3, k, 3)
+    turned = _changes(friction, whole, change)[0].reshape(3, k, 3)
     traction = np.asarray(friction.respond(whole).force)[0]
     none = np.zeros((k, 3, 3))
     terms = Terms(none, shares[:, None, None] * np.eye(3), np.moveaxis(turned, 0, 2))

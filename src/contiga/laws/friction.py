@@ -67,7 +67,18 @@ class FrictionOutput(NamedTuple):
 
 
 class FrictionChange(NamedTuple):
-    """How the input of a friction law changes in m directions, for its derivatives."""
+    """How the input of a friction law changes in m directions, for its derivatives.
+
+    A block that slips under a normal force of 10; with one more it is held back by 0.4 more:
+
+    >>> up, along, none = np.array([[0.0, 0.0, 1.0]]), np.array([[1.0, 0.0, 0.0]]), np.zeros(1)
+    >>> ten, rest = np.full(1, 10.0), np.zeros((1, 7))
+    >>> pulled = FrictionInput(up, up, ten, none, none, along, along, 1.0, rest)
+    >>> stays = np.zeros((1, 3, 1))
+    >>> heavier = FrictionChange(np.ones((1, 1)), np.zeros((1, 1)), stays, stays, stays)
+    >>> Coulomb(0.4, stiffness=100.0).changes(pulled, heavier)[0, :, 0].round(12).tolist()
+    [-0.4, 0.0, 0.0]
+    """
 
     force: FloatArray
     """(n, m)."""

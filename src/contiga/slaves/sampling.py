@@ -275,7 +275,7 @@ class Sampling:
         used = np.zeros(len(adjacent.column), np.int8)
         parts = []
         for on, part in self._split(rows):
-            face, k = np.divmod(rows[part] - on.first, len(on.shape))
+            face, k = np.divmod(rows[part].astype(np.int64) - on.first, len(on.shape))
             places = adjacent.places[on.first]
             facet_blocks_nb.mark(places, face, used)
             parts.append((blocks[part], face, k, on.shape, places))

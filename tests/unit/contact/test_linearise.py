@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import weakref
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -191,9 +193,16 @@ def test_friction_without_derivatives_is_told_what_to_add() -> None:
         def slid(self, memory: np.ndarray) -> np.ndarray:
             return np.zeros((len(memory), 3))
 
+    class Short(cg.Coulomb):
+        def changes(self, inp: object, change: object) -> np.ndarray:
+            return super().changes(inp, change)[:, :2]
+
     points, _ = pressed(DEPTHS)
     contact = contact_of(EGG, 4, friction=Dry())
     with pytest.raises(InputError, match=r"friction.*no derivatives.*Dry.*changes"):
+        contact.tangent(contact.start(points))
+    contact = contact_of(EGG, 4, friction=Short(0.3))
+    with pytest.raises(InputError, match=r"friction: changes.*a vector a point and direction"):
         contact.tangent(contact.start(points))
 
 
@@ -209,6 +218,15 @@ def test_a_state_is_stepped_from_again_and_again_and_history_is_that_of_the_one_
         np.testing.assert_array_equal(array, again.arrays[name], err_msg=name)
     for name, array in state.arrays.items():
         np.testing.assert_array_equal(array, before[name], err_msg=name)
+
+
+def test_a_state_does_not_keep_the_one_it_was_stepped_from() -> None:
+    contact = contact_of(EGG, 4, law=cg.StressLaw(soft, damping=0.1), friction=cg.Coulomb(0.4))
+    state, points = slid(contact, DEPTHS, 0.01, dt=0.1)
+    last = weakref.ref(state)
+    state = contact.step(state, points, dt=0.1)
+    assert last() is None
+    assert len(state.kinks) == 0
 
 
 def test_a_step_without_time_has_no_rates_and_remembers() -> None:

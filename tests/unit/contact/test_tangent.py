@@ -10,7 +10,10 @@ from tests.unit.search.holed import holed_plate
 
 import contiga as cg
 from contiga.contact import tangent
+from contiga.contact.kernels import tangent_nb
+from contiga.contact.respond import ContactRows
 from contiga.errors import InputError
+from contiga.records import FootSlopes
 
 SAME = 1e-7
 """Relative difference: rounding of the differences."""
@@ -227,6 +230,21 @@ def test_more_that_share_than_a_matrix_can_hold_are_refused(
         contact.tangent(state)
 
 
+def test_areas_that_are_measured_are_held() -> None:
+    points = cg.clouds.sample(cg.shapes.plane(width=1.6, length=1.6), 5, 5)
+    row = np.arange(25).reshape(5, 5)
+    corners = row[:-1, :-1], row[1:, :-1], row[1:, 1:], row[:-1, 1:]
+    quads = np.stack(corners, axis=-1).reshape(-1, 4)
+    points = points + np.array([0.0, 0.0, 2.6])
+    law, search = cg.StressLaw(TABLE, 0.7), "penetration"
+    measured = cg.Contact(EGG, cg.Slave(points, quads), law=law, weights="area", search=search)
+    state = measured.start(points)
+    assert 4 < state.n_contact < 25
+    fixed = cg.Contact(EGG, cg.Slave(points, area=state.area), law=law, search=search)
+    wanted = fixed.tangent(fixed.start(points)).toarray()
+    np.testing.assert_allclose(measured.tangent(state).toarray(), wanted, rtol=1e-12, atol=1e-12)
+
+
 def test_points_that_come_in_are_damped_by_their_approach() -> None:
     inside, normals = pressed(np.array([0.05, 0.08]))
     outside = inside + 0.3 * normals
@@ -302,6 +320,76 @@ def test_slopes_of_another_shape_are_refused() -> None:
     contact = contact_of(EGG, 2, law=Short())
     with pytest.raises(InputError, match=r"tangent.*one row a point"):
         contact.tangent(contact.start(points))
+
+
+@pytest.mark.parametrize(
+    ("slopes", "where"),
+    [
+        (cg.LawTangent(cg.DepthSlopes(np.ones(2), np.ones((2, 1)), None)), "force.right"),
+        (
+            cg.LawTangent(cg.DepthSlopes(np.ones(2), np.ones((2, 1)), np.ones((2, 2)))),
+            "force.right",
+        ),
+        (cg.LawTangent(cg.DepthSlopes(np.ones(2)), rate=np.ones(3)), "tangent.rate"),
+        ("steep", "force.own"),
+    ],
+)
+def test_a_tangent_that_is_none_is_told_where(slopes: object, where: str) -> None:
+    class Wrong(Cubic):
+        def respond(self, inp: cg.LawInput) -> cg.LawOutput:
+            return super().respond(inp)._replace(tangent=slopes)
+
+    points, _ = pressed(np.array([0.1, 0.2]))
+    contact = contact_of(EGG, 2, law=Wrong())
+    with pytest.raises(InputError, match=where):
+        contact.tangent(contact.start(points))
+
+
+def test_arrays_alone_are_slopes_over_the_points_own_depth() -> None:
+    class Plain(Cubic):
+        def respond(self, inp: cg.LawInput) -> cg.LawOutput:
+            answer = super().respond(inp)
+            return answer._replace(tangent=cg.LawTangent(answer.tangent))
+
+    points, _ = pressed(np.array([0.1, 0.2]))
+    contact = contact_of(EGG, 2, law=Plain())
+    assert misses(contact, contact.start(points), points) < SAME
+
+
+@pytest.mark.interpreted
+def test_blocks_are_turned_into_the_axes_of_the_world() -> None:
+    rng = np.random.default_rng(0)
+    blocks, pose = rng.normal(size=(4, 3, 3)), cg.motion.pose.rotation([1, 2, 3], 0.7)
+    turn, before = pose[:3, :3], blocks.copy()
+    tangent_nb.to_world(blocks, pose, 1, 3)
+    wanted = np.einsum("ab,kbc,dc->kad", turn, before, turn)
+    np.testing.assert_allclose(blocks[1:3], wanted[1:3], rtol=0.0, atol=1e-14)
+    np.testing.assert_array_equal(blocks[[0, 3]], before[[0, 3]])
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("known", [False, True])
+def test_blocks_are_those_of_the_product_rule(known: bool) -> None:
+    rng, n = np.random.default_rng(1), 6
+    points = ContactRows.of(np.arange(n, dtype=np.int32), rng.normal(size=(n if known else 0, 3)))
+    points.normal[...], points.path[...] = rng.normal(size=(2, n, 3))
+    points.old[...] = [True, False] * 3
+    slopes = FootSlopes(rng.normal(size=(n, 3)), rng.normal(size=(n, 3, 3)))
+    force, own, rate = rng.random((3, n))
+    rate[4:] = 0.0
+    grown, blocks = np.empty((n, 3)), np.empty((n, 3, 3))
+    given = tangent._NormalTangent(force, own, rate, 0.5, grown)
+    tangent_nb.normal_blocks(points, slopes, given, blocks, 0, n)
+    turned = slopes.normal
+    if known:
+        speed = -np.einsum("kb,kbc->kc", points.velocity, turned)
+    else:
+        approach = -points.normal - np.einsum("kb,kbc->kc", points.path, turned)
+        speed = np.where(points.old[:, None], slopes.depth, approach) / 0.5
+    wanted = own[:, None] * slopes.depth + rate[:, None] * speed
+    np.testing.assert_allclose(grown, wanted, rtol=1e-13, atol=1e-14)
+    wanted = points.normal[:, :, None] * wanted[:, None] + force[:, None, None] * turned
+    np.testing.assert_allclose(blocks, wanted, rtol=1e-13, atol=1e-14)
 
 
 def test_a_state_made_by_hand_does_not_know_its_step() -> None:

@@ -7,15 +7,15 @@ import pytest
 from numba import njit
 
 import contiga as cg
-from contiga.elements.kernels.element_nb import locate
-from contiga.search.slopes.kernels.bending_nb import bending
+from contiga.elements.kernels import element_nb
+from contiga.search.slopes.kernels import bending_nb
 
 
 @njit
 def _bent(elements, grid, uv, normal):
     h = np.empty((4, 6))
-    foot = locate(grid, 0, uv[0], uv[1])
-    return bending(elements, foot, (normal[0], normal[1], normal[2]), h)
+    foot = element_nb.locate(grid, 0, uv[0], uv[1])
+    return bending_nb.bending(elements, foot, (normal[0], normal[1], normal[2]), h)
 
 
 def form_of(patch: cg.NurbsSurface, uv: np.ndarray) -> np.ndarray:
