@@ -186,7 +186,9 @@ class Case(Spec):
 
     @model_validator(mode="after")
     def _parts_fit_together(self) -> Self:
-        nodes = any(slave.motion.by_forces for slave in self.slave)
+        deforms = any(slave.motion.kind == "deform" for slave in self.slave)
+        free = any(slave.motion.by_forces for slave in self.slave)
+        nodes = deforms or (free and (self.spring or self.gas))
         moved = nodes or any(body.motion.by_forces for body in self.body)
         if not (self.body or nodes):
             raise CaseError("is missing", where="body", allowed="at least one [[body]]")

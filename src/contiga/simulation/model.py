@@ -137,7 +137,8 @@ class Model(Displayed):
         for kind, named in parts.items():
             for name in named:
                 check_name(name, f"{kind}: name")
-        moved = len(self.mechanism.free) or self.mechanism.masses
+        pulled = self.mechanism.masses and (self.springs or self.gas)
+        moved = len(self.mechanism.free) or self.mechanism.deforms or pulled
         if not (names or moved) or len(set(names)) < len(names):
             raise InputError(
                 "there must be contacts, each with a name of its own", where="contacts", found=names

@@ -26,7 +26,9 @@ COLUMNS = {
 
 def run(told: dict, steps: dict) -> Run:
     units = units_of({"length": "mm", "mass": "g", "time": "ms"})
-    return Run(Path(), {"step_reasons": told}, TIMES, {}, "", units, {}, {}, {}, {}, True, steps)
+    return Run(
+        Path(), {"step_reasons": told}, TIMES, {}, "", units, {}, {}, {}, {}, {}, True, steps
+    )
 
 
 def test_a_lane_has_the_time_of_the_steps_that_its_reason_set() -> None:
