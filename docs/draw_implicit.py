@@ -67,7 +67,7 @@ def iron_membrane() -> Figure:
     across = 20.0 + example.RADIUS * np.sin(angle), axis - example.RADIUS * np.cos(angle)
     left.plot_wireframe(across[0], along, across[1], color=style.INK, lw=0.7, rcount=2, ccount=25)
     left.set(xlabel="x [mm]", title="pressed 10 mm, ironed 20 mm")
-    left.set_box_aspect((np.ptp(x), np.ptp(y), 30.0), zoom=1.3)
+    left.set_box_aspect((np.ptp(x), np.ptp(y), 30.0), zoom=1.1)
     left.set_yticks([])
     left.set_zticks([])
     left.view_init(25.0, -62.0)

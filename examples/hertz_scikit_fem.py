@@ -57,7 +57,7 @@ def press(n: int) -> Pressed:
     )
     start = contact.start(rest, move([0.0, 0.0, BALL]))
     u, residuals, plane = np.zeros(len(K.indptr) - 1), [], np.arange(rest.size).reshape(-1, 3)
-    while not residuals or residuals[-1] > 1e-8 * FORCE:
+    while len(residuals) < 20 and (not residuals or residuals[-1] > 1e-8 * FORCE):
         x = rest.copy()
         x[:, ::2] += u.reshape(-1, 2)
         state = contact.step(start, x, move([0.0, 0.0, BALL - DEPTH]))

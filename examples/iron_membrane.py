@@ -65,7 +65,7 @@ def iron(size: float = 6.0, down: int = 10, along: int = 20) -> list[LoadStep]:
     state = contact.start(x, move([0.0, 0.0, top]))
     for k in range(1, down + along + 1):
         pose, residuals = move([max(0, k - down), 0.0, top - min(k, down)]), []
-        while not residuals or residuals[-1] > 1e-9:
+        while len(residuals) < 20 and (not residuals or residuals[-1] > 1e-9):
             after, (force, K) = contact.step(state, x, pose), membrane.respond(x)
             residual = (force - after.force.ravel())[free]
             residuals.append(abs(residual).max())

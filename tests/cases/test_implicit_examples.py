@@ -52,9 +52,12 @@ def taut(along: float, above: float) -> np.ndarray:
     return module.LENGTH * pull * np.array([np.cos(angle) @ [-1.0, 1.0], np.sin(angle).sum()])
 
 
-def test_ironing_takes_few_iterations_and_ends_quadratically() -> None:
-    steps = iron_membrane.iron()
-    assert len(steps) == 30
+@pytest.mark.parametrize(("size", "down", "along"), [(6.0, 3, 0), (6.0, 10, 20)])
+def test_ironing_takes_few_iterations_and_ends_quadratically(
+    size: float, down: int, along: int
+) -> None:
+    steps = iron_membrane.iron(size, down, along)
+    assert len(steps) == down + along
     assert max(len(step.residuals) - 1 for step in steps) <= MOST
     assert all(is_quadratic(step.residuals, 1.0) for step in steps)
 
