@@ -38,7 +38,7 @@ kernels: $(BIN)/.run-stamp
 test: lint
 	NUMBA_NUM_THREADS=2 $(PYTEST) $(TWO) -m "not long"
 
-check: $(BIN)/.test-stamp $(BIN)/.docs-stamp
+check: $(BIN)/.check-stamp $(BIN)/.docs-stamp
 	NUMBA_NUM_THREADS=2 $(PYTEST) $(TWO) -m long
 	NUMBA_DISABLE_JIT=1 $(PYTEST) $(TWO) -m interpreted
 	NUMBA_NUM_THREADS=1 $(PYTEST) $(TWO) $(ONE_THREAD)
@@ -97,6 +97,10 @@ $(BIN)/.test-stamp: pyproject.toml $(BIN)/.venv-stamp
 $(BIN)/.docs-stamp: pyproject.toml $(BIN)/.venv-stamp
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[all,docs]"
 	@touch $@ $(BIN)/.run-stamp
+
+$(BIN)/.check-stamp: $(BIN)/.test-stamp
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[all,test,check]"
+	@touch $@
 
 $(BIN)/.bench-stamp: pyproject.toml $(BIN)/.venv-stamp
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[all,bench]"

@@ -274,7 +274,7 @@ def test_every_extra_is_that_of_its_packages(project: dict[str, object]) -> None
     assert set(re.findall(r"\w+", whole)) == {"contiga", *wanted} - {"mujoco"}
     assert set(declared["mujoco"]) <= set(declared["test"])  # type: ignore[index]
     others = set(declared) - {*wanted, "all"}  # type: ignore[call-overload]
-    assert others == {"bench", "docs", "test"}
+    assert others == {"bench", "check", "docs", "test"}
 
 
 def test_all_that_is_imported_is_declared_and_nothing_else(project: dict[str, object]) -> None:
