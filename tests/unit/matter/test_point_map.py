@@ -23,7 +23,7 @@ def test_forces_on_points_do_the_same_work_on_control_points(
     random = np.random.default_rng(0)
     force, way = random.normal(size=x.shape), random.normal(size=q.shape)
     spread = shell.spread(force)
-    assert np.sum(force * shell.velocities(way)) == pytest.approx(np.sum(spread * way), rel=1e-13)
+    assert np.sum(force * shell.points(way)) == pytest.approx(np.sum(spread * way), rel=1e-13)
     np.testing.assert_allclose(spread.sum(axis=0), force.sum(axis=0), atol=1e-13)
     moment = np.cross(x, force).sum(axis=0)
     np.testing.assert_allclose(np.cross(q, spread).sum(axis=0), moment, atol=1e-13)
@@ -50,7 +50,7 @@ def test_weights_are_areas_at_rest() -> None:
 
 def test_points_lie_on_the_surface_between_their_facets() -> None:
     arch = tube(2.0, 3.0, (2.5, 0.6), 2, (3, 2))
-    shell = made([arch, arch.translated([0.0, 3.0, 0.0])])
+    shell = made([arch, arch.translated([0.0, 3.0, 0.0])], contact="gauss")
     for points in (shell.contact, shell.drawn(4)):
         x = points.points(shell.nodes)
         np.testing.assert_allclose(np.hypot(x[:, 0], x[:, 2]), 2.0, rtol=1e-12)
@@ -73,7 +73,7 @@ def test_a_pressure_pushes_along_the_normal_by_the_area() -> None:
 
 @pytest.mark.parametrize(
     ("contact", "each", "told"),
-    [("nodes", 2, "contact: is not known"), ("gauss", 0, "points: must be a whole number")],
+    [("middle", 2, "contact: is not known"), ("gauss", 0, "points: must be a whole number")],
 )
 def test_other_points_are_refused(contact: str, each: int, told: str) -> None:
     with pytest.raises(InputError, match=told):
