@@ -70,7 +70,7 @@ class VentSpec(MadeSpec[Vent]):
     opens_after: float | None = None
 
     def arguments(self) -> dict[str, Any]:
-        """As `Vent` takes them."""
+        """Return the keys as `Vent` takes them."""
         return {name: value for name, value in super().arguments().items() if value is not None}
 
 
@@ -89,7 +89,7 @@ class GasSpec(Spec):
     leak: NotNegative = 0.0
 
     def chamber(self, units: tuple[str, str, str]) -> Chamber:
-        """In these units of length, mass and time."""
+        """Make the chamber, in these units of length, mass and time."""
         length, mass, time = (
             base_factor(unit, what)
             for unit, what in zip(units, ("length", "mass", "time"), strict=True)

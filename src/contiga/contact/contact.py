@@ -396,6 +396,12 @@ class Contact(Displayed):
     def _with_inputs(self, state: State) -> tuple[State, StepInputs]:
         """A state, and what laws were handed in the step that made it."""
         state = self._checked_state(state)
+        if state._maker not in (None, self):
+            raise InputError(
+                "another contact has made the state: its forces are by that one's law",
+                where="state",
+                allowed="states that start and step of this contact answer",
+            )
         inputs: StepInputs | None = vars(state).get("inputs")
         if inputs is None:
             raise InputError(

@@ -34,18 +34,18 @@ class Terms(NamedTuple):
 
     @classmethod
     def of(cls, blocks: FloatArray) -> Terms:
-        """Blocks alone."""
+        """Make terms of blocks alone."""
         none = np.zeros((len(blocks), 3, 0))
         return cls(blocks, none, none)
 
     def plus(self, other: Terms) -> Terms:
-        """The sum of both."""
+        """Add other terms."""
         left = np.concatenate([self.left, other.left], axis=2)
         right = np.concatenate([self.right, other.right], axis=2)
         return Terms(self.blocks + other.blocks, left, right)
 
     def after(self, matrix: FloatArray) -> Terms:
-        """Where each dx_i is `matrix` (3, 3) times what is given."""
+        """Compose with dx_i = `matrix` (3, 3) dy_i: derivatives over y."""
         right = np.einsum("kbr,ba->kar", self.right, matrix, optimize=False)
         return Terms(product(self.blocks, matrix), self.left, right)
 
@@ -65,7 +65,7 @@ class Terms(NamedTuple):
 
 
 class Carried(NamedTuple):
-    """What is known of the points that carry, and of how that changes with their places."""
+    """Points that carry forces, and the derivatives of their normal forces and feet."""
 
     points: ContactRows
     output: LawOutput
@@ -155,7 +155,7 @@ def _changes(friction: Any, seen: FrictionInput, change: FrictionChange) -> Floa
 
 
 def _of_points(friction: Any, seen: FrictionInput, carried: Carried, own: FrictionChange) -> Terms:
-    """Of friction that sees each point for itself."""
+    """Differentiate friction that sees each point for itself."""
     blocks, k = _changes(friction, seen, own), len(seen.force)
     couplings = carried.tangent.force, carried.tangent.stiffness
     terms = Terms.of(blocks)
@@ -177,8 +177,8 @@ def _of_points(friction: Any, seen: FrictionInput, carried: Carried, own: Fricti
 def _of_whole(
     friction: Any, seen: Seen, whole: FrictionInput, carried: Carried, own: FrictionChange
 ) -> Terms:
-    """Of friction that sees all points as one, and whose force is shared as the normal force is:
-    d(s_i T) = T ds_i + s_i dT of the shares s_i = F_i/ΣF."""
+    """Differentiate friction that sees all points as one, and whose force is shared as the normal
+    force is: d(s_i T) = T ds_i + s_i dT of the shares s_i = F_i/ΣF."""
     points, force = seen.points, carried.tangent.force
     k, total = len(points.force), float(points.force.sum())
     shares = points.force / total if total > 0.0 else np.full(k, 1.0 / k)

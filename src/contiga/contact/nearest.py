@@ -232,7 +232,7 @@ def _entries(search: StepSearch, asked: Asked, standing: PointsFound, begin: Beg
 
 
 class Judged(NamedTuple):
-    """What becomes of points, one row each."""
+    """Statuses that the search gives points, one row each."""
 
     status: ByteArray
     touching: BoolArray

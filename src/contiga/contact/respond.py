@@ -210,11 +210,11 @@ def touching(detected: Detected, p_B: FloatArray, past: PreviousStep | None) -> 
 
 
 class Seen(NamedTuple):
-    """What friction was handed of the points that carry."""
+    """Input of friction, of the points that carry forces."""
 
     points: FrictionInput
     whole: FrictionInput | None = None
-    """Of all of them as one, where they carry as one."""
+    """Input of all points as one, if they carry as one."""
     ways: FloatArray = NONE
     """(k,) what each point's way counts in that of the whole."""
     present: float = 1.0

@@ -56,10 +56,10 @@ JUMP = 2.0
 
 
 class StepInputs(NamedTuple):
-    """What laws were handed in the step that has made a state."""
+    """Inputs that laws were handed in the step that has made a state."""
 
     points: ContactRows
-    """That carry forces."""
+    """Points that carry forces."""
     law: LawInput
     friction: Seen | None
     foot_before: Column
@@ -139,13 +139,13 @@ class _Tangents(NamedTuple):
 
 
 def tangent_of(asked: Asked, state: State, inputs: StepInputs) -> csr_array:
-    """∂F/∂x of the nodes of a slave (3 n, 3 n)."""
+    """Return ∂F/∂x of the nodes of a slave (3 n, 3 n)."""
     both = _point_tangents(asked, state, inputs)
     return _matrix_of(inputs.points.rows, _at_fixed_velocity(both, inputs), asked.sampling)
 
 
 def linearisation_of(asked: Asked, state: State, inputs: StepInputs) -> Linearisation:
-    """All derivatives of the forces of a step."""
+    """Return all derivatives of the forces of a step."""
     rows, sampling, pose = inputs.points.rows, asked.sampling, state.pose
     both = _point_tangents(asked, state, inputs)
     places = _at_fixed_velocity(both, inputs)
@@ -251,7 +251,7 @@ def _in_world(terms: Terms, pose: FloatArray) -> Terms:
 
 
 def _cross_matrices(v: FloatArray) -> FloatArray:
-    """(k, 3, 3) matrices of v × …, of v (k, 3)."""
+    """Return the matrices (k, 3, 3) of v × …, of v (k, 3)."""
     out = np.zeros((len(v), 3, 3))
     for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         out[:, b, a], out[:, a, b] = v[:, c], -v[:, c]

@@ -199,6 +199,7 @@ class DeformingNodes(NodeMover):
     """Nodes of elements."""
 
     joined: ClassVar[bool] = True
+    has_sections: ClassVar[bool] = True
     where: str
     matter: Matter
     rows: NDArray[np.intp]

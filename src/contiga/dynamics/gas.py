@@ -8,8 +8,10 @@ A chamber holds ideal gases of constant heat capacities, mixed, at one pressure 
 (π^{2/γ} − π^{(γ+1)/γ})) with π the ratio of the pressures after and before it, and no less than
 that at which the flow is as fast as sound, (2/(γ+1))^{γ/(γ−1)}.
 
-A step is half of the change of volume, adiabatic and exact, all that flows, at fixed volumes, and
-the other half: of order two, and exact where nothing flows.
+A step is split (Strang 1968): half of the change of volume, adiabatic and exact; half of what flows
+through each opening, one after the other; all that inflators give; the openings in reverse, and the
+other half of the volume. It is of order two, exact where nothing flows, and stable for any opening:
+what flows through one evens out the pressures and does not pass that.
 """
 
 from __future__ import annotations
@@ -26,15 +28,18 @@ from numpy.typing import ArrayLike
 from contiga.arrays.layout import all_of, positive, real
 from contiga.dynamics.tables import as_table
 from contiga.errors import InputError
+from contiga.laws.law import not_negative
 from contiga.records import FloatArray
 
 AMBIENT = "ambient"
 SHARE = 0.02
 """Of what is in a chamber, that flows in one part of a step at most."""
-MOST_PARTS = 1000
-"""Parts of a step."""
-EVEN = 1e-12
+NEAR = 1e-3
+"""Part of a pressure by which two differ where the flow is as the root of the difference."""
+EVEN = 1e-14
 """Part by which pressures differ where nothing flows any more."""
+PROBE = 1e-6
+"""Share of a part's flow that the change of the pressures is measured by."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +56,7 @@ class IdealGas:
     constant: float
 
     def __post_init__(self) -> None:
-        if not self.gamma > 1.0:
+        if not positive(self.gamma, "gamma") > 1.0:
             raise InputError("must be above 1", where="gamma", found=self.gamma, allowed="> 1")
         positive(self.constant, "constant")
 
@@ -103,6 +108,8 @@ class Inflator:
         put = object.__setattr__
         put(self, "mass_rate", _series("mass_rate", mass_rate, least=0.0))
         put(self, "temperature", _series("temperature", temperature, least=1e-300))
+        if gas is not None:
+            all_of(IdealGas, (gas,), "gas", "must be a gas", "contiga.gas.IdealGas")
         put(self, "gas", gas)
 
     def rate(self, time: float) -> float:
@@ -157,8 +164,8 @@ class Vent:
         put(self, "coefficient", positive(coefficient, "coefficient"))
         put(self, "over", over)
         put(self, "to", to)
-        put(self, "opens_at", float(opens_at))
-        put(self, "opens_after", float(opens_after))
+        put(self, "opens_at", _threshold("opens_at", opens_at))
+        put(self, "opens_after", _threshold("opens_after", opens_after))
 
     def effective(self, excess: float, time: float, is_open: bool) -> float:
         """C A at an excess pressure and a time."""
@@ -211,18 +218,20 @@ class Chamber:
         leak: float = 0.0,
         name: str = "",
     ) -> None:
+        around, gas = (surroundings,), "contiga.gas.IdealGas"
+        all_of(Surroundings, around, "surroundings", "must be", "contiga.gas.Surroundings")
         positive(surroundings.pressure, "surroundings: pressure")
         positive(surroundings.temperature, "surroundings: temperature")
-        all_of(Inflator, tuple(inflators), "inflators", "must be inflators", "contiga.Inflator")
-        all_of(Vent, tuple(vents), "vents", "must be vents", "contiga.Vent")
-        if not 0.0 <= leak < math.inf:
-            raise InputError("must be 0 or more", where="leak", found=leak)
+        all_of(IdealGas, (surroundings.gas,), "surroundings: gas", "must be a gas", gas)
+        all_of(Inflator, tuple(inflators), "inflators", "must be inflators", "contiga.gas.Inflator")
+        all_of(Vent, tuple(vents), "vents", "must be vents", "contiga.gas.Vent")
+        leak = not_negative(leak, "leak")
         put = object.__setattr__
         put(self, "slave", slave)
         put(self, "surroundings", surroundings)
         put(self, "inflators", tuple(inflators))
         put(self, "vents", tuple(vents))
-        put(self, "leak", float(leak))
+        put(self, "leak", leak)
         put(self, "name", name or "gas")
 
     @property
@@ -262,17 +271,40 @@ class GasState(NamedTuple):
     """U + p_a V then."""
 
 
-class Flow(NamedTuple):
-    """What flows in and out of chambers, by time."""
+class Opening(NamedTuple):
+    """A vent of a chamber, or all of its fabric that leaks."""
+
+    here: int
+    """Number of the chamber."""
+    there: int | None
+    """Of the chamber that it leads to; None for the surroundings."""
+    vent: int | None
+    """Number of the vent; None of fabric."""
+
+
+class _Contents(NamedTuple):
+    """What is in c chambers in the course of a step; changed in place."""
 
     masses: FloatArray
     """(c, k)."""
-    energies: FloatArray
-    """(c,) net."""
+    energy: FloatArray
+    """(c,)."""
+    volume: FloatArray
+    """(c,)."""
     came: FloatArray
-    """(c,) enthalpy from inflators and the surroundings."""
+    """(c,), with the next, enthalpies since the start."""
     left: FloatArray
-    """(c,) enthalpy to the surroundings."""
+    is_open: tuple[FloatArray, ...]
+    """(v,) of each chamber."""
+
+
+class _Side(NamedTuple):
+    """Gas on one side of an opening."""
+
+    pressure: float
+    temperature: float
+    shares: FloatArray
+    """(k,) of its mass; their sum is one."""
 
 
 class Chambers:
@@ -304,9 +336,14 @@ class Chambers:
                         allowed=", ".join([AMBIENT, *(n for n in index if n != chamber.name)]),
                     )
         self.gases = tuple(dict.fromkeys(gases))
-        self._index = index
         self._c_v = np.array([gas.c_v for gas in self.gases])
         self._constant = np.array([gas.constant for gas in self.gases])
+        self._openings: list[Opening] = []
+        for c, chamber in enumerate(self.chambers):
+            for k, vent in enumerate(chamber.vents):
+                self._openings.append(Opening(c, index.get(vent.to), k))
+            if chamber.leak > 0.0:
+                self._openings.append(Opening(c, None, None))
 
     def start(self, volumes: FloatArray) -> list[GasState]:
         """What is in volumes (c,) at the start: gas as around them."""
@@ -349,135 +386,167 @@ class Chambers:
         ----------
         volumes, areas : (c,) of the chambers at its end, and of their facets, through which leaks
         """
-        ends = volumes.tolist()
-        middle = [0.5 * (state.volume + v) for state, v in zip(states, ends, strict=True)]
-        # Vents open in copies: a step may be refused, and asked for again.
-        own = [state._replace(is_open=state.is_open.copy()) for state in states]
-        now = [self._squeezed(state, v) for state, v in zip(own, middle, strict=True)]
-        left, parts = dt, 0
-        while left > 0.0:
-            flow = self._flow(now, areas, time - left)
-            part = min(left, self._longest(now, flow))
-            parts += 1
-            if parts >= MOST_PARTS:
-                part = left
-            # The midpoint rule.
-            half = self._after(now, flow, 0.5 * part)
-            now = self._after(now, self._flow(half, areas, time - left + 0.5 * part), part)
-            left = left - part if part < left else 0.0
+        now = _Contents(
+            np.array([state.masses for state in states]),
+            np.array([state.energy for state in states]),
+            np.array([state.volume for state in states]),
+            np.array([state.came for state in states]),
+            np.array([state.left for state in states]),
+            # Copies: a step may be refused, and asked for again.
+            tuple(state.is_open.copy() for state in states),
+        )
+        self._squeeze(now, 0.5 * (now.volume + volumes))
+        for opening in self._openings:
+            self._let_through(now, opening, areas, time - 0.75 * dt, 0.5 * dt)
+        for c, chamber in enumerate(self.chambers):
+            for inflator in chamber.inflators:
+                gas, middle = inflator.gas or chamber.surroundings.gas, time - 0.5 * dt
+                mass = dt * inflator.rate(middle)
+                enthalpy = mass * gas.c_p * inflator.temperature.at(middle)
+                now.masses[c, self.gases.index(gas)] += mass
+                now.energy[c] += enthalpy
+                now.came[c] += enthalpy
+        for opening in reversed(self._openings):
+            self._let_through(now, opening, areas, time - 0.25 * dt, 0.5 * dt)
+        self._squeeze(now, volumes)
         after = []
-        for chamber, state, volume in zip(self.chambers, now, ends, strict=True):
-            end = self._squeezed(state, volume)
-            whole = end.energy + chamber.surroundings.pressure * volume
-            after.append(end._replace(stored=whole - end.at_start))
+        for c, (chamber, state) in enumerate(zip(self.chambers, states, strict=True)):
+            inside, energy, volume = self._inside(now, c), float(now.energy[c]), float(volumes[c])
+            whole = energy + chamber.surroundings.pressure * volume
+            after.append(
+                GasState(
+                    now.masses[c],
+                    energy,
+                    volume,
+                    inside.pressure,
+                    inside.temperature,
+                    now.is_open[c],
+                    float(now.came[c]),
+                    float(now.left[c]),
+                    whole - state.at_start,
+                    state.at_start,
+                )
+            )
         return after
 
     def gamma(self, masses: FloatArray) -> float:
         """c_p / c_v of a mixture."""
         return 1.0 + float(masses @ self._constant) / float(masses @ self._c_v)
 
-    def _squeezed(self, state: GasState, volume: float) -> GasState:
-        """The same gas in another volume: U V^{γ−1} stays."""
-        gamma = self.gamma(state.masses)
-        energy = state.energy * (state.volume / volume) ** (gamma - 1.0)
-        return self._with(state._replace(volume=volume), state.masses, energy)
+    def _squeeze(self, now: _Contents, volumes: FloatArray) -> None:
+        """Bring the same gas into other volumes: U V^{γ−1} stays."""
+        for c, volume in enumerate(volumes.tolist()):
+            gamma = self.gamma(now.masses[c])
+            now.energy[c] *= (now.volume[c] / volume) ** (gamma - 1.0)
+        now.volume[:] = volumes
 
-    def _with(self, state: GasState, masses: FloatArray, energy: float) -> GasState:
-        """A state with pressure and temperature of what is in it."""
-        temperature = energy / float(masses @ self._c_v)
-        pressure = float(masses @ self._constant) * temperature / state.volume
-        return state._replace(
-            masses=masses, energy=energy, pressure=pressure, temperature=temperature
-        )
+    def _inside(self, now: _Contents, c: int) -> _Side:
+        """The gas of a chamber."""
+        masses = now.masses[c]
+        temperature = float(now.energy[c]) / float(masses @ self._c_v)
+        pressure = float(masses @ self._constant) * temperature / float(now.volume[c])
+        return _Side(pressure, temperature, masses / masses.sum())
 
-    def _flow(self, states: Sequence[GasState], areas: FloatArray, time: float) -> Flow:
-        """What flows at a time; `is_open` of states is brought up to date."""
-        count = len(states)
-        flow = Flow(
-            np.zeros((count, len(self.gases))), np.zeros(count), np.zeros(count), np.zeros(count)
-        )
-        for c, (chamber, state) in enumerate(zip(self.chambers, states, strict=True)):
-            around = chamber.surroundings
-            for inflator in chamber.inflators:
-                rate, gas = inflator.rate(time), inflator.gas or around.gas
-                enthalpy = rate * gas.c_p * inflator.temperature.at(time)
-                flow.masses[c, self.gases.index(gas)] += rate
-                flow.energies[c] += enthalpy
-                flow.came[c] += enthalpy
-            for k, vent in enumerate(chamber.vents):
-                other = None if vent.to == AMBIENT else self._index[vent.to]
-                behind = around.pressure if other is None else states[other].pressure
-                excess = state.pressure - behind
-                if excess >= vent.opens_at:
-                    state.is_open[k] = 1.0
-                area = vent.effective(excess, time, state.is_open[k] > 0.0)
-                self._add(flow, states, (c, other), area)
-            if chamber.leak > 0.0:
-                self._add(flow, states, (c, None), chamber.leak * float(areas[c]))
-        return flow
+    def _outside(self, c: int) -> _Side:
+        """The gas around a chamber."""
+        around = self.chambers[c].surroundings
+        shares = np.zeros(len(self.gases))
+        shares[self.gases.index(around.gas)] = 1.0
+        return _Side(around.pressure, around.temperature, shares)
 
-    def _add(
-        self, flow: Flow, states: Sequence[GasState], ends: tuple[int, int | None], area: float
+    def _let_through(
+        self, now: _Contents, opening: Opening, areas: FloatArray, time: float, dt: float
     ) -> None:
-        """Add what flows through an effective area from the first chamber to the second, or back;
-        None are the surroundings."""
-        here, there = ends
-        around = self.chambers[here].surroundings
-        outside = np.zeros(len(self.gases))
-        outside[self.gases.index(around.gas)] = 1.0
-        sides = [(states[here].pressure, states[here].temperature, states[here].masses)]
-        if there is None:
-            sides.append((around.pressure, around.temperature, outside))
-        else:
-            sides.append((states[there].pressure, states[there].temperature, states[there].masses))
-        source, sink = (0, 1) if sides[0][0] >= sides[1][0] else (1, 0)
-        pressure, temperature, masses = sides[source]
-        if area == 0.0 or pressure - sides[sink][0] <= EVEN * pressure:
-            return
-        shares = masses / masses.sum()
-        constant, c_v = float(shares @ self._constant), float(shares @ self._c_v)
-        rate = area * flux(pressure, sides[sink][0], temperature, 1.0 + constant / c_v, constant)
-        enthalpy = rate * (c_v + constant) * temperature
-        from_here = source == 0
-        for end, sign in ((here, -1.0 if from_here else 1.0), (there, 1.0 if from_here else -1.0)):
-            if end is not None:
-                flow.masses[end] += sign * rate * shares
-                flow.energies[end] += sign * enthalpy
-        if there is None:
-            (flow.left if from_here else flow.came)[here] += enthalpy
+        """Let flow through one opening what does in a part of a step.
 
-    def _longest(self, states: Sequence[GasState], flow: Flow) -> float:
-        """How long a part of a step may be: no more than a share flows, and no pressures that
-        openings even out pass each other."""
-        longest, rising = math.inf, []
-        for c, state in enumerate(states):
-            rate = float(np.abs(flow.masses[c]).sum()) / float(state.masses.sum())
-            rate = max(rate, abs(float(flow.energies[c])) / state.energy)
-            longest = min(longest, SHARE / rate if rate > 0.0 else math.inf)
-            gamma = self.gamma(state.masses)
-            rising.append((gamma - 1.0) * float(flow.energies[c]) / state.volume)
-        for c, (chamber, state) in enumerate(zip(self.chambers, states, strict=True)):
-            others = [
-                None if vent.to == AMBIENT else self._index[vent.to] for vent in chamber.vents
-            ]
-            for other in {*others, *([None] if chamber.leak else [])}:
-                behind = chamber.surroundings.pressure if other is None else states[other].pressure
-                excess = state.pressure - behind
-                change = rising[c] - (0.0 if other is None else rising[other])
-                if excess * change < 0.0 and abs(excess) > EVEN * state.pressure:
-                    longest = min(longest, 0.5 * abs(excess / change))
-        return longest
-
-    def _after(self, states: Sequence[GasState], flow: Flow, dt: float) -> list[GasState]:
-        after = []
-        for c, state in enumerate(states):
-            moved = state._replace(
-                came=state.came + dt * float(flow.came[c]),
-                left=state.left + dt * float(flow.left[c]),
-                is_open=state.is_open.copy(),
+        With nothing else flowing the pressures even out in a finite time, and never pass each
+        other. Near that the flow is as the root of their difference, which then goes as the square
+        of the time that is left.
+        """
+        left = dt
+        while left > 0.0:
+            rate = self._rate(now, opening, areas, time)
+            if rate == 0.0:
+                return
+            c, other = opening.here, opening.there
+            excess = self._excess(now, opening)
+            trial = self._moved(now, opening, rate * PROBE * left)
+            change = (self._excess(trial, opening) - excess) / (PROBE * left)
+            even = abs(excess / change) if change != 0.0 else math.inf
+            if abs(excess) <= NEAR * self._inside(now, c).pressure:
+                share = 1.0 - min(0.5 * left / even, 1.0)  # of the root of the excess that is left
+                mass = rate * even * (1.0 - share * share)
+                self._move(now, opening, mass, self._source(now, opening, mass))
+                return
+            least = (
+                now.masses[c].sum()
+                if other is None
+                else min(now.masses[c].sum(), now.masses[other].sum())
             )
-            masses = np.maximum(state.masses + dt * flow.masses[c], 0.0)
-            after.append(self._with(moved, masses, state.energy + dt * float(flow.energies[c])))
+            part = min(left, SHARE * float(least) / abs(rate), 0.25 * even)
+            half = self._moved(now, opening, 0.5 * part * rate)
+            mass = part * self._rate(half, opening, areas, time)
+            self._move(now, opening, mass, self._source(half, opening, mass))
+            left = left - part if part < left else 0.0
+
+    def _excess(self, now: _Contents, opening: Opening) -> float:
+        """The pressure of the chamber of an opening over that behind it."""
+        here, there = opening.here, opening.there
+        behind = self._outside(here) if there is None else self._inside(now, there)
+        return self._inside(now, here).pressure - behind.pressure
+
+    def _rate(self, now: _Contents, opening: Opening, areas: FloatArray, time: float) -> float:
+        """Mass by time that goes out of the chamber of an opening, below zero where it comes in; a
+        vent that opens is marked."""
+        chamber, excess = self.chambers[opening.here], self._excess(now, opening)
+        if opening.vent is None:
+            area = chamber.leak * float(areas[opening.here])
+        else:
+            vent, is_open = chamber.vents[opening.vent], now.is_open[opening.here]
+            if excess >= vent.opens_at:
+                is_open[opening.vent] = 1.0
+            area = vent.effective(excess, time, is_open[opening.vent] > 0.0)
+        source = self._source(now, opening, excess)
+        if area == 0.0 or abs(excess) <= EVEN * source.pressure:
+            return 0.0
+        constant, c_v = float(source.shares @ self._constant), float(source.shares @ self._c_v)
+        behind, gamma = source.pressure - abs(excess), 1.0 + constant / c_v
+        rate = area * flux(source.pressure, behind, source.temperature, gamma, constant)
+        return math.copysign(rate, excess)
+
+    def _source(self, now: _Contents, opening: Opening, outward: float) -> _Side:
+        """The gas that flows: that of the chamber, if it flows outward."""
+        if outward >= 0.0:
+            return self._inside(now, opening.here)
+        there = opening.there
+        return self._outside(opening.here) if there is None else self._inside(now, there)
+
+    def _move(self, now: _Contents, opening: Opening, mass: float, source: _Side) -> None:
+        """Take a mass of a gas out of the chamber of an opening, or into it, with its enthalpy."""
+        here, there = opening.here, opening.there
+        heat = float(source.shares @ self._c_v) + float(source.shares @ self._constant)
+        moved, enthalpy = mass * source.shares, mass * heat * source.temperature
+        now.masses[here] -= moved
+        now.energy[here] -= enthalpy
+        if there is not None:
+            now.masses[there] += moved
+            now.energy[there] += enthalpy
+        elif mass > 0.0:
+            now.left[here] += enthalpy
+        else:
+            now.came[here] -= enthalpy
+
+    def _moved(self, now: _Contents, opening: Opening, mass: float) -> _Contents:
+        """A copy, after `_move`."""
+        after = _Contents(
+            now.masses.copy(),
+            now.energy.copy(),
+            now.volume,
+            now.came.copy(),
+            now.left.copy(),
+            now.is_open,
+        )
+        self._move(after, opening, mass, self._source(now, opening, mass))
         return after
 
 
@@ -488,6 +557,17 @@ def flux(before: float, behind: float, temperature: float, gamma: float, constan
     swing = ratio ** (2.0 / gamma) - ratio ** ((gamma + 1.0) / gamma)
     root = 2.0 * gamma / ((gamma - 1.0) * constant * temperature) * max(swing, 0.0)
     return before * math.sqrt(root)
+
+
+def _threshold(name: str, given: float) -> float:
+    """A pressure or a time from which on a vent is open."""
+    try:
+        value = float(real(given, name))
+    except (TypeError, ValueError) as error:
+        raise InputError("must be a number", where=name, found=given) from error
+    if math.isnan(value):
+        raise InputError("must be a number", where=name, found=given)
+    return value
 
 
 def _series(name: str, given: ArrayLike, least: float) -> Series:
@@ -502,7 +582,6 @@ def _series(name: str, given: ArrayLike, least: float) -> Series:
     table = np.array([[0.0, float(rows)]]) if rows.ndim == 0 else as_table(rows, ("x", name))
     if not (np.isfinite(table[:, 1]) & (table[:, 1] >= least)).all():
         allowed = "numbers from 0 on" if least == 0.0 else "numbers above 0"
-        raise InputError(
-            "must not be below zero", where=name, found=table[:, 1].min(), allowed=allowed
-        )
+        what = "must not be below zero" if least == 0.0 else "must be above zero"
+        raise InputError(what, where=name, found=table[:, 1].min(), allowed=allowed)
     return Series(table[:, 0], table[:, 1])

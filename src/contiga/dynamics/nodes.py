@@ -170,6 +170,8 @@ class NodeMover:
     """(n,) of nodes that forces move, else None."""
     joined: ClassVar[bool] = False
     """Whether they are parts of a whole, whose vibrations steps do not follow one by one."""
+    has_sections: ClassVar[bool] = False
+    """Whether forces of elements at nodes on one side of a plane are what goes through it."""
     bare: NDArray[np.bool_] = np.zeros(0, np.bool_)
     """(n,) nodes of what is joined that are in no element, and stay."""
     stands: bool = False

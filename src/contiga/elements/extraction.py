@@ -65,10 +65,11 @@ def elements_of(body: Faces, trims: TrimTables) -> tuple[Elements, Grid]:
     patches["u"], patches["v"], patches["first"] = spans[:, 0], spans[:, 1], first[:-1]
 
     table = np.zeros(first[-1], ELEMENT)
-    table["patch"] = np.repeat(np.arange(len(grids)), np.diff(first))
-    table["components"] = np.where([p.is_rational for p in body.patches], 4, 3)[table["patch"]]
-    table["box"] = np.concatenate([g.boxes() for g in grids])
-    table["trim"] = trim_nb.box_states(trims, table["patch"], table["box"])
+    of_patch = np.repeat(np.arange(len(grids), dtype=np.int32), np.diff(first))
+    box = np.concatenate([g.boxes() for g in grids])
+    table["patch"], table["box"] = of_patch, box
+    table["components"] = np.where([p.is_rational for p in body.patches], 4, 3)[of_patch]
+    table["trim"] = trim_nb.box_states(trims, of_patch, box)
     coefs: list[FloatArray] = []
     used = 0
     for alike, (net, poles) in zip(of_degrees.values(), nets, strict=True):

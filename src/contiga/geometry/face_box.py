@@ -138,7 +138,8 @@ class _Face:
             flat &= (slope.min(axis=1) <= 0.0) & (slope.max(axis=1) >= 0.0)
         parts = parts.of(flat)
         patch = np.full(len(parts.box), self.inside.patch, np.int32)
-        return parts.of(box_states(self.inside.tables(), patch, parts.box) != OUT)
+        box = as_contiguous(parts.box, np.float64)
+        return parts.of(box_states(self.inside.tables(), patch, box) != OUT)
 
     def _top_of_curve(self, curve: NurbsCurve, axis: int, sign: float, known: float) -> float:
         """The highest point of a trimming curve."""

@@ -11,7 +11,7 @@ import numpy as np
 from contiga.arrays.ordered import row_lengths
 from contiga.dynamics.gas import Chamber, Chambers, GasState
 from contiga.dynamics.nodes import SlaveState
-from contiga.errors import InputError
+from contiga.errors import InputError, RunError
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.slave import Slave
 
@@ -104,6 +104,12 @@ class GasSystem:
         for name, skin in self.skins.items():
             points = slaves[self.chambers[name].slave].points
             volume, gradient = skin.volume(points)
+            if not 0.0 < volume < np.inf:
+                raise RunError(
+                    f"t = {time:g}: gas {name!r} has no room left: its facets hold a volume of "
+                    f"{volume:.4g}. Look at what presses them together, at their material and at "
+                    "the step; a flat bag needs a little volume at the start"
+                )
             volumes.append(volume)
             gradients.append(gradient)
             areas.append(skin.area(points) if self.chambers[name].leak else 0.0)

@@ -263,6 +263,13 @@ def _ends_of(
                 found=GROUND,
                 remedy="Rename the body or slave",
             )
+        if of in index and of in slaves:
+            raise InputError(
+                "is the name of a body and of a slave",
+                where=where,
+                found=of,
+                remedy="Rename one of them",
+            )
         if of == GROUND:
             ends.append(SpringEnd())
         elif of in slaves and of not in index:

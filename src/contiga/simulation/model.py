@@ -354,12 +354,12 @@ def check_sensors(model: Model) -> None:
             key = "node" if isinstance(sensor, NodeSensor) else "section"
             name = slave_of(sensor)
             _check_name("slave", name, model.slaves, f"{where}: {key}")
-            if key == "section" and not model.mechanism.nodes[name].joined:
+            if key == "section" and not model.mechanism.nodes[name].has_sections:
                 raise InputError(
-                    "the slave has no elements that carry a force",
+                    "the slave has no elements whose nodes carry a force",
                     where=f"{where}: section",
                     found=name,
-                    allowed="a slave that deforms",
+                    allowed="a slave of finite elements that deforms",
                 )
             nodes_of(sensor, model.slaves[name].slave.points)
         else:

@@ -401,3 +401,11 @@ def test_a_state_made_by_hand_does_not_know_its_step() -> None:
         contact.tangent(again)
     wanted = contact.tangent(state).toarray()
     np.testing.assert_allclose(contact.tangent(contact.step(again, points)).toarray(), wanted)
+
+
+def test_a_state_of_another_contact_is_refused() -> None:
+    ball, pad = cg.Body([cg.shapes.sphere(radius=1.0)]), cg.Slave([[0.0, 0.0, -1.1]], area=[0.5])
+    stiff, soft = (cg.Contact(ball, pad, law=cg.PenaltyLaw(k)) for k in (100.0, 1.0))
+    state = stiff.step(stiff.start(pad.points), pad.points + np.array([0.0, 0.0, 0.2]))
+    with pytest.raises(InputError, match="another contact has made the state"):
+        soft.tangent(state)

@@ -211,3 +211,10 @@ def test_matter_of_other_points_is_refused() -> None:
     moved = cg.Slave(grid(FINE) + np.array([0.0, 0.0, 0.1]), facets(FINE))
     with pytest.raises(InputError, match=r"0\.1 apart"):
         dropped(moved, motion)
+
+
+def test_a_section_through_a_mapped_slave_is_refused() -> None:
+    """Its forces are at degrees of freedom, which lie on no side of a plane."""
+    sensor = cg.SectionSensor("cut", section="sheet", plane=[[0.5, 0, 0], [1, 0, 0]])
+    with pytest.raises(InputError, match="no elements whose nodes carry a force"):
+        dropped(sheet(FINE), held(), sensors=[sensor])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.errors import InputError
+from contiga.errors import InputError, RunError
 from contiga.gas import Chamber, IdealGas, Inflator, Surroundings, Vent
 from contiga.simulation.gas import Skin
 
@@ -142,6 +142,27 @@ def test_a_ball_is_caught_by_a_bag(tmp_path: Any) -> None:
     one, other = (run.state.slaves["bag"].points for run in (result, again))
     assert one.tobytes() == other.tobytes()
     assert again.state.gas["gas"].gas.energy == result.state.gas["gas"].gas.energy
+
+
+def test_a_chamber_without_room_ends_the_run_with_its_name() -> None:
+    class Collapsing:
+        def points(self, t: float) -> np.ndarray:
+            return box().points * [1.0, 1.0, 1.0 - 2.0 * t]
+
+        def velocities(self, t: float) -> np.ndarray:
+            return box().points * [0.0, 0.0, -2.0]
+
+    ball = cg.Body([cg.shapes.sphere(radius=0.1, centre=(0, 0, 9))])
+    simulation = cg.Simulation(
+        bodies={"ball": (ball, cg.motion.Free(1.0, inertia=np.eye(3), centre=(0, 0, 9)))},
+        slaves={"bag": (box(), Collapsing())},
+        contacts=[],
+        gas=[Chamber("bag", AROUND, name="airbag")],
+        end=1.0,
+        step=0.05,
+    )
+    with pytest.raises(RunError, match="gas 'airbag' has no room left"):
+        simulation.run()
 
 
 def open_box() -> cg.Slave:
