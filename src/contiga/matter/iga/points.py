@@ -80,10 +80,6 @@ class SplinePoints(NamedTuple):
         """x = N q (n, 3), of control points (m, 3); velocities likewise."""
         return self.rows.times(q)
 
-    def points_at(self, rows: IndexArray, q: FloatArray) -> FloatArray:
-        """(r, 3) of `points` at some of them."""
-        return self.rows.at(rows).times(q)
-
     def normals(self, q: FloatArray) -> FloatArray:
         """S_u × S_v (n, 3): times `measure` it is the area that a point stands for, as a vector."""
         return np.cross(self.along_u.times(q), self.along_v.times(q))
@@ -95,20 +91,6 @@ class SplinePoints(NamedTuple):
         sum to one.
         """
         return self.columns.times(f)
-
-    def nodal(self, rows: IndexArray, values: FloatArray) -> FloatArray:
-        """`spread` of forces (r, 3) on some of the points."""
-        part = self.rows.at(rows)
-        return np.stack([self._summed(part, values[:, way]) for way in range(3)], axis=1)
-
-    def nodal_sum(self, rows: IndexArray, values: FloatArray) -> FloatArray:
-        """(m,) Nᵀ of numbers (r,) at some of the points."""
-        return self._summed(self.rows.at(rows), values)
-
-    def _summed(self, part: SparseRows, values: FloatArray) -> FloatArray:
-        shares = part.values * np.repeat(values, np.diff(part.starts))
-        sums = np.bincount(part.columns, shares, minlength=len(self.columns.starts) - 1)
-        return sums.astype(np.float64)
 
 
 def sparse_rows(columns: list[IntArray], values: list[FloatArray]) -> SparseRows:
