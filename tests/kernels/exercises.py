@@ -15,6 +15,7 @@ import contiga as cg
 from contiga.contact.foot_rows import blank
 from contiga.errors import MissingPackageError
 from contiga.extras import require
+from contiga.matter.iga import assemble_shell
 from contiga.records import FloatArray, IntArray
 from contiga.report import write_report
 from contiga.search.balls.radii import balls_of
@@ -283,7 +284,22 @@ def deformed() -> None:
         matter = cg.matter.assemble(corners[own], [part])
         pressed = matter.forces(matter.start(), 0.98 * corners[own], corners[own], 1e-3)
         matter.stiffness(pressed.state)
+    _splines()
     _soft()
+
+
+def _splines() -> None:
+    """A bent shell of two patches that share an edge, pressed at its points of contact."""
+    leaves = [cg.shapes.plane(width=1.0, length=1.0, centre=(x, 0.0, 0.0)) for x in (0.0, 1.0)]
+    elastic = cg.materials.Elastic(young=1.0, poisson=0.3)
+    bent = [leaf.k_refined((1, 1), [0.5], [0.5]) for leaf in leaves]
+    for contact in ("nodes", "gauss"):
+        shell = assemble_shell(bent, material=elastic, density=1.0, thickness=0.1, contact=contact)
+        state = shell.start()
+        shell.spread(shell.points(1.01 * state.points))
+        pressed = shell.forces(state, 1.01 * state.points, state.points, 1e-3)
+        shell.stiffness(pressed.state)
+        shell.tangent(pressed.state)
 
 
 def _soft() -> None:
