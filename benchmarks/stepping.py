@@ -107,7 +107,7 @@ def free(size: Sizes) -> Iterator[Row]:
     with on_threads(1):
         seconds = in_turns({"step": stepper}, size.rounds, process_time)
     value = 1e9 * seconds["step"] / size.points
-    note = "processor time of one thread"
+    note = "one thread"
     yield FREE._replace(value=value, note=note, detail={"points": size.points})
 
 
@@ -182,8 +182,8 @@ def _plunged(row: Row, body: cg.Body, nodes: int, down: int, way: float) -> Row:
     state = plunges["nearest"].state
     each = {foot: 1e6 * t / 30 / state.n_contact for foot, t in seconds.items()}
     note = (
-        f"{each['nearest']:.1f} and {each['tracked']:.1f} µs a node in contact and step, "
-        f"{state.n_contact:,} of them, {state.max_penetration / body.size:.1%} of the size deep"
+        f"{each['nearest']:.1f} and {each['tracked']:.1f} µs a node and step, "
+        f"{state.n_contact:,} nodes, {state.max_penetration / body.size:.1%} of the size deep"
     )
     value = seconds["nearest"] / seconds["tracked"]
     return row._replace(value=value, note=note, detail={"seconds": seconds})
@@ -242,5 +242,5 @@ def small(size: Sizes) -> Iterator[Row]:
     with on_threads(1):
         seconds = in_turns({"step": work}, min(size.rounds, 4), process_time)
     value = 1e6 * seconds["step"] / size.small_steps
-    note = f"{state.n_contact} in contact; processor time of one thread"
+    note = f"{state.n_contact} in contact; one thread"
     yield SMALL._replace(value=value, note=note)

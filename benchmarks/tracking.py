@@ -131,7 +131,7 @@ def swept(size: Sizes) -> Iterator[Row]:
     with on_threads(1):
         seconds = in_turns({"swept": work}, min(size.rounds, 5), process_time)
     value = 1e9 * seconds["swept"] / size.points
-    note = f"{STEP:g} long, {2 * STEP:g} to {12 * STEP:g} away; processor time of one thread"
+    note = f"{STEP:g} long, {2 * STEP:g} to {12 * STEP:g} away; one thread"
     assert entered == 0
     yield SWEPT._replace(value=value, note=note, detail={"points": size.points})
 
