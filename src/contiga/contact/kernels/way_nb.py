@@ -21,11 +21,12 @@ from contiga.search.closest.kernels.foot_nb import tracked_foot
 from contiga.search.closest.kernels.nearest_nb import project_proved
 
 SET_OUT, CLOSEST, STILL_ON_WALL, CLOSEST_BEFORE, FACING, FACING_BEFORE = range(6)
-ON_WALL, FACING_ANYWHERE, DONE = range(6, 9)
+ENDS, ENDS_FARTHER, ON_WALL, FACING_ANYWHERE, DONE = range(6, 11)
 """A way asks one of these: nothing yet; the closest point; whether the wall that held the point
 still has it behind; the foot on the nearest wall where the part begins; the closest foot that the
-guard allows; its foot where the part begins; why no wall holds the point; the closest foot
-that the guard allows, however far; nothing any more."""
+guard allows; its foot where the part begins; whether the wall that held the point has ended at a
+border; whether it has in a shorter part; why no wall holds the point; the closest foot that the
+guard allows, however far; nothing any more."""
 NEAREST_PUSHES, ANOTHER_PUSHES, ANEW, CAME_OUT, SLID_OFF, GIVEN_UP = range(6)
 """A way ends in one of these: the nearest wall pushes; another one does; a wall pushes that the
 point did not come to step by step; the point is in front of its wall; its wall has ended at a
@@ -37,6 +38,8 @@ LOOKS = 256
 END = 1.0 - 1e-9
 TRIES = 8
 """Minima that are asked for one after the other, where the nearest has been nearer all along."""
+BEYOND = 1e-6
+"""Slant from which a point is beyond a border; below it a border may be a foot like any other."""
 ROUND = 2.0 + 1e-6
 """Times its way by which a foot's depth may exceed the least that it can have come to, and
 rounding."""
@@ -76,6 +79,17 @@ def _has_behind(feet, i, limits):
 @inner()
 def _is_at_border(feet, i):
     return feet.status[i] in (AT_BORDER, TRIMMED)
+
+
+@inner()
+def _is_beyond_border(feet, i, points):
+    """Tell whether a point lies aside of its foot i, which is at a border."""
+    square, along = 0.0, 0.0
+    for c in range(3):
+        way = points[i, c] - feet.point[i, c]
+        square += way * way
+        along += way * feet.normal[i, c]
+    return _is_at_border(feet, i) and square - along * along > BEYOND * BEYOND * square
 
 
 @inner()
@@ -210,6 +224,16 @@ def answered(ways, limits, i):
         elif question == FACING:
             if other.status[i] == OK and (ways.opposed[i] or not closed):
                 return _ask_before(ways, i, FACING_BEFORE, other)
+        elif question in (ENDS, ENDS_FARTHER):
+            # A search for a wall that is not there costs a hundred times as much as a foot.
+            if ways.part[i] > SHORTEST and _is_beyond_border(ways.followed, i, ways.point):
+                ways.part[i] *= 0.5
+                ways.to[i] = ways.at[i] + ways.part[i]
+                return _ask_wall(ways, i, ENDS_FARTHER)
+            if question == ENDS:
+                return _ask(ways, i, FACING, place)
+            question = SET_OUT
+            continue
         elif question == FACING_BEFORE and not _was_off(ways, i, limits):
             ways.tries[i] += 1
             if ways.tries[i] < TRIES:
@@ -221,7 +245,7 @@ def answered(ways, limits, i):
                 ways.tries[i], ways.floor[i] = 0, least
                 # On an open body no farther one is of use, and most often there is none.
                 ways.ceiling[i] = math.inf if closed else _deepest(least, gone, band)
-                return _ask(ways, i, FACING, place)
+                return _ask(ways, i, FACING, place) if closed else _ask_wall(ways, i, ENDS)
             _stand(ways, i, nearest, False)
             question = _go_on(ways, i, place)
         elif question == ON_WALL:
