@@ -106,7 +106,9 @@ def test_refinement_leaves_the_surface(surface, seed):
 def test_parts_of_a_split_have_the_area_of_the_whole(surface, at):
     for axis in "uv":
         parts = surface.split(**{axis: at})
-        assert sum(part.area(1e-6) for part in parts) == pytest.approx(surface.area(1e-6), rel=1e-5)
+        # Where normals vanish four boxes may agree with one by chance: errors reach 40 tolerances.
+        area = sum(part.area(1e-8) for part in parts)
+        assert area == pytest.approx(surface.area(1e-8), rel=1e-6)
 
 
 @FEW
