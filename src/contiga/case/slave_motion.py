@@ -66,7 +66,7 @@ def deforming_of(
     """How a slave deforms; what does not fit is told. `motion_of` answers motions in the units of
     the case."""
     deforming = motion.moved(
-        partial(_nodes_named, spec), motion_of, partial(_elements_of_set, spec, slave)
+        partial(nodes_named, spec), motion_of, partial(_elements_of_set, spec, slave)
     )
     bodies: dict[str, int] = {}
     deforming.nodes(spec.name, slave, lambda name: bodies.setdefault(name, len(bodies)))
@@ -82,7 +82,7 @@ def prescribed(spec: ToldMotionSpec, case: Case) -> BodyMotion:
     return spec.made
 
 
-def _nodes_named(spec: SlaveSpec, key: str | int | list[int]) -> NDArray[Any]:
+def nodes_named(spec: SlaveSpec, key: str | int | list[int]) -> NDArray[Any]:
     """(n,) nodes of a set, part or group of the slave's file; (k,) rows of nodes by number."""
     if not isinstance(spec.points, FilePoints):
         by_number = isinstance(key, list)

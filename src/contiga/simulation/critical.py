@@ -198,7 +198,7 @@ def _add_gas(couplings: list[tuple[str, list[_End]]], model: Model, state: Syste
         _, gradient = skin.volume(points)
         nodal = np.zeros(points.shape)
         nodal[skin.rows] = gradient
-        gamma = chambers.physics.gamma(gas.masses)
+        gamma = chambers.physics.gamma(gas)
         square = gamma * gas.pressure / gas.volume * mover.swing(nodal)
         excess = abs(gas.pressure - chamber.surroundings.pressure)
         square += mover.fastest(skin.rows, excess * skin.stiffness(points))

@@ -33,7 +33,7 @@ from contiga.rigid.kernels.rigid_nb import add_wrench
 from contiga.rigid.pose import as_pose, to_quaternion
 from contiga.rigid.twist import Twist
 from contiga.simulation.clock import Clock
-from contiga.simulation.gas import ChamberState
+from contiga.simulation.gas import ChamberState, covered_by
 from contiga.simulation.load_forces import add_loads, foresee_loads, work_of_loads
 from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import Model
@@ -152,8 +152,17 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
         springs = spring_states(model, pulled, standing.bodies, standing.slaves)
     gas: dict[str, ChamberState] = {}
     if model.gas:
+
+        def covered(slave: str) -> FloatArray:
+            touching = [
+                (part.contact, contacts[part.name])
+                for part in model.contacts
+                if part.slave == slave
+            ]
+            return covered_by(touching, model.slaves[slave].slave)
+
         filled = None if last is None else last.gas
-        gas = model.chambers.states(filled, standing.slaves, now.time, now.dt)
+        gas = model.chambers.states(filled, standing.slaves, covered, now.time, now.dt)
     acting = Acting(contacts, springs, gas)
     if last is not None:
         for name in system.masses:

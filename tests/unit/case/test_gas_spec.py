@@ -8,6 +8,7 @@ import pytest
 
 import contiga as cg
 from contiga.errors import InputError
+from contiga.gas import Mixture
 from contiga.report.run_folder import read_run
 
 CASE = """
@@ -62,7 +63,7 @@ def test_air_and_the_atmosphere_are_in_the_units_of_the_case(file: Path) -> None
     assert chamber.vents[0].opens_at == 0.002
     metres = CASE.replace('"mm"', '"m"').replace('"g"', '"kg"').replace('"ms"', '"s"')
     file.write_text(metres)
-    around = cg.load_case(file).gas[0].chamber(("m", "kg", "s")).surroundings
+    around = cg.load_case(file).gas[0].chamber(("m", "kg", "s"), list).surroundings
     assert around.pressure == 101_325.0
     assert around.gas.constant == 287.05
 
@@ -85,9 +86,43 @@ def test_a_case_blows_up_its_bag_and_the_report_shows_it(file: Path, tmp_path: P
     assert "In slave" in page
 
 
+def test_mixtures_of_the_case_have_heat_capacities_and_vents_a_place(file: Path) -> None:
+    mixture = (
+        "gas = [{ share = 0.8, constant = 296.8, c_p = [[300, 1040], [2000, 1280]] }, "
+        "{ share = 0.2, constant = 208.1, gamma = 1.667 }]"
+    )
+    text = CASE.replace("temperature = 500.0", f"temperature = 500.0, {mixture}")
+    text = text.replace("opens_at = 0.002", "on = { box = [[-20, -20, 20], [20, 20, 31]] }")
+    file.write_text(text.replace("leak = 1e-5", "leak = [[0, 0], [0.1, 1e-3]]"))
+    chamber = cg.build(cg.load_case(file)).gas["airbag"]
+    gas = chamber.inflators[0].gas
+    assert isinstance(gas, Mixture)
+    assert [share for _, share in gas.parts] == [0.8, 0.2]
+    assert gas.parts[0][0].heat_capacity(1150.0) == pytest.approx(1160.0, rel=1e-12)
+    assert chamber.vents[0].on == {"box": [[-20, -20, 20], [20, 20, 31]]}
+    assert chamber.leak.at(0.05) == pytest.approx(5e-4)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
+        ("leak = 1e-5", "leak = -1.0", "leak: must not be below zero"),
+        ("leak = 1e-5", "leak = [[1, 0], [0, 1]]", "leak: the times go back or repeat"),
+        ("leak = 1e-5", "gas = [{ constant = 287.05, gamma = 1.4 }]", "share"),
+        ("leak = 1e-5", "gas = { constant = 287.05 }", "exactly one of the keys gamma, c_p"),
+        (
+            "leak = 1e-5",
+            "gas = { constant = 287.05, c_p = [[300, 200]] }",
+            "above the gas constant",
+        ),
+        (
+            "leak = 1e-5",
+            "gas = { constant = 287.05, c_p = [900, 0.1] }",
+            "between two temperatures",
+        ),
+        ("opens_at = 0.002", "on = {}", "says nowhere"),
+        ("opens_at = 0.002", "on = { box = [[-1, -1, 29.9], [1, 1, 31]] }", "on no fabric"),
+        ("leak = 1e-5", '[[gas]]\nname = "b"\nslave = "bag"', "fills these facets already"),
         ('slave = "bag"\n', 'slave = "bags"\n', "no slave of this name"),
         ("area = 10.0", 'area = "big"', "must be a number, or rows"),
         ("leak = 1e-5", 'gas = "helium"', "must be a gas"),
