@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import contiga as cg
@@ -132,5 +133,52 @@ def test_mixtures_of_the_case_have_heat_capacities_and_vents_a_place(file: Path)
 )
 def test_a_wrong_key_or_value_is_told(file: Path, old: str, new: str, said: str) -> None:
     file.write_text(CASE.replace(old, new))
+    with pytest.raises(InputError, match=said):
+        cg.build(cg.load_case(file))
+
+
+def grown(file: Path, factor: float) -> None:
+    """A mesh with the bag's nodes and facets, of another size."""
+    bag = cg.read_mesh(file.parent / "bag.stl")
+    cg.write_mesh(file.parent / "grown.stl", cg.TriMesh(factor * bag.points, bag.facets))
+
+
+@pytest.mark.parametrize(
+    "reference", ['{ file = "grown.stl" }', "{ scale = 0.8 }", "{ scale = [0.8, 0.8, 0.8] }"]
+)
+def test_a_bag_is_strained_against_its_reference(file: Path, reference: str) -> None:
+    """Stretched evenly by 1.25: S = E/(1−ν) · E₁₁ and 2 E₁₁ = 1.25² − 1 in both directions."""
+    grown(file, 0.8)
+    file.write_text(CASE.replace("thickness = 0.5", f"thickness = 0.5\nreference = {reference}"))
+    simulation = cg.build(cg.load_case(file))
+    strain = 0.5 * (1.25**2 - 1.0)
+    slave = simulation.slaves["bag"].slave
+    area = 0.64 * simulation.chambers.skins["airbag"].areas(slave.points).sum()
+    wanted = area * 0.5 * 5.0 / (1.0 - 0.3) * strain**2
+    assert simulation.start().energy.strain == pytest.approx(wanted, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("reference", "said"),
+    [
+        ("{ scale = 0.0 }", "reference.scale"),
+        ("{ scale = [1, 1] }", "reference.scale"),
+        ("{ }", "exactly one of the keys file, scale"),
+        ('{ file = "grown.stl", scale = 1.0 }', "exactly one of the keys file, scale"),
+        ('{ file = "none.stl" }', "none.stl"),
+        ('{ file = "half.stl" }', "must have the nodes of the slave"),
+        ('{ file = "turned.stl" }', "must have the elements of the slave"),
+    ],
+)
+def test_a_reference_of_another_shape_is_told(file: Path, reference: str, said: str) -> None:
+    grown(file, 0.8)
+    bag = cg.read_mesh(file.parent / "bag.stl")
+    few = np.unique(bag.facets[:9])
+    half = np.searchsorted(few, bag.facets[np.isin(bag.facets, few).all(axis=1)])
+    cg.write_mesh(file.parent / "half.stl", cg.TriMesh(bag.points[few], half))
+    turned = bag.facets.copy()
+    turned[5] = turned[5, ::-1]
+    cg.write_mesh(file.parent / "turned.stl", cg.TriMesh(bag.points, turned))
+    file.write_text(CASE.replace("thickness = 0.5", f"thickness = 0.5\nreference = {reference}"))
     with pytest.raises(InputError, match=said):
         cg.build(cg.load_case(file))
