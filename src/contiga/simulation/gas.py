@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from contiga.arrays.ordered import row_lengths
 from contiga.contact.contact import Contact
 from contiga.contact.state import State
 from contiga.dynamics.gas import Chamber, Chambers, Exposed, GasState
+from contiga.dynamics.kernels.closed_skin_nb import close
 from contiga.dynamics.nodes import SlaveState
 from contiga.dynamics.places import box_told, facets_at, place_of
 from contiga.errors import InputError, RunError
@@ -37,6 +37,18 @@ class ChamberState(NamedTuple):
     """(k, 3) on the nodes of its facets."""
 
 
+class Closed(NamedTuple):
+    """The space that facets close, with nodes at one place."""
+
+    volume: float
+    gradient: FloatArray
+    """(k, 3) of the volume."""
+    stiffness: FloatArray
+    """(k,) bounds of the row sums of ∂²V/∂x²: sides of facets over six."""
+    areas: FloatArray
+    """(f,) of the facets."""
+
+
 class Skin(NamedTuple):
     """The facets around a chamber."""
 
@@ -47,41 +59,21 @@ class Skin(NamedTuple):
     vents: tuple[NDArray[np.bool_] | None, ...] = ()
     """(f,) of each vent the facets it is in; None where it is in none."""
 
-    def volume(self, points: FloatArray) -> tuple[float, FloatArray]:
-        """V = ⅙ Σ x₀·(x₁ × x₂) of facets with nodes at points (n, 3), and its gradient (k, 3)."""
-        nodes = points[self.rows]
-        # From their middle, for the digits: of a closed surface it makes no other difference.
-        a, b, c = np.moveaxis((nodes - nodes.mean(axis=0))[self.corners], 1, 0)
-        gradients = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1) / 6.0
-        volume = float((a * gradients[:, 0]).sum())
-        total = np.zeros((len(self.rows), 3))
-        for d in range(3):
-            weights = gradients[:, :, d].ravel()
-            total[:, d] = np.bincount(self.corners.ravel(), weights, minlength=len(total))
-        return volume, total
+    def closed(self, points: FloatArray) -> Closed:
+        """What the facets close with the slave's nodes at points (n, 3)."""
+        count = len(self.rows)
+        gradient, stiffness = np.zeros((count, 3)), np.zeros(count)
+        areas = np.empty(len(self.corners))
+        volume = close(points, self.rows, self.corners, gradient, stiffness, areas)
+        return Closed(volume, gradient, stiffness, areas)
 
-    def areas(self, points: FloatArray) -> FloatArray:
-        """(f,) of the facets."""
-        a, b, c = np.moveaxis(points[self.rows][self.corners], 1, 0)
-        return 0.5 * row_lengths(np.cross(b - a, c - a))
-
-    def exposed(self, points: FloatArray, covered: FloatArray) -> Exposed:
-        """What is open where shares (f,) of the facets are covered."""
-        areas = self.areas(points)
+    def exposed(self, areas: FloatArray, covered: FloatArray) -> Exposed:
+        """What is open of facets of areas (f,) of which shares (f,) are covered."""
         free = areas * (1.0 - covered)
         shares = [
             1.0 if on is None else float(free[on].sum() / areas[on].sum()) for on in self.vents
         ]
         return Exposed(float(free.sum()), np.array(shares))
-
-    def stiffness(self, points: FloatArray) -> FloatArray:
-        """(k,) bounds of the row sums of ∂²V/∂x²: sides of facets over six."""
-        a, b, c = np.moveaxis(points[self.rows][self.corners], 1, 0)
-        sides = np.stack([row_lengths(c - b), row_lengths(a - c), row_lengths(b - a)], axis=1)
-        whole = sides.sum(axis=1, keepdims=True) / 6.0
-        both = np.broadcast_to(whole, sides.shape).ravel()
-        sums = np.bincount(self.corners.ravel(), both, minlength=len(self.rows))
-        return sums.astype(np.float64)
 
 
 class GasSystem:
@@ -134,7 +126,7 @@ class GasSystem:
         volumes, gradients, exposed = [], [], []
         for name, skin in self.skins.items():
             points = slaves[self.chambers[name].slave].points
-            volume, gradient = skin.volume(points)
+            volume, gradient, _, areas = skin.closed(points)
             if not 0.0 < volume < np.inf:
                 raise RunError(
                     f"t = {time:g}: gas {name!r} has no room left: its facets hold a volume of "
@@ -144,7 +136,7 @@ class GasSystem:
             volumes.append(volume)
             gradients.append(gradient)
             if self.chambers[name].leaks or any(on is not None for on in skin.vents):
-                exposed.append(skin.exposed(points, covered(self.chambers[name].slave)))
+                exposed.append(skin.exposed(areas, covered(self.chambers[name].slave)))
             else:
                 exposed.append(Exposed(0.0, np.ones(len(skin.vents))))
         now = np.array(volumes)
@@ -213,7 +205,7 @@ def _skin(name: str, chamber: Chamber, slaves: Mapping[str, Slave]) -> Skin:
                 )
         vents.append(on)
     skin = Skin(rows.astype(np.int32), corners, tuple(vents))
-    volume, _ = skin.volume(slave.points)
+    volume = skin.closed(slave.points).volume
     if not volume > 0.0:
         raise InputError(
             "the normals of its facets point into the chamber, or it has no volume",

@@ -49,20 +49,20 @@ def test_volume_and_its_gradient() -> None:
     skin = Skin(np.arange(len(slave.points), dtype=np.int32), slave.facets)
     rng = np.random.default_rng(1)
     points = slave.points + 0.05 * rng.normal(size=slave.points.shape)
-    assert skin.volume(slave.points)[0] == pytest.approx(0.064, rel=1e-12)
-    assert skin.areas(slave.points).sum() == pytest.approx(0.96, rel=1e-12)
+    assert skin.closed(slave.points).volume == pytest.approx(0.064, rel=1e-12)
+    assert skin.closed(slave.points).areas.sum() == pytest.approx(0.96, rel=1e-12)
     way, h = rng.normal(size=points.shape), 1e-6
-    change = (skin.volume(points + h * way)[0] - skin.volume(points - h * way)[0]) / (2 * h)
-    assert (skin.volume(points)[1] * way).sum() == pytest.approx(change, rel=1e-9)
-    np.testing.assert_allclose(skin.volume(points)[1].sum(axis=0), 0.0, atol=1e-15)
+    change = (skin.closed(points + h * way).volume - skin.closed(points - h * way).volume) / (2 * h)
+    assert (skin.closed(points).gradient * way).sum() == pytest.approx(change, rel=1e-9)
+    np.testing.assert_allclose(skin.closed(points).gradient.sum(axis=0), 0.0, atol=1e-15)
     # Row sums of the second derivative are no more than their bound.
     second = np.zeros((len(points), 3))
     for a in range(len(points)):
         for d in range(3):
             to = points.copy()
             to[a, d] += h
-            second += np.abs(skin.volume(to)[1] - skin.volume(points)[1]) / h
-    assert (second.max(axis=1) <= 2.0 * skin.stiffness(points) * (1 + 1e-6)).all()
+            second += np.abs(skin.closed(to).gradient - skin.closed(points).gradient) / h
+    assert (second.max(axis=1) <= 2.0 * skin.closed(points).stiffness * (1 + 1e-6)).all()
 
 
 def test_nothing_moves_at_the_pressure_around() -> None:
