@@ -307,6 +307,17 @@ class _Side(NamedTuple):
     """(k,) of its mass; their sum is one."""
 
 
+class _Flow(NamedTuple):
+    """What goes through an opening."""
+
+    rate: float
+    """Mass by time that goes out of its chamber, below zero where it comes in."""
+    excess: float
+    """The pressure of its chamber over that behind it."""
+    source: _Side
+    """The gas that flows: that of the higher pressure."""
+
+
 class Chambers:
     """Chambers that gas may flow between.
 
@@ -528,16 +539,15 @@ class Chambers:
         here, there = opening.here, opening.there
         left = dt
         while left > 0.0:
-            rate = self._rate(now, opening, exposed, time)
+            rate, excess, source = self._flow(now, opening, exposed, time)
             if rate == 0.0:
                 return
-            excess = self._excess(now, opening)
-            falling = abs(rate) * self._evening(now, opening, excess)
+            falling = abs(rate) * self._evening(now, opening, source)
             even = abs(excess) / falling if falling > 0.0 else math.inf
             if abs(excess) <= NEAR * self._inside(now[here]).pressure:
                 span = 0.5 * left / even  # of the time in which they even out
                 mass = rate * (even if span >= 1.0 else 0.5 * left * (2.0 - span))
-                self._move(now, opening, mass, self._source(now, opening, mass))
+                self._move(now, opening, mass, source)
                 return
             sides = [here] if there is None else [here, there]
             least = min(sum(now[c].masses) for c in sides)
@@ -545,21 +555,13 @@ class Chambers:
             half = list(now)
             for c in sides:
                 half[c] = copy(now[c])
-            mass = 0.5 * part * rate
-            self._move(half, opening, mass, self._source(now, opening, mass))
-            mass = part * self._rate(half, opening, exposed, time)
-            self._move(now, opening, mass, self._source(half, opening, mass))
+            self._move(half, opening, 0.5 * part * rate, source)
+            middle = self._flow(half, opening, exposed, time)
+            self._move(now, opening, part * middle.rate, middle.source)
             left = left - part if part < left else 0.0
 
-    def _excess(self, now: list[_Content], opening: Opening) -> float:
-        """The pressure of the chamber of an opening over that behind it."""
-        here, there = opening.here, opening.there
-        behind = self._outside(here) if there is None else self._inside(now[there])
-        return self._inside(now[here]).pressure - behind.pressure
-
-    def _evening(self, now: list[_Content], opening: Opening, excess: float) -> float:
+    def _evening(self, now: list[_Content], opening: Opening, source: _Side) -> float:
         """By how much a mass that flows lessens the difference of the pressures."""
-        source = self._source(now, opening, excess)
         enthalpy, constant = (
             self._enthalpy(source.shares, source.temperature),
             self._constant(source.shares),
@@ -576,13 +578,14 @@ class Chambers:
                 whole += swollen / content.volume
         return whole
 
-    def _rate(
+    def _flow(
         self, now: list[_Content], opening: Opening, exposed: Sequence[Exposed], time: float
-    ) -> float:
-        """Mass by time that goes out of the chamber of an opening, below zero where it comes in; a
-        vent that opens is marked."""
-        here, k = opening.here, opening.vent
-        chamber, excess = self.chambers[here], self._excess(now, opening)
+    ) -> _Flow:
+        """What goes through an opening; a vent that opens is marked."""
+        here, k, there = opening.here, opening.vent, opening.there
+        inside = self._inside(now[here])
+        behind = self._outside(here) if there is None else self._inside(now[there])
+        chamber, excess = self.chambers[here], inside.pressure - behind.pressure
         if k is None:
             area = chamber.leak.at(excess) * exposed[here].area
         else:
@@ -590,21 +593,14 @@ class Chambers:
             if excess >= vent.opens_at:
                 is_open[k] = 1.0
             area = vent.effective(excess, time, is_open[k] > 0.0) * float(exposed[here].vents[k])
-        source = self._source(now, opening, excess)
+        source, after = (inside, behind) if excess >= 0.0 else (behind, inside)
         if area == 0.0 or abs(excess) <= EVEN * source.pressure:
-            return 0.0
+            return _Flow(0.0, excess, source)
         constant = self._constant(source.shares)
         _, c_v = self._caloric(source.shares, source.temperature)
-        behind, gamma = source.pressure - abs(excess), 1.0 + constant / c_v
-        rate = area * flux(source.pressure, behind, source.temperature, gamma, constant)
-        return math.copysign(rate, excess)
-
-    def _source(self, now: list[_Content], opening: Opening, outward: float) -> _Side:
-        """The gas that flows: that of the chamber, if it flows outward."""
-        if outward >= 0.0:
-            return self._inside(now[opening.here])
-        there = opening.there
-        return self._outside(opening.here) if there is None else self._inside(now[there])
+        gamma = 1.0 + constant / c_v
+        rate = area * flux(source.pressure, after.pressure, source.temperature, gamma, constant)
+        return _Flow(math.copysign(rate, excess), excess, source)
 
     def _move(self, now: list[_Content], opening: Opening, mass: float, source: _Side) -> None:
         """Take a mass of a gas out of the chamber of an opening, or into it, with its enthalpy."""

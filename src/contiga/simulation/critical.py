@@ -195,7 +195,7 @@ def _add_gas(couplings: list[tuple[str, list[_End]]], model: Model, state: Syste
         if chamber.slave not in system.masses:
             continue
         points, mover = state.slaves[chamber.slave].points, system.nodes[chamber.slave]
-        _, gradient, stiffness, _ = skin.closed(points)
+        _, gradient, stiffness, _ = chambers.closed(name, points)
         nodal = np.zeros(points.shape)
         nodal[skin.rows] = gradient
         gamma = chambers.physics.gamma(gas)

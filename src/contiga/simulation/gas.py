@@ -100,6 +100,7 @@ class GasSystem:
                 )
             filled[chamber.slave] = name
         self.skins = {name: _skin(name, chamber, slaves) for name, chamber in self.chambers.items()}
+        self._last: dict[str, tuple[FloatArray, Closed]] = {}
 
     @cached_property
     def physics(self) -> Chambers:
@@ -114,6 +115,14 @@ class GasSystem:
             names.setdefault(chamber.slave, []).append(name)
         return names
 
+    def closed(self, name: str, points: FloatArray) -> Closed:
+        """What the facets of a chamber close; found once for the nodes of a state, which the step
+        and its bound ask for."""
+        last = self._last.get(name)
+        if last is None or last[0] is not points:
+            last = self._last[name] = points, self.skins[name].closed(points)
+        return last[1]
+
     def states(
         self,
         last: Mapping[str, ChamberState] | None,
@@ -126,7 +135,7 @@ class GasSystem:
         volumes, gradients, exposed = [], [], []
         for name, skin in self.skins.items():
             points = slaves[self.chambers[name].slave].points
-            volume, gradient, _, areas = skin.closed(points)
+            volume, gradient, _, areas = self.closed(name, points)
             if not 0.0 < volume < np.inf:
                 raise RunError(
                     f"t = {time:g}: gas {name!r} has no room left: its facets hold a volume of "

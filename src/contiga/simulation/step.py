@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.contact.loads import NO_ROWS, Column
+from contiga.contact.loads import Column
 from contiga.contact.state import State
 from contiga.dynamics.nodes import Instant, Pushes, SlaveState, Stored
 from contiga.dynamics.rigid_bodies import (
@@ -88,15 +88,13 @@ class ForcesOn(NamedTuple):
             )
         if len(columns) == 1:
             return Pushes(*columns[0])
-        rows, place = np.unique(
-            np.concatenate([NO_ROWS, *(column.rows for column in columns)]), return_inverse=True
-        )
-        forces = np.zeros((len(rows), 3))
-        first = 0
+        count = len(self.model.slaves[self.name].slave.points)
+        total, pushed = np.zeros((count, 3)), np.zeros(count, np.bool_)
         for column in columns:  # in each a node stands once
-            forces[place[first : first + len(column.rows)]] += column.values
-            first += len(column.rows)
-        return Pushes(rows, forces)
+            total[column.rows] += column.values
+            pushed[column.rows] = True
+        rows = np.flatnonzero(pushed).astype(np.int32)
+        return Pushes(rows, total[rows])
 
 
 def nodal_force(model: Model, name: str, acting: Acting) -> FloatArray:
