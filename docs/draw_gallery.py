@@ -58,6 +58,12 @@ ENTRIES = (
         ("lower eye.vz", "side.fz"),
         ("above.force", "side.fz"),
     ),
+    Entry(
+        "airbag",
+        "10_airbag.toml",
+        ("bag.pressure", "bag.volume", "head.vz", "head on bag.force"),
+        ("bag.pressure", "bag.volume", "head on bag.force", "head on bag.max_penetration"),
+    ),
     Entry("bonnet", "bonnet.toml", ("bonnet.force", "hard parts.force"), ("bonnet.force",)),
     Entry("spin", "gallery/spin.toml", ("ball.vx", "ball.wy"), ("force", "ball.wy")),
     Entry("hail", "gallery/hail.toml", ("ring.vz", "n_contact"), ("force", "ring.vz")),

@@ -8,6 +8,16 @@
 
 from __future__ import annotations
 
-from contiga.dynamics.gas import Chamber, GasState, IdealGas, Inflator, Surroundings, Vent
+from contiga.dynamics.gas import Chamber, GasState, Inflator, Surroundings, Vent
+from contiga.dynamics.gases import IdealGas, Mixture, ThermallyPerfectGas
 
-__all__ = ["Chamber", "GasState", "IdealGas", "Inflator", "Surroundings", "Vent"]
+__all__ = [
+    "Chamber",
+    "GasState",
+    "IdealGas",
+    "Inflator",
+    "Mixture",
+    "Surroundings",
+    "ThermallyPerfectGas",
+    "Vent",
+]

@@ -64,6 +64,33 @@ def test_normals_of_the_tyre_point_outward() -> None:
     assert (np.isclose(np.abs(points[:, 1]), beads)).sum() == 2 * made["AROUND"]
 
 
+def test_the_airbag_is_closed_with_discs_of_one_size() -> None:
+    made = _made("airbag")
+    points, triangles = made["airbag_mesh"]()
+    assert len(triangles) == 12 * made["RINGS"] ** 2
+    sides = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
+    there = {tuple(side) for side in sides.tolist()}
+    assert len(there) == len(sides)
+    assert all((b, a) in there for a, b in there)
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    cone = made["RISE"] * np.pi * made["RADIUS"] ** 2 / 2.0  # under a paraboloid
+    assert (a * np.cross(b, c)).sum() / 6.0 == pytest.approx(cone, rel=0.02)
+    radius = np.hypot(points[:, 0], points[:, 1])
+    assert np.isclose(radius, made["RADIUS"]).sum() == 6 * made["RINGS"]
+
+
+@pytest.mark.full
+def test_the_airbag_fills_with_its_energy_closed(tmp_path: Path) -> None:
+    pytest.importorskip("meshio")
+    _made("airbag")["write_airbag"](tmp_path / "generated" / "airbag.vtu")
+    shutil.copy(EXAMPLES / "10_airbag.toml", tmp_path)
+    case = cg.load_case(tmp_path / "10_airbag.toml", set={"time.end": 6.0})
+    history = cg.build(case).run().history
+    came = history["bag.flow_in"][-1]
+    assert history["bag.volume"][-1] > 3.0 * history["bag.volume"][0]
+    assert np.abs(history["energy.error"]).max() < 1e-4 * came
+
+
 @pytest.mark.full
 def test_the_ring_takes_the_eye_up_with_its_energy_closed(tmp_path: Path) -> None:
     pytest.importorskip("meshio")

@@ -15,6 +15,7 @@ import contiga as cg
 from contiga.contact.foot_rows import blank
 from contiga.errors import MissingPackageError
 from contiga.extras import require
+from contiga.gas import Chamber, IdealGas, Inflator, Surroundings
 from contiga.matter.iga import assemble_shell
 from contiga.records import FloatArray, IntArray
 from contiga.report import write_report
@@ -37,6 +38,7 @@ ALL = (
     ),
     "deformed",
     "derivatives",
+    "gas",
 )
 """In the order in which runs come to what they need."""
 MANY = 300
@@ -231,6 +233,22 @@ def simulations() -> None:
         contacts=[cg.Contact(puck(), slave, law=FOAM)],
         end=0.1,
         step=0.02,
+    ).run()
+
+
+def gas() -> None:
+    """A ball of cloth that gas blows up."""
+    ball = cg.Body([cg.shapes.sphere(radius=1.0)]).tessellate(0.1)
+    air = Surroundings(1.0, 293.0, IdealGas(1.4, 1e-3))
+    elastic = cg.materials.Elastic(young=10.0, poisson=0.3)
+    cloth = cg.motion.Deforming(material=elastic, density=1.0, thickness=0.1)
+    cg.Simulation(
+        bodies={},
+        slaves={"ball": (cg.Slave(ball.vertices, ball.triangles), cloth)},
+        contacts=[],
+        gas=[Chamber("ball", air, inflators=[Inflator(1.0, 300.0)])],
+        end=3e-3,
+        step=1e-3,
     ).run()
 
 

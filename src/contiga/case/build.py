@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,7 +19,7 @@ from contiga.case.points_spec import BodyPoints
 from contiga.case.problems import Fault, Together
 from contiga.case.reading import told_of
 from contiga.case.schema import BodySpec, Case, SlaveSpec
-from contiga.case.slave_motion import prescribed, slave_motion
+from contiga.case.slave_motion import nodes_named, prescribed, slave_motion
 from contiga.case.standing import order_of, references
 from contiga.case.toml import resolved_toml
 from contiga.contact.preloaded import preload_search
@@ -302,10 +303,11 @@ def _springs(case: Case, wrong: Together) -> dict[str, Spring]:
 def _gas(case: Case, wrong: Together) -> dict[str, Chamber]:
     """Chambers of gas by name."""
     units = case.units.length, case.units.mass, case.units.time
+    slaves = {slave.name: slave for slave in case.slave}
     gas: dict[str, Chamber] = {}
     for i, spec in enumerate(case.gas):
         with wrong.at(f"gas[{i}]"):
-            gas[spec.name] = spec.chamber(units)
+            gas[spec.name] = spec.chamber(units, partial(nodes_named, slaves[spec.slave]))
     return gas
 
 

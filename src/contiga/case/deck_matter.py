@@ -141,7 +141,7 @@ def _problem(parts: DeckParts, numbers: list[int], motion: dict[str, Any]) -> st
         assert isinstance(spec.points, FilePoints)
         assert isinstance(spec.motion, DeformSpec)
         slave = spec.points.slave(spec.name, length)
-        deforming_of(spec, spec.motion, slave, lambda told: Fixed())
+        deforming_of(spec, spec.motion, slave, lambda told: Fixed(), length)
     except ValidationError as error:
         return first_problem(error, table, "").what
     except ContigaError as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from contiga.case.material_spec import MaterialSpec
@@ -17,12 +18,21 @@ from contiga.case.nodal_spec import (
     NodesOf,
 )
 from contiga.case.rigid_spec import ToldMotionSpec
-from contiga.case.spec import MotionSpec, NotNegative, Positive, Spec, Vector
+from contiga.case.spec import (
+    ExistingFile,
+    LengthUnit,
+    MotionSpec,
+    NotNegative,
+    Positive,
+    Spec,
+    Vector,
+)
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.prescribed import BodyMotion
 from contiga.errors import CaseError
 from contiga.matter.parts import DIMENSION, Part
-from contiga.records import IntArray
+from contiga.records import FloatArray, IntArray
+from contiga.slaves.slave import Slave
 
 ElementsOf = Callable[[str | int], Mapping[str, IntArray]]
 """Elements by kind, of the set of a name or number."""
@@ -82,6 +92,60 @@ class MadeOfSpec(_MadeOf):
         return f"{self.set}: {self.material.describe()}, density {self.density:g}"
 
 
+class ReferenceSpec(Spec):
+    """`reference = { file, unit }` or `{ scale }`: where no element is strained.
+
+    A mesh with the nodes and elements of the slave, or the slave itself scaled.
+    """
+
+    file: ExistingFile | None = None
+    unit: LengthUnit | None = None
+    """The file's own; that of the slave's mesh, or the case's, if omitted."""
+    scale: Positive | Annotated[list[Positive], Field(min_length=3, max_length=3)] | None = None
+    """Sizes over those of the slave as it stands: of all, or along x, y and z."""
+
+    @model_validator(mode="after")
+    def _one_mesh(self) -> Self:
+        if (self.file is None) == (self.scale is None):
+            raise CaseError(
+                "must have exactly one of the keys file, scale",
+                allowed='{ file = "flat.vtu" }, { scale = 0.98 } or { scale = [1, 1, 0.5] }',
+            )
+        return self
+
+    def nodes(self, slave: Slave, mesh_of: Callable[[str, str | None], Slave]) -> FloatArray:
+        """(n, 3) of the nodes of a slave; `mesh_of` reads a file as the slave's own was read."""
+        if self.scale is not None:
+            return slave.points * np.broadcast_to(self.scale, 3)
+        assert self.file is not None
+        mesh = mesh_of(self.file, self.unit)
+        if len(mesh) != len(slave):
+            raise CaseError(
+                "must have the nodes of the slave",
+                where="reference.file",
+                found=f"{len(mesh)} nodes in {self.file}",
+                allowed=f"{len(slave)}, in the same order",
+            )
+        ours, theirs = (dict(each.elements) for each in (slave, mesh))
+        for kinds, each in ((ours, slave), (theirs, mesh)):
+            if each.facets is not None:
+                kinds["facets"] = each.facets
+        for kind in {**ours, **theirs}:
+            one, other = ours.get(kind), theirs.get(kind)
+            if one is None or other is None or not np.array_equal(one, other):
+                raise CaseError(
+                    "must have the elements of the slave, with the same nodes",
+                    where="reference.file",
+                    found=f"other {kind} in {self.file}",
+                    allowed="the mesh of the slave with its nodes moved",
+                )
+        return mesh.points
+
+    def describe(self) -> str:
+        """Say it in words."""
+        return f"of size {self.scale}" if self.file is None else f"as in {self.file}"
+
+
 class DeformSpec(_MadeOf, MotionSpec):
     """`{ kind = "deform", material, density, parts, fixed, driven, attached, … }`: elements.
 
@@ -102,6 +166,8 @@ class DeformSpec(_MadeOf, MotionSpec):
     masses: list[MassesSpec] = Field(default_factory=list)
     """Lumped masses on nodes, beside those of the elements."""
     loads: list[NodalLoadSpec] = Field(default_factory=list)
+    reference: ReferenceSpec | None = None
+    """Where no element is strained; where the slave stands if omitted."""
     mass_scaling: Positive | None = None
     """Time that the critical step of the elements at rest is not to be shorter than."""
 
@@ -135,8 +201,10 @@ class DeformSpec(_MadeOf, MotionSpec):
         nodes_of: NodesOf,
         motion_of: Callable[[ToldMotionSpec], BodyMotion],
         elements_of: ElementsOf,
+        rest: FloatArray | None,
     ) -> Deforming:
-        """The motion; `motion_of` answers motions in the units of the case."""
+        """The motion; `motion_of` answers motions in the units of the case, `rest` (n, 3) are the
+        nodes of the `reference`."""
         return Deforming(
             material=None if self.material is None else self.material.made,
             density=self.density,
@@ -152,6 +220,7 @@ class DeformSpec(_MadeOf, MotionSpec):
             attached=[one.table(nodes_of) for one in self.attached],
             masses=[one.table(nodes_of) for one in self.masses],
             loads=[one.load(nodes_of) for one in self.loads],
+            rest=rest,
             mass_scaling=self.mass_scaling,
         )
 
@@ -165,6 +234,8 @@ class DeformSpec(_MadeOf, MotionSpec):
         held += "".join(f", nodes attached to {one.body}" for one in self.attached)
         held += "".join(f", {one.describe()}" for one in self.masses)
         held += "".join(f", {one.describe()}" for one in self.loads)
+        if self.reference is not None:
+            held += f", without strain {self.reference.describe()}"
         if self.mass_scaling is not None:
             held += f", masses scaled for steps of {self.mass_scaling:g}"
         way = f", velocity {self.velocity} at the start" if any(self.velocity) else ""

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+import math
+from functools import cached_property
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, model_validator
 
-from contiga.case.spec import MadeSpec, Name, NotNegative, Positive, Spec, is_number
-from contiga.dynamics.gas import Chamber, IdealGas, Inflator, Surroundings, Vent
+from contiga.case.nodal_spec import NodesOf, NodesSpec
+from contiga.case.spec import Name, Positive, Spec, is_number
+from contiga.dynamics.gas import Chamber, Inflator, Surroundings, Vent
+from contiga.dynamics.gases import Gas, IdealGas, Mixture, ThermallyPerfectGas
 from contiga.errors import CaseError
 from contiga.io.units import base_factor
 
@@ -27,10 +31,14 @@ def _number_or_rows(value: Any) -> Any:
     return value
 
 
-def _air_or_gas(value: Any) -> Any:
-    if not (value == "air" or isinstance(value, dict)):
+def _a_gas(value: Any) -> Any:
+    tables = value if isinstance(value, list) else [value]
+    if not (value == "air" or (tables and all(isinstance(one, dict) for one in tables))):
         raise CaseError(
-            "must be a gas", found=value, allowed='"air", or { gamma = 1.4, constant = 287.05 }'
+            "must be a gas",
+            found=value,
+            allowed='"air", { gamma = 1.4, constant = 287.05 }, { c_p = [[T, c_p], …], constant }, '
+            "or a list of such tables, each with its share",
         )
     return value
 
@@ -38,15 +46,42 @@ def _air_or_gas(value: Any) -> Any:
 NumberOrRows = Annotated[float | list[list[float]], BeforeValidator(_number_or_rows)]
 
 
-class IdealGasSpec(MadeSpec[IdealGas]):
-    """A gas by its γ and R, in the units of the case."""
+class OneGasSpec(Spec):
+    """A gas by its R and its γ or c_p, in the units of the case."""
 
-    makes = IdealGas
-    gamma: Positive
     constant: Positive
+    gamma: Positive | None = None
+    c_p: list[float] | list[list[float]] | None = None
+    """Rows T, c_p; or coefficients of a polynomial, with `between`."""
+    between: tuple[float, float] | None = None
+
+    @model_validator(mode="after")
+    def _one_heat_capacity(self) -> Self:
+        if (self.gamma is None) == (self.c_p is None):
+            raise CaseError(
+                "must have exactly one of the keys gamma, c_p",
+                allowed="gamma = 1.4, or c_p = [[T, c_p], …]",
+            )
+        assert self.made is not None
+        return self
+
+    @cached_property
+    def made(self) -> Gas:
+        """The gas."""
+        if self.gamma is not None:
+            return IdealGas(self.gamma, self.constant)
+        assert self.c_p is not None
+        return ThermallyPerfectGas(self.constant, self.c_p, between=self.between)
 
 
-GasKind = Annotated[Literal["air"] | IdealGasSpec, BeforeValidator(_air_or_gas)]
+class MixedGasSpec(OneGasSpec):
+    """A gas in a mixture."""
+
+    share: Positive
+    """Of the mass."""
+
+
+GasKind = Annotated[Literal["air"] | OneGasSpec | list[MixedGasSpec], BeforeValidator(_a_gas)]
 
 
 class InflatorSpec(Spec):
@@ -58,20 +93,27 @@ class InflatorSpec(Spec):
     gas: GasKind = "air"
 
 
-class VentSpec(MadeSpec[Vent]):
-    """A vent of a chamber."""
+class VentSpec(Spec):
+    """A vent of a chamber; `on` says which facets it is in, which bodies may cover."""
 
-    makes = Vent
     area: NumberOrRows
     coefficient: Positive = 1.0
     over: str = "pressure"
     to: str = "ambient"
-    opens_at: float | None = None
-    opens_after: float | None = None
+    opens_at: float = -math.inf
+    opens_after: float = -math.inf
+    on: NodesSpec | None = None
 
-    def arguments(self) -> dict[str, Any]:
-        """Return the keys as `Vent` takes them."""
-        return {name: value for name, value in super().arguments().items() if value is not None}
+    @model_validator(mode="after")
+    def _vent_is_possible(self) -> Self:
+        assert self.made(lambda _: [0]) is not None
+        return self
+
+    def made(self, nodes_of: NodesOf) -> Vent:
+        """The vent."""
+        options = {name: getattr(self, name) for name in ("over", "to", "opens_at", "opens_after")}
+        on = None if self.on is None else self.on.place(nodes_of)
+        return Vent(self.area, coefficient=self.coefficient, on=on, **options)
 
 
 class GasSpec(Spec):
@@ -86,10 +128,11 @@ class GasSpec(Spec):
     gas: GasKind = "air"
     inflator: list[InflatorSpec] = Field(default_factory=list)
     vent: list[VentSpec] = Field(default_factory=list)
-    leak: NotNegative = 0.0
+    leak: NumberOrRows = 0.0
 
-    def chamber(self, units: tuple[str, str, str]) -> Chamber:
-        """Make the chamber, in these units of length, mass and time."""
+    def chamber(self, units: tuple[str, str, str], nodes_of: NodesOf) -> Chamber:
+        """Make the chamber, in these units of length, mass and time; `nodes_of` knows the nodes of
+        its slave."""
         length, mass, time = (
             base_factor(unit, what)
             for unit, what in zip(units, ("length", "mass", "time"), strict=True)
@@ -100,8 +143,10 @@ class GasSpec(Spec):
         if pressure is None:
             pressure = ATMOSPHERE * length * time**2 / mass
 
-        def gas_of(given: IdealGasSpec | str) -> IdealGas:
-            return given.made if isinstance(given, IdealGasSpec) else air
+        def gas_of(given: Literal["air"] | OneGasSpec | list[MixedGasSpec]) -> Gas | Mixture:
+            if isinstance(given, list):
+                return Mixture([(one.made, one.share) for one in given])
+            return given.made if isinstance(given, OneGasSpec) else air
 
         inflators = [
             Inflator(one.mass_rate, one.temperature, gas_of(one.gas)) for one in self.inflator
@@ -110,7 +155,7 @@ class GasSpec(Spec):
             self.slave,
             Surroundings(pressure, self.temperature, gas_of(self.gas)),
             inflators=inflators,
-            vents=[one.made for one in self.vent],
+            vents=[one.made(nodes_of) for one in self.vent],
             leak=self.leak,
             name=self.name,
         )
@@ -122,5 +167,5 @@ class GasSpec(Spec):
             for some, what in ((self.inflator, "inflator"), (self.vent, "vent"))
             if some
         ]
-        parts += [f"leaks {self.leak:g} of its area"] if self.leak else []
+        parts += ["leaks"] if self.leak else []
         return f"in slave {self.slave}{''.join(f', {part}' for part in parts)}"

@@ -188,7 +188,7 @@ class Case(Spec):
     def _parts_fit_together(self) -> Self:
         deforms = any(slave.motion.kind == "deform" for slave in self.slave)
         free = any(slave.motion.by_forces for slave in self.slave)
-        nodes = deforms or (free and (self.spring or self.gas))
+        nodes = deforms or bool(self.gas) or (free and bool(self.spring))
         moved = nodes or any(body.motion.by_forces for body in self.body)
         if not (self.body or nodes):
             raise CaseError("is missing", where="body", allowed="at least one [[body]]")

@@ -42,7 +42,7 @@ def slave_motion(
     if isinstance(motion, AttachedSpec):
         return Attached(motion.body)
     if isinstance(motion, DeformSpec):
-        return deforming_of(spec, motion, slave, partial(prescribed, case=case))
+        return deforming_of(spec, motion, slave, partial(prescribed, case=case), case.units.length)
     if not isinstance(motion, SeriesSpec):
         return Moved(slave.points, Fixed() if prescribed_motion is None else prescribed_motion)
     series = _series(motion, case)
@@ -62,11 +62,24 @@ def deforming_of(
     motion: DeformSpec,
     slave: Slave,
     motion_of: Callable[[ToldMotionSpec], BodyMotion],
+    unit: str,
 ) -> Deforming:
     """How a slave deforms; what does not fit is told. `motion_of` answers motions in the units of
-    the case."""
+    the case, of which `unit` is that of length."""
+
+    def mesh_of(file: str, file_unit: str | None) -> Slave:
+        if isinstance(spec.points, FilePoints):
+            own = spec.points
+            changed = {"file": file, "unit": file_unit or own.unit}
+            return own.model_copy(update=changed).raw(spec.name, unit)
+        return FilePoints(file=file, unit=file_unit).raw(spec.name, unit)
+
+    reference = motion.reference
     deforming = motion.moved(
-        partial(_nodes_named, spec), motion_of, partial(_elements_of_set, spec, slave)
+        partial(nodes_named, spec),
+        motion_of,
+        partial(_elements_of_set, spec, slave),
+        None if reference is None else reference.nodes(slave, mesh_of),
     )
     bodies: dict[str, int] = {}
     deforming.nodes(spec.name, slave, lambda name: bodies.setdefault(name, len(bodies)))
@@ -82,7 +95,7 @@ def prescribed(spec: ToldMotionSpec, case: Case) -> BodyMotion:
     return spec.made
 
 
-def _nodes_named(spec: SlaveSpec, key: str | int | list[int]) -> NDArray[Any]:
+def nodes_named(spec: SlaveSpec, key: str | int | list[int]) -> NDArray[Any]:
     """(n,) nodes of a set, part or group of the slave's file; (k,) rows of nodes by number."""
     if not isinstance(spec.points, FilePoints):
         by_number = isinstance(key, list)

@@ -466,6 +466,11 @@ class Contact(Displayed):
         sums = self._sampling.nodal_sum(rows, values)
         return Column(np.arange(len(sums)), sums)
 
+    def covered(self, state: State) -> FloatArray:
+        """(f,) share of each facet of the slave that the points that push stand for, by area at
+        rest; of a slave with facets."""
+        return self._sampling.covered(state.kept.normal_force.nonzero().rows, self.slave)
+
     @property
     def has_outlines(self) -> bool:
         """Whether the area method has outlines of the regions of contact."""

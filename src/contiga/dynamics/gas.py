@@ -1,12 +1,16 @@
 """Gas of uniform pressure in chambers: inflators, vents between chambers and to the surroundings.
 
-A chamber holds ideal gases of constant heat capacities, mixed, at one pressure and temperature:
+A chamber holds ideal gases, mixed, at one pressure and temperature:
 
-    dU = Σ ṁ_in c_p T_in dt − ṁ_out c_p T dt − p dV,    p V = Σ m_k R_k T,    U = Σ m_k c_v,k T
+    dU = Σ ṁ_in h(T_in) dt − ṁ_out h(T) dt − p dV,    p V = Σ m_k R_k T,    U = Σ m_k u_k(T),
 
-(Wang & Nefske, SAE 880654). Through an opening of area A goes ṁ = C A p √(2γ/((γ−1) R T)
-(π^{2/γ} − π^{(γ+1)/γ})) with π the ratio of the pressures after and before it, and no less than
-that at which the flow is as fast as sound, (2/(γ+1))^{γ/(γ−1)}.
+with h = ∫ c_p dT and u = h − R T of each gas (Wang & Nefske, SAE 880654). U and the masses are what
+is kept; the temperature is found from them. Through an opening of area A goes
+
+    ṁ = C A p √(2γ/((γ−1) R T) (π^{2/γ} − π^{(γ+1)/γ})),
+
+with π the ratio of the pressures after and before it, and no less than that at which the flow is as
+fast as sound, (2/(γ+1))^{γ/(γ−1)}.
 
 A step is split (Strang 1968): half of the change of volume, adiabatic and exact; half of what flows
 through each opening, one after the other; all that inflators give; the openings in reverse, and the
@@ -17,18 +21,19 @@ what flows through one evens out the pressures and does not pass that.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import all_of, positive, real
+from contiga.dynamics.gases import GASES, Gas, Mixture, parts_of
+from contiga.dynamics.places import place_of
 from contiga.dynamics.tables import as_table
 from contiga.errors import InputError
-from contiga.laws.law import not_negative
 from contiga.records import FloatArray
 
 AMBIENT = "ambient"
@@ -38,37 +43,10 @@ NEAR = 1e-3
 """Part of a pressure by which two differ where the flow is as the root of the difference."""
 EVEN = 1e-14
 """Part by which pressures differ where nothing flows any more."""
-PROBE = 1e-6
-"""Share of a part's flow that the change of the pressures is measured by."""
-
-
-@dataclass(frozen=True)
-class IdealGas:
-    """A gas of constant heat capacities.
-
-    Parameters
-    ----------
-    gamma : c_p / c_v, above 1
-    constant : R of this gas, energy by mass and kelvin: 287.05 J/(kg K) of air
-    """
-
-    gamma: float
-    constant: float
-
-    def __post_init__(self) -> None:
-        if not positive(self.gamma, "gamma") > 1.0:
-            raise InputError("must be above 1", where="gamma", found=self.gamma, allowed="> 1")
-        positive(self.constant, "constant")
-
-    @property
-    def c_v(self) -> float:
-        """Heat capacity at constant volume, energy by mass and kelvin."""
-        return self.constant / (self.gamma - 1.0)
-
-    @property
-    def c_p(self) -> float:
-        """Heat capacity at constant pressure."""
-        return self.gamma * self.c_v
+FOUND = 1e-9
+"""Part of a temperature by which Newton's last correction of it differs from nothing: what is left
+after that is its square."""
+ITERATIONS = 50
 
 
 class Series(NamedTuple):
@@ -90,7 +68,7 @@ class Inflator:
     ----------
     mass_rate : mass / time, a number, or rows t, ṁ with nothing before the first and after the last
     temperature : kelvin, a number or rows t, T, which stay at both ends
-    gas : what comes; that of the surroundings if omitted
+    gas : what comes, a gas or a `Mixture`; that of the surroundings if omitted
 
     Raises
     ------
@@ -100,16 +78,16 @@ class Inflator:
 
     mass_rate: Series
     temperature: Series
-    gas: IdealGas | None
+    gas: Gas | Mixture | None
 
     def __init__(
-        self, mass_rate: ArrayLike, temperature: ArrayLike, gas: IdealGas | None = None
+        self, mass_rate: ArrayLike, temperature: ArrayLike, gas: Gas | Mixture | None = None
     ) -> None:
         put = object.__setattr__
         put(self, "mass_rate", _series("mass_rate", mass_rate, least=0.0))
         put(self, "temperature", _series("temperature", temperature, least=1e-300))
         if gas is not None:
-            all_of(IdealGas, (gas,), "gas", "must be a gas", "contiga.gas.IdealGas")
+            all_of(Gas | Mixture, (gas,), "gas", "must be a gas", GASES)
         put(self, "gas", gas)
 
     def rate(self, time: float) -> float:
@@ -133,11 +111,14 @@ class Vent:
     to : name of another chamber; the surroundings if omitted
     opens_at : excess pressure from which on it is open, and stays so
     opens_after : time from which on it is open
+    on : the facets that it is in: a table of one place as `Deforming(fixed=…)` has them; facets all
+        of whose corners are there. As much of it is closed as bodies cover of these; without it
+        nothing ever covers it
 
     Raises
     ------
     InputError
-        A number below zero, another word.
+        A number below zero, another word, a table that is no place.
     """
 
     area: Series
@@ -146,6 +127,7 @@ class Vent:
     to: str
     opens_at: float
     opens_after: float
+    on: Mapping[str, Any] | None
 
     def __init__(
         self,
@@ -156,6 +138,7 @@ class Vent:
         to: str = AMBIENT,
         opens_at: float = -math.inf,
         opens_after: float = -math.inf,
+        on: Mapping[str, Any] | None = None,
     ) -> None:
         if over not in ("pressure", "time"):
             raise InputError("is not known", where="over", found=over, allowed="pressure, time")
@@ -166,6 +149,9 @@ class Vent:
         put(self, "to", to)
         put(self, "opens_at", _threshold("opens_at", opens_at))
         put(self, "opens_after", _threshold("opens_after", opens_after))
+        if on is not None and place_of(on, (), "on") is None:
+            raise InputError("says nowhere", where="on", found=on, allowed="a place, or none")
+        put(self, "on", None if on is None else dict(on))
 
     def effective(self, excess: float, time: float, is_open: bool) -> float:
         """C A at an excess pressure and a time."""
@@ -179,7 +165,7 @@ class Surroundings(NamedTuple):
 
     pressure: float
     temperature: float
-    gas: IdealGas
+    gas: Gas | Mixture
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -192,7 +178,8 @@ class Chamber:
     surroundings : `Surroundings`: pressure, temperature and gas outside, and of the chamber at the
         start
     inflators, vents : what gas comes and goes by
-    leak : C A of fabric over its area: what leaks through a unit of area that is under pressure
+    leak : C A of fabric over its area: what leaks through a unit of area that no body covers; a
+        number, or rows over the excess pressure
     name : how results call it; "gas" if empty
 
     Raises
@@ -205,7 +192,7 @@ class Chamber:
     surroundings: Surroundings
     inflators: tuple[Inflator, ...]
     vents: tuple[Vent, ...]
-    leak: float
+    leak: Series
     name: str
 
     def __init__(
@@ -215,24 +202,27 @@ class Chamber:
         *,
         inflators: Sequence[Inflator] = (),
         vents: Sequence[Vent] = (),
-        leak: float = 0.0,
+        leak: ArrayLike = 0.0,
         name: str = "",
     ) -> None:
-        around, gas = (surroundings,), "contiga.gas.IdealGas"
-        all_of(Surroundings, around, "surroundings", "must be", "contiga.gas.Surroundings")
+        all_of(Surroundings, (surroundings,), "surroundings", "must be", "contiga.gas.Surroundings")
         positive(surroundings.pressure, "surroundings: pressure")
         positive(surroundings.temperature, "surroundings: temperature")
-        all_of(IdealGas, (surroundings.gas,), "surroundings: gas", "must be a gas", gas)
+        all_of(Gas | Mixture, (surroundings.gas,), "surroundings: gas", "must be a gas", GASES)
         all_of(Inflator, tuple(inflators), "inflators", "must be inflators", "contiga.gas.Inflator")
         all_of(Vent, tuple(vents), "vents", "must be vents", "contiga.gas.Vent")
-        leak = not_negative(leak, "leak")
         put = object.__setattr__
         put(self, "slave", slave)
         put(self, "surroundings", surroundings)
         put(self, "inflators", tuple(inflators))
         put(self, "vents", tuple(vents))
-        put(self, "leak", leak)
+        put(self, "leak", _series("leak", leak, least=0.0))
         put(self, "name", name or "gas")
+
+    @property
+    def leaks(self) -> bool:
+        """Whether its fabric does, at any pressure."""
+        return bool(self.leak.y.any())
 
     @property
     def kinks(self) -> FloatArray:
@@ -271,6 +261,15 @@ class GasState(NamedTuple):
     """U + p_a V then."""
 
 
+class Exposed(NamedTuple):
+    """What no body covers of the fabric around a chamber."""
+
+    area: float
+    """Of its facets that leak."""
+    vents: FloatArray
+    """(v,) shares of its vents."""
+
+
 class Opening(NamedTuple):
     """A vent of a chamber, or all of its fabric that leaks."""
 
@@ -282,20 +281,21 @@ class Opening(NamedTuple):
     """Number of the vent; None of fabric."""
 
 
-class _Contents(NamedTuple):
-    """What is in c chambers in the course of a step; changed in place."""
+@dataclass(slots=True)
+class _Content:
+    """What is in a chamber in the course of a step; changed in place."""
 
-    masses: FloatArray
-    """(c, k)."""
-    energy: FloatArray
-    """(c,)."""
-    volume: FloatArray
-    """(c,)."""
-    came: FloatArray
-    """(c,), with the next, enthalpies since the start."""
-    left: FloatArray
-    is_open: tuple[FloatArray, ...]
-    """(v,) of each chamber."""
+    masses: list[float]
+    """(k,) of each gas of all chambers."""
+    energy: float
+    volume: float
+    temperature: float
+    """Of these masses with this energy."""
+    came: float
+    """Enthalpy since the start, with the next."""
+    left: float
+    is_open: FloatArray
+    """(v,)."""
 
 
 class _Side(NamedTuple):
@@ -303,8 +303,19 @@ class _Side(NamedTuple):
 
     pressure: float
     temperature: float
-    shares: FloatArray
+    shares: list[float]
     """(k,) of its mass; their sum is one."""
+
+
+class _Flow(NamedTuple):
+    """What goes through an opening."""
+
+    rate: float
+    """Mass by time that goes out of its chamber, below zero where it comes in."""
+    excess: float
+    """The pressure of its chamber over that behind it."""
+    source: _Side
+    """The gas that flows: that of the higher pressure."""
 
 
 class Chambers:
@@ -323,10 +334,11 @@ class Chambers:
     def __init__(self, chambers: Sequence[Chamber]) -> None:
         self.chambers = tuple(chambers)
         index = {chamber.name: k for k, chamber in enumerate(self.chambers)}
-        gases: list[IdealGas] = []
+        gases: list[Gas] = []
         for chamber in self.chambers:
-            gases.append(chamber.surroundings.gas)
-            gases += [one.gas for one in chamber.inflators if one.gas is not None]
+            mixtures = [chamber.surroundings.gas]
+            mixtures += [one.gas for one in chamber.inflators if one.gas is not None]
+            gases += [gas for mixture in mixtures for gas, _ in parts_of(mixture)]
             for k, vent in enumerate(chamber.vents):
                 if vent.to != AMBIENT and (vent.to not in index or vent.to == chamber.name):
                     raise InputError(
@@ -336,33 +348,30 @@ class Chambers:
                         allowed=", ".join([AMBIENT, *(n for n in index if n != chamber.name)]),
                     )
         self.gases = tuple(dict.fromkeys(gases))
-        self._c_v = np.array([gas.c_v for gas in self.gases])
-        self._constant = np.array([gas.constant for gas in self.gases])
         self._openings: list[Opening] = []
         for c, chamber in enumerate(self.chambers):
             for k, vent in enumerate(chamber.vents):
                 self._openings.append(Opening(c, index.get(vent.to), k))
-            if chamber.leak > 0.0:
+            if chamber.leaks:
                 self._openings.append(Opening(c, None, None))
 
     def start(self, volumes: FloatArray) -> list[GasState]:
         """What is in volumes (c,) at the start: gas as around them."""
         states = []
-        for chamber, volume in zip(self.chambers, volumes.tolist(), strict=True):
-            around = chamber.surroundings
-            mass = around.pressure * volume / (around.gas.constant * around.temperature)
-            masses = np.zeros(len(self.gases))
-            masses[self.gases.index(around.gas)] = mass
+        for c, (chamber, volume) in enumerate(zip(self.chambers, volumes.tolist(), strict=True)):
+            pressure, temperature, shares = self._outside(c)
+            mass = pressure * volume / (self._constant(shares) * temperature)
             vents = np.array([vent.opens_at == -math.inf for vent in chamber.vents], np.float64)
-            energy = mass * around.gas.c_v * around.temperature
-            whole = energy + around.pressure * volume
+            masses = [mass * share for share in shares]
+            energy, _ = self._caloric(masses, temperature)
+            whole = energy + pressure * volume
             states.append(
                 GasState(
-                    masses,
+                    np.array(masses),
                     energy,
                     volume,
-                    around.pressure,
-                    around.temperature,
+                    pressure,
+                    temperature,
                     vents,
                     came=0.0,
                     left=0.0,
@@ -376,7 +385,7 @@ class Chambers:
         self,
         states: Sequence[GasState],
         volumes: FloatArray,
-        areas: FloatArray,
+        exposed: Sequence[Exposed],
         time: float,
         dt: float,
     ) -> list[GasState]:
@@ -384,78 +393,142 @@ class Chambers:
 
         Parameters
         ----------
-        volumes, areas : (c,) of the chambers at its end, and of their facets, through which leaks
+        volumes : (c,) of the chambers at its end
+        exposed : (c,) what is open of their fabric and vents then
         """
-        now = _Contents(
-            np.array([state.masses for state in states]),
-            np.array([state.energy for state in states]),
-            np.array([state.volume for state in states]),
-            np.array([state.came for state in states]),
-            np.array([state.left for state in states]),
-            # Copies: a step may be refused, and asked for again.
-            tuple(state.is_open.copy() for state in states),
-        )
-        self._squeeze(now, 0.5 * (now.volume + volumes))
+        now = [
+            _Content(
+                state.masses.tolist(),
+                float(state.energy),
+                float(state.volume),
+                float(state.temperature),
+                float(state.came),
+                float(state.left),
+                # A copy: a step may be refused, and asked for again.
+                state.is_open.copy(),
+            )
+            for state in states
+        ]
+        ends = volumes.tolist()
+        for content, end in zip(now, ends, strict=True):
+            self._squeeze(content, 0.5 * (content.volume + end))
         for opening in self._openings:
-            self._let_through(now, opening, areas, time - 0.75 * dt, 0.5 * dt)
-        for c, chamber in enumerate(self.chambers):
+            self._let_through(now, opening, exposed, time - 0.75 * dt, 0.5 * dt)
+        for content, chamber in zip(now, self.chambers, strict=True):
             for inflator in chamber.inflators:
-                gas, middle = inflator.gas or chamber.surroundings.gas, time - 0.5 * dt
+                middle = time - 0.5 * dt
                 mass = dt * inflator.rate(middle)
-                enthalpy = mass * gas.c_p * inflator.temperature.at(middle)
-                now.masses[c, self.gases.index(gas)] += mass
-                now.energy[c] += enthalpy
-                now.came[c] += enthalpy
+                if mass == 0.0:
+                    continue
+                shares = self._shares(inflator.gas or chamber.surroundings.gas)
+                heat = mass * self._enthalpy(shares, inflator.temperature.at(middle))
+                self._add(content, mass, shares, heat)
+                content.came += heat
         for opening in reversed(self._openings):
-            self._let_through(now, opening, areas, time - 0.25 * dt, 0.5 * dt)
-        self._squeeze(now, volumes)
+            self._let_through(now, opening, exposed, time - 0.25 * dt, 0.5 * dt)
         after = []
-        for c, (chamber, state) in enumerate(zip(self.chambers, states, strict=True)):
-            inside, energy, volume = self._inside(now, c), float(now.energy[c]), float(volumes[c])
-            whole = energy + chamber.surroundings.pressure * volume
+        for content, end, chamber, state in zip(now, ends, self.chambers, states, strict=True):
+            self._squeeze(content, end)
+            inside = self._inside(content)
+            whole = content.energy + chamber.surroundings.pressure * end
             after.append(
                 GasState(
-                    now.masses[c],
-                    energy,
-                    volume,
+                    np.array(content.masses),
+                    content.energy,
+                    end,
                     inside.pressure,
                     inside.temperature,
-                    now.is_open[c],
-                    float(now.came[c]),
-                    float(now.left[c]),
-                    whole - state.at_start,
+                    content.is_open,
+                    content.came,
+                    content.left,
+                    whole - float(state.at_start),
                     state.at_start,
                 )
             )
         return after
 
-    def gamma(self, masses: FloatArray) -> float:
-        """c_p / c_v of a mixture."""
-        return 1.0 + float(masses @ self._constant) / float(masses @ self._c_v)
+    def gamma(self, state: GasState) -> float:
+        """c_p / c_v of the gas in a chamber."""
+        masses = state.masses.tolist()
+        _, c_v = self._caloric(masses, float(state.temperature))
+        return 1.0 + self._constant(masses) / c_v
 
-    def _squeeze(self, now: _Contents, volumes: FloatArray) -> None:
-        """Bring the same gas into other volumes: U V^{γ−1} stays."""
-        for c, volume in enumerate(volumes.tolist()):
-            gamma = self.gamma(now.masses[c])
-            now.energy[c] *= (now.volume[c] / volume) ** (gamma - 1.0)
-        now.volume[:] = volumes
+    def _caloric(self, masses: Sequence[float], temperature: float) -> tuple[float, float]:
+        """U of masses or shares at a temperature, and its slope."""
+        energy = slope = 0.0
+        for mass, gas in zip(masses, self.gases, strict=True):
+            if mass != 0.0:
+                energy += mass * (gas.enthalpy(temperature) - gas.constant * temperature)
+                slope += mass * (gas.heat_capacity(temperature) - gas.constant)
+        return energy, slope
 
-    def _inside(self, now: _Contents, c: int) -> _Side:
+    def _enthalpy(self, shares: Sequence[float], temperature: float) -> float:
+        """By mass, of a mixture."""
+        pairs = zip(shares, self.gases, strict=True)
+        return sum(share * gas.enthalpy(temperature) for share, gas in pairs if share != 0.0)
+
+    def _constant(self, masses: Sequence[float]) -> float:
+        """Σ m R."""
+        return sum(mass * gas.constant for mass, gas in zip(masses, self.gases, strict=True))
+
+    def _shares(self, gas: Gas | Mixture) -> list[float]:
+        """(k,) of each gas of all chambers in one, or in a mixture."""
+        parts = dict(parts_of(gas))
+        return [parts.get(one, 0.0) for one in self.gases]
+
+    def _add(
+        self, content: _Content, mass: float, shares: Sequence[float], enthalpy: float
+    ) -> None:
+        """Put a mass into a chamber, or take it out where it is below zero."""
+        content.masses = [m + mass * x for m, x in zip(content.masses, shares, strict=True)]
+        content.energy += enthalpy
+        t = content.temperature
+        for _ in range(ITERATIONS):
+            energy, slope = self._caloric(content.masses, t)
+            change = (content.energy - energy) / slope
+            t = max(t + change, 0.1 * t)
+            if abs(change) <= FOUND * t:
+                break
+        content.temperature = t
+
+    def _squeeze(self, content: _Content, volume: float) -> None:
+        """Bring the same gas into another volume: its entropy stays."""
+        if volume == content.volume:
+            return
+        start, constant = content.temperature, self._constant(content.masses)
+        swelling = constant * math.log(content.volume / volume)
+        before, slope = self._caloric(content.masses, start)
+        t = start * math.exp(swelling / slope)
+        for _ in range(ITERATIONS):
+            _, slope = self._caloric(content.masses, t)
+            gained = -constant * math.log(t / start) - swelling
+            for mass, gas in zip(content.masses, self.gases, strict=True):
+                gained += mass * gas.entropy(start, t)
+            t *= math.exp(-gained / slope)
+            if abs(gained) <= FOUND * slope:
+                break
+        after, _ = self._caloric(content.masses, t)
+        content.energy += after - before
+        content.temperature, content.volume = t, volume
+
+    def _inside(self, content: _Content) -> _Side:
         """The gas of a chamber."""
-        masses = now.masses[c]
-        temperature = float(now.energy[c]) / float(masses @ self._c_v)
-        pressure = float(masses @ self._constant) * temperature / float(now.volume[c])
-        return _Side(pressure, temperature, masses / masses.sum())
+        whole = sum(content.masses)
+        pressure = self._constant(content.masses) * content.temperature / content.volume
+        return _Side(pressure, content.temperature, [mass / whole for mass in content.masses])
 
     def _outside(self, c: int) -> _Side:
         """The gas around a chamber."""
-        around = self.chambers[c].surroundings
-        shares = np.zeros(len(self.gases))
-        shares[self.gases.index(around.gas)] = 1.0
-        return _Side(around.pressure, around.temperature, shares)
+        pressure, temperature, gas = self.chambers[c].surroundings
+        return _Side(pressure, temperature, self._shares(gas))
 
     def _let_through(
-        self, now: _Contents, opening: Opening, areas: FloatArray, time: float, dt: float
+        self,
+        now: list[_Content],
+        opening: Opening,
+        exposed: Sequence[Exposed],
+        time: float,
+        dt: float,
     ) -> None:
         """Let flow through one opening what does in a part of a step.
 
@@ -463,91 +536,83 @@ class Chambers:
         other. Near that the flow is as the root of their difference, which then goes as the square
         of the time that is left.
         """
+        here, there = opening.here, opening.there
         left = dt
         while left > 0.0:
-            rate = self._rate(now, opening, areas, time)
+            rate, excess, source = self._flow(now, opening, exposed, time)
             if rate == 0.0:
                 return
-            c, other = opening.here, opening.there
-            excess = self._excess(now, opening)
-            trial = self._moved(now, opening, rate * PROBE * left)
-            change = (self._excess(trial, opening) - excess) / (PROBE * left)
-            even = abs(excess / change) if change != 0.0 else math.inf
-            if abs(excess) <= NEAR * self._inside(now, c).pressure:
-                share = 1.0 - min(0.5 * left / even, 1.0)  # of the root of the excess that is left
-                mass = rate * even * (1.0 - share * share)
-                self._move(now, opening, mass, self._source(now, opening, mass))
+            falling = abs(rate) * self._evening(now, opening, source)
+            even = abs(excess) / falling if falling > 0.0 else math.inf
+            if abs(excess) <= NEAR * self._inside(now[here]).pressure:
+                span = 0.5 * left / even  # of the time in which they even out
+                mass = rate * (even if span >= 1.0 else 0.5 * left * (2.0 - span))
+                self._move(now, opening, mass, source)
                 return
-            least = (
-                now.masses[c].sum()
-                if other is None
-                else min(now.masses[c].sum(), now.masses[other].sum())
-            )
-            part = min(left, SHARE * float(least) / abs(rate), 0.25 * even)
-            half = self._moved(now, opening, 0.5 * part * rate)
-            mass = part * self._rate(half, opening, areas, time)
-            self._move(now, opening, mass, self._source(half, opening, mass))
+            sides = [here] if there is None else [here, there]
+            least = min(sum(now[c].masses) for c in sides)
+            part = min(left, SHARE * least / abs(rate), 0.25 * even)
+            half = list(now)
+            for c in sides:
+                half[c] = copy(now[c])
+            self._move(half, opening, 0.5 * part * rate, source)
+            middle = self._flow(half, opening, exposed, time)
+            self._move(now, opening, part * middle.rate, middle.source)
             left = left - part if part < left else 0.0
 
-    def _excess(self, now: _Contents, opening: Opening) -> float:
-        """The pressure of the chamber of an opening over that behind it."""
-        here, there = opening.here, opening.there
-        behind = self._outside(here) if there is None else self._inside(now, there)
-        return self._inside(now, here).pressure - behind.pressure
-
-    def _rate(self, now: _Contents, opening: Opening, areas: FloatArray, time: float) -> float:
-        """Mass by time that goes out of the chamber of an opening, below zero where it comes in; a
-        vent that opens is marked."""
-        chamber, excess = self.chambers[opening.here], self._excess(now, opening)
-        if opening.vent is None:
-            area = chamber.leak * float(areas[opening.here])
-        else:
-            vent, is_open = chamber.vents[opening.vent], now.is_open[opening.here]
-            if excess >= vent.opens_at:
-                is_open[opening.vent] = 1.0
-            area = vent.effective(excess, time, is_open[opening.vent] > 0.0)
-        source = self._source(now, opening, excess)
-        if area == 0.0 or abs(excess) <= EVEN * source.pressure:
-            return 0.0
-        constant, c_v = float(source.shares @ self._constant), float(source.shares @ self._c_v)
-        behind, gamma = source.pressure - abs(excess), 1.0 + constant / c_v
-        rate = area * flux(source.pressure, behind, source.temperature, gamma, constant)
-        return math.copysign(rate, excess)
-
-    def _source(self, now: _Contents, opening: Opening, outward: float) -> _Side:
-        """The gas that flows: that of the chamber, if it flows outward."""
-        if outward >= 0.0:
-            return self._inside(now, opening.here)
-        there = opening.there
-        return self._outside(opening.here) if there is None else self._inside(now, there)
-
-    def _move(self, now: _Contents, opening: Opening, mass: float, source: _Side) -> None:
-        """Take a mass of a gas out of the chamber of an opening, or into it, with its enthalpy."""
-        here, there = opening.here, opening.there
-        heat = float(source.shares @ self._c_v) + float(source.shares @ self._constant)
-        moved, enthalpy = mass * source.shares, mass * heat * source.temperature
-        now.masses[here] -= moved
-        now.energy[here] -= enthalpy
-        if there is not None:
-            now.masses[there] += moved
-            now.energy[there] += enthalpy
-        elif mass > 0.0:
-            now.left[here] += enthalpy
-        else:
-            now.came[here] -= enthalpy
-
-    def _moved(self, now: _Contents, opening: Opening, mass: float) -> _Contents:
-        """A copy, after `_move`."""
-        after = _Contents(
-            now.masses.copy(),
-            now.energy.copy(),
-            now.volume,
-            now.came.copy(),
-            now.left.copy(),
-            now.is_open,
+    def _evening(self, now: list[_Content], opening: Opening, source: _Side) -> float:
+        """By how much a mass that flows lessens the difference of the pressures."""
+        enthalpy, constant = (
+            self._enthalpy(source.shares, source.temperature),
+            self._constant(source.shares),
         )
-        self._move(after, opening, mass, self._source(now, opening, mass))
-        return after
+        whole = 0.0
+        for c in (opening.here, opening.there):
+            if c is not None:
+                content = now[c]
+                t = content.temperature
+                _, slope = self._caloric(content.masses, t)
+                energy, _ = self._caloric(source.shares, t)
+                warmed = (enthalpy - energy) / slope
+                swollen = constant * t + self._constant(content.masses) * warmed
+                whole += swollen / content.volume
+        return whole
+
+    def _flow(
+        self, now: list[_Content], opening: Opening, exposed: Sequence[Exposed], time: float
+    ) -> _Flow:
+        """What goes through an opening; a vent that opens is marked."""
+        here, k, there = opening.here, opening.vent, opening.there
+        inside = self._inside(now[here])
+        behind = self._outside(here) if there is None else self._inside(now[there])
+        chamber, excess = self.chambers[here], inside.pressure - behind.pressure
+        if k is None:
+            area = chamber.leak.at(excess) * exposed[here].area
+        else:
+            vent, is_open = chamber.vents[k], now[here].is_open
+            if excess >= vent.opens_at:
+                is_open[k] = 1.0
+            area = vent.effective(excess, time, is_open[k] > 0.0) * float(exposed[here].vents[k])
+        source, after = (inside, behind) if excess >= 0.0 else (behind, inside)
+        if area == 0.0 or abs(excess) <= EVEN * source.pressure:
+            return _Flow(0.0, excess, source)
+        constant = self._constant(source.shares)
+        _, c_v = self._caloric(source.shares, source.temperature)
+        gamma = 1.0 + constant / c_v
+        rate = area * flux(source.pressure, after.pressure, source.temperature, gamma, constant)
+        return _Flow(math.copysign(rate, excess), excess, source)
+
+    def _move(self, now: list[_Content], opening: Opening, mass: float, source: _Side) -> None:
+        """Take a mass of a gas out of the chamber of an opening, or into it, with its enthalpy."""
+        here, there = now[opening.here], opening.there
+        enthalpy = mass * self._enthalpy(source.shares, source.temperature)
+        self._add(here, -mass, source.shares, -enthalpy)
+        if there is not None:
+            self._add(now[there], mass, source.shares, enthalpy)
+        elif mass > 0.0:
+            here.left += enthalpy
+        else:
+            here.came -= enthalpy
 
 
 def flux(before: float, behind: float, temperature: float, gamma: float, constant: float) -> float:
@@ -578,8 +643,14 @@ def _series(name: str, given: ArrayLike, least: float) -> Series:
     InputError
         Neither of these, or less.
     """
-    rows = np.asarray(real(given, name), dtype=np.float64)
-    table = np.array([[0.0, float(rows)]]) if rows.ndim == 0 else as_table(rows, ("x", name))
+    try:
+        rows = np.asarray(real(given, name), dtype=np.float64)
+        table = np.array([[0.0, float(rows)]]) if rows.ndim == 0 else as_table(rows, ("x", name))
+    except (TypeError, ValueError) as error:
+        what = error.what if isinstance(error, InputError) else "must be a number, or rows"
+        found = error.found if isinstance(error, InputError) else given
+        allowed = f"a number, or rows [x, {name}] with x strictly increasing"
+        raise InputError(what, where=name, found=found, allowed=allowed) from error
     if not (np.isfinite(table[:, 1]) & (table[:, 1] >= least)).all():
         allowed = "numbers from 0 on" if least == 0.0 else "numbers above 0"
         what = "must not be below zero" if least == 0.0 else "must be above zero"

@@ -195,13 +195,13 @@ def _add_gas(couplings: list[tuple[str, list[_End]]], model: Model, state: Syste
         if chamber.slave not in system.masses:
             continue
         points, mover = state.slaves[chamber.slave].points, system.nodes[chamber.slave]
-        _, gradient = skin.volume(points)
+        _, gradient, stiffness, _ = chambers.closed(name, points)
         nodal = np.zeros(points.shape)
         nodal[skin.rows] = gradient
-        gamma = chambers.physics.gamma(gas.masses)
+        gamma = chambers.physics.gamma(gas)
         square = gamma * gas.pressure / gas.volume * mover.swing(nodal)
         excess = abs(gas.pressure - chamber.surroundings.pressure)
-        square += mover.fastest(skin.rows, excess * skin.stiffness(points))
+        square += mover.fastest(skin.rows, excess * stiffness)
         couplings.append((f"gas {name!r}", [_End(chamber.slave, Rates(square), Rates())]))
 
 

@@ -2,23 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
-from contiga.arrays.ordered import row_lengths
-from contiga.dynamics.gas import Chamber, Chambers, GasState
+from contiga.contact.contact import Contact
+from contiga.contact.state import State
+from contiga.dynamics.gas import Chamber, Chambers, Exposed, GasState
+from contiga.dynamics.kernels.closed_skin_nb import close
 from contiga.dynamics.nodes import SlaveState
+from contiga.dynamics.places import box_told, facets_at, place_of
 from contiga.errors import InputError, RunError
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.slave import Slave
 
 OF_GAS = ("pressure", "temperature", "volume", "mass", "flow_in", "flow_out")
 """Columns of a chamber; the last two are the enthalpies that came in and went out so far."""
-SAME = 1e-9
-"""Part of its own by which a chamber's volume may depend on where it is measured from."""
+MOST_TOLD = 4
+"""Places that a message names."""
+Covered = Callable[[str], FloatArray]
+"""(f,) share of each facet of a slave, by its name, that bodies touch."""
 
 
 class ChamberState(NamedTuple):
@@ -29,6 +37,18 @@ class ChamberState(NamedTuple):
     """(k, 3) on the nodes of its facets."""
 
 
+class Closed(NamedTuple):
+    """The space that facets close, with nodes at one place."""
+
+    volume: float
+    gradient: FloatArray
+    """(k, 3) of the volume."""
+    stiffness: FloatArray
+    """(k,) bounds of the row sums of ∂²V/∂x²: sides of facets over six."""
+    areas: FloatArray
+    """(f,) of the facets."""
+
+
 class Skin(NamedTuple):
     """The facets around a chamber."""
 
@@ -36,33 +56,24 @@ class Skin(NamedTuple):
     """(k,) nodes of the slave, ascending."""
     corners: IntArray
     """(f, 3) rows of these."""
+    vents: tuple[NDArray[np.bool_] | None, ...] = ()
+    """(f,) of each vent the facets it is in; None where it is in none."""
 
-    def volume(self, points: FloatArray) -> tuple[float, FloatArray]:
-        """V = ⅙ Σ x₀·(x₁ × x₂) of facets with nodes at points (n, 3), and its gradient (k, 3)."""
-        nodes = points[self.rows]
-        # From their middle, for the digits: of a closed surface it makes no other difference.
-        a, b, c = np.moveaxis((nodes - nodes.mean(axis=0))[self.corners], 1, 0)
-        gradients = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1) / 6.0
-        volume = float((a * gradients[:, 0]).sum())
-        total = np.zeros((len(self.rows), 3))
-        for d in range(3):
-            weights = gradients[:, :, d].ravel()
-            total[:, d] = np.bincount(self.corners.ravel(), weights, minlength=len(total))
-        return volume, total
+    def closed(self, points: FloatArray) -> Closed:
+        """What the facets close with the slave's nodes at points (n, 3)."""
+        count = len(self.rows)
+        gradient, stiffness = np.zeros((count, 3)), np.zeros(count)
+        areas = np.empty(len(self.corners))
+        volume = close(points, self.rows, self.corners, gradient, stiffness, areas)
+        return Closed(volume, gradient, stiffness, areas)
 
-    def area(self, points: FloatArray) -> float:
-        """Of the facets."""
-        a, b, c = np.moveaxis(points[self.rows][self.corners], 1, 0)
-        return 0.5 * float(row_lengths(np.cross(b - a, c - a)).sum())
-
-    def stiffness(self, points: FloatArray) -> FloatArray:
-        """(k,) bounds of the row sums of ∂²V/∂x²: sides of facets over six."""
-        a, b, c = np.moveaxis(points[self.rows][self.corners], 1, 0)
-        sides = np.stack([row_lengths(c - b), row_lengths(a - c), row_lengths(b - a)], axis=1)
-        whole = sides.sum(axis=1, keepdims=True) / 6.0
-        both = np.broadcast_to(whole, sides.shape).ravel()
-        sums = np.bincount(self.corners.ravel(), both, minlength=len(self.rows))
-        return sums.astype(np.float64)
+    def exposed(self, areas: FloatArray, covered: FloatArray) -> Exposed:
+        """What is open of facets of areas (f,) of which shares (f,) are covered."""
+        free = areas * (1.0 - covered)
+        shares = [
+            1.0 if on is None else float(free[on].sum() / areas[on].sum()) for on in self.vents
+        ]
+        return Exposed(float(free.sum()), np.array(shares))
 
 
 class GasSystem:
@@ -71,13 +82,25 @@ class GasSystem:
     Raises
     ------
     InputError
-        No slave of this name, facets that do not close a space or whose normals point into it.
+        No slave of this name, facets that do not close a space or whose normals point into it, two
+        chambers in the same facets, a vent where no facets are.
     """
 
     def __init__(self, chambers: Mapping[str, Chamber], slaves: Mapping[str, Slave]) -> None:
         self.chambers = dict(chambers)
         self.names = tuple(chambers)
+        filled: dict[str, str] = {}
+        for name, chamber in chambers.items():
+            if chamber.slave in filled:
+                raise InputError(
+                    f"gas {filled[chamber.slave]!r} fills these facets already",
+                    where=f"gas {name!r}: slave",
+                    found=chamber.slave,
+                    remedy="Give each chamber a slave of its own, or one chamber both inflators",
+                )
+            filled[chamber.slave] = name
         self.skins = {name: _skin(name, chamber, slaves) for name, chamber in self.chambers.items()}
+        self._last: dict[str, tuple[FloatArray, Closed]] = {}
 
     @cached_property
     def physics(self) -> Chambers:
@@ -92,18 +115,27 @@ class GasSystem:
             names.setdefault(chamber.slave, []).append(name)
         return names
 
+    def closed(self, name: str, points: FloatArray) -> Closed:
+        """What the facets of a chamber close; found once for the nodes of a state, which the step
+        and its bound ask for."""
+        last = self._last.get(name)
+        if last is None or last[0] is not points:
+            last = self._last[name] = points, self.skins[name].closed(points)
+        return last[1]
+
     def states(
         self,
         last: Mapping[str, ChamberState] | None,
         slaves: Mapping[str, SlaveState],
+        covered: Covered,
         time: float,
         dt: float,
     ) -> dict[str, ChamberState]:
         """All chambers where their nodes are now, after the `last` states; None at the start."""
-        volumes, gradients, areas = [], [], []
+        volumes, gradients, exposed = [], [], []
         for name, skin in self.skins.items():
             points = slaves[self.chambers[name].slave].points
-            volume, gradient = skin.volume(points)
+            volume, gradient, _, areas = self.closed(name, points)
             if not 0.0 < volume < np.inf:
                 raise RunError(
                     f"t = {time:g}: gas {name!r} has no room left: its facets hold a volume of "
@@ -112,13 +144,16 @@ class GasSystem:
                 )
             volumes.append(volume)
             gradients.append(gradient)
-            areas.append(skin.area(points) if self.chambers[name].leak else 0.0)
+            if self.chambers[name].leaks or any(on is not None for on in skin.vents):
+                exposed.append(skin.exposed(areas, covered(self.chambers[name].slave)))
+            else:
+                exposed.append(Exposed(0.0, np.ones(len(skin.vents))))
         now = np.array(volumes)
         if last is None:
             gas = self.physics.start(now)
         else:
             before = [last[name].gas for name in self.names]
-            gas = self.physics.step(before, now, np.array(areas), time, dt)
+            gas = self.physics.step(before, now, exposed, time, dt)
         states = {}
         for name, state, gradient in zip(self.names, gas, gradients, strict=True):
             excess = state.pressure - self.chambers[name].surroundings.pressure
@@ -162,21 +197,24 @@ def _skin(name: str, chamber: Chamber, slaves: Mapping[str, Slave]) -> Skin:
         raise InputError("has no facets around a chamber", where=where, found=chamber.slave)
     rows, inverse = np.unique(slave.facets, return_inverse=True)
     corners = inverse.reshape(slave.facets.shape).astype(np.int32)
-    sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)
-    ordered = {tuple(side) for side in sides.tolist()}
-    lone = [side for side in sides.tolist() if (side[1], side[0]) not in ordered]
-    if lone or len(ordered) < len(sides):
-        first = lone[0] if lone else sides[0].tolist()
-        ends = slave.points[rows[first]].round(6).tolist()
-        what = f"{len(lone)} sides of facets are open" if lone else "facets are there twice"
-        raise InputError(
-            f"its facets do not close a space: {what}, the first from {ends[0]} to {ends[1]}",
-            where=where,
-            found=chamber.slave,
-            remedy="Sew the facets together, all normals outward, or choose a part that is closed",
-        )
-    skin = Skin(rows.astype(np.int32), corners)
-    volume, _ = skin.volume(slave.points)
+    _check_closed(where, chamber.slave, corners, slave.points[rows])
+    vents = []
+    for k, vent in enumerate(chamber.vents):
+        at = f"gas {name!r}: vents[{k}]: on"
+        on = None
+        if vent.on is not None:
+            key = place_of(vent.on, (), at)
+            on = facets_at(key, vent.on[key or ""], slave, at)
+            if not on.any():
+                raise InputError(
+                    "the vent is on no fabric: no facet has all its corners there",
+                    where=at,
+                    found=vent.on,
+                    allowed=f"a larger place; the slave reaches {box_told(slave.points)}",
+                )
+        vents.append(on)
+    skin = Skin(rows.astype(np.int32), corners, tuple(vents))
+    volume = skin.closed(slave.points).volume
     if not volume > 0.0:
         raise InputError(
             "the normals of its facets point into the chamber, or it has no volume",
@@ -185,3 +223,46 @@ def _skin(name: str, chamber: Chamber, slaves: Mapping[str, Slave]) -> Skin:
             remedy="Turn the facets round, or give the bag a little volume at the start",
         )
     return skin
+
+
+def _check_closed(where: str, slave: str, corners: IntArray, points: FloatArray) -> None:
+    """Refuse facets with sides that are open, that more than two share, or whose normals disagree.
+
+    Raises
+    ------
+    InputError
+        Says how many there are and where.
+    """
+    sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)
+    ends, kind = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
+    count = np.bincount(kind.ravel(), minlength=len(ends))
+    forward = np.bincount(kind.ravel()[sides[:, 0] < sides[:, 1]], minlength=len(ends))
+    for wrong, what, remedy in (
+        (count == 1, "are open", "Sew the facets together, or choose a part that is closed"),
+        (count > 2, "join more than two facets", "Leave out what is there twice or inside"),
+        (forward * 2 != count, "join facets whose normals disagree", "Turn facets outward"),
+    ):
+        if not wrong.any():
+            continue
+        _, holes = connected_components(
+            coo_array((np.ones(wrong.sum()), ends[wrong].T), shape=(len(points),) * 2)
+        )
+        label = holes[ends[wrong, 0]]
+        places = [ends[wrong][label == one] for one in np.unique(label)]
+        told = [f"{len(some)} {box_told(points[some.ravel()])}" for some in places[:MOST_TOLD]]
+        more = f", and at {len(places) - MOST_TOLD} more places" if len(places) > MOST_TOLD else ""
+        raise InputError(
+            f"its facets do not close a space: {wrong.sum()} sides {what}: {'; '.join(told)}{more}",
+            where=where,
+            found=slave,
+            remedy=f"{remedy}, all normals outward",
+        )
+
+
+def covered_by(contacts: Iterable[tuple[Contact, State]], slave: Slave) -> FloatArray:
+    """(f,) share of each facet of a slave that its contacts touch, by the points that push."""
+    assert slave.facets is not None
+    shares = np.zeros(len(slave.facets))
+    for contact, state in contacts:
+        shares += contact.covered(state)
+    return np.minimum(shares, 1.0)

@@ -80,6 +80,8 @@ class Mechanism:
     ends: Mapping[str, tuple[SpringEnd, SpringEnd]]
     """Of each spring."""
     loads: tuple[Load, ...]
+    gas: bool = False
+    """Whether there are chambers of gas."""
 
     @cached_property
     def carried(self) -> Mapping[str, int]:
@@ -118,8 +120,9 @@ class Mechanism:
 
     @cached_property
     def moved(self) -> bool:
-        """Whether forces move anything, or springs take part."""
-        return len(self.free) > 0 or len(self.masses) > 0 or len(self.springs) > 0
+        """Whether forces move anything, or springs or gas take part."""
+        devices = len(self.springs) > 0 or self.gas
+        return len(self.free) > 0 or len(self.masses) > 0 or devices
 
     def root_of(self, name: str) -> int:
         """Number of the body that one is fixed to in the end, by its name."""
@@ -190,6 +193,8 @@ def mechanism_of(
     contacts: tuple[Any, ...],
     springs: Mapping[str, Spring],
     loads: tuple[Load, ...],
+    *,
+    gas: bool = False,
 ) -> Mechanism:
     """The mechanism of bodies and slaves with their motions.
 
@@ -236,6 +241,7 @@ def mechanism_of(
         placed,
         ends,
         loads,
+        gas,
     )
 
 

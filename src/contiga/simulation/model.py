@@ -137,8 +137,8 @@ class Model(Displayed):
         for kind, named in parts.items():
             for name in named:
                 check_name(name, f"{kind}: name")
-        pulled = self.mechanism.masses and (self.springs or self.gas)
-        moved = len(self.mechanism.free) or self.mechanism.deforms or pulled
+        pulled = self.mechanism.masses and self.springs
+        moved = len(self.mechanism.free) or self.mechanism.deforms or pulled or self.gas
         if not (names or moved) or len(set(names)) < len(names):
             raise InputError(
                 "there must be contacts, each with a name of its own", where="contacts", found=names
@@ -194,7 +194,8 @@ class Model(Displayed):
     @cached_property
     def mechanism(self) -> Mechanism:
         """The parts that forces move, and their masses."""
-        return mechanism_of(self.bodies, self.slaves, self.contacts, self.springs, self.loads)
+        parts = self.bodies, self.slaves, self.contacts, self.springs, self.loads
+        return mechanism_of(*parts, gas=bool(self.gas))
 
     @cached_property
     def chambers(self) -> GasSystem:

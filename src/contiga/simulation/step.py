@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.contact.loads import NO_ROWS, Column
+from contiga.contact.loads import Column
 from contiga.contact.state import State
 from contiga.dynamics.nodes import Instant, Pushes, SlaveState, Stored
 from contiga.dynamics.rigid_bodies import (
@@ -33,7 +33,7 @@ from contiga.rigid.kernels.rigid_nb import add_wrench
 from contiga.rigid.pose import as_pose, to_quaternion
 from contiga.rigid.twist import Twist
 from contiga.simulation.clock import Clock
-from contiga.simulation.gas import ChamberState
+from contiga.simulation.gas import ChamberState, covered_by
 from contiga.simulation.load_forces import add_loads, foresee_loads, work_of_loads
 from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import Model
@@ -88,15 +88,13 @@ class ForcesOn(NamedTuple):
             )
         if len(columns) == 1:
             return Pushes(*columns[0])
-        rows, place = np.unique(
-            np.concatenate([NO_ROWS, *(column.rows for column in columns)]), return_inverse=True
-        )
-        forces = np.zeros((len(rows), 3))
-        first = 0
+        count = len(self.model.slaves[self.name].slave.points)
+        total, pushed = np.zeros((count, 3)), np.zeros(count, np.bool_)
         for column in columns:  # in each a node stands once
-            forces[place[first : first + len(column.rows)]] += column.values
-            first += len(column.rows)
-        return Pushes(rows, forces)
+            total[column.rows] += column.values
+            pushed[column.rows] = True
+        rows = np.flatnonzero(pushed).astype(np.int32)
+        return Pushes(rows, total[rows])
 
 
 def nodal_force(model: Model, name: str, acting: Acting) -> FloatArray:
@@ -152,8 +150,17 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
         springs = spring_states(model, pulled, standing.bodies, standing.slaves)
     gas: dict[str, ChamberState] = {}
     if model.gas:
+
+        def covered(slave: str) -> FloatArray:
+            touching = [
+                (part.contact, contacts[part.name])
+                for part in model.contacts
+                if part.slave == slave
+            ]
+            return covered_by(touching, model.slaves[slave].slave)
+
         filled = None if last is None else last.gas
-        gas = model.chambers.states(filled, standing.slaves, now.time, now.dt)
+        gas = model.chambers.states(filled, standing.slaves, covered, now.time, now.dt)
     acting = Acting(contacts, springs, gas)
     if last is not None:
         for name in system.masses:

@@ -251,6 +251,28 @@ class Sampling:
             out += self._gathered(corner, shape * values[part, None])
         return out
 
+    def covered(self, rows: IndexArray, slave: Slave) -> FloatArray:
+        """(f,) share of each facet of `slave`, whose points these are, that the points `rows`,
+        ascending, stand for: by area at rest, of nodes a third for each corner."""
+        assert slave.facets is not None
+        if not self._faces:
+            nodes = np.zeros(self.n_nodes)
+            nodes[rows] = 1.0
+            return nodes[slave.facets].mean(axis=1)
+        shares = np.zeros(len(slave.facets))
+        alone = np.ones(len(shares), np.bool_)
+        alone[slave.quads] = False
+        for on, part in self._split(rows):
+            places = rows[part] - on.first
+            n = len(on.shape)
+            touched = np.bincount(places // n, on.area[places], len(on.corners))
+            share = touched / on.area.reshape(-1, n).sum(axis=1)
+            if on.corners.shape[1] == 4:
+                shares[slave.quads] = share[:, None]
+            else:
+                shares[alone] = share
+        return shares
+
     def matrix(self, rows: IndexArray, blocks: FloatArray) -> csr_array:
         """(3 n, 3 n) sparse, over the nodes, of `blocks` (len(rows), 3, 3) at `rows`, ascending.
 

@@ -25,6 +25,7 @@ MODULES = (
     "membranes",
     "hertz",
     "cook",
+    "gas",
     "injury",
 )
 

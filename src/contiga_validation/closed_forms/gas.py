@@ -1,0 +1,294 @@
+"""Gas in chambers: compressed, blown in, let out, and shared between two of them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import contiga as cg
+from contiga.gas import (
+    Chamber,
+    IdealGas,
+    Inflator,
+    Mixture,
+    Surroundings,
+    ThermallyPerfectGas,
+    Vent,
+)
+from contiga_validation.closed_forms.case import ROUNDING, Answer, Cases, order_of, relative, zero
+from contiga_validation.closed_forms.pictures import compared
+from contiga_validation.engine.arrays import FloatArray
+
+CASES = Cases("Gas in chambers")
+GAMMA, CONSTANT = 1.4, 287.05
+AIR = IdealGas(GAMMA, CONSTANT)
+C_P = GAMMA * CONSTANT / (GAMMA - 1.0)
+PRESSURE, TEMPERATURE = 101_325.0, 293.15
+AROUND = Surroundings(PRESSURE, TEMPERATURE, AIR)
+VOLUME, AFTER = 0.060, 0.040
+"""m³, before and after the compression."""
+AREA = 4e-4
+"""Of vents, m²."""
+KEPT = 1e-12
+"""Relative error of masses and energies."""
+CLOSE = 1e-6
+"""Relative error of what flows at the step of the case."""
+CORNERS = np.array([[x, y, z] for z in (0.0, 1.0) for y in (0.0, 1.0) for x in (0.0, 1.0)])
+SIDES = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
+
+
+class Piston:
+    """A box of unit base whose lid goes evenly from one height to another, from a time on."""
+
+    def __init__(self, start: float, end: float, after: float, until: float) -> None:
+        self.start, self.after, self.speed = start, after, (end - start) / (until - after)
+
+    def points(self, t: float) -> FloatArray:
+        """(8, 3) at a time."""
+        return CORNERS * [1.0, 1.0, self.start + self.speed * max(t - self.after, 0.0)]
+
+    def velocities(self, t: float) -> FloatArray:
+        """(8, 3) at a time."""
+        return CORNERS * [0.0, 0.0, self.speed if t > self.after else 0.0]
+
+
+def _run(
+    chambers: dict[str, tuple[Chamber, float]],
+    end: float,
+    step: float,
+    *,
+    to: float | None = None,
+    after: float = 0.0,
+) -> dict[str, FloatArray]:
+    """The history of chambers in boxes of volumes that stay, or go to another after a time."""
+    facets = np.array([[(a, b, c), (a, c, d)] for a, b, c, d in SIDES]).reshape(-1, 3)
+    slaves: dict[str, Any] = {}
+    for name, (_, volume) in chambers.items():
+        piston = Piston(volume, volume if to is None else to, after, end)
+        slaves[f"box of {name}"] = (cg.Slave(piston.points(0.0), facets), piston)
+    gas = {name: chamber for name, (chamber, _) in chambers.items()}
+    simulation = cg.Simulation(bodies={}, slaves=slaves, contacts=[], gas=gas, end=end, step=step)
+    return dict(simulation.run().history)
+
+
+def _chamber(name: str = "air", around: Surroundings = AROUND, **given: Any) -> Chamber:
+    return Chamber(f"box of {name}", around, name=name, **given)
+
+
+@CASES.add(
+    "gas-compression",
+    "Adiabatic compression",
+    "p = p₀ (V₀/V)^γ: 178,749 Pa; T = T₀ (V₀/V)^(γ−1): 344.768 K; ΔU = 2,676.18 J",
+    "Air of 60 litres at 101,325 Pa and 293.15 K in a box whose lid goes down to 40 litres.",
+)
+def _compression() -> Answer:
+    history = _run({"air": (_chamber(), VOLUME)}, 0.01, 1e-3, to=AFTER)
+    t, volume, pressure = (history[name] for name in ("time", "air.volume", "air.pressure"))
+    exact = PRESSURE * (VOLUME / (VOLUME + (AFTER - VOLUME) * t / t[-1])) ** GAMMA
+    energy = pressure * volume / (GAMMA - 1.0)
+    first = PRESSURE * VOLUME / (GAMMA - 1.0)
+    squeezed = (VOLUME / AFTER) ** (GAMMA - 1.0)
+    around = PRESSURE * (AFTER - VOLUME)
+    checks = (
+        relative("pressure", pressure[-1], 178_749.0, 5e-6),
+        relative("temperature", history["air.temperature"][-1], 344.768, 2e-6),
+        relative("energy gained", energy[-1] - energy[0], 2_676.18, 2e-6),
+        zero("pressure over the way", np.abs(pressure / exact - 1.0).max(), KEPT),
+        relative("temperature by the formula", history["air.temperature"][-1],
+                 TEMPERATURE * squeezed, KEPT),
+        relative("energy of the ledger", history["energy.gas"][-1],
+                 first * (squeezed - 1.0) + around, ROUNDING),
+    )  # fmt: skip
+    return Answer(checks, compared(("t", "p"), [("formula", t, exact)], [("run", t, pressure)]))
+
+
+@CASES.add(
+    "gas-filling",
+    "Filling a fixed volume",
+    "dp/dt = γ R T_in ṁ/V = 468.848 kPa/s; T = p V/(m R)",
+    "0.1 kg/s of air at 700 K blow into 60 litres at 101,325 Pa and 293.15 K for 50 ms.",
+)
+def _filling() -> Answer:
+    rate, hot, end = 0.1, 700.0, 0.05
+    chamber = _chamber(inflators=[Inflator(rate, hot)])
+    history = _run({"air": (chamber, VOLUME)}, end, 1e-3)
+    t, pressure, mass = (history[name] for name in ("time", "air.pressure", "air.mass"))
+    slope = GAMMA * CONSTANT * hot * rate / VOLUME
+    exact = PRESSURE + slope * t
+    first = PRESSURE * VOLUME / (CONSTANT * TEMPERATURE)
+    checks = (
+        relative("pressure gained by time", (pressure[-1] - pressure[0]) / end, 468_848.0, 1e-6),
+        zero("pressure over time", np.abs(pressure / exact - 1.0).max(), KEPT),
+        relative("temperature", history["air.temperature"][-1],
+                 exact[-1] * VOLUME / (CONSTANT * (first + rate * end)), KEPT),
+        relative("mass", mass[-1], first + rate * end, KEPT),
+        relative("enthalpy that came", history["air.flow_in"][-1], rate * end * C_P * hot, KEPT),
+        zero("energy out of nothing, by what came",
+             history["energy.error"][-1] / history["air.flow_in"][-1], KEPT),
+    )  # fmt: skip
+    return Answer(checks, compared(("t", "p"), [("formula", t, exact)], [("run", t, pressure)]))
+
+
+def _blown_down(around: float, end: float, step: float) -> dict[str, FloatArray]:
+    """A box of compressed air that a vent opens to another pressure around, in a second box so
+    large that its own hardly changes."""
+    full = _chamber("air", AROUND._replace(pressure=8.0 * PRESSURE), vents=[Vent(AREA, to="room")])
+    room = _chamber("room", AROUND._replace(pressure=around))
+    return _run({"air": (full, VOLUME), "room": (room, 1e9)}, end, step)
+
+
+def _sound() -> float:
+    return math.sqrt(GAMMA * CONSTANT * TEMPERATURE)
+
+
+@CASES.add(
+    "gas-heat-capacity",
+    "Mixed gases whose heat capacities depend on temperature",
+    "Σ m_k u_k(T) = Σ m_k u_k(T₀) + m_in h(T_in); Σ m_k ∫ c_v,k/T dT = Σ m_k R_k ln(V₀/V)",
+    "Gas with c_p = a + b T and argon, at 900 K, blow into 60 litres of air; then a lid goes down "
+    "to 40 litres.",
+)
+def _heat_capacity() -> Answer:
+    a, b, constant, hot, rate, blown, end = 980.0, 0.2, 296.8, 900.0, 0.4, 0.1, 0.2
+    nitrogen = ThermallyPerfectGas(constant, [[200.0, a + 200.0 * b], [2000.0, a + 2000.0 * b]])
+    argon = IdealGas(5.0 / 3.0, 208.13)
+    mixture = Mixture([(nitrogen, 0.8), (argon, 0.2)])
+    blow = Inflator([[0.0, rate], [blown, rate]], hot, mixture)
+    history = _run({"air": (_chamber(inflators=[blow]), VOLUME)}, end, 1e-3, to=AFTER, after=blown)
+    t, temperature = history["time"], history["air.temperature"]
+    masses = PRESSURE * VOLUME / (CONSTANT * TEMPERATURE), 0.8 * rate * blown, 0.2 * rate * blown
+    heats = masses[0] * AIR.c_v + masses[2] * argon.c_v
+    whole = masses[0] * CONSTANT + masses[1] * constant + masses[2] * argon.constant
+    low = 200.0 * (a + 200.0 * b)  # below its table c_p stays
+
+    def enthalpy(x: float) -> float:
+        return low + a * (x - 200.0) + 0.5 * b * (x * x - 200.0**2)
+
+    came = masses[1] * enthalpy(hot) + masses[2] * argon.c_p * hot
+
+    def gained(x: float) -> float:
+        energy = heats * x + masses[1] * (enthalpy(x) - constant * x)
+        return energy - masses[0] * AIR.c_v * TEMPERATURE - came
+
+    warm = float(brentq(gained, TEMPERATURE, hot, xtol=1e-12))
+
+    def pressed(x: float) -> float:
+        entropy = (heats + masses[1] * (a - constant)) * math.log(x / warm)
+        return entropy + masses[1] * b * (x - warm) - whole * math.log(VOLUME / AFTER)
+
+    last = float(brentq(pressed, warm, 2.0 * warm, xtol=1e-12))
+    row = int(np.argmin(np.abs(t - blown)))
+    checks = (
+        relative("enthalpy that came", history["air.flow_in"][-1], came, ROUNDING),
+        relative("temperature when all is in", temperature[row], warm, ROUNDING),
+        relative("pressure then", history["air.pressure"][row], whole * warm / VOLUME, ROUNDING),
+        relative("temperature at the end", temperature[-1], last, ROUNDING),
+        relative("mass", history["air.mass"][-1], sum(masses), KEPT),
+    )
+    lines = [("formula", np.array([blown, end]), np.array([warm, last]))]
+    return Answer(checks, compared(("t", "T"), lines, [("run", t, temperature)]))
+
+
+@CASES.add(
+    "gas-choked",
+    "A vent as fast as sound",
+    "p = p₀ (1 + (γ−1)/2 · (2/(γ+1))^((γ+1)/(2(γ−1))) · A c₀ t/V)^(−2γ/(γ−1))",
+    "60 litres of air at 8 atm flow out by 4 cm² while they do not see what is behind it.",
+)
+def _choked() -> Answer:
+    end, first = 0.2, 8.0 * PRESSURE
+    choked = (2.0 / (GAMMA + 1.0)) ** (0.5 * (GAMMA + 1.0) / (GAMMA - 1.0))
+    rate = choked * AREA * _sound() / VOLUME
+
+    def exact(t: FloatArray | float) -> Any:
+        past = 1.0 + 0.5 * (GAMMA - 1.0) * rate * np.asarray(t)
+        return first * past ** (-2.0 * GAMMA / (GAMMA - 1.0))
+
+    def error(step: float) -> float:
+        run = _blown_down(PRESSURE, end, step)
+        return abs(float(run["air.pressure"][-1]) / float(exact(end)) - 1.0)
+
+    history = _blown_down(PRESSURE, end, 5e-4)
+    t, pressure = history["time"], history["air.pressure"]
+    checks = (
+        zero("pressure over time", np.abs(pressure / exact(t) - 1.0).max(), CLOSE),
+        relative("temperature", history["air.temperature"][-1],
+                 TEMPERATURE * (exact(end) / first) ** (1.0 - 1.0 / GAMMA), CLOSE),
+    )  # fmt: skip
+    draw = compared(("t", "p"), [("formula", t, exact(t))], [("run", t, pressure)])
+    return Answer(checks, draw, order_of("pressure at the end", 8e-3, error))
+
+
+@CASES.add(
+    "gas-subsonic",
+    "A vent slower than sound",
+    "V dm/dt = −C A p √(2γ/((γ−1) R T) (π^(2/γ) − π^((γ+1)/γ))), T = T₀ (p/p₀)^((γ−1)/γ)",
+    "60 litres of air at 1.8 atm flow out by 4 cm² to 1 atm: against the formula's flow integrated "
+    "to ten digits.",
+)
+def _subsonic() -> Answer:
+    end, first = 0.08, 1.8 * PRESSURE
+    full = _chamber("air", AROUND._replace(pressure=first), vents=[Vent(AREA, to="room")])
+    boxes = {"air": (full, VOLUME), "room": (_chamber("room"), 1e9)}
+    power = (GAMMA - 1.0) / GAMMA
+
+    def slope(_: float, p: FloatArray) -> FloatArray:
+        ratio = PRESSURE / p
+        swing = ratio ** (2.0 / GAMMA) - ratio ** ((GAMMA + 1.0) / GAMMA)
+        hot = TEMPERATURE * (p / first) ** power
+        flow = AREA * p * np.sqrt(2.0 * GAMMA / ((GAMMA - 1.0) * CONSTANT * hot) * swing)
+        return -GAMMA * CONSTANT * hot * flow / VOLUME
+
+    wanted = solve_ivp(slope, (0.0, end), [first], rtol=1e-11, atol=1e-6, dense_output=True)
+
+    def error(step: float) -> float:
+        run = _run(boxes, end, step)
+        return abs(float(run["air.pressure"][-1] / wanted.y[0, -1]) - 1.0)
+
+    history = _run(boxes, end, 1e-4)
+    t, pressure = history["time"], history["air.pressure"]
+    exact = wanted.sol(t)[0]
+    checks = (
+        zero("pressure over time", np.abs(pressure / exact - 1.0).max(), CLOSE),
+        relative("temperature", history["air.temperature"][-1],
+                 TEMPERATURE * (exact[-1] / first) ** power, CLOSE),
+    )  # fmt: skip
+    draw = compared(("t", "p"), [("formula", t, exact)], [("run", t, pressure)])
+    return Answer(checks, draw, order_of("pressure at the end", 4e-3, error))
+
+
+@CASES.add(
+    "gas-two-chambers",
+    "Two chambers come to one pressure",
+    "p = (p₁V₁ + p₂V₂)/(V₁ + V₂), T₁ = T₀ (p/p₁)^((γ−1)/γ)",
+    "60 litres of air at 3 atm and 40 litres at 1 atm, both of 293.15 K, with a vent of 4 cm² "
+    "between them. What stays in the first expands by itself; the second mixes.",
+)
+def _two() -> Answer:
+    first = 3.0 * PRESSURE
+    full = _chamber("air", AROUND._replace(pressure=first), vents=[Vent(AREA, to="room")])
+    boxes = {"air": (full, VOLUME), "room": (_chamber("room"), AFTER)}
+    common = (first * VOLUME + PRESSURE * AFTER) / (VOLUME + AFTER)
+    power = (GAMMA - 1.0) / GAMMA
+    cooled = TEMPERATURE * (common / first) ** power
+    masses = (first * VOLUME + PRESSURE * AFTER) / (CONSTANT * TEMPERATURE)
+    left = common * VOLUME / (CONSTANT * cooled)
+    history = _run(boxes, 0.3, 1e-4)
+    t = history["time"]
+    mass = history["air.mass"] + history["room.mass"]
+    energy = history["air.pressure"] * VOLUME + history["room.pressure"] * AFTER
+    lines = [(f"p of {name}", t, history[f"{name}.pressure"]) for name in ("air", "room")]
+    checks = (
+        relative("pressure of the first", history["air.pressure"][-1], common, CLOSE),
+        relative("pressure of the second", history["room.pressure"][-1], common, CLOSE),
+        relative("temperature of the first", history["air.temperature"][-1], cooled, CLOSE),
+        relative("temperature of the second", history["room.temperature"][-1],
+                 common * AFTER / (CONSTANT * (masses - left)), CLOSE),
+        zero("mass, by that of all", np.abs(mass / mass[0] - 1.0).max(), KEPT),
+        zero("energy, by that of all", np.abs(energy / energy[0] - 1.0).max(), KEPT),
+    )  # fmt: skip
+    return Answer(checks, compared(("t", "p"), [("formula", t, np.full(len(t), common))], lines))
