@@ -56,6 +56,8 @@ class InflatorSpec(Spec):
     temperature: NumberOrRows
     """Kelvin."""
     gas: GasKind = "air"
+    trigger: Name | None = None
+    """Name of the sensor that fires it; its times are those of the run if omitted."""
 
 
 class VentSpec(MadeSpec[Vent]):
@@ -104,7 +106,8 @@ class GasSpec(Spec):
             return given.made if isinstance(given, IdealGasSpec) else air
 
         inflators = [
-            Inflator(one.mass_rate, one.temperature, gas_of(one.gas)) for one in self.inflator
+            Inflator(one.mass_rate, one.temperature, gas_of(one.gas), trigger=one.trigger)
+            for one in self.inflator
         ]
         return Chamber(
             self.slave,

@@ -17,7 +17,7 @@ what flows through one evens out the pressures and does not pass that.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -91,6 +91,8 @@ class Inflator:
     mass_rate : mass / time, a number, or rows t, ṁ with nothing before the first and after the last
     temperature : kelvin, a number or rows t, T, which stay at both ends
     gas : what comes; that of the surroundings if omitted
+    trigger : name of the sensor whose trigger fires it, from when its times count; if omitted they
+        are those of the run
 
     Raises
     ------
@@ -101,9 +103,15 @@ class Inflator:
     mass_rate: Series
     temperature: Series
     gas: IdealGas | None
+    trigger: str | None
 
     def __init__(
-        self, mass_rate: ArrayLike, temperature: ArrayLike, gas: IdealGas | None = None
+        self,
+        mass_rate: ArrayLike,
+        temperature: ArrayLike,
+        gas: IdealGas | None = None,
+        *,
+        trigger: str | None = None,
     ) -> None:
         put = object.__setattr__
         put(self, "mass_rate", _series("mass_rate", mass_rate, least=0.0))
@@ -111,6 +119,12 @@ class Inflator:
         if gas is not None:
             all_of(IdealGas, (gas,), "gas", "must be a gas", "contiga.gas.IdealGas")
         put(self, "gas", gas)
+        put(self, "trigger", trigger)
+
+    @property
+    def kinks(self) -> FloatArray:
+        """Times at which what comes bends or jumps; since it is fired where a trigger does it."""
+        return np.concatenate([self.mass_rate.x, self.temperature.x])
 
     def rate(self, time: float) -> float:
         """ṁ at a time."""
@@ -237,7 +251,7 @@ class Chamber:
     @property
     def kinks(self) -> FloatArray:
         """Times at which what flows bends or jumps."""
-        times = [series.x for one in self.inflators for series in (one.mass_rate, one.temperature)]
+        times = [one.kinks for one in self.inflators if one.trigger is None]
         times += [vent.area.x for vent in self.vents if vent.over == "time"]
         times += [np.array([v.opens_after]) for v in self.vents if np.isfinite(v.opens_after)]
         return np.concatenate([np.zeros(0), *times])
@@ -379,11 +393,13 @@ class Chambers:
         areas: FloatArray,
         time: float,
         dt: float,
+        fired: Mapping[str, float] | None = None,
     ) -> list[GasState]:
         """What is in chambers after a step of length `dt` that ends at `time`.
 
         Parameters
         ----------
+        fired : times at which triggers fire, by their sensors; those that are missing have not
         volumes, areas : (c,) of the chambers at its end, and of their facets, through which leaks
         """
         now = _Contents(
@@ -401,6 +417,10 @@ class Chambers:
         for c, chamber in enumerate(self.chambers):
             for inflator in chamber.inflators:
                 gas, middle = inflator.gas or chamber.surroundings.gas, time - 0.5 * dt
+                if inflator.trigger is not None:
+                    middle -= (fired or {}).get(inflator.trigger, math.inf)
+                    if middle < 0.0:
+                        continue
                 mass = dt * inflator.rate(middle)
                 enthalpy = mass * gas.c_p * inflator.temperature.at(middle)
                 now.masses[c, self.gases.index(gas)] += mass

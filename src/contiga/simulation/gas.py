@@ -98,8 +98,12 @@ class GasSystem:
         slaves: Mapping[str, SlaveState],
         time: float,
         dt: float,
+        fired: Mapping[str, float],
     ) -> dict[str, ChamberState]:
-        """All chambers where their nodes are now, after the `last` states; None at the start."""
+        """All chambers where their nodes are now, after the `last` states; None at the start.
+
+        `fired` are the times at which triggers fire, by their sensors.
+        """
         volumes, gradients, areas = [], [], []
         for name, skin in self.skins.items():
             points = slaves[self.chambers[name].slave].points
@@ -118,7 +122,7 @@ class GasSystem:
             gas = self.physics.start(now)
         else:
             before = [last[name].gas for name in self.names]
-            gas = self.physics.step(before, now, np.array(areas), time, dt)
+            gas = self.physics.step(before, now, np.array(areas), time, dt, fired)
         states = {}
         for name, state, gradient in zip(self.names, gas, gradients, strict=True):
             excess = state.pressure - self.chambers[name].surroundings.pressure
