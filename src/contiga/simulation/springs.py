@@ -41,7 +41,7 @@ OF_SLIP_RINGS = ("slipped", "angle", "energy_friction")
 webbing turns, and the energy lost."""
 SWEEPS = 1000
 """Times that all slip rings of a belt are gone through, one after the other."""
-SETTLED = 1e-13
+SETTLED = 1e-15
 """Part of the length of strands by which no ring slips any more."""
 
 
@@ -216,9 +216,29 @@ def spring_columns(model: Model, state: SystemState) -> dict[str, float]:
     return columns
 
 
-def spring_summary(model: Model) -> dict[str, dict[str, Any]]:
-    """What a reader of the files needs to know of the springs, by name."""
+def spring_summary(model: Model, history: Mapping[str, FloatArray]) -> dict[str, dict[str, Any]]:
+    """What a reader of the files needs to know of the springs, by name; of devices the times of the
+    first rows that find them locked and released, None where they never are."""
+    springs: dict[str, dict[str, Any]] = {}
+    for name, spring in model.springs.items():
+        told = {"between": list(spring.between), "at": spring.at.tolist(), "filter": spring.filter}
+        if spring.devices.retractor is not None:
+            told["locked"] = first_time(history, f"{name}.locked")
+        if spring.devices.release is not None:
+            told["released"] = first_time(history, f"{name}.released")
+        springs[name] = told
+    return springs
+
+
+def first_time(history: Mapping[str, FloatArray], column: str) -> float | None:
+    """The time of the first row in which a column is not zero."""
+    rows = np.flatnonzero(history[column])
+    return float(history["time"][rows[0]]) if len(rows) else None
+
+
+def slip_ring_summary(model: Model) -> dict[str, dict[str, Any]]:
+    """What a reader of the files needs to know of slip rings, by name."""
     return {
-        name: {"between": list(spring.between), "at": spring.at.tolist(), "filter": spring.filter}
-        for name, spring in model.springs.items()
+        name: {"between": list(ring.between), "friction": ring.friction}
+        for name, ring in model.slip_rings.items()
     }

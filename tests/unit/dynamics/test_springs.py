@@ -167,7 +167,7 @@ def test_a_belt_that_is_tight_at_its_rest_length_is_slack_below_it(loading) -> N
     of = spring(curve=loading, unloading=[[0, 0.5], [1, 1]], hysteresis_slope=4.0)
     tight, slack, again = follow(of, [1.0, -0.1, 0.0])
     assert tight.force == 3.0
-    assert tuple(slack[2:]) == (0.0,) * 7
+    assert tuple(slack[2:-1]) == (0.0,) * 7
     assert again.force == 0.5  # on the unloading curve: a new one from no force
 
 
@@ -186,7 +186,7 @@ def test_belts_of_functions_are_those_of_tables() -> None:
     functions = follow(spring(**(BELT | {"curve": lambda x: 2.0 * x, "unloading": lower})), path)
     for a, b in zip(tables, functions, strict=True):
         np.testing.assert_allclose(a[1:6], b[1:6], rtol=1e-8, atol=1e-8)
-        np.testing.assert_allclose(a[6:], b[6:], atol=1e-4)  # Gauss's rule across a kink
+        np.testing.assert_allclose(a[6:-1], b[6:-1], atol=1e-4)  # Gauss's rule across a kink
 
 
 def test_ends_at_one_point_have_no_direction_and_no_force() -> None:
