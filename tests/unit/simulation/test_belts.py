@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.unit.simulation.sameness import same_states
 
 import contiga as cg
 from contiga.belts import LoadLimiter, Pretensioner, Retractor, SlipRing
 from contiga.errors import InputError
-from tests.unit.simulation.sameness import same_states
 
 HELD = ("y", "z", "rx", "ry", "rz")
 BALL = [cg.shapes.sphere(radius=0.05)]
