@@ -64,6 +64,12 @@ ENTRIES = (
         ("bag.pressure", "bag.volume", "head.vz", "head on bag.force"),
         ("bag.pressure", "bag.volume", "head on bag.force", "head on bag.max_penetration"),
     ),
+    Entry(
+        "sled_belt",
+        "11_sled_belt.toml",
+        ("lower belt.force", "upper belt.force", "lower belt.paid_out"),
+        ("upper belt.force", "lower belt.travel"),
+    ),
     Entry("bonnet", "bonnet.toml", ("bonnet.force", "hard parts.force"), ("bonnet.force",)),
     Entry("spin", "gallery/spin.toml", ("ball.vx", "ball.wy"), ("force", "ball.wy")),
     Entry("hail", "gallery/hail.toml", ("ring.vz", "n_contact"), ("force", "ring.vz")),

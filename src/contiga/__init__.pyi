@@ -1,5 +1,6 @@
 """The public names, and where each is: for type checkers, and for `__init__`, which reads it."""
 
+from contiga import belts as belts
 from contiga import criteria as criteria
 from contiga import errors as errors
 from contiga import extras as extras
@@ -77,6 +78,7 @@ from contiga.simulation.slave_sensor import SectionSensor as SectionSensor
 from contiga.simulation.stored_result import StoredResult as StoredResult
 from contiga.simulation.stored_result import open_result as open_result
 from contiga.simulation.system_state import SystemState as SystemState
+from contiga.simulation.trigger import Trigger as Trigger
 from contiga.slaves.slave import Slave as Slave
 from contiga.statuses import Feature as Feature
 from contiga.statuses import Status as Status

@@ -73,6 +73,7 @@ def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
         settling=None if case.settle is None else case.settle.made,
         loads=[spec.made for spec in case.load],
         springs=made.springs,
+        slip_rings=[spec.made for spec in case.slip_ring],
         gas=made.gas,
         sensors=[spec.made for spec in case.sensor],
         title=case.title,

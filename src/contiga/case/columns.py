@@ -9,8 +9,9 @@ from contiga.case.schema import Case
 from contiga.case.sensor_spec import PointSensorSpec, RelativeSensorSpec, SensorSpec
 from contiga.simulation.gas import OF_GAS
 from contiga.simulation.history import COUNTED, OF_BODIES
-from contiga.simulation.sensor import CUT, RATES
-from contiga.simulation.springs import OF_SPRINGS
+from contiga.simulation.sensor import OF_RELATIVE, OF_SENSORS
+from contiga.simulation.springs import OF_DEVICES, OF_SLIP_RINGS, OF_SPRINGS
+from contiga.simulation.trigger import OF_TRIGGERS
 
 _OF_CONTACTS = (
     *("n_contact", "max_penetration", "force_x", "force_y", "force_z", "force"),
@@ -24,22 +25,6 @@ _OF_SYSTEM = (
     *("kinetic", "strain", "contact", "friction", "damping", "hysteresis"),
     *("external", "total", "error"),
 )
-_OF_SENSORS = {
-    "acceleration": ("ax", "ay", "az", "a"),
-    "velocity": ("vx", "vy", "vz", "v"),
-    "displacement": ("x", "y", "z"),
-    "force": ("fx", "fy", "fz", "f"),
-    "moment": ("mx", "my", "mz"),
-    "spin": ("wx", "wy", "wz"),
-}
-
-
-_OF_RELATIVE = {
-    "distance": ("distance", "rate"),
-    "displacement": ("x", "y", "z"),
-    "angle": ("angle", "angle_x", "angle_y", "angle_z"),
-    **{measure: _OF_SENSORS[measure] for measure in (*RATES, *CUT)},
-}
 
 
 def columns_of_case(case: Case) -> list[str]:
@@ -64,7 +49,9 @@ def columns_of_case(case: Case) -> list[str]:
         columns += [f"{sensor.name}.{name}" for name in _of_sensor(sensor)]
     for spring in (spec.made for spec in case.spring):
         names = [*OF_SPRINGS, *(["filtered_force"] if spring.filter else [])]
+        names += OF_DEVICES if any(spring.devices) else ()
         columns += [f"{spring.name}.{name}" for name in names]
+    columns += [f"{ring.made.name}.{name}" for ring in case.slip_ring for name in OF_SLIP_RINGS]
     columns += [f"{chamber.name}.{name}" for chamber in case.gas for name in OF_GAS]
     free = [body.name for body in case.body if body.motion.by_forces]
     columns += [f"{name}.{column}" for name in free for column in OF_BODIES]
@@ -91,8 +78,10 @@ def _of_contact(contact: ContactSpec) -> Iterator[str]:
 
 
 def _of_sensor(sensor: SensorSpec) -> Iterator[str]:
-    names = _OF_RELATIVE if isinstance(sensor, RelativeSensorSpec) else _OF_SENSORS
+    names = OF_RELATIVE if isinstance(sensor, RelativeSensorSpec) else OF_SENSORS
     for measure in sensor.made.measures:
         yield from names[measure]
     if isinstance(sensor, PointSensorSpec) and sensor.filter is not None:
         yield from ("filtered_ax", "filtered_ay", "filtered_az", "filtered_a")
+    if getattr(sensor, "trigger", None) is not None:
+        yield from OF_TRIGGERS

@@ -57,6 +57,8 @@ def describe(case: Case) -> list[tuple[str, str]]:
         rows.append((f"load {k}", load.describe()))
     for spring in case.spring:
         rows.append((f"spring {spring.name or '-'.join(spring.between)}", spring.describe()))
+    for ring in case.slip_ring:
+        rows.append((f"slip ring {ring.made.name}", ring.describe()))
     for chamber in case.gas:
         rows.append((f"gas {chamber.name}", chamber.describe()))
     for sensor in case.sensor:

@@ -91,6 +91,8 @@ class InflatorSpec(Spec):
     temperature: NumberOrRows
     """Kelvin."""
     gas: GasKind = "air"
+    trigger: Name | None = None
+    """Name of the sensor that fires it; its times are those of the run if omitted."""
 
 
 class VentSpec(Spec):
@@ -149,7 +151,8 @@ class GasSpec(Spec):
             return given.made if isinstance(given, OneGasSpec) else air
 
         inflators = [
-            Inflator(one.mass_rate, one.temperature, gas_of(one.gas)) for one in self.inflator
+            Inflator(one.mass_rate, one.temperature, gas_of(one.gas), trigger=one.trigger)
+            for one in self.inflator
         ]
         return Chamber(
             self.slave,

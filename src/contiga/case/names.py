@@ -56,6 +56,20 @@ def check_defined(where: str, name: str, kind: str, defined: list[str], other: l
     )
 
 
+def check_fires(where: str, name: str, fire: list[str], sensors: list[str]) -> None:
+    """Refuse a trigger that is none of the sensors that `fire`."""
+    if name in fire:
+        return
+    there = name in sensors
+    raise CaseError(
+        "this sensor has no trigger" if there else "no sensor of this name is defined",
+        where=where,
+        found=name,
+        allowed=", ".join(f'"{known}"' for known in fire) or "a sensor with a trigger",
+        remedy="Give it trigger = { above = … }" if there else suggest(name, fire),
+    )
+
+
 class Misnamed(NamedTuple):
     """A table that names what is not there."""
 

@@ -15,12 +15,13 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
 
 from contiga.case.contact_spec import ContactSpec
+from contiga.case.device_spec import SlipRingSpec
 from contiga.case.gas_spec import GasSpec
 from contiga.case.geometry_spec import GeometrySpec
 from contiga.case.load_spec import LoadSpec
 from contiga.case.mass_spec import MassSpec
 from contiga.case.motion_spec import BodyMotionSpec, SeriesSpec, SlaveMotionSpec
-from contiga.case.names import EITHER, check_apart, check_defined, check_unique
+from contiga.case.names import EITHER, check_apart, check_defined, check_fires, check_unique
 from contiga.case.output_spec import OutputSpec
 from contiga.case.points_spec import BodyPoints, PointsSpec
 from contiga.case.problems import case_error, relocated
@@ -167,6 +168,7 @@ class Case(Spec):
     settle: SettleSpec | None = None
     load: list[LoadSpec] = Field(default_factory=list)
     spring: list[SpringSpec] = Field(default_factory=list)
+    slip_ring: list[SlipRingSpec] = Field(default_factory=list)
     gas: list[GasSpec] = Field(default_factory=list)
     sensor: list[SensorSpec] = Field(default_factory=list)
     output: OutputSpec = Field(default_factory=OutputSpec)
@@ -210,6 +212,7 @@ class Case(Spec):
             ("body", [body.name for body in self.body]),
             ("slave", [slave.name for slave in self.slave]),
             ("contact", [contact.title for contact in self.contact]),
+            ("slip_ring", [ring.made.name for ring in self.slip_ring]),
             ("gas", [chamber.name for chamber in self.gas]),
         ):
             yield partial(check_unique, key, names)
@@ -232,6 +235,14 @@ class Case(Spec):
                 if end != GROUND:
                     where = f"spring[{i}].between[{k}]"
                     yield partial(check_defined, where, end, EITHER, bodies + slaves, [])
+        strands = [spring.made.name for spring in self.spring]
+        for i, ring in enumerate(self.slip_ring):
+            for k, strand in enumerate(ring.between):
+                where = f"slip_ring[{i}].between[{k}]"
+                yield partial(check_defined, where, strand, "spring", strands, [])
+        fire = [one.name for one in self.sensor if getattr(one, "trigger", None) is not None]
+        for where, name in self._awaited():
+            yield partial(check_fires, where, name, fire, [one.name for one in self.sensor])
         for i, chamber in enumerate(self.gas):
             yield partial(check_defined, f"gas[{i}].slave", chamber.slave, "slave", slaves, bodies)
         for i, one in enumerate(self.sensor):
@@ -240,6 +251,17 @@ class Case(Spec):
                     where = f"sensor[{i}].{key}"
                     yield partial(check_defined, where, slave, "slave", slaves, bodies)
         yield from (partial(self._check_body, i) for i in range(len(self.body)))
+
+    def _awaited(self) -> Iterator[tuple[str, str]]:
+        """Names of the sensors that devices and inflators wait for, and the keys they stand at."""
+        keys = {"retractor": "retractor.lock"}
+        for i, spring in enumerate(self.spring):
+            for device, name in spring.made.devices.triggers.items():
+                yield f"spring[{i}].{keys.get(device, device)}.trigger", name
+        for i, chamber in enumerate(self.gas):
+            for k, inflator in enumerate(chamber.inflator):
+                if inflator.trigger is not None:
+                    yield f"gas[{i}].inflator[{k}].trigger", inflator.trigger
 
     def _check_body(self, i: int) -> None:
         body = self.body[i]

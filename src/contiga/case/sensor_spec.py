@@ -6,6 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from contiga.case.device_spec import TriggerSpec
 from contiga.case.spec import MadeSpec, Name, Pair, TellApart, Vector
 from contiga.criteria.bands import Bands
 from contiga.simulation.sensor import RELATIVE_MEASURES, RelativeSensor, Sensor
@@ -41,11 +42,13 @@ class PointSensorSpec(MadeSpec[Sensor]):
     """By criterion."""
     code: str | None = None
     """Of its channels in ISO-MME files."""
+    trigger: TriggerSpec | None = None
 
     def describe(self) -> str:
         """Say it in words."""
         at = "" if self.at is None else f" at {self.at}"
         outputs = [*self.measures, *([self.filter] if self.filter else []), *self.criteria]
+        outputs += [] if self.trigger is None else [self.trigger.describe()]
         return f"on {self.body}{at}, {self.axes} axes: {', '.join(outputs)}"
 
 
@@ -64,11 +67,13 @@ class RelativeSensorSpec(MadeSpec[RelativeSensor]):
     dummy: str = "HIII-50"
     """Whose neck and chest criteria are of."""
     code: str | None = None
+    trigger: TriggerSpec | None = None
 
     def describe(self) -> str:
         """Say it in words."""
         at = "" if self.at is None else f" at {self.at}"
-        outputs = ", ".join([*self.measures, *self.criteria])
+        fires = [] if self.trigger is None else [self.trigger.describe()]
+        outputs = ", ".join([*self.measures, *self.criteria, *fires])
         return f"between {' and '.join(self.between)}{at}: {outputs}"
 
 

@@ -62,7 +62,7 @@ class Spec(BaseModel):
     @classmethod
     def known_keys(cls, data: dict[str, Any]) -> list[str]:
         """Keys this table may have."""
-        return list(cls.model_fields)
+        return [field.alias or name for name, field in cls.model_fields.items()]
 
 
 class MadeSpec(Spec, Generic[Made]):

@@ -17,7 +17,7 @@ def resolved_toml(case: Case) -> str:
     The standard library reads TOML and does not write it; this writes what a case can hold:
     tables, lists of tables, text, numbers and truth values.
     """
-    data = case.model_dump(exclude_none=True)
+    data = case.model_dump(exclude_none=True, by_alias=True)
     lines = []
     # A key that is no table would belong to the table before it.
     for key, value in sorted(data.items(), key=lambda item: _is_table(item[1])):

@@ -69,6 +69,8 @@ class Inflator:
     mass_rate : mass / time, a number, or rows t, ṁ with nothing before the first and after the last
     temperature : kelvin, a number or rows t, T, which stay at both ends
     gas : what comes, a gas or a `Mixture`; that of the surroundings if omitted
+    trigger : name of the sensor whose trigger fires it, from when its times count; if omitted they
+        are those of the run
 
     Raises
     ------
@@ -79,9 +81,15 @@ class Inflator:
     mass_rate: Series
     temperature: Series
     gas: Gas | Mixture | None
+    trigger: str | None
 
     def __init__(
-        self, mass_rate: ArrayLike, temperature: ArrayLike, gas: Gas | Mixture | None = None
+        self,
+        mass_rate: ArrayLike,
+        temperature: ArrayLike,
+        gas: Gas | Mixture | None = None,
+        *,
+        trigger: str | None = None,
     ) -> None:
         put = object.__setattr__
         put(self, "mass_rate", _series("mass_rate", mass_rate, least=0.0))
@@ -89,6 +97,12 @@ class Inflator:
         if gas is not None:
             all_of(Gas | Mixture, (gas,), "gas", "must be a gas", GASES)
         put(self, "gas", gas)
+        put(self, "trigger", trigger)
+
+    @property
+    def kinks(self) -> FloatArray:
+        """Times at which what comes bends or jumps; since it is fired where a trigger does it."""
+        return np.concatenate([self.mass_rate.x, self.temperature.x])
 
     def rate(self, time: float) -> float:
         """ṁ at a time."""
@@ -227,7 +241,7 @@ class Chamber:
     @property
     def kinks(self) -> FloatArray:
         """Times at which what flows bends or jumps."""
-        times = [series.x for one in self.inflators for series in (one.mass_rate, one.temperature)]
+        times = [one.kinks for one in self.inflators if one.trigger is None]
         times += [vent.area.x for vent in self.vents if vent.over == "time"]
         times += [np.array([v.opens_after]) for v in self.vents if np.isfinite(v.opens_after)]
         return np.concatenate([np.zeros(0), *times])
@@ -388,6 +402,7 @@ class Chambers:
         exposed: Sequence[Exposed],
         time: float,
         dt: float,
+        fired: Mapping[str, float] | None = None,
     ) -> list[GasState]:
         """What is in chambers after a step of length `dt` that ends at `time`.
 
@@ -395,6 +410,7 @@ class Chambers:
         ----------
         volumes : (c,) of the chambers at its end
         exposed : (c,) what is open of their fabric and vents then
+        fired : times at which triggers fire, by their sensors; those that are missing have not
         """
         now = [
             _Content(
@@ -417,6 +433,10 @@ class Chambers:
         for content, chamber in zip(now, self.chambers, strict=True):
             for inflator in chamber.inflators:
                 middle = time - 0.5 * dt
+                if inflator.trigger is not None:
+                    middle -= (fired or {}).get(inflator.trigger, math.inf)
+                    if middle < 0.0:
+                        continue
                 mass = dt * inflator.rate(middle)
                 if mass == 0.0:
                     continue

@@ -16,7 +16,7 @@ import numpy as np
 from contiga.records import FloatArray
 
 PASSED = 2e-3
-_SAME_TIME = 1e-9
+SAME_TIME = 1e-9
 """Part of a span below which two times are one."""
 
 
@@ -56,7 +56,7 @@ def jumps_of(times: FloatArray, rates: FloatArray) -> FloatArray:
 
 def united(kinks: Iterable[Iterable[float]], start: float, end: float) -> tuple[float, ...]:
     """All of them between two times, rising, none next to another or to one of the two."""
-    nearest, kept = _SAME_TIME * (end - start), [start]
+    nearest, kept = SAME_TIME * (end - start), [start]
     for time in sorted({float(t) for some in kinks for t in some}):
         if time > kept[-1] + nearest and time < end - nearest:
             kept.append(time)

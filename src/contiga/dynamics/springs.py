@@ -12,8 +12,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import as_numbers, one_of, read_only, real
+from contiga.arrays.layout import all_of, as_numbers, one_of, read_only, real
 from contiga.criteria.filters import NAMES as FILTERS
+from contiga.dynamics.belt_devices import (
+    Devices,
+    DeviceState,
+    LoadLimiter,
+    Moment,
+    Moved,
+    Pretensioner,
+    Retractor,
+    Strand,
+)
 from contiga.dynamics.spring_curves import Axial, SpringLaw, spring_law
 from contiga.errors import InputError
 from contiga.laws.characteristic import Characteristic, CurveLike
@@ -22,6 +32,7 @@ from contiga.laws.law import as_curve, not_negative
 from contiga.records import FloatArray
 
 GROUND = "ground"
+_NO_MOMENT = Moment()
 # Of the largest coordinate: points nearer than rounding have no direction between them.
 _SAME_POINT = 1e-12
 
@@ -43,9 +54,11 @@ class SpringState(NamedTuple):
     stored: float
     """What the spring would give back."""
     hysteresis: float
-    """Lost since the start, as it unloads by another curve than it loads."""
+    """Lost since the start, as it unloads by another curve than it loads and to its devices."""
     damping: float
     """Taken by the damper since the start."""
+    devices: DeviceState = DeviceState()
+    """Where the devices at its end have come to."""
 
     @property
     def pull(self) -> FloatArray:
@@ -79,6 +92,9 @@ class Spring:
     name : how results call it; "<first>-<second>" if empty
     filter : "CFC60", "CFC180", "CFC600" or "CFC1000" (SAE J211) for the force that results tell;
         none if omitted
+    retractor, limiter, pretensioner : devices at its end, of `contiga.belts`. Such a spring is
+        webbing: it carries tension only, and has no damper.
+    release : name of the sensor whose trigger lets its end go
 
     Notes
     -----
@@ -110,6 +126,9 @@ class Spring:
     length: float
     name: str
     filter: str | None
+    devices: Devices
+    is_strand: bool
+    """Whether it is webbing with devices at its end, or in slip rings."""
     is_taut: bool
     """Whether the length at rest is the distance of the points at the start."""
 
@@ -125,6 +144,10 @@ class Spring:
         length: float | None = None,
         name: str = "",
         filter: str | None = None,
+        retractor: Retractor | None = None,
+        limiter: LoadLimiter | None = None,
+        pretensioner: Pretensioner | None = None,
+        release: str | None = None,
     ) -> None:
         pair, ends, c = _pair(between), _ends(at), not_negative(damping, "damping")
         if curve is None:
@@ -143,6 +166,35 @@ class Spring:
         put(self, "name", name or "-".join(pair))
         put(self, "filter", None if filter is None else one_of("filter", filter, FILTERS))
         put(self, "is_taut", length is None)
+        devices = Devices(retractor, limiter, pretensioner, release)
+        put(self, "devices", devices)
+        put(self, "is_strand", False)
+        for one, kind in zip(devices, (Retractor, LoadLimiter, Pretensioner, str), strict=True):
+            if one is not None:
+                all_of(kind, (one,), kind.__name__.lower(), "must be", kind.__name__)
+        if any(one is not None for one in devices):
+            _check_webbing(self, "a device")
+            put(self, "is_strand", True)
+
+    def as_strand(self) -> Spring:
+        """A copy that carries tension only, as one whose webbing goes through a slip ring.
+
+        Raises
+        ------
+        InputError
+            It is no webbing: without a curve, with a damper, or with a curve that falls.
+        """
+        _check_webbing(self, "a slip ring")
+        strand = copy(self)
+        object.__setattr__(strand, "is_strand", True)
+        return strand
+
+    def resting(self) -> Spring:
+        """A copy that comes to rest before a run: nothing fires, no retractor locks."""
+        rested, own = copy(self), self.devices
+        retractor = None if own.retractor is None else own.retractor.unlocked()
+        object.__setattr__(rested, "devices", Devices(retractor, own.limiter))
+        return rested
 
     def with_ends(self, at: FloatArray) -> Spring:
         """A copy between other points (2, 3) at the start, as long at rest as it was given."""
@@ -152,28 +204,59 @@ class Spring:
             object.__setattr__(moved, "length", math.dist(*ends.tolist()))
         return moved
 
-    def start(self, ends_W: ArrayLike, velocities_W: ArrayLike) -> SpringState:
+    def start(
+        self, ends_W: ArrayLike, velocities_W: ArrayLike, *, moment: Moment = _NO_MOMENT
+    ) -> SpringState:
         """The state at the start: energy stored before it, none dissipated yet.
 
         Parameters
         ----------
         ends_W, velocities_W : (2, 3) of the two points, world axes
+        moment : when, for its devices
         """
-        at_rest = SpringState(self.at, self.length, *7 * (0.0,))
-        begun = self.step(at_rest, ends_W, velocities_W)
-        return begun._replace(hysteresis=0.0, damping=0.0)
+        return self.begun(self.step(self.at_rest, ends_W, velocities_W, moment=moment))
 
-    def step(self, last: SpringState, ends_W: ArrayLike, velocities_W: ArrayLike) -> SpringState:
+    @property
+    def at_rest(self) -> SpringState:
+        """Before the start, at its length at rest."""
+        return SpringState(self.at, self.length, *7 * (0.0,))
+
+    @staticmethod
+    def begun(state: SpringState) -> SpringState:
+        """A state with nothing dissipated and no work done yet."""
+        devices = state.devices._replace(work=0.0)
+        return state._replace(hysteresis=0.0, damping=0.0, devices=devices)
+
+    def step(
+        self,
+        last: SpringState,
+        ends_W: ArrayLike,
+        velocities_W: ArrayLike,
+        *,
+        moment: Moment = _NO_MOMENT,
+        fed: float = 0.0,
+    ) -> SpringState:
         """The state after a step from `last`, with the ends where they are now.
 
         Parameters
         ----------
         ends_W, velocities_W : (2, 3) of the two points at the end of the step, world axes
+        moment : time and length of the step, and which triggers have fired, for its devices
+        fed : length of webbing that slip rings bring in within the step
         """
         ends = np.array(real(ends_W), dtype=np.float64)
         length, rate = _axial(ends, velocities_W)
-        moved = self._law.move(last.length - self.length, last.memory, length - self.length)
-        damper = self._damper(rate, length, moved)
+        if self.is_strand:
+            moved, devices = self.moved(last, length, fed, moment)
+            lost, damper = moved.lost, 0.0
+            if math.isfinite(devices.released) and math.isinf(last.devices.released):
+                # What it held goes, with the work of this step.
+                lost = last.stored + 0.5 * last.force * (length - last.length - fed)
+            stored = moved.stored + devices.spool
+        else:
+            devices = last.devices
+            moved = self._law.move(last.length - self.length, last.memory, length - self.length)
+            lost, damper, stored = moved.lost, self._damper(rate, length, moved), moved.stored
         return SpringState(
             ends,
             length,
@@ -181,10 +264,21 @@ class Spring:
             damper,
             moved.stiffness,
             moved.force,
-            moved.stored,
-            last.hysteresis + moved.lost,
+            stored,
+            last.hysteresis + lost,
             last.damping + 0.5 * (last.damper + damper) * (length - last.length),
+            devices,
         )
+
+    def moved(self, last: SpringState, length: float, fed: float, moment: Moment) -> Moved:
+        """What a strand of a length comes to in a step from `last` in which webbing is `fed`."""
+        old = self.elongation(last), last.memory
+        both = last.devices.fed + fed
+        return self._strand.move(old, last.devices, length - self.length, both, moment)
+
+    def elongation(self, state: SpringState) -> float:
+        """How much longer it is than at rest, with what is paid out and fed in by then."""
+        return state.length - self.length - state.devices.paid_out - state.devices.fed
 
     def stiffness_bound(self, state: SpringState) -> tuple[float, float]:
         """Bounds of the stiffness along and across the spring, for a critical step in time.
@@ -192,7 +286,7 @@ class Spring:
         Along it the steepest slope that a step may come upon: with hysteresis its slope, else that
         of the table's piece at hand and of those beside it. Across it the tension by the length.
         """
-        along = self._law.max_slope(state.length - self.length)
+        along = (self._strand if self.is_strand else self._law).max_slope(self.elongation(state))
         if state.length == 0.0:
             return along, along
         return along, max(state.force, 0.0) / state.length
@@ -201,6 +295,10 @@ class Spring:
     def _law(self) -> SpringLaw:
         curve = Characteristic(0.0) if self.curve is None else self.curve
         return spring_law(curve, self.hysteresis)
+
+    @cached_property
+    def _strand(self) -> Strand:
+        return Strand(self._law, self.devices)
 
     def _damper(self, rate: float, length: float, moved: Axial) -> float:
         force = self.damping * rate
@@ -271,4 +369,33 @@ def _check_reaches_rest(curve: Characteristic) -> None:
             where=curve.name,
             found=[float(curve.x[0]), float(curve.x[-1])],
             remedy='Add a row for it, or set extrapolation = "linear" or "constant"',
+        )
+
+
+def _check_webbing(spring: Spring, what: str) -> None:
+    """Refuse a spring that is no webbing, at which there is `what`."""
+    curve = spring.curve
+    if curve is None:
+        raise InputError(
+            f"is missing: {what} needs webbing",
+            where="curve",
+            allowed="a stiffness or a table of force over elongation",
+        )
+    if spring.damping:
+        raise InputError(
+            f"webbing with {what} has no damper: one tension acts in all of it",
+            where="damping",
+            found=spring.damping,
+            remedy="Give the webbing an unloading curve",
+        )
+    if not curve.is_table:
+        raise InputError(f"{what} needs webbing by numbers", where="curve", allowed="a table")
+    x, y, _ = curve.polyline
+    falls = curve.extrapolation == "linear" and curve.end_slopes[1] < 0.0
+    if x[0] != 0.0 or float(curve(0.0)) != 0.0 or (np.diff(y) < 0.0).any() or falls:
+        raise InputError(
+            f"the webbing that {what} is on carries nothing at rest, and never less when longer",
+            where="curve",
+            found=np.column_stack([curve.x, curve.y]).tolist(),
+            allowed="a table from [0, 0] on whose force never falls",
         )

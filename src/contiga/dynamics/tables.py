@@ -34,11 +34,12 @@ def as_table(table: ArrayLike, columns: tuple[str, ...]) -> FloatArray:
         raise InputError(
             f"row {row} is not finite", where="table", found=rows[row].tolist(), allowed=allowed
         )
-    as_times(rows[:, 0], len(rows))
+    as_times(rows[:, 0], len(rows), "times" if columns[0] == "t" else f"values of {columns[0]}")
     return rows
 
 
-def as_times(times: ArrayLike, count: int) -> FloatArray:
+def as_times(times: ArrayLike, count: int, called: str = "times") -> FloatArray:
+    """Finite numbers (count,), strictly increasing; errors call them so."""
     instants = np.asarray(real(times, "times"), dtype=np.float64)
     if instants.shape != (count,) or count == 0 or not np.isfinite(instants).all():
         raise InputError(
@@ -51,9 +52,9 @@ def as_times(times: ArrayLike, count: int) -> FloatArray:
     if back.size:
         row = int(back[0])
         raise InputError(
-            f"the times go back or repeat at row {row + 1}",
+            f"the {called} go back or repeat at row {row + 1}",
             where="table",
             found=instants[row : row + 2].tolist(),
-            allowed="strictly increasing times",
+            allowed=f"strictly increasing {called}",
         )
     return instants

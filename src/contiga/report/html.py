@@ -14,7 +14,12 @@ from contiga.report.motion import body_figures, criteria_table, extremes_table, 
 from contiga.report.plots import energy_figure, history_figures, touched
 from contiga.report.run_folder import Run
 from contiga.report.space import VIEW_CONFIG, View
-from contiga.report.springs import spring_figures, spring_table
+from contiga.report.springs import (
+    device_table,
+    slip_ring_table,
+    spring_figures,
+    spring_table,
+)
 from contiga.report.steps import steps_section
 from contiga.report.still import halves
 from contiga.report.style import number
@@ -216,7 +221,8 @@ def _springs(run: Run, peak_time: float | None) -> str:
     if not run.springs:
         return ""
     panels = _panels(spring_figures(run, peak_time), "spring")
-    return f'<h2>Springs</h2><div class="wide">{spring_table(run)}</div>{panels}'
+    tables = f"{spring_table(run)}{device_table(run)}{slip_ring_table(run)}"
+    return f'<h2>Springs</h2><div class="wide">{tables}</div>{panels}'
 
 
 def _gas(run: Run, peak_time: float | None) -> str:

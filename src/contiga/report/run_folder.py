@@ -66,6 +66,8 @@ class Run(NamedTuple):
     """What is told of springs, by spring and name."""
     gas: dict[str, Columns]
     """What is told of chambers of gas, by chamber and name."""
+    slip_rings: dict[str, Columns] = {}  # noqa: RUF012 (read only)
+    """What is told of slip rings, by ring and name."""
     finished: bool = True
     """Whether the run has ended."""
     steps: Columns = {}  # noqa: RUF012 (read only)
@@ -106,7 +108,10 @@ def read_run(folder: Path) -> Run:
     case = folder / "case.toml"
     owners = sort_columns(
         history,
-        *(list(summary.get(key) or {}) for key in ("statuses", "sensors", "springs", "gas")),
+        *(
+            list(summary.get(key) or {})
+            for key in ("statuses", "sensors", "springs", "gas", "slip_rings")
+        ),
     )
     return Run(
         folder=folder,
@@ -128,6 +133,7 @@ class Owners(NamedTuple):
     energy: Columns
     springs: dict[str, Columns]
     gas: dict[str, Columns]
+    slip_rings: dict[str, Columns]
     steps: Columns
 
 
@@ -137,9 +143,10 @@ def sort_columns(
     sensors: list[str],
     springs: list[str],
     gas: list[str],
+    slip_rings: list[str],
 ) -> Owners:
     """Columns ``"<owner>.<name>"`` by their owners; bare names belong to the only contact."""
-    owners = Owners({}, {}, {}, {}, {}, {}, {})
+    owners = Owners({}, {}, {}, {}, {}, {}, {}, {})
     for label, column in history.items():
         owner, dot, name = label.rpartition(".")
         if name in _NO_COLUMNS:
@@ -152,6 +159,8 @@ def sort_columns(
             of = owners.springs.setdefault(owner, {})
         elif owner in gas:
             of = owners.gas.setdefault(owner, {})
+        elif owner in slip_rings:
+            of = owners.slip_rings.setdefault(owner, {})
         elif owner == _SYSTEM and owner not in contacts:
             of = owners.energy
         elif name in _OF_BODIES:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from html import escape
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +25,7 @@ def spring_figures(run: Run, peak_time: float | None) -> list[Figure]:
     for label, unit, told in (
         ("Force, tension positive", units.force, _force),
         ("Elongation", units.length, lambda columns: columns.get("elongation")),
+        ("Paid out", units.length, lambda columns: columns.get("paid_out")),
     ):
         figure = Figure()
         for k, (name, columns) in enumerate(run.springs.items()):
@@ -42,6 +45,51 @@ def spring_table(run: Run) -> str:
     rows = [_row(run, name, columns) for name, columns in run.springs.items()]
     heads = ("Spring", "Between", "Largest force", "at t =", "Longest by", "Shortest by")
     return named_table((*heads, "Stored at most", "Lost"), rows)
+
+
+def device_table(run: Run) -> str:
+    """Of each spring with devices what they let out and pulled in, and when they changed; else
+    empty."""
+    units, rows = run.units, []
+    for name, columns in run.springs.items():
+        if "paid_out" not in columns:
+            continue
+        facts, paid_out = run.told("springs").get(name) or {}, columns["paid_out"]
+        cells = [
+            f"{number(float(paid_out.max()))} {units.length}",
+            f"{number(float(columns['pulled_in'][-1]))} {units.length}",
+            _when(facts, "locked", units.time),
+            _when(facts, "released", units.time),
+            f"{number(float(columns['energy_pretension'][-1]))} {units.energy}",
+        ]
+        rows.append(named_row(name, "", list(map(escape, cells))))
+    heads = ("Devices of", "", "Paid out at most", "Pulled in", "Locked at t =", "Released at t =")
+    return named_table((*heads, "Work of the pretensioner"), rows) if rows else ""
+
+
+def _when(facts: Mapping[str, Any], event: str, unit: str) -> str:
+    """The time of an event; a dash of what has none."""
+    if event not in facts:
+        return "–"
+    return "never" if facts[event] is None else f"{number(float(facts[event]))} {unit}"
+
+
+def slip_ring_table(run: Run) -> str:
+    """Of each slip ring how far webbing slipped, and what that took; else empty."""
+    units, rows = run.units, []
+    for name, columns in run.slip_rings.items():
+        facts = run.told("slip_rings").get(name) or {}
+        slipped, angle = columns["slipped"], np.degrees(columns["angle"])
+        cells = [
+            number(float(facts.get("friction", np.nan))),
+            f"{number(float(slipped[int(np.argmax(np.abs(slipped)))]))} {units.length}",
+            f"{number(float(angle.min()))} to {number(float(angle.max()))}°",
+            f"{number(float(columns['energy_friction'][-1]))} {units.energy}",
+        ]
+        between = " – ".join(facts.get("between") or ())
+        rows.append(named_row(name, between, list(map(escape, cells))))
+    heads = ("Slip ring", "Between", "Friction", "Slipped at most", "Turns by", "Lost")
+    return named_table(heads, rows) if rows else ""
 
 
 def _row(run: Run, name: str, columns: Columns) -> str:

@@ -10,8 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.contact.state import State
+from contiga.dynamics.belt_devices import DeviceState
 from contiga.dynamics.gas import GasState
 from contiga.dynamics.nodes import ElementState, SlaveState
+from contiga.dynamics.slip_rings import SlipRingState
 from contiga.dynamics.springs import SpringState
 from contiga.errors import CheckpointError, InputError
 from contiga.io.out.hdf5 import is_sealed, whole_file
@@ -24,8 +26,9 @@ from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.peak import Peak
 from contiga.simulation.settle import Rest
 from contiga.simulation.system_state import BodyStates, Energy, SystemState
+from contiga.simulation.trigger import TriggerState
 
-FORMAT = 16
+FORMAT = 17
 _NUMBERS = ("step", "peak_energy", "shaking", "leak", "place_error", "speed_error")
 """Of a state."""
 
@@ -102,9 +105,9 @@ def _write_peak(group: Any, peak: Peak) -> None:
 
 
 def _write_state(file: Any, state: SystemState) -> None:
-    """A group for each body, slave, contact and spring, in their order."""
+    """A group for each body, slave, contact, spring, gas, slip ring and trigger, in order."""
     file.attrs["time"] = state.time
-    for kind in ("bodies", "slaves", "contacts", "springs", "gas"):
+    for kind in ("bodies", "slaves", "contacts", "springs", "gas", "slip_rings", "triggers"):
         file.create_group(kind, track_order=True)
     for name, body in state.bodies.items():
         group = file.create_group(f"bodies/{name}")
@@ -122,7 +125,10 @@ def _write_state(file: Any, state: SystemState) -> None:
     for name, spring in state.springs.items():
         group = file.create_group(f"springs/{name}")
         for key, value in spring._asdict().items():
-            group[key] = value
+            group[key] = np.array(value)
+    for kind, states in (("slip_rings", state.slip_rings), ("triggers", state.triggers)):
+        for name, numbers in states.items():
+            file[f"{kind}/{name}"] = np.array(numbers)
     for name, chamber in state.gas.items():
         group = file.create_group(f"gas/{name}")
         group["force"] = chamber.force
@@ -152,15 +158,17 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
             slaves[name] = ElementState.of(*both, inside)
     springs = {}
     for name, group in file["springs"].items():
-        ends, *numbers = (group[key][()] for key in SpringState._fields)
-        springs[name] = SpringState(ends, *map(float, numbers))
+        kept = {key: np.asarray(group[key]) for key in SpringState._fields}
+        devices = DeviceState(*map(float, kept.pop("devices")))
+        numbers = {key: float(value) for key, value in kept.items() if key != "ends"}
+        springs[name] = SpringState(ends=kept["ends"], devices=devices, **numbers)
     gas = {}
     for name, group in file["gas"].items():
-        kept: dict[str, Any] = {}
+        contents: dict[str, Any] = {}
         for key in GasState._fields:
             value = np.asarray(group[key])
-            kept[key] = float(value) if value.ndim == 0 else value
-        gas[name] = ChamberState(GasState(**kept), np.asarray(group["force"]))
+            contents[key] = float(value) if value.ndim == 0 else value
+        gas[name] = ChamberState(GasState(**contents), np.asarray(group["force"]))
     rest = None
     if "rest" in file:
         steps, residual = np.asarray(file["rest"]).tolist()
@@ -181,6 +189,12 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
         wrenches=np.asarray(file["wrenches"]),
         springs=springs,
         gas=gas,
+        slip_rings={
+            name: SlipRingState(*map(float, ring)) for name, ring in file["slip_rings"].items()
+        },
+        triggers={
+            name: TriggerState(*map(float, trigger)) for name, trigger in file["triggers"].items()
+        },
         rest=rest,
         **{name: float(file[name][()]) for name in _NUMBERS},
     )

@@ -11,7 +11,10 @@ _KINDS = (
     (r"n_\w+|q[wxyz]", ""),
     (r"time", "time"),
     (r"wall_time", "wall"),
-    (r"max_penetration|centre_[xyz]|[xyz]|elongation|distance", "length"),
+    (
+        r"max_penetration|centre_[xyz]|[xyz]|elongation|distance|paid_out|travel|pulled_in|slipped",
+        "length",
+    ),
     (r"angle(_[xyz])?", "angle"),
     (r"v[xyz]?|rate", "velocity"),
     (r"(filtered_)?a[xyz]?", "acceleration"),

@@ -62,6 +62,8 @@ def identity_of(model: Model, end: float | None = None) -> Identity:
     digest.thing([dict(model.springs), model.loads, model.sensors])
     if model.gas:
         digest.thing(dict(model.gas))
+    if model.slip_rings:
+        digest.thing(dict(model.slip_rings))
     for name, part in model.bodies.items():
         digest.text(f"motion of {name}")
         if isinstance(part.motion, Dependent):

@@ -130,8 +130,12 @@ class GasSystem:
         covered: Covered,
         time: float,
         dt: float,
+        fired: Mapping[str, float],
     ) -> dict[str, ChamberState]:
-        """All chambers where their nodes are now, after the `last` states; None at the start."""
+        """All chambers where their nodes are now, after the `last` states; None at the start.
+
+        `fired` are the times at which triggers fire, by their sensors.
+        """
         volumes, gradients, exposed = [], [], []
         for name, skin in self.skins.items():
             points = slaves[self.chambers[name].slave].points
@@ -153,7 +157,7 @@ class GasSystem:
             gas = self.physics.start(now)
         else:
             before = [last[name].gas for name in self.names]
-            gas = self.physics.step(before, now, exposed, time, dt)
+            gas = self.physics.step(before, now, exposed, time, dt, fired)
         states = {}
         for name, state, gradient in zip(self.names, gas, gradients, strict=True):
             excess = state.pressure - self.chambers[name].surroundings.pressure

@@ -22,6 +22,7 @@ from contiga.simulation.springs import spring_columns
 from contiga.simulation.step import Stepped
 from contiga.simulation.step_columns import step_columns
 from contiga.simulation.system_state import Energy, SystemState
+from contiga.simulation.triggers import trigger_columns
 
 # Columns of the history that count points by what became of them in the step.
 COUNTED = {
@@ -69,6 +70,7 @@ def history_row(
     row |= sensor_columns(model, stepped.state, last)
     row |= relative_columns(model, stepped.state, last)
     row |= slave_columns(model, stepped.state)
+    row |= trigger_columns(stepped.state)
     row |= spring_columns(model, stepped.state)
     row |= model.chambers.columns(stepped.state.gas)
     if isinstance(model.stepping, AutoSteps):

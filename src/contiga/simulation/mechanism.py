@@ -15,6 +15,7 @@ from contiga.dynamics.loads import Load
 from contiga.dynamics.nodes import DrivenNodes, NodeMover
 from contiga.dynamics.prescribed import BodyMotion, SlaveMotion
 from contiga.dynamics.rigid_bodies import fixed_of, row_of, with_attached
+from contiga.dynamics.slip_rings import SlipRing
 from contiga.dynamics.springs import GROUND, Spring
 from contiga.errors import InputError
 from contiga.records import FloatArray
@@ -24,6 +25,9 @@ from contiga.slaves.slave import Slave
 
 NEAR_NODE = 0.02
 """How far a spring's end may be from the node that it is put on, as a share of the slave's size."""
+
+MEETING = 1e-6
+"""How far apart the ends of two strands may be at a slip ring, as a share of their length."""
 
 
 class Sides(NamedTuple):
@@ -53,6 +57,14 @@ class SpringEnd(NamedTuple):
     """Of the slave."""
 
 
+class RingSide(NamedTuple):
+    """A strand at a slip ring."""
+
+    spring: str
+    end: int
+    """Which of its ends is at the ring."""
+
+
 @dataclass(frozen=True, eq=False)
 class Mechanism:
     """What forces move. Worked out once, from the parts of a simulation."""
@@ -79,6 +91,8 @@ class Mechanism:
     """Those on slaves end at nodes."""
     ends: Mapping[str, tuple[SpringEnd, SpringEnd]]
     """Of each spring."""
+    rings: Mapping[str, tuple[RingSide, RingSide]]
+    """The strands of each slip ring."""
     loads: tuple[Load, ...]
     gas: bool = False
     """Whether there are chambers of gas."""
@@ -193,6 +207,7 @@ def mechanism_of(
     contacts: tuple[Any, ...],
     springs: Mapping[str, Spring],
     loads: tuple[Load, ...],
+    slip_rings: Mapping[str, SlipRing],
     *,
     gas: bool = False,
 ) -> Mechanism:
@@ -202,7 +217,8 @@ def mechanism_of(
     ------
     InputError
         What is attached to nothing, to itself in a circle, a free body without mass, springs and
-        loads of bodies that are not there, a body called "ground" beside springs to the ground.
+        loads of bodies that are not there, a body called "ground" beside springs to the ground,
+        slip rings whose strands do not meet, or at an end that has a device.
     """
     index = {name: i for i, name in enumerate(bodies)}
     root = np.array([index[_root(name, bodies)] for name in bodies], dtype=np.intp)
@@ -226,6 +242,8 @@ def mechanism_of(
     for name, spring in springs.items():
         ends[name], at = _ends_of(name, spring, (root, index), slaves, nodes)
         placed[name] = spring if (at == spring.at).all() else spring.with_ends(at)
+    rings = _ring_sides(slip_rings, placed)
+    placed |= _strands(rings, placed)
     for i, load in enumerate(loads):
         _host(f"load[{i}]: body", load.body, index)
     return Mechanism(
@@ -240,6 +258,7 @@ def mechanism_of(
         contacts,
         placed,
         ends,
+        rings,
         loads,
         gas,
     )
@@ -302,6 +321,96 @@ def _ends_of(
                 known |= dict.fromkeys(slaves, 0)
             ends.append(SpringEnd(int(root[_host(where, of, known)])))
     return (ends[0], ends[1]), at
+
+
+def _ring_sides(
+    rings: Mapping[str, SlipRing], springs: Mapping[str, Spring]
+) -> dict[str, tuple[RingSide, RingSide]]:
+    """The ends of strands that are at slip rings.
+
+    Raises
+    ------
+    InputError
+        No spring of a name, two strands that do not meet or meet twice, an end in two slip rings.
+    """
+    sides: dict[str, tuple[RingSide, RingSide]] = {}
+    taken: dict[RingSide, str] = {}
+    for name, ring in rings.items():
+        where = f"slip_ring {name!r}: between"
+        for strand in ring.between:
+            if strand not in springs:
+                raise InputError(
+                    "no spring of this name is there",
+                    where=where,
+                    found=strand,
+                    allowed=", ".join(map(repr, springs)),
+                )
+        one, two = (springs[strand] for strand in ring.between)
+        size = max(float(np.ptp(spring.at, axis=0).max()) for spring in (one, two))
+        apart = {
+            (i, j): float(np.abs(one.at[i] - two.at[j]).max())
+            for i in (0, 1)
+            for j in (0, 1)
+            if one.between[i] == two.between[j]
+        }
+        met = [pair for pair, off in apart.items() if off <= MEETING * size]
+        if len(met) != 1:
+            ends = " and ".join(f"{s.between[0]!r}-{s.between[1]!r}" for s in (one, two))
+            what = "meet twice" if met else "do not meet"
+            raise InputError(
+                f"its strands {what}: they end at {ends}",
+                where=where,
+                found=list(ring.between),
+                allowed="two springs with one end in common: one body or slave, one point",
+            )
+        (i, j) = met[0]
+        pair = RingSide(ring.between[0], i), RingSide(ring.between[1], j)
+        for side in pair:
+            if side in taken:
+                raise InputError(
+                    f"strand {side.spring!r} is in slip ring {taken[side]!r} with this end already",
+                    where=where,
+                    found=side.spring,
+                    allowed="one device at an end",
+                )
+            taken[side] = name
+        sides[name] = pair
+    return sides
+
+
+def _strands(
+    rings: Mapping[str, tuple[RingSide, RingSide]], springs: Mapping[str, Spring]
+) -> dict[str, Spring]:
+    """The springs in slip rings, as webbing.
+
+    Raises
+    ------
+    InputError
+        No webbing; or one with devices, and slip rings at both ends.
+    """
+    ends: dict[str, int] = {}
+    for side in (side for pair in rings.values() for side in pair):
+        ends[side.spring] = ends.get(side.spring, 0) + 1
+    strands: dict[str, Spring] = {}
+    for name, count in ends.items():
+        devices = springs[name].devices
+        if count == 2 and any(one is not None for one in devices[:3]):
+            raise InputError(
+                "has slip rings at both ends, and no end left for its devices",
+                where=f"spring {name!r}",
+                allowed="one device at an end",
+            )
+        try:
+            strands[name] = springs[name].as_strand()
+        except InputError as error:
+            raise InputError(
+                error.what,
+                where=f"spring {name!r}: {error.where}",
+                found=error.found,
+                allowed=error.allowed,
+                remedy=error.remedy,
+            ) from error
+    return strands
 
 
 def _mover(

@@ -19,6 +19,7 @@ from contiga.dynamics.kinks import united
 from contiga.dynamics.loads import Load
 from contiga.dynamics.prescribed import BodyMotion, SlaveMotion, kinks_in, pose_at
 from contiga.dynamics.pulses import check_covers
+from contiga.dynamics.slip_rings import SlipRing
 from contiga.dynamics.springs import Spring
 from contiga.dynamics.stepping import Stepping
 from contiga.errors import InputError
@@ -108,6 +109,7 @@ class Model(Displayed):
     gravity: FloatArray = field(default_factory=lambda: np.zeros(3))
     """(3,) acceleration of what is free, world axes."""
     springs: Mapping[str, Spring] = field(default_factory=dict)
+    slip_rings: Mapping[str, SlipRing] = field(default_factory=dict)
     loads: tuple[Load, ...] = ()
     gas: Mapping[str, Chamber] = field(default_factory=dict)
     sensors: tuple[AnySensor, ...] = ()
@@ -131,6 +133,7 @@ class Model(Displayed):
         parts = {"bodies": self.bodies, "slaves": self.slaves, "contacts": names}
         parts |= {
             "springs": self.springs,
+            "slip_rings": self.slip_rings,
             "gas": self.gas,
             "sensors": [one.name for one in self.sensors],
         }
@@ -151,6 +154,7 @@ class Model(Displayed):
         check_sensors(self)
         check_springs(self)
         check_gas(self)
+        check_triggers(self)
         if self.output.interval is not None:
             positive(self.output.interval, "output: interval")
         for name in self.output.fields:
@@ -179,6 +183,25 @@ class Model(Displayed):
         return tuple(one for one in self.sensors if isinstance(one, RelativeSensor))
 
     @cached_property
+    def triggered(self) -> tuple[Sensor | RelativeSensor, ...]:
+        """Sensors that have a trigger."""
+        every: list[Sensor | RelativeSensor] = [*self.point_sensors, *self.relative]
+        return tuple(one for one in every if one.trigger is not None)
+
+    @cached_property
+    def fired_kinks(self) -> Mapping[str, FloatArray]:
+        """By sensors with a trigger: times since it fires at which what it fires bends."""
+        kinks: dict[str, list[FloatArray]] = {one.name: [np.zeros(1)] for one in self.triggered}
+        for spring in self.springs.values():
+            if (pretensioner := spring.devices.pretensioner) is not None:
+                kinks[pretensioner.trigger].append(pretensioner.kinks)
+        for chamber in self.gas.values():
+            for inflator in chamber.inflators:
+                if inflator.trigger is not None:
+                    kinks[inflator.trigger].append(inflator.kinks)
+        return {name: np.unique(np.concatenate(times)) for name, times in kinks.items()}
+
+    @cached_property
     def slave_sensors(self) -> tuple[SlaveSensor, ...]:
         """Sensors of slaves."""
         return tuple(one for one in self.sensors if isinstance(one, SlaveSensor))
@@ -194,7 +217,7 @@ class Model(Displayed):
     @cached_property
     def mechanism(self) -> Mechanism:
         """The parts that forces move, and their masses."""
-        parts = self.bodies, self.slaves, self.contacts, self.springs, self.loads
+        parts = self.bodies, self.slaves, self.contacts, self.springs, self.loads, self.slip_rings
         return mechanism_of(*parts, gas=bool(self.gas))
 
     @cached_property
@@ -281,6 +304,14 @@ def check_springs(model: Model) -> None:
     """
     taken = {*model.bodies, *(part.name for part in model.contacts), "energy"}
     taken |= {sensor.name for sensor in model.sensors}
+    for name in model.slip_rings:
+        if name in taken | model.springs.keys():
+            raise InputError(
+                "must have a name of its own: columns of the history are called by it",
+                where=f"slip_rings[{name!r}]: name",
+                found=name,
+                allowed="not that of a body, a contact, a sensor or a spring",
+            )
     for name, spring in model.springs.items():
         where = f"springs[{name!r}]"
         if name in taken:
@@ -307,7 +338,8 @@ def check_gas(model: Model) -> None:
     InputError
         As said.
     """
-    taken = {*model.bodies, *(part.name for part in model.contacts), "energy", *model.springs}
+    taken = {*model.bodies, *(part.name for part in model.contacts), "energy"}
+    taken |= {*model.springs, *model.slip_rings}
     taken |= {sensor.name for sensor in model.sensors}
     for name in model.gas:
         if name in taken:
@@ -315,7 +347,7 @@ def check_gas(model: Model) -> None:
                 "must have a name of its own: columns of the history are called by it",
                 where=f"gas[{name!r}]: name",
                 found=name,
-                allowed="not that of a body, a contact, a spring or a sensor",
+                allowed="not that of a body, a contact, a spring, a slip ring or a sensor",
             )
     if model.gas and model.settling is not None:
         raise InputError(
@@ -325,6 +357,37 @@ def check_gas(model: Model) -> None:
             remedy="Leave settling out, or the gas",
         )
     assert model.chambers.physics is not None
+
+
+def check_triggers(model: Model) -> None:
+    """Refuse devices and inflators that wait for a sensor that is not there or fires nothing.
+
+    Raises
+    ------
+    InputError
+        As said.
+    """
+    waiting = [
+        (f"spring {name!r}: {device}", trigger)
+        for name, spring in model.springs.items()
+        for device, trigger in spring.devices.triggers.items()
+    ]
+    waiting += [
+        (f"gas {name!r}: inflator[{k}]", inflator.trigger)
+        for name, chamber in model.gas.items()
+        for k, inflator in enumerate(chamber.inflators)
+        if inflator.trigger is not None
+    ]
+    there, fire = {one.name for one in model.sensors}, {one.name for one in model.triggered}
+    for where, trigger in waiting:
+        if trigger not in fire:
+            raise InputError(
+                "has no trigger" if trigger in there else "no sensor of this name is there",
+                where=f"{where}: trigger",
+                found=trigger,
+                allowed=", ".join(map(repr, sorted(fire))) or "the name of a sensor with a trigger",
+                remedy="Give that sensor a trigger" if trigger in there else None,
+            )
 
 
 def check_sensors(model: Model) -> None:

@@ -10,6 +10,7 @@ from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Dependent
 from contiga.dynamics.gas import Chamber
 from contiga.dynamics.prescribed import Fixed, Moved
+from contiga.dynamics.slip_rings import SlipRing
 from contiga.dynamics.springs import Spring
 from contiga.errors import InputError
 from contiga.masters.protocol import is_master
@@ -123,6 +124,11 @@ def _name_of(role: str, contact: Any, known: Iterable[tuple[str, object]]) -> st
 def spring_parts(given: Any) -> dict[str, Spring]:
     """Springs by name: of a dict, or of a list in which each tells its own or gets a number."""
     return _named_parts("springs", given, Spring)
+
+
+def slip_ring_parts(given: Any) -> dict[str, SlipRing]:
+    """Slip rings by name: of a dict, or of a list in which each tells its own."""
+    return _named_parts("slip_rings", given, SlipRing)
 
 
 def gas_parts(given: Any) -> dict[str, Chamber]:

@@ -28,50 +28,57 @@ def relative_columns(
     """What sensors between two bodies say of `state`; `last` is the state before it."""
     columns: dict[str, float] = {}
     for sensor in model.relative:
-        roots = [model.mechanism.root_of(body) for body in sensor.between]
-        starts = [model.origins[i] for i in roots]
-        poses = [state.bodies.poses[i] for i in roots]
-        firsts = [
-            first_place(model, i, None if sensor.at is None else sensor.at[k])
-            for k, i in enumerate(roots)
-        ]
-        places = [point_of(poses[k], starts[k], firsts[k]) for k in (0, 1)]
-        values: dict[str, float] = {}
-        way = places[1] - places[0]
-        if "distance" in sensor.measures:
-            speeds = [point_velocity(state, roots[k], places[k]) for k in (0, 1)]
-            # The rate is that of the approach where the distance is zero.
-            far, speed = length(way), speeds[1] - speeds[0]
-            rate = float((way * speed).sum()) / far if far > 0.0 else length(speed)
-            values |= {"distance": far, "rate": rate}
-        if "displacement" in sensor.measures:
-            in_body_axes = sensor.axes == "body"
-            now = product(poses[0][:3, :3].T, way) if in_body_axes else way
-            before = firsts[1] - firsts[0]
-            moved = now - (product(starts[0][:3, :3].T, before) if in_body_axes else before)
-            values |= measure_columns("", "displacement", moved)
-        if "angle" in sensor.measures:
-            now, before = (product(pair[0][:3, :3].T, pair[1][:3, :3]) for pair in (poses, starts))
-            turn = _turned(product(now, before.T))
-            values["angle"] = length(turn)
-            values |= vector_columns("angle_", turn)
-        values |= _rates(model, sensor, (roots, places), (last, state))
-        # What the springs between the two carry: on the first of them, world axes.
-        force, moment = np.zeros(3), np.zeros(3)
-        for name, spring in model.springs.items():
-            carried = state.springs.get(name)
-            if carried is not None and set(spring.between) == set(sensor.between):
-                end = spring.between.index(sensor.between[0])
-                pull = -carried.pull if end else carried.pull
-                force = force + pull
-                moment = moment + cross(carried.ends[end] - places[0], pull)
-        for measure, world in zip(CUT, (force, moment), strict=True):
-            if measure in sensor.measures:
-                on_body = sensor.axes == "body"
-                value = product(poses[0][:3, :3].T, world) if on_body else world
-                values |= measure_columns("", measure, value)
-        columns |= {f"{sensor.name}.{name}": value for name, value in values.items()}
+        columns |= between_columns(model, sensor, state, last)
     return columns
+
+
+def between_columns(
+    model: Model, sensor: RelativeSensor, state: SystemState, last: SystemState | None
+) -> dict[str, float]:
+    """What one of them says."""
+    roots = [model.mechanism.root_of(body) for body in sensor.between]
+    starts = [model.origins[i] for i in roots]
+    poses = [state.bodies.poses[i] for i in roots]
+    firsts = [
+        first_place(model, i, None if sensor.at is None else sensor.at[k])
+        for k, i in enumerate(roots)
+    ]
+    places = [point_of(poses[k], starts[k], firsts[k]) for k in (0, 1)]
+    values: dict[str, float] = {}
+    way = places[1] - places[0]
+    if "distance" in sensor.measures:
+        speeds = [point_velocity(state, roots[k], places[k]) for k in (0, 1)]
+        # The rate is that of the approach where the distance is zero.
+        far, speed = length(way), speeds[1] - speeds[0]
+        rate = float((way * speed).sum()) / far if far > 0.0 else length(speed)
+        values |= {"distance": far, "rate": rate}
+    if "displacement" in sensor.measures:
+        in_body_axes = sensor.axes == "body"
+        now = product(poses[0][:3, :3].T, way) if in_body_axes else way
+        before = firsts[1] - firsts[0]
+        moved = now - (product(starts[0][:3, :3].T, before) if in_body_axes else before)
+        values |= measure_columns("", "displacement", moved)
+    if "angle" in sensor.measures:
+        now, before = (product(pair[0][:3, :3].T, pair[1][:3, :3]) for pair in (poses, starts))
+        turn = _turned(product(now, before.T))
+        values["angle"] = length(turn)
+        values |= vector_columns("angle_", turn)
+    values |= _rates(model, sensor, (roots, places), (last, state))
+    # What the springs between the two carry: on the first of them, world axes.
+    force, moment = np.zeros(3), np.zeros(3)
+    for name, spring in model.springs.items():
+        carried = state.springs.get(name)
+        if carried is not None and set(spring.between) == set(sensor.between):
+            end = spring.between.index(sensor.between[0])
+            pull = -carried.pull if end else carried.pull
+            force = force + pull
+            moment = moment + cross(carried.ends[end] - places[0], pull)
+    for measure, world in zip(CUT, (force, moment), strict=True):
+        if measure in sensor.measures:
+            on_body = sensor.axes == "body"
+            value = product(poses[0][:3, :3].T, world) if on_body else world
+            values |= measure_columns("", measure, value)
+    return {f"{sensor.name}.{name}": value for name, value in values.items()}
 
 
 _Step = tuple[SystemState | None, SystemState]

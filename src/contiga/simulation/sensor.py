@@ -9,13 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.layout import one_of, read_only
+from contiga.arrays.layout import all_of, one_of, read_only
 from contiga.criteria.bands import Bands
 from contiga.criteria.dummies import DUMMIES
 from contiga.criteria.filters import NAMES as FILTERS
 from contiga.errors import InputError
 from contiga.records import FloatArray
 from contiga.rigid.transform import vector
+from contiga.simulation.trigger import Trigger
 
 MEASURES = ("acceleration", "velocity", "displacement", "force", "moment", "spin")
 RELATIVE_MEASURES = ("distance", "displacement", "angle")
@@ -24,6 +25,22 @@ RATES = ("velocity", "acceleration")
 """What it may measure beside that: how the second point moves, as the first body sees it."""
 CUT = ("force", "moment")
 """And of the springs between them."""
+OF_SENSORS = {
+    "acceleration": ("ax", "ay", "az", "a"),
+    "velocity": ("vx", "vy", "vz", "v"),
+    "displacement": ("x", "y", "z"),
+    "force": ("fx", "fy", "fz", "f"),
+    "moment": ("mx", "my", "mz"),
+    "spin": ("wx", "wy", "wz"),
+}
+"""Columns of the measures of a `Sensor`."""
+OF_RELATIVE = {
+    "distance": ("distance", "rate"),
+    "displacement": ("x", "y", "z"),
+    "angle": ("angle", "angle_x", "angle_y", "angle_z"),
+    **{measure: OF_SENSORS[measure] for measure in (*RATES, *CUT)},
+}
+"""And of a `RelativeSensor`."""
 CRITERIA = ("HIC15", "HIC36", "HICd", "3ms", "chest3ms", "BrIC")
 RELATIVE_CRITERIA = ("VC", "Nij", "femur")
 CRITERION_UNITS = {"3ms": "g", "chest3ms": "g", "VC": "m/s"}
@@ -57,12 +74,14 @@ class Sensor:
     bands : of the values of criteria, by their names: `contiga.criteria.Bands`
     code : the first 12 characters of its channels' codes in ISO-MME files; made of the name if
         omitted
+    trigger : `Trigger`: a threshold of one of its columns, which fires what waits for this sensor
 
     Raises
     ------
     InputError
         Unknown measures, filters or criteria, criteria without acceleration, bands of a criterion
-        that is not asked for, a code of other than 12 capital letters and digits.
+        that is not asked for, a code of other than 12 capital letters and digits, a trigger by a
+        column that it does not have.
 
     Examples
     --------
@@ -81,6 +100,7 @@ class Sensor:
     criteria: tuple[str, ...]
     bands: Mapping[str, Bands]
     code: str | None
+    trigger: Trigger | None
 
     def __init__(
         self,
@@ -94,6 +114,7 @@ class Sensor:
         criteria: Iterable[str] = (),
         bands: Mapping[str, Bands] | None = None,
         code: str | None = None,
+        trigger: Trigger | None = None,
     ) -> None:
         put = object.__setattr__
         put(self, "name", name)
@@ -105,8 +126,10 @@ class Sensor:
         put(self, "criteria", _several("criteria", criteria, CRITERIA))
         put(self, "bands", dict(bands or {}))
         put(self, "code", _checked_code(code))
+        put(self, "trigger", trigger)
         _check_measured(self, "filter", () if self.filter is None else ("acceleration",))
         _check_criteria(self)
+        _check_trigger(self)
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -134,6 +157,7 @@ class RelativeSensor:
         CFC600) and "femur" (the force along the line of the two points; CFC600)
     bands : as of a `Sensor`
     dummy : "HIII-50", "HIII-5" or "EuroSID", for "VC" and "Nij"
+    trigger : as of a `Sensor`
 
     Raises
     ------
@@ -158,6 +182,7 @@ class RelativeSensor:
     bands: Mapping[str, Bands]
     dummy: str
     code: str | None
+    trigger: Trigger | None
 
     def __init__(
         self,
@@ -171,6 +196,7 @@ class RelativeSensor:
         bands: Mapping[str, Bands] | None = None,
         dummy: str = "HIII-50",
         code: str | None = None,
+        trigger: Trigger | None = None,
     ) -> None:
         pair = () if isinstance(between, str) else tuple(between)
         if len(pair) != 2 or pair[0] == pair[1] or not all(isinstance(n, str) for n in pair):
@@ -187,7 +213,9 @@ class RelativeSensor:
         put(self, "bands", dict(bands or {}))
         put(self, "dummy", one_of("dummy", dummy, tuple(DUMMIES)))
         put(self, "code", _checked_code(code))
+        put(self, "trigger", trigger)
         _check_criteria(self)
+        _check_trigger(self)
         if "Nij" in self.criteria and DUMMIES[dummy].neck is None:
             raise InputError("has no neck for Nij", where=f"sensor {name!r}: dummy", found=dummy)
         if "femur" in self.criteria and (self.at is None or not (self.at[0] != self.at[1]).any()):
@@ -212,6 +240,28 @@ def _check_criteria(sensor: Sensor | RelativeSensor) -> None:
                 found=sensor.axes,
                 allowed='"body"',
             )
+
+
+def channel_of(sensor: Sensor | RelativeSensor) -> str:
+    """The column of a sensor that its trigger looks at."""
+    given = None if sensor.trigger is None else sensor.trigger.channel
+    return given or ("a" if isinstance(sensor, Sensor) else "distance")
+
+
+def _check_trigger(sensor: Sensor | RelativeSensor) -> None:
+    if sensor.trigger is None:
+        return
+    where = f"sensor {sensor.name!r}: trigger"
+    all_of(Trigger, (sensor.trigger,), where, "must be a trigger", "contiga.Trigger")
+    told = OF_SENSORS if isinstance(sensor, Sensor) else OF_RELATIVE
+    columns = [column for measure in sensor.measures for column in told[measure]]
+    if channel_of(sensor) not in columns:
+        raise InputError(
+            "the sensor has no such column",
+            where=f"{where}: channel",
+            found=channel_of(sensor),
+            allowed=", ".join(map(repr, columns)),
+        )
 
 
 def _check_measured(sensor: Sensor | RelativeSensor, where: str, needed: tuple[str, ...]) -> None:

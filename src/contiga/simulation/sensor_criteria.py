@@ -21,6 +21,7 @@ from contiga.simulation.model import Model
 from contiga.simulation.sensor import CRITERION_UNITS, OWN_FILTERS, RelativeSensor, Sensor
 from contiga.simulation.signals import smooth, too_coarse
 from contiga.simulation.slave_sensor import slave_of
+from contiga.simulation.springs import first_time
 
 History = dict[str, FloatArray]
 Found = dict[str, Any]
@@ -35,7 +36,7 @@ _COLUMNS = {"BrIC": ("wx", "wy", "wz"), "VC": ("distance",), "Nij": ("fz", "my")
 def sensor_summary(model: Model, history: History) -> dict[str, dict[str, Any]]:
     """What the sensors say of the whole run, by name: criteria, with values, bands, and the times
     when they hold, in the time unit of the case."""
-    summary = sensors_told(model)
+    summary = sensors_told(model, history)
     judged: list[Sensor | RelativeSensor] = [*model.point_sensors, *model.relative]
     if len(history["time"]) < 2:
         return summary
@@ -65,8 +66,11 @@ def sensor_summary(model: Model, history: History) -> dict[str, dict[str, Any]]:
     return summary
 
 
-def sensors_told(model: Model) -> dict[str, dict[str, Any]]:
-    """The same of a run that has no criteria yet."""
+def sensors_told(model: Model, history: History) -> dict[str, dict[str, Any]]:
+    """The same of a run that has no criteria yet.
+
+    A trigger has the time of the first row that finds it fired, None where it never does.
+    """
     summary: dict[str, dict[str, Any]] = {
         one.name: {"body": one.body, "filter": one.filter} for one in model.point_sensors
     }
@@ -78,6 +82,8 @@ def sensors_told(model: Model) -> dict[str, dict[str, Any]]:
         summary[sensor.name]["criteria"] = {}
         if sensor.code is not None:
             summary[sensor.name]["code"] = sensor.code
+    for trigger in model.triggered:
+        summary[trigger.name]["fired"] = first_time(history, f"{trigger.name}.fired")
     return summary
 
 

@@ -12,6 +12,7 @@ from contiga.rigid import rigid_lanes as lanes
 from contiga.rigid.frames import cross
 from contiga.simulation.load_forces import point_of
 from contiga.simulation.model import Model
+from contiga.simulation.sensor import Sensor
 from contiga.simulation.slave_sensor import NodeSensor, slave_of
 from contiga.simulation.system_state import SystemState
 
@@ -30,26 +31,35 @@ def sensor_columns(model: Model, state: SystemState, last: SystemState | None) -
     """What all sensors say of `state`; `last` is the state before it."""
     columns: dict[str, float] = {}
     for sensor in model.point_sensors:
-        i = model.mechanism.root_of(sensor.body)
-        pose, twist = state.bodies.poses[i], state.bodies.twists[i]
-        first = first_place(model, i, sensor.at)
-        place = point_of(pose, model.origins[i], first)
-        for measure in sensor.measures:
-            if measure == "acceleration":
-                value = point_acceleration(model, i, place, (last, state))
-            elif measure == "velocity":
-                value = point_velocity(state, i, place)
-            elif measure == "displacement":
-                value = place - first
-            elif measure == "spin":
-                value = twist[3:]
-            elif measure == "force":
-                value = state.wrenches[i, :3]
-            else:
-                arm = place - pose[:3, 3]
-                value = state.wrenches[i, 3:] - cross(arm, state.wrenches[i, :3])
-            value = product(pose[:3, :3].T, value) if sensor.axes == "body" else value
-            columns |= measure_columns(f"{sensor.name}.", measure, value)
+        columns |= point_columns(model, sensor, state, last)
+    return columns
+
+
+def point_columns(
+    model: Model, sensor: Sensor, state: SystemState, last: SystemState | None
+) -> dict[str, float]:
+    """What one of them says."""
+    columns: dict[str, float] = {}
+    i = model.mechanism.root_of(sensor.body)
+    pose, twist = state.bodies.poses[i], state.bodies.twists[i]
+    first = first_place(model, i, sensor.at)
+    place = point_of(pose, model.origins[i], first)
+    for measure in sensor.measures:
+        if measure == "acceleration":
+            value = point_acceleration(model, i, place, (last, state))
+        elif measure == "velocity":
+            value = point_velocity(state, i, place)
+        elif measure == "displacement":
+            value = place - first
+        elif measure == "spin":
+            value = twist[3:]
+        elif measure == "force":
+            value = state.wrenches[i, :3]
+        else:
+            arm = place - pose[:3, 3]
+            value = state.wrenches[i, 3:] - cross(arm, state.wrenches[i, :3])
+        value = product(pose[:3, :3].T, value) if sensor.axes == "body" else value
+        columns |= measure_columns(f"{sensor.name}.", measure, value)
     return columns
 
 

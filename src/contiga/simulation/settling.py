@@ -25,6 +25,7 @@ from contiga.dynamics.free import Attached, Dependent, Free
 from contiga.dynamics.nodes import Imbalance, SlaveState
 from contiga.dynamics.prescribed import Fixed, Moved, Stopped
 from contiga.dynamics.rigid_bodies import Placed, kicked
+from contiga.dynamics.springs import Spring
 from contiga.dynamics.stepping import GivenTimes
 from contiga.errors import InputError, RunError
 from contiga.rigid.rigid_lanes import FORCE, MASS, MOMENTUM, SPINS, TORQUE, VELOCITY, WAYS
@@ -44,6 +45,7 @@ from contiga.simulation.step import (
 )
 from contiga.simulation.step_size import gone_too_far
 from contiga.simulation.system_state import Acting, BodyStates, SystemState
+from contiga.simulation.triggers import trigger_states
 
 SAFETY = 0.7
 """Part of the critical step that steps take: near it the fastest vibrations outlast the stops, and
@@ -151,7 +153,8 @@ def _resting(model: Model, settle: Settle) -> Model:
         contacts=model.contacts,
         stepping=GivenTimes([start]),
         gravity=model.gravity,
-        springs=model.springs,
+        springs={name: spring.resting() for name, spring in model.springs.items()},
+        slip_rings=model.slip_rings,
         loads=tuple(load.at_time(start) for load in model.loads),
         units=model.units,
     )
@@ -235,10 +238,11 @@ def _taken_up(
         energies = np.array(ContactEnergy(stored, stored, 0.0, 0.0, 0.0))
         contacts[part.name] = State(**(touched.arrays | {"energies": energies}), of=part.contact)
     springs = {
-        name: one._replace(force=one.force - one.damper, damper=0.0, hysteresis=0.0, damping=0.0)
+        name: Spring.begun(one._replace(force=one.force - one.damper, damper=0.0))
         for name, one in at_rest.springs.items()
     }
-    between = Acting(contacts, springs, {})
+    rings = {name: one._replace(friction=0.0) for name, one in at_rest.slip_rings.items()}
+    between = Acting(contacts, springs, {}, rings)
     acting = wrenches(model, between, standing)
     kinetic = kicked(placed, system.fixed, acting[system.free], 0.0)
     inside = [nodes.energy(slaves[name]) for name, nodes in system.nodes.items()]
@@ -252,7 +256,9 @@ def _taken_up(
         rigid=placed.rows,
         wrenches=acting,
         springs=springs,
+        slip_rings=rings,
         peak_energy=energy.total,
         rest=rest,
     )
+    begun = replace(begun, triggers=trigger_states(model, None, begun))
     return Stepped(begun, dict.fromkeys(contacts, 0.0))

@@ -12,6 +12,7 @@ from contiga.arrays.layout import positive, real
 from contiga.contact.contact import Contact
 from contiga.dynamics.gas import Chamber
 from contiga.dynamics.loads import Load
+from contiga.dynamics.slip_rings import SlipRing
 from contiga.dynamics.springs import Spring
 from contiga.dynamics.stepping import AutoSteps, EqualSteps, GivenTimes, Stepping
 from contiga.errors import InputError
@@ -28,6 +29,7 @@ from contiga.simulation.parts import (
     gas_parts,
     parts_of_kind,
     slave_part,
+    slip_ring_parts,
     spring_parts,
 )
 from contiga.simulation.recorder import Progress
@@ -60,6 +62,7 @@ class Simulation(Model):
     safety : share of the critical step that "auto" takes at most
     gravity : (3,) acceleration of free bodies and nodes
     springs : `contiga.Spring`, a list or by name
+    slip_rings : `contiga.belts.SlipRing`, a list or by name: between springs, by their names
     loads : a list of `contiga.Load`
     sensors : a list of `contiga.Sensor`, `RelativeSensor`, `NodeSensor` and `SectionSensor`
     allow_unstable : go on with steps longer than the critical one
@@ -110,6 +113,7 @@ class Simulation(Model):
         safety: float = 0.9,
         gravity: ArrayLike = (0.0, 0.0, 0.0),
         springs: Mapping[str, Spring] | Sequence[Spring] = (),
+        slip_rings: Mapping[str, SlipRing] | Sequence[SlipRing] = (),
         loads: Sequence[Load] = (),
         gas: Mapping[str, Chamber] | Sequence[Chamber] = (),
         sensors: Sequence[AnySensor] = (),
@@ -144,6 +148,7 @@ class Simulation(Model):
             stepping=_stepping(stepping, times, (start, end, step), safety),
             gravity=vector(gravity, "gravity"),
             springs=spring_parts(springs),
+            slip_rings=slip_ring_parts(slip_rings),
             loads=parts_of_kind("loads", loads, Load),
             gas=gas_parts(gas),
             sensors=parts_of_kind(

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.arrays.ordered import length
+from contiga.dynamics.belt_devices import Moment
 from contiga.dynamics.nodes import SlaveState
+from contiga.dynamics.slip_rings import SlipRingState, slip
+from contiga.dynamics.spring_curves import Axial
 from contiga.dynamics.springs import SpringState
+from contiga.errors import RunError
 from contiga.records import FloatArray
 from contiga.rigid.frames import cross
 from contiga.simulation.load_forces import point_of
-from contiga.simulation.mechanism import Mechanism
+from contiga.simulation.mechanism import Mechanism, RingSide
 from contiga.simulation.model import Model
 from contiga.simulation.sensors import point_velocity
 from contiga.simulation.system_state import BodyStates, SystemState
@@ -25,29 +32,139 @@ OF_SPRINGS = (
 lengthens, what it would give back, and what it has lost since the start."""
 
 
+OF_DEVICES = ("paid_out", "travel", "pulled_in", "locked", "released", "energy_pretension")
+"""And of one with devices: length paid out since the start, travel of film and limiter under load,
+length pulled in; 1 from when the retractor has locked, and from when the end is released; and the
+work of the pretensioner."""
+OF_SLIP_RINGS = ("slipped", "angle", "energy_friction")
+"""Of a slip ring: length that went from its first strand into the second, the angle by which the
+webbing turns, and the energy lost."""
+SWEEPS = 1000
+"""Times that all slip rings of a belt are gone through, one after the other."""
+SETTLED = 1e-15
+"""Part of the length of strands by which no ring slips any more."""
+
+
+class Ends(NamedTuple):
+    """Where the ends of a spring are."""
+
+    places: FloatArray
+    """(2, 3) world."""
+    velocities: FloatArray
+    """(2, 3)."""
+
+
+class Pulled(NamedTuple):
+    """Springs and slip rings at the end of a step."""
+
+    springs: dict[str, SpringState]
+    rings: dict[str, SlipRingState]
+
+
 def spring_states(
     model: Model,
-    last: Mapping[str, SpringState] | None,
+    last: SystemState | None,
     bodies: BodyStates,
     slaves: Mapping[str, SlaveState],
-) -> dict[str, SpringState]:
-    """All springs where their ends are now, after the `last` states; None at the start."""
-    states = {}
-    for name, spring in model.mechanism.springs.items():
-        ends, velocities = np.empty((2, 3)), np.zeros((2, 3))
-        for k, (i, slave, node) in enumerate(model.mechanism.ends[name]):
-            ends[k] = spring.at[k]
+    moment: Moment,
+) -> Pulled:
+    """All springs where their ends are now, after the state `last`; None at the start."""
+    system = model.mechanism
+    before: dict[str, SpringState] = {}
+    ends: dict[str, Ends] = {}
+    for name, spring in system.springs.items():
+        places, velocities = np.empty((2, 3)), np.zeros((2, 3))
+        for k, (i, slave, node) in enumerate(system.ends[name]):
+            places[k] = spring.at[k]
             if i is not None:
                 pose, twist = bodies.poses[i], bodies.twists[i]
-                ends[k] = point_of(pose, model.origins[i], spring.at[k])
-                velocities[k] = twist[:3] + cross(twist[3:], ends[k] - pose[:3, 3])
+                places[k] = point_of(pose, model.origins[i], spring.at[k])
+                velocities[k] = twist[:3] + cross(twist[3:], places[k] - pose[:3, 3])
             elif slave is not None:
-                ends[k], velocities[k] = (part[node] for part in slaves[slave])
-        if last is None:
-            states[name] = spring.start(ends, velocities)
-        else:
-            states[name] = spring.step(last[name], ends, velocities)
-    return states
+                places[k], velocities[k] = (part[node] for part in slaves[slave])
+        ends[name] = Ends(places, velocities)
+        before[name] = spring.at_rest if last is None else last.springs[name]
+    slips = _slips(model, before, ends, moment) if system.rings else {}
+    fed = dict.fromkeys(system.springs, 0.0)
+    for name, sides in system.rings.items():
+        fed[sides[0].spring] -= slips[name]
+        fed[sides[1].spring] += slips[name]
+    springs = {}
+    for name, spring in system.springs.items():
+        now = spring.step(before[name], *ends[name], moment=moment, fed=fed[name])
+        springs[name] = spring.begun(now) if last is None else now
+    rings = {}
+    for name, sides in system.rings.items():
+        old = SlipRingState() if last is None else last.slip_rings[name]
+        differences = [
+            states[sides[1].spring].force - states[sides[0].spring].force
+            for states in (before, springs)
+        ]
+        lost = 0.0 if last is None else 0.5 * sum(differences) * slips[name]
+        angle = _angle(sides, ends)
+        rings[name] = SlipRingState(old.slipped + slips[name], old.friction + lost, angle)
+    return Pulled(springs, rings)
+
+
+def _slips(
+    model: Model, before: Mapping[str, SpringState], ends: Mapping[str, Ends], moment: Moment
+) -> dict[str, float]:
+    """How far webbing slips in each ring in a step, so that no tension is more than e^{μ θ} of the
+    one on the other side.
+
+    Rings that share a strand are gone through one after the other until none slips any more.
+
+    Raises
+    ------
+    RunError
+        That does not come to an end.
+    """
+    system = model.mechanism
+    lengths = {}
+    for sides in system.rings.values():
+        for name, _ in sides:
+            lengths[name] = math.dist(*ends[name].places.tolist())
+    size = max(lengths.values())
+    ratios = {
+        name: model.slip_rings[name].ratio(_angle(sides, ends))
+        for name, sides in system.rings.items()
+    }
+    fed = dict.fromkeys(lengths, 0.0)
+    slips = dict.fromkeys(system.rings, 0.0)
+
+    def tension(strand: str, more: float) -> Axial:
+        spring = system.springs[strand]
+        return spring.moved(before[strand], lengths[strand], fed[strand] + more, moment).axial
+
+    for _ in range(SWEEPS):
+        change = 0.0
+        for name, (first, second) in system.rings.items():
+            fed[first.spring] += slips[name]
+            fed[second.spring] -= slips[name]
+            slipped = slip(
+                partial(tension, first.spring), partial(tension, second.spring), ratios[name]
+            )
+            fed[first.spring] -= slipped
+            fed[second.spring] += slipped
+            change = max(change, abs(slipped - slips[name]))
+            slips[name] = slipped
+        if len(system.rings) == 1 or change <= SETTLED * size:
+            return slips
+    raise RunError(
+        f"t = {moment.time:g}: the slip rings {', '.join(map(repr, slips))} do not settle: their "
+        "strands differ too much in stiffness. Make the stiffest one softer"
+    )
+
+
+def _angle(sides: tuple[RingSide, RingSide], ends: Mapping[str, Ends]) -> float:
+    """By which the webbing turns between two strands, radians from 0 to π."""
+    ways = []
+    for name, end in sides:
+        places = ends[name].places
+        ways.append(places[1 - end] - places[end])
+    a, b = ways
+    # Straight on is where the two point away from each other.
+    return float(np.arctan2(length(cross(a, b)), -float((a * b).sum())))
 
 
 def add_pulls(
@@ -79,19 +196,49 @@ def spring_columns(model: Model, state: SystemState) -> dict[str, float]:
             rate = float(np.sum(along * (speeds[1] - speeds[0])))
         values = (
             now.force,
-            now.length - spring.length,
+            spring.elongation(now),
             rate,
             now.stored,
             now.hysteresis,
             now.damping,
         )
         columns |= {f"{name}.{c}": float(v) for c, v in zip(OF_SPRINGS, values, strict=True)}
+        if any(spring.devices):
+            at = now.devices
+            locked, released = (float(since <= state.time) for since in (at.locked, at.released))
+            of_devices = at.paid_out, at.travel, at.pulled_in, locked, released, at.work
+            columns |= {f"{name}.{c}": v for c, v in zip(OF_DEVICES, of_devices, strict=True)}
+    for name, ring in state.slip_rings.items():
+        columns |= {
+            f"{name}.{c}": v
+            for c, v in zip(OF_SLIP_RINGS, (ring.slipped, ring.angle, ring.friction), strict=True)
+        }
     return columns
 
 
-def spring_summary(model: Model) -> dict[str, dict[str, Any]]:
-    """What a reader of the files needs to know of the springs, by name."""
+def spring_summary(model: Model, history: Mapping[str, FloatArray]) -> dict[str, dict[str, Any]]:
+    """What a reader of the files needs to know of the springs, by name; of devices the times of the
+    first rows that find them locked and released, None where they never are."""
+    springs: dict[str, dict[str, Any]] = {}
+    for name, spring in model.springs.items():
+        told = {"between": list(spring.between), "at": spring.at.tolist(), "filter": spring.filter}
+        if spring.devices.retractor is not None:
+            told["locked"] = first_time(history, f"{name}.locked")
+        if spring.devices.release is not None:
+            told["released"] = first_time(history, f"{name}.released")
+        springs[name] = told
+    return springs
+
+
+def first_time(history: Mapping[str, FloatArray], column: str) -> float | None:
+    """The time of the first row in which a column is not zero."""
+    rows = np.flatnonzero(history[column])
+    return float(history["time"][rows[0]]) if len(rows) else None
+
+
+def slip_ring_summary(model: Model) -> dict[str, dict[str, Any]]:
+    """What a reader of the files needs to know of slip rings, by name."""
     return {
-        name: {"between": list(spring.between), "at": spring.at.tolist(), "filter": spring.filter}
-        for name, spring in model.springs.items()
+        name: {"between": list(ring.between), "friction": ring.friction}
+        for name, ring in model.slip_rings.items()
     }

@@ -7,6 +7,7 @@ energy changes by just that, up to a term in the square of the step that comes b
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from time import perf_counter
 from typing import NamedTuple
 
@@ -14,6 +15,7 @@ import numpy as np
 
 from contiga.contact.loads import Column
 from contiga.contact.state import State
+from contiga.dynamics.belt_devices import Moment
 from contiga.dynamics.nodes import Instant, Pushes, SlaveState, Stored
 from contiga.dynamics.rigid_bodies import (
     Placed,
@@ -23,6 +25,7 @@ from contiga.dynamics.rigid_bodies import (
     started,
     work_of_gravity,
 )
+from contiga.dynamics.slip_rings import SlipRingState
 from contiga.dynamics.springs import SpringState
 from contiga.errors import InputError
 from contiga.jit import straight
@@ -40,6 +43,7 @@ from contiga.simulation.model import Model
 from contiga.simulation.reasons import Choice
 from contiga.simulation.springs import add_pulls, spring_states
 from contiga.simulation.system_state import Acting, BodyStates, Energy, SystemState
+from contiga.simulation.triggers import firing_times, trigger_states
 
 
 class Stepped(NamedTuple):
@@ -99,7 +103,7 @@ class ForcesOn(NamedTuple):
 
 def nodal_force(model: Model, name: str, acting: Acting) -> FloatArray:
     """Return the forces (n, 3) of contacts, springs and gas on the nodes of a slave."""
-    contacts, springs, gas = acting
+    contacts, springs, gas = acting.contacts, acting.springs, acting.gas
     tied = model.mechanism.tied.get(name, ())
     forces = [contacts[part.name].force for part in model.contacts if part.slave == name]
     if not forces:
@@ -144,10 +148,11 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
         return Stepped(SystemState(time, bodies, slaves, contacts, energy, now.dt), walls)
     begun = perf_counter()
     system, now = model.mechanism, standing.now
+    moment = Moment(now.time, now.dt, {} if last is None else firing_times(last.triggers))
     springs: dict[str, SpringState] = {}
+    rings: dict[str, SlipRingState] = {}
     if system.springs:
-        pulled = None if last is None else last.springs
-        springs = spring_states(model, pulled, standing.bodies, standing.slaves)
+        springs, rings = spring_states(model, last, standing.bodies, standing.slaves, moment)
     gas: dict[str, ChamberState] = {}
     if model.gas:
 
@@ -160,8 +165,10 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
             return covered_by(touching, model.slaves[slave].slave)
 
         filled = None if last is None else last.gas
-        gas = model.chambers.states(filled, standing.slaves, covered, now.time, now.dt)
-    acting = Acting(contacts, springs, gas)
+        gas = model.chambers.states(
+            filled, standing.slaves, covered, now.time, now.dt, moment.fired
+        )
+    acting = Acting(contacts, springs, gas, rings)
     if last is not None:
         for name in system.masses:
             before, there = last.slaves[name], standing.slaves[name]
@@ -193,9 +200,12 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
         wrenches=total,
         springs=springs,
         gas=gas,
+        slip_rings=rings,
         rest=None if last is None else last.rest,
         peak_energy=max(peak, energy.total + energy.lost),
     )
+    if model.triggered:
+        moved = replace(moved, triggers=trigger_states(model, last, moved))
     clock.add("motion", begun)
     return Stepped(moved, walls)
 
@@ -320,12 +330,13 @@ def energy_of(
         strain += spring.stored
         hysteresis += spring.hysteresis
         damping += spring.damping
+    friction = of_contacts.friction + sum(ring.friction for ring in acting.rings.values())
     nodes = Stored(*map(sum, zip(*slaves, strict=True)))
     energy = Energy(
         of_contacts.contact,
         hysteresis + nodes.hysteresis,
         damping + nodes.damping,
-        of_contacts.friction,
+        friction,
         kinetic + nodes.kinetic,
         strain + nodes.strain,
         external,
@@ -344,8 +355,9 @@ def external_work(
     acting: Acting,
     wrenches: FloatArray,
 ) -> float:
-    """Work done from outside in a step: by gravity, loads and what moves prescribed bodies and
-    points, which is against the forces on them; and the enthalpy of gas that comes and goes."""
+    """Work done from outside in a step: by gravity, loads, pretensioners and what moves prescribed
+    bodies and points, which is against the forces on them; and the enthalpy of gas that comes and
+    goes."""
     system, slaves, work = model.mechanism, standing.slaves, 0.0
     if model.gravity.any():
         rows = standing.free.rows
@@ -368,6 +380,8 @@ def external_work(
         if nodes.host is None:  # else the body has their forces
             before, after = (ForcesOn(model, name, each) for each in (last.acting, acting))
             of_points += nodes.by_motion(last.slaves[name], slaves[name], before, after)
+    for name, spring in acting.springs.items():
+        work += spring.devices.work - last.springs[name].devices.work
     if model.gas:
         work += model.chambers.came(last.gas, acting.gas)
     return work + of_bodies + of_points

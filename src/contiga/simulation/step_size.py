@@ -32,7 +32,6 @@ the first).
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
 from dataclasses import replace
 from itertools import count
 from time import perf_counter
@@ -59,6 +58,7 @@ from contiga.simulation.reasons import Choice, Cut, Reason
 from contiga.simulation.signals import longest_sample
 from contiga.simulation.step import ForcesOn, Stepped, add_forces, advance, nodal_force
 from contiga.simulation.system_state import SystemState
+from contiga.simulation.triggers import kinks_of_triggers
 
 RESOLVED = 0.018
 """Part of 1/ω of a body's fastest vibration that a step takes where that has all the energy: its
@@ -231,9 +231,10 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
     clock.add("motion", begun)
     longer: Try | None = None
     # The last two steps before a kink share what is left, so that none is tiny.
-    k = bisect_right(model.kinks, last.time)
-    at_end = k == len(model.kinks)
-    until = stepping.end if at_end else model.kinks[k]
+    kinks = [*model.kinks, *kinks_of_triggers(model, last)]
+    until = min((time for time in kinks if time > last.time), default=stepping.end)
+    at_end = not until < stepping.end
+    until = min(until, stepping.end)
     left, reason = until - last.time, Reason.END if at_end else Reason.KINK
     for tries in count(1):
         time = last.time + cut.step

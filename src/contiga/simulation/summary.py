@@ -20,7 +20,7 @@ from contiga.simulation.model import Model, column_prefixes
 from contiga.simulation.sensor_criteria import sensor_summary, sensors_told
 from contiga.simulation.settle import Rest
 from contiga.simulation.signals import filtered_columns, signal_warnings
-from contiga.simulation.springs import spring_summary
+from contiga.simulation.springs import slip_ring_summary, spring_summary
 from contiga.simulation.step_columns import single_warnings, steps_summary
 from contiga.version import __version__
 
@@ -119,7 +119,8 @@ def summarise(
         "settled": {} if rest is None else rest._asdict(),
         "mass_scaling": scaled,
         "sensors": sensor_summary(model, history),
-        "springs": spring_summary(model),
+        "springs": spring_summary(model, history),
+        "slip_rings": slip_ring_summary(model),
         "gas": {name: {"slave": chamber.slave} for name, chamber in model.gas.items()},
         "inputs": _inputs(model),
         "notes": _told(statuses, NOTED) + few + notes_on(model, history) + gone_on,
@@ -156,8 +157,9 @@ def summary_so_far(
         "statuses": statuses,
         "advice": _advice(statuses),
         "energy": energy_summary(model, history),
-        "sensors": sensor_summary(model, history) if stopped else sensors_told(model),
-        "springs": spring_summary(model),
+        "sensors": sensor_summary(model, history) if stopped else sensors_told(model, history),
+        "springs": spring_summary(model, history),
+        "slip_rings": slip_ring_summary(model),
         "gas": {name: {"slave": chamber.slave} for name, chamber in model.gas.items()},
         "inputs": _inputs(model),
         "notes": [],

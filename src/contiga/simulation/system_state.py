@@ -11,12 +11,14 @@ import numpy as np
 from contiga.contact.state import State
 from contiga.display import Displayed, Facts
 from contiga.dynamics.nodes import SlaveState
+from contiga.dynamics.slip_rings import SlipRingState
 from contiga.dynamics.springs import SpringState
 from contiga.records import FloatArray
 from contiga.rigid.rigid_lanes import STATE
 from contiga.rigid.twist import Twist
 from contiga.simulation.gas import ChamberState
 from contiga.simulation.settle import Rest
+from contiga.simulation.trigger import TriggerState
 
 
 class BodyState(NamedTuple):
@@ -66,14 +68,14 @@ class Energy(NamedTuple):
     damping: float = 0.0
     """Taken by the damping of laws, springs and nodes."""
     friction: float = 0.0
-    """Taken by sliding."""
+    """Taken by sliding, of contacts and of webbing in slip rings."""
     kinetic: float = 0.0
     """Of free bodies and nodes."""
     strain: float = 0.0
     """Stored in springs and in what deforms."""
     external: float = 0.0
-    """Work done since the start by gravity, loads and what moves prescribed bodies, and the
-    enthalpy of gas that came, less that of gas that went."""
+    """Work done since the start by gravity, loads, pretensioners and what moves prescribed bodies,
+    and the enthalpy of gas that came, less that of gas that went."""
     initial: float = 0.0
     """Kinetic and stored energy at the start."""
     hourglass: float = 0.0
@@ -109,6 +111,7 @@ class Acting(NamedTuple):
     contacts: Mapping[str, State]
     springs: Mapping[str, SpringState]
     gas: Mapping[str, ChamberState]
+    rings: Mapping[str, SlipRingState] = {}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -135,6 +138,10 @@ class SystemState(Displayed):
     """By name."""
     gas: dict[str, ChamberState] = field(default_factory=dict)
     """By name."""
+    slip_rings: dict[str, SlipRingState] = field(default_factory=dict)
+    """By name."""
+    triggers: dict[str, TriggerState] = field(default_factory=dict)
+    """By the name of their sensor."""
     peak_energy: float = 0.0
     """The largest energy so far: kinetic, stored and lost."""
     shaking: float = 0.0
@@ -162,7 +169,7 @@ class SystemState(Displayed):
     @property
     def acting(self) -> Acting:
         """What acts between the parts."""
-        return Acting(self.contacts, self.springs, self.gas)
+        return Acting(self.contacts, self.springs, self.gas, self.slip_rings)
 
     @property
     def n_contact(self) -> int:

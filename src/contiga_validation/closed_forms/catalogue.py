@@ -13,6 +13,7 @@ MODULES = (
     "rotation",
     "flight",
     "springs",
+    "devices",
     "winkler",
     "collisions",
     "friction",

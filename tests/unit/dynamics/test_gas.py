@@ -279,3 +279,18 @@ def test_gas_comes_in_where_the_pressure_is_lower() -> None:
 def test_what_is_wrong_is_told(make: Any, said: str) -> None:
     with pytest.raises(InputError, match=said):
         make()
+
+
+def test_the_times_of_an_inflator_count_from_when_it_is_fired() -> None:
+    table = [[0.0, 0.0], [0.1, 0.2]]
+    waiting = alone(inflators=[Inflator(table, 700.0, trigger="crash")])
+    known = alone(inflators=[Inflator(table, 700.0)])
+    volumes, one = np.array([60 * LITRE]), np.ones(1)
+    (state,) = (before,) = waiting.start(volumes)
+    for k in range(1, 6):  # fired at 0.3, told in time
+        (state,) = waiting.step([state], volumes, one, 0.1 * k, 0.1, {"crash": 0.3})
+        assert (state.came > 0.0) == (k > 3)
+    (exact,) = known.step([before], volumes, one, 0.1, 0.1)
+    assert state.came == pytest.approx(exact.came, rel=1e-12)
+    assert waiting.step([before], volumes, one, 0.1, 0.1)[0].came == 0.0
+    assert not waiting.chambers[0].kinks.size

@@ -1,0 +1,117 @@
+"""The devices of belts in a case: what stands at a spring's end, slip rings, and triggers."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field
+
+from contiga.case.spec import MadeSpec, Name, NotNegative, Positive, Spec, is_number
+from contiga.dynamics.belt_devices import LoadLimiter, Pretensioner, Retractor
+from contiga.dynamics.slip_rings import SlipRing
+from contiga.errors import CaseError
+from contiga.simulation.trigger import Trigger
+
+
+def _number_or_list(value: Any) -> Any:
+    # One message where a union of types would give one for each.
+    if not (is_number(value) or (isinstance(value, list) and value)):
+        raise CaseError("must be a number, or several", found=value)
+    return value
+
+
+Forces = Annotated[float | list[float], BeforeValidator(_number_or_list)]
+ForceOrRows = Annotated[float | list[list[float]], BeforeValidator(_number_or_list)]
+
+
+class LockSpec(Spec):
+    """What locks a retractor."""
+
+    trigger: Name | None = None
+    """Name of a sensor with a trigger."""
+    rate: Positive | None = None
+    """Of pay-out."""
+
+    def describe(self) -> str:
+        """Say it in words."""
+        by = [] if self.trigger is None else [f"by {self.trigger}"]
+        by += [] if self.rate is None else [f"above a pay-out of {self.rate:g}"]
+        return f"locks {' or '.join(by)}"
+
+
+class RetractorSpec(MadeSpec[Retractor]):
+    """`retractor = { spool, lock, film }`: `Retractor`."""
+
+    makes = Retractor
+    spool: ForceOrRows = 0.0
+    """Force of its spring, a number or rows [paid out, force]."""
+    lock: LockSpec
+    film: list[list[float]] | None = None
+    """Rows [paid out, force] once it is locked."""
+
+    def arguments(self) -> dict[str, Any]:
+        """As `Retractor` takes them."""
+        given = {"trigger": self.lock.trigger, "rate": self.lock.rate}
+        return given | {"spool": self.spool, "film": self.film}
+
+
+class LimiterSpec(MadeSpec[LoadLimiter]):
+    """`limiter = { force, travel }`: `LoadLimiter`."""
+
+    makes = LoadLimiter
+    force: Forces
+    travel: list[float] | None = None
+
+
+class PretensionerSpec(MadeSpec[Pretensioner]):
+    """`pretensioner = { trigger, pull | force, stroke }`: `Pretensioner`."""
+
+    makes = Pretensioner
+    trigger: Name
+    pull: list[list[float]] | None = None
+    """Rows [t, pulled in], t since it fires."""
+    force: list[list[float]] | None = None
+    """Rows [t, force]."""
+    stroke: Positive | None = None
+
+
+class ReleaseSpec(Spec):
+    """`release = { trigger }`: what lets an end go."""
+
+    trigger: Name
+
+
+class SlipRingSpec(MadeSpec[SlipRing]):
+    """A `[[slip_ring]]`: `SlipRing`."""
+
+    makes = SlipRing
+    name: Name | None = None
+    between: list[Name]
+    """Two springs that end at one point."""
+    friction: NotNegative = 0.0
+
+    def arguments(self) -> dict[str, Any]:
+        """As `SlipRing` takes them."""
+        return super().arguments() | {"name": self.name or ""}
+
+    def describe(self) -> str:
+        """Say it in words."""
+        return f"between {' and '.join(self.between)}: friction {self.friction:g}"
+
+
+class TriggerSpec(MadeSpec[Trigger]):
+    """`trigger = { channel, above | below, for, delay }` of a sensor: `Trigger`."""
+
+    makes = Trigger
+    channel: str | None = None
+    above: float | None = None
+    below: float | None = None
+    lasting: NotNegative = Field(default=0.0, alias="for")
+    delay: NotNegative = 0.0
+
+    def describe(self) -> str:
+        """Say it in words."""
+        level = f"above {self.above:g}" if self.below is None else f"below {self.below:g}"
+        times = [f" for {self.lasting:g}"] if self.lasting else []
+        times += [f", {self.delay:g} later"] if self.delay else []
+        return f"fires with {self.channel or 'its magnitude'} {level}{''.join(times)}"

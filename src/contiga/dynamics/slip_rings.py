@@ -1,0 +1,104 @@
+"""Slip rings: webbing that runs from one strand into another over an edge with friction.
+
+With θ the angle by which the webbing turns there and μ its friction (Euler, Eytelwein),
+
+    e^{−μ θ} ≤ T_b / T_a ≤ e^{μ θ}:
+
+within, the webbing sticks; at a bound it slips towards the larger tension, by as much as brings
+the ratio back to it. What slips is lost by friction, (T_b − T_a) dr.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from contiga.dynamics.belt_devices import root
+from contiga.dynamics.spring_curves import Axial
+from contiga.errors import InputError
+from contiga.laws.law import not_negative
+
+
+class SlipRingState(NamedTuple):
+    """Where a slip ring has come to."""
+
+    slipped: float = 0.0
+    """Length that went from the first strand into the second since the start."""
+    friction: float = 0.0
+    """Energy lost since the start."""
+    angle: float = 0.0
+    """By which the webbing turns, radians."""
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class SlipRing:
+    """A D-ring, a buckle's tongue or the like, between two strands that end at one point.
+
+    Parameters
+    ----------
+    between : names of two springs of webbing, which end at one point of one body, slave or the
+        ground
+    friction : μ, ≥ 0
+    name : how results call it; "<first>-<second>" if empty
+
+    Raises
+    ------
+    InputError
+        Not two names, a friction below zero.
+
+    Examples
+    --------
+    >>> SlipRing(("shoulder", "lap"), friction=0.2).name
+    'shoulder-lap'
+    """
+
+    between: tuple[str, str]
+    friction: float
+    name: str
+
+    def __init__(self, between: Sequence[str], *, friction: float = 0.0, name: str = "") -> None:
+        names = () if isinstance(between, str) else tuple(between)
+        if len(names) != 2 or names[0] == names[1] or not all(isinstance(n, str) for n in names):
+            raise InputError(
+                "must be two strands",
+                where="between",
+                found=between,
+                allowed="two names of springs",
+            )
+        put = object.__setattr__
+        put(self, "between", names)
+        put(self, "friction", not_negative(friction, "friction"))
+        put(self, "name", name or "-".join(names))
+
+    def ratio(self, angle: float) -> float:
+        """e^{μ θ}, the most that one tension is of the other."""
+        return math.exp(self.friction * angle)
+
+
+def slip(first: Callable[[float], Axial], second: Callable[[float], Axial], ratio: float) -> float:
+    """Length that goes from the first strand into the second, negative the other way round.
+
+    Parameters
+    ----------
+    first, second : tensions over the length that is fed in
+    ratio : e^{μ θ}
+    """
+    ta, tb = first(0.0), second(0.0)
+    if tb.force > ratio * ta.force:
+        return _slipped(first, second, ratio)
+    if ta.force > ratio * tb.force:
+        return -_slipped(second, first, ratio)
+    return 0.0
+
+
+def _slipped(
+    slack: Callable[[float], Axial], tight: Callable[[float], Axial], ratio: float
+) -> float:
+    def surplus(fed: float) -> tuple[float, float]:
+        low, high = slack(-fed), tight(fed)
+        return high.force - ratio * low.force, -high.stiffness - ratio * low.stiffness
+
+    value, slope = surplus(0.0)
+    return root(surplus, 0.0, value / -slope if slope < 0.0 else 1e-6 * value)
