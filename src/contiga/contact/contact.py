@@ -624,8 +624,8 @@ class Contact(Displayed):
             force_B = response.normal.force[:, None] * points.normal
             if response.friction is not None:
                 force_B = force_B + response.friction.force
-            places = SurfacePlaces(feet.patch[rows], detected.uv[rows])
-            back = shape.spread(places, p_B[rows], -force_B)
+            at = SurfacePlaces(feet.patch[rows], detected.uv[rows])
+            back = shape.spread(at, p_B[rows], -force_B)
             whole |= {"control_points": shape.now, "control_force": turn_to_world(X_WB, back)}
         if areas is not None:  # measured as the state was made, and not to be measured again
             whole |= {"_seen": seen, "areas": areas}

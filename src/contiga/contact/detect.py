@@ -116,8 +116,8 @@ def _place(
     chunks = ceil(len(step.now) / CHUNK)
     counts = np.zeros((chunks, 2), np.int64)
     ways = step.way, step.ignored
-    lists = rows, counts, surface_way
-    placing = Placing(step.before, step.now, last, locked(active), columns, *ways, *lists)
+    told = step.before, step.now, last, locked(active), columns
+    placing = Placing(*told, *ways, rows, counts, surface_way)
     if moved is None:
         run_ranges(straight(place_nb.place), chunks, 1, placing, CHUNK)
     else:

@@ -181,7 +181,7 @@ class ContactRows(NamedTuple):
     normal: FloatArray
     foot: FloatArray
     path: FloatArray
-    """(k, 3) against the body's surface in the step; zero at the start and of points without a past."""
+    """(k, 3) against the surface in the step; zero at the start and of points without a past."""
     inside: FloatArray
     """(k,) share of that path that a point has gone in contact: of a new one what is below the
     tangent plane at its foot, and nothing of a path that leads away from there."""

@@ -55,9 +55,7 @@ def test_every_point_is_placed_as_plain_numpy_says(chunks, calm, surface_way):
     columns = Columns(status, safe_distance, found_near, found_uv, old, feature, certified)
     size = -(-n // chunks)
     last = Last(before, patch, uv, near, distance, UNHELD)
-    placing = Placing(
-        before, now, last, locked(active), columns, way, ignored, *lists, surface_way
-    )
+    placing = Placing(before, now, last, locked(active), columns, way, ignored, *lists, surface_way)
     place_nb.place(placing, size, 0, chunks)
     touching, free = (
         np.concatenate([own[c * size : c * size + count] for c, count in enumerate(lists[1][:, i])])

@@ -85,8 +85,8 @@ def _place(placing, before, now, start, stop):
 
 @inner(error_model="numpy")
 def _ways(before, now, surface_way, ways):
-    """Compute the distances that points (3 n,) have moved, with that of the surface; infinite if one
-    is not finite."""
+    """Compute the distances that points (3 n,) have moved, and the surface with them; infinite if
+    one is not finite."""
     for k in range(now.shape[0] // 3):
         x, y = now[3 * k] - before[3 * k], now[3 * k + 1] - before[3 * k + 1]
         z = now[3 * k + 2] - before[3 * k + 2]

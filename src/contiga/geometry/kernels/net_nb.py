@@ -6,8 +6,9 @@ a_α = ∂S/∂u^α, their duals a^α and the normal n,
 
     ω = Σ_α (n·δa_α) a^α × n + ½ n Σ_α (n × a^α)·δa_α,
 
-which is the spin itself where the surface moves rigidly. Forces on control points are the transpose:
-the work of f over δ is that of F_i over δP_i. So Σ F_i = f, Σ P_i × F_i = x × f, both to rounding.
+which is the spin itself where the surface moves rigidly. Forces on control points are the
+transpose: the work of f over δ is that of F_i over δP_i. So Σ F_i = f and Σ P_i × F_i = x × f, both
+to rounding.
 """
 
 from __future__ import annotations
