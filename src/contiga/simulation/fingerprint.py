@@ -68,6 +68,8 @@ def identity_of(model: Model, end: float | None = None) -> Identity:
             digest.thing(part.motion)
         else:
             digest.arrays("poses", *(pose_at(part.motion, float(t)) for t in times))
+        if name in model.shaped:
+            digest.arrays("shapes", *(model.shaped[name].control_points(float(t)) for t in times))
         part.body.digest(digest)
     for name, (slave, _) in model.slaves.items():
         digest.text(name)

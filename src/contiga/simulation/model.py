@@ -12,6 +12,7 @@ import numpy as np
 
 from contiga.arrays.layout import positive
 from contiga.contact.contact import Contact
+from contiga.contact.shape import shape_of
 from contiga.display import Displayed, Facts
 from contiga.dynamics.free import Dependent, Free, is_driven
 from contiga.dynamics.gas import Chamber
@@ -19,9 +20,10 @@ from contiga.dynamics.kinks import united
 from contiga.dynamics.loads import Load
 from contiga.dynamics.prescribed import BodyMotion, SlaveMotion, kinks_in, pose_at
 from contiga.dynamics.pulses import check_covers
+from contiga.dynamics.shapes import ControlPoints
 from contiga.dynamics.springs import Spring
-from contiga.dynamics.stepping import Stepping
-from contiga.errors import InputError
+from contiga.dynamics.stepping import AutoSteps, Stepping
+from contiga.errors import ContigaError, InputError
 from contiga.io.naming import check_name
 from contiga.masters.protocol import Master
 from contiga.matter.element_fields import FIELDS
@@ -147,6 +149,7 @@ class Model(Displayed):
             _check_name("master", part.master, self.bodies)
             _check_name("slave", part.slave, self.slaves)
         check_movers(self)
+        check_shapes(self)
         check_settle(self)
         check_sensors(self)
         check_springs(self)
@@ -167,6 +170,12 @@ class Model(Displayed):
             or system.root_of(part.master) in system.driven
             or system.carried.get(part.slave) in system.driven
         )
+
+    @cached_property
+    def shaped(self) -> Mapping[str, ControlPoints]:
+        """How bodies change their shape, by name; those that keep it are not there."""
+        motions = {name: part.motion for name, part in self.bodies.items()}
+        return {name: one for name, one in motions.items() if isinstance(one, ControlPoints)}
 
     @cached_property
     def point_sensors(self) -> tuple[Sensor, ...]:
@@ -267,6 +276,32 @@ def check_settle(model: Model) -> None:
                 where="settle: bodies",
                 found=name,
                 remedy="Leave it out: then it stays where it starts until the run begins",
+            )
+
+
+def check_shapes(model: Model) -> None:
+    """Refuse bodies that cannot change their shape as they are told to, and steps that choose
+    themselves beside them.
+
+    Raises
+    ------
+    InputError
+        As said.
+    """
+    for part in model.contacts:
+        shape = model.shaped.get(part.master)
+        if shape is None:
+            continue
+        try:
+            shape_of(part.contact.master, part.contact.half_thickness is not None, shape.points[0])
+        except ContigaError as error:
+            where = f"bodies[{part.master!r}]: motion"
+            raise InputError(str(error), where=where) from error
+        if isinstance(model.stepping, AutoSteps):
+            raise InputError(
+                "steps that choose themselves do not foresee how a body changes its shape",
+                where=f"bodies[{part.master!r}]: motion",
+                allowed="a step that is given",
             )
 
 

@@ -126,8 +126,12 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
     for part in model.contacts:
         begun = perf_counter()
         i, slave = system.index[part.master], standing.slaves[part.slave]
+        shape = model.shaped.get(part.master)
+        points = None if shape is None else shape.control_points(time)
         if last is None:
-            state = part.contact.start(slave.points, now.poses[i], clock=clock)
+            state = part.contact.start(
+                slave.points, now.poses[i], control_points=points, clock=clock
+            )
         else:
             state = part.contact.step(
                 last.contacts[part.name],
@@ -136,6 +140,8 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
                 now.dt,
                 velocity=slave.velocities,
                 twist=now.twists[i].reshape(2, 3),
+                control_points=points,
+                control_velocity=None if shape is None else shape.control_velocity(time),
                 clock=clock,
             )
         contacts[part.name] = state
@@ -357,6 +363,11 @@ def external_work(
         turn = quaternion.rotation_vector(to_quaternion(X0), to_quaternion(X1))
         of_bodies -= 0.5 * float((both[:3] * (X1[:3, 3] - X0[:3, 3])).sum())
         of_bodies -= 0.5 * float((both[3:] * turn).sum())
+    for part in model.contacts:
+        if part.master in model.shaped:
+            was, now = last.contacts[part.name], acting.contacts[part.name]
+            both = was.control_force + now.control_force
+            of_bodies -= 0.5 * float((both * (now.control_points - was.control_points)).sum())
     for name, nodes in system.nodes.items():
         if nodes.host is None:  # else the body has their forces
             before, after = (ForcesOn(model, name, each) for each in (last.acting, acting))
