@@ -22,7 +22,7 @@ from contiga.dynamics.prescribed import (
 )
 from contiga.dynamics.pulse_files import read_pulse
 from contiga.dynamics.pulses import Accelerated, Velocity, check_covers
-from contiga.dynamics.shapes import ControlPoints
+from contiga.dynamics.shapes import ControlPoints, ControlPointsOf
 from contiga.rigid import pose
 from contiga.rigid.twist import Twist
 
@@ -32,6 +32,7 @@ __all__ = [
     "BodyMotion",
     "Combine",
     "ControlPoints",
+    "ControlPointsOf",
     "Deforming",
     "Fixed",
     "Free",

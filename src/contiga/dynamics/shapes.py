@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import read_only, real
+from contiga.dynamics.free import Dependent
 from contiga.dynamics.tables import as_times
 from contiga.errors import InputError
 from contiga.records import FloatArray
@@ -99,3 +100,15 @@ class ControlPoints:
         if not self.times[0] < t < self.times[-1]:
             return np.zeros(self.points.shape[1:])
         return np.ascontiguousarray(self._spline(t, 1))
+
+
+@dataclass(frozen=True)
+class ControlPointsOf(Dependent):
+    """A body whose control points are those of a slave that deforms as a shell of splines.
+
+    So the shell is a master of other slaves. The body has the patches that the shell is made of;
+    forces on its control points act on the shell.
+    """
+
+    slave: str
+    """Name of the slave."""

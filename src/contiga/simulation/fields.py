@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.dynamics.shapes import ControlPoints
 from contiga.errors import InputError
 from contiga.geometry.net import NetMotion, net_of
 from contiga.io.out.outlines import Loops, OutlinesWriter
@@ -54,8 +53,7 @@ class Fields:
             name: _drawn(name, part.body, model.output.size) for name, part in model.bodies.items()
         }
         self._shapes = {
-            name: _Drawn(model.bodies[name].body, motion, self._meshes[name])
-            for name, motion in model.shaped.items()
+            name: _Drawn(model.bodies[name].body, self._meshes[name]) for name in model.shapes.of
         }
         self._own = {name: _own_nodes(part.slave) for name, part in model.slaves.items()}
         parts = [
@@ -92,8 +90,8 @@ class Fields:
         """Write one step."""
         bodies = []
         for name, mesh in self._meshes.items():
-            shape = self._shapes.get(name)
-            vertices = mesh.vertices if shape is None else shape.at(state.time)
+            shape = self._model.shapes.points(name, state.time, state.slaves)
+            vertices = mesh.vertices if shape is None else self._shapes[name].at(shape)
             bodies.append(to_world(state.bodies[name].pose, vertices))
         first = sum(len(b) for b in bodies)
         slaves = [state.slaves[name].points[self._own[name]] for name in self._model.slaves]
@@ -184,15 +182,14 @@ class Fields:
 class _Drawn:
     """The vertices that a body which changes its shape is drawn by."""
 
-    def __init__(self, body: Master, motion: ControlPoints, mesh: TriMesh) -> None:
+    def __init__(self, body: Master, mesh: TriMesh) -> None:
         assert body.faces is not None
         feet = body.project(mesh.vertices)
-        self._body, self._motion = body.faces, motion
+        self._body = body.faces
         self._feet, self._rest = SurfacePlaces(feet.patch, feet.uv), feet.point
 
-    def at(self, time: float) -> FloatArray:
-        """(n, 3) body axes."""
-        points = self._motion.control_points(time)
+    def at(self, points: FloatArray) -> FloatArray:
+        """(n, 3) body axes, of control points (m, 3)."""
         rest = net_of(self._body).points
         change = NetMotion(self._body, rest, points - rest)
         return self._rest + change.carry(self._feet, self._rest)

@@ -24,6 +24,7 @@ from contiga.dynamics.shapes import ControlPoints
 from contiga.dynamics.springs import Spring
 from contiga.dynamics.stepping import AutoSteps, Stepping
 from contiga.errors import ContigaError, InputError
+from contiga.geometry.net import net_of
 from contiga.io.naming import check_name
 from contiga.masters.protocol import Master
 from contiga.matter.element_fields import FIELDS
@@ -38,6 +39,7 @@ from contiga.simulation.sensor import (
     Sensor,
 )
 from contiga.simulation.settle import Settle
+from contiga.simulation.shapes import Motions
 from contiga.simulation.slave_sensor import NodeSensor, SlaveSensor, nodes_of, slave_of
 from contiga.slaves.slave import Slave
 
@@ -172,10 +174,9 @@ class Model(Displayed):
         )
 
     @cached_property
-    def shaped(self) -> Mapping[str, ControlPoints]:
-        """How bodies change their shape, by name; those that keep it are not there."""
-        motions = {name: part.motion for name, part in self.bodies.items()}
-        return {name: one for name, one in motions.items() if isinstance(one, ControlPoints)}
+    def shapes(self) -> Motions:
+        """How bodies change their shape."""
+        return Motions({name: part.motion for name, part in self.bodies.items()})
 
     @cached_property
     def point_sensors(self) -> tuple[Sensor, ...]:
@@ -281,28 +282,72 @@ def check_settle(model: Model) -> None:
 
 def check_shapes(model: Model) -> None:
     """Refuse bodies that cannot change their shape as they are told to, and steps that choose
-    themselves beside them.
+    themselves or settling beside them.
 
     Raises
     ------
     InputError
         As said.
     """
-    for part in model.contacts:
-        shape = model.shaped.get(part.master)
-        if shape is None:
-            continue
+    for name, motion in model.shapes.of.items():
+        where = f"bodies[{name!r}]: motion"
+        parts = [part for part in model.contacts if part.master == name]
+        rest = (
+            motion.points[0]
+            if isinstance(motion, ControlPoints)
+            else _control_points_at_rest(model, name)
+        )
         try:
-            shape_of(part.contact.master, part.contact.half_thickness is not None, shape.points[0])
+            for part in parts:
+                contact = part.contact
+                assert shape_of(contact.master, contact.half_thickness is not None, rest)
         except ContigaError as error:
-            where = f"bodies[{part.master!r}]: motion"
             raise InputError(str(error), where=where) from error
-        if isinstance(model.stepping, AutoSteps):
-            raise InputError(
-                "steps that choose themselves do not foresee how a body changes its shape",
-                where=f"bodies[{part.master!r}]: motion",
-                allowed="a step that is given",
-            )
+        for what, wrong in (
+            ("steps that choose themselves do", isinstance(model.stepping, AutoSteps)),
+            ("settling does", model.settling is not None),
+        ):
+            if parts and wrong:
+                raise InputError(
+                    f"{what} not foresee how a body changes its shape",
+                    where=where,
+                    allowed="a step that is given, and no settling",
+                )
+
+
+def _control_points_at_rest(model: Model, name: str) -> FloatArray:
+    """Control points of a body that are the degrees of freedom of a slave, at rest."""
+    slave = model.shapes.slave_of(name)
+    where = f"bodies[{name!r}]: motion"
+    if slave is None or slave not in model.slaves:
+        raise InputError(
+            "names a slave that is not there",
+            where=where,
+            found=slave,
+            allowed=", ".join(map(repr, model.slaves)),
+        )
+    net = getattr(getattr(model.mechanism.nodes[slave], "matter", None), "net", None)
+    body = model.bodies[name].body.faces
+    if net is None or body is None:
+        raise InputError(
+            "only a slave that deforms as a shell of splines has control points",
+            where=where,
+            found=slave,
+            allowed="motion.Deforming(material=assemble_shell(…)) of the slave, and a body of the "
+            "same patches",
+        )
+    own = net_of(body)
+    same = len(own.control) == len(net.control) and all(
+        np.array_equal(one, other) for one, other in zip(own.control, net.control, strict=True)
+    )
+    if not same or not np.allclose(own.points, net.points, rtol=0.0, atol=1e-9 * body.size):
+        raise InputError(
+            "the body must have the patches that the shell of the slave has",
+            where=where,
+            found=f"{len(own.points)} control points, and {len(net.points)} of the shell",
+            allowed="cg.Body of the surfaces that assemble_shell was given",
+        )
+    return net.points
 
 
 def check_springs(model: Model) -> None:

@@ -250,7 +250,8 @@ class Scene:
         self.model = model
         self.said = Said(model.units)
         # Of bodies that change their shape it is not foretold how slaves come to them.
-        self.pairs = [Pair(model, one) for one in model.contacts if one.master not in model.shaped]
+        changing = model.shapes.of
+        self.pairs = [Pair(model, one) for one in model.contacts if one.master not in changing]
 
 
 def _until_touched(runs: Iterable[DryRun]) -> int:
