@@ -229,6 +229,18 @@ def test_two_shells_are_each_master_and_slave_of_the_other() -> None:
 
 
 @pytest.mark.parametrize(
+    "motion", [cg.motion.ControlPointsOf("dust"), cg.motion.ControlPoints([0.0], [[[0.0] * 3]])]
+)
+def test_points_of_a_slave_are_no_control_points(motion: Any) -> None:
+    body, slave = cg.Body([cg.shapes.plane()]), cg.Slave([[0.0, 0.0, 1.0]], area=[1.0])
+    contact = cg.Contact(body, slave, law=cg.PenaltyLaw(1.0), shell_thickness=0.1)
+    with pytest.raises(InputError, match=r"slaves\['dust'\]: motion: only bodies have control"):
+        cg.Simulation(
+            bodies={"plate": body}, slaves={"dust": (slave, motion)}, contacts=[contact], end=1.0
+        )
+
+
+@pytest.mark.parametrize(
     ("slave", "told"),
     [
         ("nobody", r"bodies\['upper side'\]: motion: names a slave that is not there"),
