@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from contiga.case.deform_spec import DeformSpec
 from contiga.case.rigid_spec import RigidMotionSpec, ToldMotionSpec
+from contiga.case.shape_spec import ShapeSpec
 from contiga.case.spec import BY_KIND, FilePattern, LengthUnit, MotionSpec, Name, Positive, Vector
 from contiga.dynamics.free import Free
 from contiga.errors import CaseError
@@ -93,5 +94,7 @@ class AttachedSpec(MotionSpec):
         return f"attached to {self.body}"
 
 
-BodyMotionSpec = Annotated[ToldMotionSpec | FreeSpec | AttachedSpec, BY_KIND]
-SlaveMotionSpec = Annotated[BodyMotionSpec | SeriesSpec | DeformSpec, BY_KIND]
+BodyMotionSpec = Annotated[ToldMotionSpec | FreeSpec | AttachedSpec | ShapeSpec, BY_KIND]
+SlaveMotionSpec = Annotated[
+    ToldMotionSpec | FreeSpec | AttachedSpec | SeriesSpec | DeformSpec, BY_KIND
+]

@@ -29,7 +29,7 @@ from contiga.contact.curved import detect_on_curves, is_turned
 from contiga.contact.detect import detect, detect_at_start
 from contiga.contact.dry_run import DryRun, dry_run
 from contiga.contact.kernels.totals_nb import WORK
-from contiga.contact.loads import NO_FORCES, Column, Kept, holds_of
+from contiga.contact.loads import NO_FORCES, NOWHERE, Column, Kept, holds_of
 from contiga.contact.measured import Measure
 from contiga.contact.points import default_area, half_of, pressure_of, sampling_of
 from contiga.contact.respond import (
@@ -38,6 +38,7 @@ from contiga.contact.respond import (
     Frame,
     PreviousStep,
     Velocities,
+    feet_carried,
     forces,
     relative_velocity,
     respond,
@@ -54,6 +55,7 @@ from contiga.contact.search_records import (
     Workspaces,
     options_of,
 )
+from contiga.contact.shape import Shape, shape_of
 from contiga.contact.state import State, own_arrays, state_of
 from contiga.contact.tangent import (
     Asked,
@@ -68,8 +70,8 @@ from contiga.errors import InputError
 from contiga.laws.friction import Friction
 from contiga.laws.normal import Law
 from contiga.masters.protocol import Master, Surface
-from contiga.records import FloatArray, IndexArray, IntArray, LawInput, rows_of
-from contiga.rigid.frames import standing, to_body
+from contiga.records import FloatArray, IndexArray, IntArray, LawInput, SurfacePlaces, rows_of
+from contiga.rigid.frames import standing, to_body, turn_to_world
 from contiga.rigid.pose import identity
 from contiga.rigid.transform import PoseLike, vector
 from contiga.slaves.slave import Slave
@@ -239,7 +241,12 @@ class Contact(Displayed):
         return options_of(how, self.depth, self._surface.closed, self.master, half)
 
     def start(
-        self, points: ArrayLike, pose: PoseLike | None = None, *, clock: StageClock = untimed
+        self,
+        points: ArrayLike,
+        pose: PoseLike | None = None,
+        *,
+        control_points: ArrayLike | None = None,
+        clock: StageClock = untimed,
     ) -> State:
         """The state at the start.
 
@@ -251,18 +258,24 @@ class Contact(Displayed):
         points : (n, 3) slave points, world axes
         pose : X_WB of the master, (4, 4), a scipy `Rotation` or a pair (R, t); the identity if
             omitted
+        control_points : (m, 3) of the master, as of `step`
         clock : times the stages
 
         Raises
         ------
         InputError
-            Points that do not fit the slave, a pose that is not one.
+            Points that do not fit the slave, a pose that is not one, control points that do not fit
+            the master.
         """
         p_W, X_WB = self._checked(points, pose)
+        shape = None
+        if control_points is not None:
+            shape = shape_of(self.master, self.half_thickness is not None, control_points)
         with clock("search"):
-            p_B = to_body(X_WB, p_W)
-            detected = detect_at_start(self._surface, p_B, self._sampling.active, self._options)
-        return self._respond(detected, touching(detected, p_B, None), (p_B, X_WB), None, clock)
+            p_B, surface = to_body(X_WB, p_W), self._surface if shape is None else shape.surface
+            detected = detect_at_start(surface, p_B, self._sampling.active, self._options)
+        held = touching(detected, p_B, None)
+        return self._respond(detected, held, (p_B, X_WB), None, clock, shape=shape)
 
     def step(
         self,
@@ -273,6 +286,8 @@ class Contact(Displayed):
         *,
         velocity: ArrayLike | None = None,
         twist: Velocities | None = None,
+        control_points: ArrayLike | None = None,
+        control_velocity: ArrayLike | None = None,
         clock: StageClock = untimed,
         out: State | None = None,
     ) -> State:
@@ -294,6 +309,11 @@ class Contact(Displayed):
             slip from it and `twist`, exact; without, from the step's change
         twist : (v, w) of the master, each (3,), world axes: velocity of its frame's origin and
             spin in radians a time. May be omitted of a master that stands still
+        control_points : (m, 3) of the master, body axes, in the order of `body.net`: it changes its
+            shape. `state.control_force` are the forces on them. The contact needs a
+            `shell_thickness`. If omitted the master keeps the shape that it has in `state`
+        control_velocity : (m, 3) of the control points, body axes; needed beside `velocity` where
+            control points are given
         clock : times the stages
         out : a state of this contact that nobody needs any more, of an earlier step than `state`:
             its arrays are written over, which saves asking for new ones, and it becomes the answer.
@@ -304,7 +324,8 @@ class Contact(Displayed):
         InputError
             Points that do not fit the slave or the state, a pose that is not one, dt < 0 or
             omitted where a force depends on it, one of velocity and twist without the other, an
-            `out` that is not another state of this contact with arrays of its own.
+            `out` that is not another state of this contact with arrays of its own, control points
+            that do not fit the master, or without the velocities that go with them.
         """
         p_W, X_WB = self._checked(points, pose)
         laws = self.law, self.friction
@@ -326,7 +347,8 @@ class Contact(Displayed):
         state = self._checked_state(state)
         poses, active = (state.pose, X_WB), self._sampling.active
         speed = relative_velocity(self._sampling, p_W, poses, velocity, twist)
-        past = PreviousStep(state, dt, speed)
+        shape = self._shape(state, control_points, control_velocity, speed is not None)
+        past = PreviousStep(state, dt, speed, shape)
         if out is None:
             columns, p_B = Columns.of(len(p_W)), np.empty(p_W.shape)
         else:
@@ -334,12 +356,43 @@ class Contact(Displayed):
         memory = workspace, _ = self._workspaces.take(len(p_W)), columns
         try:
             with clock("search"):
+                surface = self._surface if shape is None else shape.surface
                 detected, held = detect_moved(
-                    self._surface, (p_W, X_WB, p_B), past, active, self._options, memory
+                    surface, (p_W, X_WB, p_B), past, active, self._options, memory
                 )
-            return self._respond(detected, held, (p_B, X_WB), past, clock, out)
+            return self._respond(detected, held, (p_B, X_WB), past, clock, out, shape)
         finally:
             self._workspaces.give(workspace)
+
+    def _shape(
+        self,
+        state: State,
+        control_points: ArrayLike | None,
+        velocity: ArrayLike | None,
+        with_velocities: bool,
+    ) -> Shape | None:
+        """The shape of the master after a step from `state`; None of one that keeps its own."""
+        if control_points is None and velocity is not None:
+            raise InputError(
+                "the velocity of control points is given and these are not",
+                where="control_points",
+                allowed="both or neither",
+            )
+        if control_points is None and len(state.control_points) == 0:
+            return None
+        if control_points is None:
+            control_points = state.control_points
+            velocity = np.zeros(state.control_points.shape) if with_velocities else None
+        if with_velocities != (velocity is not None):
+            raise InputError(
+                "goes with the velocity of the slave",
+                where="control_velocity",
+                found="one without the other",
+                allowed="both or neither",
+                remedy="Give control_velocity=(m, 3), velocity=(n, 3) and twist=(v, w)",
+            )
+        thick, before = self.half_thickness is not None, state.control_points
+        return shape_of(self.master, thick, control_points, before, velocity)
 
     def dry_run(
         self, placements: Iterable[tuple[ArrayLike, PoseLike | None]], *, most: int | None = None
@@ -373,7 +426,7 @@ class Contact(Displayed):
         >>> contact.tangent(state).toarray().diagonal().round(9).tolist()
         [11.111111111, 11.111111111, -100.0]
         """
-        return tangent_of(self._asked, *self._with_inputs(state))
+        return tangent_of(self._asked(state), *self._with_inputs(state))
 
     def linearise(self, state: State) -> Linearisation:
         """All first derivatives of the step that has made `state`.
@@ -382,15 +435,18 @@ class Contact(Displayed):
         over the pose of the master, and over velocities where the step was given some. Raises as
         `tangent` does.
         """
-        return linearisation_of(self._asked, *self._with_inputs(state))
+        return linearisation_of(self._asked(state), *self._with_inputs(state))
 
     def kinks(self, state: State) -> IntArray:
         """(k,) rows of `State.kinks`. Raises as `tangent` does of the state."""
-        return kinks_of(self._asked, *self._with_inputs(state))
+        return kinks_of(self._asked(state), *self._with_inputs(state))
 
-    @property
-    def _asked(self) -> Asked:
-        laws = self._surface, self.law, self.friction
+    def _asked(self, state: State) -> Asked:
+        surface = self._surface
+        if len(state.control_points):
+            thick = self.half_thickness is not None
+            surface = shape_of(self.master, thick, state.control_points).surface
+        laws = surface, self.law, self.friction
         return Asked(*laws, self._sampling, self.half_thickness, self._reference_point)
 
     def _with_inputs(self, state: State) -> tuple[State, StepInputs]:
@@ -514,11 +570,12 @@ class Contact(Displayed):
         past: PreviousStep | None,
         clock: StageClock,
         out: State | None = None,
+        shape: Shape | None = None,
     ) -> State:
         """Forces and sums of what the search has found, points `held` in contact.
 
         `places` are those of all points, body axes, and the pose; `out` is a state that was given
-        up, to become the answer.
+        up, to become the answer; `shape` that of a master whose control points were given.
         """
         sampling, law, (p_B, X_WB), feet = self._sampling, self.law, places, detected.feet
         points = held.since(sampling.first) if sampling.first else held
@@ -565,7 +622,16 @@ class Contact(Displayed):
             "safe_distance": detected.safe_distance,
             "wrench": felt.totals[:WORK],
             "energies": felt.totals[WORK:],
+            "control_points": NOWHERE,
+            "control_force": NOWHERE,
         }
+        if shape is not None:
+            force_B = response.normal.force[:, None] * points.normal
+            if response.friction is not None:
+                force_B = force_B + response.friction.force
+            at = SurfacePlaces(feet.patch[rows], detected.uv[rows])
+            back = shape.spread(at, p_B[rows], -force_B)
+            whole |= {"control_points": shape.now, "control_force": turn_to_world(X_WB, back)}
         if areas is not None:  # measured as the state was made, and not to be measured again
             whole |= {"_seen": seen, "areas": areas}
         force = Column(rows, felt.force)
@@ -578,7 +644,7 @@ class Contact(Displayed):
             points,
             inp,
             seen_by_friction,
-            NO_FORCES if past is None else past.state.kept.foot_B,
+            NO_FORCES if past is None else feet_carried(past),
             None if past is None or past.velocity is None else past.velocity.twist,
         )
         damping = answer.damping if is_damped else None
@@ -629,5 +695,6 @@ def detect_moved(
         to_body(X_WB, p_W, p_B)
         detected = detect_on_curves(surface, p_B, last, active, options, poses, memory)
     else:
-        detected = detect(surface, p_B, last, active, options, memory, (p_W, X_WB))
+        moving = (p_W, X_WB), past.shape
+        detected = detect(surface, p_B, last, active, options, memory, *moving)
     return detected, touching(detected, p_B, past)

@@ -20,6 +20,7 @@ from contiga.contact.foot_rows import closest, free_distance, remember, take_ins
 from contiga.contact.kernels import place_nb
 from contiga.contact.search_records import (
     CHUNK,
+    ChangedShape,
     Columns,
     Detected,
     Last,
@@ -73,18 +74,22 @@ def detect(
     options: Options,
     memory: tuple[Workspace, Columns] | None = None,
     moved: tuple[FloatArray, FloatArray] | None = None,
+    shape: ChangedShape | None = None,
 ) -> Detected:
     """Search one step, from the points of the last step to those of this one, body axes.
 
     What is found lies in `memory`; the next step in it overwrites the workspace. With `moved`, the
-    points in world axes and the pose of the body, `now` is filled in.
+    points in world axes and the pose of the body, `now` is filled in. `shape` tells how the surface
+    has changed, None of one that keeps its shape.
     """
     workspace, columns = memory or (Workspace.of(len(now)), Columns.of(len(now)))
     detected = Detected.into(workspace, columns)
     old = last.last_patch, last.uv, last.holds
     step = Step(last.points_B, now, workspace.way, workspace.ignored, *old)
-    rows = _place(step, last, active, columns, workspace.rows, moved)
-    search = StepSearch(surface, step, SurfacePlaces(last.patch, last.uv), detected, options)
+    surface_way = 0.0 if shape is None else shape.way
+    rows = _place(step, last, active, columns, workspace.rows, moved, surface_way)
+    places = SurfacePlaces(last.patch, last.uv)
+    search = StepSearch(surface, step, places, detected, options, shape)
     if options.half is not None:
         thick.detect(search, rows)
         return with_feet(detected, rows)
@@ -102,6 +107,7 @@ def _place(
     columns: Columns,
     rows: IntArray,
     moved: tuple[FloatArray, FloatArray] | None,
+    surface_way: float,
 ) -> Rows:
     """List the points that were in contact, and the free ones that may have come to the surface.
 
@@ -110,7 +116,8 @@ def _place(
     chunks = ceil(len(step.now) / CHUNK)
     counts = np.zeros((chunks, 2), np.int64)
     ways = step.way, step.ignored
-    placing = Placing(step.before, step.now, last, locked(active), columns, *ways, rows, counts)
+    told = step.before, step.now, last, locked(active), columns
+    placing = Placing(*told, *ways, rows, counts, surface_way)
     if moved is None:
         run_ranges(straight(place_nb.place), chunks, 1, placing, CHUNK)
     else:

@@ -147,7 +147,7 @@ def _same(asked: Asked, options: Options) -> BoolArray:
 
 
 def _detect_open(search: StepSearch, tracked: Tracked, rows: Rows) -> None:
-    surface, step, _, detected, options = search
+    surface, step, _, detected, options, _ = search
     touching, near = rows
     keep = tracked.keep
     slid_off = tracked.at_border & (not options.hold)

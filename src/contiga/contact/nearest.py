@@ -64,7 +64,7 @@ def asked_of(search: StepSearch, feet: Projection | None, rows: Rows) -> Asked:
     that lie inside since the start and whose ways cross nothing. `feet` are those continued of the
     points that were in contact; None where they are not needed.
     """
-    surface, step, _, detected, options = search
+    surface, step, _, detected, options, _ = search
     both = np.concatenate(rows)
     was = np.arange(len(both)) < len(rows.touching)
     side, reach = surface.sides(step.now, both)
@@ -256,7 +256,7 @@ def write(search: StepSearch, asked: Asked, standing: PointsFound, become: Judge
 
 def _detect_open(search: StepSearch, feet: Projection | None, rows: Rows) -> Guards:
     """Tell what becomes of points of an open body."""
-    surface, step, _, detected, options = search
+    surface, step, _, detected, options, _ = search
     touching, near = rows
     asked = asked_of(search, feet, Rows(touching, near[:0]))
     find(search, asked, np.arange(len(touching)))
@@ -310,7 +310,7 @@ def _have_come_out(search: StepSearch, asked: Asked) -> BoolArray:
 
 def _come_in(search: StepSearch, rows: IntArray, start: FloatArray) -> Guards:
     """Take the points of an open body into contact whose paths come in last, from (n, 3) on."""
-    surface, step, _, detected, options = search
+    surface, step, _, detected, options, _ = search
     end, all_of_them = step.now[rows], np.arange(len(rows), dtype=np.int32)
     hits, sense = surface.last_crossings(start, end, all_of_them)
     detected.status[rows[hits.status == Status.BUDGET]] = ContactStatus.LOST

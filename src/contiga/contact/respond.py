@@ -9,6 +9,8 @@ that of its forces on the points, to second order.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -20,6 +22,7 @@ from contiga.arrays.threads import run_ranges
 from contiga.contact.kernels import carrying_nb, relative_nb, totals_nb
 from contiga.contact.loads import NO_FORCES, NO_ROWS, NO_SIZES, NONE, NOWHERE, Column
 from contiga.contact.search_records import BoolArray, Detected
+from contiga.contact.shape import Shape
 from contiga.contact.state import State
 from contiga.errors import InputError
 from contiga.jit import straight
@@ -31,7 +34,15 @@ from contiga.laws.friction import (
     ViscousFriction,
 )
 from contiga.laws.normal import AdaptiveLaw, Law, PenaltyLaw
-from contiga.records import ByteArray, FloatArray, IndexArray, IntArray, LawInput, LawOutput
+from contiga.records import (
+    ByteArray,
+    FloatArray,
+    IndexArray,
+    IntArray,
+    LawInput,
+    LawOutput,
+    SurfacePlaces,
+)
 from contiga.rigid.frames import POINTS
 from contiga.slaves.sampling import Sampling
 
@@ -127,7 +138,8 @@ def relative_velocity(
     return RelativeVelocity(sampling, v_W, p_W, poses[1], body)
 
 
-class PreviousStep(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class PreviousStep:
     """How the points came where they are."""
 
     state: State
@@ -136,6 +148,28 @@ class PreviousStep(NamedTuple):
     """Zero in statics, where there are no rates."""
     velocity: RelativeVelocity | None
     """Against the body, where it is known exactly."""
+    shape: Shape | None = None
+    """How the body has changed; None of one that keeps its shape."""
+
+    @cached_property
+    def points(self) -> FloatArray:
+        """(n, 3) where the points were, body axes; those in contact as their feet of then have been
+        carried along since."""
+        state = self.state
+        if self.shape is None:
+            return state.points_B
+        rows, points = np.flatnonzero(state.patch >= 0), state.points_B.copy()
+        feet = SurfacePlaces(state.patch[rows], state.uv[rows])
+        points[rows] += self.shape.carried_before(feet, points[rows])
+        return points
+
+
+def feet_carried(past: PreviousStep) -> Column:
+    """Where the feet of the last step are now, body axes, carried along by the surface."""
+    rows, feet = past.state.kept.foot_B
+    if past.shape is not None:
+        feet = feet + (past.points[rows] - past.state.points_B[rows])
+    return Column(rows, feet)
 
 
 class ContactRows(NamedTuple):
@@ -147,7 +181,7 @@ class ContactRows(NamedTuple):
     normal: FloatArray
     foot: FloatArray
     path: FloatArray
-    """(k, 3) against the body in the step; zero at the start and of points without a past."""
+    """(k, 3) against the surface in the step; zero at the start and of points without a past."""
     inside: FloatArray
     """(k,) share of that path that a point has gone in contact: of a new one what is below the
     tangent plane at its foot, and nothing of a path that leads away from there."""
@@ -202,9 +236,16 @@ def touching(detected: Detected, p_B: FloatArray, past: PreviousStep | None) -> 
         gather(detected.feet, p_B, last, 1.0, points)
         points.rate.fill(0.0)
         return points
-    state = past.state
-    last = LastDepths(state.patch, state.feature, state.points_B, *state.kept.penetration)
-    points = ContactRows.of(rows, NOWHERE if past.velocity is None else past.velocity.at(rows))
+    state, there = past.state, past.state.points_B
+    velocity = NOWHERE if past.velocity is None else past.velocity.at(rows)
+    if past.shape is not None:  # paths and velocities are those against the surface at the foot
+        feet, points_B = SurfacePlaces(detected.feet.patch[rows], detected.uv[rows]), p_B[rows]
+        there = there.copy()
+        there[rows] += past.shape.carried(feet, points_B)
+        if past.velocity is not None:
+            velocity = velocity - past.shape.velocities(feet, points_B)
+    last = LastDepths(state.patch, state.feature, there, *state.kept.penetration)
+    points = ContactRows.of(rows, velocity)
     gather(detected.feet, p_B, last, past.dt or np.inf, points)
     return points
 
@@ -393,7 +434,7 @@ class LastForces(NamedTuple):
     energies: FloatArray
     """(5,) as `ContactEnergy` has them."""
     points: FloatArray
-    """(n, 3) where all points were, body axes."""
+    """(n, 3) `PreviousStep.points` of all."""
     none: Column
     """Forces of no points."""
 
@@ -454,7 +495,7 @@ def forces(
             NO_FORCES if kept.traction_B is None else kept.traction_B,
             NO_SIZES if kept.damping is None else kept.damping,
             state.energies,
-            state.points_B,
+            past.points,
             NO_FORCES,
         )
     viscous = straight(totals_nb.forces)(points, answer, last, p_B, frame, felt)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -137,7 +137,8 @@ class Step(NamedTuple):
     before: FloatArray
     now: FloatArray
     way: FloatArray
-    """(n,) length; infinite where the point was not finite before."""
+    """(n,) length, with that of the surface if it changes its shape; infinite where the point was
+    not finite before."""
     ignored: BoolArray
     """(n,) True of free points that lie inside since the start."""
     last_patch: IntArray
@@ -253,6 +254,9 @@ class Placing(NamedTuple):
     that may have come to the surface."""
     counts: IndexArray
     """(chunks, 2) how many each has listed."""
+    surface_way: float = 0.0
+    """How far any point of the surface has gone in body axes, length: zero of one that keeps its
+    shape."""
 
 
 class Detected(NamedTuple):
@@ -299,6 +303,18 @@ class Rows(NamedTuple):
     """Free before, and near enough to the surface to reach it."""
 
 
+class ChangedShape(Protocol):
+    """A surface that has another shape than at the last step."""
+
+    @property
+    def surface_before(self) -> Surface:
+        """The surface as it was."""
+
+    @property
+    def way(self) -> float:
+        """How far any of its points has gone at most, body axes, length."""
+
+
 class StepSearch(NamedTuple):
     """The search of one step: what is asked, of what, and where the answers are written."""
 
@@ -309,6 +325,13 @@ class StepSearch(NamedTuple):
     detected: Detected
     """Filled row by row, by whichever stage decides what becomes of a point."""
     options: Options
+    shape: ChangedShape | None = None
+    """How the surface has changed; None of one that keeps its shape."""
+
+    @property
+    def surface_before(self) -> Surface:
+        """The surface as it was at the last step."""
+        return self.surface if self.shape is None else self.shape.surface_before
 
 
 def listed(rows: IntArray, counts: IndexArray) -> IntArray:

@@ -49,7 +49,7 @@ _memory = ThreadMemory()
 
 def left(search: StepSearch, rows: Rows) -> Rows:
     """Settle the usual ones of `rows`; returns the others."""
-    surface, step, feet, detected, options = search
+    surface, step, feet, detected, options, _ = search
     followed = not options.nearest
     tells = options.balls and (options.closed or not followed)
     tables = surface.contact_tables if tells else None

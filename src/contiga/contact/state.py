@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import InitVar, dataclass, fields
+from dataclasses import InitVar, dataclass, field, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from contiga.area.method import AreaInput, Areas
 from contiga.arrays.layout import as_contiguous
 from contiga.arrays.ordered import product
-from contiga.contact.loads import Column, Guards, Kept
+from contiga.contact.loads import NOWHERE, Column, Guards, Kept
 from contiga.display import Displayed, Facts
 from contiga.errors import InputError
 from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
@@ -152,6 +152,12 @@ class State(Displayed):
     forces on the slave's points, where they are."""
     energies: FloatArray
     """(5,) `energy` as an array."""
+    control_points: FloatArray = field(default_factory=lambda: NOWHERE)
+    """(m, 3) of the master, body axes, in the order of `body.net`; (0, 3) where none were given: it
+    keeps its shape."""
+    control_force: FloatArray = field(default_factory=lambda: NOWHERE)
+    """(m, 3) on the master's control points: with the forces on the slave's points their sum is
+    zero, and so is that of their moments; (0, 3) where none were given."""
     of: InitVar[Owner | None] = None
     """The contact that this is a state of."""
     _maker: ClassVar[Owner | None] = None

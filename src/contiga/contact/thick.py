@@ -59,7 +59,7 @@ def detect_at_start(
 
 def detect(search: StepSearch, rows: Rows) -> None:
     """Tell what becomes of the points that were in contact and the free ones that are near."""
-    surface, step, _, detected, options = search
+    surface, step, _, detected, options, _ = search
     were, free = rows
     near = np.concatenate((were, _near(surface, step.now, free, detected, options)))
     was = np.arange(len(near)) < len(were)
@@ -95,7 +95,7 @@ def _leave_from_behind(
     unsure = np.flatnonzero(new | (touching & was & reached.behind & ~reached.on_border))
     if len(unsure) == 0:
         return
-    before = reach(search.surface, search.step.before, near[unsure], options)
+    before = reach(search.surface_before, search.step.before, near[unsure], options)
     ahead = before.solved & ~before.behind & (before.room >= 0.0)
     touching[unsure] = np.where(was[unsure], ~before.on_border, ahead)
 

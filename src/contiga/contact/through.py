@@ -48,7 +48,7 @@ class Held(NamedTuple):
 
 def detect(search: StepSearch, rows: Rows) -> Rows:
     """Tell what becomes of the points that a wall holds; returns the others."""
-    surface, step, last, _, options = search
+    surface, step, last, _, options, _ = search
     touching, near = rows
     foot = last.patch[touching], last.uv[touching]
     way = step.before[touching], step.now[touching]

@@ -22,6 +22,7 @@ from contiga.dynamics.prescribed import (
 )
 from contiga.dynamics.pulse_files import read_pulse
 from contiga.dynamics.pulses import Accelerated, Velocity, check_covers
+from contiga.dynamics.shapes import ControlPoints, ControlPointsOf
 from contiga.rigid import pose
 from contiga.rigid.twist import Twist
 
@@ -30,6 +31,8 @@ __all__ = [
     "Attached",
     "BodyMotion",
     "Combine",
+    "ControlPoints",
+    "ControlPointsOf",
     "Deforming",
     "Fixed",
     "Free",

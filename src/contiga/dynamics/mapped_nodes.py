@@ -144,7 +144,11 @@ class SpreadForces(NamedTuple):
 
     def __call__(self) -> FloatArray:
         """(m, 3)."""
-        return self.matter.spread(self.nodal())
+        force, own = self.matter.spread(self.nodal()), self.nodal.on_degrees()
+        return force if own is None else force + own
+
+    def on_degrees(self) -> None:
+        """None: they all are."""
 
     def listed(self) -> Pushes:
         """On all degrees of freedom."""
@@ -252,8 +256,11 @@ class MappedNodes(NodeMover):
         """See `NodeMover`: Gershgorin's bound of Nᵀ k N over the masses."""
         nodal = np.zeros((len(self.mass), 3))
         nodal[rows] = stiffness[:, None]
-        sums, mass = self.matter.spread(nodal)[:, 0], self.own.mass
-        return float((sums / mass).max(initial=0.0))
+        return self.fastest_of_degrees(self.matter.spread(nodal)[:, 0])
+
+    def fastest_of_degrees(self, sums: FloatArray) -> float:
+        """Largest ω² of row sums (m,) of a stiffness of the degrees of freedom."""
+        return float((sums / self.own.mass).max(initial=0.0))
 
     def swing(self, forces: FloatArray) -> float:
         """See `NodeMover`."""

@@ -51,6 +51,9 @@ class Forces(Protocol):
     def listed(self) -> Pushes:
         """Of those they act on."""
 
+    def on_degrees(self) -> FloatArray | None:
+        """(m, 3) on degrees of freedom that are not nodes; None where there are none."""
+
 
 class SlaveState(NamedTuple):
     """A slave at one time."""

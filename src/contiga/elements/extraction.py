@@ -75,7 +75,7 @@ def elements_of(body: Faces, trims: TrimTables) -> tuple[Elements, Grid]:
     for alike, (net, poles) in zip(of_degrees.values(), nets, strict=True):
         where = np.concatenate([np.arange(first[k], first[k + 1]) for k in alike])
         rows = table[where]
-        for part in _fill(rows, net, poles, used):
+        for part in fill(rows, net, poles, used):
             coefs.append(part)
             used += part.size
         table[where] = rows
@@ -124,11 +124,12 @@ def _poles(net: FloatArray) -> NDArray[np.bool_]:
     return np.stack([each[end] & ~each.all(axis=0) for each in point for end in (0, -1)], axis=1)
 
 
-def _fill(rows: Records, net: FloatArray, poles: NDArray[np.bool_], used: int) -> list[FloatArray]:
+def fill(rows: Records, net: FloatArray, poles: NDArray[np.bool_], used: int) -> list[FloatArray]:
     """Coefficients of elements of the same degrees about an origin of each element's own.
 
-    Fills the rows' degree, origin, cubic, form and places; returns what is to stand in the flat
-    array from place `used` on. Changes `net`.
+    `net` (n, p + 1, q + 1, 4) are homogeneous Bernstein coefficients, which are changed; `poles`
+    (n, 4) tell which sides are one point. Fills the rows' degree, origin, cubic, form and places;
+    returns what is to stand in the flat array from place `used` on.
     """
     p, q = net.shape[1] - 1, net.shape[2] - 1
     rows["degree"] = p, q

@@ -8,7 +8,7 @@ import numpy as np
 
 from contiga.geometry import refine
 from contiga.geometry.spline_like import CurveLike, SurfaceLike
-from contiga.records import FloatArray
+from contiga.records import FloatArray, IndexArray
 
 
 class BezierGrid(NamedTuple):
@@ -39,6 +39,25 @@ class BezierCurve(NamedTuple):
     """(ns + 1,) borders of the elements."""
 
 
+class Extraction(NamedTuple):
+    """The map from the control points of a surface to the coefficients of its elements."""
+
+    rows: tuple[refine.Rows, refine.Rows]
+    """In u and in v."""
+    windows: tuple[IndexArray, IndexArray]
+    """(nu, p + 1) and (nv, q + 1) mapped control points of each element; neighbours share one."""
+    breaks: tuple[FloatArray, FloatArray]
+
+    def of(self, homogeneous: FloatArray) -> BezierGrid:
+        """The elements of the control points (n, m, 4)."""
+        points = homogeneous
+        for axis, rows in enumerate(self.rows):
+            points = refine.mapped(rows, points, axis)
+        i, j = self.windows
+        coefs = points[i[:, None, :, None], j[None, :, None, :]]
+        return BezierGrid(np.ascontiguousarray(coefs), *self.breaks)
+
+
 def extract(
     surface: SurfaceLike, u: FloatArray | None = None, v: FloatArray | None = None
 ) -> BezierGrid:
@@ -51,17 +70,22 @@ def extract(
     ----------
     u, v : further borders at which to cut elements, strictly inside the domain
     """
-    p, q = surface.degrees
-    (u_knots, u_breaks), (v_knots, v_breaks) = (
-        _cut(knots, degree, extra)
-        for knots, degree, extra in zip(surface.knots, (p, q), (u, v), strict=True)
-    )
-    points = refine.refine_points(surface.knots[0], p, surface.homogeneous, u_knots, 0)
-    points = refine.refine_points(surface.knots[1], q, points, v_knots, 1)
-    i = _windows(len(u_breaks) - 1, p)
-    j = _windows(len(v_breaks) - 1, q)
-    coefs = points[i[:, None, :, None], j[None, :, None, :]]
-    return BezierGrid(np.ascontiguousarray(coefs), u_breaks, v_breaks)
+    return extraction_of(surface, u, v).of(surface.homogeneous)
+
+
+def extraction_of(
+    surface: SurfaceLike, u: FloatArray | None = None, v: FloatArray | None = None
+) -> Extraction:
+    """The map of `surface`, which depends on its degrees and knots alone; see `extract`."""
+    counts = surface.homogeneous.shape
+    rows, windows, breaks = [], [], []
+    for axis, extra in enumerate((u, v)):
+        knots, degree = surface.knots[axis], surface.degrees[axis]
+        refined, borders = _cut(knots, degree, extra)
+        rows.append(refine.rows_to(knots, degree, counts[axis], refined))
+        windows.append(_windows(len(borders) - 1, degree))
+        breaks.append(borders)
+    return Extraction((rows[0], rows[1]), (windows[0], windows[1]), (breaks[0], breaks[1]))
 
 
 def extract_curve(curve: CurveLike) -> BezierCurve:
@@ -80,7 +104,7 @@ def _cut(knots: FloatArray, degree: int, extra: FloatArray | None) -> tuple[Floa
     return np.repeat(borders, times), borders
 
 
-def _windows(elements: int, degree: int) -> np.ndarray[tuple[int, int], np.dtype[np.int64]]:
+def _windows(elements: int, degree: int) -> IndexArray:
     """(elements, degree + 1) indices of the points of each element; neighbours share one."""
     starts = np.arange(elements, dtype=np.int64) * degree
     return starts[:, None] + np.arange(degree + 1, dtype=np.int64)

@@ -31,8 +31,12 @@ def refine_points(
     ----------
     points : (..., n along `axis`, ..., 4), homogeneous coordinates
     """
-    rows = refinement_rows(locked(knots), degree, points.shape[axis], refined)
-    return _mapped(rows, points, axis)
+    return mapped(rows_to(knots, degree, points.shape[axis], refined), points, axis)
+
+
+def rows_to(knots: FloatArray, degree: int, count: int, refined: FloatArray) -> Rows:
+    """The map of `count` control points to those on `refined`, as of `refine_points`."""
+    return refinement_rows(locked(knots), degree, count, refined)
 
 
 def elevate_points(
@@ -42,10 +46,11 @@ def elevate_points(
     values, times = np.unique(knots, return_counts=True)
     elevated = np.repeat(values, times + 1)
     rows = elevation_rows(locked(knots), degree, points.shape[axis], elevated)
-    return elevated, _mapped(rows, points, axis)
+    return elevated, mapped(rows, points, axis)
 
 
-def _mapped(rows: Rows, points: FloatArray, axis: int) -> FloatArray:
+def mapped(rows: Rows, points: FloatArray, axis: int) -> FloatArray:
+    """New control points of the old ones (..., n along `axis`, ..., 4)."""
     first, weights = rows
     moved = np.moveaxis(points, axis, 0)
     flat = np.ascontiguousarray(moved).reshape(moved.shape[0], -1)

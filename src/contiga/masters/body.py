@@ -29,6 +29,7 @@ from contiga.records import (
 from contiga.rigid.inertia import of_volume
 
 if TYPE_CHECKING:
+    from contiga.geometry.net import ControlNet
     from contiga.search.borders.openings import Openings
     from contiga.search.exact_surface import ExactSurface
     from contiga.triangles.trimesh import TriMesh
@@ -104,6 +105,23 @@ class Body(Faces, Queries):
         from contiga.search.borders.openings import openings_of
 
         return openings_of(self)
+
+    @property
+    def net(self) -> ControlNet:
+        """The control points of all patches in one array, as `Contact.step` is told new ones.
+
+        Those that patches share, along edges, seams and at poles, are in it once.
+
+        >>> import contiga as cg
+        >>> ball = Body([cg.shapes.sphere(radius=1.0)])
+        >>> ball.patches[0].control_points.shape, ball.net.points.shape
+        ((9, 5, 3), (26, 3))
+        >>> ball.net.control[0][0].tolist(), ball.net.control[0][-1].tolist()
+        ([0, 1, 2, 3, 4], [0, 1, 2, 3, 4])
+        """
+        from contiga.geometry.net import net_of
+
+        return net_of(self)
 
     @property
     def pieces(self) -> list[IndexArray]:

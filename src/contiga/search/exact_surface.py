@@ -35,7 +35,7 @@ from contiga.search.hierarchy.table_types import Tables
 from contiga.search.sides import side_grid
 from contiga.search.slopes.kernels import slopes_nb
 from contiga.search.sweep.kernels import hit_nb
-from contiga.search.sweep.piece_lists import lists_of
+from contiga.search.sweep.piece_lists import PieceLists, lists_of
 from contiga.search.tables import tables_of
 from contiga.search.track import project
 
@@ -100,7 +100,7 @@ class ExactSurface:
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
         """First entries by interval Newton."""
-        out, lists = empty_hit(len(rows)), lists_of(self.tables, len(rows))
+        out, lists = empty_hit(len(rows)), self._lists(len(rows))
         given = self.tables, lists, a_B, b_B, rows, out
         run_ranges(hit_nb.first_hits, len(rows), SEGMENTS, *given)
         return out
@@ -109,7 +109,7 @@ class ExactSurface:
         self, a_B: FloatArray, b_B: FloatArray, rows: IntArray
     ) -> tuple[Hit, ByteArray]:
         """Last crossings by interval Newton on the path turned round."""
-        lists = lists_of(self.tables, len(rows))
+        lists = self._lists(len(rows))
 
         def search(
             a: FloatArray, b: FloatArray, loose: tuple[float, float], out: Hit, verdict: FloatArray
@@ -133,9 +133,13 @@ class ExactSurface:
         return side_grid.clear_ways(self._grid, a_B, b_B, rows)
 
     @cached_property
-    def contact_tables(self) -> ContactTables:
+    def contact_tables(self) -> ContactTables | None:
         """With its touching balls, and the grid of its sides."""
         return ContactTables(self.tables, self._grid, balls_of(self.tables))
+
+    def _lists(self, asked: int) -> PieceLists:
+        """Pieces near paths, as so many paths are asked for, too."""
+        return lists_of(self.tables, asked)
 
     @property
     def _grid(self) -> side_grid.SideGrid:

@@ -53,10 +53,15 @@ def check_size(body: Faces) -> None:
     """
     with np.errstate(over="ignore", invalid="ignore"):
         size = body.size
+    check_extent(size, body.name)
+
+
+def check_extent(size: float, name: str) -> None:
+    """As `check_size`, of a body `name` of this size."""
     if not SMALLEST <= size <= LARGEST:
         raise GeometryError(
             "the body's size cannot be computed with",
-            where=body.name,
+            where=name,
             found=size,
             allowed=f"{SMALLEST:g} to {LARGEST:g}",
         )

@@ -17,9 +17,13 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from contiga.arrays.ordered import length, row_lengths, row_products
+from contiga.contact.state import State
 from contiga.dynamics.kernels.stiffness_nb import fastest
+from contiga.dynamics.mapped_nodes import MappedNodes
 from contiga.errors import RunError
+from contiga.geometry.net import spread
 from contiga.jit import straight
+from contiga.records import FloatArray, IndexArray, SurfacePlaces
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.system_state import SystemState
 from contiga.slaves.sampling import more_points
@@ -216,7 +220,8 @@ def _add_contact(
     system, contact, ends = model.mechanism, state.contacts[part.name], []
     kept, bodies = contact.kept, model.mechanism.sides[part.name].free
     rows, along = kept.springs
-    if len(rows) == 0 or not (bodies or part.slave in system.masses):
+    host = model.shapes.slave_of(part.master)
+    if len(rows) == 0 or not (bodies or host or part.slave in system.masses):
         return
     across = damping = dragging = np.zeros(len(rows))
     if of != "following" and kept.tangential is not None:
@@ -254,8 +259,33 @@ def _add_contact(
             viscosity = part.contact.nodal_sum(rows, np.maximum(damping, dragging)).values
             decay = mover.fastest(nodes, viscosity)
         ends.append(_End(part.slave, Rates(square, decay), Rates()))
+    if host is not None:  # whose degrees of freedom are the master's control points
+        degrees = system.nodes[host]
+        assert isinstance(degrees, MappedNodes)
+        sums = _sums_at_control_points(part, contact, rows, np.maximum(along, across))
+        square, decay = degrees.fastest_of_degrees(sums), 0.0
+        if damped:
+            sums = _sums_at_control_points(part, contact, rows, np.maximum(damping, dragging))
+            decay = degrees.fastest_of_degrees(sums)
+        ends.append(_End(host, Rates(square, decay), Rates()))
     drags = dragging.any() and all(end.rates.decay**2 > end.rates.square for end in ends)
     couplings.append((f"{'viscous friction of ' if drags else ''}contact {part.name!r}", ends))
+
+
+def _sums_at_control_points(
+    part: ContactPart, state: State, rows: IndexArray, values: FloatArray
+) -> FloatArray:
+    """(m,) Σ k N_i of values k at points `rows` with their feet: row sums of Nᵀ k N, as Σ N_i is
+    one."""
+    body = part.contact.master.faces
+    assert body is not None
+    feet, along = SurfacePlaces(state.patch[rows], state.uv[rows]), np.zeros((len(rows), 3))
+    along[:, 0] = values
+    # On the surface itself: a force there has no couple.
+    half = part.contact.half_thickness
+    assert half is not None
+    points = state.kept.foot_B.at(rows) - half[rows, None] * state.kept.normal_B.at(rows)
+    return spread(body, state.control_points, feet, points, along)[:, 0]
 
 
 def check_stable(model: Model, state: SystemState) -> None:

@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import InputError
+from contiga.geometry.net import NetMotion, net_of
 from contiga.io.out.outlines import Loops, OutlinesWriter
 from contiga.io.out.vtkhdf import FieldsWriter, Part
 from contiga.io.units import derived_units
 from contiga.masters.protocol import Master
 from contiga.masters.sampling import least_size, refined
 from contiga.matter.element_fields import FIELDS, TENSORS, at_facets, at_nodes
-from contiga.records import FloatArray, IndexArray
+from contiga.records import FloatArray, IndexArray, SurfacePlaces
 from contiga.rigid.frames import to_world
 from contiga.simulation.model import Model
 from contiga.simulation.system_state import SystemState
@@ -50,6 +51,9 @@ class Fields:
         self._cells = bool(self._of_elements) and model.output.cells
         self._meshes: dict[str, TriMesh] = {
             name: _drawn(name, part.body, model.output.size) for name, part in model.bodies.items()
+        }
+        self._shapes = {
+            name: _Drawn(model.bodies[name].body, self._meshes[name]) for name in model.shapes.of
         }
         self._own = {name: _own_nodes(part.slave) for name, part in model.slaves.items()}
         parts = [
@@ -84,9 +88,11 @@ class Fields:
 
     def append(self, state: SystemState) -> None:
         """Write one step."""
-        bodies = [
-            to_world(state.bodies[name].pose, mesh.vertices) for name, mesh in self._meshes.items()
-        ]
+        bodies = []
+        for name, mesh in self._meshes.items():
+            shape = self._model.shapes.points(name, state.time, state.slaves)
+            vertices = mesh.vertices if shape is None else self._shapes[name].at(shape)
+            bodies.append(to_world(state.bodies[name].pose, vertices))
         first = sum(len(b) for b in bodies)
         slaves = [state.slaves[name].points[self._own[name]] for name in self._model.slaves]
         points = np.concatenate(bodies + slaves)
@@ -171,6 +177,22 @@ class Fields:
                 self._outlines.close()
         finally:
             self._writer.close()
+
+
+class _Drawn:
+    """The vertices that a body which changes its shape is drawn by."""
+
+    def __init__(self, body: Master, mesh: TriMesh) -> None:
+        assert body.faces is not None
+        feet = body.project(mesh.vertices)
+        self._body = body.faces
+        self._feet, self._rest = SurfacePlaces(feet.patch, feet.uv), feet.point
+
+    def at(self, points: FloatArray) -> FloatArray:
+        """(n, 3) body axes, of control points (m, 3)."""
+        rest = net_of(self._body).points
+        change = NetMotion(self._body, rest, points - rest)
+        return self._rest + change.carry(self._feet, self._rest)
 
 
 def _own_nodes(slave: Slave) -> IndexArray:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from contiga.contact.contact import Contact
 from contiga.dynamics.free import Dependent
 from contiga.dynamics.prescribed import pose_at
+from contiga.dynamics.shapes import ControlPoints
 from contiga.dynamics.stepping import AutoSteps, ended
 from contiga.simulation.model import Model
 from contiga.simulation.things import Things
@@ -70,6 +71,8 @@ def identity_of(model: Model, end: float | None = None) -> Identity:
             digest.thing(part.motion)
         else:
             digest.arrays("poses", *(pose_at(part.motion, float(t)) for t in times))
+        if isinstance(part.motion, ControlPoints):
+            digest.arrays("shapes", *(part.motion.control_points(float(t)) for t in times))
         part.body.digest(digest)
     for name, (slave, _) in model.slaves.items():
         digest.text(name)

@@ -12,6 +12,7 @@ import numpy as np
 
 from contiga.arrays.layout import positive
 from contiga.contact.contact import Contact
+from contiga.contact.shape import shape_of
 from contiga.display import Displayed, Facts
 from contiga.dynamics.free import Dependent, Free, is_driven
 from contiga.dynamics.gas import Chamber
@@ -19,10 +20,12 @@ from contiga.dynamics.kinks import united
 from contiga.dynamics.loads import Load
 from contiga.dynamics.prescribed import BodyMotion, SlaveMotion, kinks_in, pose_at
 from contiga.dynamics.pulses import check_covers
+from contiga.dynamics.shapes import ControlPoints
 from contiga.dynamics.slip_rings import SlipRing
 from contiga.dynamics.springs import Spring
-from contiga.dynamics.stepping import Stepping
-from contiga.errors import InputError
+from contiga.dynamics.stepping import AutoSteps, Stepping
+from contiga.errors import ContigaError, InputError
+from contiga.geometry.net import net_of
 from contiga.io.naming import check_name
 from contiga.masters.protocol import Master
 from contiga.matter.element_fields import FIELDS
@@ -37,6 +40,7 @@ from contiga.simulation.sensor import (
     Sensor,
 )
 from contiga.simulation.settle import Settle
+from contiga.simulation.shapes import Motions
 from contiga.simulation.slave_sensor import NodeSensor, SlaveSensor, nodes_of, slave_of
 from contiga.slaves.slave import Slave
 
@@ -150,6 +154,7 @@ class Model(Displayed):
             _check_name("master", part.master, self.bodies)
             _check_name("slave", part.slave, self.slaves)
         check_movers(self)
+        check_shapes(self)
         check_settle(self)
         check_sensors(self)
         check_springs(self)
@@ -171,6 +176,11 @@ class Model(Displayed):
             or system.root_of(part.master) in system.driven
             or system.carried.get(part.slave) in system.driven
         )
+
+    @cached_property
+    def shapes(self) -> Motions:
+        """How bodies change their shape."""
+        return Motions({name: part.motion for name, part in self.bodies.items()})
 
     @cached_property
     def point_sensors(self) -> tuple[Sensor, ...]:
@@ -292,6 +302,76 @@ def check_settle(model: Model) -> None:
                 found=name,
                 remedy="Leave it out: then it stays where it starts until the run begins",
             )
+
+
+def check_shapes(model: Model) -> None:
+    """Refuse bodies that cannot change their shape as they are told to, and steps that choose
+    themselves or settling beside them.
+
+    Raises
+    ------
+    InputError
+        As said.
+    """
+    for name, motion in model.shapes.of.items():
+        where = f"bodies[{name!r}]: motion"
+        parts = [part for part in model.contacts if part.master == name]
+        rest = (
+            motion.points[0]
+            if isinstance(motion, ControlPoints)
+            else _control_points_at_rest(model, name)
+        )
+        try:
+            for part in parts:
+                contact = part.contact
+                assert shape_of(contact.master, contact.half_thickness is not None, rest)
+        except ContigaError as error:
+            raise InputError(str(error), where=where) from error
+        for what, wrong in (
+            ("steps that choose themselves do", isinstance(model.stepping, AutoSteps)),
+            ("settling does", model.settling is not None),
+        ):
+            if parts and wrong:
+                raise InputError(
+                    f"{what} not foresee how a body changes its shape",
+                    where=where,
+                    allowed="a step that is given, and no settling",
+                )
+
+
+def _control_points_at_rest(model: Model, name: str) -> FloatArray:
+    """Control points of a body that are the degrees of freedom of a slave, at rest."""
+    slave = model.shapes.slave_of(name)
+    where = f"bodies[{name!r}]: motion"
+    if slave is None or slave not in model.slaves:
+        raise InputError(
+            "names a slave that is not there",
+            where=where,
+            found=slave,
+            allowed=", ".join(map(repr, model.slaves)),
+        )
+    net = getattr(getattr(model.mechanism.nodes[slave], "matter", None), "net", None)
+    body = model.bodies[name].body.faces
+    if net is None or body is None:
+        raise InputError(
+            "only a slave that deforms as a shell of splines has control points",
+            where=where,
+            found=slave,
+            allowed="motion.Deforming(material=assemble_shell(…)) of the slave, and a body of the "
+            "same patches",
+        )
+    own = net_of(body)
+    same = len(own.control) == len(net.control) and all(
+        np.array_equal(one, other) for one, other in zip(own.control, net.control, strict=True)
+    )
+    if not same or not np.allclose(own.points, net.points, rtol=0.0, atol=1e-9 * body.size):
+        raise InputError(
+            "the body must have the patches that the shell of the slave has",
+            where=where,
+            found=f"{len(own.points)} control points, and {len(net.points)} of the shell",
+            allowed="cg.Body of the surfaces that assemble_shell was given",
+        )
+    return net.points
 
 
 def check_springs(model: Model) -> None:

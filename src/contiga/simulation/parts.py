@@ -10,6 +10,7 @@ from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Dependent
 from contiga.dynamics.gas import Chamber
 from contiga.dynamics.prescribed import Fixed, Moved
+from contiga.dynamics.shapes import ControlPoints, ControlPointsOf
 from contiga.dynamics.slip_rings import SlipRing
 from contiga.dynamics.springs import Spring
 from contiga.errors import InputError
@@ -59,6 +60,13 @@ def slave_part(name: str, given: Any) -> SlavePart:
             where=f"slaves[{name!r}]",
             found=type(slave).__name__,
             allowed="a Slave, or (one, its motion)",
+        )
+    if isinstance(motion, ControlPoints | ControlPointsOf):
+        raise InputError(
+            "only bodies have control points",
+            where=f"slaves[{name!r}]: motion",
+            found=type(motion).__name__,
+            allowed="motion.Deforming, motion.Free or a motion that carries its points",
         )
     if isinstance(motion, Dependent):
         return SlavePart(slave, motion)

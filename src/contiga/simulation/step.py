@@ -77,6 +77,15 @@ class ForcesOn(NamedTuple):
         """(n, 3) of all nodes."""
         return nodal_force(*self)
 
+    def on_degrees(self) -> FloatArray | None:
+        """(m, 3) on the degrees of freedom themselves, where the slave is a master, too."""
+        forces = [
+            self.acting.contacts[part.name].control_force
+            for part in self.model.contacts
+            if self.model.shapes.slave_of(part.master) == self.name
+        ]
+        return np.array(sum(forces[1:], forces[0])) if forces else None
+
     def listed(self) -> Pushes:
         """Of those they act on."""
         columns = []
@@ -128,8 +137,11 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
     for part in model.contacts:
         begun = perf_counter()
         i, slave = system.index[part.master], standing.slaves[part.slave]
+        points = model.shapes.points(part.master, time, standing.slaves)
         if last is None:
-            state = part.contact.start(slave.points, now.poses[i], clock=clock)
+            state = part.contact.start(
+                slave.points, now.poses[i], control_points=points, clock=clock
+            )
         else:
             state = part.contact.step(
                 last.contacts[part.name],
@@ -138,6 +150,8 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
                 now.dt,
                 velocity=slave.velocities,
                 twist=now.twists[i].reshape(2, 3),
+                control_points=points,
+                control_velocity=model.shapes.velocity(part.master, time, standing.slaves),
                 clock=clock,
             )
         contacts[part.name] = state
@@ -376,6 +390,11 @@ def external_work(
         turn = quaternion.rotation_vector(to_quaternion(X0), to_quaternion(X1))
         of_bodies -= 0.5 * float((both[:3] * (X1[:3, 3] - X0[:3, 3])).sum())
         of_bodies -= 0.5 * float((both[3:] * turn).sum())
+    for part in model.contacts:
+        if model.shapes.is_told(part.master):
+            was, now = last.contacts[part.name], acting.contacts[part.name]
+            both = was.control_force + now.control_force
+            of_bodies -= 0.5 * float((both * (now.control_points - was.control_points)).sum())
     for name, nodes in system.nodes.items():
         if nodes.host is None:  # else the body has their forces
             before, after = (ForcesOn(model, name, each) for each in (last.acting, acting))

@@ -108,7 +108,7 @@ def test_mixtures_of_the_case_have_heat_capacities_and_vents_a_place(file: Path)
     ("old", "new", "said"),
     [
         ("leak = 1e-5", "leak = -1.0", "leak: must not be below zero"),
-        ("leak = 1e-5", "leak = [[1, 0], [0, 1]]", "leak: the times go back or repeat"),
+        ("leak = 1e-5", "leak = [[1, 0], [0, 1]]", "leak: the values of x go back or repeat"),
         ("leak = 1e-5", "gas = [{ constant = 287.05, gamma = 1.4 }]", "share"),
         ("leak = 1e-5", "gas = { constant = 287.05 }", "exactly one of the keys gamma, c_p"),
         (

@@ -19,7 +19,8 @@ pytestmark = pytest.mark.interpreted
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 @pytest.mark.parametrize("chunks", [1, 3])
 @pytest.mark.parametrize("calm", [False, True])
-def test_every_point_is_placed_as_plain_numpy_says(chunks, calm):
+@pytest.mark.parametrize("surface_way", [0.0, 0.75])
+def test_every_point_is_placed_as_plain_numpy_says(chunks, calm, surface_way):
     rng = np.random.default_rng(2)
     n = 3000
     before, now = rng.normal(size=(2, n, 3))
@@ -54,7 +55,7 @@ def test_every_point_is_placed_as_plain_numpy_says(chunks, calm):
     columns = Columns(status, safe_distance, found_near, found_uv, old, feature, certified)
     size = -(-n // chunks)
     last = Last(before, patch, uv, near, distance, UNHELD)
-    placing = Placing(before, now, last, locked(active), columns, way, ignored, *lists)
+    placing = Placing(before, now, last, locked(active), columns, way, ignored, *lists, surface_way)
     place_nb.place(placing, size, 0, chunks)
     touching, free = (
         np.concatenate([own[c * size : c * size + count] for c, count in enumerate(lists[1][:, i])])
@@ -62,7 +63,7 @@ def test_every_point_is_placed_as_plain_numpy_says(chunks, calm):
     )
 
     whole = np.isfinite(now).all(axis=1)
-    gone = np.linalg.norm(now - before, axis=1)
+    gone = np.linalg.norm(now - before, axis=1) + surface_way
     gone = np.where(np.isfinite(gone), gone, np.inf)
     held = whole & (patch >= 0)
     loose = whole & active & ~held

@@ -69,7 +69,8 @@ def _place(placing, before, now, start, stop):
     ways = scratch(BLOCK)
     for first in range(start, stop, BLOCK):
         past = min(first + BLOCK, stop)
-        _ways(before[3 * first : 3 * past], now[3 * first : 3 * past], ways)
+        both = before[3 * first : 3 * past], now[3 * first : 3 * past]
+        _ways(both[0], both[1], placing.surface_way, ways)
         none = _are_none(last.patch[first:past], last.last_patch[first:past])
         none = none and _are_none(columns.patch[first:past], columns.last_patch[first:past])
         if none and _are_far(ways, last.safe_distance[first:past], active[first:past]):
@@ -83,12 +84,13 @@ def _place(placing, before, now, start, stop):
 
 
 @inner(error_model="numpy")
-def _ways(before, now, ways):
-    """Compute the distances that points (3 n,) have moved; infinite if one is not finite."""
+def _ways(before, now, surface_way, ways):
+    """Compute the distances that points (3 n,) have moved, and the surface with them; infinite if
+    one is not finite."""
     for k in range(now.shape[0] // 3):
         x, y = now[3 * k] - before[3 * k], now[3 * k + 1] - before[3 * k + 1]
         z = now[3 * k + 2] - before[3 * k + 2]
-        way = math.sqrt(x * x + y * y + z * z)
+        way = math.sqrt(x * x + y * y + z * z) + surface_way
         ways[k] = way if way < math.inf else math.inf
 
 

@@ -2,6 +2,8 @@
 
 - basis_nb: B-spline basis functions, their derivatives, and the maps between knot vectors
 - evaluate_nb: points, derivatives and normals of NURBS curves and surfaces at many parameters
+- net_nb: how places on a surface move with its control points, and what forces at places do on
+  these
 - quadrature_nb: adaptive Gauss quadrature of area and length over Bézier elements
 - trim_nb: kernels of the trim tables: monotone pieces, the cell grid, the exact in/out test
 - trim_build_nb: kernels that build the trim tables: splitting into monotone pieces and filling

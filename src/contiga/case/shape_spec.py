@@ -1,0 +1,69 @@
+"""`{ kind = "deform" }` of a body: its control points over time."""
+
+from __future__ import annotations
+
+import zipfile
+from typing import Literal
+
+import numpy as np
+
+from contiga.case.spec import ExistingFile, MadeSpec, MotionSpec
+from contiga.dynamics.shapes import ControlPoints
+from contiga.dynamics.tables import as_times
+from contiga.errors import CaseError, FileError
+from contiga.records import FloatArray
+
+ARRAYS = "times", "control_points"
+"""Of a file."""
+
+
+class ShapeSpec(MadeSpec[ControlPoints], MotionSpec):
+    """`{ kind = "deform", table = [[t, x, y, z, …], …] }`, or the same as a `file`.
+
+    A row has the coordinates of all control points, in the order of `body.net.points`. A file is
+    one of NumPy, .npz, with the arrays times (k,) and control_points (k, m, 3). Smooth between, in
+    units of the case.
+    """
+
+    kind: Literal["deform"] = "deform"
+    table: list[list[float]] | None = None
+    file: ExistingFile | None = None
+
+    @staticmethod
+    def makes(table: list[list[float]] | None, file: str | None) -> ControlPoints:
+        """The motion of either."""
+        if (file is None) == (table is None):
+            raise CaseError("must have exactly one of the keys file or table")
+        if file is not None:
+            return ControlPoints(*_arrays_of(file))
+        lengths = sorted({len(row) for row in table or []})
+        if len(lengths) != 1 or lengths[0] < 4 or lengths[0] % 3 != 1:
+            raise CaseError(
+                "must have rows [t, x, y, z, …] of all control points",
+                where="table",
+                found=f"rows of {', '.join(map(str, lengths)) or 'nothing'} numbers",
+                allowed="1 + 3 m numbers a row, as body.net.points has m rows",
+            )
+        rows = np.array(table)
+        as_times(rows[:, 0], len(rows))
+        return ControlPoints(rows[:, 0], rows[:, 1:].reshape(len(rows), -1, 3))
+
+    def describe(self) -> str:
+        """Say it in words."""
+        times, points = self.made.times, self.made.points
+        span = f"t = {times[0]:g} to {times[-1]:g}"
+        return f"shaped by {points.shape[1]} control points in {len(times)} rows, {span}"
+
+
+def _arrays_of(file: str) -> tuple[FloatArray, FloatArray]:
+    """Times and control points of a file."""
+    wanted = f"a .npz of NumPy with {ARRAYS[0]} (k,) and {ARRAYS[1]} (k, m, 3)"
+    try:
+        with np.load(file, allow_pickle=False) as arrays:
+            missing = [name for name in ARRAYS if name not in arrays]
+            times, points = ([], []) if missing else (arrays[name] for name in ARRAYS)
+    except (OSError, ValueError, TypeError, AttributeError, zipfile.BadZipFile) as error:
+        raise FileError("cannot be read", where=file, allowed=wanted) from error
+    if missing:
+        raise FileError(f"has no array {missing[0]!r}", where=file, allowed=wanted)
+    return times, points

@@ -1,0 +1,121 @@
+"""A master whose control points move, over one step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.arrays.ordered import row_lengths
+from contiga.errors import InputError
+from contiga.geometry.faces import Faces
+from contiga.geometry.net import NetMotion, net_of, spread
+from contiga.masters.protocol import Master
+from contiga.records import FloatArray, SurfacePlaces
+from contiga.search.deformable import Deformable, DeformedSurface, deformable_of
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """The shape of a master at the end of a step, and how it came to it; body axes."""
+
+    body: Faces
+    deformable: Deformable
+    before: FloatArray
+    """(m, 3) control points before the step; those of now at the start."""
+    now: FloatArray
+    velocity: FloatArray | None = None
+    """(m, 3) of the control points now; None where it is not given."""
+
+    @cached_property
+    def surface(self) -> DeformedSurface:
+        """The search on it."""
+        return self.deformable.at(self.now)
+
+    @cached_property
+    def surface_before(self) -> DeformedSurface:
+        """The search on the shape before the step, which few steps ask for."""
+        return self.deformable.at(self.before)
+
+    @property
+    def change(self) -> FloatArray:
+        """(m, 3) of the control points in the step."""
+        return self.now - self.before
+
+    @property
+    def way(self) -> float:
+        """How far any point of the surface goes in the step at most, length: no farther than the
+        control points, as their weights are above zero."""
+        return float(row_lengths(self.change).max(initial=0.0))
+
+    def carried(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
+        """(k, 3) how the surface carries points (k, 3) along in the step, by feet on it now."""
+        return NetMotion(self.body, self.now, self.change).carry(feet, points)
+
+    def carried_before(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
+        """The same by feet on it before the step."""
+        return NetMotion(self.body, self.before, self.change).carry(feet, points)
+
+    def velocities(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
+        """(k, 3) of points (k, 3) carried along."""
+        assert self.velocity is not None
+        return NetMotion(self.body, self.now, self.velocity).carry(feet, points)
+
+    def spread(self, feet: SurfacePlaces, points: FloatArray, forces: FloatArray) -> FloatArray:
+        """(m, 3) forces on control points that do as `forces` (k, 3) at `points` (k, 3) do."""
+        return spread(self.body, self.now, feet, points, forces)
+
+
+def shape_of(
+    master: Master,
+    is_thick: bool,
+    control_points: ArrayLike,
+    before: FloatArray | None = None,
+    velocity: ArrayLike | None = None,
+) -> Shape:
+    """The shape of a master with these control points, checked.
+
+    `before` are those before the step, none of a state that has never been told any, None at the
+    start.
+
+    Raises
+    ------
+    InputError
+        A master without control points, a contact without a thickness, arrays of another shape than
+        the master's net, numbers that are not finite.
+    GeometryError
+        Patches that would not stay together.
+    """
+    body = master.faces
+    if body is None:
+        raise InputError(
+            "a mesh has no control points",
+            where="control_points",
+            found=type(master).__name__,
+            allowed="a master of NURBS patches",
+        )
+    if not is_thick:
+        what = "a closed solid" if master.closed else "a surface"
+        raise InputError(
+            f"{what} that changes its shape pushes points only that half a thickness reaches",
+            where="control_points",
+            found="a contact without shell_thickness",
+            allowed="Contact(…, shell_thickness=…)",
+        )
+    net, deformable = net_of(body), deformable_of(body)
+    now = np.array(net.checked(control_points))
+    rates = None if velocity is None else net.checked(velocity, "control_velocity")
+    if before is None:
+        before = now
+    elif len(before) == 0:
+        before = net.points
+    elif len(before) != len(now):
+        raise InputError(
+            "the state belongs to another master",
+            where="state.control_points",
+            found=before.shape,
+            allowed=str(now.shape),
+        )
+    return Shape(body, deformable, before, now, rates)

@@ -1,0 +1,114 @@
+"""Bézier elements of faces whose control points have moved: topology stays, coefficients follow.
+
+The map from control points to the coefficients of elements (Bézier extraction) depends on degrees
+and knots alone. So do patches, parameters, neighbours, poles and trims. What a shape decides is
+worked out for each: coefficients, origins, rounding.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.arrays.codes import CREASE, POLE, SMOOTH
+from contiga.elements.element_arrays import Elements, Grid, Records
+from contiga.elements.extraction import fill
+from contiga.geometry.bezier import Extraction, extraction_of
+from contiga.geometry.faces import Faces
+from contiga.geometry.net import ControlNet
+from contiga.records import FloatArray, IndexArray, IntArray
+
+
+class PatchMap(NamedTuple):
+    """How the elements of a patch follow from the control points of a body."""
+
+    control: IntArray
+    """(n, m) rows of its control points."""
+    weights: FloatArray
+    """(n, m, 1)."""
+    extraction: Extraction
+
+    def coefs(self, control_points: FloatArray) -> FloatArray:
+        """(elements, p + 1, q + 1, 4) homogeneous Bernstein coefficients."""
+        points, w = control_points[self.control], self.weights
+        coefs = self.extraction.of(np.concatenate([points * w, w], axis=2)).coefs
+        return coefs.reshape(-1, *coefs.shape[2:])
+
+
+class Alike(NamedTuple):
+    """Patches of the same degrees."""
+
+    maps: tuple[PatchMap, ...]
+    rows: IndexArray
+    """Of their elements."""
+    poles: NDArray[np.bool_]
+    """(rows, 4) sides that are one point."""
+
+
+class Refit(NamedTuple):
+    """The elements of a body for any control points."""
+
+    table: Records
+    """(n,) `ELEMENT`: what does not depend on the shape is right, the rest is that at rest."""
+    groups: tuple[Alike, ...]
+
+    def at(self, control_points: FloatArray, growth: float) -> Elements:
+        """Elements of the control points (m, 3), in a body so many times as large as at rest."""
+        table = self.table.copy()
+        for name in ("width", "edge_tolerance"):  # they hold rounding, which grows with the body
+            table[name] *= max(growth, 1.0)
+        coefs: list[FloatArray] = []
+        used = 0
+        for group in self.groups:
+            net = np.concatenate([each.coefs(control_points) for each in group.maps])
+            rows = table[group.rows]
+            for part in fill(rows, net, group.poles, used):
+                coefs.append(part)
+                used += part.size
+            table[group.rows] = rows
+        return Elements(table, np.concatenate([part.ravel() for part in coefs]))
+
+
+def refit_of(body: Faces, net: ControlNet, elements: Elements, grid: Grid) -> Refit:
+    """What of `elements` stays as the control points of `body` move.
+
+    Across a knot line the surface stays as smooth as the knots say; a joint of patches, a seam or
+    a pole that is smooth at rest may get a kink, so each counts as one.
+    """
+    table = elements.table.copy()
+    maps = []
+    for k, patch in enumerate(body.patches):
+        ends = grid.patches[k]
+        u, v = (grid.breaks[ends[name][0] : ends[name][1]] for name in ("u", "v"))
+        weights = np.ones(net.control[k].shape) if patch.weights is None else patch.weights
+        map_ = PatchMap(net.control[k], weights[..., None].copy(), extraction_of(patch, u, v))
+        maps.append(map_)
+        for axis, breaks in enumerate((u, v)):
+            _mark_knots(table, k, axis, patch.knots[axis], patch.degrees[axis], breaks)
+    table["round"] = 0
+    groups = []
+    for degrees in dict.fromkeys(patch.degrees for patch in body.patches):
+        alike = [k for k, patch in enumerate(body.patches) if patch.degrees == degrees]
+        rows = np.concatenate([np.flatnonzero(table["patch"] == k) for k in alike])
+        about = table["about"][rows]
+        poles = np.stack([about[:, 0], -about[:, 0], about[:, 1], -about[:, 1]], axis=1) < 0.0
+        groups.append(Alike(tuple(maps[k] for k in alike), rows, poles))
+    return Refit(table, tuple(groups))
+
+
+def _mark_knots(
+    table: Records, patch: int, axis: int, knots: FloatArray, degree: int, breaks: FloatArray
+) -> None:
+    """Mark the sides of the elements of a patch that have others across them, of either side of one
+    parameter: SMOOTH where that goes on within the patch over a knot of less than the full
+    multiplicity, else CREASE."""
+    rows = np.flatnonzero(table["patch"] == patch)
+    times = (knots[:, None] == breaks).sum(axis=0)
+    for side in (2 * axis, 2 * axis + 1):
+        at = np.searchsorted(breaks, table["box"][rows, side])
+        inner = (at > 0) & (at < len(breaks) - 1)
+        linked = (table["neighbour"][rows, side] >= 0) & (table["kind"][rows, side] != POLE)
+        kind = np.where(inner & (times[at] < degree), SMOOTH, CREASE)
+        table["kind"][rows[linked], side] = kind[linked]

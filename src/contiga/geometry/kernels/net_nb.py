@@ -1,0 +1,207 @@
+"""How places on a surface move with its control points, and what forces at places do on these.
+
+A place is carried along by the surface at its foot: with u the parameters of the foot S(u) and
+r = x − S(u), the motion of x is δ = Σ N_i δP_i + ω × r, where ω turns the surface there. With
+a_α = ∂S/∂u^α, their duals a^α and the normal n,
+
+    ω = Σ_α (n·δa_α) a^α × n + ½ n Σ_α (n × a^α)·δa_α,
+
+which is the spin itself where the surface moves rigidly. Forces on control points are the
+transpose: the work of f over δ is that of F_i over δP_i. So Σ F_i = f and Σ P_i × F_i = x × f, both
+to rounding.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.arrays.kernels.vector_nb import cross, dot
+from contiga.geometry.kernels.basis_nb import find_span
+from contiga.geometry.kernels.evaluate_nb import SurfaceArrays
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch, stack_int64
+from contiga.pointer_records import pass_by_pointer
+
+FLAT = 1e-14
+"""Square of the sine between S_u and S_v below which a surface has no normal: nothing turns."""
+ORDER = 16
+"""One more than the highest degree."""
+MOST = 256
+"""Its square."""
+
+
+@pass_by_pointer
+class NetPatch(NamedTuple):
+    """A patch of a body whose control points are rows of one array."""
+
+    surface: SurfaceArrays
+    """At rest: degrees, knots and weights are asked for."""
+    control: np.ndarray
+    """(n, m) rows."""
+
+
+class Frame(NamedTuple):
+    """Of a surface at a place."""
+
+    normal: tuple[float, float, float]
+    dual_u: tuple[float, float, float]
+    dual_v: tuple[float, float, float]
+
+
+@inner()
+def _functions(knots, degree, span, t, N):
+    """Fill N (2, degree + 1): basis functions of one parameter and their derivatives (The NURBS
+    Book, Eq. 2.5 and 2.7)."""
+    N[0, 0] = 1.0
+    for j in range(1, degree + 1):
+        saved = 0.0
+        for r in range(j):
+            low, high = knots[span + r + 1 - j], knots[span + r + 1]
+            share = N[0, r] / (high - low)
+            N[1, r] = degree * share  # of the last round: what derivatives are differences of
+            N[0, r] = saved + (high - t) * share
+            saved = (t - low) * share
+        N[0, j] = saved
+    above = 0.0
+    for r in range(degree):
+        below = N[1, r]
+        N[1, r] = above - below
+        above = below
+    N[1, degree] = above
+
+
+@inner()
+def _basis(patch, u, v, N_u, N_v, rows, values):
+    """Fill the control points `rows` (k,) that a place depends on, and `values` (k, 3): the basis
+    functions there and their derivatives by u and by v. Returns k.
+
+    `N_u` and `N_v` are room for basis functions of one parameter.
+    """
+    s, control = patch.surface, patch.control
+    span_u = find_span(s.U, s.p, s.net.shape[0], u)
+    span_v = find_span(s.V, s.q, s.net.shape[1], v)
+    _functions(s.U, s.p, span_u, u, N_u)
+    _functions(s.V, s.q, span_v, v, N_v)
+    k = 0
+    w = w_u = w_v = 0.0
+    for i in range(s.p + 1):
+        for j in range(s.q + 1):
+            row, column = span_u - s.p + i, span_v - s.q + j
+            weight = s.net[row, column, 3]
+            rows[k] = control[row, column]
+            values[k, 0] = N_u[0, i] * N_v[0, j] * weight
+            values[k, 1] = N_u[1, i] * N_v[0, j] * weight
+            values[k, 2] = N_u[0, i] * N_v[1, j] * weight
+            w += values[k, 0]
+            w_u += values[k, 1]
+            w_v += values[k, 2]
+            k += 1
+    if s.rational:
+        one = 1.0 / w
+        for i in range(k):
+            values[i, 0] *= one
+            values[i, 1] = (values[i, 1] - values[i, 0] * w_u) * one
+            values[i, 2] = (values[i, 2] - values[i, 0] * w_v) * one
+    return k
+
+
+@inner()
+def _sums(points, rows, values, k, out):
+    """Fill `out` (3, 3): the sums over `points` of the basis functions, and of their derivatives by
+    u and by v."""
+    for c in range(3):
+        value = by_u = by_v = 0.0
+        for i in range(k):
+            x = points[rows[i], c]
+            value += values[i, 0] * x
+            by_u += values[i, 1] * x
+            by_v += values[i, 2] * x
+        out[0, c], out[1, c], out[2, c] = value, by_u, by_v
+
+
+@inner()
+def _frame(a):
+    """The frame of a (3, 3): the place, S_u and S_v; zeros where the surface has no normal."""
+    a_u, a_v = (a[1, 0], a[1, 1], a[1, 2]), (a[2, 0], a[2, 1], a[2, 2])
+    uu, uv, vv = dot(a_u, a_u), dot(a_u, a_v), dot(a_v, a_v)
+    det = uu * vv - uv * uv
+    if not det > FLAT * uu * vv:
+        none = 0.0, 0.0, 0.0
+        return Frame(none, none, none)
+    x, y, z = cross(a_u, a_v)
+    size = 1.0 / math.sqrt(x * x + y * y + z * z)
+    one = 1.0 / det
+    return Frame(
+        (x * size, y * size, z * size),
+        (
+            one * (vv * a_u[0] - uv * a_v[0]),
+            one * (vv * a_u[1] - uv * a_v[1]),
+            one * (vv * a_u[2] - uv * a_v[2]),
+        ),
+        (
+            one * (uu * a_v[0] - uv * a_u[0]),
+            one * (uu * a_v[1] - uv * a_u[1]),
+            one * (uu * a_v[2] - uv * a_u[2]),
+        ),
+    )
+
+
+@inner()
+def _row(a, k):
+    return a[k, 0], a[k, 1], a[k, 2]
+
+
+@kernel()
+def carry(patch, shape, change, uv, points, out, start, stop):
+    """Motions of points start … stop (k, 3), carried along from parameters `uv` (k, 2) of feet, as
+    control points `shape` (m, 3) change by `change` (m, 3); into `out` (k, 3)."""
+    N_u, N_v = scratch(2, ORDER), scratch(2, ORDER)
+    rows, values = stack_int64(MOST), scratch(MOST, 3)
+    a, moved = scratch(3, 3), scratch(3, 3)
+    for k in range(start, stop):
+        count = _basis(patch, uv[k, 0], uv[k, 1], N_u, N_v, rows, values)
+        _sums(shape, rows, values, count, a)
+        _sums(change, rows, values, count, moved)
+        frame = _frame(a)
+        n, d_u, d_v = frame.normal, _row(moved, 1), _row(moved, 2)
+        drill = 0.5 * (dot(cross(n, frame.dual_u), d_u) + dot(cross(n, frame.dual_v), d_v))
+        u, v = dot(n, d_u), dot(n, d_v)
+        tilt = cross(
+            (
+                u * frame.dual_u[0] + v * frame.dual_v[0],
+                u * frame.dual_u[1] + v * frame.dual_v[1],
+                u * frame.dual_u[2] + v * frame.dual_v[2],
+            ),
+            n,
+        )
+        spin = tilt[0] + drill * n[0], tilt[1] + drill * n[1], tilt[2] + drill * n[2]
+        arm = points[k, 0] - a[0, 0], points[k, 1] - a[0, 1], points[k, 2] - a[0, 2]
+        turned = cross(spin, arm)
+        for c in range(3):
+            out[k, c] = moved[0, c] + turned[c]
+
+
+@kernel()
+def spread(patch, shape, uv, points, forces, out):
+    """Add to `out` (m, 3) what `forces` (k, 3) at `points` (k, 3) do on the control points `shape`
+    (m, 3) of the surface that carries them along, at parameters `uv` (k, 2) of feet."""
+    N_u, N_v, a = scratch(2, ORDER), scratch(2, ORDER), scratch(3, 3)
+    rows, values = stack_int64(MOST), scratch(MOST, 3)
+    for k in range(uv.shape[0]):
+        count = _basis(patch, uv[k, 0], uv[k, 1], N_u, N_v, rows, values)
+        _sums(shape, rows, values, count, a)
+        frame, f = _frame(a), _row(forces, k)
+        n = frame.normal
+        arm = points[k, 0] - a[0, 0], points[k, 1] - a[0, 1], points[k, 2] - a[0, 2]
+        couple = cross(arm, f)
+        tilt, drill = cross(n, couple), 0.5 * dot(n, couple)
+        u, v = dot(tilt, frame.dual_u), dot(tilt, frame.dual_v)
+        across_u, across_v = cross(n, frame.dual_u), cross(n, frame.dual_v)
+        for c in range(3):
+            by_u = u * n[c] + drill * across_u[c]
+            by_v = v * n[c] + drill * across_v[c]
+            for i in range(count):
+                out[rows[i], c] += values[i, 0] * f[c] + values[i, 1] * by_u + values[i, 2] * by_v

@@ -1,0 +1,138 @@
+"""The control points of a body in one array, those that patches have in common once."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.arrays.groups import groups_of
+from contiga.arrays.layout import as_points, locked, read_only
+from contiga.arrays.near_pairs import near_pairs
+from contiga.arrays.once import once
+from contiga.arrays.threads import run_ranges
+from contiga.errors import InputError
+from contiga.geometry.faces import Faces
+from contiga.geometry.kernels import net_nb
+from contiga.geometry.kernels.net_nb import NetPatch
+from contiga.jit import straight
+from contiga.records import FloatArray, IntArray, SurfacePlaces
+
+SAME = 1e-7
+"""Control points on borders of patches that are closer than this share of the body's size are
+one."""
+POINTS = 1024
+"""Below so many a second thread does not pay."""
+
+
+class ControlNet(NamedTuple):
+    """How the control points of patches stand in one array (m, 3).
+
+    They are numbered patch after patch, along v first. A control point on the border of a patch
+    that lies where an earlier one on a border does, of another patch, of a seam or of a pole, is
+    that one.
+    """
+
+    points: FloatArray
+    """(m, 3) where they are at rest, body axes; read-only."""
+    control: tuple[IntArray, ...]
+    """For each patch the row (n, m) of each of its control points; read-only."""
+
+    def checked(self, control_points: object, where: str = "control_points") -> FloatArray:
+        """Control points as an array of floats of this net's shape.
+
+        Raises
+        ------
+        InputError
+            Another shape, or numbers that are not finite.
+        """
+        points = as_points(control_points, where)  # type: ignore[arg-type]  # checked there
+        if len(points) != len(self.points):
+            raise InputError(
+                "must have one row a control point of the body",
+                where=where,
+                found=points.shape,
+                allowed=f"{self.points.shape}, in the order of body.net.points",
+                remedy="Control points that patches share are one row: body.net.control[k] has "
+                "the rows of patch k",
+            )
+        finite = np.isfinite(points).all(axis=1)
+        if not finite.all():
+            row = int(np.argmin(finite))
+            raise InputError(
+                "control points must be finite",
+                where=f"{where}[{row}]",
+                found=points[row].tolist(),
+            )
+        return points
+
+
+@once
+def net_of(body: Faces) -> ControlNet:
+    """The control points of `body`, worked out at the first call."""
+    nets = [patch.control_points for patch in body.patches]
+    every = np.concatenate([net.reshape(-1, 3) for net in nets])
+    on_border = np.concatenate([_border(*net.shape[:2]) for net in nets])
+    rows = np.flatnonzero(on_border)
+    pairs = near_pairs(every[rows], SAME * body.size)
+    group = groups_of(rows[pairs[:, 0]], rows[pairs[:, 1]], len(every))
+    _, first = np.unique(group, return_index=True)
+    ends = np.cumsum([net[..., 0].size for net in nets])[:-1]
+    group.flags.writeable = False
+    control = tuple(
+        part.reshape(net.shape[:2]) for part, net in zip(np.split(group, ends), nets, strict=True)
+    )
+    return ControlNet(read_only(every[first]), control)
+
+
+def _border(n: int, m: int) -> np.ndarray:
+    """(n · m,) which control points of a patch are on its border."""
+    border = np.ones((n, m), bool)
+    border[1:-1, 1:-1] = False
+    return border.ravel()
+
+
+@once
+def _patches_of(body: Faces) -> tuple[NetPatch, ...]:
+    control = net_of(body).control
+    return tuple(
+        NetPatch(patch.arrays, rows) for patch, rows in zip(body.patches, control, strict=True)
+    )
+
+
+class NetMotion(NamedTuple):
+    """How a body's control points move from a shape."""
+
+    body: Faces
+    shape: FloatArray
+    """(m, 3) control points, body axes."""
+    change: FloatArray
+    """(m, 3)."""
+
+    def carry(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
+        """(k, 3) how points (k, 3) move that the surface carries along at their feet; see
+        `net_nb`."""
+        out = np.zeros((len(points), 3))
+        for k, patch in enumerate(_patches_of(self.body)):
+            rows = np.flatnonzero(feet.patch == k)
+            if len(rows):
+                moved = np.empty((len(rows), 3))
+                net = locked(self.shape), locked(self.change)
+                given = patch, *net, feet.uv[rows], points[rows], moved
+                run_ranges(straight(net_nb.carry), len(rows), POINTS, *given)
+                out[rows] = moved
+        return out
+
+
+def spread(
+    body: Faces, shape: FloatArray, feet: SurfacePlaces, points: FloatArray, forces: FloatArray
+) -> FloatArray:
+    """(m, 3) forces on control points that do as `forces` (k, 3) at `points` (k, 3) carried along
+    with their feet: the same work, sum and moment; see `net_nb`."""
+    out = np.zeros(shape.shape)
+    for k, patch in enumerate(_patches_of(body)):
+        rows = np.flatnonzero(feet.patch == k)
+        if len(rows):
+            given = patch, locked(shape), feet.uv[rows], points[rows], forces[rows]
+            straight(net_nb.spread)(*given, out)
+    return out

@@ -1,0 +1,190 @@
+"""The search on exact geometry whose control points move.
+
+Neighbours, openings, trims, joints and the map from control points to elements are those of the
+body at rest, worked out once. Elements, boxes and hierarchy are those of each shape, so all that a
+search over them proves holds for it. What is worked out for a shape that stays (touching balls,
+grids of sides, lists of pieces, neighbourhoods) is neither used nor made: a shape is one of many.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.arrays.codes import SHARED
+from contiga.arrays.once import once
+from contiga.arrays.ordered import length
+from contiga.arrays.threads import run_ranges
+from contiga.elements.kernels import sides_nb
+from contiga.elements.refit import Refit, refit_of
+from contiga.errors import GeometryError
+from contiga.geometry.edges import UNTRIMMED
+from contiga.geometry.faces import Faces
+from contiga.geometry.net import ControlNet, net_of
+from contiga.records import FloatArray, IntArray, KnownSides, Projection
+from contiga.search.closest.kernels import nearest_nb
+from contiga.search.exact_surface import ExactSurface, exact_surface
+from contiga.search.hierarchy.build import build_hierarchy, empty_seeds, items_of
+from contiga.search.hierarchy.table_types import Tables
+from contiga.search.sweep.piece_lists import NONE, PieceLists
+from contiga.search.tables import check_extent
+
+POINTS = 256
+"""Below so many a second thread does not pay."""
+SHAKEN, APART = 1e-2, 1e-9
+"""Shares of the body's size: by how much control points are moved to see which sides stay
+together, and how far apart sides that do may be after that."""
+
+
+@dataclass(frozen=True, eq=False)
+class DeformedSurface(ExactSurface):
+    """The search on a body in one of its shapes."""
+
+    control_points: FloatArray
+    """(m, 3) of its net."""
+
+    def closest(
+        self, p_B: FloatArray, rows: IntArray, out: Projection, within: FloatArray | None = None
+    ) -> None:
+        """Closest points, each proved by branch and bound."""
+        if within is None:
+            within = np.full(len(rows), np.inf)
+        given = self.tables, p_B, rows, within, out
+        run_ranges(nearest_nb.project_global, len(rows), POINTS, *given)
+
+    def track(
+        self,
+        p_B: FloatArray,
+        patch: IntArray,
+        uv: FloatArray,
+        out: Projection,
+        before: FloatArray | None = None,
+    ) -> None:
+        """Feet continued from those on another shape. That they are on the same branch is not
+        proved, so none is certified."""
+        super().track(p_B, patch, uv, out)
+
+    def sides(self, p_B: FloatArray, rows: IntArray) -> KnownSides:
+        """Points beyond the box of a closed body are outside; of others nothing is known at
+        once."""
+        side, reach = np.zeros(len(rows), np.int8), np.zeros(len(rows))
+        if self.closed:
+            root, points = self.tables.tree[0], p_B[rows]
+            beyond = ((points < root["low"]) | (points > root["high"])).any(axis=1)
+            lengths = np.zeros(len(p_B))
+            self.safe_distance(p_B, rows[beyond], lengths)
+            side[beyond], reach[beyond] = 1, lengths[rows[beyond]]
+            side[reach == 0.0] = 0
+        return KnownSides(side, reach)
+
+    def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
+        """Nothing is known at once."""
+        return np.zeros(len(rows), np.bool_)
+
+    @property
+    def contact_tables(self) -> None:
+        """None: they are for shapes that stay."""
+
+    def _lists(self, asked: int) -> PieceLists:
+        return NONE
+
+
+@dataclass(frozen=True, eq=False)
+class Deformable:
+    """A body whose control points may move: what its shapes have in common."""
+
+    name: str
+    net: ControlNet
+    rest: Tables
+    refit: Refit
+    closed: bool
+    """Whether the surface ends nowhere, in all shapes: what is joined stays so."""
+    slit: float
+
+    def at(self, control_points: FloatArray) -> DeformedSurface:
+        """The search on the shape of control points (m, 3), body axes, which are kept.
+
+        Raises
+        ------
+        GeometryError
+            A shape that is a point, or so large or small that products of lengths are lost.
+        """
+        growth = extent_of(control_points) / extent_of(self.net.points)
+        scale = self.rest.scale * growth
+        check_extent(float(scale[0]), self.name)
+        elements, trims = self.refit.at(control_points, growth), self.rest.trims
+        hierarchy = build_hierarchy(elements, self.rest.grid, trims)
+        tables = self.rest._replace(
+            elements=elements,
+            leaves=hierarchy.leaves,
+            plates=hierarchy.plates,
+            tree=hierarchy.tree,
+            items=items_of(hierarchy, elements, trims, scale[1]),
+            seeds=empty_seeds(hierarchy.tree),
+            scale=scale,
+        )
+        return DeformedSurface(tables, self.closed, self.slit, control_points)
+
+
+def extent_of(points: FloatArray) -> float:
+    """Length of the diagonal of the box of points (m, 3)."""
+    return length(np.ptp(points, axis=0))
+
+
+@once
+def deformable_of(body: Faces) -> Deformable:
+    """What the shapes of `body` have in common, worked out at the first call.
+
+    Raises
+    ------
+    GeometryError
+        Patches that meet and would not stay together, because their control points along the joint
+        are not the same or a face is trimmed there.
+    """
+    for k, edge in enumerate(body.edges):
+        if len(edge.uses) > 1 and any(use.loop != UNTRIMMED for use in edge.uses):
+            raise GeometryError(
+                "a trimmed face that meets another would tear off as control points move",
+                where=f"{body.name}, edge {k}",
+                found=f"patches {', '.join(str(use.patch) for use in edge.uses)}",
+                allowed="faces that meet along whole sides of their patches",
+            )
+    surface, net = exact_surface(body), net_of(body)
+    rest = surface.tables
+    made = Deformable(
+        body.name,
+        net,
+        rest,
+        refit_of(body, net, rest.elements, rest.grid),
+        surface.closed,
+        surface.slit,
+    )
+    _check_joints(body, made)
+    return made
+
+
+def _check_joints(body: Faces, made: Deformable) -> None:
+    """Refuse joints of patches that do not have the same control points: they are seen to come
+    apart in a shape whose control points are moved at random."""
+    table = made.rest.elements.table
+    size, points = body.size, made.net.points
+    moved = points + SHAKEN * size * np.random.default_rng(0).standard_normal(points.shape)
+    here, _ = sides_nb.sample(made.refit.at(moved, 1.0))
+    linked = table["neighbour"] >= 0
+    there = here[table["neighbour"], table["neighbour_side"]]
+    there = np.where(table["flip"][..., None, None] == 1, there[:, :, ::-1], there)
+    apart = linked & (np.abs(here - there).max(axis=(2, 3)) > APART * size)
+    whole = np.array([loops is None for loops in body.trims])[table["patch"]]
+    apart |= (table["kind"] == SHARED) & whole[:, None]
+    if apart.any():
+        e, side = np.argwhere(apart)[0].tolist()
+        other = int(table["neighbour"][e, side])
+        patches = [int(table["patch"][e])] + ([int(table["patch"][other])] if other >= 0 else [])
+        raise GeometryError(
+            "patches that meet would come apart: their control points there differ",
+            where=f"{body.name}, patch {' and '.join(map(str, dict.fromkeys(patches)))}",
+            allowed="the same degree, knots, control points and weights along the joint",
+            remedy="Refine both alike: NurbsSurface.insert_knots, elevate",
+        )

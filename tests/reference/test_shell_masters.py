@@ -1,0 +1,78 @@
+"""A shell of splines as the master of free masses: a closed system keeps what such a one keeps."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import contiga as cg
+from contiga.laws.friction import Friction
+from contiga.matter.iga import assemble_shell
+
+
+class Drift(NamedTuple):
+    """Largest departures in a run, of what is kept."""
+
+    energy: float
+    """As a share of the energy at the start."""
+    momentum: float
+    moment: float
+    touched: int
+    """Most points in contact."""
+
+
+def falling_masses(dt: float, friction: Friction | None) -> Drift:
+    """81 masses fall on a free plate of splines, sideways as well; velocity Verlet."""
+    parts = [k / 4 for k in range(1, 4)]
+    plate = cg.shapes.plane(width=100.0, length=100.0).k_refined((1, 1), parts, parts)
+    steel = cg.materials.Elastic(young=2000.0, poisson=0.3)
+    shell = assemble_shell([plate], material=steel, density=1e-3, thickness=1.0)
+    master, M = cg.Body([plate]), shell.mass[:, None]
+    np.testing.assert_array_equal(master.net.points, shell.net.points)
+    grid = np.stack(np.meshgrid(*[np.linspace(-14.0, 14.0, 9)] * 2), axis=-1).reshape(-1, 2)
+    x, m = np.column_stack([grid, np.full(81, 1.2)]), np.full((81, 1), 30.0 / 81)
+    contact = cg.Contact(
+        master,
+        cg.Slave(x, area=np.full(81, 10.0)),
+        law=cg.PenaltyLaw(20.0),
+        shell_thickness=1.0,
+        friction=friction,
+    )
+    v, q = np.tile([0.5, 0.0, -2.0], (81, 1)), shell.net.points.copy()
+    w = np.zeros_like(q)
+    inner, state = shell.forces(shell.start(), q, w, dt), contact.start(x, control_points=q)
+    energies, kept, touched = [], [], 0
+    for k in range(round(1.5 / dt) + 1):
+        if k:
+            v += 0.5 * dt * state.force / m
+            w += 0.5 * dt * (inner.force + state.control_force) / M
+            x, q = x + dt * v, q + dt * w
+            state = contact.step(state, x, dt=dt, control_points=q)
+            inner = shell.forces(inner.state, q, w, dt)
+            v += 0.5 * dt * state.force / m
+            w += 0.5 * dt * (inner.force + state.control_force) / M
+        kinetic = 0.5 * (m * v**2).sum() + 0.5 * (M * w**2).sum()
+        lost = state.energy.stored + state.energy.friction
+        energies.append(kinetic + inner.energy.strain + lost)
+        moment = np.cross(x, m * v).sum(axis=0) + np.cross(q, M * w).sum(axis=0)
+        kept.append(np.concatenate([(m * v).sum(axis=0) + (M * w).sum(axis=0), moment]))
+        touched = max(touched, state.n_contact)
+    drift = np.abs(np.array(kept) - kept[0]).max(axis=0)
+    energy = np.abs(np.array(energies) - energies[0]).max() / energies[0]
+    return Drift(energy, drift[:3].max(), drift[3:].max(), touched)
+
+
+@pytest.mark.parametrize(
+    "friction", [None, cg.Coulomb(0.3, stiffness=5.0)], ids=["smooth", "rough"]
+)
+def test_energy_is_kept_with_order_two_and_momentum_and_moment_to_rounding(
+    friction: Friction | None,
+) -> None:
+    coarse, fine = (falling_masses(dt, friction) for dt in (0.004, 0.002))
+    assert coarse.touched == fine.touched == 81
+    assert coarse.energy < 5e-4
+    assert 3.0 < coarse.energy / fine.energy < 6.0
+    assert max(coarse.momentum, fine.momentum) < 1e-12  # of 60 g mm/ms
+    assert max(coarse.moment, fine.moment) < 1e-10  # of 6,000 g mm²/ms
