@@ -6,7 +6,7 @@
 ...     ("sled", "dummy"), at=[[0, 0, 0], [300, 0, 0]], curve=50.0,
 ...     retractor=Retractor(5.0, rate=1.5), limiter=LoadLimiter(4000.0),
 ... )
->>> belt.is_strand
+>>> belt.is_webbing
 True
 """
 

@@ -235,11 +235,11 @@ class Case(Spec):
                 if end != GROUND:
                     where = f"spring[{i}].between[{k}]"
                     yield partial(check_defined, where, end, EITHER, bodies + slaves, [])
-        strands = [spring.made.name for spring in self.spring]
+        segments = [spring.made.name for spring in self.spring]
         for i, ring in enumerate(self.slip_ring):
-            for k, strand in enumerate(ring.between):
+            for k, segment in enumerate(ring.between):
                 where = f"slip_ring[{i}].between[{k}]"
-                yield partial(check_defined, where, strand, "spring", strands, [])
+                yield partial(check_defined, where, segment, "spring", segments, [])
         fire = [one.name for one in self.sensor if getattr(one, "trigger", None) is not None]
         for where, name in self._awaited():
             yield partial(check_fires, where, name, fire, [one.name for one in self.sensor])

@@ -1,6 +1,6 @@
 """Devices at the end of a belt: retractor, load limiter, pretensioner and end release.
 
-A strand of webbing and the devices at its end carry one tension T. With ℓ₀ the length at rest, p
+A segment of webbing and the devices at its end carry one tension T. With ℓ₀ the length at rest, p
 what the devices have paid out (less what they have pulled in) and r what slip rings have fed in:
 
     x = ℓ − ℓ₀ − p − r,    T = F(x),    T = 0 where x < 0
@@ -42,7 +42,7 @@ _NEAR = 4.0 * float(np.finfo(np.float64).eps)
 
 
 class Moment(NamedTuple):
-    """When a step of a strand ends."""
+    """When a step of a segment ends."""
 
     time: float = 0.0
     dt: float = 0.0
@@ -55,12 +55,12 @@ class Moment(NamedTuple):
 
 
 class DeviceState(NamedTuple):
-    """Where the devices of a strand have come to."""
+    """Where the devices of a segment have come to."""
 
     paid_out: float = 0.0
     """Length that they have let out since the start, less what they have pulled in."""
     fed: float = 0.0
-    """Length that slip rings have brought into the strand, less what they took."""
+    """Length that slip rings have brought into the segment, less what they took."""
     travel: float = 0.0
     """Travel of film and limiter under load, with the film's up to the tension it was locked at."""
     pulled_in: float = 0.0
@@ -76,7 +76,7 @@ class DeviceState(NamedTuple):
 
 
 class Moved(NamedTuple):
-    """A step of a strand."""
+    """A step of a segment."""
 
     axial: Axial
     state: DeviceState
@@ -264,7 +264,7 @@ class Pretensioner:
 
 
 class Devices(NamedTuple):
-    """What a strand has at its end; None of what it has not."""
+    """What a segment has at its end; None of what it has not."""
 
     retractor: Retractor | None = None
     limiter: LoadLimiter | None = None
@@ -281,7 +281,7 @@ class Devices(NamedTuple):
         return {who: name for who, name in named.items() if name is not None}
 
 
-class Strand:
+class Webbing:
     """The law of webbing with the devices at its end."""
 
     def __init__(self, webbing: SpringLaw, devices: Devices) -> None:

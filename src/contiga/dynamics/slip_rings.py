@@ -1,4 +1,4 @@
-"""Slip rings: webbing that runs from one strand into another over an edge with friction.
+"""Slip rings: webbing that runs from one segment into another over an edge with friction.
 
 With θ the angle by which the webbing turns there and μ its friction (Euler, Eytelwein),
 
@@ -25,7 +25,7 @@ class SlipRingState(NamedTuple):
     """Where a slip ring has come to."""
 
     slipped: float = 0.0
-    """Length that went from the first strand into the second since the start."""
+    """Length that went from the first segment into the second since the start."""
     friction: float = 0.0
     """Energy lost since the start."""
     angle: float = 0.0
@@ -34,7 +34,7 @@ class SlipRingState(NamedTuple):
 
 @dataclass(frozen=True, init=False, eq=False)
 class SlipRing:
-    """A D-ring, a buckle's tongue or the like, between two strands that end at one point.
+    """A D-ring, a buckle's tongue or the like, between two segments that end at one point.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class SlipRing:
         names = () if isinstance(between, str) else tuple(between)
         if len(names) != 2 or names[0] == names[1] or not all(isinstance(n, str) for n in names):
             raise InputError(
-                "must be two strands",
+                "must be two segments",
                 where="between",
                 found=between,
                 allowed="two names of springs",
@@ -78,7 +78,7 @@ class SlipRing:
 
 
 def slip(first: Callable[[float], Axial], second: Callable[[float], Axial], ratio: float) -> float:
-    """Length that goes from the first strand into the second, negative the other way round.
+    """Length that goes from the first segment into the second, negative the other way round.
 
     Parameters
     ----------

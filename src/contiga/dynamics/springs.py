@@ -22,7 +22,7 @@ from contiga.dynamics.belt_devices import (
     Moved,
     Pretensioner,
     Retractor,
-    Strand,
+    Webbing,
 )
 from contiga.dynamics.spring_curves import Axial, SpringLaw, spring_law
 from contiga.errors import InputError
@@ -127,7 +127,7 @@ class Spring:
     name: str
     filter: str | None
     devices: Devices
-    is_strand: bool
+    is_webbing: bool
     """Whether it is webbing with devices at its end, or in slip rings."""
     is_taut: bool
     """Whether the length at rest is the distance of the points at the start."""
@@ -168,15 +168,15 @@ class Spring:
         put(self, "is_taut", length is None)
         devices = Devices(retractor, limiter, pretensioner, release)
         put(self, "devices", devices)
-        put(self, "is_strand", False)
+        put(self, "is_webbing", False)
         for one, kind in zip(devices, (Retractor, LoadLimiter, Pretensioner, str), strict=True):
             if one is not None:
                 all_of(kind, (one,), kind.__name__.lower(), "must be", kind.__name__)
         if any(one is not None for one in devices):
             _check_webbing(self, "a device")
-            put(self, "is_strand", True)
+            put(self, "is_webbing", True)
 
-    def as_strand(self) -> Spring:
+    def as_webbing(self) -> Spring:
         """A copy that carries tension only, as one whose webbing goes through a slip ring.
 
         Raises
@@ -185,9 +185,9 @@ class Spring:
             It is no webbing: without a curve, with a damper, or with a curve that falls.
         """
         _check_webbing(self, "a slip ring")
-        strand = copy(self)
-        object.__setattr__(strand, "is_strand", True)
-        return strand
+        segment = copy(self)
+        object.__setattr__(segment, "is_webbing", True)
+        return segment
 
     def resting(self) -> Spring:
         """A copy that comes to rest before a run: nothing fires, no retractor locks."""
@@ -246,7 +246,7 @@ class Spring:
         """
         ends = np.array(real(ends_W), dtype=np.float64)
         length, rate = _axial(ends, velocities_W)
-        if self.is_strand:
+        if self.is_webbing:
             moved, devices = self.moved(last, length, fed, moment)
             lost, damper = moved.lost, 0.0
             if math.isfinite(devices.released) and math.isinf(last.devices.released):
@@ -271,10 +271,10 @@ class Spring:
         )
 
     def moved(self, last: SpringState, length: float, fed: float, moment: Moment) -> Moved:
-        """What a strand of a length comes to in a step from `last` in which webbing is `fed`."""
+        """What a segment of a length comes to in a step from `last` in which webbing is `fed`."""
         old = self.elongation(last), last.memory
         both = last.devices.fed + fed
-        return self._strand.move(old, last.devices, length - self.length, both, moment)
+        return self._webbing.move(old, last.devices, length - self.length, both, moment)
 
     def elongation(self, state: SpringState) -> float:
         """How much longer it is than at rest, with what is paid out and fed in by then."""
@@ -286,7 +286,7 @@ class Spring:
         Along it the steepest slope that a step may come upon: with hysteresis its slope, else that
         of the table's piece at hand and of those beside it. Across it the tension by the length.
         """
-        along = (self._strand if self.is_strand else self._law).max_slope(self.elongation(state))
+        along = (self._webbing if self.is_webbing else self._law).max_slope(self.elongation(state))
         if state.length == 0.0:
             return along, along
         return along, max(state.force, 0.0) / state.length
@@ -297,8 +297,8 @@ class Spring:
         return spring_law(curve, self.hysteresis)
 
     @cached_property
-    def _strand(self) -> Strand:
-        return Strand(self._law, self.devices)
+    def _webbing(self) -> Webbing:
+        return Webbing(self._law, self.devices)
 
     def _damper(self, rate: float, length: float, moved: Axial) -> float:
         force = self.damping * rate

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -66,12 +67,12 @@ class Run(NamedTuple):
     """What is told of springs, by spring and name."""
     gas: dict[str, Columns]
     """What is told of chambers of gas, by chamber and name."""
-    slip_rings: dict[str, Columns] = {}  # noqa: RUF012 (read only)
-    """What is told of slip rings, by ring and name."""
     finished: bool = True
     """Whether the run has ended."""
     steps: Columns = {}  # noqa: RUF012 (read only)
     """Why steps were as long as they were, by name; empty of steps that were given."""
+    slip_rings: dict[str, Columns] = {}  # noqa: RUF012 (read only)
+    """What is told of slip rings, by ring and name."""
 
     def told(self, part: str) -> dict[str, Any]:
         """A part of the summary; empty where it has none."""
@@ -143,7 +144,7 @@ def sort_columns(
     sensors: list[str],
     springs: list[str],
     gas: list[str],
-    slip_rings: list[str],
+    slip_rings: Sequence[str] = (),
 ) -> Owners:
     """Columns ``"<owner>.<name>"`` by their owners; bare names belong to the only contact."""
     owners = Owners({}, {}, {}, {}, {}, {}, {}, {})

@@ -27,7 +27,7 @@ NEAR_NODE = 0.02
 """How far a spring's end may be from the node that it is put on, as a share of the slave's size."""
 
 MEETING = 1e-6
-"""How far apart the ends of two strands may be at a slip ring, as a share of their length."""
+"""How far apart the ends of two segments may be at a slip ring, as a share of their length."""
 
 
 class Sides(NamedTuple):
@@ -58,7 +58,7 @@ class SpringEnd(NamedTuple):
 
 
 class RingSide(NamedTuple):
-    """A strand at a slip ring."""
+    """A segment at a slip ring."""
 
     spring: str
     end: int
@@ -92,7 +92,7 @@ class Mechanism:
     ends: Mapping[str, tuple[SpringEnd, SpringEnd]]
     """Of each spring."""
     rings: Mapping[str, tuple[RingSide, RingSide]]
-    """The strands of each slip ring."""
+    """The segments of each slip ring."""
     loads: tuple[Load, ...]
     gas: bool = False
     """Whether there are chambers of gas."""
@@ -218,7 +218,7 @@ def mechanism_of(
     InputError
         What is attached to nothing, to itself in a circle, a free body without mass, springs and
         loads of bodies that are not there, a body called "ground" beside springs to the ground,
-        slip rings whose strands do not meet, or at an end that has a device.
+        slip rings whose segments do not meet, or at an end that has a device.
     """
     index = {name: i for i, name in enumerate(bodies)}
     root = np.array([index[_root(name, bodies)] for name in bodies], dtype=np.intp)
@@ -243,7 +243,7 @@ def mechanism_of(
         ends[name], at = _ends_of(name, spring, (root, index), slaves, nodes)
         placed[name] = spring if (at == spring.at).all() else spring.with_ends(at)
     rings = _ring_sides(slip_rings, placed)
-    placed |= _strands(rings, placed)
+    placed |= _segments(rings, placed)
     for i, load in enumerate(loads):
         _host(f"load[{i}]: body", load.body, index)
     return Mechanism(
@@ -326,26 +326,26 @@ def _ends_of(
 def _ring_sides(
     rings: Mapping[str, SlipRing], springs: Mapping[str, Spring]
 ) -> dict[str, tuple[RingSide, RingSide]]:
-    """The ends of strands that are at slip rings.
+    """The ends of segments that are at slip rings.
 
     Raises
     ------
     InputError
-        No spring of a name, two strands that do not meet or meet twice, an end in two slip rings.
+        No spring of a name, two segments that do not meet or meet twice, an end in two slip rings.
     """
     sides: dict[str, tuple[RingSide, RingSide]] = {}
     taken: dict[RingSide, str] = {}
     for name, ring in rings.items():
         where = f"slip_ring {name!r}: between"
-        for strand in ring.between:
-            if strand not in springs:
+        for segment in ring.between:
+            if segment not in springs:
                 raise InputError(
                     "no spring of this name is there",
                     where=where,
-                    found=strand,
+                    found=segment,
                     allowed=", ".join(map(repr, springs)),
                 )
-        one, two = (springs[strand] for strand in ring.between)
+        one, two = (springs[segment] for segment in ring.between)
         size = max(float(np.ptp(spring.at, axis=0).max()) for spring in (one, two))
         apart = {
             (i, j): float(np.abs(one.at[i] - two.at[j]).max())
@@ -358,7 +358,7 @@ def _ring_sides(
             ends = " and ".join(f"{s.between[0]!r}-{s.between[1]!r}" for s in (one, two))
             what = "meet twice" if met else "do not meet"
             raise InputError(
-                f"its strands {what}: they end at {ends}",
+                f"its segments {what}: they end at {ends}",
                 where=where,
                 found=list(ring.between),
                 allowed="two springs with one end in common: one body or slave, one point",
@@ -368,7 +368,7 @@ def _ring_sides(
         for side in pair:
             if side in taken:
                 raise InputError(
-                    f"strand {side.spring!r} is in slip ring {taken[side]!r} with this end already",
+                    f"{side.spring!r} is in slip ring {taken[side]!r} with this end already",
                     where=where,
                     found=side.spring,
                     allowed="one device at an end",
@@ -378,7 +378,7 @@ def _ring_sides(
     return sides
 
 
-def _strands(
+def _segments(
     rings: Mapping[str, tuple[RingSide, RingSide]], springs: Mapping[str, Spring]
 ) -> dict[str, Spring]:
     """The springs in slip rings, as webbing.
@@ -391,7 +391,7 @@ def _strands(
     ends: dict[str, int] = {}
     for side in (side for pair in rings.values() for side in pair):
         ends[side.spring] = ends.get(side.spring, 0) + 1
-    strands: dict[str, Spring] = {}
+    segments: dict[str, Spring] = {}
     for name, count in ends.items():
         devices = springs[name].devices
         if count == 2 and any(one is not None for one in devices[:3]):
@@ -401,7 +401,7 @@ def _strands(
                 allowed="one device at an end",
             )
         try:
-            strands[name] = springs[name].as_strand()
+            segments[name] = springs[name].as_webbing()
         except InputError as error:
             raise InputError(
                 error.what,
@@ -410,7 +410,7 @@ def _strands(
                 allowed=error.allowed,
                 remedy=error.remedy,
             ) from error
-    return strands
+    return segments
 
 
 def _mover(

@@ -37,12 +37,12 @@ OF_DEVICES = ("paid_out", "travel", "pulled_in", "locked", "released", "energy_p
 length pulled in; 1 from when the retractor has locked, and from when the end is released; and the
 work of the pretensioner."""
 OF_SLIP_RINGS = ("slipped", "angle", "energy_friction")
-"""Of a slip ring: length that went from its first strand into the second, the angle by which the
+"""Of a slip ring: length that went from its first segment into the second, the angle by which the
 webbing turns, and the energy lost."""
 SWEEPS = 1000
 """Times that all slip rings of a belt are gone through, one after the other."""
 SETTLED = 1e-15
-"""Part of the length of strands by which no ring slips any more."""
+"""Part of the length of segments by which no ring slips any more."""
 
 
 class Ends(NamedTuple):
@@ -112,7 +112,7 @@ def _slips(
     """How far webbing slips in each ring in a step, so that no tension is more than e^{μ θ} of the
     one on the other side.
 
-    Rings that share a strand are gone through one after the other until none slips any more.
+    Rings that share a segment are gone through one after the other until none slips any more.
 
     Raises
     ------
@@ -132,9 +132,9 @@ def _slips(
     fed = dict.fromkeys(lengths, 0.0)
     slips = dict.fromkeys(system.rings, 0.0)
 
-    def tension(strand: str, more: float) -> Axial:
-        spring = system.springs[strand]
-        return spring.moved(before[strand], lengths[strand], fed[strand] + more, moment).axial
+    def tension(segment: str, more: float) -> Axial:
+        spring = system.springs[segment]
+        return spring.moved(before[segment], lengths[segment], fed[segment] + more, moment).axial
 
     for _ in range(SWEEPS):
         change = 0.0
@@ -152,12 +152,12 @@ def _slips(
             return slips
     raise RunError(
         f"t = {moment.time:g}: the slip rings {', '.join(map(repr, slips))} do not settle: their "
-        "strands differ too much in stiffness. Make the stiffest one softer"
+        "segments differ too much in stiffness. Make the stiffest one softer"
     )
 
 
 def _angle(sides: tuple[RingSide, RingSide], ends: Mapping[str, Ends]) -> float:
-    """By which the webbing turns between two strands, radians from 0 to π."""
+    """By which the webbing turns between two segments, radians from 0 to π."""
     ways = []
     for name, end in sides:
         places = ends[name].places

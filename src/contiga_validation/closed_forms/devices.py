@@ -177,14 +177,14 @@ def _around(step: float | str, turn: float = math.pi) -> History:
     """A mass that flies off from a ring, on webbing that goes round it to an anchor."""
     way = np.array([-math.cos(turn), math.sin(turn), 0.0])
     motion = cg.motion.Free(MASS, velocity=5.0 * way, centre=way, hold=("z", *STILL))
-    strands = [
+    segments = [
         cg.Spring(("ground", "ring"), at=[[1, 0, 0], [0, 0, 0]], curve=2e5, name="anchored"),
         cg.Spring(("ring", "body"), at=np.array([np.zeros(3), way]), curve=3e5, name="pulled"),
     ]
     ring = SlipRing(("anchored", "pulled"), friction=FRICTION, name="slip")
     bodies = {"ring": ball(0.1), "body": (ball(0.1, tuple(way.tolist())), motion)}
     return run_of(
-        bodies=bodies, springs=strands, slip_rings=[ring], end=0.02, step=step, units=UNITS
+        bodies=bodies, springs=segments, slip_rings=[ring], end=0.02, step=step, units=UNITS
     ).history
 
 

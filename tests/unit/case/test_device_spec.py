@@ -12,6 +12,8 @@ from contiga.belts import LoadLimiter, Pretensioner, Retractor, SlipRing
 from contiga.case.describe import describe
 from contiga.case.toml import resolved_toml
 from contiga.errors import CaseError
+from contiga.report.run_folder import read_run
+from contiga.report.springs import device_table, slip_ring_table
 
 CASE = """
 [units]
@@ -129,6 +131,21 @@ def test_the_columns_of_a_case_are_those_of_its_run(tmp_path: Path) -> None:
     assert history["crash.fired"].argmax() == 30
 
 
+def test_the_report_tells_what_devices_did(tmp_path: Path) -> None:
+    result = cg.build(case_of(tmp_path)).run(tmp_path / "out")
+    run = read_run(tmp_path / "out")
+    np.testing.assert_array_equal(
+        run.slip_rings["lower-upper"]["slipped"], result.history["lower-upper.slipped"]
+    )
+    devices, rings = device_table(run), slip_ring_table(run)
+    assert "3.0 ms" in devices or "3 ms" in devices
+    assert "never" in devices
+    assert "lower – upper" in rings
+    assert (
+        device_table(run._replace(springs={})) == slip_ring_table(run._replace(slip_rings={})) == ""
+    )
+
+
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
@@ -173,7 +190,7 @@ def test_the_columns_of_a_case_are_those_of_its_run(tmp_path: Path) -> None:
         (
             'between = ["sled", "mass"]\nat = [[0, 0, 0]',
             'between = ["sled", "mass"]\nat = [[0, 0, 9]',
-            "slip_ring 'lower-upper': between: its strands do not meet",
+            "slip_ring 'lower-upper': between: its segments do not meet",
         ),
     ],
 )

@@ -176,15 +176,15 @@ def test_webbing_at_a_ring_sticks_and_slips_back_and_what_slips_is_lost() -> Non
 def test_rings_in_a_row_all_keep_their_ratios() -> None:
     at = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]
     names = ["ground", "one", "two", "mass"]
-    strands = [
-        cg.Spring(pair, at=places, curve=stiffness, name=f"strand_{k}")
+    segments = [
+        cg.Spring(pair, at=places, curve=stiffness, name=f"segment_{k}")
         for k, (pair, places, stiffness) in enumerate(
             zip(pairwise(names), pairwise(at), (1e5, 3e6, 2e5), strict=True)
         )
     ]
     rings = [
-        SlipRing(("strand_0", "strand_1"), friction=0.2, name="ring_0"),
-        SlipRing(("strand_1", "strand_2"), friction=0.1, name="ring_1"),
+        SlipRing(("segment_0", "segment_1"), friction=0.2, name="ring_0"),
+        SlipRing(("segment_1", "segment_2"), friction=0.1, name="ring_1"),
     ]
     pulled = cg.motion.Free(
         40.0, inertia=np.eye(3), velocity=(-5.0, 0.0, 0.0), centre=at[3], hold=HELD
@@ -198,7 +198,7 @@ def test_rings_in_a_row_all_keep_their_ratios() -> None:
             },
             slaves={},
             contacts=[],
-            springs=strands,
+            springs=segments,
             slip_rings=rings,
             end=0.005,
             step=5e-5,
@@ -206,7 +206,7 @@ def test_rings_in_a_row_all_keep_their_ratios() -> None:
         .run()
         .history
     )
-    forces = [history[f"strand_{k}.force"][1:] for k in range(3)]
+    forces = [history[f"segment_{k}.force"][1:] for k in range(3)]
     np.testing.assert_allclose(forces[1] / forces[0], math.exp(0.2 * math.pi / 2), rtol=1e-9)
     np.testing.assert_allclose(forces[2] / forces[1], math.exp(0.1 * math.pi / 2), rtol=1e-9)
 
@@ -253,12 +253,12 @@ def test_what_does_not_fit_together_is_refused() -> None:
     two = cg.Spring(("mass", "ground"), at=[[0, 0, 0], [0, 3, 0]], curve=1.0, name="two")
     three = cg.Spring(("post", "ground"), at=[[0, 0, 0], [0, 3, 0]], curve=1.0, name="three")
     first, second = ring().springs.values()
-    with pytest.raises(InputError, match="its strands do not meet: they end at 'ground'-'post'"):
+    with pytest.raises(InputError, match="its segments do not meet: they end at 'ground'-'post'"):
         ring(springs=[first, two], slip_rings=[SlipRing(("first", "two"))])
     with pytest.raises(InputError, match="no spring of this name is there; found 'third'"):
         ring(slip_rings=[SlipRing(("first", "third"))])
     both = [SlipRing(("first", "second")), SlipRing(("first", "three"))]
-    with pytest.raises(InputError, match="strand 'first' is in slip ring 'first-second' with this"):
+    with pytest.raises(InputError, match="'first' is in slip ring 'first-second' with this"):
         ring(springs=[first, second, three], slip_rings=both)
     damped = cg.Spring(
         ("post", "ground"), at=[[0, 0, 0], [0, 3, 0]], curve=1.0, damping=1.0, name="three"
@@ -276,10 +276,10 @@ def test_what_does_not_fit_together_is_refused() -> None:
         )  # fmt: skip
 
 
-def test_a_strand_between_two_rings_has_no_end_for_devices() -> None:
+def test_a_segment_between_two_rings_has_no_end_for_devices() -> None:
     at = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]
     names = ["ground", "post", "mass", "ground"]
-    strands = [
+    segments = [
         cg.Spring(
             pair, at=places, curve=1.0, name=f"s{k}", limiter=LoadLimiter(1.0) if k == 1 else None
         )
@@ -287,4 +287,4 @@ def test_a_strand_between_two_rings_has_no_end_for_devices() -> None:
     ]
     rings = [SlipRing(("s0", "s1")), SlipRing(("s1", "s2"))]
     with pytest.raises(InputError, match="spring 's1': has slip rings at both ends, and no end"):
-        ring(springs=strands, slip_rings=rings)
+        ring(springs=segments, slip_rings=rings)
