@@ -160,6 +160,16 @@ class GasSystem:
             states[name] = ChamberState(state, excess * gradient)
         return states
 
+    def taken_up(self, rested: Mapping[str, ChamberState]) -> dict[str, ChamberState]:
+        """The chambers at the start of a run that begins from where they rest."""
+        states = {}
+        for name, (gas, force) in rested.items():
+            chamber = self.chambers[name]
+            whole = gas.energy + chamber.surroundings.pressure * gas.volume
+            begun = gas._replace(is_open=chamber.open_at_start, stored=0.0, at_start=whole)
+            states[name] = ChamberState(begun, force)
+        return states
+
     def came(self, last: Mapping[str, ChamberState], now: Mapping[str, ChamberState]) -> float:
         """Enthalpy that has come in within a step, less what went out."""
         return sum(

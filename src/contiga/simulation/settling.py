@@ -154,6 +154,7 @@ def _resting(model: Model, settle: Settle) -> Model:
         springs=model.springs,
         loads=tuple(load.at_time(start) for load in model.loads),
         units=model.units,
+        gas={name: chamber.resting() for name, chamber in model.gas.items()},
     )
 
 
@@ -238,7 +239,8 @@ def _taken_up(
         name: one._replace(force=one.force - one.damper, damper=0.0, hysteresis=0.0, damping=0.0)
         for name, one in at_rest.springs.items()
     }
-    between = Acting(contacts, springs, {})
+    gas = model.chambers.taken_up(at_rest.gas)
+    between = Acting(contacts, springs, gas)
     acting = wrenches(model, between, standing)
     kinetic = kicked(placed, system.fixed, acting[system.free], 0.0)
     inside = [nodes.energy(slaves[name]) for name, nodes in system.nodes.items()]
@@ -252,6 +254,7 @@ def _taken_up(
         rigid=placed.rows,
         wrenches=acting,
         springs=springs,
+        gas=gas,
         peak_energy=energy.total,
         rest=rest,
     )
