@@ -8,8 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from contiga.contact.contact import Contact
 from contiga.contact.state import State
@@ -243,6 +241,9 @@ def _check_closed(where: str, slave: str, corners: IntArray, points: FloatArray)
     InputError
         Says how many there are and where.
     """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)
     ends, kind = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
     count = np.bincount(kind.ravel(), minlength=len(ends))
