@@ -62,7 +62,7 @@ ENTRIES = (
         "airbag",
         "10_airbag.toml",
         ("bag.pressure", "bag.volume", "head.vz", "head on bag.force"),
-        ("bag.pressure", "bag.volume", "head on bag.force", "head on bag.max_penetration"),
+        ("bag.pressure", "bag.volume"),
     ),
     Entry(
         "sled_belt",

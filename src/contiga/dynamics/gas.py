@@ -234,6 +234,11 @@ class Chamber:
         put(self, "name", name or "gas")
 
     @property
+    def open_at_start(self) -> FloatArray:
+        """(v,) 1 of vents that no pressure opens."""
+        return np.array([vent.opens_at == -math.inf for vent in self.vents], np.float64)
+
+    @property
     def leaks(self) -> bool:
         """Whether its fabric does, at any pressure."""
         return bool(self.leak.y.any())
@@ -245,6 +250,21 @@ class Chamber:
         times += [vent.area.x for vent in self.vents if vent.over == "time"]
         times += [np.array([v.opens_after]) for v in self.vents if np.isfinite(v.opens_after)]
         return np.concatenate([np.zeros(0), *times])
+
+    def resting(self) -> Chamber:
+        """The same gas with nothing that comes or goes."""
+        still = copy(self)
+        nothing = Series(np.zeros(1), np.zeros(1))
+        for key, openings, flow in (
+            ("inflators", self.inflators, "mass_rate"),
+            ("vents", self.vents, "area"),
+        ):
+            closed = tuple(map(copy, openings))
+            for one in closed:
+                object.__setattr__(one, flow, nothing)
+            object.__setattr__(still, key, closed)
+        object.__setattr__(still, "leak", nothing)
+        return still
 
     def called(self, name: str) -> Chamber:
         """A copy of another name."""
@@ -375,7 +395,6 @@ class Chambers:
         for c, (chamber, volume) in enumerate(zip(self.chambers, volumes.tolist(), strict=True)):
             pressure, temperature, shares = self._outside(c)
             mass = pressure * volume / (self._constant(shares) * temperature)
-            vents = np.array([vent.opens_at == -math.inf for vent in chamber.vents], np.float64)
             masses = [mass * share for share in shares]
             energy, _ = self._caloric(masses, temperature)
             whole = energy + pressure * volume
@@ -386,7 +405,7 @@ class Chambers:
                     volume,
                     pressure,
                     temperature,
-                    vents,
+                    chamber.open_at_start,
                     came=0.0,
                     left=0.0,
                     stored=0.0,

@@ -8,8 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from contiga.contact.contact import Contact
 from contiga.contact.state import State
@@ -164,6 +162,16 @@ class GasSystem:
             states[name] = ChamberState(state, excess * gradient)
         return states
 
+    def taken_up(self, rested: Mapping[str, ChamberState]) -> dict[str, ChamberState]:
+        """The chambers at the start of a run that begins from where they rest."""
+        states = {}
+        for name, (gas, force) in rested.items():
+            chamber = self.chambers[name]
+            whole = gas.energy + chamber.surroundings.pressure * gas.volume
+            begun = gas._replace(is_open=chamber.open_at_start, stored=0.0, at_start=whole)
+            states[name] = ChamberState(begun, force)
+        return states
+
     def came(self, last: Mapping[str, ChamberState], now: Mapping[str, ChamberState]) -> float:
         """Enthalpy that has come in within a step, less what went out."""
         return sum(
@@ -237,6 +245,9 @@ def _check_closed(where: str, slave: str, corners: IntArray, points: FloatArray)
     InputError
         Says how many there are and where.
     """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)
     ends, kind = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
     count = np.bincount(kind.ravel(), minlength=len(ends))

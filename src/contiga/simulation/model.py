@@ -429,13 +429,6 @@ def check_gas(model: Model) -> None:
                 found=name,
                 allowed="not that of a body, a contact, a spring, a slip ring or a sensor",
             )
-    if model.gas and model.settling is not None:
-        raise InputError(
-            "does not settle: it would blow up at rest",
-            where="gas",
-            found=", ".join(model.gas),
-            remedy="Leave settling out, or the gas",
-        )
     assert model.chambers.physics is not None
 
 

@@ -157,6 +157,7 @@ def _resting(model: Model, settle: Settle) -> Model:
         slip_rings=model.slip_rings,
         loads=tuple(load.at_time(start) for load in model.loads),
         units=model.units,
+        gas={name: chamber.resting() for name, chamber in model.gas.items()},
     )
 
 
@@ -242,7 +243,8 @@ def _taken_up(
         for name, one in at_rest.springs.items()
     }
     rings = {name: one._replace(friction=0.0) for name, one in at_rest.slip_rings.items()}
-    between = Acting(contacts, springs, {}, rings)
+    gas = model.chambers.taken_up(at_rest.gas)
+    between = Acting(contacts, springs, gas, rings)
     acting = wrenches(model, between, standing)
     kinetic = kicked(placed, system.fixed, acting[system.free], 0.0)
     inside = [nodes.energy(slaves[name]) for name, nodes in system.nodes.items()]
@@ -257,6 +259,7 @@ def _taken_up(
         wrenches=acting,
         springs=springs,
         slip_rings=rings,
+        gas=gas,
         peak_energy=energy.total,
         rest=rest,
     )

@@ -207,7 +207,7 @@ def test_an_inflator_names_the_sensor_that_fires_it(tmp_path: Path) -> None:
     spec = GasSpec(
         slave="bag", inflator=[{"mass_rate": 1.0, "temperature": 300.0, "trigger": "crash"}]
     )
-    assert spec.chamber(("m", "kg", "s")).inflators[0].trigger == "crash"
+    assert spec.chamber(("m", "kg", "s"), list).inflators[0].trigger == "crash"
     with pytest.raises(CaseError, match=r"gas\[0\].inflator\[0\].trigger: no sensor of this name"):
         case_of(
             tmp_path,

@@ -165,6 +165,36 @@ def test_a_chamber_without_room_ends_the_run_with_its_name() -> None:
         simulation.run()
 
 
+def test_a_bag_settles_with_its_gas_squeezed() -> None:
+    """Cloth that was cut smaller squeezes the air until both balance, and the run begins there."""
+    slave = box()
+    motion = cg.motion.Deforming(
+        material=CLOTH, density=800.0, thickness=1e-3, rest=0.9 * slave.points
+    )
+    blow = Inflator([[1e-3, 5.0], [2e-3, 5.0]], 600.0)
+    chamber = Chamber("bag", AROUND, inflators=[blow], vents=[Vent(1e-3)], leak=1e-3)
+    simulation = cg.Simulation(
+        bodies={},
+        slaves={"bag": (slave, motion)},
+        contacts=[],
+        gas=[chamber],
+        end=2e-3,
+        step=1e-5,
+        settling=cg.Settle(tolerance=1e-6),
+    )
+    start = simulation.settle()
+    gas = start.gas["gas"].gas
+    assert gas.volume < 0.0639
+    squeezed = (0.064 / gas.volume) ** 1.4
+    assert gas.pressure == pytest.approx(101_325.0 * squeezed, rel=1e-10)
+    assert (gas.came, gas.left, gas.stored, start.energy.gas) == (0.0, 0.0, 0.0, 0.0)
+    assert start.energy.strain > 0.0
+    history = simulation.run().history
+    assert history["gas.pressure"][0] == gas.pressure
+    assert history["gas.flow_in"][-1] == pytest.approx(5e-3 * AIR.c_p * 600.0, rel=1e-6)
+    assert np.abs(history["energy.error"]).max() < 1e-4 * history["gas.flow_in"][-1]
+
+
 def on_floor(quadrature: str | int, width: float, **gas: Any) -> float:
     """What comes out of a blown box that is held on a floor up to x = width, in a short time."""
     centre = (0.5 * width - 0.5, 0.0, -1e-4)
