@@ -64,6 +64,9 @@ from contiga.records import Projection as Projection
 from contiga.records import RayHit as RayHit
 from contiga.report.comparison import Comparison as Comparison
 from contiga.report.comparison import compare as compare
+from contiga.routing.path import Path as Path
+from contiga.routing.path import Wrap as Wrap
+from contiga.routing.route import route as route
 from contiga.running.run_case import run as run
 from contiga.simulation.checks.finding import Finding as Finding
 from contiga.simulation.model import OutputOptions as OutputOptions
