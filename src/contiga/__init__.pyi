@@ -21,6 +21,7 @@ from contiga.case.schema import load_case as load_case
 from contiga.contact.contact import Contact as Contact
 from contiga.contact.state import State as State
 from contiga.contact.tangent import Linearisation as Linearisation
+from contiga.dynamics.belt import Belt as Belt
 from contiga.dynamics.loads import Load as Load
 from contiga.dynamics.springs import Spring as Spring
 from contiga.geometry import clouds as clouds

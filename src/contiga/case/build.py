@@ -114,7 +114,7 @@ def _pieces(case: Case, cache: PartCache, wrong: Together) -> _Pieces:
     findings: list[Finding] = []
     made = _parts(case, cache, wrong, findings)
     bodies = _bodies(case, made, motions, wrong)
-    slaves = _slaves(case, made, motions, wrong)
+    slaves = _slaves(case, made, motions, wrong) | _belts(case, made, wrong)
     contacts = _contacts(case, bodies, slaves, wrong)
     return _Pieces(springs, gas, bodies, slaves, contacts, tuple(findings))
 
@@ -269,6 +269,21 @@ def _slaves(
         assert isinstance(slave, Slave)
         with wrong.at(key):
             slaves[spec.name] = SlavePart(slave, slave_motion(spec, slave, case, motions.get(key)))
+    return slaves
+
+
+def _belts(
+    case: Case, made: Mapping[str, Master | Slave], wrong: Together
+) -> dict[str, SlavePart]:
+    """Belts as slaves, over the bodies where these stand before any motion."""
+    bodies = {name: part for name, part in made.items() if not isinstance(part, Slave)}
+    slaves = {}
+    for i, spec in enumerate(case.belt):
+        if not bodies.keys() >= {*spec.path.over}:
+            continue  # what is wrong with these is told
+        with wrong.at(f"belt[{i}]"):
+            belt = spec.laid(bodies)
+            slaves[spec.name] = SlavePart(belt.slave, belt.motion)
     return slaves
 
 

@@ -34,7 +34,7 @@ PENALTY = 1e4
 """Stiffness of an active constraint over that of the two chords beside it."""
 STEPS = 100
 SETTLED, SETTLED_AT_EDGES = 1e-11, 1e-2
-"""Largest move of a string that is at rest: as a share of the length, and of the radius of edges."""
+"""Largest move of a string at rest, as a share of its length and of the radius of edges."""
 CHANGE = 1e-6
 """Share of the length that a string over sharp edges may still change by in the end: points next to
 an edge may go to and fro over it without end."""
