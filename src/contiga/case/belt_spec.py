@@ -57,7 +57,7 @@ class BeltSpec(Spec):
 
         Raises
         ------
-        InputError, RunError
+        InputError
             As `contiga.route`, and `Belt`.
         """
         path = self.path

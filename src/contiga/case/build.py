@@ -22,6 +22,7 @@ from contiga.case.slave_motion import prescribed, slave_motion
 from contiga.case.standing import order_of, references
 from contiga.case.toml import resolved_toml
 from contiga.contact.preloaded import preload_search
+from contiga.dynamics.belt import Belt
 from contiga.dynamics.free import Attached, Dependent
 from contiga.dynamics.gas import Chamber
 from contiga.dynamics.prescribed import BodyMotion, Fixed
@@ -114,7 +115,9 @@ def _pieces(case: Case, cache: PartCache, wrong: Together) -> _Pieces:
     findings: list[Finding] = []
     made = _parts(case, cache, wrong, findings)
     bodies = _bodies(case, made, motions, wrong)
-    slaves = _slaves(case, made, motions, wrong) | _belts(case, made, wrong)
+    slaves = _slaves(case, made, motions, wrong)
+    belts = _belts(case, made, wrong)
+    slaves |= {name: SlavePart(belt.slave, belt.motion) for name, belt in belts.items()}
     contacts = _contacts(case, bodies, slaves, wrong)
     return _Pieces(springs, gas, bodies, slaves, contacts, tuple(findings))
 
@@ -272,19 +275,30 @@ def _slaves(
     return slaves
 
 
-def _belts(
-    case: Case, made: Mapping[str, Master | Slave], wrong: Together
-) -> dict[str, SlavePart]:
-    """Belts as slaves, over the bodies where these stand before any motion."""
+def _belts(case: Case, made: Mapping[str, Master | Slave], wrong: Together) -> dict[str, Belt]:
+    """Belts over the bodies where these stand before any motion."""
     bodies = {name: part for name, part in made.items() if not isinstance(part, Slave)}
-    slaves = {}
+    belts = {}
     for i, spec in enumerate(case.belt):
         if not bodies.keys() >= {*spec.path.over}:
             continue  # what is wrong with these is told
         with wrong.at(f"belt[{i}]"):
-            belt = spec.laid(bodies)
-            slaves[spec.name] = SlavePart(belt.slave, belt.motion)
-    return slaves
+            belts[spec.name] = spec.laid(bodies)
+    return belts
+
+
+def belts_of(case: Case) -> dict[str, Belt]:
+    """The belts of a case by name.
+
+    Raises
+    ------
+    InputError, MissingPackageError
+        As `build`.
+    """
+    wrong = Together(str(case.file))
+    belts = _belts(case, _parts(case, PartCache(), wrong, []), wrong)
+    wrong.tell()
+    return belts
 
 
 def _body(spec: BodySpec, unit: str, cache: PartCache) -> Body | TriMesh:

@@ -119,9 +119,7 @@ class Belt:
         """How the belt moves: by the forces of its elements."""
         ends = [(anchor, rows) for anchor, rows in zip(self.anchors, self.ends, strict=True)]
         fixed: list[dict[str, Any]] = [{"nodes": rows} for at, rows in ends if at == GROUND]
-        carried = [
-            {"nodes": rows, "body": at} for at, rows in ends if at not in (GROUND, FREE)
-        ]
+        carried = [{"nodes": rows, "body": at} for at, rows in ends if at not in (GROUND, FREE)]
         is_bars = self.kind == "bars"
         return Deforming(
             material=self.material,
@@ -163,7 +161,7 @@ class Belt:
         """(n, 3) nodes on the path and beside it."""
         arc = np.linspace(0.0, self.path.length, self.segments + 1)
         normal, step = self.path.normal_at(arc), 0.5 * arc[1]
-        middle = self.path.at(arc) + LIFT * self.path.length * normal
+        middle = self.path.at(arc)
         ahead, behind = (np.clip(arc + x, 0.0, self.path.length) for x in (step, -step))
         along = self.path.at(ahead) - self.path.at(behind)
         # Width and normal in this order: facets face away from the bodies.
@@ -179,7 +177,7 @@ class Belt:
             )
         wide /= np.maximum(sizes, 1e-300)[:, None]
         points = middle[:, None] + self._offsets[None, :, None] * wide[:, None]
-        return np.ascontiguousarray(points.reshape(-1, 3))
+        return self.path.outside(points.reshape(-1, 3), LIFT * self.path.length)
 
     @cached_property
     def _rest(self) -> FloatArray:

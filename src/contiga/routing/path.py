@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.arrays.layout import as_points
 from contiga.display import Displayed, Facts
 from contiga.records import FloatArray, IndexArray
 from contiga.routing.obstacles import Obstacles
@@ -52,8 +53,8 @@ class Path(Displayed):
     """(n, 3) unit normals of the body nearest to each point."""
     body: IndexArray
     """(n,) number of the body that each point lies on, −1 where it lies on none."""
-    bodies: tuple[str, ...]
-    """Names of the bodies."""
+    over: Obstacles
+    """The bodies."""
 
     @cached_property
     def arc(self) -> FloatArray:
@@ -101,13 +102,21 @@ class Path(Displayed):
         normal = self._along(self.normal, arc)
         return np.asarray(normal / np.linalg.norm(normal, axis=1)[:, None])
 
+    def outside(self, points: ArrayLike, gap: float = 0.0) -> FloatArray:
+        """(k, 3) `points` with those that are nearer to the bodies than `gap`, a length, moved to
+        that distance: what lies on chords of the path, or beside it, may be inside."""
+        moved = as_points(points).copy()
+        near = self.over.clearances(moved)
+        short = np.maximum(gap - near.gap, 0.0)
+        return np.asarray(moved + short[:, None] * near.normal)
+
     def _along(self, values: FloatArray, arc: ArrayLike) -> FloatArray:
         return np.stack([np.interp(np.asarray(arc), self.arc, one) for one in values.T], axis=1)
 
     def _wrap(self, run: IndexArray) -> Wrap:
         first, last = run[0], run[-1]
         return Wrap(
-            self.bodies[self.body[first]],
+            self.over.bodies[self.body[first]].name,
             float(self.arc[first]),
             float(self.arc[last]),
             float(self.turns[run].sum()),
@@ -129,5 +138,4 @@ def path_of(obstacles: Obstacles, tight: Tight) -> Path:
     near = obstacles.clearances(tight.points)
     length = float(np.linalg.norm(np.diff(tight.points, axis=0), axis=1).sum())
     lies = near.gap <= 2.0 * tight.rounding + CONTACT * length
-    names = tuple(body.name for body in obstacles.bodies)
-    return Path(tight.points, near.normal, np.where(lies, near.body, -1), names)
+    return Path(tight.points, near.normal, np.where(lies, near.body, -1), obstacles)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import as_numbers
-from contiga.errors import InputError, RunError
+from contiga.errors import InputError
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.routing.obstacles import Obstacles
@@ -49,9 +49,8 @@ def route(
     Raises
     ------
     InputError
-        A point is inside a body, or nothing leads to it; start and end are the same point.
-    RunError
-        The string does not come to rest.
+        A point is inside a body, or nothing leads to it; start and end are the same point; the
+        string does not come to rest outside.
 
     Examples
     --------
@@ -71,10 +70,11 @@ def route(
     corners = np.concatenate([legs[0][:1], *(leg[1:] for leg in legs)])
     tight = pull_tight(obstacles, resampled(corners, count))
     if not tight.at_rest:
-        raise RunError(
-            f"the string from {stops[0].tolist()} to {stops[-1].tolist()} does not come to rest: "
-            "it may lie in a groove, or go round something, narrower than the spacing of its "
-            "points. Take more `points`, or lead it another way by `via`"
+        raise InputError(
+            "the string does not come to rest",
+            found=f"from {stops[0].tolist()} to {stops[-1].tolist()}",
+            allowed="a way without grooves, or parts to go round, narrower than a chord",
+            remedy="Take more `points`, or lead it another way by `via`",
         )
     path = path_of(obstacles, tight)
     _check_outside(obstacles, path)

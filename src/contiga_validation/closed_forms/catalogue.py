@@ -22,6 +22,7 @@ MODULES = (
     "at_rest",
     "foam",
     "catenary",
+    "belts",
     "membranes",
     "hertz",
     "cook",
