@@ -18,7 +18,7 @@ from contiga.case.points_spec import BodyPoints
 from contiga.case.problems import Fault, Together
 from contiga.case.reading import told_of
 from contiga.case.schema import BodySpec, Case, SlaveSpec
-from contiga.case.slave_motion import prescribed, slave_motion
+from contiga.case.slave_motion import check_elements, prescribed, slave_motion
 from contiga.case.standing import order_of, references
 from contiga.case.toml import resolved_toml
 from contiga.contact.preloaded import preload_search
@@ -283,7 +283,9 @@ def _belts(case: Case, made: Mapping[str, Master | Slave], wrong: Together) -> d
         if not bodies.keys() >= {*spec.path.over}:
             continue  # what is wrong with these is told
         with wrong.at(f"belt[{i}]"):
-            belts[spec.name] = spec.laid(bodies)
+            belt = spec.laid(bodies)
+            check_elements(spec.name, belt.slave, belt.motion)
+            belts[spec.name] = belt
     return belts
 
 
