@@ -1,4 +1,4 @@
-"""Belts as laid: on their path, of the length at rest they were given, held where they are to be."""
+"""Belts as laid: on their path, as long at rest as asked for, held where they are to be."""
 
 from __future__ import annotations
 
