@@ -58,7 +58,9 @@ ENTRIES = (
         ("lower eye.vz", "side.fz"),
         ("above.force", "side.fz"),
     ),
-    Entry("belt", "10_belt.toml", ("chest.vx", "energy.strain"), ("chest.force", "chest.vx")),
+    Entry(
+        "belt", "10_belt.toml", ("chest.vx", "chest-belt.force"), ("chest-belt.force", "chest.vx")
+    ),
     Entry("bonnet", "bonnet.toml", ("bonnet.force", "hard parts.force"), ("bonnet.force",)),
     Entry("spin", "gallery/spin.toml", ("ball.vx", "ball.wy"), ("force", "ball.wy")),
     Entry("hail", "gallery/hail.toml", ("ring.vz", "n_contact"), ("force", "ring.vz")),

@@ -55,7 +55,7 @@ class Tight(NamedTuple):
     rounding: float
     """Distance that it keeps from surfaces, length; 0 where no edge is sharp."""
     at_rest: bool
-    """Whether the last step moved it by no more than rounding."""
+    """Whether it has come to rest, and no chord cuts off an edge."""
 
 
 class _Constraints(NamedTuple):
@@ -72,7 +72,7 @@ def pull_tight(obstacles: Obstacles, points: FloatArray) -> Tight:
     length = _length(points)
     spacing = length / (len(points) - 1)
     points, at_rest = _relaxed(obstacles, points, 0.0, _even(points))
-    if not at_rest or len(_cutting(obstacles, points, 0.0)) == 0:
+    if len(_cutting(obstacles, points, 0.0)) == 0:
         return Tight(points, 0.0, at_rest)
     points, _ = _relaxed(obstacles, points, spacing, _even(points))
     levels = ceil(log(spacing / (SHARP * length), 1.0 / SHRINK)) + 1
@@ -108,7 +108,8 @@ def _even(points: FloatArray) -> FloatArray:
 
 
 def _divided(points: FloatArray, chords: NDArray[np.intp], radius: float) -> FloatArray:
-    """The polyline with some of its chords cut into pieces of about `radius`, eight at most."""
+    """The polyline with some of its chords cut into pieces that turn by `TURN` at an edge of a
+    `radius`, `PIECES` at most."""
     pieces = np.ones(len(points) - 1, dtype=int)
     lengths = np.linalg.norm(points[chords + 1] - points[chords], axis=1)
     pieces[chords] = np.clip(np.ceil(lengths / (TURN * radius)), 2, PIECES)
