@@ -70,6 +70,12 @@ ENTRIES = (
         ("lower belt.force", "upper belt.force", "lower belt.paid_out"),
         ("upper belt.force", "lower belt.travel"),
     ),
+    Entry(
+        "torso_belt",
+        "12_torso_belt.toml",
+        ("chest.vx", "chest-belt.force"),
+        ("chest-belt.force", "chest.vx"),
+    ),
     Entry("bonnet", "bonnet.toml", ("bonnet.force", "hard parts.force"), ("bonnet.force",)),
     Entry("spin", "gallery/spin.toml", ("ball.vx", "ball.wy"), ("force", "ball.wy")),
     Entry("hail", "gallery/hail.toml", ("ring.vz", "n_contact"), ("force", "ring.vz")),

@@ -22,6 +22,7 @@ from contiga.case.schema import load_case as load_case
 from contiga.contact.contact import Contact as Contact
 from contiga.contact.state import State as State
 from contiga.contact.tangent import Linearisation as Linearisation
+from contiga.dynamics.belt import Belt as Belt
 from contiga.dynamics.loads import Load as Load
 from contiga.dynamics.springs import Spring as Spring
 from contiga.geometry import clouds as clouds
@@ -65,6 +66,9 @@ from contiga.records import Projection as Projection
 from contiga.records import RayHit as RayHit
 from contiga.report.comparison import Comparison as Comparison
 from contiga.report.comparison import compare as compare
+from contiga.routing.path import Path as Path
+from contiga.routing.path import Wrap as Wrap
+from contiga.routing.route import route as route
 from contiga.running.run_case import run as run
 from contiga.simulation.checks.finding import Finding as Finding
 from contiga.simulation.model import OutputOptions as OutputOptions

@@ -19,10 +19,11 @@ from contiga.case.points_spec import BodyPoints
 from contiga.case.problems import Fault, Together
 from contiga.case.reading import told_of
 from contiga.case.schema import BodySpec, Case, SlaveSpec
-from contiga.case.slave_motion import nodes_named, prescribed, slave_motion
+from contiga.case.slave_motion import check_elements, nodes_named, prescribed, slave_motion
 from contiga.case.standing import order_of, references
 from contiga.case.toml import resolved_toml
 from contiga.contact.preloaded import preload_search
+from contiga.dynamics.belt import Belt
 from contiga.dynamics.free import Attached, Dependent
 from contiga.dynamics.gas import Chamber
 from contiga.dynamics.prescribed import BodyMotion, Fixed
@@ -117,6 +118,8 @@ def _pieces(case: Case, cache: PartCache, wrong: Together) -> _Pieces:
     made = _parts(case, cache, wrong, findings)
     bodies = _bodies(case, made, motions, wrong)
     slaves = _slaves(case, made, motions, wrong)
+    belts = _belts(case, made, wrong)
+    slaves |= {name: SlavePart(belt.slave, belt.motion) for name, belt in belts.items()}
     contacts = _contacts(case, bodies, slaves, wrong)
     return _Pieces(springs, gas, bodies, slaves, contacts, tuple(findings))
 
@@ -272,6 +275,34 @@ def _slaves(
         with wrong.at(key):
             slaves[spec.name] = SlavePart(slave, slave_motion(spec, slave, case, motions.get(key)))
     return slaves
+
+
+def _belts(case: Case, made: Mapping[str, Master | Slave], wrong: Together) -> dict[str, Belt]:
+    """Belts over the bodies where these stand before any motion."""
+    bodies = {name: part for name, part in made.items() if not isinstance(part, Slave)}
+    belts = {}
+    for i, spec in enumerate(case.belt):
+        if not bodies.keys() >= {*spec.path.over}:
+            continue  # what is wrong with these is told
+        with wrong.at(f"belt[{i}]"):
+            belt = spec.laid(bodies)
+            check_elements(spec.name, belt.slave, belt.motion)
+            belts[spec.name] = belt
+    return belts
+
+
+def belts_of(case: Case) -> dict[str, Belt]:
+    """The belts of a case by name.
+
+    Raises
+    ------
+    InputError, MissingPackageError
+        As `build`.
+    """
+    wrong = Together(str(case.file))
+    belts = _belts(case, _parts(case, PartCache(), wrong, []), wrong)
+    wrong.tell()
+    return belts
 
 
 def _body(spec: BodySpec, unit: str, cache: PartCache) -> Body | TriMesh:

@@ -55,10 +55,10 @@ def columns_of_case(case: Case) -> list[str]:
     columns += [f"{chamber.name}.{name}" for chamber in case.gas for name in OF_GAS]
     free = [body.name for body in case.body if body.motion.by_forces]
     columns += [f"{name}.{column}" for name in free for column in OF_BODIES]
-    deforms = any(slave.motion.kind == "deform" for slave in case.slave)
-    if free or case.spring or any(slave.motion.by_forces for slave in case.slave):
+    moved = case.deforms or any(slave.motion.by_forces for slave in case.slave)
+    if free or case.spring or moved:
         columns += [f"energy.{name}" for name in _OF_SYSTEM]
-    if deforms:
+    if case.deforms:
         columns += ["energy.hourglass", "energy.viscosity"]
     if case.gas:
         columns.append("energy.gas")

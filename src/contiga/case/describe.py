@@ -50,8 +50,12 @@ def describe(case: Case) -> list[tuple[str, str]]:
         given = [f"{k} {v:g}" for k in ("thickness", "area", "mass") if (v := getattr(slave, k))]
         if given:
             rows.append(("  every node", ", ".join(given)))
+    for belt in case.belt:
+        rows.append((f"belt {belt.name}", belt.describe()))
+    soft = {slave.name for slave in case.slave if slave.motion.kind == "deform"}
+    soft |= {belt.name for belt in case.belt}
     for contact in case.contact:
-        deforms = any(s.name == contact.slave and s.motion.kind == "deform" for s in case.slave)
+        deforms = contact.slave in soft
         rows += _contact(contact, case.sides(contact).type, deforms)
     for k, load in enumerate(case.load):
         rows.append((f"load {k}", load.describe()))

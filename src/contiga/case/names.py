@@ -84,7 +84,8 @@ def misnamed(data: Mapping[str, Any], places: Sequence[tuple[int | str, ...]]) -
 
     None where it cannot be known: where tables or names of bodies and slaves are themselves wrong.
     """
-    bodies, slaves = (_names_of(data.get(kind)) for kind in ("body", "slave"))
+    bodies, slaves, belts = (_names_of(data.get(kind)) for kind in ("body", "slave", "belt"))
+    slaves += belts
     unknown = any(len(place) < 2 or place[-1] == "name" for place in places)
     if unknown or None in bodies + slaves:
         return []

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
 
+from contiga.case.belt_spec import BeltSpec
 from contiga.case.contact_spec import ContactSpec
 from contiga.case.device_spec import SlipRingSpec
 from contiga.case.gas_spec import GasSpec
@@ -163,6 +164,8 @@ class Case(Spec):
     body: list[BodySpec] = Field(default_factory=list)
     """None is needed where a slave deforms."""
     slave: list[SlaveSpec] = Field(default_factory=list)
+    belt: list[BeltSpec] = Field(default_factory=list)
+    """Slaves, too: contacts, springs and sensors name them as such."""
     contact: list[ContactSpec] = Field(default_factory=list)
     world: WorldSpec = Field(default_factory=WorldSpec)
     settle: SettleSpec | None = None
@@ -186,9 +189,20 @@ class Case(Spec):
         bodies: dict[str, BodySpec | SlaveSpec] = {part.name: part for part in self.body}
         return bodies | {part.name: part for part in self.slave}
 
+    @property
+    def deforms(self) -> bool:
+        """Whether there is a belt, or another slave of elements."""
+        return bool(self.belt) or any(slave.motion.kind == "deform" for slave in self.slave)
+
+    @property
+    def _slaves(self) -> dict[str, str]:
+        """Keys of slaves and belts, and their names."""
+        named = {f"slave[{i}]": slave.name for i, slave in enumerate(self.slave)}
+        return named | {f"belt[{i}]": belt.name for i, belt in enumerate(self.belt)}
+
     @model_validator(mode="after")
     def _parts_fit_together(self) -> Self:
-        deforms = any(slave.motion.kind == "deform" for slave in self.slave)
+        deforms = self.deforms
         free = any(slave.motion.by_forces for slave in self.slave)
         nodes = deforms or bool(self.gas) or (free and bool(self.spring))
         moved = nodes or any(body.motion.by_forces for body in self.body)
@@ -211,15 +225,18 @@ class Case(Spec):
         for key, names in (
             ("body", [body.name for body in self.body]),
             ("slave", [slave.name for slave in self.slave]),
+            ("belt", [belt.name for belt in self.belt]),
             ("contact", [contact.title for contact in self.contact]),
             ("slip_ring", [ring.made.name for ring in self.slip_ring]),
             ("gas", [chamber.name for chamber in self.gas]),
         ):
             yield partial(check_unique, key, names)
         bodies = [body.name for body in self.body]
-        slaves = [slave.name for slave in self.slave]
-        for i, slave in enumerate(slaves):
-            yield partial(check_apart, f"slave[{i}].name", slave, bodies)
+        slaves = [*self._slaves.values()]
+        for key, slave in self._slaves.items():
+            yield partial(check_apart, f"{key}.name", slave, bodies)
+        for i, belt in enumerate(self.belt):
+            yield partial(self._check_belt, belt.name, f"belt[{i}].name")
         for i, contact in enumerate(self.contact):
             where = f"contact[{i}]"
             yield partial(check_defined, f"{where}.master", contact.master, "body", bodies, slaves)
@@ -227,7 +244,7 @@ class Case(Spec):
 
     def _checks_of_movers(self) -> Iterator[Callable[[], object]]:
         bodies = [body.name for body in self.body]
-        slaves = [slave.name for slave in self.slave]
+        slaves = [*self._slaves.values()]
         for where, name in self._named_bodies():
             yield partial(check_defined, where, name, "body", bodies, slaves)
         for i, spring in enumerate(self.spring):
@@ -263,6 +280,10 @@ class Case(Spec):
                 if inflator.trigger is not None:
                     yield f"gas[{i}].inflator[{k}].trigger", inflator.trigger
 
+    def _check_belt(self, name: str, where: str) -> None:
+        if name in [slave.name for slave in self.slave]:
+            raise CaseError("a slave has this name: a belt is one, too", where=where, found=name)
+
     def _check_body(self, i: int) -> None:
         body = self.body[i]
         tied = [k for k, spring in enumerate(self.spring) if GROUND in spring.between]
@@ -294,6 +315,8 @@ class Case(Spec):
             for key, name in motion.named_bodies():
                 keys.setdefault((where, name), f"motion.{key}")
         yield from ((f"{where}.{key}", name) for (where, name), key in keys.items())
+        for i, belt in enumerate(self.belt):
+            yield from ((f"belt[{i}].{key}", name) for key, name in belt.named_bodies())
         yield from ((f"load[{i}].body", load.body) for i, load in enumerate(self.load))
         settling = self.settle.bodies if self.settle is not None else []
         yield from ((f"settle.bodies[{k}]", name) for k, name in enumerate(settling))
@@ -335,8 +358,8 @@ class Case(Spec):
     def sides(self, contact: ContactSpec) -> Sides:
         """Which side of a contact deforms, and by which law."""
         bodies = {body.name: body for body in self.body}
-        (slave,) = (slave for slave in self.slave if slave.name == contact.slave)
-        of = bodies[slave.points.body] if isinstance(slave.points, BodyPoints) else None
+        points = next((one.points for one in self.slave if one.name == contact.slave), None)
+        of = bodies[points.body] if isinstance(points, BodyPoints) else None
         return sides_of(contact, bodies[contact.master], of)
 
 

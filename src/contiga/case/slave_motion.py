@@ -81,9 +81,20 @@ def deforming_of(
         partial(_elements_of_set, spec, slave),
         None if reference is None else reference.nodes(slave, mesh_of),
     )
-    bodies: dict[str, int] = {}
-    deforming.nodes(spec.name, slave, lambda name: bodies.setdefault(name, len(bodies)))
+    check_elements(spec.name, slave, deforming)
     return deforming
+
+
+def check_elements(name: str, slave: Slave, motion: Deforming) -> None:
+    """Refuse what does not fit of elements, materials and places of a slave called `name`.
+
+    Raises
+    ------
+    InputError
+        As `Deforming`.
+    """
+    bodies: dict[str, int] = {}
+    motion.nodes(name, slave, lambda body: bodies.setdefault(body, len(bodies)))
 
 
 def prescribed(spec: ToldMotionSpec, case: Case) -> BodyMotion:

@@ -36,7 +36,7 @@ class SpringSpec(MadeSpec[Spring]):
     """Of the force that results tell."""
 
     retractor: RetractorSpec | None = None
-    """Devices at its end: see `docs/belts.md`."""
+    """Devices at its end: see `docs/belt-devices.md`."""
     limiter: LimiterSpec | None = None
     pretensioner: PretensionerSpec | None = None
     release: ReleaseSpec | None = None

@@ -17,6 +17,7 @@ from contiga.cli.export import export
 from contiga.cli.help_pages import Command, Group, epilog
 from contiga.cli.options import HELPED, WITH_CASE, CaseFile, Quiet, Settings, load
 from contiga.cli.preview_case import preview_path, write_preview
+from contiga.cli.route import route
 from contiga.cli.study import study
 from contiga.cli.verify import verify
 from contiga.cli.warmup import warmup
@@ -395,5 +396,5 @@ def reproduce(
         raise RunError("not every statement held: " + "; ".join(broken))
 
 
-for _command in (compare, convert, export, study, verify, warmup):
+for _command in (compare, convert, export, route, study, verify, warmup):
     app.command(cls=Command, epilog=epilog(_command.__name__))(_command)

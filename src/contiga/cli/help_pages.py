@@ -35,6 +35,13 @@ _TEXTS: dict[str, tuple[str, tuple[str, ...]]] = {
     "compare": ("report.md", ("contiga compare out_1 out_2 -o compare.html",)),
     "convert": ("convert.md", ("contiga convert deck.k --units mm,kg,ms -o case.toml",)),
     "export": ("command-line.md", ("contiga export out", "contiga export out -o tests --test T17")),
+    "route": (
+        "belts.md",
+        (
+            "contiga route chest.step --from=-300,0,0 --to=300,0,0 --via 0,0,400 -o path.png",
+            "contiga route case.toml -o belts.png",
+        ),
+    ),
     "study": (
         "study.md",
         (

@@ -23,6 +23,7 @@ MODULES = (
     "at_rest",
     "foam",
     "catenary",
+    "belts",
     "membranes",
     "hertz",
     "cook",

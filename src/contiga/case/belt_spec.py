@@ -1,0 +1,86 @@
+"""The `belt` tables of a case: belts that are routed over bodies and laid along the way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from contiga.case.material_spec import MaterialSpec
+from contiga.case.spec import Count, Name, NotNegative, Positive, Spec, Vector
+from contiga.dynamics.belt import FREE, GROUND, Belt
+from contiga.masters.protocol import Master
+from contiga.routing.route import POINTS, route
+
+Anchors = Annotated[list[Name], Field(min_length=2, max_length=2)]
+
+
+class PathSpec(Spec):
+    """`path = { start, end, via, over, points }`: what `contiga.route` takes."""
+
+    start: Vector
+    end: Vector
+    via: list[Vector] = Field(default_factory=list)
+    over: Annotated[list[Name], Field(min_length=1)]
+    """Bodies that the belt stays outside of."""
+    points: Annotated[int, Field(ge=10)] = POINTS
+
+
+class BeltSpec(Spec):
+    """A `[[belt]]`: a slave that is laid over bodies where these stand before any motion."""
+
+    name: Name
+    path: PathSpec
+    kind: Literal["bars", "ribbon"] = "bars"
+    width: Positive
+    thickness: Positive
+    material: MaterialSpec
+    density: Positive
+    segments: Count = 40
+    across: Count = 4
+    shortening: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
+    """Share that the belt is shorter at rest than its path."""
+    anchors: Anchors = Field(default_factory=lambda: [GROUND, GROUND])
+    """What holds its start and its end: "ground", a body, or "free"."""
+    damping: NotNegative = 0.0
+
+    def named_bodies(self) -> Iterator[tuple[str, str]]:
+        """Keys that name a body, and the names."""
+        yield from ((f"path.over[{k}]", name) for k, name in enumerate(self.path.over))
+        for k, name in enumerate(self.anchors):
+            if name not in (GROUND, FREE):
+                yield f"anchors[{k}]", name
+
+    def laid(self, bodies: Mapping[str, Master]) -> Belt:
+        """The belt over the placed bodies.
+
+        Raises
+        ------
+        InputError
+            As `contiga.route`, and `Belt`.
+        """
+        path = self.path
+        over = [bodies[name] for name in path.over]
+        return Belt(
+            path=route(over, path.start, path.end, path.via, points=path.points),
+            material=self.material.made,
+            density=self.density,
+            width=self.width,
+            thickness=self.thickness,
+            kind=self.kind,
+            segments=self.segments,
+            across=self.across,
+            shortening=self.shortening,
+            anchors=(self.anchors[0], self.anchors[1]),
+            damping=self.damping,
+            name=self.name,
+        )
+
+    def describe(self) -> str:
+        """Say it in words."""
+        across = f" × {self.across}" if self.kind == "ribbon" else ""
+        return (
+            f"{self.kind}, {self.segments}{across} elements, {self.width:g} wide, over "
+            f"{', '.join(self.path.over)}, from {self.anchors[0]} to {self.anchors[1]}"
+        )

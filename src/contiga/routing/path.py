@@ -1,0 +1,141 @@
+"""A taut path over bodies, and where it lies on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.arrays.layout import as_points
+from contiga.display import Displayed, Facts
+from contiga.records import FloatArray, IndexArray
+from contiga.routing.obstacles import Obstacles
+from contiga.routing.taut import Tight
+
+CONTACT = 1e-9
+"""Gap up to which a point lies on a body, as a share of the length."""
+
+
+class Wrap(NamedTuple):
+    """A stretch of a path that lies on a body, to within a spacing of its points."""
+
+    body: str
+    """Name of the body."""
+    start: float
+    """Arc length where the path comes onto it."""
+    end: float
+    """Arc length where it lifts off."""
+    angle: float
+    """Radians that the path turns by: θ of T₂ = T₁ e^{μθ}."""
+    first: FloatArray
+    """(3,) point where the path comes onto it."""
+    last: FloatArray
+    """(3,) point where it lifts off."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Path(Displayed):
+    """A taut string: a polyline outside bodies, of locally shortest length.
+
+    >>> import contiga as cg
+    >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)], name="ball")
+    >>> path = cg.route(ball, [-2.0, 0.0, 0.0], [2.0, 0.0, 0.1])
+    >>> [wrap.body for wrap in path.wraps], bool(abs(path.at([0.0])[0, 0] + 2.0) < 1e-12)
+    (['ball'], True)
+    """
+
+    points: FloatArray
+    """(n, 3) from start to end, length."""
+    normal: FloatArray
+    """(n, 3) unit normals of the body nearest to each point."""
+    body: IndexArray
+    """(n,) number of the body that each point lies on, −1 where it lies on none."""
+    over: Obstacles
+    """The bodies."""
+
+    @cached_property
+    def arc(self) -> FloatArray:
+        """(n,) arc length of the points from the start."""
+        chords = np.linalg.norm(np.diff(self.points, axis=0), axis=1)
+        return np.concatenate([[0.0], np.cumsum(chords)])
+
+    @property
+    def length(self) -> float:
+        """Length of the polyline: of a belt that is to lie here without force."""
+        return float(self.arc[-1])
+
+    @cached_property
+    def turns(self) -> FloatArray:
+        """(n,) radians that the path turns by at each point: between its chords, and at an end
+        that it leaves along a surface between that and the chord."""
+        chords = np.diff(self.points, axis=0)
+        a, b = chords[:-1], chords[1:]
+        across = np.linalg.norm(np.cross(a, b), axis=1)
+        inner = np.arctan2(across, (a * b).sum(axis=1))
+        ends = chords[[0, -1]] / np.linalg.norm(chords[[0, -1]], axis=1)[:, None]
+        rise = (ends * self.normal[[0, -1]]).sum(axis=1) * [-1.0, 1.0]
+        along = (self.body[[0, -1]] >= 0) & (self.body[[1, -2]] == self.body[[0, -1]])
+        first, last = np.where(along, np.arcsin(np.clip(rise, 0.0, 1.0)), 0.0)
+        return np.concatenate([[first], inner, [last]])
+
+    @cached_property
+    def wraps(self) -> tuple[Wrap, ...]:
+        """Stretches that lie on a body, in order."""
+        ends = np.flatnonzero(np.diff(self.body)) + 1
+        runs = np.split(np.arange(len(self.body)), ends)
+        return tuple(self._wrap(run) for run in runs if self.body[run[0]] >= 0)
+
+    @property
+    def wrap_angle(self) -> float:
+        """Radians that the path turns by in all."""
+        return float(self.turns.sum())
+
+    def at(self, arc: ArrayLike) -> FloatArray:
+        """(k, 3) points at arc lengths (k,)."""
+        return self._along(self.points, arc)
+
+    def normal_at(self, arc: ArrayLike) -> FloatArray:
+        """(k, 3) unit normals of the nearest body at arc lengths (k,)."""
+        normal = self._along(self.normal, arc)
+        return np.asarray(normal / np.linalg.norm(normal, axis=1)[:, None])
+
+    def outside(self, points: ArrayLike, gap: float = 0.0) -> FloatArray:
+        """(k, 3) `points` with those that are nearer to the bodies than `gap`, a length, moved to
+        that distance: what lies on chords of the path, or beside it, may be inside."""
+        moved = as_points(points).copy()
+        near = self.over.clearances(moved)
+        short = np.maximum(gap - near.gap, 0.0)
+        return np.asarray(moved + short[:, None] * near.normal)
+
+    def _along(self, values: FloatArray, arc: ArrayLike) -> FloatArray:
+        return np.stack([np.interp(np.asarray(arc), self.arc, one) for one in values.T], axis=1)
+
+    def _wrap(self, run: IndexArray) -> Wrap:
+        first, last = run[0], run[-1]
+        return Wrap(
+            self.over.bodies[self.body[first]].name,
+            float(self.arc[first]),
+            float(self.arc[last]),
+            float(self.turns[run].sum()),
+            self.points[first],
+            self.points[last],
+        )
+
+    def _facts(self) -> Facts:
+        return [
+            ("length", self.length),
+            ("points", len(self.points)),
+            ("wrap angle", self.wrap_angle),
+            ("on", ", ".join(dict.fromkeys(wrap.body for wrap in self.wraps)) or "nothing"),
+        ]
+
+
+def path_of(obstacles: Obstacles, tight: Tight) -> Path:
+    """The path of a string at rest."""
+    near = obstacles.clearances(tight.points)
+    length = float(np.linalg.norm(np.diff(tight.points, axis=0), axis=1).sum())
+    lies = near.gap <= 2.0 * tight.rounding + CONTACT * length
+    return Path(tight.points, near.normal, np.where(lies, near.body, -1), obstacles)

@@ -1,0 +1,141 @@
+"""The shortest path over bodies from one point to another."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.arrays.layout import as_numbers
+from contiga.errors import InputError
+from contiga.masters.protocol import Master
+from contiga.records import FloatArray
+from contiga.routing.obstacles import Obstacles
+from contiga.routing.path import Path, path_of
+from contiga.routing.start import SKIN, first_way, resampled
+from contiga.routing.taut import pull_tight
+
+POINTS = 200
+FEWEST = 10
+
+
+def route(
+    body: Master | Sequence[Master],
+    start: ArrayLike,
+    end: ArrayLike,
+    via: ArrayLike = (),
+    *,
+    points: int = POINTS,
+) -> Path:
+    """Shortest path outside `body` from `start` to `end`: a taut string without friction.
+
+    A local minimum of the length, found from a first way: straight lines from `start` by way of
+    `via` to `end`, and where one of them is blocked, the shortest way over a grid outside the
+    bodies. The string is then let go of at `via` and pulled tight. So `via` chooses on which side
+    of a body it runs, and how often around it; the string passes through none of these points
+    unless the path does so by itself. Where it holds nowhere on that side, as on the upper half of
+    a ball that both ends are below, it slides off.
+
+    Parameters
+    ----------
+    body : one master or several, in one frame, closed or with the free side outside
+    start, end : (3,) length, outside the bodies or on a surface
+    via : (k, 3) length, outside or on a surface
+    points : chords along the path, 10 at least; sharp edges get more. The length is of second order
+        in their spacing.
+
+    Raises
+    ------
+    InputError
+        A point is inside a body, or nothing leads to it; start and end are the same point; the
+        string does not come to rest outside.
+
+    Examples
+    --------
+    Over a ball, between two points level with its middle: two tangents and an arc.
+
+    >>> import contiga as cg
+    >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+    >>> path = cg.route(ball, [-2.0, 0.0, 0.0], [2.0, 0.0, 0.0], via=[[0.0, 0.0, 1.5]])
+    >>> exact = 2.0 * 3.0**0.5 + np.pi / 3.0
+    >>> abs(path.length - exact) < 1e-4, len(path.wraps)
+    (True, 1)
+    """
+    obstacles = Obstacles(list(body) if isinstance(body, Sequence) else [body])
+    stops = _stops(obstacles, start, end, via)
+    count = _count(points)
+    legs = [first_way(obstacles, a, b) for a, b in itertools.pairwise(stops)]
+    corners = np.concatenate([legs[0][:1], *(leg[1:] for leg in legs)])
+    tight = pull_tight(obstacles, resampled(corners, count))
+    if not tight.at_rest:
+        raise InputError(
+            "the string does not come to rest",
+            found=f"from {stops[0].tolist()} to {stops[-1].tolist()}",
+            allowed="a way without grooves, or parts to go round, narrower than a chord",
+            remedy="Take more `points`, or lead it another way by `via`",
+        )
+    path = path_of(obstacles, tight)
+    _check_outside(obstacles, path)
+    return path
+
+
+def _count(points: int) -> int:
+    if not (isinstance(points, int) and points >= FEWEST):
+        raise InputError(
+            "must be a whole number", where="points", found=points, allowed=f"≥ {FEWEST}"
+        )
+    return points
+
+
+def _stops(obstacles: Obstacles, start: ArrayLike, end: ArrayLike, via: ArrayLike) -> FloatArray:
+    """(k, 3) start, via, end; all of them outside."""
+    named: list[tuple[str, ArrayLike]] = [("start", start)]
+    named += [(f"via[{i}]", one) for i, one in enumerate(np.asarray(via, dtype=object))]
+    named.append(("end", end))
+    stops = np.array([_point(value, name) for name, value in named])
+    if np.array_equal(stops[0], stops[-1]):
+        raise InputError(
+            "a path ends in another point than it starts in",
+            where="end",
+            found=stops[-1].tolist(),
+            remedy="Of a closed loop, route two halves",
+        )
+    near = obstacles.clearances(stops)
+    for (name, _), point, gap, body in zip(named, stops, near.gap, near.body, strict=True):
+        if gap < -SKIN * obstacles.size:
+            raise InputError(
+                f"lies {-gap:.6g} inside {obstacles.bodies[body].name}",
+                where=name,
+                found=point.tolist(),
+                allowed="a point outside the bodies, or on a surface",
+            )
+    return stops
+
+
+def _point(value: ArrayLike, name: str) -> FloatArray:
+    point = as_numbers(value, name, "must be a point", "[x, y, z]")
+    if point.shape != (3,) or not np.isfinite(point).all():
+        raise InputError("must be a point", where=name, found=value, allowed="[x, y, z], finite")
+    return point
+
+
+def _check_outside(obstacles: Obstacles, path: Path) -> None:
+    """Refuse a path that passes through something thinner than its spacing.
+
+    Raises
+    ------
+    InputError
+        It does.
+    """
+    free = np.flatnonzero((path.body[1:] < 0) & (path.body[:-1] < 0))
+    starts, ends = path.points[free], path.points[free + 1]
+    through = obstacles.blocks(starts, ends, SKIN * obstacles.size)
+    if through.any():
+        raise InputError(
+            "the string cannot be brought outside: it passes through a body",
+            found=starts[np.argmax(through)].tolist(),
+            allowed="a way that is pulled tight outside",
+            remedy="Lead it round by `via`, or take more `points`",
+        )

@@ -1,0 +1,170 @@
+"""Strings and belts over exact bodies: shortest paths, and the capstan."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.integrate import quad
+
+import contiga as cg
+from contiga_validation.closed_forms.case import Answer, Cases, order_of, relative
+from contiga_validation.closed_forms.pictures import compared
+from contiga_validation.engine.arrays import FloatArray
+
+CASES = Cases("Strings and belts")
+
+MU = 0.3
+STIFF, DENSITY = 3000.0, 0.01
+"""Of the belt: modulus times section, mass a length. It is pulled by 1 at its loose end."""
+TAUT = 3.0
+"""Its tension at the start: more than that of the capstan anywhere, so that all of it slides."""
+DEPTH = 2e-5
+"""How far a node of the tension `TAUT` is pressed into the drum of radius 1."""
+DOWN = 0.25 * math.pi
+"""Length of the straight ends: multiples of a bar, so that the belt lifts off at a node."""
+
+
+def _string(answer: float, body: cg.Body, ends: FloatArray, over: list[float]) -> Answer:
+    """Of the length of a string of 200 chords, and how the error falls with the chords."""
+
+    def path(points: int) -> cg.Path:
+        return cg.route(body, ends[0], ends[1], via=[over], points=points)
+
+    def missed(chord: float) -> float:
+        return abs(path(round(answer / chord)).length - answer)
+
+    found = path(200)
+    checks = (relative("length", found.length, answer),)
+    draw = compared(("x", "z"), [], [("200 chords", found.points[:, 0], found.points[:, 2])])
+    return Answer(checks, draw, order_of("length, by that of a chord", answer / 100.0, missed))
+
+
+@CASES.add(
+    "string-sphere",
+    "String over a sphere",
+    "2 √(d² − r²) + 2 r asin(r/d), d = 2 r",
+    "Two tangents and a part of a great circle.",
+)
+def _sphere() -> Answer:
+    body = cg.Body([cg.shapes.sphere(radius=1.0)])
+    ends = np.array([[-2.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
+    return _string(2.0 * math.sqrt(3.0) + math.pi / 3.0, body, ends, [0.0, 0.0, 1.5])
+
+
+@CASES.add(
+    "string-torus",
+    "String over the tube of a torus",
+    "2 √(d² − r²) + r (π + 2 atan(1.2/R) − 2 acos(r/d)), d² = R² + 1.2²",
+    "From below, through the hole and over the tube, in a plane of symmetry; R = 3, r = 1.",
+)
+def _torus() -> Answer:
+    body = cg.Body(cg.shapes.torus(major=3.0, minor=1.0))
+    away = math.hypot(3.0, 1.2)
+    angle = math.pi + 2.0 * math.atan2(1.2, 3.0) - 2.0 * math.acos(1.0 / away)
+    ends = np.array([[0.0, 0.0, -1.2], [6.0, 0.0, -1.2]])
+    return _string(2.0 * math.sqrt(away**2 - 1.0) + angle, body, ends, [3.0, 0.0, 1.5])
+
+
+@CASES.add(
+    "string-ellipse",
+    "String over an elliptic profile",
+    "2 |x_d − x(t)| + ∫ √(a² sin² + b² cos²), cos t = a/d, by quadrature",
+    "A cylinder over the ellipse a = 2, b = 1; both ends at d = 3 on its long axis.",
+)
+def _ellipse() -> Answer:
+    a, b, d = 2.0, 1.0, 3.0
+    body = cg.Body.from_profile(cg.shapes.ellipse(axes=(a, b)), depth=4.0).rotated("x", 90.0)
+    t = math.acos(a / d)
+    straight = math.hypot(d - a * math.cos(t), b * math.sin(t))
+    arc, _ = quad(lambda s: math.hypot(a * math.sin(s), b * math.cos(s)), t, math.pi - t)
+    ends = np.array([[-d, 0.0, 0.0], [d, 0.0, 0.0]])
+    return _string(2.0 * straight + arc, body, ends, [0.0, 0.0, 2.0])
+
+
+def tensions(segments: int, kind: str) -> FloatArray:
+    """Pulls on both ends of a belt over half a drum, when it has come to rest.
+
+    It lies there with the tension `TAUT`. The pull at its loose end falls slowly to 1, so that the
+    belt creeps to the end that is held and sticks nowhere.
+    """
+    drum = cg.Body([cg.shapes.cylinder(radius=1.0, height=4.0, axis="y")])
+    path = cg.route(drum, [-1.0, 0.0, -DOWN], [1.0, 0.0, -DOWN], via=[[0.0, 0.0, 1.2]])
+    width, thickness, strain = 0.2, 0.05, TAUT / STIFF
+    section = width * thickness
+    belt = cg.Belt(
+        path=path,
+        material=cg.materials.Elastic(young=STIFF / section),
+        density=DENSITY / section,
+        width=width,
+        thickness=thickness,
+        kind=kind,
+        segments=segments,
+        across=1,
+        shortening=strain / (1.0 + strain),
+        anchors=("free", "ground"),
+    )
+    loose, held = belt.ends
+    speed, bar = math.sqrt(STIFF / DENSITY), path.length / segments
+    lasts = 60.0 * path.length / speed
+    pull = [[0.0, 0.0, 0.0, -TAUT], [0.1 * lasts, 0.0, 0.0, -TAUT], [0.6 * lasts, 0.0, 0.0, -1.0]]
+    pull.append([lasts, 0.0, 0.0, -1.0])
+    motion = cg.motion.Deforming(
+        material=belt.material,
+        density=belt.density,
+        section=section if kind == "bars" else None,
+        thickness=None if kind == "bars" else thickness,
+        rest=belt.motion.rest,
+        # The slowest wave along the belt dies out without swinging.
+        damping=math.pi * speed / path.length,
+        fixed=[
+            {"nodes": held},
+            {"nodes": loose, "hold": ["x"]},
+            {"nodes": np.arange(len(belt.slave)), "hold": ["y"]},
+        ],
+        loads=cg.motion.NodalForce(pull, on={"nodes": loose}, smooth=True),
+    )
+    stiff = TAUT * bar / len(loose) / DEPTH
+    damping = 2.0 * math.sqrt(stiff * DENSITY * bar / len(loose))
+    law = cg.PenaltyLaw(stiff, damping=damping)
+    press = cg.Contact(drum, belt.slave, law=law, friction=cg.Coulomb(MU, stiffness=stiff))
+    state = (
+        cg.Simulation(
+            bodies={"drum": drum},
+            slaves={"belt": (belt.slave, motion)},
+            contacts=[press],
+            end=lasts,
+            step="auto",
+        )
+        .run()
+        .state
+    )
+    force = state.slaves["belt"].matter["force"]
+    return np.array([np.linalg.norm(force[rows].sum(axis=0)) for rows in (loose, held)])
+
+
+@CASES.add(
+    "belt-capstan",
+    "Belt that slides over a drum",
+    "T₂/T₁ = e^{μ π}",
+    "μ = 0.3, half a turn. The belt is routed and laid, as bars and as a ribbon of triangles; the "
+    "order is that of bars.",
+)
+def _capstan() -> Answer:
+    exact = math.exp(MU * math.pi)
+
+    def ratio(segments: int, kind: str) -> float:
+        loose, held = tensions(segments, kind)
+        return float(held / loose)
+
+    def missed(bar: float) -> float:
+        return abs(ratio(round(1.5 * math.pi / bar), "bars") / exact - 1.0)
+
+    fine = 156
+    checks = (
+        relative(f"{fine} bars", ratio(fine, "bars"), exact),
+        relative(f"{fine} × 2 triangles", ratio(fine, "ribbon"), exact),
+    )
+    angle = np.linspace(0.0, math.pi, 100)
+    draw = compared(("angle", "T/T₁"), [("formula", angle, np.exp(MU * angle))], [])
+    return Answer(checks, draw, order_of("ratio, by the length of a bar", math.pi / 12, missed))
