@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from contiga.errors import GeometryError, InputError
-from contiga.matter.iga.basis import VALUE, Patch, U, V, basis_at
-from contiga.matter.iga.pieces import (
+from contiga.patches.basis import VALUE, Patch, U, V, basis_at
+from contiga.patches.pieces import (
     EDGES,
     SAMPLES,
     Joint,
