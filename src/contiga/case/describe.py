@@ -45,13 +45,16 @@ def describe(case: Case) -> list[tuple[str, str]]:
             rows.append(("  layer", body.layers()))
         rows.append(("  motion", body.motion.describe()))
     for slave in case.slave:
-        rows.append((f"slave {slave.name}", _placed(slave.points.what(), slave.points)))
+        rows.append((f"slave {slave.name}", _placed(slave.what(), slave.source)))
         rows.append(("  motion", slave.motion.describe()))
         given = [f"{k} {v:g}" for k in ("thickness", "area", "mass") if (v := getattr(slave, k))]
         if given:
             rows.append(("  every node", ", ".join(given)))
     for contact in case.contact:
-        deforms = any(s.name == contact.slave and s.motion.kind == "deform" for s in case.slave)
+        deforms = any(
+            s.name == contact.slave and s.motion.kind == "deform" and (s.points or s.mesh)
+            for s in case.slave
+        )
         rows += _contact(contact, case.sides(contact).type, deforms)
     for k, load in enumerate(case.load):
         rows.append((f"load {k}", load.describe()))

@@ -161,14 +161,15 @@ def _nodes_of_edge(value: Any, slave: Slave, where: str) -> IntArray:
         )
     count = len(slave.surfaces.patches)
     given = (value, 0) if isinstance(value, str) and count == 1 else value
-    if isinstance(given, str) or not (isinstance(given, Sequence) and len(given) == 2):
+    fits = isinstance(given, Sequence) and len(given) == 2 and given[0] in EDGES
+    if isinstance(given, str) or not fits or given[1] not in range(count):
         raise InputError(
             "does not say which edge of which patch",
             where=where,
             found=value,
             allowed=f"(name, patch): {', '.join(EDGES)} and 0 to {count - 1}",
         )
-    return slave.surfaces.edge(str(given[0]), int(given[1]))
+    return slave.surfaces.edge(given[0], given[1])
 
 
 def _direction(value: Any, where: str) -> tuple[FloatArray, float]:

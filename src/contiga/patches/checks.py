@@ -92,7 +92,7 @@ def check_connected(pieces: Sequence[Piece], joints: Sequence[Joint]) -> None:
         found=f"surfaces[{pieces[apart[0]].patch}] is {gaps[nearest]:.3g} from "
         f"surfaces[{pieces[nearest].patch}]",
         allowed="patches that share control points along whole edges",
-        remedy="Give a tolerance, refine neighbours alike, or make shells of their own",
+        remedy="Refine neighbours alike, or make shells of their own",
     )
 
 
