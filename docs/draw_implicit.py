@@ -90,7 +90,7 @@ def press_shell() -> Figure:
     left.plot_trisurf(
         x, y, z, triangles=drawn.facets, cmap=style.colour_map(), lw=0.1, edgecolor=style.MUTED
     )
-    left.set(xlabel="x [mm]", title=f"pressed 6 mm: {steps[-1].force:.1f} N")
+    left.set(title=f"pressed 6 mm: {steps[-1].force:.1f} N")
     left.set_box_aspect((np.ptp(x), np.ptp(y), np.ptp(z)), zoom=1.1)
     left.set_yticks([])
     left.set_zticks([])
