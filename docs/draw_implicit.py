@@ -77,6 +77,31 @@ def iron_membrane() -> Figure:
     return figure
 
 
+def press_shell() -> Figure:
+    """The arch of splines under the roller, and its force, with all residuals."""
+    from examples import press_shell as example
+
+    shell, steps = example.press()
+    drawn = shell.drawn(3)
+    figure, left, right = pair()
+    left.remove()
+    left = figure.add_subplot(1, 2, 1, projection="3d")
+    x, y, z = drawn.points(steps[-1].q).T
+    left.plot_trisurf(
+        x, y, z, triangles=drawn.facets, cmap=style.colour_map(), lw=0.1, edgecolor=style.MUTED
+    )
+    left.set(title=f"pressed 6 mm: {steps[-1].force:.1f} N")
+    left.set_box_aspect((np.ptp(x), np.ptp(y), np.ptp(z)), zoom=1.1)
+    left.set_yticks([])
+    left.set_zticks([])
+    left.view_init(20.0, -70.0)
+    converging(right, [step.residuals for step in steps], "largest residual [N]")
+    counts = [len(step.residuals) - 1 for step in steps]
+    top = max(step.force for step in steps)
+    print(f"shell: iterations {np.mean(counts):.1f} on average, at most {max(counts)}; {top:.3f} N")
+    return figure
+
+
 def hertz_scikit_fem() -> Figure:
     """Pressure of three meshes beside Hertz's, and the errors."""
     from examples import hertz_scikit_fem as example
@@ -156,7 +181,8 @@ def throw_jax() -> Figure:
 
 
 PICTURES: dict[str, Callable[[], Figure]] = {
-    made.__name__: made for made in (iron_membrane, hertz_scikit_fem, rubber_felupe, throw_jax)
+    made.__name__: made
+    for made in (iron_membrane, press_shell, hertz_scikit_fem, rubber_felupe, throw_jax)
 }
 
 

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from examples import iron_membrane
+from examples import iron_membrane, press_shell
 
 import contiga as cg
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-NAMES = ("iron_membrane", "hertz_scikit_fem", "rubber_felupe", "throw_jax")
+NAMES = ("iron_membrane", "press_shell", "hertz_scikit_fem", "rubber_felupe", "throw_jax")
 MOST = 6
 """Iterations of a load step."""
 
@@ -68,6 +68,20 @@ def test_the_roller_feels_a_taut_strip() -> None:
     wanted = [taut(max(0, k - 10), top - min(k, 10)) for k in range(1, 15)]
     found = np.array([step.wrench[[0, 2]] for step in steps])
     np.testing.assert_allclose(found, wanted, rtol=0.0, atol=0.01 * np.max(wanted))
+
+
+def test_a_pressed_shell_ends_quadratically_and_stores_the_work_of_the_roller() -> None:
+    """∫ F dδ by the trapezium rule, whose error falls with the square of the load step."""
+    missed = []
+    for step in (0.5, 0.25):
+        _, steps = press_shell.press((8, 4), down=2.0, step=step)
+        assert len(steps) == 2.0 / step
+        assert max(len(one.residuals) - 1 for one in steps) <= 8
+        assert all(is_quadratic(one.residuals, 10.0) for one in steps)
+        force = np.array([0.0, *(one.force for one in steps)])
+        missed.append(steps[-1].energy - step * (force[1:] + force[:-1]).sum() / 2.0)
+    assert abs(missed[1]) < 3e-3 * steps[-1].energy
+    assert missed[0] / missed[1] == pytest.approx(4.0, rel=0.2)
 
 
 def test_a_sphere_on_a_block_of_scikit_fem_is_hertz_within_the_order_of_the_mesh() -> None:

@@ -30,7 +30,7 @@ from tests.unit.matter.iga.shells import (
 from contiga import NurbsSurface
 from contiga.materials import Elastic, NeoHooke
 from contiga.matter.iga import Shell, Symmetry
-from contiga.matter.iga.basis import spans_at
+from contiga.patches.basis import spans_at
 
 
 def nearest(shell: Shell, place: tuple[float, float, float]) -> int:

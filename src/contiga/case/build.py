@@ -21,6 +21,7 @@ from contiga.case.reading import told_of
 from contiga.case.schema import BodySpec, Case, SlaveSpec
 from contiga.case.slave_motion import check_elements, nodes_named, prescribed, slave_motion
 from contiga.case.standing import order_of, references
+from contiga.case.surface_spec import RefineSpec, meshed_of, surface_of
 from contiga.case.toml import resolved_toml
 from contiga.contact.preloaded import preload_search
 from contiga.dynamics.belt import Belt
@@ -201,7 +202,7 @@ def _parts(
     What is told while files are read is added to `findings`.
     """
     keys = {spec.name: f"body[{i}].geometry" for i, spec in enumerate(case.body)}
-    keys |= {spec.name: f"slave[{i}].points" for i, spec in enumerate(case.slave)}
+    keys |= {spec.name: f"slave[{i}].{spec.source_key}" for i, spec in enumerate(case.slave)}
     if any(_is_unread(spec) for spec in case.body):
         preload_search()  # CAD's reader is being loaded, too
     raw: dict[str, Body | TriMesh] = {}
@@ -354,13 +355,7 @@ def _slave(
 
     `met` are sizes of the bodies that it has contacts with.
     """
-    if isinstance(spec.points, BodyPoints):
-        body = parts[spec.points.body]
-        assert not isinstance(body, Slave)
-        slave = spec.points.sampled(body, met)
-    else:
-        slave = cache.part(spec.points, spec.name, unit, lambda: spec.points.slave(spec.name, unit))
-    slave = spec.points.standing(slave, parts)
+    slave = spec.source.standing(_raw_slave(spec, unit, parts, met, cache), parts)
 
     def nodal(given: float | None, of_slave: FloatArray | None) -> FloatArray | None:
         return of_slave if given is None else np.full(len(slave), given)
@@ -377,4 +372,27 @@ def _slave(
         cells=slave.cells,
         parts=slave.parts,
         elements=slave.elements,
+        surfaces=slave.surfaces,
     )
+
+
+def _raw_slave(
+    spec: SlaveSpec,
+    unit: str,
+    parts: Mapping[str, Master | Slave],
+    met: list[float],
+    cache: PartCache,
+) -> Slave:
+    """The slave before it is placed by others."""
+    points, geometry, mesh = spec.points, spec.geometry, spec.mesh
+    names = spec.name, unit
+    if isinstance(points, BodyPoints):
+        body = parts[points.body]
+        assert not isinstance(body, Slave)
+        return points.sampled(body, met)
+    if points is not None:
+        return cache.part(points, *names, lambda: points.slave(*names))
+    assert geometry is not None
+    if mesh is not None:
+        return meshed_of(geometry, mesh, names, met)
+    return surface_of(geometry, spec.refine or RefineSpec(), names)

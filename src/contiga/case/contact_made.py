@@ -81,12 +81,14 @@ def _quadrature_of(spec: ContactSpec, slave: SlavePart, law: Law, area: AreaMeth
     """Choose points on the facets for a slave that deforms, if it has facets and may use them.
 
     The nodes of solids carry evenly spread loads unevenly, and are few. Bars and points have nodes
-    alone.
+    alone. Nodes of splines are the points of a rule of quadrature, and lie on the surface.
     """
     if spec.quadrature is not None:
         return spec.quadrature
     facets = slave.slave.facets
     if not isinstance(slave.motion, Deforming) or facets is None or len(facets) == 0:
+        return "nodes"
+    if slave.slave.surfaces is not None:
         return "nodes"
     return "nodes" if unfit_for_facets(spec.weights, law, area) else QUADRATURE
 

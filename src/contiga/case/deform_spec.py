@@ -159,6 +159,8 @@ class DeformSpec(_MadeOf, MotionSpec):
     fixed: list[HeldSpec] = Field(default_factory=list)
     velocity: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
     """Of all nodes at the start that are not held."""
+    bending: NotNegative = 1.0
+    """Of shells of splines, share of the bending stiffness of a solid sheet; 0 is a membrane."""
     damping: NotNegative = 0.0
     """α of a force −α m v on each node."""
     driven: list[DrivenSpec] = Field(default_factory=list)
@@ -209,6 +211,7 @@ class DeformSpec(_MadeOf, MotionSpec):
             material=None if self.material is None else self.material.made,
             density=self.density,
             thickness=self.thickness,
+            bending=self.bending,
             section=self.section,
             hourglass=self.hourglass,
             bulk_viscosity=self._viscosity,

@@ -45,14 +45,18 @@ def describe(case: Case) -> list[tuple[str, str]]:
             rows.append(("  layer", body.layers()))
         rows.append(("  motion", body.motion.describe()))
     for slave in case.slave:
-        rows.append((f"slave {slave.name}", _placed(slave.points.what(), slave.points)))
+        rows.append((f"slave {slave.name}", _placed(slave.what(), slave.source)))
         rows.append(("  motion", slave.motion.describe()))
         given = [f"{k} {v:g}" for k in ("thickness", "area", "mass") if (v := getattr(slave, k))]
         if given:
             rows.append(("  every node", ", ".join(given)))
     for belt in case.belt:
         rows.append((f"belt {belt.name}", belt.describe()))
-    soft = {slave.name for slave in case.slave if slave.motion.kind == "deform"}
+    soft = {
+        slave.name
+        for slave in case.slave
+        if slave.motion.kind == "deform" and (slave.points or slave.mesh)
+    }
     soft |= {belt.name for belt in case.belt}
     for contact in case.contact:
         deforms = contact.slave in soft

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from contiga.case.geometry_spec import CurveSpec
 from contiga.case.load_spec import OverTime
 from contiga.case.points_spec import SideSpec
 from contiga.case.rigid_spec import ToldMotionSpec
@@ -18,7 +19,7 @@ from contiga.errors import CaseError
 
 Way = Literal["x", "y", "z"]
 _ALL: tuple[Way, ...] = ("x", "y", "z")
-_PLACES = ("box", "plane", "set", "side", "layer", "nodes")
+_PLACES = ("box", "plane", "set", "side", "layer", "curve", "edge", "nodes")
 NodesOf = Callable[[str | int | list[int]], Any]
 """(n,) whether nodes of a slave are in the set of a name or number; (k,) rows of nodes, of their
 numbers in the file."""
@@ -50,8 +51,21 @@ class LayerSpec(Spec):
     depth: NotNegative = 0.0
 
 
+class EdgeSpec(Spec):
+    """`edge = { name, patch }`: of a slave of splines; the name alone where it has one patch."""
+
+    name: Literal["u0", "u1", "v0", "v1"]
+    """Where u or v begins or ends."""
+    patch: Annotated[int, Field(ge=0)] | None = None
+    """In the order of the geometry, from 0."""
+
+
+def _name_alone(value: Any) -> Any:
+    return {"name": value} if isinstance(value, str) else value
+
+
 class NodesSpec(Spec):
-    """One of `box`, `plane`, `set`, `side`, `layer`, `nodes`: which nodes are meant."""
+    """One of `box`, `plane`, `set`, `side`, `layer`, `curve`, `edge`, `nodes`: which are meant."""
 
     box: Pair | None = None
     """Lowest and highest corner."""
@@ -62,6 +76,9 @@ class NodesSpec(Spec):
     side: SideSpec | None = None
     """Corners of facets whose normals are near a direction."""
     layer: LayerSpec | None = None
+    curve: CurveSpec | None = None
+    """A curve that nodes lie on."""
+    edge: Annotated[EdgeSpec, BeforeValidator(_name_alone)] | None = None
     nodes: Annotated[list[int], Field(min_length=1)] | None = None
     """Numbers that the mesh file gives its nodes."""
 
@@ -89,14 +106,21 @@ class NodesSpec(Spec):
             return {"side": (self.side.direction, self.side.angle)}
         if self.layer is not None:
             return {"layer": (self.layer.direction, self.layer.depth)}
+        if self.curve is not None:
+            return {"curve": self.curve.make()}
+        if self.edge is not None:
+            name, patch = self.edge.name, self.edge.patch
+            return {"edge": name if patch is None else (name, patch)}
         return {key: getattr(self, key) for key in self._places}
 
 
 class HeldSpec(NodesSpec):
-    """A table of `fixed`: a place, and `hold`."""
+    """A table of `fixed`: a place, `hold` and `slope`."""
 
     hold: list[Way] = Field(default_factory=lambda: [*_ALL])
     """World directions that these nodes do not move along."""
+    slope: bool = False
+    """Whether edges of splines that are wholly there do not turn either."""
 
     @model_validator(mode="after")
     def _somewhere(self) -> Self:
@@ -106,7 +130,7 @@ class HeldSpec(NodesSpec):
 
     def table(self, nodes_of: NodesOf) -> dict[str, Any]:
         """Return it as `Deforming` takes it."""
-        return self.place(nodes_of) | {"hold": self.hold}
+        return self.place(nodes_of) | {"hold": self.hold, "slope": self.slope}
 
 
 class DrivenSpec(NodesSpec):

@@ -31,6 +31,7 @@ from contiga.masters.protocol import Master
 from contiga.masters.sampling import default_size, refined
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.slave import Slave
+from contiga.triangles.trimesh import TriMesh
 
 _MOST_TRIANGLES = 500_000
 """Of a sampled body: its points are searched for at every step."""
@@ -258,23 +259,16 @@ class GivenPoints(_Points):
         return f"{given}, joined by {bars} bars"
 
 
-class BodyPoints(_Points):
-    """`{ body, tolerance, size }`: the surface of a body of the case, sampled by triangles.
+class Sampling(Spec):
+    """`{ tolerance, size }`: how triangles are made of an exact surface."""
 
-    So two bodies can meet: one exact, one sampled. A slave of such points goes with its body where
-    it has no motion of its own.
-    """
-
-    body: Name
     tolerance: Positive | None = None
     """Largest departure of the triangles from the surface; a thousandth of its size if omitted."""
     size: Positive | None = None
     """Longest side of the triangles; see `contiga.masters.sampling.default_size` if omitted."""
 
-    def sampled(self, body: Master, met: Iterable[float] = ()) -> Slave:
-        """Points and triangles of the placed body, moved by the transform.
-
-        `met` are sizes of bodies that it is to meet.
+    def mesh_of(self, body: Master, met: Iterable[float] = ()) -> TriMesh:
+        """Triangles of a body; `met` are sizes of bodies that it is to meet.
 
         Raises
         ------
@@ -300,14 +294,40 @@ class BodyPoints(_Points):
         if self.size is not None:
             _check_number("size", self.size, mesh.area() / (_EQUAL * self.size**2), 2)
         size = default_size(body, mesh, met) if self.size is None else self.size
-        mesh = refined(body, mesh, size)
+        return refined(body, mesh, size)
+
+    def how(self) -> str:
+        """Say it in words."""
+        tolerance = "a thousandth of its size" if self.tolerance is None else f"{self.tolerance:g}"
+        size = "" if self.size is None else f", no side longer than {self.size:g}"
+        return f"sampled to {tolerance}{size}"
+
+
+class BodyPoints(_Points, Sampling):
+    """`{ body, tolerance, size }`: the surface of a body of the case, sampled by triangles.
+
+    So two bodies can meet: one exact, one sampled. A slave of such points goes with its body where
+    it has no motion of its own.
+    """
+
+    body: Name
+
+    def sampled(self, body: Master, met: Iterable[float] = ()) -> Slave:
+        """Points and triangles of the placed body, moved by the transform.
+
+        `met` are sizes of bodies that it is to meet.
+
+        Raises
+        ------
+        CaseError
+            As `mesh_of`.
+        """
+        mesh = self.mesh_of(body, met)
         return self.chosen(Slave(mesh.vertices, mesh.triangles))
 
     def describe(self) -> str:
         """Say it in words."""
-        tolerance = "a thousandth of its size" if self.tolerance is None else f"{self.tolerance:g}"
-        size = "" if self.size is None else f", no side longer than {self.size:g}"
-        return f"the surface of {self.body}, sampled to {tolerance}{size}"
+        return f"the surface of {self.body}, {self.how()}"
 
 
 PointsSpec = Annotated[

@@ -24,7 +24,8 @@ from contiga.case.mass_spec import MassSpec
 from contiga.case.motion_spec import BodyMotionSpec, SeriesSpec, SlaveMotionSpec
 from contiga.case.names import EITHER, check_apart, check_defined, check_fires, check_unique
 from contiga.case.output_spec import OutputSpec
-from contiga.case.points_spec import BodyPoints, PointsSpec
+from contiga.case.placed_spec import Placed
+from contiga.case.points_spec import BodyPoints, PointsSpec, Sampling
 from contiga.case.problems import case_error, relocated
 from contiga.case.rigid_spec import FixedSpec
 from contiga.case.sensor_spec import PointSensorSpec, RelativeSensorSpec, SensorSpec
@@ -46,6 +47,7 @@ from contiga.case.spec import (
 )
 from contiga.case.spring_spec import SpringSpec
 from contiga.case.standing import order_of, references
+from contiga.case.surface_spec import RefineSpec, check_surface
 from contiga.dynamics.springs import GROUND
 from contiga.dynamics.stepping import AutoSteps, EqualSteps
 from contiga.errors import CaseError, FileError, InputError
@@ -126,7 +128,13 @@ class SlaveSpec(Spec):
     """A `[[slave]]`: points that may touch a body."""
 
     name: Name
-    points: PointsSpec
+    points: PointsSpec | None = None
+    geometry: GeometrySpec | None = None
+    """In place of `points`: patches, of which the slave is a surface of splines."""
+    refine: RefineSpec | None = None
+    """Degree and elements of a `geometry`."""
+    mesh: Sampling | None = None
+    """Has triangles made of a `geometry` in place of splines."""
     motion: SlaveMotionSpec = Field(default_factory=FixedSpec)
     thickness: Positive | None = None
     """Of every node, in place of the file's."""
@@ -135,13 +143,49 @@ class SlaveSpec(Spec):
     mass: NotNegative | None = None
     """Of every node, in place of the file's."""
 
+    @property
+    def source(self) -> Placed:
+        """What its points are made from."""
+        source = self.points or self.geometry
+        assert source is not None
+        return source
+
+    @property
+    def source_key(self) -> str:
+        """The key of that."""
+        return "geometry" if self.points is None else "points"
+
+    def what(self) -> str:
+        """Say in words what its points are made from."""
+        if self.points is not None:
+            return self.points.what()
+        assert self.geometry is not None
+        how = (self.refine or RefineSpec()).describe() if self.mesh is None else self.mesh.how()
+        return f"{self.geometry.describe()}, {how}"
+
+    @model_validator(mode="after")
+    def _points_or_geometry(self) -> Self:
+        if (self.points is None) == (self.geometry is None):
+            raise CaseError(
+                "must have exactly one of the keys points or geometry",
+                found="neither" if self.points is None else "both",
+                allowed="points of a mesh or cloud; or the geometry of a surface of splines",
+            )
+        if self.geometry is not None:
+            check_surface(self.geometry, self.refine, self.mesh)
+            return self
+        for key in ("refine", "mesh"):
+            if getattr(self, key) is not None:
+                raise CaseError("is for a geometry, and the slave has points", where=key)
+        return self
+
     @model_validator(mode="after")
     def _a_series_says_where_points_are(self) -> Self:
-        placed = [key for key in ("align", "place") if getattr(self.points, key) is not None]
+        placed = [key for key in ("align", "place") if getattr(self.source, key) is not None]
         if placed and isinstance(self.motion, SeriesSpec):
             raise CaseError(
                 "does nothing: a series of files says where the points are",
-                where=f"points.{placed[0]}",
+                where=f"{self.source_key}.{placed[0]}",
                 remedy="Place what it meets instead, or give the series a motion `then`",
             )
         return self

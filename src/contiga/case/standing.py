@@ -11,7 +11,7 @@ from contiga.errors import CaseError
 
 def references(part: Spec) -> Iterator[tuple[str, str]]:
     """Keys of a body or slave that name what it is placed by, and the names."""
-    key = "points" if hasattr(part, "points") else "geometry"
+    key = "geometry" if getattr(part, "points", None) is None else "points"
     placed = getattr(part, key)
     if isinstance(placed, BodyPoints):
         yield f"{key}.body", placed.body

@@ -1,4 +1,4 @@
-"""`Deforming`: a slave whose points are the nodes of elements, moved by their forces."""
+"""`Deforming`: a slave that deforms by the forces of elements, or as a shell of splines."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from contiga.arrays.layout import all_of, as_points, positive, read_only
 from contiga.dynamics.deforming_nodes import DeformingNodes, joints_of
-from contiga.dynamics.deforming_parts import Filling, nodal_thickness, parts_of
+from contiga.dynamics.deforming_parts import Filling, nodal_thickness, one_thickness, parts_of
 from contiga.dynamics.free import Dependent, Number, _velocity
-from contiga.dynamics.holding import attached_to, drives_of, held_ways
+from contiga.dynamics.holding import attached_to, drives_of, held_ways, slopes_kept
 from contiga.dynamics.mapped_nodes import Places, mapped, nodal_masses
 from contiga.dynamics.nodal_loads import NodalForce, Pressure
 from contiga.dynamics.nodal_masses import check_carried, lumped_masses
@@ -23,6 +23,7 @@ from contiga.dynamics.prescribed import Stopped, kinks_in
 from contiga.errors import InputError
 from contiga.matter.assemble import assemble
 from contiga.matter.coefficients import Material
+from contiga.matter.iga import Net, Shell, Symmetry, assemble_shell
 from contiga.matter.parts import Part
 from contiga.matter.protocol import Matter
 from contiga.records import FloatArray
@@ -39,14 +40,17 @@ class Deforming(Dependent):
     """A slave that deforms: its points are the nodes of elements of a material.
 
     Elements are those of the mesh that the slave was read from (`Slave.elements`); of a slave of
-    facets alone these, as membranes.
+    facets alone these, as membranes. A slave of splines (`Slave.surfaces`) is a Kirchhoff-Love
+    shell whose degrees of freedom are control points; places hold all those that move a node of
+    theirs.
 
     Parameters
     ----------
     material : one of `contiga.materials`, or matter of one's own: an object with the methods of
         `contiga.matter.Matter`, whose points are those of the slave
     density : mass / volume; matter of one's own has its mass
-    thickness : of membranes, length; the slave's own if omitted
+    thickness : of membranes and shells, length; the slave's own if omitted
+    bending : of shells of splines, share of the bending stiffness of a solid sheet; 0 is a membrane
     section : of bars, area
     hourglass, bulk_viscosity : of solids, as `contiga.matter.Part` has them
     parts : `contiga.matter.Part` of elements that are rows of the slave's points, each with a
@@ -54,8 +58,11 @@ class Deforming(Dependent):
         need not be elements of the slave
     fixed : what is held of its nodes: (n,) or (n, 3) bool, numbers of nodes, a table
         ``{"box": [low, high]}``, ``{"plane": [point, normal]}``, ``{"side": [direction, degrees]}``
-        (of the normals of facets), ``{"layer": [direction, depth]}`` (below the outermost node) or
-        ``{"nodes": …}`` with ``"hold": ["x", "y", "z"]``, or a list of such tables
+        (of the normals of facets), ``{"layer": [direction, depth]}`` (below the outermost node),
+        ``{"curve": NurbsCurve}``, ``{"edge": "u0"}`` of a slave of splines (with several patches
+        ``("u0", patch)``) or ``{"nodes": …}`` with ``"hold": ["x", "y", "z"]``, or a list of such
+        tables. With ``"slope": True`` beside them whole edges of splines that are there do not turn
+        either: clamps, planes of symmetry
     velocity : (3,) or (n, 3) at the start, world axes; of what is held it is zero
     damping : α of a force −α m v on each node, 1/time
     loads : `contiga.motion.Pressure` and `NodalForce`, one or several
@@ -108,6 +115,7 @@ class Deforming(Dependent):
     material: Material | Matter | None
     density: float | None
     thickness: float | None
+    bending: float
     section: float | None
     hourglass: float
     bulk_viscosity: tuple[float, float]
@@ -128,6 +136,7 @@ class Deforming(Dependent):
         material: Material | Matter | None = None,
         density: float | None = None,
         thickness: float | None = None,
+        bending: float = 1.0,
         section: float | None = None,
         hourglass: float = 1.0,
         bulk_viscosity: tuple[float, float] = (0.0, 0.0),
@@ -154,6 +163,7 @@ class Deforming(Dependent):
         put(self, "material", material)
         put(self, "density", None if density is None else positive(density, "density"))
         put(self, "thickness", None if thickness is None else positive(thickness, "thickness"))
+        put(self, "bending", bending)
         put(self, "section", None if section is None else positive(section, "section"))
         put(self, "hourglass", positive(hourglass, "hourglass"))
         put(self, "bulk_viscosity", _viscosity(bulk_viscosity))
@@ -210,10 +220,10 @@ class Deforming(Dependent):
         hosts = attached_to(self.attached, held, number, slave, f"{where}: attached")
         held[hosts >= 0] = True
         loads = [load.nodes(slave, f"{where}: loads[{k}]") for k, load in enumerate(self.loads)]
-        if self._maps(slave, where):
-            material: Any = self.material
+        own = self._on_surface(slave, where)
+        if own is not None:
             places, given = Places(held, drives, hosts), (self.velocity, self.damping, self)
-            return mapped(where, material, places, loads, *given)
+            return mapped(where, own, places, loads, *given)
         parts = self._parts(slave, where)
         matter, rows = self._matter(where, slave, parts, np.any(~held, axis=1))
         bare = np.ones(len(slave), np.bool_)
@@ -237,16 +247,18 @@ class Deforming(Dependent):
             tuple(parts),
         )
 
-    def _maps(self, slave: Slave, where: str) -> bool:
-        """Whether the points of the slave are x = N q of matter whose degrees of freedom are
-        others."""
+    def _on_surface(self, slave: Slave, where: str) -> Matter | None:
+        """Matter of which the points of the slave are x = N q; None where they are its degrees of
+        freedom."""
         matter: Any = self.material
+        if slave.surfaces is not None and not hasattr(matter, "forces"):
+            return self._shell(slave.surfaces.net, slave, where)
         if not callable(getattr(matter, "points", None)):
-            return False
+            return None
         q = matter.start().points
         points = np.asarray(matter.points(q))
         if points is q:
-            return False
+            return None
         off = np.inf
         if points.shape == slave.points.shape:
             off = float(np.abs(points - slave.points).max(initial=0.0))
@@ -258,7 +270,39 @@ class Deforming(Dependent):
                 found=f"{len(points)} points" if np.isinf(off) else f"{off:.3g} apart",
                 allowed=f"{len(slave)} points, apart by no more than {SAME_POINT:g} of their size",
             )
-        return True
+        given: Matter = matter
+        return given
+
+    def _shell(self, net: Net, slave: Slave, where: str) -> Shell:
+        """The shell that a slave of splines is."""
+        others = {
+            "parts": self.parts,
+            "section": self.section,
+            "masses": self.masses,
+            "mass_scaling": self.mass_scaling,
+            "rest": self.rest is not None,
+        }
+        for key, given in others.items():
+            if given:
+                raise InputError(
+                    "is for elements of a mesh: the slave is a surface of splines",
+                    where=f"{where}: {key}",
+                    allowed="material, density, thickness and bending of a shell",
+                )
+        thickness = one_thickness(where, slave, self.thickness)
+        for key, value in (("density", self.density), ("thickness", thickness)):
+            if value is None:
+                raise InputError("is missing: a shell needs it", where=f"{where}: {key}")
+        edges = slopes_kept(self.fixed, slave, f"{where}: fixed")
+        material: Any = self.material
+        return assemble_shell(
+            net,
+            material=material,
+            density=self.density or 0.0,
+            thickness=thickness or 0.0,
+            bending=self.bending,
+            symmetry=[Symmetry(name, patch=patch) for patch, name in edges],
+        )
 
     def with_masses(self, slave: Slave) -> Slave:
         """A copy of the slave with the masses (n,) that its elements and `masses` give its nodes.
@@ -272,9 +316,9 @@ class Deforming(Dependent):
         InputError
             A slave without elements.
         """
-        if self._maps(slave, "masses"):
-            material: Any = self.material
-            return slave.with_mass(nodal_masses(material, len(slave)))
+        own = self._on_surface(slave, "masses")
+        if own is not None:
+            return slave.with_mass(nodal_masses(own, len(slave)))
         matter, rows = self._matter("masses", slave, self._parts(slave, "masses"))
         return slave.with_mass(_masses(matter, rows, len(slave)))
 
@@ -293,6 +337,9 @@ class Deforming(Dependent):
                 where="nodal_thickness(slave)",
                 found=type(self.material).__name__,
             )
+        if slave.surfaces is not None:
+            known = one_thickness("nodal_thickness(slave)", slave, self.thickness)
+            return np.full(len(slave), known or 0.0)
         return nodal_thickness(self._parts(slave, "thickness"), len(slave))
 
     def contact_stiffness(self, slave: Slave) -> float:
@@ -315,9 +362,9 @@ class Deforming(Dependent):
                 found=slave.name or "a cloud",
             )
         area = tributary_area(self._rest_of(slave), slave.facets, slave.quads)
-        if self._maps(slave, "contact_stiffness"):
-            material: Any = self.material
-            return float(material.stiffness(material.start()).sum() / area.sum())
+        own = self._on_surface(slave, "contact_stiffness")
+        if own is not None:
+            return float(own.stiffness(own.start()).sum() / area.sum())
         parts = self._parts(slave, "contact_stiffness")
         matter, rows = self._matter("contact_stiffness", slave, parts)
         sums = np.zeros(len(slave))

@@ -162,7 +162,7 @@ def _filled(kind: str, elements: IntArray, slave: Slave, filling: Filling, where
         elements=elements,
         material=filling.material,
         density=filling.density,
-        thickness=_thickness(where, slave, filling.thickness) if dimension == 2 else None,
+        thickness=one_thickness(where, slave, filling.thickness) if dimension == 2 else None,
         section=filling.section if dimension == 1 else None,
         hourglass=filling.hourglass,
         bulk_viscosity=filling.bulk_viscosity if dimension == 3 else (0.0, 0.0),
@@ -170,7 +170,14 @@ def _filled(kind: str, elements: IntArray, slave: Slave, filling: Filling, where
     )
 
 
-def _thickness(where: str, slave: Slave, given: float | None) -> float | None:
+def one_thickness(where: str, slave: Slave, given: float | None) -> float | None:
+    """The thickness that was given, or that of the slave; None where there is none.
+
+    Raises
+    ------
+    InputError
+        That of the slave is not the same everywhere.
+    """
     if given is not None or slave.thickness is None:
         return given
     known = slave.thickness[slave.thickness > 0.0]

@@ -47,8 +47,8 @@ def held_ways(fixed: Any, slave: Slave, where: str) -> Ways:
     Parameters
     ----------
     fixed : (n,) bool, (n, 3) bool, or numbers of nodes; a table with a place as
-        `contiga.dynamics.places` has them, and the ways as ``"hold": ["x", …]``, all if omitted;
-        several of them in a list; None holds nothing
+        `contiga.dynamics.places` has them, and the ways as ``"hold": ["x", …]``, all if omitted
+        (``"slope"`` is for `slopes_kept`); several of them in a list; None holds nothing
     where : for messages
 
     Raises
@@ -71,6 +71,37 @@ def held_ways(fixed: Any, slave: Slave, where: str) -> Ways:
         return given.copy()
     held[nodes_given(given, len(slave), where)] = True
     return held
+
+
+def slopes_kept(fixed: Any, slave: Slave, where: str) -> list[tuple[int, str]]:
+    """Patches and names of the edges of a slave of splines that keep their slope: those that are
+    wholly at a place of `fixed` with ``"slope": True``.
+
+    Raises
+    ------
+    InputError
+        No whole edge is there, or a slave that is no surface of splines.
+    """
+    tables = [fixed] if isinstance(fixed, Mapping) else fixed
+    several = isinstance(tables, Sequence) and all(isinstance(one, Mapping) for one in tables)
+    edges: list[tuple[int, str]] = []
+    for k, table in enumerate(tables if several else ()):
+        if not table.get("slope"):
+            continue
+        here = f"{where}[{k}]: slope"
+        if slave.surfaces is None:
+            raise InputError("only a slave of splines keeps slopes", where=here, found=True)
+        key = place_of(table, ("hold", "slope"), here)
+        kept = slave.surfaces.edges_within(nodes_at(key, table.get(key or ""), slave, here))
+        if not kept:
+            raise InputError(
+                "no edge of a patch is wholly at this place",
+                where=here,
+                found=f"the {key}",
+                allowed="a place with all nodes of an edge",
+            )
+        edges += [one for one in kept if one not in edges]
+    return edges
 
 
 def drives_of(
@@ -160,14 +191,14 @@ def attached_to(
 
 def _held_by(table: Mapping[str, Any], slave: Slave, where: str) -> Ways:
     """(n, 3) of one table, which names a place."""
-    if place_of(table, ("hold",), where) is None:
+    if place_of(table, ("hold", "slope"), where) is None:
         raise InputError(
             "says which nodes by one key",
             where=where,
             found=", ".join(map(str, table)) or "none",
             allowed=", ".join(PLACES),
         )
-    return _of_table(table, (), slave, where)
+    return _of_table(table, ("slope",), slave, where)
 
 
 def _of_table(table: Mapping[str, Any], others: tuple[str, ...], slave: Slave, where: str) -> Ways:

@@ -319,6 +319,10 @@ class MappedNodes(NodeMover):
         """By their velocities now."""
         return self.own.shaken(self._of(state))
 
+    def kinetic_between(self, last: SlaveState, now: SlaveState, dt: float) -> float:
+        """By the way of the degrees of freedom."""
+        return self.own.kinetic_between(self._of(last), self._of(now), dt)
+
     def steered(
         self, state: SlaveState, forces: Forces, gravity: FloatArray, share: float
     ) -> SlaveState:

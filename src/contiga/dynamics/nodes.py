@@ -273,6 +273,10 @@ class NodeMover:
         """Kinetic energy of what forces move, by the velocities of a state."""
         return self.energy(state).kinetic
 
+    def kinetic_between(self, last: SlaveState, now: SlaveState, dt: float) -> float:
+        """Kinetic energy of what forces move, by its way from one state to the next."""
+        return self.shaken(SlaveState(now.points, (now.points - last.points) / dt))
+
     def digest(self, digest: Any, times: FloatArray) -> None:
         """Adds all that decides their way."""
         raise NotImplementedError

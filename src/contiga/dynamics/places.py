@@ -1,8 +1,9 @@
-"""Which nodes of a slave are meant: single ones, in a box, on a plane, on a side, in a layer."""
+"""Which nodes of a slave are meant: single ones, in a box, on a plane, on a side, in a layer, on a
+curve, on an edge of a spline patch."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,13 +12,14 @@ from numpy.typing import NDArray
 from contiga.arrays.layout import real
 from contiga.arrays.ordered import length
 from contiga.errors import InputError
-from contiga.records import FloatArray
-from contiga.slaves.selection import Surface, faces_to, facets_of
+from contiga.patches.pieces import EDGES
+from contiga.records import FloatArray, IntArray
+from contiga.slaves.selection import Surface, faces_to, facets_of, on_curve
 from contiga.slaves.slave import Slave
 
-PLACES = ("nodes", "box", "plane", "side", "layer")
+PLACES = ("nodes", "box", "plane", "side", "layer", "curve", "edge")
 ON_PLANE = 1e-6
-"""Part of the size of a slave that its nodes may be off a plane and still lie on it."""
+"""Part of the size of a slave that its nodes may be off a plane or a curve and still lie on it."""
 Rows = NDArray[np.bool_]
 
 
@@ -55,7 +57,9 @@ def nodes_at(key: str | None, value: Any, slave: Slave, where: str) -> Rows:
     ----------
     key, value : "nodes" (n,) bool or numbers; "box" (2, 3) lowest and highest corner; "plane"
         (2, 3) a point and the normal; "side" a direction and an angle in degrees, of the normals of
-        facets; "layer" a direction, with the depth below the outermost node along it
+        facets; "layer" a direction, with the depth below the outermost node along it; "curve" a
+        `NurbsCurve` that they lie on; "edge" of a slave of splines "u0", "u1", "v0" or "v1", or
+        one of these with the number of the patch, from 0
     where : for messages
 
     Raises
@@ -75,6 +79,13 @@ def nodes_at(key: str | None, value: Any, slave: Slave, where: str) -> Rows:
         rows[slave.facets[facing]] = True
     elif key == "layer":
         rows = _in_layer(points, *_direction(value, where))
+    elif key == "edge":
+        rows = np.zeros(len(points), np.bool_)
+        rows[_nodes_of_edge(value, slave, where)] = True
+    elif key == "curve":
+        if not callable(getattr(value, "derivatives", None)):
+            raise InputError("must be a NurbsCurve", where=where, found=type(value).__name__)
+        rows = on_curve(points, value, ON_PLANE * length(np.ptp(points, axis=0)))
     else:
         rows = (_in_box if key == "box" else _on_plane)(points, _two_rows(value, where))
     if not rows.any():
@@ -137,6 +148,28 @@ def _facets_facing(value: Any, slave: Slave, where: str) -> Rows:
         raise InputError("a slave without facets has no side", where=where, found="a cloud")
     surface = Surface(slave.points, slave.facets, slave.quads)
     return faces_to(surface, (way, angle), where)
+
+
+def _nodes_of_edge(value: Any, slave: Slave, where: str) -> IntArray:
+    """Nodes on an edge of a patch."""
+    if slave.surfaces is None:
+        raise InputError(
+            "only a slave of splines has edges of patches",
+            where=where,
+            found=value,
+            allowed="a slave made of surfaces; or another place",
+        )
+    count = len(slave.surfaces.patches)
+    given = (value, 0) if isinstance(value, str) and count == 1 else value
+    fits = isinstance(given, Sequence) and len(given) == 2 and given[0] in EDGES
+    if isinstance(given, str) or not fits or given[1] not in range(count):
+        raise InputError(
+            "does not say which edge of which patch",
+            where=where,
+            found=value,
+            allowed=f"(name, patch): {', '.join(EDGES)} and 0 to {count - 1}",
+        )
+    return slave.surfaces.edge(given[0], given[1])
 
 
 def _direction(value: Any, where: str) -> tuple[FloatArray, float]:

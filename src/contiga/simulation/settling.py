@@ -22,7 +22,7 @@ from contiga.arrays.ordered import length
 from contiga.contact.state import ContactEnergy, State
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Attached, Dependent, Free
-from contiga.dynamics.nodes import Imbalance, SlaveState
+from contiga.dynamics.nodes import Imbalance
 from contiga.dynamics.prescribed import Fixed, Moved, Stopped
 from contiga.dynamics.rigid_bodies import Placed, kicked
 from contiga.dynamics.springs import Spring
@@ -106,8 +106,8 @@ def settled(model: Model, clock: Clock, on_settle: OnSettle | None = None) -> St
         kinetic = state.energy.kinetic
         for name in resting.mechanism.masses:
             nodes, now = resting.mechanism.nodes[name], state.slaves[name]
-            way = (now.points - before.slaves[name].points) / state.step
-            kinetic += nodes.shaken(SlaveState(now.points, way)) - nodes.energy(now).kinetic
+            moved = nodes.kinetic_between(before.slaves[name], now, state.step)
+            kinetic += moved - nodes.energy(now).kinetic
         last_swing, swing = swing, kinetic
         if swing < last_swing:
             state, swing, share = _stopped(resting, state), 0.0, STEERED

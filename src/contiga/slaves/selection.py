@@ -9,12 +9,20 @@ from numpy.typing import ArrayLike, NDArray
 
 from contiga.arrays.layout import real
 from contiga.errors import MeshError
+from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.curve_foot import CurveFeet
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.quads import triangle_normals
 
 BoolArray = NDArray[np.bool_]
 ROUNDING = 1e-9
 """Points this share of the slave's extent outside a box count as on its border."""
+
+
+def on_curve(points: FloatArray, curve: NurbsCurve, within: float) -> BoolArray:
+    """(n,) which points (n, 3) are no further from a curve than `within`, length."""
+    _, distances = CurveFeet(curve)(points)
+    return np.asarray(distances <= within)
 
 
 class Surface(NamedTuple):

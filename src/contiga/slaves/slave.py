@@ -12,8 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 from contiga.arrays.layout import as_points, read_only, real
 from contiga.display import Displayed, Facts
 from contiga.errors import MeshError
+from contiga.geometry.surface import NurbsSurface
+from contiga.patches.splines import Splines
 from contiga.records import FloatArray, IntArray
-from contiga.rigid.transform import PoseLike, as_matrix
+from contiga.rigid.transform import PoseLike, as_matrix, scaling
 from contiga.slaves.checks import as_active, as_facets, as_nodal, check_points
 from contiga.slaves.elements import as_elements, mirrored
 from contiga.slaves.quads import halves_of
@@ -22,6 +24,7 @@ from contiga.slaves.skin import tributary_area
 
 _RIGID_TOLERANCE = 1e-9
 _SAME_AREA = 1e-9
+_ON_SURFACE = 1e-9
 
 
 class MeshPart(NamedTuple):
@@ -48,7 +51,7 @@ class Slave(Displayed):
     Parameters
     ----------
     points : (n, 3), length
-        All nodes of the mesh, so that results line up with it.
+        All nodes of the mesh, so that results line up with it. Those of the surface, if omitted.
     facets : (m, 3) or (m, 4) rows of `points`
         Surface facets; quadrilaterals are split along their shorter diagonal.
     area : (n,) or one for every point, length², at least 0
@@ -66,9 +69,15 @@ class Slave(Displayed):
     parts : what the file names, for reports
     elements : cells by kind ("tetra", "hexahedron", "triangle" …), each (e, k) rows of `points`
         with the corners in the order of VTK: what may deform
+    surfaces : NurbsSurface, one or several that share the control points of their joints
+        The slave is a surface of splines: its points are nodes of that surface, with the areas and
+        facets between them. `contiga.motion.Deforming` makes a shell or a membrane of it.
 
     Raises
     ------
+    InputError
+        Surfaces that do not meet, meet with other control points or along a part of an edge, have
+        a pole, or are of a degree above 5.
     MeshError
         No points, a coordinate that is not finite, a facet that names no point, an array that
         does not fit.
@@ -81,6 +90,9 @@ class Slave(Displayed):
     (4, (2, 3), 1.0)
     >>> cg.Slave([[0, 0, 0], [1, 0, 0]]).area is None  # a cloud
     True
+    >>> tube = cg.Slave(surfaces=cg.shapes.cylinder(radius=1.0, height=2.0), name="tube")
+    >>> len(tube), round(float(tube.area.sum()) / np.pi, 3)
+    (48, 4.0)
     """
 
     points: FloatArray
@@ -98,18 +110,21 @@ class Slave(Displayed):
     parts: tuple[MeshPart, ...]
     elements: Mapping[str, IntArray]
     """By kind, (e, k) rows of `points`, read-only; empty where none are known."""
+    surfaces: Splines | None
+    """The patches of a slave of splines and how they meet; None of others."""
     quads: IntArray
     """(q, 2) int32 rows of `facets`, read-only: the halves of each quadrilateral face of a solid
     element, which is bilinear in areas, quadrature and loads."""
 
     __slots__ = (
         *("points", "facets", "area", "thickness", "mass"),
-        *("active", "name", "unit", "cells", "parts", "elements", "quads", "__weakref__"),
+        *("active", "name", "unit", "cells", "parts", "elements", "surfaces", "quads"),
+        "__weakref__",
     )
 
     def __init__(
         self,
-        points: ArrayLike,
+        points: ArrayLike | None = None,
         facets: ArrayLike | None = None,
         *,
         area: ArrayLike | None = None,
@@ -121,8 +136,18 @@ class Slave(Displayed):
         cells: Mapping[str, int] | None = None,
         parts: Sequence[MeshPart] = (),
         elements: Mapping[str, ArrayLike] | None = None,
+        surfaces: NurbsSurface | Sequence[NurbsSurface] | Splines | None = None,
     ) -> None:
+        splines = _splines(surfaces)
+        if splines is not None and points is None:
+            nodes = splines.nodes
+            points, facets = splines.points, nodes.facets if facets is None else facets
+            area = nodes.weight if area is None else area
+        if points is None:
+            raise MeshError("needs points, or surfaces", where=name, found="neither")
         coordinates = read_only(as_points(points, f"{name}: points"))
+        if splines is not None:
+            _check_on(splines, coordinates, name)
         check_points(coordinates, where=name)
         triangles = None if facets is None else as_facets(coordinates, facets, name)
         cells_by_kind = as_elements(elements, len(coordinates), name)
@@ -142,6 +167,7 @@ class Slave(Displayed):
             "cells": MappingProxyType(dict(cells or {})),
             "parts": tuple(parts),
             "elements": cells_by_kind,
+            "surfaces": splines,
             "quads": quads,
         }
         for key, value in values.items():
@@ -150,6 +176,8 @@ class Slave(Displayed):
     @classmethod
     def of(cls, matter: Any, name: str = "slave") -> Slave:
         """The slave that is moved by matter of one's own: its points, facets and areas.
+
+        `Slave(surfaces=…)` is simpler where a shell is to be what `Deforming` makes of it.
 
         Parameters
         ----------
@@ -191,7 +219,8 @@ class Slave(Displayed):
         facets = 0 if self.facets is None else len(self.facets)
         unit = [("unit", self.unit)] if self.unit else []
         active = int(self.active.sum())
-        return [("points", len(self)), ("active", active), ("facets", facets), *unit]
+        patches = [] if self.surfaces is None else [("patches", len(self.surfaces.patches))]
+        return [("points", len(self)), ("active", active), ("facets", facets), *patches, *unit]
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _rebuild, (self._values(),)
@@ -269,7 +298,8 @@ class Slave(Displayed):
         )
         elements = mirrored(self.elements) if mirrored_points else self.elements
         moved = self.points @ linear.T + matrix[:3, 3]
-        return self._copy(moved, facets, factor, self.unit, elements)
+        changed = {"points": moved, "facets": facets, "elements": elements}
+        return self._copy(changed, matrix, factor)
 
     def scaled(self, factor: float, unit: str | None = None) -> Slave:
         """A copy with all lengths times `factor` > 0, and the label `unit` if given."""
@@ -280,8 +310,8 @@ class Slave(Displayed):
                 found=factor,
                 allowed="> 0",
             )
-        label = unit or self.unit
-        return self._copy(self.points * factor, self.facets, factor, label, self.elements)
+        changed = {"points": self.points * factor, "unit": unit or self.unit}
+        return self._copy(changed, scaling(factor), factor)
 
     def with_mass(self, mass: ArrayLike) -> Slave:
         """A copy whose points have the masses `mass`: one for all or (n,), in the unit of mass.
@@ -296,20 +326,14 @@ class Slave(Displayed):
     def _values(self) -> dict[str, Any]:
         return {key: _plain(getattr(self, key)) for key in _FIELDS}
 
-    def _copy(
-        self,
-        points: FloatArray,
-        facets: IntArray | None,
-        factor: float,
-        unit: str | None,
-        elements: Mapping[str, IntArray],
-    ) -> Slave:
+    def _copy(self, changed: dict[str, Any], matrix: FloatArray, factor: float) -> Slave:
+        """What a similarity (4, 4) of a scale makes of it, with what is `changed` beside."""
         lengths = {
             "area": None if self.area is None else self.area * factor**2,
             "thickness": None if self.thickness is None else self.thickness * factor,
+            "surfaces": None if self.surfaces is None else self.surfaces.transformed(matrix),
         }
-        given = {"points": points, "facets": facets, "unit": unit, "elements": elements}
-        return Slave(**(self._values() | given | lengths))
+        return Slave(**(self._values() | changed | lengths))
 
 
 _FIELDS = tuple(key for key in Slave.__slots__ if key not in ("quads", "__weakref__"))
@@ -341,6 +365,24 @@ def _similarity(matrix: FloatArray, name: str) -> tuple[FloatArray, float]:
             allowed="rotation times one scale",
         )
     return linear, float(np.sqrt(square))
+
+
+def _splines(given: Any) -> Splines | None:
+    return given if given is None or isinstance(given, Splines) else Splines.of(given)
+
+
+def _check_on(splines: Splines, points: FloatArray, name: str) -> None:
+    """Refuse points that are not the nodes of the surfaces."""
+    nodes = splines.points
+    size = float(np.ptp(nodes, axis=0).max())
+    same = nodes.shape == points.shape and np.abs(nodes - points).max() <= _ON_SURFACE * size
+    if not same:
+        raise MeshError(
+            "the points of a slave of splines are the nodes of its surfaces",
+            where=name,
+            found=f"{len(points)} points",
+            allowed=f"no points beside surfaces, which have {len(nodes)}",
+        )
 
 
 def _plain(value: Any) -> Any:

@@ -11,16 +11,16 @@ from contiga.arrays.layout import one_of, positive
 from contiga.errors import InputError
 from contiga.matter.blocks import block_sums, in_lanes, node_sums, nodes_in_lanes
 from contiga.matter.coefficients import Coefficients, Material
-from contiga.matter.iga.basis import VALUE, Patch
-from contiga.matter.iga.checks import whole_number
 from contiga.matter.iga.elements import at_rest, gauss, grid_of, midpoints, points_of
-from contiga.matter.iga.net import Net, join
-from contiga.matter.iga.nodes import SurfaceNodes, surface_nodes
-from contiga.matter.iga.points import SplinePoints
 from contiga.matter.iga.shell import Shell, ShellGroup
 from contiga.matter.iga.slopes import Bending, Symmetry, slope_tables
 from contiga.matter.kernels.lanes_nb import LANES
 from contiga.matter.tables import ShellTables
+from contiga.patches.basis import VALUE, Patch
+from contiga.patches.checks import whole_number
+from contiga.patches.net import Net, join
+from contiga.patches.nodes import SurfaceNodes, surface_nodes
+from contiga.patches.points import SplinePoints
 from contiga.records import FloatArray, IntArray
 
 LAYERS = 3
@@ -59,7 +59,7 @@ def assemble_shell(
     rule : Gauss points of an element in each direction; its degrees and 1 if omitted. With 2
         at degree 2 thin shells lock less, and take less than half the time
     contact : what `Shell.points` are, the nodes of a slave: "nodes", which elements and patches
-        share (`contiga.matter.iga.nodes`); points of Gauss's rule ("gauss") or the middles of equal
+        share (`contiga.patches.nodes`); points of Gauss's rule ("gauss") or the middles of equal
         parts of the parameters ("grid"), none of which is on an edge
     points : of them of an element in each direction; its degrees and 1 if omitted, of nodes 2
     tolerance : length within which control points of joints are the same

@@ -9,19 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import GeometryError
-from contiga.matter.iga.basis import UU, UV, VALUE, VV, BasisAt, U, V, basis_at, elements_of
-from contiga.matter.iga.checks import PARALLEL
-from contiga.matter.iga.net import Net
-from contiga.matter.iga.pieces import Piece
-from contiga.matter.iga.points import SplinePoints, grid_facets, sparse_rows
+from contiga.patches.basis import UU, UV, VALUE, VV, BasisAt, U, V, elements_of
+from contiga.patches.checks import PARALLEL
+from contiga.patches.net import Net, on_net
+from contiga.patches.nodes import Rule
+from contiga.patches.pieces import Piece
+from contiga.patches.points import SplinePoints, grid_facets, sparse_rows
 from contiga.records import FloatArray
-
-
-class Rule(NamedTuple):
-    """Points of an element in one direction, on 0 … 1, and their weights, whose sum is one."""
-
-    points: FloatArray
-    weights: FloatArray
 
 
 def gauss(count: int) -> Rule:
@@ -72,12 +66,6 @@ def grid_of(piece: Piece, rules: tuple[Rule, Rule]) -> Grid:
 def _at_grid(piece: Piece, u: FloatArray, v: FloatArray) -> BasisAt:
     uv = np.stack(np.meshgrid(u, v, indexing="ij"), axis=2).reshape(-1, 2)
     return on_net(piece, uv)
-
-
-def on_net(piece: Piece, uv: FloatArray) -> BasisAt:
-    """Basis functions at parameters (k, 2), with degrees of freedom of the net."""
-    at = basis_at(piece, uv)
-    return BasisAt(piece.control.ravel()[at.control], at.values)
 
 
 class AtRest(NamedTuple):

@@ -16,12 +16,8 @@ from contiga.errors import ElementError
 from contiga.jit import straight
 from contiga.matter.blocks import NodeSums
 from contiga.matter.element_fields import ElementFields, Inside
-from contiga.matter.iga.checks import whole_number
 from contiga.matter.iga.elements import drawn_points, gauss, points_of
 from contiga.matter.iga.inside import GaussPoints, as_fields, fields_at, gauss_points
-from contiga.matter.iga.net import Net
-from contiga.matter.iga.nodes import SurfaceNodes
-from contiga.matter.iga.points import SplinePoints
 from contiga.matter.kernels import lanes_nb, shell_elements_nb, shell_slope_nb, shell_tangent_nb
 from contiga.matter.kernels.lanes_nb import KINDS, LANES
 from contiga.matter.kernels.shell_nb import INSIDE
@@ -34,6 +30,10 @@ from contiga.matter.tables import (
     SlopeOutput,
     SlopeTables,
 )
+from contiga.patches.checks import whole_number
+from contiga.patches.net import Net
+from contiga.patches.nodes import SurfaceNodes
+from contiga.patches.points import SplinePoints
 from contiga.records import FloatArray, IntArray
 
 BLOCKS, NODES, EDGE_POINTS = 1, 2000, 200

@@ -10,11 +10,11 @@ import numpy as np
 
 from contiga.arrays.layout import read_only
 from contiga.errors import InputError
-from contiga.matter.iga.basis import BasisAt, U, V, elements_of
-from contiga.matter.iga.elements import gauss, on_net
-from contiga.matter.iga.net import Net
-from contiga.matter.iga.pieces import Piece, edge_parameters, rows_from
+from contiga.matter.iga.elements import gauss
 from contiga.matter.tables import SlopeTables
+from contiga.patches.basis import BasisAt, U, V, elements_of
+from contiga.patches.net import Net, on_net
+from contiga.patches.pieces import Piece, edge_parameters, rows_from
 from contiga.records import FloatArray
 
 LEAST, FREE = 10.0, 2.0
@@ -28,20 +28,23 @@ NUDGE = 1e-5
 class Symmetry:
     """An edge that lies in a plane of symmetry, towards which the surface keeps its angle.
 
-    That the edge stays in the plane is for what holds its control points to say.
+    That the edge stays in the plane is for what holds its control points to say. Where all of them
+    are held it is a clamp.
 
     Parameters
     ----------
     edge : "u0", "u1", "v0" or "v1"
-    normal : (3,) of the plane
+    normal : (3,) of the plane; if omitted the surface is at right angles to it, along all the edge
     patch : number of the patch
     """
 
     edge: str
-    normal: FloatArray
+    normal: FloatArray | None = None
     patch: int = 0
 
     def __post_init__(self) -> None:
+        if self.normal is None:
+            return
         normal = np.asarray(self.normal, dtype=np.float64)
         length = np.sqrt(np.sum(normal * normal))
         if normal.shape != (3,) or not 0.0 < length < np.inf:
@@ -59,6 +62,8 @@ class _Side(NamedTuple):
     """(k, c) derivative along the edge."""
     normal: FloatArray
     """(k, 3) unit normals at rest."""
+    outward: FloatArray
+    """(k, 3) unit vectors at rest, in the surface and across the edge."""
     width: FloatArray
     """(k,) of the element, across the edge."""
     length: FloatArray
@@ -100,7 +105,8 @@ def slope_tables(net: Net, symmetries: Sequence[Symmetry], bending: Bending) -> 
         for piece in net.pieces:
             if piece.patch == plane.patch and plane.edge in piece.ends:
                 side = _side(net, piece, plane.edge, False)
-                parts.append(_towards(side, plane.normal, bending))
+                normal = side.outward if plane.normal is None else plane.normal
+                parts.append(_towards(side, normal, bending))
     return _together(parts) if parts else None
 
 
@@ -123,10 +129,12 @@ def _side(net: Net, piece: Piece, edge: str, turned: bool) -> _Side:
     tangent, out = (b, a) if along == 1 else (a, b)
     spans_across = elements_of(piece.knots[across])
     last = spans_across[0 if edge[1] == "0" else -1]
+    outward = np.cross(normal, tangent)
     return _Side(
         at,
         at.values[:, (U, V)[along]] * (-1.0 if turned else 1.0),
         normal / _lengths(normal)[:, None],
+        outward / _lengths(outward)[:, None],
         (last[1] - last[0]) * _lengths(out),
         weights * _lengths(tangent),
     )
@@ -165,7 +173,7 @@ def _towards(side: _Side, normal: FloatArray, bending: Bending) -> _Springs:
     rest = np.stack([np.sum(side.normal * normal, axis=1), np.zeros(k)], axis=1)
     # The mirror image turns as much the other way: four times the energy, half of it on this side.
     stiff = 2.0 * side.length * bending.over(side.width)
-    return _Springs((side,), basis, np.tile(normal, (k, 1)), rest, stiff)
+    return _Springs((side,), basis, np.array(np.broadcast_to(normal, (k, 3))), rest, stiff)
 
 
 def _together(parts: Sequence[_Springs]) -> SlopeTables:

@@ -24,5 +24,4 @@
 - shell_elements_nb: their forces, block by block
 - shell_tangent_nb: their stiffness, and its row sums
 - shell_slope_nb: springs that keep the slope between their patches
-- point_map_nb: points of splines, x = N q, and Nᵀ f
 """

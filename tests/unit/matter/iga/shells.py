@@ -11,7 +11,7 @@ from contiga import NurbsSurface, shapes
 from contiga.geometry.knots import greville
 from contiga.materials import Elastic
 from contiga.matter.iga import Shell, assemble_shell
-from contiga.matter.iga.basis import VALUE, basis_at
+from contiga.patches.basis import VALUE, basis_at
 
 ELASTIC = Elastic(young=3.0, poisson=0.3)
 

@@ -7,7 +7,7 @@ import pytest
 
 import contiga as cg
 from contiga.matter.iga import assemble_shell, join
-from contiga.matter.iga.nodes import lobatto, surface_nodes
+from contiga.patches.nodes import lobatto, surface_nodes
 
 STEEL = cg.materials.Elastic(young=2000.0, poisson=0.3)
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.matter.iga.basis import VALUE, Patch, basis_at
+from contiga.patches.basis import VALUE, Patch, basis_at
 from contiga.records import FloatArray, IntArray
 
 EDGES = ("u0", "u1", "v0", "v1")

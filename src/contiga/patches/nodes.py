@@ -9,16 +9,22 @@ the facets between them are one mesh.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.matter.iga.basis import VALUE, BasisAt, U, V
-from contiga.matter.iga.elements import Rule, on_net
-from contiga.matter.iga.net import Net
-from contiga.matter.iga.points import SparseRows, grid_facets, sparse_rows
+from contiga.patches.basis import VALUE, BasisAt, U, V
+from contiga.patches.net import Net, on_net
+from contiga.patches.points import SparseRows, grid_facets, sparse_rows
 from contiga.records import FloatArray, IntArray
+
+
+class Rule(NamedTuple):
+    """Points of an element in one direction, on 0 … 1, and their weights, whose sum is one."""
+
+    points: FloatArray
+    weights: FloatArray
 
 
 def lobatto(count: int) -> Rule:
@@ -44,6 +50,8 @@ class SurfaceNodes(NamedTuple):
     """(n,) area at rest that each stands for."""
     facets: IntArray
     """(f, 3) triangles between them."""
+    grids: tuple[IntArray, ...]
+    """(k, l) node of each point of each piece, along u and v."""
 
     def points(self, q: FloatArray) -> FloatArray:
         """Return x = N q (n, 3) of control points (m, 3); velocities likewise."""
@@ -80,11 +88,13 @@ def surface_nodes(net: Net, count: int | None = None) -> SurfaceNodes:
     every = sparse_rows([at.control for at in found], [at.values[:, VALUE] for at in found])
     rows = every.at(kept)
     facets = [grid_facets(grid.shape[0], grid.shape[1], int(grid[0, 0])) for grid in grids]
+    nodes = numbers.astype(np.int32)
     return SurfaceNodes(
         rows,
         rows.turned(len(net.points)),
         np.bincount(numbers, weights=np.concatenate(weights)).astype(np.float64),
-        numbers[np.concatenate(facets)].astype(np.int32),
+        nodes[np.concatenate(facets)],
+        tuple(nodes[grid] for grid in grids),
     )
 
 
@@ -108,7 +118,7 @@ def _shared(
         before = lowest.copy()
         for joint in net.joints:
             one, other = (
-                _side(grids[piece], edge)
+                side_of(grids[piece], edge)
                 for piece, edge in zip(joint.pieces, joint.edges, strict=True)
             )
             other = other[::-1] if joint.turned else other
@@ -119,7 +129,7 @@ def _shared(
             return np.unique(lowest, return_inverse=True)
 
 
-def _side(grid: NDArray[np.intp], edge: str) -> NDArray[np.intp]:
+def side_of(grid: NDArray[Any], edge: str) -> NDArray[Any]:
     """The points on an edge of a grid."""
     end = 0 if edge[1] == "0" else -1
     return grid[end] if edge[0] == "u" else grid[:, end]

@@ -11,7 +11,7 @@ from tests.unit.matter.iga.shells import crooked, plate, tube
 from contiga import NurbsSurface, shapes
 from contiga.errors import InputError
 from contiga.matter.iga import Joint, join
-from contiga.matter.iga.basis import VALUE, basis_at
+from contiga.patches.basis import VALUE, basis_at
 
 
 def squares(count: int, degree: int = 2) -> list[NurbsSurface]:

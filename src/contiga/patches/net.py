@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from contiga.errors import InputError
-from contiga.matter.iga.basis import VALUE, Patch, basis_at
-from contiga.matter.iga.checks import (
+from contiga.patches.basis import VALUE, BasisAt, Patch, basis_at
+from contiga.patches.checks import (
     check_connected,
     check_edges,
     check_numbers,
     check_whole_edges,
 )
-from contiga.matter.iga.pieces import EDGES, Joint, Piece, edge_of, pieces_of, rows_from
+from contiga.patches.pieces import EDGES, Joint, Piece, edge_of, pieces_of, rows_from
 from contiga.records import FloatArray, IntArray
 
 NEAR = 1e-6
@@ -53,7 +53,7 @@ class Net(NamedTuple):
             No such edge or patch, more rows than the patch has.
         """
         net = self._control_of(patch)
-        way = rows_from(net, _edge_name(name))
+        way = rows_from(net, edge_name(name))
         if not 1 <= rows <= len(way):
             raise InputError(
                 f"patch {patch} has {len(way)} rows of control points from its edge {name} on",
@@ -228,7 +228,8 @@ def _greville_points(patch: Patch) -> FloatArray:
     return basis_at(patch, uv).of(VALUE, patch.control_points.reshape(-1, 3))
 
 
-def _edge_name(name: str) -> str:
+def edge_name(name: str) -> str:
+    """An edge by its name, refused where there is none of that name."""
     if name not in EDGES:
         raise InputError(
             "there is no such edge", where="edge", found=name, allowed=", ".join(EDGES)
@@ -238,3 +239,9 @@ def _edge_name(name: str) -> str:
 
 def _size(points: FloatArray) -> float:
     return float(np.sqrt(np.sum(np.ptp(points, axis=0) ** 2)))
+
+
+def on_net(piece: Piece, uv: FloatArray) -> BasisAt:
+    """Basis functions at parameters (k, 2), with degrees of freedom of the net."""
+    at = basis_at(piece, uv)
+    return BasisAt(piece.control.ravel()[at.control], at.values)

@@ -7,7 +7,7 @@ import pytest
 from tests.unit.matter.iga.shells import crooked, plate
 
 from contiga.geometry.knots import basis
-from contiga.matter.iga.basis import ORDERS, basis_at, elements_of, spans_at
+from contiga.patches.basis import ORDERS, basis_at, elements_of, spans_at
 
 KNOTS = np.array([0.0, 0, 0, 0, 0.2, 0.5, 0.5, 0.9, 2, 2, 2, 2])
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from contiga.errors import GeometryError, InputError
-from contiga.matter.iga.basis import VALUE, Patch, U, V, basis_at
-from contiga.matter.iga.pieces import (
+from contiga.patches.basis import VALUE, Patch, U, V, basis_at
+from contiga.patches.pieces import (
     EDGES,
     SAMPLES,
     Joint,
@@ -92,7 +92,7 @@ def check_connected(pieces: Sequence[Piece], joints: Sequence[Joint]) -> None:
         found=f"surfaces[{pieces[apart[0]].patch}] is {gaps[nearest]:.3g} from "
         f"surfaces[{pieces[nearest].patch}]",
         allowed="patches that share control points along whole edges",
-        remedy="Give a tolerance, refine neighbours alike, or make shells of their own",
+        remedy="Refine neighbours alike, or make shells of their own",
     )
 
 

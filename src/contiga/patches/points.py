@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 from contiga.arrays.layout import locked
 from contiga.arrays.threads import run_ranges
 from contiga.jit import straight
-from contiga.matter.kernels.point_map_nb import map_rows
+from contiga.patches.kernels.point_map_nb import map_rows
 from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IndexArray, IntArray
 

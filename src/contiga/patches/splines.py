@@ -1,0 +1,70 @@
+"""Spline patches as the surface of a slave: what they are, how they meet, and its nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.patches.basis import Patch
+from contiga.patches.net import Net, edge_name, join
+from contiga.patches.nodes import SurfaceNodes, side_of, surface_nodes
+from contiga.patches.pieces import EDGES
+from contiga.records import FloatArray, IntArray
+
+
+class Splines(NamedTuple):
+    """Patches that are one surface."""
+
+    patches: tuple[Patch, ...]
+    net: Net
+    nodes: SurfaceNodes
+    """Points of the surface that contact sees."""
+
+    @classmethod
+    def of(cls, patches: Patch | Iterable[Patch]) -> Splines:
+        """Join patches; see `contiga.patches.net.join` for what is refused."""
+        given: Any = (patches,) if hasattr(patches, "knots") else patches
+        several = tuple(given)
+        net = join(several)
+        return cls(several, net, surface_nodes(net))
+
+    @property
+    def points(self) -> FloatArray:
+        """(n, 3) nodes at rest."""
+        return self.nodes.points(self.net.points)
+
+    def transformed(self, matrix: FloatArray) -> Splines:
+        """The same moved by a (4, 4) matrix, nodes and edges in their order."""
+        given: Sequence[Any] = self.patches
+        moved = [patch.transformed(matrix) for patch in given]
+        if np.linalg.det(matrix[:3, :3]) < 0.0:
+            moved = [patch.flipped() for patch in moved]  # a mirrored surface comes turned round
+        return Splines.of(moved)
+
+    def edge(self, name: str, patch: int = 0) -> IntArray:
+        """Nodes on an edge of a patch, ascending.
+
+        Raises
+        ------
+        InputError
+            No such edge or patch.
+        """
+        self.net.edge(edge_name(name), patch)  # raises where there is none
+        sides = [
+            side_of(grid, name)
+            for piece, grid in zip(self.net.pieces, self.nodes.grids, strict=True)
+            if piece.patch == patch and name in piece.ends
+        ]
+        return np.unique(np.concatenate(sides)).astype(np.int32)
+
+    def edges_within(self, chosen: NDArray[np.bool_]) -> list[tuple[int, str]]:
+        """Patches and names of the edges all of whose nodes are among the chosen ones (n,)."""
+        return [
+            (patch, name)
+            for patch in range(len(self.patches))
+            for name in EDGES
+            if chosen[self.edge(name, patch)].all()
+        ]
