@@ -37,6 +37,7 @@ ALL = (
         "shapes",
     ),
     "deformed",
+    "reshaped",
     "derivatives",
     "gas",
 )
@@ -304,6 +305,20 @@ def deformed() -> None:
         matter.stiffness(pressed.state)
     _splines()
     _soft()
+
+
+def reshaped() -> None:
+    """Control points of a body that move, with and without friction."""
+    slave = sheet()
+    for body in (cg.Body([cg.shapes.bumpy_plate(waves=3)]), cg.Body([cg.shapes.sphere()])):
+        control = body.net.points
+        for friction in (None, cg.Coulomb(0.4)):
+            contact = cg.Contact(body, slave, law=FOAM, friction=friction, shell_thickness=0.2)
+            top = body.bounds()[1, 2]
+            far, near = (slave.points + np.array([0.0, 0.0, top + z]) for z in (0.2, 0.08))
+            state = contact.start(far, control_points=control)
+            for scale in (1.01, 1.02):
+                state = contact.step(state, near, control_points=scale * control, dt=0.1)
 
 
 def _splines() -> None:
