@@ -48,7 +48,7 @@ PARTS: dict[str, Callable[[Sizes], Iterator[Row]]] = {
     "scaling": scaling.rows,
 }
 GOALS = (
-    *(startup.FIRST, startup.COMPILE, startup.EXTRA, startup.SECOND, startup.INFO),
+    *(startup.FIRST, startup.COMPILE, startup.SECOND, startup.INFO),
     *(tracking.BESIDE_SPLINEPY, tracking.BESIDE_FCPW, stepping.PART, stepping.SPHERE),
     *(stepping.FREE, tracking.COLD, tracking.SWEPT, stepping.OPEN, stepping.SMALL),
     *(stepping.DEEP, stepping.DEEP_COPIES, stepping.DEEP_FORM),

@@ -86,7 +86,12 @@ ENTRIES = (
         ("egg.z", "egg.vz", "energy.contact"),
         ("force", "max_penetration"),
     ),
-    Entry("belt", "gallery/belt_torso.toml", ("force", "energy.strain"), ("force", "area")),
+    Entry(
+        "spline_belt",
+        "gallery/spline_belt.toml",
+        ("force", "energy.strain"),
+        ("energy.strain",),
+    ),
     Entry("rocker", "gallery/rocker.toml", ("moment_y", "centre_x"), ("force", "moment_y")),
     Entry("bumps", "gallery/bumps.toml", ("area", "n_clusters"), ("force", "area", "n_clusters")),
 )

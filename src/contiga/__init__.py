@@ -6,14 +6,14 @@ Which there are, and where, `__init__.pyi` says, to type checkers as well.
 
 from __future__ import annotations
 
+import pathlib
 import re
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 from contiga.version import __version__
 
-_LISTED = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
+_LISTED = pathlib.Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
 _HOME = {name: home for home, name in re.findall(r"^from (\S+) import (\w+)", _LISTED, re.M)}
 
 __all__ = ["__version__", *_HOME]

@@ -23,7 +23,7 @@ MODULES = sorted(
 SEEN_ELSEWHERE = {
     *("Master", "AreaMethod", "AreaInput", "Areas", "LawOutput"),
     *("FrictionInput", "FrictionOutput"),
-    *("Case", "SystemState", "Result", "StoredResult", "Comparison", "Study"),
+    *("Case", "SystemState", "Result", "StoredResult", "Comparison", "Study", "Wrap"),
 }
 """Protocols, and records that users are given: they stand on pages and with what makes them."""
 

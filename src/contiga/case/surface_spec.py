@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Annotated, Self
+from typing import Annotated, Self, cast
 
 from pydantic import Field, model_validator
 
@@ -71,8 +71,7 @@ def check_surface(geometry: GeometrySpec, refine: RefineSpec | None, mesh: Sampl
 
 def surface_of(geometry: GeometrySpec, refine: RefineSpec, names: tuple[str, str]) -> Slave:
     """The slave whose points are on the patches of a geometry; `names` are its own and the unit."""
-    body = geometry.body(*names)
-    assert isinstance(body, Body)
+    body = cast(Body, geometry.body(*names))  # a mesh is refused before
     return Slave(surfaces=refined(patches_of(body), refine.made), name=names[0], unit=names[1])
 
 

@@ -23,10 +23,10 @@ MODULES = (
     "at_rest",
     "foam",
     "catenary",
-    "belts",
     "membranes",
     "hertz",
     "cook",
+    "belts",
     "gas",
     "injury",
 )

@@ -318,7 +318,7 @@ def test_a_stiffness_a_point_stays_with_the_nodes(tmp_path: Path) -> None:
         ({"fixed": '{ set = "up" }'}, "no part, set or group.*'up'"),
         ({"fixed": '{ set = "low", hold = ["rx"] }'}, "hold"),
         ({"fixed": "{ box = [[5, 5, 5], [6, 6, 6]] }"}, "no node of the slave is there"),
-        ({"fixed": "{ }"}, "one of the keys box, plane, set, side, layer, nodes"),
+        ({"fixed": "{ }"}, "one of the keys box, plane, set, side, layer, curve, edge, nodes"),
         ({"fixed": "{ nodes = [99] }"}, "block.inp: no node has this number.*99"),
         ({"fixed": "{ nodes = [] }"}, r"fixed\[0\].nodes"),
         ({"fixed": f"{PLANE}\nmasses = {{ mass = -1 }}"}, r"masses\[0\].mass: must be a number"),

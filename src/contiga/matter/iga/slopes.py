@@ -173,7 +173,8 @@ def _towards(side: _Side, normal: FloatArray, bending: Bending) -> _Springs:
     rest = np.stack([np.sum(side.normal * normal, axis=1), np.zeros(k)], axis=1)
     # The mirror image turns as much the other way: four times the energy, half of it on this side.
     stiff = 2.0 * side.length * bending.over(side.width)
-    return _Springs((side,), basis, np.array(np.broadcast_to(normal, (k, 3))), rest, stiff)
+    plane = np.ascontiguousarray(np.broadcast_to(normal, (k, 3)))
+    return _Springs((side,), basis, plane, rest, stiff)
 
 
 def _together(parts: Sequence[_Springs]) -> SlopeTables:

@@ -1,0 +1,45 @@
+"""What facets close: volume, gradient and areas of a box, and how stiff the volume is."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from contiga.dynamics.kernels.closed_skin_nb import close
+
+pytestmark = pytest.mark.interpreted
+
+SIDES = np.array([2.0, 3.0, 5.0])
+CORNERS = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
+QUADS = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+FACETS = np.array([t for a, b, c, d in QUADS for t in ((a, b, c), (a, c, d))], np.int32)
+
+
+def closed(points: np.ndarray) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+    """Of nodes in another order than their facets name them, far from the origin."""
+    rows = np.arange(8, dtype=np.int32)[::-1].copy()
+    gradient, stiffness, areas = np.zeros((8, 3)), np.zeros(8), np.zeros(len(FACETS))
+    volume = close(points[rows], rows, FACETS, gradient, stiffness, areas)
+    return volume, gradient, stiffness, areas
+
+
+def test_a_box_has_its_volume_and_areas() -> None:
+    volume, gradient, _, areas = closed(SIDES * CORNERS + 100.0)
+    assert volume == pytest.approx(30.0, rel=1e-13)
+    assert areas.sum() == pytest.approx(62.0, rel=1e-13)
+    np.testing.assert_allclose(gradient.sum(axis=0), 0.0, atol=1e-12)
+
+
+def test_the_gradient_is_that_of_the_volume_and_its_change_is_bounded() -> None:
+    rng = np.random.default_rng(0)
+    points = SIDES * CORNERS + 0.2 * rng.normal(size=(8, 3))
+    _, gradient, stiffness, _ = closed(points)
+    for _ in range(5):
+        way = rng.normal(size=(8, 3))
+        (after, up, *_), (before, down, *_) = (
+            closed(points + 1e-6 * way),
+            closed(points - 1e-6 * way),
+        )
+        assert (after - before) / 2e-6 == pytest.approx(np.sum(gradient * way), abs=1e-7)
+        change = np.abs(up - down).max(axis=1) / 2e-6
+        assert (change <= stiffness * np.abs(way).max()).all()
