@@ -16,7 +16,7 @@ from contiga.contact.foot_rows import blank
 from contiga.errors import MissingPackageError
 from contiga.extras import require
 from contiga.gas import Chamber, IdealGas, Inflator, Surroundings
-from contiga.matter.iga import assemble_shell
+from contiga.matter.iga import Symmetry, assemble_shell
 from contiga.records import FloatArray, IntArray
 from contiga.report import write_report
 from contiga.search.balls.radii import balls_of
@@ -322,12 +322,20 @@ def reshaped() -> None:
 
 
 def _splines() -> None:
-    """A bent shell of two patches that share an edge, pressed at its points of contact."""
+    """Shells of two patches that share an edge, and of one at a plane of symmetry."""
     leaves = [cg.shapes.plane(width=1.0, length=1.0, centre=(x, 0.0, 0.0)) for x in (0.0, 1.0)]
     elastic = cg.materials.Elastic(young=1.0, poisson=0.3)
     bent = [leaf.k_refined((1, 1), [0.5], [0.5]) for leaf in leaves]
-    for contact in ("nodes", "gauss"):
-        shell = assemble_shell(bent, material=elastic, density=1.0, thickness=0.1, contact=contact)
+    plane = Symmetry("u0", np.array([1.0, 0.0, 0.0]))
+    for contact, leaves, symmetry in (("nodes", bent, ()), ("gauss", bent[:1], [plane])):
+        shell = assemble_shell(
+            leaves,
+            material=elastic,
+            density=1.0,
+            thickness=0.1,
+            contact=contact,
+            symmetry=symmetry,
+        )
         state = shell.start()
         shell.spread(shell.points(1.01 * state.points))
         pressed = shell.forces(state, 1.01 * state.points, state.points, 1e-3)
