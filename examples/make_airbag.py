@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 RADIUS = 350.0
-"""Of the discs as they are cut."""
+"""Radius of the discs as they are cut, mm."""
 RISE = 10.0
-"""By which the middle of the upper disc is above the lower one: a little volume to begin with."""
+"""Height of the middle of the upper disc over the lower one, mm: a little volume to begin with."""
 RINGS = 16
 
 

@@ -42,7 +42,7 @@ class BeltSpec(Spec):
     shortening: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
     """Share that the belt is shorter at rest than its path."""
     anchors: Anchors = Field(default_factory=lambda: [GROUND, GROUND])
-    """What holds its start and its end: "ground", a body, or "free"."""
+    """Holders of its start and its end: "ground", a body, or "free"."""
     damping: NotNegative = 0.0
 
     def named_bodies(self) -> Iterator[tuple[str, str]]:

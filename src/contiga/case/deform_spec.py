@@ -160,7 +160,7 @@ class DeformSpec(_MadeOf, MotionSpec):
     velocity: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
     """Of all nodes at the start that are not held."""
     bending: NotNegative = 1.0
-    """Of shells of splines, share of the bending stiffness of a solid sheet; 0 is a membrane."""
+    """Share of a solid sheet's bending stiffness that a shell of splines has; 0: a membrane."""
     damping: NotNegative = 0.0
     """α of a force −α m v on each node."""
     driven: list[DrivenSpec] = Field(default_factory=list)
@@ -169,7 +169,7 @@ class DeformSpec(_MadeOf, MotionSpec):
     """Lumped masses on nodes, beside those of the elements."""
     loads: list[NodalLoadSpec] = Field(default_factory=list)
     reference: ReferenceSpec | None = None
-    """Where no element is strained; where the slave stands if omitted."""
+    """Mesh on which no element is strained; the slave's own if omitted."""
     mass_scaling: Positive | None = None
     """Time that the critical step of the elements at rest is not to be shorter than."""
 

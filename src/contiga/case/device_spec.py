@@ -25,12 +25,12 @@ ForceOrRows = Annotated[float | list[list[float]], BeforeValidator(_number_or_li
 
 
 class LockSpec(Spec):
-    """What locks a retractor."""
+    """`lock = { trigger, rate }`: causes that lock a retractor."""
 
     trigger: Name | None = None
     """Name of a sensor with a trigger."""
     rate: Positive | None = None
-    """Of pay-out."""
+    """Rate of pay-out above which it locks, length / time."""
 
     def describe(self) -> str:
         """Say it in words."""
@@ -50,7 +50,7 @@ class RetractorSpec(MadeSpec[Retractor]):
     """Rows [paid out, force] once it is locked."""
 
     def arguments(self) -> dict[str, Any]:
-        """As `Retractor` takes them."""
+        """Return the arguments that `Retractor` takes."""
         given = {"trigger": self.lock.trigger, "rate": self.lock.rate}
         return given | {"spool": self.spool, "film": self.film}
 
@@ -91,7 +91,7 @@ class SlipRingSpec(MadeSpec[SlipRing]):
     friction: NotNegative = 0.0
 
     def arguments(self) -> dict[str, Any]:
-        """As `SlipRing` takes them."""
+        """Return the arguments that `SlipRing` takes."""
         return super().arguments() | {"name": self.name or ""}
 
     def describe(self) -> str:

@@ -78,7 +78,7 @@ class MixedGasSpec(OneGasSpec):
     """A gas in a mixture."""
 
     share: Positive
-    """Of the mass."""
+    """Share of the mass of the mixture."""
 
 
 GasKind = Annotated[Literal["air"] | OneGasSpec | list[MixedGasSpec], BeforeValidator(_a_gas)]

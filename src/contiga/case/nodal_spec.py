@@ -55,9 +55,9 @@ class EdgeSpec(Spec):
     """`edge = { name, patch }`: of a slave of splines; the name alone where it has one patch."""
 
     name: Literal["u0", "u1", "v0", "v1"]
-    """Where u or v begins or ends."""
+    """Side of the patch where u or v begins (0) or ends (1)."""
     patch: Annotated[int, Field(ge=0)] | None = None
-    """In the order of the geometry, from 0."""
+    """Number of the patch in the geometry, from 0."""
 
 
 def _name_alone(value: Any) -> Any:

@@ -130,7 +130,7 @@ class SlaveSpec(Spec):
     name: Name
     points: PointsSpec | None = None
     geometry: GeometrySpec | None = None
-    """In place of `points`: patches, of which the slave is a surface of splines."""
+    """Patches that make the slave a surface of splines; stands in place of `points`."""
     refine: RefineSpec | None = None
     """Degree and elements of a `geometry`."""
     mesh: Sampling | None = None
@@ -145,7 +145,7 @@ class SlaveSpec(Spec):
 
     @property
     def source(self) -> Placed:
-        """What its points are made from."""
+        """Source of its points: `points` or `geometry`."""
         source = self.points or self.geometry
         assert source is not None
         return source

@@ -14,7 +14,7 @@ from contiga.errors import CaseError, FileError
 from contiga.records import FloatArray
 
 ARRAYS = "times", "control_points"
-"""Of a file."""
+"""Names of the arrays in a file."""
 
 
 class ShapeSpec(MadeSpec[ControlPoints], MotionSpec):

@@ -39,7 +39,7 @@ class RefineSpec(Spec):
 
     @property
     def made(self) -> Refinement:
-        """As patches take it."""
+        """Return the refinement as patches take it."""
         elements = None if self.elements is None else (self.elements[0], self.elements[1])
         return Refinement(self.degree, elements, self.size)
 

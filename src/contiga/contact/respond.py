@@ -165,7 +165,7 @@ class PreviousStep:
 
 
 def feet_carried(past: PreviousStep) -> Column:
-    """Where the feet of the last step are now, body axes, carried along by the surface."""
+    """Return where the surface has carried the feet of the last step, (n, 3) in body axes."""
     rows, feet = past.state.kept.foot_B
     if past.shape is not None:
         feet = feet + (past.points[rows] - past.state.points_B[rows])

@@ -55,7 +55,7 @@ class Moment(NamedTuple):
 
 
 class DeviceState(NamedTuple):
-    """Where the devices of a segment have come to."""
+    """State of the devices of a segment."""
 
     paid_out: float = 0.0
     """Length that they have let out since the start, less what they have pulled in."""
@@ -195,7 +195,7 @@ class LoadLimiter:
 
 @dataclass(frozen=True, init=False, eq=False)
 class Pretensioner:
-    """What pulls in webbing once a trigger has fired.
+    """A pretensioner, which pulls in webbing once a trigger has fired.
 
     Parameters
     ----------
@@ -264,7 +264,7 @@ class Pretensioner:
 
 
 class Devices(NamedTuple):
-    """What a segment has at its end; None of what it has not."""
+    """Devices at the end of a segment; None for each that it has not."""
 
     retractor: Retractor | None = None
     limiter: LoadLimiter | None = None
@@ -341,7 +341,7 @@ class Webbing:
         assert spool is not None
 
         def surplus(x: float) -> tuple[float, float]:
-            """Of the spool's force over the tension, over the elongation of the webbing."""
+            """Return the spool's force less the tension at an elongation, and the slope."""
             webbing, (force, slope, _) = self._at(old, x), spool.at(reach - x)
             return force - webbing.force, -slope - webbing.stiffness
 
@@ -373,7 +373,7 @@ class Webbing:
             level = min(strength, yields)
 
             def short(more: float) -> tuple[float, float]:
-                """Of the tension, over what is pulled in."""
+                """Return how much tension is missing once more is pulled in, and the slope."""
                 there = self._at(old, x + more)
                 return level - there.force, -there.stiffness
 
@@ -389,7 +389,7 @@ class Webbing:
             assert slider is not None
 
             def over(way: float) -> tuple[float, float]:
-                """Of the tension over what film and limiter hold, over their travel."""
+                """Return the tension less what film and limiter hold at a travel, and the slope."""
                 there, (limit, slope, _) = self._at(old, x - way), slider.line.at(travel + way)
                 return there.force - limit, -there.stiffness - slope
 
@@ -449,7 +449,7 @@ def _table_line(rows: FloatArray) -> Line:
 
 
 def root(falling: Callable[[float], tuple[float, float]], low: float, width: float) -> float:
-    """Where a function that never rises is zero, at `low` or above; `low` if it is not above zero.
+    """Find the zero of a function that never rises, at `low` or above; `low` if it starts below.
 
     Newton's method between bounds, which is exact where the function is piecewise linear.
 

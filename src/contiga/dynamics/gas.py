@@ -296,10 +296,10 @@ class GasState(NamedTuple):
 
 
 class Exposed(NamedTuple):
-    """What no body covers of the fabric around a chamber."""
+    """Fabric and vents of a chamber that no body covers."""
 
     area: float
-    """Of its facets that leak."""
+    """Area of its facets that leak, length²."""
     vents: FloatArray
     """(v,) shares of its vents."""
 
@@ -310,21 +310,21 @@ class Opening(NamedTuple):
     here: int
     """Number of the chamber."""
     there: int | None
-    """Of the chamber that it leads to; None for the surroundings."""
+    """Number of the chamber that it leads to; None for the surroundings."""
     vent: int | None
     """Number of the vent; None of fabric."""
 
 
 @dataclass(slots=True)
 class _Content:
-    """What is in a chamber in the course of a step; changed in place."""
+    """Contents of a chamber in the course of a step; changed in place."""
 
     masses: list[float]
     """(k,) of each gas of all chambers."""
     energy: float
     volume: float
     temperature: float
-    """Of these masses with this energy."""
+    """Temperature that these masses have with this energy, kelvin."""
     came: float
     """Enthalpy since the start, with the next."""
     left: float
@@ -342,7 +342,7 @@ class _Side(NamedTuple):
 
 
 class _Flow(NamedTuple):
-    """What goes through an opening."""
+    """Flow through an opening."""
 
     rate: float
     """Mass by time that goes out of its chamber, below zero where it comes in."""
@@ -502,7 +502,7 @@ class Chambers:
         return energy, slope
 
     def _enthalpy(self, shares: Sequence[float], temperature: float) -> float:
-        """By mass, of a mixture."""
+        """Return the enthalpy by mass of a mixture."""
         pairs = zip(shares, self.gases, strict=True)
         return sum(share * gas.enthalpy(temperature) for share, gas in pairs if share != 0.0)
 
@@ -600,7 +600,7 @@ class Chambers:
             left = left - part if part < left else 0.0
 
     def _evening(self, now: list[_Content], opening: Opening, source: _Side) -> float:
-        """By how much a mass that flows lessens the difference of the pressures."""
+        """Return how much the difference of the pressures falls by mass that flows."""
         enthalpy, constant = (
             self._enthalpy(source.shares, source.temperature),
             self._constant(source.shares),
@@ -620,7 +620,7 @@ class Chambers:
     def _flow(
         self, now: list[_Content], opening: Opening, exposed: Sequence[Exposed], time: float
     ) -> _Flow:
-        """What goes through an opening; a vent that opens is marked."""
+        """Return the flow through an opening; mark a vent that opens."""
         here, k, there = opening.here, opening.vent, opening.there
         inside = self._inside(now[here])
         behind = self._outside(here) if there is None else self._inside(now[there])

@@ -19,7 +19,7 @@ from contiga.dynamics.tables import as_table
 from contiga.errors import InputError
 
 WHOLE = 1e-6
-"""By which the shares of a mixture may miss one."""
+"""Tolerance of the sum of the shares of a mixture."""
 SAMPLES = 257
 """Temperatures at which a polynomial is checked."""
 

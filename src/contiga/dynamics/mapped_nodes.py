@@ -320,7 +320,7 @@ class MappedNodes(NodeMover):
         return self.own.shaken(self._of(state))
 
     def kinetic_between(self, last: SlaveState, now: SlaveState, dt: float) -> float:
-        """By the way of the degrees of freedom."""
+        """Return the kinetic energy that follows from the way of the degrees of freedom."""
         return self.own.kinetic_between(self._of(last), self._of(now), dt)
 
     def steered(

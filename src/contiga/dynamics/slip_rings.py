@@ -22,14 +22,14 @@ from contiga.laws.law import not_negative
 
 
 class SlipRingState(NamedTuple):
-    """Where a slip ring has come to."""
+    """State of a slip ring."""
 
     slipped: float = 0.0
     """Length that went from the first segment into the second since the start."""
     friction: float = 0.0
     """Energy lost since the start."""
     angle: float = 0.0
-    """By which the webbing turns, radians."""
+    """Angle by which the webbing turns, radians."""
 
 
 @dataclass(frozen=True, init=False, eq=False)

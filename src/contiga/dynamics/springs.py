@@ -58,7 +58,7 @@ class SpringState(NamedTuple):
     damping: float
     """Taken by the damper since the start."""
     devices: DeviceState = DeviceState()
-    """Where the devices at its end have come to."""
+    """State of the devices at its end."""
 
     @property
     def pull(self) -> FloatArray:
@@ -271,7 +271,7 @@ class Spring:
         )
 
     def moved(self, last: SpringState, length: float, fed: float, moment: Moment) -> Moved:
-        """What a segment of a length comes to in a step from `last` in which webbing is `fed`."""
+        """Step a segment from `last` to a `length`, while rings feed the length `fed` into it."""
         old = self.elongation(last), last.memory
         both = last.devices.fed + fed
         return self._webbing.move(old, last.devices, length - self.length, both, moment)

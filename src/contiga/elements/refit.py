@@ -42,7 +42,7 @@ class Alike(NamedTuple):
 
     maps: tuple[PatchMap, ...]
     rows: IndexArray
-    """Of their elements."""
+    """Rows of their elements."""
     poles: NDArray[np.bool_]
     """(rows, 4) sides that are one point."""
 
@@ -72,7 +72,7 @@ class Refit(NamedTuple):
 
 
 def refit_of(body: Faces, net: ControlNet, elements: Elements, grid: Grid) -> Refit:
-    """What of `elements` stays as the control points of `body` move.
+    """Collect what stays of `elements` as the control points of `body` move.
 
     Across a knot line the surface stays as smooth as the knots say; a joint of patches, a seam or
     a pole that is smooth at rest may get a kink, so each counts as one.

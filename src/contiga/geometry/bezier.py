@@ -43,7 +43,7 @@ class Extraction(NamedTuple):
     """The map from the control points of a surface to the coefficients of its elements."""
 
     rows: tuple[refine.Rows, refine.Rows]
-    """In u and in v."""
+    """Rows of the maps in u and in v."""
     windows: tuple[IndexArray, IndexArray]
     """(nu, p + 1) and (nv, q + 1) mapped control points of each element; neighbours share one."""
     breaks: tuple[FloatArray, FloatArray]

@@ -72,7 +72,7 @@ class Run(NamedTuple):
     steps: Columns = {}  # noqa: RUF012 (read only)
     """Why steps were as long as they were, by name; empty of steps that were given."""
     slip_rings: dict[str, Columns] = {}  # noqa: RUF012 (read only)
-    """What is told of slip rings, by ring and name."""
+    """Columns of slip rings, by ring and name."""
 
     def told(self, part: str) -> dict[str, Any]:
         """A part of the summary; empty where it has none."""

@@ -48,7 +48,7 @@ def spring_table(run: Run) -> str:
 
 
 def device_table(run: Run) -> str:
-    """Of each spring with devices what they let out and pulled in, and when they changed; else
+    """Tabulate what the devices of springs let out and pulled in, and when they changed; else
     empty."""
     units, rows = run.units, []
     for name, columns in run.springs.items():
@@ -75,7 +75,7 @@ def _when(facts: Mapping[str, Any], event: str, unit: str) -> str:
 
 
 def slip_ring_table(run: Run) -> str:
-    """Of each slip ring how far webbing slipped, and what that took; else empty."""
+    """Tabulate how far webbing slipped through rings, and the energy that took; else empty."""
     units, rows = run.units, []
     for name, columns in run.slip_rings.items():
         facts = run.told("slip_rings").get(name) or {}

@@ -29,7 +29,7 @@ TURN = 0.15
 SHARP = 1e-6
 """Radius that sharp edges are rounded by at the end, as a share of the length."""
 SHRINK = 0.25
-"""Of that radius from one level to the next."""
+"""Factor on that radius from one level to the next."""
 PENALTY = 1e4
 """Stiffness of an active constraint over that of the two chords beside it."""
 STEPS = 100
@@ -44,7 +44,7 @@ side, as over a ball through its middle, to which curvature leaves no stiffness 
 ADDED = 20
 """Times that points are added at one radius."""
 PIECES = 8
-"""Of a chord that cuts off an edge, each time."""
+"""Parts that a chord which cuts off an edge is split into."""
 
 
 class Tight(NamedTuple):
@@ -59,7 +59,7 @@ class Tight(NamedTuple):
 
 
 class _Constraints(NamedTuple):
-    """Where interior points are kept outside, one row a pair of a point and a body."""
+    """Constraints that keep interior points outside, one row a pair of a point and a body."""
 
     point: NDArray[np.intp]
     gap: FloatArray

@@ -135,7 +135,7 @@ def extent_of(points: FloatArray) -> float:
 
 @once
 def deformable_of(body: Faces) -> Deformable:
-    """What the shapes of `body` have in common, worked out at the first call.
+    """Return what the shapes of `body` have in common, worked out at the first call.
 
     Raises
     ------

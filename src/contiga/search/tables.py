@@ -57,7 +57,7 @@ def check_size(body: Faces) -> None:
 
 
 def check_extent(size: float, name: str) -> None:
-    """As `check_size`, of a body `name` of this size."""
+    """Check as `check_size` does, for a body `name` of this size."""
     if not SMALLEST <= size <= LARGEST:
         raise GeometryError(
             "the body's size cannot be computed with",

@@ -58,7 +58,7 @@ class Skin(NamedTuple):
     """(f,) of each vent the facets it is in; None where it is in none."""
 
     def closed(self, points: FloatArray) -> Closed:
-        """What the facets close with the slave's nodes at points (n, 3)."""
+        """Measure what the facets close with the slave's nodes at points (n, 3)."""
         count = len(self.rows)
         gradient, stiffness = np.zeros((count, 3)), np.zeros(count)
         areas = np.empty(len(self.corners))
@@ -66,7 +66,7 @@ class Skin(NamedTuple):
         return Closed(volume, gradient, stiffness, areas)
 
     def exposed(self, areas: FloatArray, covered: FloatArray) -> Exposed:
-        """What is open of facets of areas (f,) of which shares (f,) are covered."""
+        """Return what is open of facets of areas (f,), of which shares (f,) are covered."""
         free = areas * (1.0 - covered)
         shares = [
             1.0 if on is None else float(free[on].sum() / areas[on].sum()) for on in self.vents
@@ -114,7 +114,7 @@ class GasSystem:
         return names
 
     def closed(self, name: str, points: FloatArray) -> Closed:
-        """What the facets of a chamber close; found once for the nodes of a state, which the step
+        """Measure what the facets of a chamber close, once for the nodes of a state, which the step
         and its bound ask for."""
         last = self._last.get(name)
         if last is None or last[0] is not points:

@@ -200,7 +200,7 @@ class Model(Displayed):
 
     @cached_property
     def fired_kinks(self) -> Mapping[str, FloatArray]:
-        """By sensors with a trigger: times since it fires at which what it fires bends."""
+        """Times, since each sensor's trigger fires, at which what it fires bends."""
         kinks: dict[str, list[FloatArray]] = {one.name: [np.zeros(1)] for one in self.triggered}
         for spring in self.springs.values():
             if (pretensioner := spring.devices.pretensioner) is not None:

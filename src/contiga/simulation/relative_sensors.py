@@ -35,7 +35,7 @@ def relative_columns(
 def between_columns(
     model: Model, sensor: RelativeSensor, state: SystemState, last: SystemState | None
 ) -> dict[str, float]:
-    """What one of them says."""
+    """Return the columns of one sensor."""
     roots = [model.mechanism.root_of(body) for body in sensor.between]
     starts = [model.origins[i] for i in roots]
     poses = [state.bodies.poses[i] for i in roots]

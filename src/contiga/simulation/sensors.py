@@ -38,7 +38,7 @@ def sensor_columns(model: Model, state: SystemState, last: SystemState | None) -
 def point_columns(
     model: Model, sensor: Sensor, state: SystemState, last: SystemState | None
 ) -> dict[str, float]:
-    """What one of them says."""
+    """Return the columns of one sensor."""
     columns: dict[str, float] = {}
     i = model.mechanism.root_of(sensor.body)
     pose, twist = state.bodies.poses[i], state.bodies.twists[i]

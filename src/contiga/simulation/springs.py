@@ -46,7 +46,7 @@ SETTLED = 1e-15
 
 
 class Ends(NamedTuple):
-    """Where the ends of a spring are."""
+    """Places of the ends of a spring."""
 
     places: FloatArray
     """(2, 3) world."""
@@ -157,7 +157,7 @@ def _slips(
 
 
 def _angle(sides: tuple[RingSide, RingSide], ends: Mapping[str, Ends]) -> float:
-    """By which the webbing turns between two segments, radians from 0 to π."""
+    """Return the angle by which the webbing turns between two segments, radians from 0 to π."""
     ways = []
     for name, end in sides:
         places = ends[name].places
@@ -217,7 +217,7 @@ def spring_columns(model: Model, state: SystemState) -> dict[str, float]:
 
 
 def spring_summary(model: Model, history: Mapping[str, FloatArray]) -> dict[str, dict[str, Any]]:
-    """What a reader of the files needs to know of the springs, by name; of devices the times of the
+    """Return what a reader of the files needs of the springs, by name; of devices the times of the
     first rows that find them locked and released, None where they never are."""
     springs: dict[str, dict[str, Any]] = {}
     for name, spring in model.springs.items():

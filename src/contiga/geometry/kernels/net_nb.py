@@ -38,13 +38,13 @@ class NetPatch(NamedTuple):
     """A patch of a body whose control points are rows of one array."""
 
     surface: SurfaceArrays
-    """At rest: degrees, knots and weights are asked for."""
+    """Surface at rest, of which degrees, knots and weights are asked for."""
     control: np.ndarray
     """(n, m) rows."""
 
 
 class Frame(NamedTuple):
-    """Of a surface at a place."""
+    """Axes of a surface at a place."""
 
     normal: tuple[float, float, float]
     dual_u: tuple[float, float, float]
