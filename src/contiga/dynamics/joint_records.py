@@ -46,7 +46,13 @@ class JointTable(NamedTuple):
     axes_B: FloatArray
     """(g, 2, 3, 3) the markers' axes, one a row, axes of the bodies."""
     constraints: IntRows
-    """(m, 4) joint, kind, i, j."""
+    """(m, 4) joint, kind, i, j; those of a joint stand together."""
+    first: IntRows
+    """(m,) first row that each one is coupled with, by bodies or in the factor: its envelope."""
+    full: IntRows
+    """(m,) the same of a full matrix."""
+    couples: IntRows
+    """(p, 6) rows i0 to i1 at their side of a free body, and rows j0 to j1 at theirs, j0 ≤ i0."""
     coordinates: IntRows
     """(c, 2) joint, kind."""
     size: FloatArray

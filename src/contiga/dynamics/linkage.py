@@ -82,6 +82,42 @@ class Law(NamedTuple):
     law: JointLaw
 
 
+class _Constraints(NamedTuple):
+    """The constraint rows of all joints, as the fields of a `JointTable`."""
+
+    constraints: NDArray[np.int32]
+    first: NDArray[np.int32]
+    full: NDArray[np.int32]
+    couples: NDArray[np.int32]
+
+
+def _constraints(joints: Mapping[str, Joint], rows: NDArray[np.int32]) -> _Constraints:
+    """Constraint rows in an order that keeps the envelope of their matrix small (E. Cuthill and
+    J. McKee, 1969), and which of them free bodies couple, by their `rows` (g, 2)."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+    shared = (rows[:, None, :, None] == rows[None, :, None, :]) & (rows >= 0)[:, None, :, None]
+    order = reverse_cuthill_mckee(csr_array(shared.any(axis=(2, 3))), symmetric_mode=True)
+    kinds = [KINDS[joint.kind].rows for joint in joints.values()]
+    constraints = [(g, *row) for g in order.tolist() for row in kinds[g]]
+    counts = np.array([len(kinds[g]) for g in order], np.intp)
+    ends = np.concatenate([[0], np.cumsum(counts)])
+    first, couples = np.zeros(len(constraints), np.int32), []
+    for p, g in enumerate(order):
+        first[ends[p] : ends[p + 1]] = ends[p]
+        for q, f in enumerate(order[: p + 1]):
+            for side, other in np.argwhere(shared[g, f]).tolist():
+                couples.append((ends[p], ends[p + 1], side, ends[q], ends[q + 1], other))
+                first[ends[p] : ends[p + 1]] = np.minimum(first[ends[p]], ends[q])
+    return _Constraints(
+        np.array(constraints, np.int32).reshape(-1, 4),
+        first,
+        np.zeros_like(first),
+        np.array(couples, np.int32).reshape(-1, 6),
+    )
+
+
 def joint_ends(
     joints: Mapping[str, Joint], index: Mapping[str, int], root: NDArray[np.intp]
 ) -> NDArray[np.int32]:
@@ -150,7 +186,7 @@ class Linkage:
     ) -> None:
         self.joints, self.names, self.fixed = joints, list(joints), fixed
         points, axes = np.empty((len(joints), 2, 3)), np.empty((len(joints), 2, 3, 3))
-        constraints, coordinates = [], []
+        coordinates: list[tuple[int, int]] = []
         self.coordinates: list[tuple[str, str]] = []
         """(joint, coordinate) by the numbers of the coordinates."""
         self.laws: list[Law] = []
@@ -163,7 +199,6 @@ class Linkage:
                     points[g, side] = product(R.T, marker.point - origin)
                     axes[g, side] = product(marker.axes, R)
             kind = KINDS[joint.kind]
-            constraints += [(g, *row) for row in kind.rows]
             for coordinate, number in kind.coordinates.items():
                 law = joint.laws.get(coordinate)
                 if law is not None:
@@ -172,6 +207,8 @@ class Linkage:
                 coordinates.append((g, number))
                 starts.append(0.0 if law is None else law.start)
         self._starts = np.array(starts, np.float64)
+        self.bodies = frozenset(bodies.ravel().tolist())
+        """Numbers of the bodies that have joints; −1 of the ground."""
         # Arms of the bodies' centres and distances of the joints, whichever are larger.
         size = 0.0
         for g in range(len(joints)):
@@ -186,7 +223,7 @@ class Linkage:
             rows,
             points,
             axes,
-            np.array(constraints, np.int32).reshape(-1, 4),
+            *_constraints(joints, rows),
             np.array(coordinates, np.int32).reshape(-1, 2),
             np.array([size]),
         )

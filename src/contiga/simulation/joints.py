@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from contiga.dynamics.linkage import OPEN, JointStates
@@ -69,7 +71,7 @@ def reacting(
     """
     linkage, system = model.linkage, model.mechanism
     accelerations = np.zeros((len(system.index), 6))
-    for i in {*linkage.table.bodies.ravel().tolist()} & system.driven.keys():
+    for i in linkage.bodies & system.driven.keys():
         accelerations[i] = driven_acceleration(model, i, last, bodies, time)
     kinetic, reactions = linkage.react(free, bodies.poses, bodies.twists, accelerations)
     twists = bodies.twists.copy()
@@ -121,3 +123,11 @@ def joint_columns(model: Model, state: SystemState) -> dict[str, float]:
         for column, value in zip(OF_JOINT_LAWS, values, strict=True):
             columns[f"{name}.{coordinate}_{column}"] = value
     return columns
+
+
+def joint_summary(model: Model) -> dict[str, dict[str, Any]]:
+    """Return what a reader of the files needs to know of joints, by name."""
+    return {
+        name: {"kind": joint.kind, "between": list(joint.between)}
+        for name, joint in model.joints.items()
+    }

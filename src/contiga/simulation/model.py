@@ -18,7 +18,7 @@ from contiga.dynamics.free import Dependent, Free, is_driven
 from contiga.dynamics.gas import Chamber
 from contiga.dynamics.joints import Joint
 from contiga.dynamics.kinks import united
-from contiga.dynamics.linkage import Fit, Linkage, check_fit, joint_ends
+from contiga.dynamics.linkage import OPEN, Fit, Linkage, check_fit, joint_ends
 from contiga.dynamics.loads import Load
 from contiga.dynamics.prescribed import BodyMotion, SlaveMotion, kinks_in, pose_at
 from contiga.dynamics.pulses import check_covers
@@ -475,6 +475,18 @@ def check_joints(model: Model) -> None:
                 allowed="not that of a body, a contact, a spring, a slip ring, a gas or a sensor",
             )
     check_fit(model.linkage, model.fit)
+    still = () if model.settling is None else model.settling.bodies
+    for k, i in enumerate(model.mechanism.free):
+        name = list(model.bodies)[i]
+        off = max(float(model.fit.moved[k]) / float(model.linkage.table.size[0]), model.fit.turned[k])
+        if model.settling is not None and name not in still and off > OPEN:
+            raise InputError(
+                "its joints have it elsewhere than it stands, and it is not to settle: "
+                f"{model.fit.moved[k]:.4g} away, turned by {model.fit.turned[k]:.4g} rad",
+                where="settle: bodies",
+                found=name,
+                remedy="Place it where its joints have it, or let it come to rest as well",
+            )
 
 
 def check_triggers(model: Model) -> None:

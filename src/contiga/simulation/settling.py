@@ -25,13 +25,14 @@ from contiga.dynamics.free import Attached, Dependent, Free
 from contiga.dynamics.nodes import Imbalance
 from contiga.dynamics.prescribed import Fixed, Moved, Stopped
 from contiga.dynamics.rigid_bodies import Placed, kicked
-from contiga.dynamics.springs import Spring
+from contiga.dynamics.springs import GROUND, Spring
 from contiga.dynamics.stepping import GivenTimes
 from contiga.errors import InputError, RunError
 from contiga.rigid.rigid_lanes import FORCE, MASS, MOMENTUM, SPINS, TORQUE, VELOCITY, WAYS
 from contiga.rigid.twist import still
 from contiga.simulation.clock import Clock
 from contiga.simulation.critical import check_stable, limit_of
+from contiga.simulation.joints import joint_states, reacting
 from contiga.simulation.model import BodyPart, Model, SlavePart
 from contiga.simulation.settle import Rest, Settle
 from contiga.simulation.step import (
@@ -147,6 +148,12 @@ def _resting(model: Model, settle: Settle) -> Model:
         elif isinstance(way, Free):
             resting = Moved(slave.points, Fixed())
         slaves[name] = SlavePart(slave, resting)
+    names, system = list(model.bodies), model.mechanism
+
+    def settles(end: str) -> bool:
+        return end != GROUND and names[system.root_of(end)] in settle.bodies
+
+    joints = {name: one for name, one in model.joints.items() if any(map(settles, one.between))}
     return Model(
         bodies=bodies,
         slaves=slaves,
@@ -155,6 +162,7 @@ def _resting(model: Model, settle: Settle) -> Model:
         gravity=model.gravity,
         springs={name: spring.resting() for name, spring in model.springs.items()},
         slip_rings=model.slip_rings,
+        joints=joints,
         loads=tuple(load.at_time(start) for load in model.loads),
         units=model.units,
         gas={name: chamber.resting() for name, chamber in model.gas.items()},
@@ -244,9 +252,21 @@ def _taken_up(
     }
     rings = {name: one._replace(friction=0.0) for name, one in at_rest.slip_rings.items()}
     gas = model.chambers.taken_up(at_rest.gas)
-    between = Acting(contacts, springs, gas, rings)
+    joints = None
+    if model.joints:
+        joints = joint_states(model, None, bodies)
+        of = {law[:2]: k for k, law in enumerate(resting.linkage.laws)}
+        for k, law in enumerate(model.linkage.laws):
+            if law[:2] in of:  # what hysteresis and friction remember
+                one = at_rest.joints.law(of[law[:2]])
+                still_law = one._replace(force=one.force - one.damper, damper=0.0)
+                joints.laws[k] = law.law.begun(still_law)
+    between = Acting(contacts, springs, gas, rings, joints)
     acting = wrenches(model, between, standing)
     kinetic = kicked(placed, system.fixed, acting[system.free], 0.0)
+    if joints is not None:
+        kinetic, joints = reacting(model, None, joints, placed, bodies, start, acting)
+        between = between._replace(joints=joints)
     inside = [nodes.energy(slaves[name]) for name, nodes in system.nodes.items()]
     energy = energy_of(between, inside, kinetic, 0.0, None)
     begun = SystemState(
@@ -259,6 +279,7 @@ def _taken_up(
         wrenches=acting,
         springs=springs,
         slip_rings=rings,
+        joints=joints,
         gas=gas,
         peak_energy=energy.total,
         rest=rest,

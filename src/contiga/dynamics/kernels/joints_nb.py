@@ -46,10 +46,12 @@ from contiga.dynamics.kernels.rigid_body_nb import (
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
 from contiga.rigid.rigid_lanes import (
+    AXES,
     CENTRE,
     CENTRE_B,
     FORCE,
     MASS,
+    MOMENTS,
     MOMENTUM,
     SPINS,
     TORQUE,
@@ -152,12 +154,23 @@ def _derive(table, work, rows, fixed):
     """G and M⁻¹ Gᵀ where the markers are, and the inverse inertias of free bodies."""
     tensor, unit = scratch(3, 3), scratch(3)
     for b in range(rows.shape[0]):
+        q, one, inverse = rows[b, TURN : TURN + 4], fixed[b], work.inverse[b]
+        if one[SPINS] + one[SPINS + 1] + one[SPINS + 2] == 3.0:
+            for i in range(3):
+                for j in range(3):
+                    inverse[i, j] = 0.0
+            for k in range(3):
+                a = direction(q, one[AXES + k], one[AXES + 3 + k], one[AXES + 6 + k])
+                for i in range(3):
+                    for j in range(3):
+                        inverse[i, j] += a[i] * a[j] / one[MOMENTS + k]
+            continue
         for k in range(3):
             for i in range(3):
                 unit[i] = 1.0 * (i == k)
-            d = spin_of(rows[b, TURN : TURN + 4], fixed[b], unit, tensor)
+            d = spin_of(q, one, unit, tensor)
             for i in range(3):
-                work.inverse[b, i, k] = d[i]
+                inverse[i, k] = d[i]
     force, moment, way = scratch(3), scratch(3), scratch(3)
     turn = scratch(3)
     for m in range(table.constraints.shape[0]):
@@ -195,31 +208,26 @@ def _factor(table, work):
     """The factor of G M⁻¹ Gᵀ, scaled; answers its rank."""
     n, matrix, scale = table.constraints.shape[0], work.matrix, work.scale
     for i in range(n):
-        g = table.constraints[i, 0]
-        for j in range(i + 1):
-            f, total = table.constraints[j, 0], 0.0
-            for side in range(2):
-                row = table.rows[g, side]
-                if row < 0:
-                    continue
-                for other in range(2):
-                    if table.rows[f, other] == row:
-                        for k in range(6):
-                            total += work.jacobian[i, side, k] * work.weighted[j, other, k]
-            matrix[i, j] = total
+        for j in range(table.first[i], i + 1):
+            matrix[i, j] = 0.0
+    for p in range(table.couples.shape[0]):
+        i0, i1, side, j0, j1, other = table.couples[p]
+        for i in range(i0, i1):
+            for j in range(j0, min(j1, i + 1)):
+                total = 0.0
+                for k in range(6):
+                    total += work.jacobian[i, side, k] * work.weighted[j, other, k]
+                matrix[i, j] += total
     for i in range(n):
         scale[i] = 1.0 / math.sqrt(matrix[i, i]) if matrix[i, i] > 0.0 else 0.0
-    for i in range(n):
-        for j in range(i + 1):
-            matrix[i, j] *= scale[i] * scale[j]
     rank = 0
     for i in range(n):
-        first = 0
-        while first < i and matrix[i, first] == 0.0:
-            first += 1
+        first = table.first[i]
+        for j in range(first, i + 1):
+            matrix[i, j] *= scale[i] * scale[j]
         for j in range(first, i):
             total = matrix[i, j]
-            for k in range(first, j):
+            for k in range(max(first, table.first[j]), j):
                 total -= matrix[i, k] * matrix[j, k]
             matrix[i, j] = total / matrix[j, j] if matrix[j, j] > 0.0 else 0.0
         pivot = matrix[i, i]
@@ -231,19 +239,21 @@ def _factor(table, work):
         else:
             matrix[i, i] = 0.0
     if rank < n:
-        _factor_gram(work.matrix, work.gram)
+        _factor_gram(table, work)
     return rank
 
 
 @inner(linked=False, error_model="numpy")
-def _factor_gram(matrix, gram):
+def _factor_gram(table, work):
     """The factor of Lᵀ L; of columns that are left out it is one."""
+    matrix, gram = work.matrix, work.gram
     n = matrix.shape[0]
     for i in range(n):
         for j in range(i + 1):
             total = 0.0
             for k in range(i, n):
-                total += matrix[k, i] * matrix[k, j] * (matrix[i, i] > 0.0) * (matrix[j, j] > 0.0)
+                if table.first[k] <= j and matrix[i, i] > 0.0 and matrix[j, j] > 0.0:
+                    total += matrix[k, i] * matrix[k, j]
             gram[i, j] = total
         if matrix[i, i] == 0.0:
             gram[i, i] = 1.0
@@ -256,22 +266,22 @@ def _factor_gram(matrix, gram):
 
 
 @inner(error_model="numpy")
-def _substitute(lower, x):
-    """The solution of L Lᵀ x = x, in place."""
+def _substitute(lower, first, x):
+    """The solution of L Lᵀ x = x, in place; rows of L begin at their `first` (m,)."""
     n = x.shape[0]
     for i in range(n):
         total = x[i]
-        for k in range(i):
+        for k in range(first[i], i):
             total -= lower[i, k] * x[k]
         x[i] = total / lower[i, i]
     for i in range(n - 1, -1, -1):
         x[i] /= lower[i, i]
-        for k in range(i):
+        for k in range(first[i], i):
             x[k] -= lower[i, k] * x[i]
 
 
 @inner(linked=False, error_model="numpy")
-def _solve(work, rank):
+def _solve(table, work, rank):
     """Multipliers of G M⁻¹ Gᵀ λ = −right."""
     n, right, out = work.right.shape[0], work.right, work.multipliers
     for i in range(n):
@@ -279,21 +289,22 @@ def _solve(work, rank):
     if rank == n:
         for i in range(n):
             out[i] = right[i]
-        _substitute(work.matrix, out)
+        _substitute(work.matrix, table.first, out)
     else:
         lower = work.matrix
         for i in range(n):
             out[i] = 0.0
             if lower[i, i] > 0.0:
                 for k in range(i, n):
-                    out[i] += lower[k, i] * right[k]
-        _substitute(work.gram, out)
-        _substitute(work.gram, out)
+                    if table.first[k] <= i:
+                        out[i] += lower[k, i] * right[k]
+        _substitute(work.gram, table.full, out)
+        _substitute(work.gram, table.full, out)
         for i in range(n):
             right[i] = out[i]
         for i in range(n):
             out[i] = 0.0
-            for k in range(i + 1):
+            for k in range(table.first[i], i + 1):
                 if lower[k, k] > 0.0:
                     out[i] += lower[i, k] * right[k]
     for i in range(n):
@@ -339,7 +350,7 @@ def fit(rows, poses, fixed, table, work):
             break
         before = off
         _derive(table, work, rows, fixed)
-        _solve(work, _factor(table, work))
+        _solve(table, work, _factor(table, work))
         _shift(table, work, work.weighted)
         for b in range(rows.shape[0]):
             for k in range(3):
@@ -372,7 +383,7 @@ def close(last, last_poses, free, poses, fixed, h, table, work):
         if off <= CLOSED or (off <= ROUNDING and off >= before) or not off < math.inf:
             break
         before = off
-        _solve(work, rank)
+        _solve(table, work, rank)
         _kick(table, work, rows, fixed, 1.0 / h)
         for b in range(rows.shape[0]):
             row = rows[b]
@@ -529,12 +540,12 @@ def react(free, poses, twists, accelerations, fixed, table, work, reactions):
     for _ in range(2):  # the second takes back the rounding of the first
         _marker_rates(table, work, rows, fixed, poses, twists)
         _row_rates(table, work)
-        _solve(work, rank)
+        _solve(table, work, rank)
         _kick(table, work, rows, fixed, 1.0)
     _marker_rates(table, work, rows, fixed, poses, twists)
     _marker_accelerations(table, work, rows, fixed, poses, accelerations)
     _row_accelerations(table, work)
-    _solve(work, rank)
+    _solve(table, work, rank)
     _shift(table, work, work.jacobian)
     energy = 0.0
     for b in range(rows.shape[0]):
