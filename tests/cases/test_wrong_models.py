@@ -127,7 +127,7 @@ BEFORE = [
     wrong("one step right in", PRESSED, "step", "in the one step to t = 5", "shorter",
           step="step = 5.0", table="[[0, 0, 0, 0], [5, 0, 0, -14.9], [10, 0, 0, -19]]",
           ball=sphere(50.0, 50.1)),
-    wrong("a body nobody touches", PRESSED, "unused", "no contact, spring, load or sensor",
+    wrong("a body nobody touches", PRESSED, "unused", "no contact, spring, joint, load or sensor",
           slave='[[body]]\nname = "wall"\ngeometry = { shape = "plane", width = 1.0, '
           'length = 1.0 }\n[[contact]]'),
     wrong("a slave nobody touches", PRESSED, "unused", "slave dust",

@@ -64,8 +64,7 @@ class Fit(NamedTuple):
     misfit: float
     """Largest that is left, over the size of the mechanism."""
     gaps: Mapping[str, float]
-    """Length by which points, or sine of the angle by which axes are apart that are left, by
-    joint; of those that do not close."""
+    """Largest misfit of each joint that does not close: length, or sine of an angle."""
     redundant: int
     """Number of constraint rows that depend on others."""
     dependent: tuple[str, ...]
@@ -274,7 +273,7 @@ class Linkage:
         rank = int((singular > _RANK * singular.max(initial=0.0)).sum())
         null = np.abs(left[:, rank:]).max(axis=1, initial=0.0)
         among = null > _PART * null.max(initial=1.0)
-        dependent = dict.fromkeys(self.names[g] for g in table.constraints[among, 0])
+        dependent = [self.names[g] for g in np.unique(table.constraints[among, 0])]
         return Fit(
             rows,
             np.sqrt(np.square(way).sum(axis=1)),

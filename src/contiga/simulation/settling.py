@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from contiga.arrays.ordered import length
+from contiga.arrays.ordered import length, row_lengths
 from contiga.contact.state import ContactEnergy, State
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Attached, Dependent, Free
@@ -54,6 +54,11 @@ what begins far from its place goes astray."""
 STEERED, FADING = 0.1, 0.99
 """Share of the velocities that turns to the forces in the step after a stop, and what of it is left
 for the next one."""
+JOINTED = 0.2
+"""The same where there are joints: a mechanism has few vibrations, each of which has to be stopped
+near its peak, and not a step later on the other side."""
+TURNED = 0.2
+"""Angle, radians, by which bodies with joints turn in a step at most: larger ones do not close."""
 GRAINS = 200
 """Parts of the time of the run that a step takes where nothing bounds it."""
 
@@ -90,7 +95,10 @@ def settled(model: Model, clock: Clock, on_settle: OnSettle | None = None) -> St
         before = state
         # A step near the critical one, shorter where points go too far.
         critical = limit_of(resting, before).critical
-        length_of_step = SAFETY * critical if math.isfinite(critical) else most
+        safety = JOINTED if resting.joints else SAFETY
+        length_of_step = safety * critical if math.isfinite(critical) else most
+        if resting.joints and (spin := float(row_lengths(before.bodies.twists[:, 3:]).max())) > 0.0:
+            length_of_step = min(length_of_step, TURNED / spin)
         while True:
             state = advance(resting, before, before.time + length_of_step, clock).state
             shorter = gone_too_far(resting, before, state)
