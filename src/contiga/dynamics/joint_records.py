@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import NamedTuple
 
 import numpy as np
@@ -93,10 +94,23 @@ class JointWork(NamedTuple):
     """(b, 6) what multipliers move each free body by."""
 
 
+class _Kept(threading.local):
+    """Work arrays that a thread keeps from one call to the next, by their sizes."""
+
+    def __init__(self) -> None:
+        self.by_size: dict[tuple[int, int, int], JointWork] = {}
+
+
+_kept = _Kept()
+
+
 def work_for(table: JointTable, b: int) -> JointWork:
-    """Return work arrays for the joints between `b` free bodies and others."""
+    """Return work arrays for the joints between `b` free bodies and others, the thread's until it
+    asks for the next."""
     g, m = len(table.bodies), len(table.constraints)
-    return JointWork(
+    if (work := _kept.by_size.get((g, m, b))) is not None:
+        return work
+    work = _kept.by_size[g, m, b] = JointWork(
         np.empty((g, 2, 3)),
         np.empty((g, 2, 3)),
         np.empty((g, 2, 3, 3)),
@@ -112,3 +126,4 @@ def work_for(table: JointTable, b: int) -> JointWork:
         np.empty(m),
         np.empty((b, 6)),
     )
+    return work

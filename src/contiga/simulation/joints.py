@@ -46,8 +46,10 @@ def close_joints(
 
 def joint_states(model: Model, last: SystemState | None, bodies: BodyStates) -> JointStates:
     """Return all joints where their bodies are now, with what their laws do; reactions are those
-    before."""
+    before. Without laws nothing is asked before the forces are known, and all is as it was."""
     before = None if last is None else last.joints
+    if before is not None and not model.linkage.laws:
+        return before
     now = model.linkage.measured(before, bodies.poses, bodies.twists)
     return model.linkage.with_laws(before, now)
 

@@ -213,11 +213,10 @@ def _factor(table, work):
     for p in range(table.couples.shape[0]):
         i0, i1, side, j0, j1, other = table.couples[p]
         for i in range(i0, i1):
+            a = work.jacobian[i, side]
             for j in range(j0, min(j1, i + 1)):
-                total = 0.0
-                for k in range(6):
-                    total += work.jacobian[i, side, k] * work.weighted[j, other, k]
-                matrix[i, j] += total
+                b = work.weighted[j, other]
+                matrix[i, j] += _dot(a, b) + _dot(a[3:], b[3:])
     for i in range(n):
         scale[i] = 1.0 / math.sqrt(matrix[i, i]) if matrix[i, i] > 0.0 else 0.0
     rank = 0
