@@ -118,9 +118,8 @@ def misfit(simulation: cg.Simulation, state: Any) -> float:
     return worst
 
 
-@pytest.mark.parametrize("count", [1, 2, 20])
-def test_a_chain_converges_with_second_order_to_lagranges_equations(count: int) -> None:
-    end = 0.6
+@pytest.mark.parametrize(("count", "end"), [(1, 0.6), (2, 0.6), (20, 0.2)])
+def test_a_chain_converges_with_second_order_to_lagranges_equations(count: int, end: float) -> None:
     exact = centres_of(chain_angles(count, end))
     errors, rods = [], straight_chain(count)
     for step in (2e-3, 1e-3, 5e-4):
@@ -311,7 +310,9 @@ def test_a_heavy_top_nutates_as_eulers_angles_have_it() -> None:
     end = 1.0
     solved = solve_ivp(rate, (0, end), [lean, 0.0, 0.0], "DOP853", rtol=1e-12, atol=1e-13)
     theta, phi = solved.y[:2, -1]
-    exact = 0.5 * np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+    exact = 0.5 * np.array(
+        [np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)]
+    )
     axis = np.array([np.sin(lean), 0.0, np.cos(lean)])
     errors = []
     for step in (2e-3, 1e-3, 5e-4):

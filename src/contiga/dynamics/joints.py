@@ -48,9 +48,7 @@ class JointKind(NamedTuple):
 KINDS: Mapping[str, JointKind] = {
     "spherical": JointKind(_POINT, {"cone": CONE, "twist": TWIST}, 0),
     "revolute": JointKind((*_POINT, *_PARALLEL), {"angle": ANGLE}, 1),
-    "universal": JointKind(
-        (*_POINT, (AXES, 2, 0)), {"angle_1": ANGLE, "angle_2": SECOND_ANGLE}, 2
-    ),
+    "universal": JointKind((*_POINT, (AXES, 2, 0)), {"angle_1": ANGLE, "angle_2": SECOND_ANGLE}, 2),
     "cylindrical": JointKind((*_LINE, *_PARALLEL), {"angle": ANGLE, "travel": TRAVEL}, 1),
     "translational": JointKind((*_LINE, *_NO_TURN), {"travel": TRAVEL}, 1),
     "weld": JointKind((*_POINT, *_NO_TURN), {}, 0),
@@ -134,7 +132,7 @@ class Joint:
         twist: JointLaw | None = None,
     ) -> None:
         put = object.__setattr__
-        put(self, "kind", one_of("kind", kind, list(KINDS)))
+        put(self, "kind", one_of("kind", kind, tuple(KINDS)))
         for key, end in (("first", first), ("second", second)):
             if not isinstance(end, str) or not end:
                 raise InputError("must be the name of a body", where=key, found=end)

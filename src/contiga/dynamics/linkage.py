@@ -245,14 +245,18 @@ class Linkage:
             # The angular momenta are those of the spins given, in the new orientations.
             own = slice(lanes.TURN, lanes.TURN + 4)
             turned[b] = length(quaternion.rotation_vector(start[b, own], row[own]))
-            axes = product(after.poses[b, :3, :3], fixed[b, lanes.AXES : lanes.AXES + 9].reshape(3, 3))
+            axes = product(
+                after.poses[b, :3, :3], fixed[b, lanes.AXES : lanes.AXES + 9].reshape(3, 3)
+            )
             moments = fixed[b, lanes.MOMENTS : lanes.MOMENTS + 3]
             momenta = moments * product(axes.T, before.twists[b, 3:])
             row[lanes.MOMENTUM : lanes.MOMENTUM + 3] = product(axes, momenta)
         way = rows[:, lanes.CENTRE : lanes.CENTRE + 3] - start[:, lanes.CENTRE : lanes.CENTRE + 3]
         gaps: dict[str, float] = {}
         joints_nb.misfits(rows, poses, fixed, table, work)
-        for (g, kind, _, _), off in zip(table.constraints.tolist(), work.right.tolist(), strict=True):
+        for (g, kind, _, _), off in zip(
+            table.constraints.tolist(), work.right.tolist(), strict=True
+        ):
             size = 1.0 if kind == AXES else float(table.size[0])
             if not abs(off) <= OPEN * size:
                 gaps[self.names[g]] = max(gaps.get(self.names[g], 0.0), abs(off))
@@ -375,9 +379,7 @@ class Linkage:
 
     def add_reactions(self, states: JointStates, poses: FloatArray, total: FloatArray) -> None:
         """Add the reactions to the wrenches (n, 6) on bodies at `poses` (n, 4, 4)."""
-        straight(joints_nb.add_wrenches)(
-            self.table, states.points, states.reactions, poses, total
-        )
+        straight(joints_nb.add_wrenches)(self.table, states.points, states.reactions, poses, total)
 
 
 def check_fit(linkage: Linkage, fit: Fit) -> None:
@@ -402,8 +404,8 @@ def check_fit(linkage: Linkage, fit: Fit) -> None:
     among = [name for name in fit.dependent if name in fit.gaps]
     against = f"joints {', '.join(map(repr, among))} contradict each other: " if among else ""
     raise InputError(
-        f"{against}it cannot be closed at the start: {fit.gaps[worst]:.4g} is left (length, or sine "
-        "of an angle) wherever its bodies are put",
+        f"{against}it cannot be closed at the start: {fit.gaps[worst]:.4g} is left (length, or "
+        "sine of an angle) wherever its bodies are put",
         where=f"joint {worst!r}: at",
         found=linkage.joints[worst].at.tolist(),
         remedy="Move the points and axes of these joints, or remove one of them",

@@ -27,10 +27,10 @@ def joint_table(run: Run) -> str:
             unit = f" {units.length}"
             if key != "travel":
                 values, unit = np.degrees(values), "°"
-            ranges.append(f"{key} {number(float(values.min()))} to {number(float(values.max()))}{unit}")
-        lost = sum(
-            float(column[-1]) for key, column in columns.items() if key.endswith(_LOST)
-        )
+            ranges.append(
+                f"{key} {number(float(values.min()))} to {number(float(values.max()))}{unit}"
+            )
+        lost = sum(float(column[-1]) for key, column in columns.items() if key.endswith(_LOST))
         cells = [
             str(facts.get("kind", "")),
             "; ".join(ranges) or "–",

@@ -175,7 +175,9 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
         gas[name] = ChamberState(GasState(**contents), np.asarray(group["force"]))
     joints = None
     if "joints" in file:
-        joints = JointStates(**{key: np.asarray(file["joints"][key]) for key in JointStates._fields})
+        joints = JointStates(
+            **{key: np.asarray(file["joints"][key]) for key in JointStates._fields}
+        )
     rest = None
     if "rest" in file:
         steps, residual = np.asarray(file["rest"]).tolist()

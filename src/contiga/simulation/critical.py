@@ -210,7 +210,10 @@ def _add_joint_laws(
         for row in linkage.table.rows[g].tolist():
             if row >= 0:
                 mobility = _mobility(
-                    state.rigid[row], system.fixed[row], state.joints.points[g], state.joints.ways[c]
+                    state.rigid[row],
+                    system.fixed[row],
+                    state.joints.points[g],
+                    state.joints.ways[c],
                 )
                 rates = Rates(stiffness * mobility, law.damping * mobility)
                 ends.append(_End(row, rates, rates))

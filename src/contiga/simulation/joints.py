@@ -38,8 +38,8 @@ def close_joints(
     if not off <= OPEN:
         name, gap = model.linkage.worst(free, poses)
         raise RunError(
-            f"t = {time:g}: joint {name!r} does not close, {gap:.4g} is left (length, or sine of an "
-            "angle): its bodies are driven or held where it cannot follow, or the step of "
+            f"t = {time:g}: joint {name!r} does not close, {gap:.4g} is left (length, or sine of "
+            "an angle): its bodies are driven or held where it cannot follow, or the step of "
             f"{time - last.time:.4g} is too long for how fast they turn"
         )
 

@@ -478,7 +478,9 @@ def check_joints(model: Model) -> None:
     still = () if model.settling is None else model.settling.bodies
     for k, i in enumerate(model.mechanism.free):
         name = list(model.bodies)[i]
-        off = max(float(model.fit.moved[k]) / float(model.linkage.table.size[0]), model.fit.turned[k])
+        off = max(
+            float(model.fit.moved[k]) / float(model.linkage.table.size[0]), model.fit.turned[k]
+        )
         if model.settling is not None and name not in still and off > OPEN:
             raise InputError(
                 "its joints have it elsewhere than it stands, and it is not to settle: "

@@ -265,10 +265,11 @@ def _taken_up(
         joints = joint_states(model, None, bodies)
         of = {law[:2]: k for k, law in enumerate(resting.linkage.laws)}
         for k, law in enumerate(model.linkage.laws):
-            if law[:2] in of:  # what hysteresis and friction remember
-                one = at_rest.joints.law(of[law[:2]])
-                still_law = one._replace(force=one.force - one.damper, damper=0.0)
-                joints.laws[k] = law.law.begun(still_law)
+            if at_rest.joints is not None and law[:2] in of:
+                # What hysteresis and friction remember.
+                settled_law = at_rest.joints.law(of[law[:2]])
+                force = settled_law.force - settled_law.damper
+                joints.laws[k] = law.law.begun(settled_law._replace(force=force, damper=0.0))
     between = Acting(contacts, springs, gas, rings, joints)
     acting = wrenches(model, between, standing)
     kinetic = kicked(placed, system.fixed, acting[system.free], 0.0)

@@ -487,9 +487,10 @@ def shaking_of(model: Model, last: SystemState, state: SystemState, limit: Limit
                     size += decay * spring.damper
                 place, force = spring.ends[end : end + 1], (size * axis)[None]
                 add_forces(rates[k], place, force, at.rigid[k, CENTRE : CENTRE + 3])
-    if state.joints is not None and last.joints is not None:
+    if model.joints:
         changes = np.zeros((2, len(system.index), 6))
         for change, at in zip(changes, (last, state), strict=True):
+            assert at.joints is not None
             model.linkage.add_reactions(at.joints, at.bodies.poses, change)
             model.linkage.add_laws(at.joints, at.bodies.poses, change)
         of_joints = (changes[1] - changes[0])[system.free] / state.step

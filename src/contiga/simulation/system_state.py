@@ -135,8 +135,8 @@ class SystemState(Displayed):
     """(b, 19) free bodies, columns by `contiga.rigid.rigid_lanes`."""
     wrenches: FloatArray = field(default_factory=lambda: np.zeros((0, 6)))
     """(n, 6) force and moment on each body about the origin of its frame, world axes: contacts,
-    springs, joints, loads and weight, with those of what is attached to it. None where nothing is moved
-    by forces."""
+    springs, joints, loads and weight, with those of what is attached to it. None where nothing is
+    moved by forces."""
     springs: dict[str, SpringState] = field(default_factory=dict)
     """By name."""
     gas: dict[str, ChamberState] = field(default_factory=dict)

@@ -52,7 +52,13 @@ kind = "revolute"
 between = ["thigh", "shin"]
 at = [0, 0, -0.8]
 axis = [0, 1, 0]
-angle = { stops = [-2.4, 0.0], stop_curve = 500.0, start = -0.4, friction = 1.0, friction_slope = 100.0 }
+
+[joint.angle]
+stops = [-2.4, 0.0]
+stop_curve = 500.0
+start = -0.4
+friction = 1.0
+friction_slope = 100.0
 
 [output]
 report = false
@@ -73,7 +79,12 @@ def test_a_case_makes_the_joints_that_it_names(tmp_path: Path) -> None:
     np.testing.assert_array_equal(knee.at, [[0, 0, -0.8]] * 2)
     np.testing.assert_array_equal(knee.axis, [[0, 1, 0]] * 2)
     law = knee.laws["angle"]
-    assert (law.stops, law.start, law.friction, law.friction_slope) == ((-2.4, 0.0), -0.4, 1.0, 100.0)
+    assert (law.stops, law.start, law.friction, law.friction_slope) == (
+        (-2.4, 0.0),
+        -0.4,
+        1.0,
+        100.0,
+    )
     assert law.stop_curve is not None
     assert law.stop_curve(2.0) == 1000.0
     assert hip.laws["cone"].damping == 0.5

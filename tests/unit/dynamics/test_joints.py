@@ -36,7 +36,14 @@ def linkage_of(joints: list[Joint], **given: Any) -> tuple[Linkage, FloatArray, 
     """Two free bodies "a" and "b" and joints between them or to the ground, with their rows."""
     spins = ([0.3, -0.2, 0.5], [-0.1, 0.4, 0.2])
     motions = [
-        Free(1.0 + k, inertia=TENSOR * (1.0 + k), centre=centre, spin=spin, velocity=[0.1, k, 0.2], **given)
+        Free(
+            1.0 + k,
+            inertia=TENSOR * (1.0 + k),
+            centre=centre,
+            spin=spin,
+            velocity=[0.1, k, 0.2],
+            **given,
+        )
         for k, (centre, spin) in enumerate(zip(CENTRES, spins, strict=True))
     ]
     fixed = np.array([fixed_of("x", motion) for motion in motions])
@@ -48,9 +55,7 @@ def linkage_of(joints: list[Joint], **given: Any) -> tuple[Linkage, FloatArray, 
     return linkage, rows, origins
 
 
-def moved(
-    linkage: Linkage, rows: FloatArray, poses: FloatArray, step: float, count: int
-) -> Placed:
+def moved(linkage: Linkage, rows: FloatArray, poses: FloatArray, step: float, count: int) -> Placed:
     """Bodies that fly for some steps without forces but those of their joints."""
     fixed, still = linkage.fixed, np.zeros((2, 6))
     placed = started(rows, fixed)
@@ -139,7 +144,9 @@ def test_rates_are_those_of_the_values_and_ways_those_of_their_power(kind: str) 
 
 
 def test_turns_are_counted() -> None:
-    joint = Joint("revolute", "ground", "a", at=[0, 0, 0], axis=[0, 0, 1], angle=JointLaw(1.0, start=0.5))
+    joint = Joint(
+        "revolute", "ground", "a", at=[0, 0, 0], axis=[0, 0, 1], angle=JointLaw(1.0, start=0.5)
+    )
     linkage, _, _ = linkage_of([joint])
     states, twists = None, np.zeros((2, 6))
     for angle in np.arange(0.0, 15.0, 0.7):
@@ -162,7 +169,9 @@ def test_starts_of_all_coordinates_are_where_they_are_said_to_be() -> None:
         joint = Joint(kind, "a", "b", at=AT, axis=AXIS.get(kind, ALONG), **given)
         linkage, rows, poses = linkage_of([joint])
         now = linkage.measured(None, poses, np.zeros((2, 6)))
-        told = {name: value for (_, name), value in zip(linkage.coordinates, now.values, strict=True)}
+        told = {
+            name: value for (_, name), value in zip(linkage.coordinates, now.values, strict=True)
+        }
         for name, value in starts.items():
             assert told[name] == pytest.approx(value, abs=1e-15), (kind, name)
         assert linkage.fit(rows, poses).misfit <= 1e-15
@@ -170,7 +179,10 @@ def test_starts_of_all_coordinates_are_where_they_are_said_to_be() -> None:
 
 def test_velocities_are_those_of_gauss_least_change() -> None:
     """Against NumPy: v − M⁻¹ Gᵀ (G M⁻¹ Gᵀ)⁺ G v."""
-    joints = [Joint("revolute", "a", "b", at=AT, axis=ALONG), Joint("spherical", "ground", "a", at=[0, 1, 0])]
+    joints = [
+        Joint("revolute", "a", "b", at=AT, axis=ALONG),
+        Joint("spherical", "ground", "a", at=[0, 1, 0]),
+    ]
     linkage, rows, poses = linkage_of(joints)
     placed, still = started(rows, linkage.fixed), np.zeros((2, 6))
     work = work_for(linkage.table, 2)
@@ -194,7 +206,9 @@ def test_velocities_are_those_of_gauss_least_change() -> None:
     for k in range(2):
         own = placed.rows[k, lanes.VELOCITY : lanes.VELOCITY + 3]
         np.testing.assert_allclose(own, expected[6 * k : 6 * k + 3], atol=1e-13)
-        np.testing.assert_allclose(placed.twists[k, 3:], expected[6 * k + 3 : 6 * k + 6], atol=1e-13)
+        np.testing.assert_allclose(
+            placed.twists[k, 3:], expected[6 * k + 3 : 6 * k + 6], atol=1e-13
+        )
     assert kinetic == pytest.approx(0.5 * expected @ M @ expected, rel=1e-13)
 
 
@@ -271,7 +285,12 @@ def test_two_welds_that_contradict_each_other_are_named_and_how_far_apart() -> N
         (("revolute", "a", "b"), {"axis": [0, 0, 0]}, "axis", "has no length"),
         (("revolute", "a", "b"), {"axis": [[0, 0, 1], [0, 0, -1]]}, "axis", "180° apart"),
         (("universal", "a", "b"), {"axis": [0, 0, 1]}, "axis", "two axes"),
-        (("revolute", "a", "b"), {"axis": [0, 0, 1], "cone": JointLaw(1.0)}, "cone", "does not have"),
+        (
+            ("revolute", "a", "b"),
+            {"axis": [0, 0, 1], "cone": JointLaw(1.0)},
+            "cone",
+            "does not have",
+        ),
         (("revolute", "a", "b"), {"axis": [0, 0, 1], "angle": 1.0}, "angle", "JointLaw"),
         (("spherical", "a", "b"), {"cone": JointLaw(1.0, start=0.1)}, "cone: start", "axes"),
     ],

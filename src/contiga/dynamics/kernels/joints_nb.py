@@ -643,7 +643,7 @@ def measure(poses, twists, table, points, values, rates, ways):
             )
             for k in range(3):
                 own[3 + k] = (a[2, k] + b[2, k]) / (1.0 + _dot(a[2], b[2]))
-        if kind == ANGLE or kind == SECOND_ANGLE or kind == TWIST:
+        if kind in (ANGLE, SECOND_ANGLE, TWIST):
             value += 2.0 * math.pi * math.floor((values[c] - value) / (2.0 * math.pi) + 0.5)
         values[c] = value
         rates[c] = 0.0

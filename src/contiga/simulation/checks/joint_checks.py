@@ -12,8 +12,8 @@ from contiga.dynamics.rigid_bodies import started
 from contiga.rigid.rigid_lanes import VELOCITY
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Scene
-from contiga.simulation.step import advance
 from contiga.simulation.clock import Clock
+from contiga.simulation.step import advance
 
 
 def check_joints(scene: Scene) -> Iterator[Finding]:
@@ -53,8 +53,8 @@ def check_joints(scene: Scene) -> Iterator[Finding]:
         yield Finding(
             "redundant",
             f"joints {', '.join(fit.dependent)}",
-            f"{fit.redundant} of their constraints follow from the others: the motion is right, and "
-            "the reactions told are the least of those that have it",
+            f"{fit.redundant} of their constraints follow from the others: the motion is right, "
+            "and the reactions told are the least of those that have it",
             "Take joints that hold less where the reactions of each are needed, as a spherical or "
             "cylindrical one in place of a revolute",
         )
