@@ -107,12 +107,12 @@ def orders_of(errors: Sequence[float]) -> FloatArray:
 
 def misfit(simulation: cg.Simulation, state: Any) -> float:
     """How far the points of all joints are apart at most, by the poses alone."""
-    worst = 0.0
+    worst, start = 0.0, simulation.start()
     for joint in simulation.joints.values():
         ends = []
         for name, at in zip(joint.between, joint.at, strict=True):
             X = np.eye(4) if name == "ground" else state.bodies[name].pose
-            X0 = np.eye(4) if name == "ground" else simulation.start().bodies[name].pose
+            X0 = np.eye(4) if name == "ground" else start.bodies[name].pose
             ends.append(X[:3, :3] @ X0[:3, :3].T @ (at - X0[:3, 3]) + X[:3, 3])
         worst = max(worst, float(np.abs(ends[1] - ends[0]).max()))
     return worst
