@@ -263,13 +263,14 @@ def _taken_up(
     joints = None
     if model.joints:
         joints = joint_states(model, None, bodies)
-        of = {law[:2]: k for k, law in enumerate(resting.linkage.laws)}
+        remembered = {}  # by hysteresis and friction
+        if at_rest.joints is not None:
+            for k, law in enumerate(resting.linkage.laws):
+                remembered[law.joint, law.coordinate] = at_rest.joints.law(k)
         for k, law in enumerate(model.linkage.laws):
-            if at_rest.joints is not None and law[:2] in of:
-                # What hysteresis and friction remember.
-                settled_law = at_rest.joints.law(of[law[:2]])
-                force = settled_law.force - settled_law.damper
-                joints.laws[k] = law.law.begun(settled_law._replace(force=force, damper=0.0))
+            if (own := remembered.get((law.joint, law.coordinate))) is not None:
+                still_law = own._replace(force=own.force - own.damper, damper=0.0)
+                joints.laws[k] = law.law.begun(still_law)
     between = Acting(contacts, springs, gas, rings, joints)
     acting = wrenches(model, between, standing)
     kinetic = kicked(placed, system.fixed, acting[system.free], 0.0)

@@ -218,6 +218,21 @@ def test_a_chain_comes_to_rest_where_it_hangs_and_starts_from_there() -> None:
     np.testing.assert_allclose(history["hip.fz"], 2 * G, rtol=1e-4)
 
 
+def test_what_joints_have_nothing_to_do_with_settles_beside_them() -> None:
+    hip = cg.Joint("revolute", "ground", "upper", at=[0, 0, 0], axis=Y, angle=DAMPED, name="hip")
+    simulation = swinging(
+        bodies={"upper": link([0.5, 0, 0]), "lower": link([1.5, 0, 0], hold=["rx", "ry", "rz"])},
+        joints=[hip],
+        springs=[cg.Spring(("lower", "ground"), at=[[1.5, 0, 0], [1.5, 0, 1]], curve=50.0)],
+        settling=cg.Settle(bodies=["lower"]),
+    )
+    state = simulation.settle()
+    assert state.springs["lower-ground"].force == pytest.approx(G, rel=2e-3)
+    assert state.joints.law(0).force == 0.0
+    history = simulation.run().history
+    assert history["hip.angle"][-1] > 0.5  # what was not to settle falls when the run begins
+
+
 def test_a_body_that_joints_move_and_that_is_not_to_settle_is_refused() -> None:
     joints = [
         cg.Joint("spherical", "ground", "upper", at=[[0, 0, 0.1], [0, 0, 0]], name="hip"),
