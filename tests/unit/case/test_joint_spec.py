@@ -157,6 +157,7 @@ def test_what_is_wrong_with_a_joint_is_told_by_its_key(
         case_of(tmp_path, old, new)
     assert where in str(told.value)
     assert what in str(told.value)
+    assert "joint[0]" not in str(told.value) or what.endswith("joint[0]")  # and of nothing else
 
 
 @pytest.mark.parametrize(
