@@ -55,6 +55,6 @@ def check_joints(scene: Scene) -> Iterator[Finding]:
             f"joints {', '.join(fit.dependent)}",
             f"{fit.redundant} of their constraints follow from the others: the motion is right, "
             "and the reactions told are the least of those that have it",
-            "Take joints that hold less where the reactions of each are needed, as a spherical or "
-            "cylindrical one in place of a revolute",
+            "Remove what holds the same twice; where reactions of each are needed in a loop, take "
+            "joints that hold less, as a spherical or cylindrical one in place of a revolute",
         )
