@@ -222,7 +222,7 @@ def test_a_planar_four_bar_of_revolutes_converges_though_three_rows_are_redundan
         result = simulation.run(keep=50)
         errors.append(np.abs(final_centres(result, list(simulation.bodies)) - exact).max())
         assert max(misfit(simulation, state) for state in result.states) <= 1e-12
-    assert simulation.fit.redundant == 3
+    assert simulation.joint_fit.redundant == 3
     np.testing.assert_allclose(orders_of(errors), 2.0, atol=0.05)
 
 

@@ -260,7 +260,7 @@ class Model(Displayed):
         )
 
     @cached_property
-    def fit(self) -> Fit:
+    def joint_fit(self) -> Fit:
         """How bodies are made to fit their joints at the start."""
         return self.linkage.fit(self.mechanism.start, self.origins)
 
@@ -474,17 +474,18 @@ def check_joints(model: Model) -> None:
                 found=name,
                 allowed="not that of a body, a contact, a spring, a slip ring, a gas or a sensor",
             )
-    check_fit(model.linkage, model.fit)
-    still = () if model.settling is None else model.settling.bodies
+    fit = model.joint_fit
+    check_fit(model.linkage, fit)
+    if model.settling is None:
+        return
+    size = float(model.linkage.table.size[0])
     for k, i in enumerate(model.mechanism.free):
         name = list(model.bodies)[i]
-        off = max(
-            float(model.fit.moved[k]) / float(model.linkage.table.size[0]), model.fit.turned[k]
-        )
-        if model.settling is not None and name not in still and off > OPEN:
+        off = max(fit.moved[k] / size, fit.turned[k])
+        if name not in model.settling.bodies and off > OPEN:
             raise InputError(
                 "its joints have it elsewhere than it stands, and it is not to settle: "
-                f"{model.fit.moved[k]:.4g} away, turned by {model.fit.turned[k]:.4g} rad",
+                f"{fit.moved[k]:.4g} away, turned by {fit.turned[k]:.4g} rad",
                 where="settle: bodies",
                 found=name,
                 remedy="Place it where its joints have it, or let it come to rest as well",

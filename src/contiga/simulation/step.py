@@ -239,7 +239,7 @@ def place(model: Model, last: SystemState | None, time: float) -> Placement:
     system = model.mechanism
     dt = 0.0 if last is None else time - last.time
     if last is None:
-        free = started(model.fit.rows if model.joints else system.start, system.fixed)
+        free = started(model.joint_fit.rows if model.joints else system.start, system.fixed)
     else:
         free = drifted(last.rigid, system.fixed, dt)
     n = len(system.index)

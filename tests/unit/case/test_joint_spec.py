@@ -182,7 +182,7 @@ def test_joints_that_do_not_close_are_told_once_when_the_case_is_built(
 ) -> None:
     case = case_of(tmp_path, old, new)
     if what is None:
-        assert cg.build(case).fit.moved.max() > 0.01
+        assert cg.build(case).joint_fit.moved.max() > 0.01
         return
     with pytest.raises(InputError, match=what):
         cg.build(case)

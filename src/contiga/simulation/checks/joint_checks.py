@@ -21,7 +21,7 @@ def check_joints(scene: Scene) -> Iterator[Finding]:
     model, said = scene.model, scene.said
     if not model.joints:
         return
-    fit, names = model.fit, list(model.bodies)
+    fit, names = model.joint_fit, list(model.bodies)
     bodies = [names[i] for i in model.mechanism.free]
     size = float(model.linkage.table.size[0])
     off = np.maximum(fit.moved / size, fit.turned)
