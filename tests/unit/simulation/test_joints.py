@@ -192,6 +192,17 @@ def test_a_driven_body_does_its_work_on_what_hangs_from_it() -> None:
     assert history["energy.external"].max() > 0.2
 
 
+def test_a_joint_on_what_is_attached_is_one_on_what_carries_it() -> None:
+    hat = cg.Body([cg.shapes.sphere(radius=0.1, centre=[0, 0, 0.5])]), cg.motion.Attached("upper")
+    histories = []
+    for end in ("upper", "hat"):
+        pin = cg.Joint("revolute", "ground", end, at=[0, 0, 0], axis=Y, angle=DAMPED, name="pin")
+        given = {"bodies": {"upper": link([0.5, 0, 0]), "hat": hat}, "springs": []}
+        histories.append(swinging(joints=[pin], end=0.1, **given).run().history)
+    same_history(*histories)
+    assert histories[0]["pin.angle"][-1] > 0.01
+
+
 def test_a_chain_comes_to_rest_where_it_hangs_and_starts_from_there() -> None:
     law = cg.JointLaw(2.0, friction=0.05, friction_slope=10.0)
     joints = [
@@ -260,7 +271,7 @@ def test_check_tells_of_what_joints_move_and_of_rows_that_follow_from_others() -
     found = swinging(joints=joints, **given).check()
     texts = [str(one) for one in found if one.rule in ("joint", "redundant")]
     assert len(texts) == 3
-    assert "2 bodies start elsewhere than they stand" in texts[0]
+    assert "have 2 free bodies elsewhere than they stand" in texts[0]
     assert "do not allow the velocity and spin" in texts[1]
     assert "joints one, two: 3 of their constraints follow from the others" in texts[2]
     at_rest = [one for one in swinging(**given, joints=joints[1:2]).check() if one.rule == "joint"]

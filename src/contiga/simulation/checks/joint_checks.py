@@ -30,7 +30,7 @@ def check_joints(scene: Scene) -> Iterator[Finding]:
         yield Finding(
             "joint",
             f"body {bodies[worst]}",
-            f"{count} bodies start elsewhere than they stand, so that their joints close; this one "
+            f"joints that close have {count} free bodies elsewhere than they stand; this one "
             f"is moved by {said(float(fit.moved[worst]))} and turned by "
             f"{np.degrees(fit.turned[worst]):.3g}°",
             "Place them so that the points and axes of their joints meet, if that was not meant",
