@@ -89,8 +89,9 @@ def driven_acceleration(
 ) -> FloatArray:
     """(6,) acceleration of the frame of a driven body, and its angular acceleration.
 
-    A motion that does not tell it is asked for twists: differences of second order that look back
-    over the step, or ahead at the start; the last step's alone of one that may not be asked twice.
+    A motion that does not tell it is asked for its twists half a step before and after, so that
+    accelerations add up to what velocities change by, also where these jump; at the end of the run
+    and at its start on one side. One that may not be asked at other times has that of the last step.
     """
     motion, now = model.mechanism.driven[i], bodies.twists[i]
     if hasattr(motion, "acceleration"):
@@ -104,8 +105,9 @@ def driven_acceleration(
     dt = time - last.time
     if not is_told(motion):
         return np.asarray((now - last.bodies.twists[i]) / dt)
-    middle = np.concatenate(motion.twist(time - 0.5 * dt))
-    return np.asarray((3.0 * now - 4.0 * middle + last.bodies.twists[i]) / dt)
+    earlier, later = time - 0.5 * dt, max(time, min(time + 0.5 * dt, model.stepping.end))
+    change = np.concatenate(motion.twist(later)) - np.concatenate(motion.twist(earlier))
+    return np.asarray(change / (later - earlier))
 
 
 def joint_columns(model: Model, state: SystemState) -> dict[str, float]:

@@ -192,6 +192,26 @@ def test_a_driven_body_does_its_work_on_what_hangs_from_it() -> None:
     assert history["energy.external"].max() > 0.2
 
 
+def test_work_is_right_where_a_driven_body_jumps_to_another_velocity() -> None:
+    """What is welded to a sled goes from 1 to 3 at once: the sled's work is that of the impulse."""
+    away = cg.motion.Translate([[0, 0, 0, 0], [0.1, 0.1, 0, 0], [0.2, 0.4, 0, 0]])
+    sled = cg.Body([cg.shapes.sphere(radius=0.1, centre=[0, 0, 2])])
+    history = (
+        swinging(
+            bodies={"sled": (sled, away), "upper": link([0.5, 0, 0], velocity=[1.0, 0, 0])},
+            joints=[cg.Joint("weld", "sled", "upper", at=[0, 0, 0])],
+            springs=[],
+            gravity=[0, 0, 0],
+            end=0.2,
+        )
+        .run()
+        .history
+    )
+    np.testing.assert_allclose(history["energy.kinetic"][[0, 25, 75]], [0.5, 0.5, 4.5], rtol=1e-12)
+    assert abs(history["energy.error"][-1]) < 1e-9
+    assert history["energy.external"][-1] == pytest.approx(4.0)
+
+
 def test_a_joint_on_what_is_attached_is_one_on_what_carries_it() -> None:
     hat = cg.Body([cg.shapes.sphere(radius=0.1, centre=[0, 0, 0.5])]), cg.motion.Attached("upper")
     histories = []
