@@ -91,7 +91,8 @@ def driven_acceleration(
 
     A motion that does not tell it is asked for its twists half a step before and after, so that
     accelerations add up to what velocities change by, also where these jump; at the end of the run
-    and at its start on one side. One that may not be asked at other times has that of the last step.
+    and at its start on one side. One that may not be asked at other times has the mean of the last
+    step.
     """
     motion, now = model.mechanism.driven[i], bodies.twists[i]
     if hasattr(motion, "acceleration"):
