@@ -76,6 +76,12 @@ ENTRIES = (
         ("chest.vx", "chest-belt.force"),
         ("chest-belt.force", "chest.vx"),
     ),
+    Entry(
+        "pendulum_chain",
+        "13_pendulum_chain.toml",
+        ("ceiling.angle", "elbow.angle", "eye.cone", "force"),
+        ("force", "ceiling.fz"),
+    ),
     Entry("bonnet", "bonnet.toml", ("bonnet.force", "hard parts.force"), ("bonnet.force",)),
     Entry("spin", "gallery/spin.toml", ("ball.vx", "ball.wy"), ("force", "ball.wy")),
     Entry("hail", "gallery/hail.toml", ("ring.vz", "n_contact"), ("force", "ring.vz")),

@@ -112,6 +112,14 @@ def face(size: float, z: float, more: str = "") -> str:
     return f'{{ shape = "plane", width = {size}, length = {size}, centre = [0, 0, {z}]{more} }}'
 
 
+def on_joint(kind: str, at: str) -> str:
+    """The sensor at the end of `DROPPED`, after a joint of the ball to the ground."""
+    return (
+        f'[[joint]]\nname = "{kind}"\nkind = "{kind}"\nbetween = ["ground", "ball"]\n'
+        f'axis = [0, 1, 0]\nat = {at}\n[[sensor]]\nname = "middle"\nbody = "ball"\n'
+    )
+
+
 def on_spring(curve: float | str) -> str:
     """The sensor at the end of `DROPPED`, after a spring of 100 mm that the ball hangs on."""
     return (

@@ -21,6 +21,7 @@ from tests.cases.models import (
     case_of,
     face,
     moved,
+    on_joint,
     on_spring,
     sphere,
 )
@@ -127,7 +128,7 @@ BEFORE = [
     wrong("one step right in", PRESSED, "step", "in the one step to t = 5", "shorter",
           step="step = 5.0", table="[[0, 0, 0, 0], [5, 0, 0, -14.9], [10, 0, 0, -19]]",
           ball=sphere(50.0, 50.1)),
-    wrong("a body nobody touches", PRESSED, "unused", "no contact, spring, load or sensor",
+    wrong("a body nobody touches", PRESSED, "unused", "no contact, spring, joint, load or sensor",
           slave='[[body]]\nname = "wall"\ngeometry = { shape = "plane", width = 1.0, '
           'length = 1.0 }\n[[contact]]'),
     wrong("a slave nobody touches", PRESSED, "unused", "slave dust",
@@ -137,6 +138,13 @@ BEFORE = [
           f'law = {{ kind = "stress", elastic = {CURVE} }}\n[[contact]]'),
     wrong("a pad whose nodes are free", PRESSED, "dust", "625 nodes are free masses of their own",
           fixed='motion = { kind = "free" }', nodal="thickness = 20.0\nmass = 0.1\n"),
+    wrong("a joint that is open", DROPPED, "joint", "1 free bodies elsewhere", "moved by 10 mm",
+          last=on_joint("spherical", "[[0, 0, 162], [0, 0, 152]]")),
+    wrong("a velocity that a joint does not allow", DROPPED, "joint", "starts 3 mm/ms from what",
+          last=on_joint("spherical", "[0, 0, 152]")),
+    wrong("two joints that hold one thing", DROPPED, "redundant", "joints spherical, revolute: 3",
+          last=on_joint("spherical", "[0, 0, 152]").partition("[[sensor]]")[0]
+          + on_joint("revolute", "[0, 0, 152]")),
     wrong("a mass in kg", DROPPED, "mass", "its mass is 0.001 g",
           mass="mass = { total = 0.001 }"),
     wrong("a mass in mg", DROPPED, "mass", "1e+09 g", mass="mass = { total = 1e9 }"),

@@ -40,6 +40,7 @@ ALL = (
     "reshaped",
     "derivatives",
     "gas",
+    "joined",
 )
 """In the order in which runs come to what they need."""
 MANY = 300
@@ -250,6 +251,27 @@ def gas() -> None:
         gas=[Chamber("ball", air, inflators=[Inflator(1.0, 300.0)])],
         end=3e-3,
         step=1e-3,
+    ).run()
+
+
+def joined() -> None:
+    """Two links that joints move together at the start, one with a law, swing."""
+    bodies = {}
+    for name, x in (("upper", 0.5), ("lower", 1.6)):
+        motion = cg.motion.Free(1.0, inertia=np.eye(3), centre=(x, 0.0, 0.0))
+        bodies[name] = cg.Body([cg.shapes.sphere(radius=0.3, centre=(x, 0.0, 0.0))]), motion
+    pin = cg.Joint(
+        "revolute", "ground", "upper", at=[0, 0, 0], axis=[0, 1, 0], angle=cg.JointLaw(1.0)
+    )
+    eye = cg.Joint("spherical", "upper", "lower", at=[[1.0, 0.0, 0.0], [1.1, 0.0, 0.0]])
+    cg.Simulation(
+        bodies=bodies,
+        slaves={},
+        contacts=[],
+        joints=[pin, eye],
+        gravity=(0.0, 0.0, -9.81),
+        end=0.02,
+        step=0.01,
     ).run()
 
 

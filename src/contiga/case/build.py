@@ -76,6 +76,7 @@ def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
         loads=[spec.made for spec in case.load],
         springs=made.springs,
         slip_rings=[spec.made for spec in case.slip_ring],
+        joints=[spec.made for spec in case.joint],
         gas=made.gas,
         sensors=[spec.made for spec in case.sensor],
         title=case.title,

@@ -7,8 +7,10 @@ from collections.abc import Iterator
 from contiga.case.contact_spec import ContactSpec
 from contiga.case.schema import Case
 from contiga.case.sensor_spec import PointSensorSpec, RelativeSensorSpec, SensorSpec
+from contiga.dynamics.joints import KINDS
 from contiga.simulation.gas import OF_GAS
 from contiga.simulation.history import COUNTED, OF_BODIES
+from contiga.simulation.joints import OF_JOINT_LAWS, OF_REACTIONS
 from contiga.simulation.sensor import OF_RELATIVE, OF_SENSORS
 from contiga.simulation.springs import OF_DEVICES, OF_SLIP_RINGS, OF_SPRINGS
 from contiga.simulation.trigger import OF_TRIGGERS
@@ -52,6 +54,10 @@ def columns_of_case(case: Case) -> list[str]:
         names += OF_DEVICES if any(spring.devices) else ()
         columns += [f"{spring.name}.{name}" for name in names]
     columns += [f"{ring.made.name}.{name}" for ring in case.slip_ring for name in OF_SLIP_RINGS]
+    for joint in (spec.made for spec in case.joint):
+        names = [*OF_REACTIONS, *KINDS[joint.kind].coordinates]
+        names += [f"{key}_{name}" for key in joint.laws for name in OF_JOINT_LAWS]
+        columns += [f"{joint.name}.{name}" for name in names]
     columns += [f"{chamber.name}.{name}" for chamber in case.gas for name in OF_GAS]
     free = [body.name for body in case.body if body.motion.by_forces]
     columns += [f"{name}.{column}" for name in free for column in OF_BODIES]

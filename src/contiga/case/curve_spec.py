@@ -110,12 +110,15 @@ if TYPE_CHECKING:
     DampingCurve = CurveTable
     Amplification = CurveTable
     BeltCurve = CurveTable
+    JointCurve = CurveTable
 else:
     ForceCurve = _curve_of("length", "force")
     StressCurve = _curve_of("ratio", "stress")
     DampingCurve = _curve_of("rate", "stress")
     Amplification = _curve_of("rate", "ratio")
     BeltCurve = _curve_of("ratio", "force")
+    # Moment over angle or force over travel: files have the units of the case.
+    JointCurve = _curve_of("ratio", "ratio")
 
 
 def with_characteristics(arguments: dict[str, Any]) -> dict[str, Any]:

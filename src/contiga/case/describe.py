@@ -67,6 +67,8 @@ def describe(case: Case) -> list[tuple[str, str]]:
         rows.append((f"spring {spring.name or '-'.join(spring.between)}", spring.describe()))
     for ring in case.slip_ring:
         rows.append((f"slip ring {ring.made.name}", ring.describe()))
+    for joint in case.joint:
+        rows.append((f"joint {joint.made.name}", joint.describe()))
     for chamber in case.gas:
         rows.append((f"gas {chamber.name}", chamber.describe()))
     for sensor in case.sensor:

@@ -16,6 +16,7 @@ _NAMING = {
     "contact": {"master": "body", "slave": "slave"},
     "load": {"body": "body"},
     "spring": {"between": EITHER},
+    "joint": {"between": "body"},
     "gas": {"slave": "slave"},
     "sensor": {"body": "body", "between": "body"},
 }
@@ -96,7 +97,7 @@ def misnamed(data: Mapping[str, Any], places: Sequence[tuple[int | str, ...]]) -
         for i, table in enumerate(data.get(key) or []):
             for name, kind, where in _named(table, keys, f"{key}[{i}]"):
                 names, other = known[kind]
-                if name == GROUND and key == "spring":
+                if name == GROUND and key in ("spring", "joint"):
                     continue
                 try:
                     check_defined(where, name, kind, names, other)

@@ -19,6 +19,7 @@ from contiga.case.contact_spec import ContactSpec
 from contiga.case.device_spec import SlipRingSpec
 from contiga.case.gas_spec import GasSpec
 from contiga.case.geometry_spec import GeometrySpec
+from contiga.case.joint_spec import JointSpec
 from contiga.case.load_spec import LoadSpec
 from contiga.case.mass_spec import MassSpec
 from contiga.case.motion_spec import BodyMotionSpec, SeriesSpec, SlaveMotionSpec
@@ -216,6 +217,7 @@ class Case(Spec):
     load: list[LoadSpec] = Field(default_factory=list)
     spring: list[SpringSpec] = Field(default_factory=list)
     slip_ring: list[SlipRingSpec] = Field(default_factory=list)
+    joint: list[JointSpec] = Field(default_factory=list)
     gas: list[GasSpec] = Field(default_factory=list)
     sensor: list[SensorSpec] = Field(default_factory=list)
     output: OutputSpec = Field(default_factory=OutputSpec)
@@ -272,6 +274,7 @@ class Case(Spec):
             ("belt", [belt.name for belt in self.belt]),
             ("contact", [contact.title for contact in self.contact]),
             ("slip_ring", [ring.made.name for ring in self.slip_ring]),
+            ("joint", [joint.made.name for joint in self.joint]),
             ("gas", [chamber.name for chamber in self.gas]),
         ):
             yield partial(check_unique, key, names)
@@ -296,6 +299,11 @@ class Case(Spec):
                 if end != GROUND:
                     where = f"spring[{i}].between[{k}]"
                     yield partial(check_defined, where, end, EITHER, bodies + slaves, [])
+        for i, joint in enumerate(self.joint):
+            for k, end in enumerate(joint.between):
+                if end != GROUND:
+                    where = f"joint[{i}].between[{k}]"
+                    yield partial(check_defined, where, end, "body", bodies, slaves)
         segments = [spring.made.name for spring in self.spring]
         for i, ring in enumerate(self.slip_ring):
             for k, segment in enumerate(ring.between):
@@ -330,13 +338,14 @@ class Case(Spec):
 
     def _check_body(self, i: int) -> None:
         body = self.body[i]
-        tied = [k for k, spring in enumerate(self.spring) if GROUND in spring.between]
+        tied = [f"spring[{k}]" for k, one in enumerate(self.spring) if GROUND in one.between]
+        tied += [f"joint[{k}]" for k, one in enumerate(self.joint) if GROUND in one.between]
         if body.name == GROUND and tied:
             raise CaseError(
-                f"means the world in spring[{tied[0]}]",
+                f"means the world in {tied[0]}",
                 where=f"body[{i}].name",
                 found=GROUND,
-                remedy="Rename the body, also in the springs that are attached to it",
+                remedy="Rename the body, also in the springs and joints that are attached to it",
             )
         if body.motion.by_forces and body.mass is None:
             raise CaseError(

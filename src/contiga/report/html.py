@@ -9,6 +9,7 @@ from importlib.resources import files
 from contiga.report.figure import Figure, as_json, embedded, plotly_script, side_by_side
 from contiga.report.gas import gas_figures, gas_table
 from contiga.report.html_tables import inputs_table, key_figures, status_table, timings_table
+from contiga.report.joints import joint_table
 from contiga.report.lines import PLOT_CONFIG
 from contiga.report.motion import body_figures, criteria_table, extremes_table, sensor_figures
 from contiga.report.plots import energy_figure, history_figures, touched
@@ -64,6 +65,7 @@ def page(run: Run, *, still: bytes | None, view: View | None, peak_time: float |
         _bodies(run, peak_time),
         _sensors(run, peak_time),
         _springs(run, peak_time),
+        _joints(run),
         _gas(run, peak_time),
         _tables(run),
         _warnings(run),
@@ -223,6 +225,12 @@ def _springs(run: Run, peak_time: float | None) -> str:
     panels = _panels(spring_figures(run, peak_time), "spring")
     tables = f"{spring_table(run)}{device_table(run)}{slip_ring_table(run)}"
     return f'<h2>Springs</h2><div class="wide">{tables}</div>{panels}'
+
+
+def _joints(run: Run) -> str:
+    """What joints carry, and how far they go."""
+    table = joint_table(run)
+    return f'<h2>Joints</h2><div class="wide">{table}</div>' if table else ""
 
 
 def _gas(run: Run, peak_time: float | None) -> str:

@@ -73,6 +73,8 @@ class Run(NamedTuple):
     """Why steps were as long as they were, by name; empty of steps that were given."""
     slip_rings: dict[str, Columns] = {}  # noqa: RUF012 (read only)
     """Columns of slip rings, by ring and name."""
+    joints: dict[str, Columns] = {}  # noqa: RUF012 (read only)
+    """Columns of joints, by joint and name."""
 
     def told(self, part: str) -> dict[str, Any]:
         """A part of the summary; empty where it has none."""
@@ -111,7 +113,7 @@ def read_run(folder: Path) -> Run:
         history,
         *(
             list(summary.get(key) or {})
-            for key in ("statuses", "sensors", "springs", "gas", "slip_rings")
+            for key in ("statuses", "sensors", "springs", "gas", "slip_rings", "joints")
         ),
     )
     return Run(
@@ -135,6 +137,7 @@ class Owners(NamedTuple):
     springs: dict[str, Columns]
     gas: dict[str, Columns]
     slip_rings: dict[str, Columns]
+    joints: dict[str, Columns]
     steps: Columns
 
 
@@ -145,9 +148,10 @@ def sort_columns(
     springs: list[str],
     gas: list[str],
     slip_rings: Sequence[str] = (),
+    joints: Sequence[str] = (),
 ) -> Owners:
     """Columns ``"<owner>.<name>"`` by their owners; bare names belong to the only contact."""
-    owners = Owners({}, {}, {}, {}, {}, {}, {}, {})
+    owners = Owners({}, {}, {}, {}, {}, {}, {}, {}, {})
     for label, column in history.items():
         owner, dot, name = label.rpartition(".")
         if name in _NO_COLUMNS:
@@ -162,6 +166,8 @@ def sort_columns(
             of = owners.gas.setdefault(owner, {})
         elif owner in slip_rings:
             of = owners.slip_rings.setdefault(owner, {})
+        elif owner in joints:
+            of = owners.joints.setdefault(owner, {})
         elif owner == _SYSTEM and owner not in contacts:
             of = owners.energy
         elif name in _OF_BODIES:

@@ -12,6 +12,7 @@ import numpy as np
 from contiga.contact.state import State
 from contiga.dynamics.belt_devices import DeviceState
 from contiga.dynamics.gas import GasState
+from contiga.dynamics.linkage import JointStates
 from contiga.dynamics.nodes import ElementState, SlaveState
 from contiga.dynamics.slip_rings import SlipRingState
 from contiga.dynamics.springs import SpringState
@@ -28,7 +29,7 @@ from contiga.simulation.settle import Rest
 from contiga.simulation.system_state import BodyStates, Energy, SystemState
 from contiga.simulation.trigger import TriggerState
 
-FORMAT = 17
+FORMAT = 18
 _NUMBERS = ("step", "peak_energy", "shaking", "leak", "place_error", "speed_error")
 """Of a state."""
 
@@ -134,6 +135,9 @@ def _write_state(file: Any, state: SystemState) -> None:
         group["force"] = chamber.force
         for key, value in chamber.gas._asdict().items():
             group[key] = value
+    if state.joints is not None:
+        for key, array in state.joints._asdict().items():
+            file[f"joints/{key}"] = array
     file["energy"] = np.array(state.energy)
     if state.rest is not None:
         file["rest"] = np.array(state.rest, np.float64)
@@ -169,6 +173,11 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
             value = np.asarray(group[key])
             contents[key] = float(value) if value.ndim == 0 else value
         gas[name] = ChamberState(GasState(**contents), np.asarray(group["force"]))
+    joints = None
+    if "joints" in file:
+        joints = JointStates(
+            **{key: np.asarray(file["joints"][key]) for key in JointStates._fields}
+        )
     rest = None
     if "rest" in file:
         steps, residual = np.asarray(file["rest"]).tolist()
@@ -189,6 +198,7 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
         wrenches=np.asarray(file["wrenches"]),
         springs=springs,
         gas=gas,
+        joints=joints,
         slip_rings={
             name: SlipRingState(*map(float, ring)) for name, ring in file["slip_rings"].items()
         },

@@ -16,7 +16,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from contiga.arrays.ordered import length, row_lengths, row_products
+from contiga.arrays.ordered import length, product, row_lengths, row_products
 from contiga.contact.state import State
 from contiga.dynamics.kernels.stiffness_nb import fastest
 from contiga.dynamics.mapped_nodes import MappedNodes
@@ -24,6 +24,9 @@ from contiga.errors import RunError
 from contiga.geometry.net import spread
 from contiga.jit import straight
 from contiga.records import FloatArray, IndexArray, SurfacePlaces
+from contiga.rigid import quaternion
+from contiga.rigid.frames import cross
+from contiga.rigid.rigid_lanes import AXES, CENTRE, MASS, MOMENTS, TURN, WAYS
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.system_state import SystemState
 from contiga.slaves.sampling import more_points
@@ -94,7 +97,7 @@ def limit_of(model: Model, state: SystemState, of: Of = "all") -> Limit:
     if key not in _KNOWN:
         _KNOWN[key] = {}
         weakref.finalize(rigid, _KNOWN.pop, key, None)
-    what = model, state.contacts, state.springs, state.slaves, state.bodies
+    what = model, state.contacts, state.springs, state.joints, state.slaves, state.bodies
     known = _KNOWN[key].get(of)
     if known is not None and all(map(is_, known[0], what)):
         return known[1]
@@ -188,7 +191,43 @@ def _couplings(model: Model, state: SystemState, of: Of) -> list[tuple[str, list
                 ends.append(_End(slave, Rates(square, decay), Rates()))
         if ends:
             couplings.append((f"spring {name!r}", ends))
+    _add_joint_laws(couplings, model, state)
     return couplings
+
+
+def _add_joint_laws(
+    couplings: list[tuple[str, list[_End]]], model: Model, state: SystemState
+) -> None:
+    """Add the laws of joints. Joints themselves make no vibration faster: of what is held the
+    fastest one is not above that of what is free (Rayleigh)."""
+    if state.joints is None:
+        return
+    system, linkage = model.mechanism, model.linkage
+    for joint, coordinate, c, law in linkage.laws:
+        g = int(linkage.table.coordinates[c, 0])
+        stiffness = law.stiffness_bound(float(state.joints.values[c]))
+        ends = []
+        for row in linkage.table.rows[g].tolist():
+            if row >= 0:
+                mobility = _mobility(
+                    state.rigid[row],
+                    system.fixed[row],
+                    state.joints.points[g],
+                    state.joints.ways[c],
+                )
+                rates = Rates(stiffness * mobility, law.damping * mobility)
+                ends.append(_End(row, rates, rates))
+        couplings.append((f"{coordinate} of joint {joint!r}", ends))
+
+
+def _mobility(row: FloatArray, one: FloatArray, point: FloatArray, way: FloatArray) -> float:
+    """JᵀM⁻¹J of a force and moment `way` (6,) on a body at a point (3,): the acceleration along it
+    by a unit of it. Held rotations may only make it too large."""
+    moment = way[3:] + cross(point - row[CENTRE : CENTRE + 3], way[:3])
+    turn = quaternion.to_matrix(row[TURN : TURN + 4])
+    own = product(one[AXES : AXES + 9].reshape(3, 3).T, product(turn.T, moment))
+    square = np.square(way[:3] * one[WAYS : WAYS + 3]).sum() / one[MASS]
+    return float(square + (own * own / one[MOMENTS : MOMENTS + 3]).sum())
 
 
 def _add_gas(couplings: list[tuple[str, list[_End]]], model: Model, state: SystemState) -> None:

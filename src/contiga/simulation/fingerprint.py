@@ -65,6 +65,8 @@ def identity_of(model: Model, end: float | None = None) -> Identity:
         digest.thing(dict(model.gas))
     if model.slip_rings:
         digest.thing(dict(model.slip_rings))
+    if model.joints:
+        digest.thing(dict(model.joints))
     for name, part in model.bodies.items():
         digest.text(f"motion of {name}")
         if isinstance(part.motion, Dependent):

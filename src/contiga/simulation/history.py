@@ -10,6 +10,7 @@ from contiga.dynamics.stepping import AutoSteps
 from contiga.records import IN_CONTACT, ContactStatus
 from contiga.rigid import rigid_lanes as lanes
 from contiga.rigid.frames import turn_to_world
+from contiga.simulation.joints import joint_columns
 from contiga.simulation.model import Model, column_prefixes
 from contiga.simulation.relative_sensors import relative_columns
 from contiga.simulation.sensors import (
@@ -72,6 +73,7 @@ def history_row(
     row |= slave_columns(model, stepped.state)
     row |= trigger_columns(stepped.state)
     row |= spring_columns(model, stepped.state)
+    row |= joint_columns(model, stepped.state)
     row |= model.chambers.columns(stepped.state.gas)
     if isinstance(model.stepping, AutoSteps):
         row |= step_columns(model, stepped.choice)

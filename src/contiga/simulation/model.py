@@ -16,7 +16,9 @@ from contiga.contact.shape import shape_of
 from contiga.display import Displayed, Facts
 from contiga.dynamics.free import Dependent, Free, is_driven
 from contiga.dynamics.gas import Chamber
+from contiga.dynamics.joints import Joint
 from contiga.dynamics.kinks import united
+from contiga.dynamics.linkage import OPEN, Fit, Linkage, check_fit, joint_ends
 from contiga.dynamics.loads import Load
 from contiga.dynamics.prescribed import BodyMotion, SlaveMotion, kinks_in, pose_at
 from contiga.dynamics.pulses import check_covers
@@ -114,6 +116,7 @@ class Model(Displayed):
     """(3,) acceleration of what is free, world axes."""
     springs: Mapping[str, Spring] = field(default_factory=dict)
     slip_rings: Mapping[str, SlipRing] = field(default_factory=dict)
+    joints: Mapping[str, Joint] = field(default_factory=dict)
     loads: tuple[Load, ...] = ()
     gas: Mapping[str, Chamber] = field(default_factory=dict)
     sensors: tuple[AnySensor, ...] = ()
@@ -138,6 +141,7 @@ class Model(Displayed):
         parts |= {
             "springs": self.springs,
             "slip_rings": self.slip_rings,
+            "joints": self.joints,
             "gas": self.gas,
             "sensors": [one.name for one in self.sensors],
         }
@@ -159,6 +163,7 @@ class Model(Displayed):
         check_sensors(self)
         check_springs(self)
         check_gas(self)
+        check_joints(self)
         check_triggers(self)
         if self.output.interval is not None:
             positive(self.output.interval, "output: interval")
@@ -243,6 +248,21 @@ class Model(Displayed):
         for i, motion in self.mechanism.driven.items():
             poses[i] = pose_at(motion, self.stepping.start)
         return poses[self.mechanism.root]
+
+    @cached_property
+    def linkage(self) -> Linkage:
+        """The joints."""
+        system = self.mechanism
+        bodies = joint_ends(self.joints, system.index, system.root)
+        rows = np.array([[system.row.get(i, -1) for i in pair] for pair in bodies.tolist()])
+        return Linkage(
+            self.joints, bodies, rows.reshape(-1, 2).astype(np.int32), self.origins, system.fixed
+        )
+
+    @cached_property
+    def joint_fit(self) -> Fit:
+        """How bodies are made to fit their joints at the start."""
+        return self.linkage.fit(self.mechanism.start, self.origins)
 
     @cached_property
     def kinks(self) -> tuple[float, ...]:
@@ -430,6 +450,46 @@ def check_gas(model: Model) -> None:
                 allowed="not that of a body, a contact, a spring, a slip ring or a sensor",
             )
     assert model.chambers.physics is not None
+
+
+def check_joints(model: Model) -> None:
+    """Refuse joints that are called as what else has columns in the history, that nothing moves, or
+    that cannot be closed at the start.
+
+    Raises
+    ------
+    InputError
+        As said.
+    """
+    if not model.joints:
+        return
+    taken = {*model.bodies, *(part.name for part in model.contacts), "energy"}
+    taken |= {*model.springs, *model.slip_rings, *model.gas}
+    taken |= {sensor.name for sensor in model.sensors}
+    for name in model.joints:
+        if name in taken:
+            raise InputError(
+                "must have a name of its own: columns of the history are called by it",
+                where=f"joint {name!r}: name",
+                found=name,
+                allowed="not that of a body, a contact, a spring, a slip ring, a gas or a sensor",
+            )
+    fit = model.joint_fit
+    check_fit(model.linkage, fit)
+    if model.settling is None:
+        return
+    size = float(model.linkage.table.size[0])
+    for k, i in enumerate(model.mechanism.free):
+        name = list(model.bodies)[i]
+        off = max(fit.moved[k] / size, fit.turned[k])
+        if name not in model.settling.bodies and off > OPEN:
+            raise InputError(
+                "its joints have it elsewhere than it stands, and it is not to settle: "
+                f"{fit.moved[k]:.4g} away, turned by {fit.turned[k]:.4g} rad",
+                where="settle: bodies",
+                found=name,
+                remedy="Place it where its joints have it, or let it come to rest as well",
+            )
 
 
 def check_triggers(model: Model) -> None:

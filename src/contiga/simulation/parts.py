@@ -9,6 +9,7 @@ from contiga.arrays.layout import all_of
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Dependent
 from contiga.dynamics.gas import Chamber
+from contiga.dynamics.joints import Joint
 from contiga.dynamics.prescribed import Fixed, Moved
 from contiga.dynamics.shapes import ControlPoints, ControlPointsOf
 from contiga.dynamics.slip_rings import SlipRing
@@ -137,6 +138,11 @@ def spring_parts(given: Any) -> dict[str, Spring]:
 def slip_ring_parts(given: Any) -> dict[str, SlipRing]:
     """Slip rings by name: of a dict, or of a list in which each tells its own."""
     return _named_parts("slip_rings", given, SlipRing)
+
+
+def joint_parts(given: Any) -> dict[str, Joint]:
+    """Joints by name: of a dict, or of a list in which each tells its own."""
+    return _named_parts("joints", given, Joint)
 
 
 def gas_parts(given: Any) -> dict[str, Chamber]:

@@ -18,20 +18,21 @@ from typing import Any
 
 import numpy as np
 
-from contiga.arrays.ordered import length
+from contiga.arrays.ordered import length, row_lengths
 from contiga.contact.state import ContactEnergy, State
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Attached, Dependent, Free
 from contiga.dynamics.nodes import Imbalance
 from contiga.dynamics.prescribed import Fixed, Moved, Stopped
 from contiga.dynamics.rigid_bodies import Placed, kicked
-from contiga.dynamics.springs import Spring
+from contiga.dynamics.springs import GROUND, Spring
 from contiga.dynamics.stepping import GivenTimes
 from contiga.errors import InputError, RunError
 from contiga.rigid.rigid_lanes import FORCE, MASS, MOMENTUM, SPINS, TORQUE, VELOCITY, WAYS
 from contiga.rigid.twist import still
 from contiga.simulation.clock import Clock
 from contiga.simulation.critical import check_stable, limit_of
+from contiga.simulation.joints import joint_states, reacting
 from contiga.simulation.model import BodyPart, Model, SlavePart
 from contiga.simulation.settle import Rest, Settle
 from contiga.simulation.step import (
@@ -53,6 +54,11 @@ what begins far from its place goes astray."""
 STEERED, FADING = 0.1, 0.99
 """Share of the velocities that turns to the forces in the step after a stop, and what of it is left
 for the next one."""
+JOINTED = 0.2
+"""The same where there are joints: a mechanism has few vibrations, each of which has to be stopped
+near its peak, and not a step later on the other side."""
+TURNED = 0.2
+"""Angle, radians, by which bodies with joints turn in a step at most: larger ones do not close."""
 GRAINS = 200
 """Parts of the time of the run that a step takes where nothing bounds it."""
 
@@ -89,7 +95,10 @@ def settled(model: Model, clock: Clock, on_settle: OnSettle | None = None) -> St
         before = state
         # A step near the critical one, shorter where points go too far.
         critical = limit_of(resting, before).critical
-        length_of_step = SAFETY * critical if math.isfinite(critical) else most
+        safety = JOINTED if resting.joints else SAFETY
+        length_of_step = safety * critical if math.isfinite(critical) else most
+        if resting.joints and (spin := float(row_lengths(before.bodies.twists[:, 3:]).max())) > 0.0:
+            length_of_step = min(length_of_step, TURNED / spin)
         while True:
             state = advance(resting, before, before.time + length_of_step, clock).state
             shorter = gone_too_far(resting, before, state)
@@ -147,6 +156,12 @@ def _resting(model: Model, settle: Settle) -> Model:
         elif isinstance(way, Free):
             resting = Moved(slave.points, Fixed())
         slaves[name] = SlavePart(slave, resting)
+    names, system = list(model.bodies), model.mechanism
+
+    def settles(end: str) -> bool:
+        return end != GROUND and names[system.root_of(end)] in settle.bodies
+
+    joints = {name: one for name, one in model.joints.items() if any(map(settles, one.between))}
     return Model(
         bodies=bodies,
         slaves=slaves,
@@ -155,6 +170,7 @@ def _resting(model: Model, settle: Settle) -> Model:
         gravity=model.gravity,
         springs={name: spring.resting() for name, spring in model.springs.items()},
         slip_rings=model.slip_rings,
+        joints=joints,
         loads=tuple(load.at_time(start) for load in model.loads),
         units=model.units,
         gas={name: chamber.resting() for name, chamber in model.gas.items()},
@@ -244,9 +260,23 @@ def _taken_up(
     }
     rings = {name: one._replace(friction=0.0) for name, one in at_rest.slip_rings.items()}
     gas = model.chambers.taken_up(at_rest.gas)
-    between = Acting(contacts, springs, gas, rings)
+    joints = None
+    if model.joints:
+        joints = joint_states(model, None, bodies)
+        remembered = {}  # by hysteresis and friction
+        if at_rest.joints is not None:
+            for k, law in enumerate(resting.linkage.laws):
+                remembered[law.joint, law.coordinate] = at_rest.joints.law(k)
+        for k, law in enumerate(model.linkage.laws):
+            if (own := remembered.get((law.joint, law.coordinate))) is not None:
+                still_law = own._replace(force=own.force - own.damper, damper=0.0)
+                joints.laws[k] = law.law.begun(still_law)
+    between = Acting(contacts, springs, gas, rings, joints)
     acting = wrenches(model, between, standing)
     kinetic = kicked(placed, system.fixed, acting[system.free], 0.0)
+    if joints is not None:
+        kinetic, joints = reacting(model, None, joints, placed, bodies, start, acting)
+        between = between._replace(joints=joints)
     inside = [nodes.energy(slaves[name]) for name, nodes in system.nodes.items()]
     energy = energy_of(between, inside, kinetic, 0.0, None)
     begun = SystemState(
@@ -259,6 +289,7 @@ def _taken_up(
         wrenches=acting,
         springs=springs,
         slip_rings=rings,
+        joints=joints,
         gas=gas,
         peak_energy=energy.total,
         rest=rest,

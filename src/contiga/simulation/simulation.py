@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from contiga.arrays.layout import positive, real
 from contiga.contact.contact import Contact
 from contiga.dynamics.gas import Chamber
+from contiga.dynamics.joints import Joint
 from contiga.dynamics.loads import Load
 from contiga.dynamics.slip_rings import SlipRing
 from contiga.dynamics.springs import Spring
@@ -27,6 +28,7 @@ from contiga.simulation.parts import (
     by_name,
     contact_parts,
     gas_parts,
+    joint_parts,
     parts_of_kind,
     slave_part,
     slip_ring_parts,
@@ -63,6 +65,7 @@ class Simulation(Model):
     gravity : (3,) acceleration of free bodies and nodes
     springs : `contiga.Spring`, a list or by name
     slip_rings : `contiga.belts.SlipRing`, a list or by name: between springs, by their names
+    joints : `contiga.Joint`, a list or by name
     loads : a list of `contiga.Load`
     sensors : a list of `contiga.Sensor`, `RelativeSensor`, `NodeSensor` and `SectionSensor`
     allow_unstable : go on with steps longer than the critical one
@@ -114,6 +117,7 @@ class Simulation(Model):
         gravity: ArrayLike = (0.0, 0.0, 0.0),
         springs: Mapping[str, Spring] | Sequence[Spring] = (),
         slip_rings: Mapping[str, SlipRing] | Sequence[SlipRing] = (),
+        joints: Mapping[str, Joint] | Sequence[Joint] = (),
         loads: Sequence[Load] = (),
         gas: Mapping[str, Chamber] | Sequence[Chamber] = (),
         sensors: Sequence[AnySensor] = (),
@@ -149,6 +153,7 @@ class Simulation(Model):
             gravity=vector(gravity, "gravity"),
             springs=spring_parts(springs),
             slip_rings=slip_ring_parts(slip_rings),
+            joints=joint_parts(joints),
             loads=parts_of_kind("loads", loads, Load),
             gas=gas_parts(gas),
             sensors=parts_of_kind(

@@ -16,6 +16,7 @@ import numpy as np
 from contiga.contact.loads import Column
 from contiga.contact.state import State
 from contiga.dynamics.belt_devices import Moment
+from contiga.dynamics.linkage import JointStates
 from contiga.dynamics.nodes import Instant, Pushes, SlaveState, Stored
 from contiga.dynamics.rigid_bodies import (
     Placed,
@@ -37,6 +38,7 @@ from contiga.rigid.pose import as_pose, to_quaternion
 from contiga.rigid.twist import Twist
 from contiga.simulation.clock import Clock
 from contiga.simulation.gas import ChamberState, covered_by
+from contiga.simulation.joints import close_joints, joint_states, reacting
 from contiga.simulation.load_forces import add_loads, foresee_loads, work_of_loads
 from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import Model
@@ -182,7 +184,10 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
         gas = model.chambers.states(
             filled, standing.slaves, covered, now.time, now.dt, moment.fired
         )
-    acting = Acting(contacts, springs, gas, rings)
+    joints: JointStates | None = None
+    if model.joints:
+        joints = joint_states(model, last, standing.bodies)
+    acting = Acting(contacts, springs, gas, rings, joints)
     if last is not None:
         for name in system.masses:
             before, there = last.slaves[name], standing.slaves[name]
@@ -190,6 +195,10 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
             standing.slaves[name] = system.nodes[name].kick(before, there, forces, now)
     total = wrenches(model, acting, standing)
     kinetic = kicked(standing.free, system.fixed, total[system.free], now.dt)
+    if joints is not None:
+        moving = standing.free, standing.bodies
+        kinetic, joints = reacting(model, last, joints, *moving, now.time, total)
+        acting = acting._replace(joints=joints)
     external, initial, peak = 0.0, None, 0.0
     if last is not None:
         external = last.energy.external
@@ -215,6 +224,7 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
         springs=springs,
         gas=gas,
         slip_rings=rings,
+        joints=joints,
         rest=None if last is None else last.rest,
         peak_energy=max(peak, energy.total + energy.lost),
     )
@@ -229,15 +239,12 @@ def place(model: Model, last: SystemState | None, time: float) -> Placement:
     system = model.mechanism
     dt = 0.0 if last is None else time - last.time
     if last is None:
-        free = started(system.start, system.fixed)
+        free = started(model.joint_fit.rows if model.joints else system.start, system.fixed)
     else:
         free = drifted(last.rigid, system.fixed, dt)
-        if system.loads:
-            foresee_loads(model, last, free, time)
     n = len(system.index)
     poses, twists = np.zeros((n, 4, 4)), np.zeros((n, 6))
     poses[:] = np.eye(4)
-    poses[system.free], twists[system.free] = free.poses, free.twists
     for i, motion in system.driven.items():
         # Checked, since the motion may be a user's.
         where = f"bodies[{list(model.bodies)[i]!r}]: motion at t = {time:g}"
@@ -252,6 +259,12 @@ def place(model: Model, last: SystemState | None, time: float) -> Placement:
                 allowed="contiga.motion.Twist of two arrays (3,), finite",
             )
         twists[i] = np.concatenate(twist)
+    if last is not None:
+        if model.joints:
+            close_joints(model, last, free, poses, time)
+        if system.loads:
+            foresee_loads(model, last, free, time)
+    poses[system.free], twists[system.free] = free.poses, free.twists
     if system.attached:
         poses, twists = poses[system.root], twists[system.root]
     now = Instant(time, dt, model.gravity, poses, twists)
@@ -301,6 +314,8 @@ def wrenches(
             add_forces(total[host], points, force, poses[host, :3, 3])
     if acting.springs:
         add_pulls(system, acting.springs, poses, total)
+    if acting.joints is not None:
+        model.linkage.add_laws(acting.joints, poses, total)
     if system.loads:
         add_loads(model, poses, standing.free.rows, standing.now.time, total)
     if len(system.free) and model.gravity.any():
@@ -345,6 +360,13 @@ def energy_of(
         hysteresis += spring.hysteresis
         damping += spring.damping
     friction = of_contacts.friction + sum(ring.friction for ring in acting.rings.values())
+    if acting.joints is not None:
+        for k in range(len(acting.joints.laws)):
+            law = acting.joints.law(k)
+            strain += law.stored
+            hysteresis += law.hysteresis
+            damping += law.damping
+            friction += law.friction
     nodes = Stored(*map(sum, zip(*slaves, strict=True)))
     energy = Energy(
         of_contacts.contact,

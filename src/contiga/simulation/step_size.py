@@ -47,7 +47,7 @@ from contiga.errors import RunError
 from contiga.laws.friction import ViscousFriction
 from contiga.masters.protocol import Surface
 from contiga.records import ContactStatus, FloatArray, IndexArray, IntArray
-from contiga.rigid.frames import to_world, turn_to_world
+from contiga.rigid.frames import cross, to_world, turn_to_world
 from contiga.rigid.rigid_lanes import AXES, CENTRE, FORCE, MASS, MOMENTS, SPINS, TORQUE, WAYS
 from contiga.simulation.clock import Clock
 from contiga.simulation.critical import Limit, Rates, check_stable, find_limit, limit_of
@@ -487,6 +487,16 @@ def shaking_of(model: Model, last: SystemState, state: SystemState, limit: Limit
                     size += decay * spring.damper
                 place, force = spring.ends[end : end + 1], (size * axis)[None]
                 add_forces(rates[k], place, force, at.rigid[k, CENTRE : CENTRE + 3])
+    if model.joints:
+        changes = np.zeros((2, len(system.index), 6))
+        for change, at in zip(changes, (last, state), strict=True):
+            assert at.joints is not None
+            model.linkage.add_reactions(at.joints, at.bodies.poses, change)
+            model.linkage.add_laws(at.joints, at.bodies.poses, change)
+        of_joints = (changes[1] - changes[0])[system.free] / state.step
+        about = state.rigid[:, CENTRE : CENTRE + 3] - state.bodies.poses[system.free, :3, 3]
+        rates[:, :3] += of_joints[:, :3]
+        rates[:, 3:] += of_joints[:, 3:] - cross(about, of_joints[:, :3])
     of_bodies = max([0.0, *(_over_mass(system, k, rate, state) for k, rate in enumerate(rates))])
     fastest = _fastest(limit.bodies)
     if fastest > 0.0:

@@ -16,6 +16,7 @@ from contiga.simulation.clock import Clock
 from contiga.simulation.column_units import column_units
 from contiga.simulation.energy_balance import energy_summary, energy_warnings
 from contiga.simulation.history import COUNTED
+from contiga.simulation.joints import joint_summary
 from contiga.simulation.model import Model, column_prefixes
 from contiga.simulation.sensor_criteria import sensor_summary, sensors_told
 from contiga.simulation.settle import Rest
@@ -121,6 +122,7 @@ def summarise(
         "sensors": sensor_summary(model, history),
         "springs": spring_summary(model, history),
         "slip_rings": slip_ring_summary(model),
+        "joints": joint_summary(model),
         "gas": {name: {"slave": chamber.slave} for name, chamber in model.gas.items()},
         "inputs": _inputs(model),
         "notes": _told(statuses, NOTED) + few + notes_on(model, history) + gone_on,
@@ -160,6 +162,7 @@ def summary_so_far(
         "sensors": sensor_summary(model, history) if stopped else sensors_told(model, history),
         "springs": spring_summary(model, history),
         "slip_rings": slip_ring_summary(model),
+        "joints": joint_summary(model),
         "gas": {name: {"slave": chamber.slave} for name, chamber in model.gas.items()},
         "inputs": _inputs(model),
         "notes": [],

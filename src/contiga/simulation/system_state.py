@@ -10,6 +10,7 @@ import numpy as np
 
 from contiga.contact.state import State
 from contiga.display import Displayed, Facts
+from contiga.dynamics.linkage import JointStates
 from contiga.dynamics.nodes import SlaveState
 from contiga.dynamics.slip_rings import SlipRingState
 from contiga.dynamics.springs import SpringState
@@ -64,15 +65,15 @@ class Energy(NamedTuple):
     contact: float
     """Stored in the contacts: what their laws and sticking friction would give back."""
     hysteresis: float = 0.0
-    """Lost in laws, springs and materials that unload by another curve than they load."""
+    """Lost in laws, springs, joints and materials that unload by another curve than they load."""
     damping: float = 0.0
-    """Taken by the damping of laws, springs and nodes."""
+    """Taken by the damping of laws, springs, joints and nodes."""
     friction: float = 0.0
-    """Taken by sliding, of contacts and of webbing in slip rings."""
+    """Taken by sliding, of contacts, of webbing in slip rings and of joints."""
     kinetic: float = 0.0
     """Of free bodies and nodes."""
     strain: float = 0.0
-    """Stored in springs and in what deforms."""
+    """Stored in springs, laws of joints and in what deforms."""
     external: float = 0.0
     """Work done since the start by gravity, loads, pretensioners and what moves prescribed bodies,
     and the enthalpy of gas that came, less that of gas that went."""
@@ -112,6 +113,8 @@ class Acting(NamedTuple):
     springs: Mapping[str, SpringState]
     gas: Mapping[str, ChamberState]
     rings: Mapping[str, SlipRingState] = {}
+    joints: JointStates | None = None
+    """None where there are none."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -132,14 +135,16 @@ class SystemState(Displayed):
     """(b, 19) free bodies, columns by `contiga.rigid.rigid_lanes`."""
     wrenches: FloatArray = field(default_factory=lambda: np.zeros((0, 6)))
     """(n, 6) force and moment on each body about the origin of its frame, world axes: contacts,
-    springs, loads and weight, with those of what is attached to it. None where nothing is moved
-    by forces."""
+    springs, joints, loads and weight, with those of what is attached to it. None where nothing is
+    moved by forces."""
     springs: dict[str, SpringState] = field(default_factory=dict)
     """By name."""
     gas: dict[str, ChamberState] = field(default_factory=dict)
     """By name."""
     slip_rings: dict[str, SlipRingState] = field(default_factory=dict)
     """By name."""
+    joints: JointStates | None = None
+    """Of all joints; None where there are none."""
     triggers: dict[str, TriggerState] = field(default_factory=dict)
     """By the name of their sensor."""
     peak_energy: float = 0.0
@@ -169,7 +174,7 @@ class SystemState(Displayed):
     @property
     def acting(self) -> Acting:
         """What acts between the parts."""
-        return Acting(self.contacts, self.springs, self.gas, self.slip_rings)
+        return Acting(self.contacts, self.springs, self.gas, self.slip_rings, self.joints)
 
     @property
     def n_contact(self) -> int:

@@ -3,5 +3,6 @@
 - rigid_body_nb: free rigid bodies, one step of a leapfrog: half a kick, a drift, half a kick
 - nodes_nb: nodes of masses, one step of the same
 - closed_skin_nb: the volume that facets close
+- joints_nb: joints between them, positions and velocities (RATTLE)
 - stiffness_nb: how stiff contacts hold a body, and the fastest of its vibrations
 """

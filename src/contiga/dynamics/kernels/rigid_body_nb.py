@@ -60,7 +60,7 @@ def _turn_about(q, x, y, z, angle):
 
 
 @inner(error_model="numpy")
-def _turn_by(q, x, y, z):
+def turn_by(q, x, y, z):
     """Turn `q` by a rotation vector in world axes."""
     angle = math.sqrt(x * x + y * y + z * z)
     if angle > 0.0:
@@ -81,7 +81,7 @@ def direction(q, x, y, z):
 
 
 @inner(linked=False, error_model="numpy")
-def _inertia(q, one, tensor):
+def inertia_tensor(q, one, tensor):
     """The inertia tensor in world axes."""
     tensor[:] = 0.0
     for k in range(3):
@@ -92,9 +92,9 @@ def _inertia(q, one, tensor):
 
 
 @inner(error_model="numpy")
-def _spin(q, one, momentum, tensor):
+def spin_of(q, one, momentum, tensor):
     """Angular velocity in world axes of a body with these momenta; zero about held axes."""
-    _inertia(q, one, tensor)
+    inertia_tensor(q, one, tensor)
     for k in range(3):
         if one[SPINS + k] == 0.0:
             for j in range(3):
@@ -131,28 +131,42 @@ def _drift_free(q, one, momentum, h):
     _drift_about(q, one, momentum, 2, h)
     _drift_about(q, one, momentum, 0, 0.5 * h)
     part = h / one[MOMENTS + 1]
-    _turn_by(q, part * momentum[0], part * momentum[1], part * momentum[2])
+    turn_by(q, part * momentum[0], part * momentum[1], part * momentum[2])
 
 
 @inner(error_model="numpy")
 def _drift_held(q, one, momentum, h, tensor):
     """Turn a body with held rotations."""
     middle = scratch(4)
-    x, y, z = _spin(q, one, momentum, tensor)
+    x, y, z = spin_of(q, one, momentum, tensor)
     for _ in range(ROUNDS):
         for k in range(4):
             middle[k] = q[k]
-        _turn_by(middle, 0.5 * h * x, 0.5 * h * y, 0.5 * h * z)
-        a, b, c = _spin(middle, one, momentum, tensor)
+        turn_by(middle, 0.5 * h * x, 0.5 * h * y, 0.5 * h * z)
+        a, b, c = spin_of(middle, one, momentum, tensor)
         change = h * max(abs(a - x), abs(b - y), abs(c - z))
         x, y, z = a, b, c
         if change <= SAME:
             break
-    _turn_by(q, h * x, h * y, h * z)
+    turn_by(q, h * x, h * y, h * z)
+
+
+@inner(linked=False, error_model="numpy")
+def drift_turn(row, one, h, tensor):
+    """Turn a body by its momentum, for a time `h`."""
+    q, own = row[TURN : TURN + 4], row[MOMENTUM : MOMENTUM + 3]
+    held = 3.0 - one[SPINS] - one[SPINS + 1] - one[SPINS + 2]
+    if held == 0.0:
+        _drift_free(q, one, own, h)
+    elif held < 3.0:
+        _drift_held(q, one, own, h, tensor)
+    size = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    for k in range(4):
+        q[k] /= size
 
 
 @inner(error_model="numpy")
-def _place(row, one, pose):
+def place_frame(row, one, pose):
     """The pose of a body's frame."""
     q = row[TURN : TURN + 4]
     for k in range(3):
@@ -169,9 +183,9 @@ def _place(row, one, pose):
 
 
 @inner(error_model="numpy")
-def _twist(row, one, pose, momentum, velocity, twist, tensor):
+def twist_of(row, one, pose, momentum, velocity, twist, tensor):
     """Velocity of the origin of a body's frame, and its spin."""
-    x, y, z = _spin(row[TURN : TURN + 4], one, momentum, tensor)
+    x, y, z = spin_of(row[TURN : TURN + 4], one, momentum, tensor)
     a = pose[0, 3] - row[CENTRE]
     b = pose[1, 3] - row[CENTRE + 1]
     c = pose[2, 3] - row[CENTRE + 2]
@@ -187,8 +201,8 @@ def start(rows, fixed, poses, twists):
     tensor = scratch(3, 3)
     for i in range(rows.shape[0]):
         row, one = rows[i], fixed[i]
-        _place(row, one, poses[i])
-        _twist(
+        place_frame(row, one, poses[i])
+        twist_of(
             row,
             one,
             poses[i],
@@ -219,17 +233,9 @@ def drift(last, fixed, h, rows, poses, twists):
             kick = 0.5 * h * last[i, TORQUE + k] * one[SPINS + k]
             row[MOMENTUM + k] += kick
             momentum[k] = row[MOMENTUM + k] + kick
-        q, own = row[TURN : TURN + 4], row[MOMENTUM : MOMENTUM + 3]
-        held = 3.0 - one[SPINS] - one[SPINS + 1] - one[SPINS + 2]
-        if held == 0.0:
-            _drift_free(q, one, own, h)
-        elif held < 3.0:
-            _drift_held(q, one, own, h, tensor)
-        size = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-        for k in range(4):
-            q[k] /= size
-        _place(row, one, poses[i])
-        _twist(row, one, poses[i], momentum, velocity, twists[i], tensor)
+        drift_turn(row, one, h, tensor)
+        place_frame(row, one, poses[i])
+        twist_of(row, one, poses[i], momentum, velocity, twists[i], tensor)
 
 
 @kernel(error_model="numpy")
@@ -252,7 +258,7 @@ def kick(rows, fixed, loads, h, poses, twists):
             row[VELOCITY + k] += 0.5 * h * load[k] / one[MASS] * one[WAYS + k]
             row[MOMENTUM + k] += 0.5 * h * row[TORQUE + k] * one[SPINS + k]
         momentum, velocity = row[MOMENTUM : MOMENTUM + 3], row[VELOCITY : VELOCITY + 3]
-        _twist(row, one, poses[i], momentum, velocity, twists[i], tensor)
+        twist_of(row, one, poses[i], momentum, velocity, twists[i], tensor)
         for k in range(3):
             energy += 0.5 * one[MASS] * velocity[k] * velocity[k]
             energy += 0.5 * momentum[k] * twists[i, 3 + k]

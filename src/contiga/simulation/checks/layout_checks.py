@@ -43,6 +43,7 @@ def check_layout(scene: Scene) -> Iterator[Finding]:
     }
     used |= {body for sensor in model.relative for body in sensor.between}
     used |= {end for spring in model.springs.values() for end in spring.between}
+    used |= {end for joint in model.joints.values() for end in joint.between}
     used |= {load.body for load in model.loads}
     every: list[object] = [part.motion for part in model.bodies.values()]
     every += [part.motion for part in model.slaves.values()]
@@ -52,7 +53,7 @@ def check_layout(scene: Scene) -> Iterator[Finding]:
             yield Finding(
                 "unused",
                 f"body {name}",
-                "no contact, spring, load or sensor has it",
+                "no contact, spring, joint, load or sensor has it",
                 f'Give it a [[contact]] with master = "{name}", or take it out',
             )
     # Tables of motion that are over, or not begun, in most of the run.

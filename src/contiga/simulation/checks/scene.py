@@ -75,11 +75,17 @@ class Pair:
         """Whether it is known how the sides stand to each other until they touch."""
         if self.free and self.model.settling is not None:
             return False  # it starts from where it has come to rest
-        if self.free and (self.model.springs or self.model.loads or self.model.gas):
+        if self.free and self._devices:
             return False
         if self._mover.mass is not None and self._mover.flight is None:
             return False
         return all(isinstance(motion, Dependent) or is_told(motion) for motion in self._motions)
+
+    @property
+    def _devices(self) -> bool:
+        """Whether what is free moves by more than gravity before anything touches."""
+        model = self.model
+        return bool(model.springs or model.joints or model.loads or model.gas)
 
     @cached_property
     def approach(self) -> FloatArray:
@@ -89,8 +95,7 @@ class Pair:
             return self.shown_times[: _until_touched(self.dry_runs)]
         motions = self._motions
         told = isinstance(motions[0], Dependent) or is_told(motions[0])
-        devices = self.model.springs or self.model.loads or self.model.gas
-        pushed = bool(devices) or self.model.settling is not None
+        pushed = self._devices or self.model.settling is not None
         times = spread(self.model.stepping.planned(), 2 * STANDINGS)
         if pushed or not (self._mover.stands and told):
             return times[:1]

@@ -1,0 +1,687 @@
+"""Joints between rigid bodies: constraints of positions and velocities within a leapfrog (RATTLE).
+
+A joint has a marker on each of two bodies: a point p and three axes, a on the first body and b on
+the second. Its constraints are rows of three kinds, with d = p₂ − p₁:
+
+    d · e_i = 0,    d · a_i = 0,    a_i · b_j = 0.
+
+With G their derivative by the velocities of the bodies, a step kicks the momenta by Gᵀ(q₀) λ so
+that the constraints hold where the drift ends, and once the forces there have kicked them by
+Gᵀ(q₁) μ so that the velocities fulfil G v = 0 (H. C. Andersen, J. Comput. Phys. 52, 1983; for rigid
+bodies Leimkuhler and Reich, Simulating Hamiltonian Dynamics, 2004, ch. 7 and 8). λ is found by
+Newton's method with the symmetric matrix G M⁻¹ Gᵀ of the start of the step. The reactions that are
+told, and with which the next step begins, are those at which the accelerations fulfil the
+constraints, by one more solution with the second matrix.
+
+All rows of all joints make one system. It is scaled to a diagonal of ones and factored by Cholesky
+within the envelope of its rows. A row whose pivot vanishes depends on those before it, as in closed
+loops: its column is left out, A = L Lᵀ with fewer columns, and the multipliers are those of least
+squares and of least size, A⁺ = L (Lᵀ L)⁻¹ (Lᵀ L)⁻¹ Lᵀ (P. Courrieu, Neural Inf. Process. 8, 2005).
+"""
+
+from __future__ import annotations
+
+import math
+
+import contiga.jit  # noqa: F401 (before any kernel: how they are kept)
+from contiga.dynamics.joint_records import (
+    ANGLE,
+    CONE,
+    OFFSET_A,
+    OFFSET_W,
+    SECOND_ANGLE,
+    TRAVEL,
+    TWIST,
+)
+from contiga.dynamics.joint_records import AXES as AXES_ROW
+from contiga.dynamics.kernels.rigid_body_nb import (
+    direction,
+    drift_turn,
+    inertia_tensor,
+    place_frame,
+    spin_of,
+    turn_by,
+    twist_of,
+)
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch
+from contiga.rigid.rigid_lanes import (
+    AXES,
+    CENTRE,
+    CENTRE_B,
+    FORCE,
+    MASS,
+    MOMENTS,
+    MOMENTUM,
+    SPINS,
+    TORQUE,
+    TURN,
+    VELOCITY,
+    WAYS,
+)
+
+DEPENDENT = 1e-10
+"""Pivot of the scaled matrix below which a row depends on those before it."""
+ROUNDS = 50
+"""Of Newton's method, which gains digits by the angle of a step."""
+FITTED = 200
+"""Rounds at the start, where bodies may be far from where joints have them."""
+CLOSED = 1e-15
+"""Misfit, over the size of the mechanism, below which joints are closed."""
+ROUNDING = 1e-12
+"""Misfit below which a round that gains nothing is the last one."""
+
+
+@inner(error_model="numpy")
+def _cross(a, b, out):
+    out[0] = a[1] * b[2] - a[2] * b[1]
+    out[1] = a[2] * b[0] - a[0] * b[2]
+    out[2] = a[0] * b[1] - a[1] * b[0]
+
+
+@inner(error_model="numpy")
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@inner(linked=False, error_model="numpy")
+def _place_markers(table, work, rows, fixed, poses):
+    """Where the markers are: on free bodies by their `rows`, on others by `poses`."""
+    for g in range(table.bodies.shape[0]):
+        for side in range(2):
+            row, body = table.rows[g, side], table.bodies[g, side]
+            point, arm = work.points[g, side], work.arms[g, side]
+            given = table.points_B[g, side]
+            for k in range(3):
+                arm[k] = 0.0
+            if row >= 0:
+                q, one = rows[row, TURN : TURN + 4], fixed[row]
+                d = direction(
+                    q,
+                    given[0] - one[CENTRE_B],
+                    given[1] - one[CENTRE_B + 1],
+                    given[2] - one[CENTRE_B + 2],
+                )
+                for k in range(3):
+                    arm[k] = d[k]
+                    point[k] = rows[row, CENTRE + k] + d[k]
+                for j in range(3):
+                    axis = table.axes_B[g, side, j]
+                    d = direction(q, axis[0], axis[1], axis[2])
+                    for k in range(3):
+                        work.axes[g, side, j, k] = d[k]
+            elif body >= 0:
+                pose = poses[body]
+                for k in range(3):
+                    point[k] = pose[k, 3] + _dot(pose[k], given)
+                for j in range(3):
+                    for k in range(3):
+                        work.axes[g, side, j, k] = _dot(pose[k], table.axes_B[g, side, j])
+            else:
+                for k in range(3):
+                    point[k] = given[k]
+                for j in range(3):
+                    for k in range(3):
+                        work.axes[g, side, j, k] = table.axes_B[g, side, j, k]
+
+
+@inner(linked=False, error_model="numpy")
+def _misfits(table, work):
+    """Residuals of all constraints, into `work.right`; answers the largest, over the size."""
+    worst = 0.0
+    for m in range(table.constraints.shape[0]):
+        g, kind, i, j = table.constraints[m]
+        if kind == AXES_ROW:
+            value = _dot(work.axes[g, 0, i], work.axes[g, 1, j])
+            off = abs(value)
+        else:
+            value = 0.0
+            for k in range(3):
+                way = work.points[g, 1, k] - work.points[g, 0, k]
+                along = 1.0 * (k == i)
+                if kind == OFFSET_A:
+                    along = work.axes[g, 0, i, k]
+                value += way * along
+            off = abs(value) / table.size[0]
+        work.right[m] = value
+        if not off <= worst:  # NaN counts as the worst
+            worst = off
+    return worst
+
+
+@inner(linked=False, error_model="numpy")
+def _derive(table, work, rows, fixed):
+    """G and M⁻¹ Gᵀ where the markers are, and the inverse inertias of free bodies."""
+    tensor, unit = scratch(3, 3), scratch(3)
+    for b in range(rows.shape[0]):
+        q, one, inverse = rows[b, TURN : TURN + 4], fixed[b], work.inverse[b]
+        if one[SPINS] + one[SPINS + 1] + one[SPINS + 2] == 3.0:
+            for i in range(3):
+                for j in range(3):
+                    inverse[i, j] = 0.0
+            for k in range(3):
+                a = direction(q, one[AXES + k], one[AXES + 3 + k], one[AXES + 6 + k])
+                for i in range(3):
+                    for j in range(3):
+                        inverse[i, j] += a[i] * a[j] / one[MOMENTS + k]
+            continue
+        for k in range(3):
+            for i in range(3):
+                unit[i] = 1.0 * (i == k)
+            d = spin_of(q, one, unit, tensor)
+            for i in range(3):
+                inverse[i, k] = d[i]
+    force, moment, way = scratch(3), scratch(3), scratch(3)
+    turn = scratch(3)
+    for m in range(table.constraints.shape[0]):
+        g, kind, i, j = table.constraints[m]
+        a, b = work.axes[g, 0, i], work.axes[g, 1, j]
+        for side in range(2):
+            sign = 2.0 * side - 1.0
+            for k in range(3):
+                force[k] = moment[k] = 0.0
+            if kind == AXES_ROW:
+                _cross(b, a, moment)
+            elif kind == OFFSET_W:
+                force[i] = 1.0
+            else:
+                for k in range(3):
+                    force[k] = a[k]
+                    way[k] = work.points[g, 1, k] - work.points[g, 0, k]
+                if side == 0:
+                    _cross(way, a, moment)
+            _cross(work.arms[g, side], force, turn)
+            own, weighted = work.jacobian[m, side], work.weighted[m, side]
+            row = table.rows[g, side]
+            for k in range(3):
+                own[k] = sign * force[k]
+                own[3 + k] = sign * (turn[k] + moment[k])
+                weighted[k] = weighted[3 + k] = 0.0
+            if row >= 0:
+                for k in range(3):
+                    weighted[k] = own[k] / fixed[row, MASS] * fixed[row, WAYS + k]
+                    weighted[3 + k] = _dot(work.inverse[row, k], own[3:])
+
+
+@inner(linked=False, error_model="numpy")
+def _factor(table, work):
+    """The factor of G M⁻¹ Gᵀ, scaled; answers its rank."""
+    n, matrix, scale = table.constraints.shape[0], work.matrix, work.scale
+    for i in range(n):
+        for j in range(table.first[i], i + 1):
+            matrix[i, j] = 0.0
+    for p in range(table.couples.shape[0]):
+        i0, i1, side, j0, j1, other = table.couples[p]
+        for i in range(i0, i1):
+            a = work.jacobian[i, side]
+            for j in range(j0, min(j1, i + 1)):
+                b = work.weighted[j, other]
+                matrix[i, j] += _dot(a, b) + _dot(a[3:], b[3:])
+    for i in range(n):
+        scale[i] = 1.0 / math.sqrt(matrix[i, i]) if matrix[i, i] > 0.0 else 0.0
+    rank = 0
+    for i in range(n):
+        first = table.first[i]
+        for j in range(first, i + 1):
+            matrix[i, j] *= scale[i] * scale[j]
+        for j in range(first, i):
+            total = matrix[i, j]
+            for k in range(max(first, table.first[j]), j):
+                total -= matrix[i, k] * matrix[j, k]
+            matrix[i, j] = total / matrix[j, j] if matrix[j, j] > 0.0 else 0.0
+        pivot = matrix[i, i]
+        for k in range(first, i):
+            pivot -= matrix[i, k] * matrix[i, k]
+        if pivot > DEPENDENT:
+            matrix[i, i] = math.sqrt(pivot)
+            rank += 1
+        else:
+            matrix[i, i] = 0.0
+    if rank < n:
+        _factor_gram(table, work)
+    return rank
+
+
+@inner(linked=False, error_model="numpy")
+def _factor_gram(table, work):
+    """The factor of Lᵀ L; of columns that are left out it is one."""
+    matrix, gram = work.matrix, work.gram
+    n = matrix.shape[0]
+    for i in range(n):
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(i, n):
+                if table.first[k] <= j and matrix[i, i] > 0.0 and matrix[j, j] > 0.0:
+                    total += matrix[k, i] * matrix[k, j]
+            gram[i, j] = total
+        if matrix[i, i] == 0.0:
+            gram[i, i] = 1.0
+    for i in range(n):
+        for j in range(i + 1):
+            total = gram[i, j]
+            for k in range(j):
+                total -= gram[i, k] * gram[j, k]
+            gram[i, j] = math.sqrt(total) if i == j else total / gram[j, j]
+
+
+@inner(error_model="numpy")
+def _substitute(lower, first, x):
+    """The solution of L Lᵀ x = x, in place; rows of L begin at their `first` (m,)."""
+    n = x.shape[0]
+    for i in range(n):
+        total = x[i]
+        for k in range(first[i], i):
+            total -= lower[i, k] * x[k]
+        x[i] = total / lower[i, i]
+    for i in range(n - 1, -1, -1):
+        x[i] /= lower[i, i]
+        for k in range(first[i], i):
+            x[k] -= lower[i, k] * x[i]
+
+
+@inner(linked=False, error_model="numpy")
+def _solve(table, work, rank):
+    """Multipliers of G M⁻¹ Gᵀ λ = −right."""
+    n, right, out = work.right.shape[0], work.right, work.multipliers
+    for i in range(n):
+        right[i] *= -work.scale[i]
+    if rank == n:
+        for i in range(n):
+            out[i] = right[i]
+        _substitute(work.matrix, table.first, out)
+    else:
+        lower = work.matrix
+        for i in range(n):
+            out[i] = 0.0
+            if lower[i, i] > 0.0:
+                for k in range(i, n):
+                    if table.first[k] <= i:
+                        out[i] += lower[k, i] * right[k]
+        _substitute(work.gram, table.full, out)
+        _substitute(work.gram, table.full, out)
+        for i in range(n):
+            right[i] = out[i]
+        for i in range(n):
+            out[i] = 0.0
+            for k in range(table.first[i], i + 1):
+                if lower[k, k] > 0.0:
+                    out[i] += lower[i, k] * right[k]
+    for i in range(n):
+        out[i] *= work.scale[i]
+
+
+@inner(error_model="numpy")
+def _shift(table, work, columns):
+    """What the multipliers do to free bodies, by the rows `columns` (m, 2, 6), into `shift`."""
+    for b in range(work.shift.shape[0]):
+        for k in range(6):
+            work.shift[b, k] = 0.0
+    for m in range(table.constraints.shape[0]):
+        for side in range(2):
+            row = table.rows[table.constraints[m, 0], side]
+            if row >= 0:
+                for k in range(6):
+                    work.shift[row, k] += work.multipliers[m] * columns[m, side, k]
+
+
+@inner(error_model="numpy")
+def _kick(table, work, rows, fixed, part):
+    """Kick the momenta by `part` of what the multipliers do."""
+    _shift(table, work, work.jacobian)
+    for b in range(rows.shape[0]):
+        for k in range(3):
+            way = work.shift[b, k] / fixed[b, MASS] * fixed[b, WAYS + k]
+            rows[b, VELOCITY + k] += part * way
+            rows[b, MOMENTUM + k] += part * work.shift[b, 3 + k] * fixed[b, SPINS + k]
+
+
+@kernel(error_model="numpy")
+def fit(rows, poses, fixed, table, work):
+    """Move free bodies to where all joints close: Gauss's least motion, each by its mass.
+
+    Answers the misfit that is left, over the size of the mechanism.
+    """
+    before, off = math.inf, math.inf
+    for _ in range(FITTED):
+        _place_markers(table, work, rows, fixed, poses)
+        off = _misfits(table, work)
+        if off <= CLOSED or (off <= ROUNDING and off >= before):
+            break
+        before = off
+        _derive(table, work, rows, fixed)
+        _solve(table, work, _factor(table, work))
+        _shift(table, work, work.weighted)
+        for b in range(rows.shape[0]):
+            for k in range(3):
+                rows[b, CENTRE + k] += work.shift[b, k]
+            q = rows[b, TURN : TURN + 4]
+            turn_by(q, work.shift[b, 3], work.shift[b, 4], work.shift[b, 5])
+            size = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+            for k in range(4):
+                q[k] /= size
+    return off
+
+
+@kernel(error_model="numpy")
+def close(last, last_poses, free, poses, fixed, h, table, work):
+    """Correct a drift over `h` so that all joints are closed at its end.
+
+    `free` are the bodies as `rigid_body_nb.drift` leaves them, from the rows `last` (b, 19); poses
+    (n, 4, 4) of driven bodies are those before the step and after it. Answers the misfit that is
+    left, over the size of the mechanism.
+    """
+    rows, tensor = free.rows, scratch(3, 3)
+    momentum, velocity = scratch(3), scratch(3)
+    _place_markers(table, work, last, fixed, last_poses)
+    _derive(table, work, last, fixed)
+    rank = _factor(table, work)
+    before, off = math.inf, math.inf
+    for _ in range(ROUNDS):
+        _place_markers(table, work, rows, fixed, poses)
+        off = _misfits(table, work)
+        if off <= CLOSED or (off <= ROUNDING and off >= before) or not off < math.inf:
+            break
+        before = off
+        _solve(table, work, rank)
+        _kick(table, work, rows, fixed, 1.0 / h)
+        for b in range(rows.shape[0]):
+            row = rows[b]
+            for k in range(3):
+                row[CENTRE + k] = last[b, CENTRE + k] + h * row[VELOCITY + k]
+            for k in range(4):
+                row[TURN + k] = last[b, TURN + k]
+            drift_turn(row, fixed[b], h, tensor)
+    for b in range(rows.shape[0]):
+        row, one = rows[b], fixed[b]
+        for k in range(3):
+            kick = 0.5 * h * last[b, FORCE + k] / one[MASS] * one[WAYS + k]
+            velocity[k] = row[VELOCITY + k] + kick
+            momentum[k] = row[MOMENTUM + k] + 0.5 * h * last[b, TORQUE + k] * one[SPINS + k]
+        place_frame(row, one, free.poses[b])
+        twist_of(row, one, free.poses[b], momentum, velocity, free.twists[b], tensor)
+    return off
+
+
+@inner(linked=False, error_model="numpy")
+def _marker_rates(table, work, rows, fixed, poses, twists):
+    """Velocities and spins of the markers, of driven bodies by `twists` (n, 6)."""
+    arm, turn = scratch(3), scratch(3)
+    for g in range(table.bodies.shape[0]):
+        for side in range(2):
+            row, body, rate = table.rows[g, side], table.bodies[g, side], work.rates[g, side]
+            for k in range(6):
+                rate[k] = 0.0
+            if row >= 0:
+                for k in range(3):
+                    rate[k] = rows[row, VELOCITY + k]
+                    rate[3 + k] = _dot(work.inverse[row, k], rows[row, MOMENTUM : MOMENTUM + 3])
+                    arm[k] = work.arms[g, side, k]
+            elif body >= 0:
+                for k in range(6):
+                    rate[k] = twists[body, k]
+                for k in range(3):
+                    arm[k] = work.points[g, side, k] - poses[body, k, 3]
+            else:
+                continue
+            _cross(rate[3:], arm, turn)
+            for k in range(3):
+                rate[k] += turn[k]
+
+
+@inner(linked=False, error_model="numpy")
+def _row_rates(table, work):
+    """Rates of all constraints, into `work.right`."""
+    turn, way, turned = scratch(3), scratch(3), scratch(3)
+    for m in range(table.constraints.shape[0]):
+        g, kind, i, j = table.constraints[m]
+        first, second = work.rates[g, 0], work.rates[g, 1]
+        a, b = work.axes[g, 0, i], work.axes[g, 1, j]
+        _cross(first[3:], a, turn)
+        if kind == AXES_ROW:
+            _cross(second[3:], b, turned)
+            work.right[m] = _dot(turn, b) + _dot(a, turned)
+        elif kind == OFFSET_W:
+            work.right[m] = second[i] - first[i]
+        else:
+            value = 0.0
+            for k in range(3):
+                way[k] = work.points[g, 1, k] - work.points[g, 0, k]
+                value += (second[k] - first[k]) * a[k]
+            work.right[m] = value + _dot(way, turn)
+
+
+@inner(linked=False, error_model="numpy")
+def _marker_accelerations(table, work, rows, fixed, poses, accelerations):
+    """Accelerations of the markers by the forces in `rows`, of driven bodies by `accelerations`."""
+    arm, turn, again = scratch(3), scratch(3), scratch(3)
+    tensor, momentum, torque = scratch(3, 3), scratch(3), scratch(3)
+    for g in range(table.bodies.shape[0]):
+        for side in range(2):
+            row, body = table.rows[g, side], table.bodies[g, side]
+            own, spin = work.accelerations[g, side], work.rates[g, side, 3:]
+            for k in range(6):
+                own[k] = 0.0
+            if row >= 0:
+                one = fixed[row]
+                inertia_tensor(rows[row, TURN : TURN + 4], one, tensor)
+                for k in range(3):
+                    momentum[k] = _dot(tensor[k], spin)
+                _cross(spin, momentum, turn)
+                for k in range(3):
+                    own[k] = rows[row, FORCE + k] / one[MASS] * one[WAYS + k]
+                    torque[k] = rows[row, TORQUE + k] - turn[k]
+                    arm[k] = work.arms[g, side, k]
+                for k in range(3):
+                    own[3 + k] = _dot(work.inverse[row, k], torque)
+            elif body >= 0:
+                for k in range(6):
+                    own[k] = accelerations[body, k]
+                for k in range(3):
+                    arm[k] = work.points[g, side, k] - poses[body, k, 3]
+            else:
+                continue
+            _cross(spin, arm, turn)
+            _cross(spin, turn, again)
+            _cross(own[3:], arm, turn)
+            for k in range(3):
+                own[k] += turn[k] + again[k]
+
+
+@inner(linked=False, error_model="numpy")
+def _row_accelerations(table, work):
+    """Second derivatives of all constraints, into `work.right`."""
+    turn, again, way = scratch(3), scratch(3), scratch(3)
+    other, change = scratch(3), scratch(3)
+    for m in range(table.constraints.shape[0]):
+        g, kind, i, j = table.constraints[m]
+        first, second = work.accelerations[g, 0], work.accelerations[g, 1]
+        a, b = work.axes[g, 0, i], work.axes[g, 1, j]
+        if kind == OFFSET_W:
+            work.right[m] = second[i] - first[i]
+            continue
+        # a' and a''.
+        spin = work.rates[g, 0, 3:]
+        _cross(spin, a, turn)
+        _cross(spin, turn, again)
+        _cross(first[3:], a, change)
+        for k in range(3):
+            again[k] += change[k]
+        if kind == AXES_ROW:
+            value = _dot(again, b)
+            spin = work.rates[g, 1, 3:]
+            _cross(spin, b, other)
+            value += 2.0 * _dot(turn, other)
+            _cross(spin, other, again)
+            _cross(second[3:], b, change)
+            work.right[m] = value + _dot(a, again) + _dot(a, change)
+        else:
+            value = 0.0
+            for k in range(3):
+                way[k] = work.points[g, 1, k] - work.points[g, 0, k]
+                value += (second[k] - first[k]) * a[k]
+                value += 2.0 * (work.rates[g, 1, k] - work.rates[g, 0, k]) * turn[k]
+            work.right[m] = value + _dot(way, again)
+
+
+@kernel(error_model="numpy")
+def react(free, poses, twists, accelerations, fixed, table, work, reactions):
+    """End the kick of a step: velocities that joints allow, and the reactions of the joints.
+
+    `free` are the bodies as `rigid_body_nb.kick` leaves them; the reactions (g, 6), force on the
+    second body and moment about its marker, world axes, are added to their forces. Poses, twists
+    and accelerations (n, …) are of driven bodies. Answers the kinetic energy.
+    """
+    rows, tensor = free.rows, scratch(3, 3)
+    moment, along = scratch(3), scratch(3)
+    _place_markers(table, work, rows, fixed, poses)
+    _derive(table, work, rows, fixed)
+    rank = _factor(table, work)
+    for _ in range(2):  # the second takes back the rounding of the first
+        _marker_rates(table, work, rows, fixed, poses, twists)
+        _row_rates(table, work)
+        _solve(table, work, rank)
+        _kick(table, work, rows, fixed, 1.0)
+    _marker_rates(table, work, rows, fixed, poses, twists)
+    _marker_accelerations(table, work, rows, fixed, poses, accelerations)
+    _row_accelerations(table, work)
+    _solve(table, work, rank)
+    _shift(table, work, work.jacobian)
+    energy = 0.0
+    for b in range(rows.shape[0]):
+        row, one = rows[b], fixed[b]
+        for k in range(3):
+            row[FORCE + k] += work.shift[b, k]
+            row[TORQUE + k] += work.shift[b, 3 + k]
+        momentum, velocity = row[MOMENTUM : MOMENTUM + 3], row[VELOCITY : VELOCITY + 3]
+        twist_of(row, one, free.poses[b], momentum, velocity, free.twists[b], tensor)
+        for k in range(3):
+            energy += 0.5 * one[MASS] * velocity[k] * velocity[k]
+            energy += 0.5 * momentum[k] * free.twists[b, 3 + k]
+    for g in range(reactions.shape[0]):
+        for k in range(6):
+            reactions[g, k] = 0.0
+    for m in range(table.constraints.shape[0]):
+        g, kind, i, j = table.constraints[m]
+        if kind == AXES_ROW:
+            _cross(work.axes[g, 1, j], work.axes[g, 0, i], moment)
+            for k in range(3):
+                reactions[g, 3 + k] += work.multipliers[m] * moment[k]
+        else:
+            for k in range(3):
+                along[k] = 1.0 * (k == i)
+                if kind == OFFSET_A:
+                    along[k] = work.axes[g, 0, i, k]
+                reactions[g, k] += work.multipliers[m] * along[k]
+    return energy
+
+
+@kernel(error_model="numpy")
+def measure(poses, twists, table, points, values, rates, ways):
+    """The coordinates of joints, from poses (n, 4, 4) and twists (n, 6) of all bodies.
+
+    `points` (g, 3) are the markers of the second bodies, world; `values` (c,) are those before, so
+    that turns are counted; `rates` (c,). A unit of force of a coordinate is a force on the second
+    body at that marker and a moment, `ways` (c, 6), and the opposite on the first body there.
+    """
+    at, axes = scratch(2, 3), scratch(2, 3, 3)
+    rate, turn, way = scratch(2, 6), scratch(3), scratch(3)
+    for g in range(table.bodies.shape[0]):
+        body = table.bodies[g, 1]
+        for k in range(3):
+            points[g, k] = table.points_B[g, 1, k]
+            if body >= 0:
+                points[g, k] = poses[body, k, 3] + _dot(poses[body, k], table.points_B[g, 1])
+    for c in range(table.coordinates.shape[0]):
+        g, kind = table.coordinates[c]
+        for side in range(2):
+            body = table.bodies[g, side]
+            for k in range(6):
+                rate[side, k] = 0.0
+            for k in range(3):
+                at[side, k] = table.points_B[g, side, k]
+                for j in range(3):
+                    axes[side, j, k] = table.axes_B[g, side, j, k]
+            if body < 0:
+                continue
+            pose = poses[body]
+            for k in range(3):
+                way[k] = _dot(pose[k], table.points_B[g, side])
+                at[side, k] = pose[k, 3] + way[k]
+                for j in range(3):
+                    axes[side, j, k] = _dot(pose[k], table.axes_B[g, side, j])
+            _cross(twists[body, 3:], way, turn)
+            for k in range(3):
+                rate[side, k] = twists[body, k] + turn[k]
+                rate[side, 3 + k] = twists[body, 3 + k]
+        a, b, own = axes[0], axes[1], ways[c]
+        for k in range(6):
+            own[k] = 0.0
+        value = 0.0
+        if kind == TRAVEL:
+            for k in range(3):
+                way[k] = at[1, k] - at[0, k]
+                own[k] = a[2, k]
+            value = _dot(way, a[2])
+        elif kind == ANGLE:
+            value = math.atan2(_dot(b[0], a[1]), _dot(b[0], a[0]))
+            for k in range(3):
+                own[3 + k] = a[2, k]
+        elif kind == SECOND_ANGLE:
+            value = math.atan2(_dot(a[2], b[1]), _dot(a[2], b[2]))
+            for k in range(3):
+                own[3 + k] = b[0, k]
+        elif kind == CONE:
+            _cross(a[2], b[2], turn)
+            sine = math.sqrt(_dot(turn, turn))
+            value = math.atan2(sine, _dot(a[2], b[2]))
+            if sine > 0.0:  # straight it has no direction
+                for k in range(3):
+                    own[3 + k] = turn[k] / sine
+        else:
+            value = math.atan2(
+                _dot(a[1], b[0]) - _dot(a[0], b[1]), _dot(a[0], b[0]) + _dot(a[1], b[1])
+            )
+            for k in range(3):
+                own[3 + k] = (a[2, k] + b[2, k]) / (1.0 + _dot(a[2], b[2]))
+        if kind in (ANGLE, SECOND_ANGLE, TWIST):
+            value += 2.0 * math.pi * math.floor((values[c] - value) / (2.0 * math.pi) + 0.5)
+        values[c] = value
+        rates[c] = 0.0
+        for k in range(3):
+            # The first body carries the second's marker with it.
+            rates[c] += own[3 + k] * (rate[1, 3 + k] - rate[0, 3 + k])
+        if kind == TRAVEL:
+            _cross(rate[0, 3:], way, turn)
+            for k in range(3):
+                rates[c] += own[k] * (rate[1, k] - rate[0, k] - turn[k])
+
+
+@kernel(error_model="numpy")
+def add_wrenches(table, points, wrenches, poses, total):
+    """Add wrenches (g, 6) on second bodies about `points` (g, 3), and the opposite on first ones,
+    to those (n, 6) about the frames' origins of bodies at `poses` (n, 4, 4)."""
+    arm, turn = scratch(3), scratch(3)
+    for g in range(table.bodies.shape[0]):
+        for side in range(2):
+            body, sign = table.bodies[g, side], 2.0 * side - 1.0
+            if body < 0:
+                continue
+            for k in range(3):
+                arm[k] = points[g, k] - poses[body, k, 3]
+            _cross(arm, wrenches[g, :3], turn)
+            for k in range(3):
+                total[body, k] += sign * wrenches[g, k]
+                total[body, 3 + k] += sign * (wrenches[g, 3 + k] + turn[k])
+
+
+@kernel(error_model="numpy")
+def misfits(rows, poses, fixed, table, work):
+    """Residuals of all constraints, into `work.right`; answers the largest, over the size."""
+    _place_markers(table, work, rows, fixed, poses)
+    return _misfits(table, work)
+
+
+@kernel(error_model="numpy")
+def derive(rows, fixed, table, work):
+    """G and M⁻¹ Gᵀ where `misfits` has placed the markers, into `work`."""
+    _derive(table, work, rows, fixed)
