@@ -50,6 +50,7 @@ from contiga.records import FloatArray
 
 AMBIENT = "ambient"
 
+
 @dataclass(frozen=True, init=False, eq=False)
 class Inflator:
     """What blows gas into a chamber.
@@ -295,8 +296,8 @@ class Opening(NamedTuple):
 class Around(NamedTuple):
     """A unit of mass of the gas around each of c chambers."""
 
-    masses: list[list[float]]
-    """(c, k) of each gas of all chambers."""
+    masses: list[FloatArray]
+    """(k,) of each gas of all chambers, for each of them."""
     volumes: list[float]
     """(c,)."""
     temperatures: list[float]
@@ -345,7 +346,7 @@ class Chambers:
         )
         around = [chamber.surroundings for chamber in self.chambers]
         self._around = Around(
-            [shares_of(self.gases, one.gas) for one in around],
+            [np.array(shares_of(self.gases, one.gas)) for one in around],
             [one.gas.constant * one.temperature / one.pressure for one in around],
             [one.temperature for one in around],
         )

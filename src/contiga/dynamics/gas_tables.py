@@ -112,7 +112,7 @@ class Contents(NamedTuple):
     exposed: FloatArray
     """(o,) share of a vent that no body covers; of fabric the area."""
     fired: FloatArray
-    """(i,) times from which those of the inflators' tables count, infinite before they are known."""
+    """(i,) times from which the inflators' tables count, infinite before these are known."""
     moved: FloatArray
     """(k,) masses that flow, to work in."""
 
@@ -130,7 +130,9 @@ def joined(tables: Sequence[Series]) -> Joined:
 
 def gas_table(gases: Sequence[Gas]) -> GasTable:
     """Return what kernels know of gases."""
-    first, highest, pieces = [], [], []
+    first: list[int] = []
+    highest: list[float] = []
+    pieces: list[tuple[float, ...]] = []
     for gas in gases:
         first.append(len(highest))
         if isinstance(gas, IdealGas):

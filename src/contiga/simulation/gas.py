@@ -14,12 +14,7 @@ from contiga.arrays.threads import run_ranges
 from contiga.contact.contact import Contact
 from contiga.contact.state import State
 from contiga.dynamics.gas import Chamber, Chambers, Exposed, GasState
-from contiga.dynamics.kernels.closed_skin_nb import (
-    AREA,
-    MEASURES,
-    measure_facets,
-    sum_at_nodes,
-)
+from contiga.dynamics.kernels.closed_skin_nb import AT_NODES, measure_facets, sum_at_nodes
 from contiga.dynamics.nodes import SlaveState
 from contiga.dynamics.places import box_told, facets_at, place_of
 from contiga.errors import InputError, RunError
@@ -65,7 +60,7 @@ class SkinTables(NamedTuple):
     corners: IntArray
     """(b, 3, LANES) nodes of the slave; facets of one node fill the last block."""
     sums: NodeSums
-    """Places of the measures of facets that are summed at each node."""
+    """Facets that are summed at each node."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,23 +79,23 @@ class Skin:
         count = len(self.corners)
         every = np.zeros((count_blocks(count) * LANES, 3), np.int32)
         every[:count] = self.rows[self.corners]
-        starts, order = node_sums(self.corners.ravel(), len(self.rows))
-        block, lane = np.divmod(order // 3, LANES)
-        places = block * (MEASURES * LANES) + lane
-        return SkinTables(nodes_in_lanes(every), NodeSums(starts, places.astype(np.int32)))
+        starts, places = node_sums(self.corners.ravel(), len(self.rows))
+        facets = (places // 3).astype(np.int32)
+        return SkinTables(nodes_in_lanes(every), NodeSums(starts, facets))
 
     def closed(self, points: FloatArray) -> Closed:
         """Measure what the facets close with the slave's nodes at points (n, 3)."""
-        corners, sums = self._tables
+        corners, (starts, rows) = self._tables
         blocks, count = len(corners), len(self.rows)
-        measures, volumes = np.empty((blocks, MEASURES, LANES)), np.empty(blocks)
-        given = np.ascontiguousarray(points, np.float64), corners, measures, volumes
-        run_ranges(straight(measure_facets), blocks, BLOCKS, *given)
+        facets, areas = np.empty((blocks * LANES, AT_NODES)), np.empty((blocks, LANES))
+        volumes, points = np.empty(blocks), np.ascontiguousarray(points, np.float64)
+        by_block = points, corners, facets.reshape(blocks, LANES, AT_NODES), areas, volumes
+        run_ranges(straight(measure_facets), blocks, BLOCKS, *by_block)
         gradient, stiffness = np.empty((count, 3)), np.empty(count)
-        at_nodes = measures, *sums, gradient, stiffness
+        at_nodes = facets, starts, rows, gradient, stiffness
         run_ranges(straight(sum_at_nodes), count, NODES, *at_nodes)
-        areas = measures[:, AREA].reshape(-1)[: len(self.corners)]
-        return Closed(float(volumes.sum()), gradient, stiffness, areas)
+        volume = float(volumes.sum())
+        return Closed(volume, gradient, stiffness, areas.reshape(-1)[: len(self.corners)])
 
     def exposed(self, areas: FloatArray, covered: FloatArray) -> Exposed:
         """Return what is open of facets of areas (f,), of which shares (f,) are covered."""

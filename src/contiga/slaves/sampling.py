@@ -110,6 +110,8 @@ class _OnFaces(NamedTuple):
     """(n, c)."""
     area: FloatArray
     """(f n,) of the faces at rest, as the rule shares it."""
+    share: FloatArray
+    """(f n,) of that of the face."""
 
     @property
     def stop(self) -> int:
@@ -128,16 +130,24 @@ def _faces_of(slave: Slave, points: int) -> tuple[_OnFaces, ...]:
     skin = corners_of(slave.facets, slave.quads)
     faces, first = [], len(slave)
     if len(skin.quads):
-        rule = QUAD_RULES[points]
-        jacobian = np.linalg.norm(quad_normals(slave.points, skin.quads, rule), axis=2)
-        area = (jacobian * rule.weight).ravel()
-        faces.append(_OnFaces(first, locked(skin.quads), rule.shape, area))
+        on_quads = QUAD_RULES[points]
+        jacobian = np.linalg.norm(quad_normals(slave.points, skin.quads, on_quads), axis=2)
+        area = jacobian * on_quads.weight
+        faces.append(_on_faces(first, skin.quads, on_quads.shape, area))
         first = faces[-1].stop
     if len(skin.triangles):
-        area = 0.5 * np.linalg.norm(triangle_normals(slave.points, skin.triangles), axis=1)
-        area = (area[:, None] * RULES[points].weight).ravel()
-        faces.append(_OnFaces(first, locked(skin.triangles), RULES[points].shape, area))
+        rule = RULES[points]
+        whole = 0.5 * np.linalg.norm(triangle_normals(slave.points, skin.triangles), axis=1)
+        area = whole[:, None] * rule.weight
+        faces.append(_on_faces(first, skin.triangles, rule.shape, area))
     return tuple(faces)
+
+
+def _on_faces(first: int, corners: IntArray, shape: FloatArray, area: FloatArray) -> _OnFaces:
+    """Return the points of faces, of areas (f, n)."""
+    whole = area.sum(axis=1, keepdims=True)
+    share = np.divide(area, whole, out=np.zeros(area.shape), where=whole > 0.0)
+    return _OnFaces(first, locked(corners), shape, area.ravel(), share.ravel())
 
 
 class _Adjacent(NamedTuple):
@@ -260,9 +270,7 @@ class Sampling:
         alone[slave.quads] = False
         for on, part in self._split(rows):
             places = rows[part] - on.first
-            n = len(on.shape)
-            touched = np.bincount(places // n, on.area[places], len(on.corners))
-            share = touched / on.area.reshape(-1, n).sum(axis=1)
+            share = np.bincount(places // len(on.shape), on.share[places], len(on.corners))
             if on.corners.shape[1] == 4:
                 shares[slave.quads] = share[:, None]
             else:
