@@ -83,8 +83,8 @@ class Inflator:
         trigger: str | None = None,
     ) -> None:
         put = object.__setattr__
-        put(self, "mass_rate", _series("mass_rate", mass_rate, least=0.0))
-        put(self, "temperature", _series("temperature", temperature, least=1e-300))
+        put(self, "mass_rate", _series("mass_rate", mass_rate, over="t"))
+        put(self, "temperature", _series("temperature", temperature, over="t", above=True))
         if gas is not None:
             all_of(Gas | Mixture, (gas,), "gas", "must be a gas", GASES)
         put(self, "gas", gas)
@@ -141,7 +141,7 @@ class Vent:
         if over not in ("pressure", "time"):
             raise InputError("is not known", where="over", found=over, allowed="pressure, time")
         put = object.__setattr__
-        put(self, "area", _series("area", area, least=0.0))
+        put(self, "area", _series("area", area, over="t" if over == "time" else "p"))
         put(self, "coefficient", positive(coefficient, "coefficient"))
         put(self, "over", over)
         put(self, "to", to)
@@ -177,7 +177,8 @@ class Chamber:
     Raises
     ------
     InputError
-        A pressure or temperature that is not above zero, a leak below it, parts of another kind.
+        A pressure or temperature that is not above zero, a leak below it, parts of another kind, a
+        name that means the surroundings.
     """
 
     slave: str
@@ -197,6 +198,10 @@ class Chamber:
         leak: ArrayLike = 0.0,
         name: str = "",
     ) -> None:
+        if name == AMBIENT:
+            raise InputError(
+                "is what vents call the surroundings", where="name", found=name, allowed="another"
+            )
         all_of(Surroundings, (surroundings,), "surroundings", "must be", "contiga.gas.Surroundings")
         positive(surroundings.pressure, "surroundings: pressure")
         positive(surroundings.temperature, "surroundings: temperature")
@@ -208,7 +213,7 @@ class Chamber:
         put(self, "surroundings", surroundings)
         put(self, "inflators", tuple(inflators))
         put(self, "vents", tuple(vents))
-        put(self, "leak", _series("leak", leak, least=0.0))
+        put(self, "leak", _series("leak", leak, over="p"))
         put(self, "name", name or "gas")
 
     @property
@@ -314,7 +319,7 @@ class Chambers:
     Raises
     ------
     InputError
-        A vent to a chamber that is not there, or to its own.
+        A vent to a chamber that is not there, or to its own; vents of two chambers to each other.
     """
 
     def __init__(self, chambers: Sequence[Chamber]) -> None:
@@ -332,6 +337,16 @@ class Chambers:
                         where=f"gas {chamber.name!r}: vents[{k}]: to",
                         found=vent.to,
                         allowed=", ".join([AMBIENT, *(n for n in index if n != chamber.name)]),
+                    )
+                there = index.get(vent.to)
+                back = () if there is None else self.chambers[there].vents
+                if any(other.to == chamber.name for other in back):
+                    raise InputError(
+                        f"gas {vent.to!r} has a vent to this chamber, too: gas flows both ways "
+                        "through one, and the areas of both would count",
+                        where=f"gas {chamber.name!r}: vents[{k}]: to",
+                        found=vent.to,
+                        remedy="Keep one of them",
                     )
         self.gases = tuple(dict.fromkeys(gases))
         self._openings: list[Opening] = []
@@ -523,24 +538,24 @@ def _threshold(name: str, given: float) -> float:
     return value
 
 
-def _series(name: str, given: ArrayLike, least: float) -> Series:
-    """A number, or rows x, y; none of them below `least`.
+def _series(name: str, given: ArrayLike, over: str, above: bool = False) -> Series:
+    """Return a number, or rows over "t" or "p", of which none is below zero, or all are above it.
 
     Raises
     ------
     InputError
-        Neither of these, or less.
+        Neither a number nor rows, or less.
     """
     try:
         rows = np.asarray(real(given, name), dtype=np.float64)
-        table = np.array([[0.0, float(rows)]]) if rows.ndim == 0 else as_table(rows, ("x", name))
+        table = np.array([[0.0, float(rows)]]) if rows.ndim == 0 else as_table(rows, (over, name))
     except (TypeError, ValueError) as error:
         what = error.what if isinstance(error, InputError) else "must be a number, or rows"
         found = error.found if isinstance(error, InputError) else given
-        allowed = f"a number, or rows [x, {name}] with x strictly increasing"
+        allowed = f"a number, or rows [{over}, {name}] with {over} strictly increasing"
         raise InputError(what, where=name, found=found, allowed=allowed) from error
-    if not (np.isfinite(table[:, 1]) & (table[:, 1] >= least)).all():
-        allowed = "numbers from 0 on" if least == 0.0 else "numbers above 0"
-        what = "must not be below zero" if least == 0.0 else "must be above zero"
-        raise InputError(what, where=name, found=table[:, 1].min(), allowed=allowed)
+    least = float(table[:, 1].min())
+    if not (least > 0.0 if above else least >= 0.0) or not np.isfinite(table).all():
+        what = "must be above zero" if above else "must not be below zero"
+        raise InputError(what, where=name, found=least, allowed="finite numbers")
     return Series(table[:, 0], table[:, 1])
