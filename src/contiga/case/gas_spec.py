@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import cached_property
 from typing import Annotated, Any, Literal, Self
 
@@ -142,6 +143,8 @@ class VentSpec(Spec):
     to: str = "ambient"
     opens_at: float = -math.inf
     opens_after: float = -math.inf
+    trigger: Name | None = None
+    """Name of the sensor that lets it open, from when its times count."""
     on: NodesSpec | None = None
 
     @model_validator(mode="after")
@@ -151,7 +154,8 @@ class VentSpec(Spec):
 
     def made(self, nodes_of: NodesOf) -> Vent:
         """The vent."""
-        options = {name: getattr(self, name) for name in ("over", "to", "opens_at", "opens_after")}
+        keys = "over", "to", "opens_at", "opens_after", "trigger"
+        options = {name: getattr(self, name) for name in keys}
         on = None if self.on is None else self.on.place(nodes_of)
         return Vent(self.area, coefficient=self.coefficient, on=on, **options)
 
@@ -196,6 +200,12 @@ class GasSpec(Spec):
             leak=self.leak,
             name=self.name,
         )
+
+    def awaited(self) -> Iterator[tuple[str, str]]:
+        """Keys of triggers, and names of the sensors there."""
+        triggers = [(f"inflator[{k}]", one.trigger) for k, one in enumerate(self.inflator)]
+        triggers += [(f"vent[{k}]", one.trigger) for k, one in enumerate(self.vent)]
+        return ((f"{key}.trigger", name) for key, name in triggers if name is not None)
 
     def describe(self) -> str:
         """Say it in words."""

@@ -109,6 +109,8 @@ class Vent:
     to : name of another chamber; the surroundings if omitted
     opens_at : excess pressure from which on it is open, and stays so
     opens_after : time from which on it is open
+    trigger : name of the sensor whose trigger lets it open, from when its times count; until then
+        it is shut. If omitted they are those of the run
     on : the facets that it is in: a table of one place as `Deforming(fixed=…)` has them; facets all
         of whose corners are there. As much of it is closed as bodies cover of these; without it
         nothing ever covers it
@@ -125,6 +127,7 @@ class Vent:
     to: str
     opens_at: float
     opens_after: float
+    trigger: str | None
     on: Mapping[str, Any] | None
 
     def __init__(
@@ -136,6 +139,7 @@ class Vent:
         to: str = AMBIENT,
         opens_at: float = -math.inf,
         opens_after: float = -math.inf,
+        trigger: str | None = None,
         on: Mapping[str, Any] | None = None,
     ) -> None:
         if over not in ("pressure", "time"):
@@ -147,9 +151,16 @@ class Vent:
         put(self, "to", to)
         put(self, "opens_at", _threshold("opens_at", opens_at))
         put(self, "opens_after", _threshold("opens_after", opens_after))
+        put(self, "trigger", trigger)
         if on is not None and place_of(on, (), "on") is None:
             raise InputError("says nowhere", where="on", found=on, allowed="a place, or none")
         put(self, "on", None if on is None else dict(on))
+
+    @property
+    def kinks(self) -> FloatArray:
+        """Times at which its area bends or jumps; since it may open where a trigger does that."""
+        times = [self.opens_after] if math.isfinite(self.opens_after) else []
+        return np.array([*times, *(self.area.x if self.over == "time" else ())], np.float64)
 
 
 class Surroundings(NamedTuple):
@@ -227,12 +238,18 @@ class Chamber:
         return bool(self.leak.y.any())
 
     @property
+    def waiting(self) -> dict[str, Inflator | Vent]:
+        """Inflators and vents that wait for a trigger, by their places."""
+        places: dict[str, Inflator | Vent] = {}
+        places |= {f"inflators[{k}]": one for k, one in enumerate(self.inflators)}
+        places |= {f"vents[{k}]": one for k, one in enumerate(self.vents)}
+        return {place: one for place, one in places.items() if one.trigger is not None}
+
+    @property
     def kinks(self) -> FloatArray:
         """Times at which what flows bends or jumps."""
-        times = [one.kinks for one in self.inflators if one.trigger is None]
-        times += [vent.area.x for vent in self.vents if vent.over == "time"]
-        times += [np.array([v.opens_after]) for v in self.vents if np.isfinite(v.opens_after)]
-        return np.concatenate([np.zeros(0), *times])
+        every: list[Inflator | Vent] = [*self.inflators, *self.vents]
+        return np.concatenate([np.zeros(0), *(one.kinks for one in every if one.trigger is None)])
 
     def resting(self) -> Chamber:
         """The same gas with nothing that comes or goes."""
@@ -355,7 +372,11 @@ class Chambers:
                 self._openings.append(Opening(c, index.get(vent.to), k))
             if chamber.leaks:
                 self._openings.append(Opening(c, None, None))
-        self._triggers = [one.trigger for chamber in self.chambers for one in chamber.inflators]
+        self._fire = [one.trigger for chamber in self.chambers for one in chamber.inflators]
+        self._open = [
+            None if k is None else self.chambers[here].vents[k].trigger
+            for here, _, k in self._openings
+        ]
         self._tables = FlowTables(
             gas_table(self.gases), self._opening_table(), self._inflator_table()
         )
@@ -479,13 +500,15 @@ class Chambers:
             np.array([state.left for state in states], np.float64),
             is_open,
             free,
-            np.array([fired.get(one, math.inf) if one else 0.0 for one in self._triggers]),
+            _begin(self._open, fired),
+            _begin(self._fire, fired),
             np.empty(len(self.gases)),
         )
 
     def _opening_table(self) -> OpeningTable:
         """Return what kernels know of vents and fabric."""
-        areas, over_time, opens_at, opens_after = [], [], [], []
+        areas: list[Series] = []
+        over_time, opens_at, opens_after = [], [], []
         for here, _, k in self._openings:
             chamber = self.chambers[here]
             if k is None:
@@ -505,6 +528,7 @@ class Chambers:
             np.array([one.here for one in self._openings], np.int32),
             np.array(there, np.int32),
             np.array(over_time, np.bool_),
+            np.array([one is not None for one in self._open], np.bool_),
             np.array(opens_at, np.float64),
             np.array(opens_after, np.float64),
             joined(areas),
@@ -520,11 +544,16 @@ class Chambers:
         shares = [shares_of(self.gases, gas) for _, _, gas in every]
         return InflatorTable(
             np.array([c for c, _, _ in every], np.int32),
-            np.array([one.trigger is not None for _, one, _ in every], np.bool_),
+            np.array([one is not None for one in self._fire], np.bool_),
             np.array(shares, np.float64).reshape(len(every), len(self.gases)),
             joined([one.mass_rate for _, one, _ in every]),
             joined([one.temperature for _, one, _ in every]),
         )
+
+
+def _begin(triggers: Sequence[str | None], fired: Mapping[str, float]) -> FloatArray:
+    """Return when times begin to count that wait for triggers, or for none."""
+    return np.array([fired.get(one, math.inf) if one else 0.0 for one in triggers], np.float64)
 
 
 def _threshold(name: str, given: float) -> float:

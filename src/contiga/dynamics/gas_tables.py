@@ -55,6 +55,8 @@ class OpeningTable(NamedTuple):
     """(o,) row of `Contents` that it leads to: another chamber, or its surroundings."""
     over_time: NDArray[np.bool_]
     """(o,) whether the area is a table over time; else over the excess pressure."""
+    waits: NDArray[np.bool_]
+    """(o,) whether it is shut until a trigger fires."""
     opens_at: FloatArray
     """(o,) excess pressure from which on it is open, and stays so."""
     opens_after: FloatArray
@@ -111,8 +113,10 @@ class Contents(NamedTuple):
     """(o,) 1 of openings that have opened."""
     exposed: FloatArray
     """(o,) share of a vent that no body covers; of fabric the area."""
+    opened: FloatArray
+    """(o,) times from which those of openings count, infinite before a trigger's are known."""
     fired: FloatArray
-    """(i,) times from which the inflators' tables count, infinite before these are known."""
+    """(i,) the same of inflators."""
     moved: FloatArray
     """(k,) masses that flow, to work in."""
 

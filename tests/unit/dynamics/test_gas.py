@@ -305,3 +305,26 @@ def test_the_times_of_an_inflator_count_from_when_it_is_fired() -> None:
     assert state.came == pytest.approx(exact.came, rel=1e-12)
     assert waiting.step([before], volumes, one, 0.1, 0.1)[0].came == 0.0
     assert not waiting.chambers[0].kinks.size
+
+
+def test_a_vent_is_shut_until_its_trigger_fires_and_its_times_count_from_then() -> None:
+    """Fired at 0.25 it opens 0.1 later, for as long as its table says."""
+    area = [[0.1, 0.0], [0.1001, 1e-3], [0.2, 1e-3], [0.2001, 0.0]]
+    chambers, start = blown(3e5, 10 * LITRE, Vent(area, over="time", trigger="crash"))
+    other, _ = blown(3e5, 10 * LITRE, Vent(1e-3, opens_after=0.1, trigger="crash"))
+    known, _ = blown(3e5, 10 * LITRE, Vent(1e-3, opens_after=0.35))
+    volumes, states = start[0].volume * np.ones(1), dict.fromkeys(("a", "b", "c"), start)
+    open_now = exposed(chambers)
+    for k in range(1, 101):
+        fired = {"crash": 0.25} if k > 25 else {}
+        for name, each in (("a", chambers), ("b", other), ("c", known)):
+            states[name] = each.step(states[name], volumes, open_now, 0.005 * k, 0.005, fired)
+        table, threshold, plain = (states[name][0].left for name in ("a", "b", "c"))
+        assert (threshold > 0.0) == (k > 70)
+        assert threshold == pytest.approx(plain, rel=1e-12)
+        assert (table > 0.0) == (k > 70)
+        if k == 91:
+            shut = table
+    assert table == shut < threshold
+    assert chambers.chambers[0].kinks.size == 0
+    assert list(chambers.chambers[0].waiting) == ["vents[0]"]

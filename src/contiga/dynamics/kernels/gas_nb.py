@@ -102,12 +102,14 @@ def _flow(tables, now, o, here, there, time):
     inside, behind = _pressure(gases, now, here), _pressure(gases, now, there)
     excess = inside - behind
     source, high, low = (here, inside, behind) if excess >= 0.0 else (there, behind, inside)
-    if excess >= openings.opens_at[o]:
-        now.is_open[o] = 1.0
+    since = time - now.opened[o]
     area = 0.0
-    if now.is_open[o] > 0.0 and time >= openings.opens_after[o]:
-        at = time if openings.over_time[o] else excess
-        area = now.exposed[o] * _value(openings.areas, o, at)
+    if not openings.waits[o] or since >= 0.0:
+        if excess >= openings.opens_at[o]:
+            now.is_open[o] = 1.0
+        if now.is_open[o] > 0.0 and since >= openings.opens_after[o]:
+            at = since if openings.over_time[o] else excess
+            area = now.exposed[o] * _value(openings.areas, o, at)
     if area == 0.0 or abs(excess) <= EVEN * high:
         return 0.0, excess, source
     masses, temperature = now.masses[source], now.temperature[source]
@@ -204,8 +206,7 @@ def _open(tables, now, o, time, dt):
 
 @inner(error_model="numpy")
 def _blow_in(tables, now, i, time, dt):
-    """Blow in what inflator i gives in a step about a time; the times of its tables count from
-    `now.fired`."""
+    """Blow in what inflator i gives in a step about a time."""
     gases, inflators = tables.gases, tables.inflators
     at, rates = time - now.fired[i], inflators.rates
     first, last = rates.rows[i], rates.rows[i + 1] - 1
