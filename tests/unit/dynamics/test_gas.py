@@ -74,6 +74,7 @@ def blown(pressure: float, volume: float, vent: Vent) -> tuple[Chambers, list[Ga
     ]
 
 
+@pytest.mark.interpreted
 def test_choked_outflow_follows_the_closed_form() -> None:
     """p = p₀ (1 + (γ−1)/2 · t/τ)^{−2γ/(γ−1)} with τ = V / (C A c₀) of an adiabatic blow-down."""
     area, volume, first = 1e-4, 10 * LITRE, 8e5
@@ -154,6 +155,7 @@ def test_a_vent_as_wide_as_can_be_lets_out_what_comes_in(area: float, dt: float)
     assert now[0].left == pytest.approx(came, rel=2e-2 * (1e-3 / dt) if area < 0.1 else 1e-4)
 
 
+@pytest.mark.interpreted
 def test_gases_mix() -> None:
     helium = IdealGas(5.0 / 3.0, 2077.0)
     chambers = alone(inflators=[Inflator(0.01, 293.15, helium)])
@@ -229,6 +231,7 @@ def test_steps_end_where_flows_bend() -> None:
     assert sorted(chamber.kinks.tolist()) == [0.0, 0.5, 2.0, 3.0, 7.0]
 
 
+@pytest.mark.interpreted
 def test_fabric_leaks_by_its_area() -> None:
     leaky, vented = alone(leak=0.01), alone(vents=[Vent(0.02)])
     ends = []
@@ -307,12 +310,13 @@ def test_the_times_of_an_inflator_count_from_when_it_is_fired() -> None:
     assert not waiting.chambers[0].kinks.size
 
 
+@pytest.mark.interpreted
 def test_a_vent_is_shut_until_its_trigger_fires_and_its_times_count_from_then() -> None:
     """Fired at 0.25 it opens 0.1 later, for as long as its table says."""
-    area = [[0.1, 0.0], [0.1001, 1e-3], [0.2, 1e-3], [0.2001, 0.0]]
+    area = [[0.1, 0.0], [0.1001, 1e-5], [0.2, 1e-5], [0.2001, 0.0]]
     chambers, start = blown(3e5, 10 * LITRE, Vent(area, over="time", trigger="crash"))
-    other, _ = blown(3e5, 10 * LITRE, Vent(1e-3, opens_after=0.1, trigger="crash"))
-    known, _ = blown(3e5, 10 * LITRE, Vent(1e-3, opens_after=0.35))
+    other, _ = blown(3e5, 10 * LITRE, Vent(1e-5, opens_after=0.1, trigger="crash"))
+    known, _ = blown(3e5, 10 * LITRE, Vent(1e-5, opens_after=0.35))
     volumes, states = start[0].volume * np.ones(1), dict.fromkeys(("a", "b", "c"), start)
     open_now = exposed(chambers)
     for k in range(1, 101):
