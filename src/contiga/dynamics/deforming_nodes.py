@@ -365,16 +365,11 @@ class DeformingNodes(NodeMover):
         forces = [load.at(points, time) for load in self.loads]
         return {"load": np.asarray(sum(forces[1:], forces[0]))}
 
-    @cached_property
-    def _drag_of_one(self) -> FloatArray:
-        """(n, 1) drag at a velocity of one."""
-        return np.asarray((-self.damping * self.mass)[:, None])
-
     def _drag(self, velocities: FloatArray) -> dict[str, FloatArray]:
         """Of nodes that forces move, where there is any."""
         if self.damping == 0.0:
             return {}
-        drag = self._drag_of_one * velocities
+        drag = (-self.damping * self.mass)[:, None] * velocities
         return {"drag": np.where(self.held, 0.0, drag) if self._leaders else drag}
 
     def _at_nodes(self, values: FloatArray) -> FloatArray:
