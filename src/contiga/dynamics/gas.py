@@ -372,8 +372,8 @@ class Chambers:
                 self._openings.append(Opening(c, index.get(vent.to), k))
             if chamber.leaks:
                 self._openings.append(Opening(c, None, None))
-        self._fire = [one.trigger for chamber in self.chambers for one in chamber.inflators]
-        self._open = [
+        self._fired_by = [one.trigger for chamber in self.chambers for one in chamber.inflators]
+        self._opened_by = [
             None if k is None else self.chambers[here].vents[k].trigger
             for here, _, k in self._openings
         ]
@@ -500,8 +500,8 @@ class Chambers:
             np.array([state.left for state in states], np.float64),
             is_open,
             free,
-            _begin(self._open, fired),
-            _begin(self._fire, fired),
+            _begin(self._opened_by, fired),
+            _begin(self._fired_by, fired),
             np.empty(len(self.gases)),
         )
 
@@ -528,7 +528,7 @@ class Chambers:
             np.array([one.here for one in self._openings], np.int32),
             np.array(there, np.int32),
             np.array(over_time, np.bool_),
-            np.array([one is not None for one in self._open], np.bool_),
+            np.array([one is not None for one in self._opened_by], np.bool_),
             np.array(opens_at, np.float64),
             np.array(opens_after, np.float64),
             joined(areas),
@@ -544,7 +544,7 @@ class Chambers:
         shares = [shares_of(self.gases, gas) for _, _, gas in every]
         return InflatorTable(
             np.array([c for c, _, _ in every], np.int32),
-            np.array([one is not None for one in self._fire], np.bool_),
+            np.array([one is not None for one in self._fired_by], np.bool_),
             np.array(shares, np.float64).reshape(len(every), len(self.gases)),
             joined([one.mass_rate for _, one, _ in every]),
             joined([one.temperature for _, one, _ in every]),
