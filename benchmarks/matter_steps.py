@@ -1,4 +1,5 @@
-"""Whole steps of what deforms: beside Kratos', beside internal forces alone; memory an element.
+"""Whole steps of what deforms: beside Kratos', beside internal forces alone, with gas beside forces
+and contact; memory an element.
 
 `python -m benchmarks matter_steps`. Goals are ratios, measured in one run and in turns: what else
 the machine does falls on both sides alike.
@@ -31,13 +32,16 @@ from benchmarks.matter import (
 )
 from benchmarks.timing import in_turns, means_in_turns, on_threads
 from contiga.dynamics.deforming_nodes import REFRESH
+from contiga.gas import Chamber, IdealGas, Inflator, Surroundings, Vent
 from contiga.matter import Assembled, MatterState
 
 ROUNDS = 9
 SHEET, BLOCK = 71, 46  # 2 · 71² = 10,082 triangles, 46³ = 97,336 hexahedra
-TIMES_KRATOS, TIMES_FORCES, BYTES = 8.0, 3.0, 1000.0
+BAG = 24  # 12 · 24² = 6,912 triangles
+TIMES_KRATOS, TIMES_FORCES, TIMES_BOTH, BYTES = 8.0, 3.0, 1.5, 1000.0
 """Goals: a step of Kratos' takes at least so many of ours, a step with contact at most so many
-times its internal forces, and an element at most so many bytes."""
+times its internal forces, one with gas at most so many times these and its contact, and an element
+at most so many bytes."""
 TENTH = np.sqrt(0.1 / np.pi)
 """Radius of the tenth of a unit square."""
 STEP = 1e-6
@@ -54,9 +58,16 @@ def _verdict(reached: bool) -> str:
     return " (goal reached)" if reached else " (goal missed)"
 
 
-def run(side: int = SIDE, sheet_side: int = SHEET, block_side: int = BLOCK) -> list[str]:
+def run(
+    side: int = SIDE, sheet_side: int = SHEET, block_side: int = BLOCK, bag_side: int = BAG
+) -> list[str]:
     """The lines of the table."""
-    return [*beside_forces(sheet_side, block_side), *memory(side), *beside_kratos(side)]
+    return [
+        *beside_forces(sheet_side, block_side),
+        *beside_forces_and_contact(bag_side),
+        *memory(side),
+        *beside_kratos(side),
+    ]
 
 
 def beside_forces(sheet_side: int, block_side: int) -> list[str]:
@@ -96,6 +107,50 @@ def _touching(side: int) -> tuple[Any, Any, Any]:
     return {"ball": ball}, (slave, motion), [cg.Contact(ball, slave, law=law, search="penetration")]
 
 
+def beside_forces_and_contact(side: int) -> list[str]:
+    """A step of a bag that a ball has come into, beside its internal forces and its contact."""
+    points, facets = _round_bag(side)
+    head = cg.Body([cg.shapes.sphere(radius=0.3, centre=(0.0, 0.0, 0.77))])
+    cloth = cg.materials.Elastic(young=380e6, poisson=0.3, compression=False)
+    motion = cg.motion.Deforming(material=cloth, density=800.0, thickness=3.5e-4)
+    slave = motion.with_masses(cg.Slave(0.5 * points, facets))
+    law = cg.PenaltyLaw(1e7, per_area=True, damping_ratio=0.5)
+    friction = cg.Coulomb(0.3)
+    contact = cg.Contact(
+        head, slave, law=law, friction=friction, quadrature=3, search="penetration"
+    )
+    whole = head.mass_properties(4.54 / head.mass_properties(1.0).mass)
+    falls = cg.motion.Free(whole, velocity=(0.0, 0.0, -20.0))
+    air = Surroundings(101_325.0, 293.15, IdealGas(1.4, 287.05))
+    inflator = Inflator(20.0, 600.0)
+    bag = Chamber("it", air, inflators=[inflator], vents=[Vent(8e-4), Vent(8e-4)], leak=1e-4)
+    stepped = Stepped({"head": (head, falls)}, (slave, motion), [contact], 2e-6, gas=[bag])
+    works = stepped, OfStep(stepped), OfContact(stepped, contact)
+    with on_threads(1):
+        for k in range(REFRESH):
+            stepped(k)
+        step, forces, touching = means_in_turns(works, 4 * REFRESH, process_time)
+    ratio = step / (forces + touching)
+    state = next(iter(stepped.state.contacts.values()))
+    return [
+        f"bag of {len(facets)} tri3, {state.n_contact} of {len(state.status)} points in contact: a "
+        f"whole step takes {1e3 * step:.2f} ms, {ratio:.2f} times its forces, {1e3 * forces:.2f}, "
+        f"and its contact, {1e3 * touching:.2f}{_verdict(ratio <= TIMES_BOTH)}"
+    ]
+
+
+def _round_bag(side: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) and triangles (12 side², 3) of a sphere of radius 1, normals outward: a cube
+    of sheets that are welded and blown up."""
+    flat, triangles = sheet(side)
+    up = 2.0 * flat - [1.0, 1.0, -1.0]
+    down = up[:, [1, 0, 2]] * [1.0, 1.0, -1.0]
+    sides = [way[:, order] for order in ([0, 1, 2], [2, 0, 1], [1, 2, 0]) for way in (up, down)]
+    every, place = np.unique(np.round(np.concatenate(sides), 9), axis=0, return_inverse=True)
+    facets = np.concatenate([triangles + k * len(flat) for k in range(6)])
+    return every / np.linalg.norm(every, axis=1)[:, None], place.ravel()[facets]
+
+
 def _moving(material: Any, nodes: np.ndarray) -> cg.motion.Deforming:
     """A motion whose elements strain by some per cent."""
     return cg.motion.Deforming(
@@ -111,9 +166,11 @@ def _height(radius: float) -> float:
 class Stepped:
     """A work that goes on with a simulation of one slave by a step; its state has two behind it."""
 
-    def __init__(self, bodies: Any, slave: Any, contacts: Any, step: float = STEP) -> None:
+    def __init__(
+        self, bodies: Any, slave: Any, contacts: Any, step: float = STEP, gas: Any = ()
+    ) -> None:
         self.simulation = cg.Simulation(
-            bodies=bodies, slaves={"it": slave}, contacts=contacts, end=1.0, step=step
+            bodies=bodies, slaves={"it": slave}, contacts=contacts, gas=gas, end=1.0, step=step
         )
         self.before = self.simulation.step(self.simulation.start())
         self.state = self.simulation.step(self.before)
@@ -133,6 +190,20 @@ class OfStep:
         before, now = (state.slaves["it"] for state in (self.stepped.before, self.stepped.state))
         state = MatterState(before.points, before.matter["memory"])
         self.matter.forces(state, now.points, now.velocities, self.stepped.state.step)
+
+
+class OfContact:
+    """A work that asks a contact with its only body for the step that was last."""
+
+    def __init__(self, stepped: Stepped, contact: cg.Contact) -> None:
+        self.stepped, self.contact = stepped, contact
+
+    def __call__(self, _: int) -> None:
+        before, now = self.stepped.before, self.stepped.state
+        (last,) = before.contacts.values()
+        (body,), (slave,) = now.bodies.values(), now.slaves.values()
+        speeds = {"velocity": slave.velocities, "twist": tuple(body.twist)}
+        self.contact.step(last, slave.points, body.pose, now.step, **speeds)
 
 
 def memory(side: int) -> list[str]:

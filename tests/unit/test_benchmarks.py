@@ -71,11 +71,12 @@ def test_the_table_of_matter_is_made() -> None:
 
 
 def test_the_table_of_whole_steps_of_matter_is_made() -> None:
-    lines = matter_steps.run(side=2, sheet_side=20, block_side=3)
-    assert len(lines) == 6
+    lines = matter_steps.run(side=2, sheet_side=20, block_side=3, bag_side=4)
+    assert len(lines) == 7
     assert lines[0].startswith("800 tri3, 8% of the nodes in contact: a whole step takes ")
     assert lines[2].startswith("27 hex8 of foam, 0% of the nodes in contact: a whole step takes ")
-    assert lines[3].startswith("tet4 neo-Hooke: ")
+    assert lines[3].startswith("bag of 192 tri3, ")
+    assert lines[4].startswith("tet4 neo-Hooke: ")
     assert "forces differ by " in lines[-1] or "not measured" in lines[-1]
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import cached_property
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from contiga.case.nodal_spec import NodesOf, NodesSpec
 from contiga.case.spec import Name, Positive, Spec, is_number
@@ -22,7 +23,6 @@ AIR = 1.4, 287.05
 
 
 def _number_or_rows(value: Any) -> Any:
-    # One message where a union of types would give one for each.
     rows = value if isinstance(value, list) else []
     if not (is_number(value) or (rows and all(isinstance(row, list) for row in rows))):
         raise CaseError(
@@ -43,7 +43,31 @@ def _a_gas(value: Any) -> Any:
     return value
 
 
-NumberOrRows = Annotated[float | list[list[float]], BeforeValidator(_number_or_rows)]
+def _form_of_table(value: Any) -> str:
+    return "<rows>" if isinstance(value, list) else "<number>"
+
+
+def _form_of_gas(value: Any) -> str:
+    if isinstance(value, list):
+        return "<mixture>"
+    return "<air>" if value == "air" else "<gas>"
+
+
+def _form_of_heat_capacity(value: Any) -> str:
+    rows = isinstance(value, list) and any(isinstance(row, list) for row in value)
+    return "<rows>" if rows else "<polynomial>"
+
+
+# One message where a union of types would give one for each: the brackets are left out of places.
+NumberOrRows = Annotated[
+    Annotated[float, Tag("<number>")] | Annotated[list[list[float]], Tag("<rows>")],
+    Discriminator(_form_of_table),
+    BeforeValidator(_number_or_rows),
+]
+HeatCapacity = Annotated[
+    Annotated[list[float], Tag("<polynomial>")] | Annotated[list[list[float]], Tag("<rows>")],
+    Discriminator(_form_of_heat_capacity),
+]
 
 
 class OneGasSpec(Spec):
@@ -51,7 +75,7 @@ class OneGasSpec(Spec):
 
     constant: Positive
     gamma: Positive | None = None
-    c_p: list[float] | list[list[float]] | None = None
+    c_p: HeatCapacity | None = None
     """Rows T, c_p; or coefficients of a polynomial, with `between`."""
     between: tuple[float, float] | None = None
 
@@ -81,7 +105,13 @@ class MixedGasSpec(OneGasSpec):
     """Share of the mass of the mixture."""
 
 
-GasKind = Annotated[Literal["air"] | OneGasSpec | list[MixedGasSpec], BeforeValidator(_a_gas)]
+GasKind = Annotated[
+    Annotated[Literal["air"], Tag("<air>")]
+    | Annotated[OneGasSpec, Tag("<gas>")]
+    | Annotated[list[MixedGasSpec], Tag("<mixture>")],
+    Discriminator(_form_of_gas),
+    BeforeValidator(_a_gas),
+]
 
 
 class InflatorSpec(Spec):
@@ -94,6 +124,15 @@ class InflatorSpec(Spec):
     trigger: Name | None = None
     """Name of the sensor that fires it; its times are those of the run if omitted."""
 
+    @model_validator(mode="after")
+    def _inflator_is_possible(self) -> Self:
+        assert self.made(None) is not None
+        return self
+
+    def made(self, gas: Gas | Mixture | None) -> Inflator:
+        """Make the inflator of a gas."""
+        return Inflator(self.mass_rate, self.temperature, gas, trigger=self.trigger)
+
 
 class VentSpec(Spec):
     """A vent of a chamber; `on` says which facets it is in, which bodies may cover."""
@@ -104,6 +143,8 @@ class VentSpec(Spec):
     to: str = "ambient"
     opens_at: float = -math.inf
     opens_after: float = -math.inf
+    trigger: Name | None = None
+    """Name of the sensor that lets it open, from when its times count."""
     on: NodesSpec | None = None
 
     @model_validator(mode="after")
@@ -113,7 +154,8 @@ class VentSpec(Spec):
 
     def made(self, nodes_of: NodesOf) -> Vent:
         """The vent."""
-        options = {name: getattr(self, name) for name in ("over", "to", "opens_at", "opens_after")}
+        keys = "over", "to", "opens_at", "opens_after", "trigger"
+        options = {name: getattr(self, name) for name in keys}
         on = None if self.on is None else self.on.place(nodes_of)
         return Vent(self.area, coefficient=self.coefficient, on=on, **options)
 
@@ -150,18 +192,20 @@ class GasSpec(Spec):
                 return Mixture([(one.made, one.share) for one in given])
             return given.made if isinstance(given, OneGasSpec) else air
 
-        inflators = [
-            Inflator(one.mass_rate, one.temperature, gas_of(one.gas), trigger=one.trigger)
-            for one in self.inflator
-        ]
         return Chamber(
             self.slave,
             Surroundings(pressure, self.temperature, gas_of(self.gas)),
-            inflators=inflators,
+            inflators=[one.made(gas_of(one.gas)) for one in self.inflator],
             vents=[one.made(nodes_of) for one in self.vent],
             leak=self.leak,
             name=self.name,
         )
+
+    def awaited(self) -> Iterator[tuple[str, str]]:
+        """Keys of triggers, and names of the sensors there."""
+        triggers = [(f"inflator[{k}]", one.trigger) for k, one in enumerate(self.inflator)]
+        triggers += [(f"vent[{k}]", one.trigger) for k, one in enumerate(self.vent)]
+        return ((f"{key}.trigger", name) for key, name in triggers if name is not None)
 
     def describe(self) -> str:
         """Say it in words."""

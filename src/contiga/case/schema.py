@@ -322,15 +322,14 @@ class Case(Spec):
         yield from (partial(self._check_body, i) for i in range(len(self.body)))
 
     def _awaited(self) -> Iterator[tuple[str, str]]:
-        """Names of the sensors that devices and inflators wait for, and the keys they stand at."""
+        """Keys of what waits for sensors, and the names of these."""
         keys = {"retractor": "retractor.lock"}
         for i, spring in enumerate(self.spring):
             for device, name in spring.made.devices.triggers.items():
                 yield f"spring[{i}].{keys.get(device, device)}.trigger", name
         for i, chamber in enumerate(self.gas):
-            for k, inflator in enumerate(chamber.inflator):
-                if inflator.trigger is not None:
-                    yield f"gas[{i}].inflator[{k}].trigger", inflator.trigger
+            for key, name in chamber.awaited():
+                yield f"gas[{i}].{key}", name
 
     def _check_belt(self, name: str, where: str) -> None:
         if name in [slave.name for slave in self.slave]:

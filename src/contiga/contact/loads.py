@@ -34,6 +34,13 @@ class Column(NamedTuple):
             out[there] = self.values[place[there]]
         return out
 
+    def add_to(self, total: FloatArray) -> None:
+        """Add the values to those of all points (n, …)."""
+        if len(self.rows) == len(total):  # of all of them: in a tenth of the time
+            total += self.values
+        else:
+            total[self.rows] += self.values
+
     def nonzero(self) -> Column:
         """The points whose value (k,) is not zero."""
         if np.count_nonzero(self.values) == len(self.values):  # nearly always

@@ -55,7 +55,7 @@ OFTEN = 4
 EPS = float(np.finfo(np.float64).eps)
 NODES = 16384
 """Below which a second thread does not pay; a multiple of the nodes of a block."""
-NOTHING = np.zeros((0, 3))
+NOTHING, NO_ROWS = np.zeros((0, 3)), np.zeros(0, np.int32)
 """Of what does not act."""
 
 
@@ -76,9 +76,11 @@ class Acting(NamedTuple):
     """Forces on nodes, (n, 3) each, (0, 3) of those there are none of."""
 
     rows: IndexArray
-    """(k,) nodes on which contacts act, ascending."""
+    """(k,) nodes on which contacts act, ascending; none where they act on all."""
     contacts: FloatArray
     """(k, 3) of contacts."""
+    everywhere: FloatArray
+    """Of contacts, springs and gas where they act on all nodes."""
     elements: FloatArray
     loads: FloatArray
     drag: FloatArray
@@ -191,7 +193,11 @@ def _all_forces(inside: Arrays) -> FloatArray:
 def _acting(inside: Arrays, forces: Forces, gravity: FloatArray) -> Acting:
     """Of contacts and elements, and loads and drag where `inside` has them."""
     loads, drag = inside.get("load", NOTHING), inside.get("drag", NOTHING)
-    return Acting(*forces.listed(), inside["force"], loads, drag, gravity)
+    rows, pushes = forces.listed()
+    everywhere = NOTHING
+    if len(pushes) == len(inside["force"]):
+        rows, pushes, everywhere = NO_ROWS, NOTHING, pushes
+    return Acting(rows, pushes, everywhere, inside["force"], loads, drag, gravity)
 
 
 @dataclass(frozen=True, eq=False)

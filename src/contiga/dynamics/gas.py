@@ -30,34 +30,25 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.arrays.layout import all_of, positive, real
+from contiga.dynamics.gas_tables import (
+    Contents,
+    FlowTables,
+    InflatorTable,
+    OpeningTable,
+    Series,
+    gas_table,
+    joined,
+    shares_of,
+)
 from contiga.dynamics.gases import GASES, Gas, Mixture, parts_of
+from contiga.dynamics.kernels import gas_nb
 from contiga.dynamics.places import place_of
 from contiga.dynamics.tables import as_table
 from contiga.errors import InputError
+from contiga.jit import straight
 from contiga.records import FloatArray
 
 AMBIENT = "ambient"
-SHARE = 0.02
-"""Of what is in a chamber, that flows in one part of a step at most."""
-NEAR = 1e-3
-"""Part of a pressure by which two differ where the flow is as the root of the difference."""
-EVEN = 1e-14
-"""Part by which pressures differ where nothing flows any more."""
-FOUND = 1e-9
-"""Part of a temperature by which Newton's last correction of it differs from nothing: what is left
-after that is its square."""
-ITERATIONS = 50
-
-
-class Series(NamedTuple):
-    """Values over something, linear between rows; those of the ends stay beyond them."""
-
-    x: FloatArray
-    y: FloatArray
-
-    def at(self, x: float) -> float:
-        """The value there."""
-        return float(np.interp(x, self.x, self.y))
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -92,8 +83,8 @@ class Inflator:
         trigger: str | None = None,
     ) -> None:
         put = object.__setattr__
-        put(self, "mass_rate", _series("mass_rate", mass_rate, least=0.0))
-        put(self, "temperature", _series("temperature", temperature, least=1e-300))
+        put(self, "mass_rate", _series("mass_rate", mass_rate, over="t"))
+        put(self, "temperature", _series("temperature", temperature, over="t", above=True))
         if gas is not None:
             all_of(Gas | Mixture, (gas,), "gas", "must be a gas", GASES)
         put(self, "gas", gas)
@@ -103,13 +94,6 @@ class Inflator:
     def kinks(self) -> FloatArray:
         """Times at which what comes bends or jumps; since it is fired where a trigger does it."""
         return np.concatenate([self.mass_rate.x, self.temperature.x])
-
-    def rate(self, time: float) -> float:
-        """ṁ at a time."""
-        times = self.mass_rate.x
-        if len(times) > 1 and not times[0] <= time <= times[-1]:
-            return 0.0
-        return self.mass_rate.at(time)
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -125,6 +109,8 @@ class Vent:
     to : name of another chamber; the surroundings if omitted
     opens_at : excess pressure from which on it is open, and stays so
     opens_after : time from which on it is open
+    trigger : name of the sensor whose trigger lets it open, from when its times count; until then
+        it is shut. If omitted they are those of the run
     on : the facets that it is in: a table of one place as `Deforming(fixed=…)` has them; facets all
         of whose corners are there. As much of it is closed as bodies cover of these; without it
         nothing ever covers it
@@ -141,6 +127,7 @@ class Vent:
     to: str
     opens_at: float
     opens_after: float
+    trigger: str | None
     on: Mapping[str, Any] | None
 
     def __init__(
@@ -152,26 +139,28 @@ class Vent:
         to: str = AMBIENT,
         opens_at: float = -math.inf,
         opens_after: float = -math.inf,
+        trigger: str | None = None,
         on: Mapping[str, Any] | None = None,
     ) -> None:
         if over not in ("pressure", "time"):
             raise InputError("is not known", where="over", found=over, allowed="pressure, time")
         put = object.__setattr__
-        put(self, "area", _series("area", area, least=0.0))
+        put(self, "area", _series("area", area, over="t" if over == "time" else "p"))
         put(self, "coefficient", positive(coefficient, "coefficient"))
         put(self, "over", over)
         put(self, "to", to)
         put(self, "opens_at", _threshold("opens_at", opens_at))
         put(self, "opens_after", _threshold("opens_after", opens_after))
+        put(self, "trigger", trigger)
         if on is not None and place_of(on, (), "on") is None:
             raise InputError("says nowhere", where="on", found=on, allowed="a place, or none")
         put(self, "on", None if on is None else dict(on))
 
-    def effective(self, excess: float, time: float, is_open: bool) -> float:
-        """C A at an excess pressure and a time."""
-        if not is_open or time < self.opens_after:
-            return 0.0
-        return self.coefficient * self.area.at(excess if self.over == "pressure" else time)
+    @property
+    def kinks(self) -> FloatArray:
+        """Times at which its area bends or jumps; since it may open where a trigger does that."""
+        times = [self.opens_after] if math.isfinite(self.opens_after) else []
+        return np.array([*times, *(self.area.x if self.over == "time" else ())], np.float64)
 
 
 class Surroundings(NamedTuple):
@@ -199,7 +188,8 @@ class Chamber:
     Raises
     ------
     InputError
-        A pressure or temperature that is not above zero, a leak below it, parts of another kind.
+        A pressure or temperature that is not above zero, a leak below it, parts of another kind, a
+        name that means the surroundings.
     """
 
     slave: str
@@ -219,6 +209,10 @@ class Chamber:
         leak: ArrayLike = 0.0,
         name: str = "",
     ) -> None:
+        if name == AMBIENT:
+            raise InputError(
+                "is what vents call the surroundings", where="name", found=name, allowed="another"
+            )
         all_of(Surroundings, (surroundings,), "surroundings", "must be", "contiga.gas.Surroundings")
         positive(surroundings.pressure, "surroundings: pressure")
         positive(surroundings.temperature, "surroundings: temperature")
@@ -230,7 +224,7 @@ class Chamber:
         put(self, "surroundings", surroundings)
         put(self, "inflators", tuple(inflators))
         put(self, "vents", tuple(vents))
-        put(self, "leak", _series("leak", leak, least=0.0))
+        put(self, "leak", _series("leak", leak, over="p"))
         put(self, "name", name or "gas")
 
     @property
@@ -244,12 +238,18 @@ class Chamber:
         return bool(self.leak.y.any())
 
     @property
+    def waiting(self) -> dict[str, Inflator | Vent]:
+        """Inflators and vents that wait for a trigger, by their places."""
+        places: dict[str, Inflator | Vent] = {}
+        places |= {f"inflators[{k}]": one for k, one in enumerate(self.inflators)}
+        places |= {f"vents[{k}]": one for k, one in enumerate(self.vents)}
+        return {place: one for place, one in places.items() if one.trigger is not None}
+
+    @property
     def kinks(self) -> FloatArray:
         """Times at which what flows bends or jumps."""
-        times = [one.kinks for one in self.inflators if one.trigger is None]
-        times += [vent.area.x for vent in self.vents if vent.over == "time"]
-        times += [np.array([v.opens_after]) for v in self.vents if np.isfinite(v.opens_after)]
-        return np.concatenate([np.zeros(0), *times])
+        every: list[Inflator | Vent] = [*self.inflators, *self.vents]
+        return np.concatenate([np.zeros(0), *(one.kinks for one in every if one.trigger is None)])
 
     def resting(self) -> Chamber:
         """The same gas with nothing that comes or goes."""
@@ -315,41 +315,15 @@ class Opening(NamedTuple):
     """Number of the vent; None of fabric."""
 
 
-@dataclass(slots=True)
-class _Content:
-    """Contents of a chamber in the course of a step; changed in place."""
+class Around(NamedTuple):
+    """A unit of mass of the gas around each of c chambers."""
 
-    masses: list[float]
-    """(k,) of each gas of all chambers."""
-    energy: float
-    volume: float
-    temperature: float
-    """Temperature that these masses have with this energy, kelvin."""
-    came: float
-    """Enthalpy since the start, with the next."""
-    left: float
-    is_open: FloatArray
-    """(v,)."""
-
-
-class _Side(NamedTuple):
-    """Gas on one side of an opening."""
-
-    pressure: float
-    temperature: float
-    shares: list[float]
-    """(k,) of its mass; their sum is one."""
-
-
-class _Flow(NamedTuple):
-    """Flow through an opening."""
-
-    rate: float
-    """Mass by time that goes out of its chamber, below zero where it comes in."""
-    excess: float
-    """The pressure of its chamber over that behind it."""
-    source: _Side
-    """The gas that flows: that of the higher pressure."""
+    masses: list[FloatArray]
+    """(k,) of each gas of all chambers, for each of them."""
+    volumes: list[float]
+    """(c,)."""
+    temperatures: list[float]
+    """(c,) kelvin."""
 
 
 class Chambers:
@@ -362,7 +336,7 @@ class Chambers:
     Raises
     ------
     InputError
-        A vent to a chamber that is not there, or to its own.
+        A vent to a chamber that is not there, or to its own; vents of two chambers to each other.
     """
 
     def __init__(self, chambers: Sequence[Chamber]) -> None:
@@ -381,6 +355,16 @@ class Chambers:
                         found=vent.to,
                         allowed=", ".join([AMBIENT, *(n for n in index if n != chamber.name)]),
                     )
+                there = index.get(vent.to)
+                back = () if there is None else self.chambers[there].vents
+                if any(other.to == chamber.name for other in back):
+                    raise InputError(
+                        f"gas {vent.to!r} has a vent to this chamber, too: gas flows both ways "
+                        "through one, and the areas of both would count",
+                        where=f"gas {chamber.name!r}: vents[{k}]: to",
+                        found=vent.to,
+                        remedy="Keep one of them",
+                    )
         self.gases = tuple(dict.fromkeys(gases))
         self._openings: list[Opening] = []
         for c, chamber in enumerate(self.chambers):
@@ -388,19 +372,32 @@ class Chambers:
                 self._openings.append(Opening(c, index.get(vent.to), k))
             if chamber.leaks:
                 self._openings.append(Opening(c, None, None))
+        self._fired_by = [one.trigger for chamber in self.chambers for one in chamber.inflators]
+        self._opened_by = [
+            None if k is None else self.chambers[here].vents[k].trigger
+            for here, _, k in self._openings
+        ]
+        self._tables = FlowTables(
+            gas_table(self.gases), self._opening_table(), self._inflator_table()
+        )
+        around = [chamber.surroundings for chamber in self.chambers]
+        self._around = Around(
+            [np.array(shares_of(self.gases, one.gas)) for one in around],
+            [one.gas.constant * one.temperature / one.pressure for one in around],
+            [one.temperature for one in around],
+        )
 
     def start(self, volumes: FloatArray) -> list[GasState]:
-        """What is in volumes (c,) at the start: gas as around them."""
+        """Return what is in volumes (c,) at the start: gas as around them."""
         states = []
-        for c, (chamber, volume) in enumerate(zip(self.chambers, volumes.tolist(), strict=True)):
-            pressure, temperature, shares = self._outside(c)
-            mass = pressure * volume / (self._constant(shares) * temperature)
-            masses = [mass * share for share in shares]
-            energy, _ = self._caloric(masses, temperature)
-            whole = energy + pressure * volume
+        for chamber, volume in zip(self.chambers, volumes.tolist(), strict=True):
+            pressure, temperature, gas = chamber.surroundings
+            mass = pressure * volume / (gas.constant * temperature)
+            masses = mass * np.array(shares_of(self.gases, gas))
+            energy = self._energy(masses, temperature)
             states.append(
                 GasState(
-                    np.array(masses),
+                    masses,
                     energy,
                     volume,
                     pressure,
@@ -409,7 +406,7 @@ class Chambers:
                     came=0.0,
                     left=0.0,
                     stored=0.0,
-                    at_start=whole,
+                    at_start=energy + pressure * volume,
                 )
             )
         return states
@@ -423,7 +420,7 @@ class Chambers:
         dt: float,
         fired: Mapping[str, float] | None = None,
     ) -> list[GasState]:
-        """What is in chambers after a step of length `dt` that ends at `time`.
+        """Return what is in chambers after a step of length `dt` that ends at `time`.
 
         Parameters
         ----------
@@ -431,55 +428,27 @@ class Chambers:
         exposed : (c,) what is open of their fabric and vents then
         fired : times at which triggers fire, by their sensors; those that are missing have not
         """
-        now = [
-            _Content(
-                state.masses.tolist(),
-                float(state.energy),
-                float(state.volume),
-                float(state.temperature),
-                float(state.came),
-                float(state.left),
-                # A copy: a step may be refused, and asked for again.
-                state.is_open.copy(),
-            )
-            for state in states
-        ]
-        ends = volumes.tolist()
-        for content, end in zip(now, ends, strict=True):
-            self._squeeze(content, 0.5 * (content.volume + end))
-        for opening in self._openings:
-            self._let_through(now, opening, exposed, time - 0.75 * dt, 0.5 * dt)
-        for content, chamber in zip(now, self.chambers, strict=True):
-            for inflator in chamber.inflators:
-                middle = time - 0.5 * dt
-                if inflator.trigger is not None:
-                    middle -= (fired or {}).get(inflator.trigger, math.inf)
-                    if middle < 0.0:
-                        continue
-                mass = dt * inflator.rate(middle)
-                if mass == 0.0:
-                    continue
-                shares = self._shares(inflator.gas or chamber.surroundings.gas)
-                heat = mass * self._enthalpy(shares, inflator.temperature.at(middle))
-                self._add(content, mass, shares, heat)
-                content.came += heat
-        for opening in reversed(self._openings):
-            self._let_through(now, opening, exposed, time - 0.25 * dt, 0.5 * dt)
+        now = self._contents(states, exposed, fired or {})
+        volumes = np.ascontiguousarray(volumes, np.float64)
+        straight(gas_nb.flow)(self._tables, now, volumes, float(time), float(dt))
+        vents: list[list[float]] = [[] for _ in self.chambers]
+        for opening, is_open in zip(self._openings, now.is_open.tolist(), strict=True):
+            if opening.vent is not None:
+                vents[opening.here].append(is_open)
         after = []
-        for content, end, chamber, state in zip(now, ends, self.chambers, states, strict=True):
-            self._squeeze(content, end)
-            inside = self._inside(content)
-            whole = content.energy + chamber.surroundings.pressure * end
+        for c, (chamber, state) in enumerate(zip(self.chambers, states, strict=True)):
+            energy, volume = float(now.energy[c]), float(volumes[c])
+            whole = energy + chamber.surroundings.pressure * volume
             after.append(
                 GasState(
-                    np.array(content.masses),
-                    content.energy,
-                    end,
-                    inside.pressure,
-                    inside.temperature,
-                    content.is_open,
-                    content.came,
-                    content.left,
+                    now.masses[c].copy(),
+                    energy,
+                    volume,
+                    float(now.pressure[c]),
+                    float(now.temperature[c]),
+                    np.array(vents[c], np.float64),
+                    float(now.came[c]),
+                    float(now.left[c]),
                     whole - float(state.at_start),
                     state.at_start,
                 )
@@ -487,180 +456,104 @@ class Chambers:
         return after
 
     def gamma(self, state: GasState) -> float:
-        """c_p / c_v of the gas in a chamber."""
-        masses = state.masses.tolist()
-        _, c_v = self._caloric(masses, float(state.temperature))
-        return 1.0 + self._constant(masses) / c_v
+        """Return c_p / c_v of the gas in a chamber."""
+        capacity = constant = 0.0
+        for mass, gas in zip(state.masses.tolist(), self.gases, strict=True):
+            capacity += mass * gas.heat_capacity(float(state.temperature))
+            constant += mass * gas.constant
+        return capacity / (capacity - constant)
 
-    def _caloric(self, masses: Sequence[float], temperature: float) -> tuple[float, float]:
-        """U of masses or shares at a temperature, and its slope."""
-        energy = slope = 0.0
-        for mass, gas in zip(masses, self.gases, strict=True):
-            if mass != 0.0:
-                energy += mass * (gas.enthalpy(temperature) - gas.constant * temperature)
-                slope += mass * (gas.heat_capacity(temperature) - gas.constant)
-        return energy, slope
-
-    def _enthalpy(self, shares: Sequence[float], temperature: float) -> float:
-        """Return the enthalpy by mass of a mixture."""
-        pairs = zip(shares, self.gases, strict=True)
-        return sum(share * gas.enthalpy(temperature) for share, gas in pairs if share != 0.0)
-
-    def _constant(self, masses: Sequence[float]) -> float:
-        """Σ m R."""
-        return sum(mass * gas.constant for mass, gas in zip(masses, self.gases, strict=True))
-
-    def _shares(self, gas: Gas | Mixture) -> list[float]:
-        """(k,) of each gas of all chambers in one, or in a mixture."""
-        parts = dict(parts_of(gas))
-        return [parts.get(one, 0.0) for one in self.gases]
-
-    def _add(
-        self, content: _Content, mass: float, shares: Sequence[float], enthalpy: float
-    ) -> None:
-        """Put a mass into a chamber, or take it out where it is below zero."""
-        content.masses = [m + mass * x for m, x in zip(content.masses, shares, strict=True)]
-        content.energy += enthalpy
-        t = content.temperature
-        for _ in range(ITERATIONS):
-            energy, slope = self._caloric(content.masses, t)
-            change = (content.energy - energy) / slope
-            t = max(t + change, 0.1 * t)
-            if abs(change) <= FOUND * t:
-                break
-        content.temperature = t
-
-    def _squeeze(self, content: _Content, volume: float) -> None:
-        """Bring the same gas into another volume: its entropy stays."""
-        if volume == content.volume:
-            return
-        start, constant = content.temperature, self._constant(content.masses)
-        swelling = constant * math.log(content.volume / volume)
-        before, slope = self._caloric(content.masses, start)
-        t = start * math.exp(swelling / slope)
-        for _ in range(ITERATIONS):
-            _, slope = self._caloric(content.masses, t)
-            gained = -constant * math.log(t / start) - swelling
-            for mass, gas in zip(content.masses, self.gases, strict=True):
-                gained += mass * gas.entropy(start, t)
-            t *= math.exp(-gained / slope)
-            if abs(gained) <= FOUND * slope:
-                break
-        after, _ = self._caloric(content.masses, t)
-        content.energy += after - before
-        content.temperature, content.volume = t, volume
-
-    def _inside(self, content: _Content) -> _Side:
-        """The gas of a chamber."""
-        whole = sum(content.masses)
-        pressure = self._constant(content.masses) * content.temperature / content.volume
-        return _Side(pressure, content.temperature, [mass / whole for mass in content.masses])
-
-    def _outside(self, c: int) -> _Side:
-        """The gas around a chamber."""
-        pressure, temperature, gas = self.chambers[c].surroundings
-        return _Side(pressure, temperature, self._shares(gas))
-
-    def _let_through(
-        self,
-        now: list[_Content],
-        opening: Opening,
-        exposed: Sequence[Exposed],
-        time: float,
-        dt: float,
-    ) -> None:
-        """Let flow through one opening what does in a part of a step.
-
-        With nothing else flowing the pressures even out in a finite time, and never pass each
-        other. Near that the flow is as the root of their difference, which then goes as the square
-        of the time that is left.
-        """
-        here, there = opening.here, opening.there
-        left = dt
-        while left > 0.0:
-            rate, excess, source = self._flow(now, opening, exposed, time)
-            if rate == 0.0:
-                return
-            falling = abs(rate) * self._evening(now, opening, source)
-            even = abs(excess) / falling if falling > 0.0 else math.inf
-            if abs(excess) <= NEAR * self._inside(now[here]).pressure:
-                span = 0.5 * left / even  # of the time in which they even out
-                mass = rate * (even if span >= 1.0 else 0.5 * left * (2.0 - span))
-                self._move(now, opening, mass, source)
-                return
-            sides = [here] if there is None else [here, there]
-            least = min(sum(now[c].masses) for c in sides)
-            part = min(left, SHARE * least / abs(rate), 0.25 * even)
-            half = list(now)
-            for c in sides:
-                half[c] = copy(now[c])
-            self._move(half, opening, 0.5 * part * rate, source)
-            middle = self._flow(half, opening, exposed, time)
-            self._move(now, opening, part * middle.rate, middle.source)
-            left = left - part if part < left else 0.0
-
-    def _evening(self, now: list[_Content], opening: Opening, source: _Side) -> float:
-        """Return how much the difference of the pressures falls by mass that flows."""
-        enthalpy, constant = (
-            self._enthalpy(source.shares, source.temperature),
-            self._constant(source.shares),
+    def _energy(self, masses: FloatArray, temperature: float) -> float:
+        """Return the internal energy of masses (k,) at a temperature."""
+        pairs = zip(masses.tolist(), self.gases, strict=True)
+        return sum(
+            mass * (gas.enthalpy(temperature) - gas.constant * temperature) for mass, gas in pairs
         )
-        whole = 0.0
-        for c in (opening.here, opening.there):
-            if c is not None:
-                content = now[c]
-                t = content.temperature
-                _, slope = self._caloric(content.masses, t)
-                energy, _ = self._caloric(source.shares, t)
-                warmed = (enthalpy - energy) / slope
-                swollen = constant * t + self._constant(content.masses) * warmed
-                whole += swollen / content.volume
-        return whole
 
-    def _flow(
-        self, now: list[_Content], opening: Opening, exposed: Sequence[Exposed], time: float
-    ) -> _Flow:
-        """Return the flow through an opening; mark a vent that opens."""
-        here, k, there = opening.here, opening.vent, opening.there
-        inside = self._inside(now[here])
-        behind = self._outside(here) if there is None else self._inside(now[there])
-        chamber, excess = self.chambers[here], inside.pressure - behind.pressure
-        if k is None:
-            area = chamber.leak.at(excess) * exposed[here].area
-        else:
-            vent, is_open = chamber.vents[k], now[here].is_open
-            if excess >= vent.opens_at:
-                is_open[k] = 1.0
-            area = vent.effective(excess, time, is_open[k] > 0.0) * float(exposed[here].vents[k])
-        source, after = (inside, behind) if excess >= 0.0 else (behind, inside)
-        if area == 0.0 or abs(excess) <= EVEN * source.pressure:
-            return _Flow(0.0, excess, source)
-        constant = self._constant(source.shares)
-        _, c_v = self._caloric(source.shares, source.temperature)
-        gamma = 1.0 + constant / c_v
-        rate = area * flux(source.pressure, after.pressure, source.temperature, gamma, constant)
-        return _Flow(math.copysign(rate, excess), excess, source)
+    def _contents(
+        self, states: Sequence[GasState], exposed: Sequence[Exposed], fired: Mapping[str, float]
+    ) -> Contents:
+        """Return the contents of chambers as a step begins, in arrays of their own: a step may be
+        refused, and asked for again."""
+        c = len(states)
+        masses = np.empty((2 * c + 2, len(self.gases)))
+        energy, volume, temperature = np.empty((3, 2 * c + 2))
+        masses[: 2 * c] = [*(state.masses for state in states), *self._around.masses]
+        energy[:c] = [state.energy for state in states]
+        volume[: 2 * c] = [*(state.volume for state in states), *self._around.volumes]
+        temperature[: 2 * c] = [
+            *(state.temperature for state in states),
+            *self._around.temperatures,
+        ]
+        is_open, free = np.ones(len(self._openings)), np.empty(len(self._openings))
+        for o, (here, _, k) in enumerate(self._openings):
+            free[o] = exposed[here].area if k is None else exposed[here].vents[k]
+            if k is not None:
+                is_open[o] = states[here].is_open[k]
+        return Contents(
+            masses,
+            energy,
+            volume,
+            temperature,
+            np.empty(c),
+            np.array([state.came for state in states], np.float64),
+            np.array([state.left for state in states], np.float64),
+            is_open,
+            free,
+            _begin(self._opened_by, fired),
+            _begin(self._fired_by, fired),
+            np.empty(len(self.gases)),
+        )
 
-    def _move(self, now: list[_Content], opening: Opening, mass: float, source: _Side) -> None:
-        """Take a mass of a gas out of the chamber of an opening, or into it, with its enthalpy."""
-        here, there = now[opening.here], opening.there
-        enthalpy = mass * self._enthalpy(source.shares, source.temperature)
-        self._add(here, -mass, source.shares, -enthalpy)
-        if there is not None:
-            self._add(now[there], mass, source.shares, enthalpy)
-        elif mass > 0.0:
-            here.left += enthalpy
-        else:
-            here.came -= enthalpy
+    def _opening_table(self) -> OpeningTable:
+        """Return what kernels know of vents and fabric."""
+        areas: list[Series] = []
+        over_time, opens_at, opens_after = [], [], []
+        for here, _, k in self._openings:
+            chamber = self.chambers[here]
+            if k is None:
+                areas.append(chamber.leak)
+                over_time.append(False)
+                opens_at.append(-math.inf)
+                opens_after.append(-math.inf)
+            else:
+                vent = chamber.vents[k]
+                areas.append(Series(vent.area.x, vent.coefficient * vent.area.y))
+                over_time.append(vent.over == "time")
+                opens_at.append(vent.opens_at)
+                opens_after.append(vent.opens_after)
+        count = len(self.chambers)
+        there = [count + one.here if one.there is None else one.there for one in self._openings]
+        return OpeningTable(
+            np.array([one.here for one in self._openings], np.int32),
+            np.array(there, np.int32),
+            np.array(over_time, np.bool_),
+            np.array([one is not None for one in self._opened_by], np.bool_),
+            np.array(opens_at, np.float64),
+            np.array(opens_after, np.float64),
+            joined(areas),
+        )
+
+    def _inflator_table(self) -> InflatorTable:
+        """Return what kernels know of inflators."""
+        every = [
+            (c, one, one.gas or chamber.surroundings.gas)
+            for c, chamber in enumerate(self.chambers)
+            for one in chamber.inflators
+        ]
+        shares = [shares_of(self.gases, gas) for _, _, gas in every]
+        return InflatorTable(
+            np.array([c for c, _, _ in every], np.int32),
+            np.array([one is not None for one in self._fired_by], np.bool_),
+            np.array(shares, np.float64).reshape(len(every), len(self.gases)),
+            joined([one.mass_rate for _, one, _ in every]),
+            joined([one.temperature for _, one, _ in every]),
+        )
 
 
-def flux(before: float, behind: float, temperature: float, gamma: float, constant: float) -> float:
-    """Mass by area and time through an opening from one pressure to a lower one."""
-    critical = (2.0 / (gamma + 1.0)) ** (gamma / (gamma - 1.0))
-    ratio = max(behind / before, critical)
-    swing = ratio ** (2.0 / gamma) - ratio ** ((gamma + 1.0) / gamma)
-    root = 2.0 * gamma / ((gamma - 1.0) * constant * temperature) * max(swing, 0.0)
-    return before * math.sqrt(root)
+def _begin(triggers: Sequence[str | None], fired: Mapping[str, float]) -> FloatArray:
+    """Return when times begin to count that wait for triggers, or for none."""
+    return np.array([fired.get(one, math.inf) if one else 0.0 for one in triggers], np.float64)
 
 
 def _threshold(name: str, given: float) -> float:
@@ -674,24 +567,24 @@ def _threshold(name: str, given: float) -> float:
     return value
 
 
-def _series(name: str, given: ArrayLike, least: float) -> Series:
-    """A number, or rows x, y; none of them below `least`.
+def _series(name: str, given: ArrayLike, over: str, above: bool = False) -> Series:
+    """Return a number, or rows over "t" or "p", of which none is below zero, or all are above it.
 
     Raises
     ------
     InputError
-        Neither of these, or less.
+        Neither a number nor rows, or less.
     """
     try:
         rows = np.asarray(real(given, name), dtype=np.float64)
-        table = np.array([[0.0, float(rows)]]) if rows.ndim == 0 else as_table(rows, ("x", name))
+        table = np.array([[0.0, float(rows)]]) if rows.ndim == 0 else as_table(rows, (over, name))
     except (TypeError, ValueError) as error:
         what = error.what if isinstance(error, InputError) else "must be a number, or rows"
         found = error.found if isinstance(error, InputError) else given
-        allowed = f"a number, or rows [x, {name}] with x strictly increasing"
+        allowed = f"a number, or rows [{over}, {name}] with {over} strictly increasing"
         raise InputError(what, where=name, found=found, allowed=allowed) from error
-    if not (np.isfinite(table[:, 1]) & (table[:, 1] >= least)).all():
-        allowed = "numbers from 0 on" if least == 0.0 else "numbers above 0"
-        what = "must not be below zero" if least == 0.0 else "must be above zero"
-        raise InputError(what, where=name, found=table[:, 1].min(), allowed=allowed)
+    least = float(table[:, 1].min())
+    if not (least > 0.0 if above else least >= 0.0) or not np.isfinite(table).all():
+        what = "must be above zero" if above else "must not be below zero"
+        raise InputError(what, where=name, found=least, allowed="finite numbers")
     return Series(table[:, 0], table[:, 1])

@@ -222,7 +222,8 @@ class NodeMover:
         """ω² at most of springs of so much stiffness (k,) at nodes (k,), their other ends held; or
         the decay rate of dashpots."""
         assert self.mass is not None
-        return float((stiffness / self.mass[rows]).max(initial=0.0))
+        mass = self.mass if len(rows) == len(self.mass) else self.mass[rows]
+        return float((stiffness / mass).max(initial=0.0))
 
     def swing(self, forces: FloatArray) -> float:
         """Σ f²/m of forces (n, 3) on the nodes: ω² at most of a spring that pulls all by these

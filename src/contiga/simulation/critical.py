@@ -17,6 +17,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from contiga.arrays.ordered import length, product, row_lengths, row_products
+from contiga.contact.loads import Column
 from contiga.contact.state import State
 from contiga.dynamics.kernels.stiffness_nb import fastest
 from contiga.dynamics.mapped_nodes import MappedNodes
@@ -240,7 +241,7 @@ def _add_gas(couplings: list[tuple[str, list[_End]]], model: Model, state: Syste
         points, mover = state.slaves[chamber.slave].points, system.nodes[chamber.slave]
         _, gradient, stiffness, _ = chambers.closed(name, points)
         nodal = np.zeros(points.shape)
-        nodal[skin.rows] = gradient
+        Column(skin.rows, gradient).add_to(nodal)
         gamma = chambers.physics.gamma(gas)
         square = gamma * gas.pressure / gas.volume * mover.swing(nodal)
         excess = abs(gas.pressure - chamber.surroundings.pressure)

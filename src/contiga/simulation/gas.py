@@ -3,24 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays.threads import run_ranges
 from contiga.contact.contact import Contact
 from contiga.contact.state import State
 from contiga.dynamics.gas import Chamber, Chambers, Exposed, GasState
-from contiga.dynamics.kernels.closed_skin_nb import close
+from contiga.dynamics.kernels.closed_skin_nb import AT_NODES, measure_facets, sum_at_nodes
 from contiga.dynamics.nodes import SlaveState
 from contiga.dynamics.places import box_told, facets_at, place_of
 from contiga.errors import InputError, RunError
+from contiga.jit import straight
+from contiga.matter.blocks import NodeSums, count_blocks, node_sums, nodes_in_lanes
+from contiga.matter.kernels.lanes_nb import LANES
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.slave import Slave
 
 OF_GAS = ("pressure", "temperature", "volume", "mass", "flow_in", "flow_out")
 """Columns of a chamber; the last two are the enthalpies that came in and went out so far."""
+BLOCKS, NODES = 32, 4096
+"""Grains of threads."""
 MOST_TOLD = 4
 """Places that a message names."""
 Covered = Callable[[str], FloatArray]
@@ -47,7 +54,17 @@ class Closed(NamedTuple):
     """(f,) of the facets."""
 
 
-class Skin(NamedTuple):
+class SkinTables(NamedTuple):
+    """The facets around a chamber as kernels take them."""
+
+    corners: IntArray
+    """(b, 3, LANES) nodes of the slave; facets of one node fill the last block."""
+    sums: NodeSums
+    """Facets that are summed at each node."""
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
     """The facets around a chamber."""
 
     rows: IntArray
@@ -57,13 +74,28 @@ class Skin(NamedTuple):
     vents: tuple[NDArray[np.bool_] | None, ...] = ()
     """(f,) of each vent the facets it is in; None where it is in none."""
 
+    @cached_property
+    def _tables(self) -> SkinTables:
+        count = len(self.corners)
+        every = np.zeros((count_blocks(count) * LANES, 3), np.int32)
+        every[:count] = self.rows[self.corners]
+        starts, places = node_sums(self.corners.ravel(), len(self.rows))
+        facets = (places // 3).astype(np.int32)
+        return SkinTables(nodes_in_lanes(every), NodeSums(starts, facets))
+
     def closed(self, points: FloatArray) -> Closed:
         """Measure what the facets close with the slave's nodes at points (n, 3)."""
-        count = len(self.rows)
-        gradient, stiffness = np.zeros((count, 3)), np.zeros(count)
-        areas = np.empty(len(self.corners))
-        volume = close(points, self.rows, self.corners, gradient, stiffness, areas)
-        return Closed(volume, gradient, stiffness, areas)
+        corners, (starts, rows) = self._tables
+        blocks, count = len(corners), len(self.rows)
+        facets, areas = np.empty((blocks * LANES, AT_NODES)), np.empty((blocks, LANES))
+        volumes, points = np.empty(blocks), np.ascontiguousarray(points, np.float64)
+        by_block = points, corners, facets.reshape(blocks, LANES, AT_NODES), areas, volumes
+        run_ranges(straight(measure_facets), blocks, BLOCKS, *by_block)
+        gradient, stiffness = np.empty((count, 3)), np.empty(count)
+        at_nodes = facets, starts, rows, gradient, stiffness
+        run_ranges(straight(sum_at_nodes), count, NODES, *at_nodes)
+        volume = float(volumes.sum())
+        return Closed(volume, gradient, stiffness, areas.reshape(-1)[: len(self.corners)])
 
     def exposed(self, areas: FloatArray, covered: FloatArray) -> Exposed:
         """Return what is open of facets of areas (f,), of which shares (f,) are covered."""

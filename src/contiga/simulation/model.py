@@ -211,9 +211,8 @@ class Model(Displayed):
             if (pretensioner := spring.devices.pretensioner) is not None:
                 kinks[pretensioner.trigger].append(pretensioner.kinks)
         for chamber in self.gas.values():
-            for inflator in chamber.inflators:
-                if inflator.trigger is not None:
-                    kinks[inflator.trigger].append(inflator.kinks)
+            for one in chamber.waiting.values():
+                kinks[str(one.trigger)].append(one.kinks)
         return {name: np.unique(np.concatenate(times)) for name, times in kinks.items()}
 
     @cached_property
@@ -493,7 +492,7 @@ def check_joints(model: Model) -> None:
 
 
 def check_triggers(model: Model) -> None:
-    """Refuse devices and inflators that wait for a sensor that is not there or fires nothing.
+    """Refuse what waits for a sensor that is not there or fires nothing.
 
     Raises
     ------
@@ -506,10 +505,9 @@ def check_triggers(model: Model) -> None:
         for device, trigger in spring.devices.triggers.items()
     ]
     waiting += [
-        (f"gas {name!r}: inflator[{k}]", inflator.trigger)
+        (f"gas {name!r}: {place}", str(one.trigger))
         for name, chamber in model.gas.items()
-        for k, inflator in enumerate(chamber.inflators)
-        if inflator.trigger is not None
+        for place, one in chamber.waiting.items()
     ]
     there, fire = {one.name for one in model.sensors}, {one.name for one in model.triggered}
     for where, trigger in waiting:

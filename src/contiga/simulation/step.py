@@ -104,9 +104,13 @@ class ForcesOn(NamedTuple):
         if len(columns) == 1:
             return Pushes(*columns[0])
         count = len(self.model.slaves[self.name].slave.points)
-        total, pushed = np.zeros((count, 3)), np.zeros(count, np.bool_)
-        for column in columns:  # in each a node stands once
-            total[column.rows] += column.values
+        total = np.zeros((count, 3))
+        for column in columns:
+            column.add_to(total)
+        if any(len(column.rows) == count for column in columns):
+            return Pushes(np.arange(count, dtype=np.int32), total)
+        pushed = np.zeros(count, np.bool_)
+        for column in columns:
             pushed[column.rows] = True
         rows = np.flatnonzero(pushed).astype(np.int32)
         return Pushes(rows, total[rows])
@@ -124,7 +128,7 @@ def nodal_force(model: Model, name: str, acting: Acting) -> FloatArray:
         pull = springs[spring].pull
         total[node] += -pull if end else pull
     for chamber in model.chambers.of_slave.get(name, ()):
-        total[model.chambers.skins[chamber].rows] += gas[chamber].force
+        Column(model.chambers.skins[chamber].rows, gas[chamber].force).add_to(total)
     return total
 
 

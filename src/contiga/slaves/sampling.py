@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from contiga.arrays.layout import locked
 from contiga.arrays.threads import run_ranges
 from contiga.errors import InputError
+from contiga.jit import straight
 from contiga.records import FloatArray, IndexArray, IntArray
-from contiga.slaves.kernels import facet_blocks_nb
+from contiga.slaves.kernels import facet_blocks_nb, facet_sums_nb
 from contiga.slaves.kernels.facet_points_nb import points_of_facets
 from contiga.slaves.quads import QuadRule, corners_of, quad_normals, quad_rule, triangle_normals
 from contiga.slaves.slave import Slave
@@ -109,6 +110,8 @@ class _OnFaces(NamedTuple):
     """(n, c)."""
     area: FloatArray
     """(f n,) of the faces at rest, as the rule shares it."""
+    share: FloatArray
+    """(f n,) of that of the face."""
 
     @property
     def stop(self) -> int:
@@ -127,16 +130,24 @@ def _faces_of(slave: Slave, points: int) -> tuple[_OnFaces, ...]:
     skin = corners_of(slave.facets, slave.quads)
     faces, first = [], len(slave)
     if len(skin.quads):
-        rule = QUAD_RULES[points]
-        jacobian = np.linalg.norm(quad_normals(slave.points, skin.quads, rule), axis=2)
-        area = (jacobian * rule.weight).ravel()
-        faces.append(_OnFaces(first, locked(skin.quads), rule.shape, area))
+        on_quads = QUAD_RULES[points]
+        jacobian = np.linalg.norm(quad_normals(slave.points, skin.quads, on_quads), axis=2)
+        area = jacobian * on_quads.weight
+        faces.append(_on_faces(first, skin.quads, on_quads.shape, area))
         first = faces[-1].stop
     if len(skin.triangles):
-        area = 0.5 * np.linalg.norm(triangle_normals(slave.points, skin.triangles), axis=1)
-        area = (area[:, None] * RULES[points].weight).ravel()
-        faces.append(_OnFaces(first, locked(skin.triangles), RULES[points].shape, area))
+        rule = RULES[points]
+        whole = 0.5 * np.linalg.norm(triangle_normals(slave.points, skin.triangles), axis=1)
+        area = whole[:, None] * rule.weight
+        faces.append(_on_faces(first, skin.triangles, rule.shape, area))
     return tuple(faces)
+
+
+def _on_faces(first: int, corners: IntArray, shape: FloatArray, area: FloatArray) -> _OnFaces:
+    """Return the points of faces, of areas (f, n)."""
+    whole = area.sum(axis=1, keepdims=True)
+    share = np.divide(area, whole, out=np.zeros(area.shape), where=whole > 0.0)
+    return _OnFaces(first, locked(corners), shape, area.ravel(), share.ravel())
 
 
 class _Adjacent(NamedTuple):
@@ -221,35 +232,30 @@ class Sampling:
     def points_at(self, rows: IndexArray, nodal: FloatArray) -> FloatArray:
         """(len(rows), 3) of `points` at some of them, ascending."""
         k = int(np.searchsorted(rows, self.n_nodes))
-        found = [nodal.take(rows[:k], axis=0)]
+        out = np.empty((len(rows), 3))
+        out[:k] = nodal.take(rows[:k], axis=0)
+        nodal = np.ascontiguousarray(nodal, np.float64)
         for on, part in self._split(rows):
-            corner, shape = on.of(rows[part])
-            inner = np.zeros((len(corner), 3))
-            for j in range(corner.shape[1]):
-                inner += shape[:, j, None] * nodal.take(corner[:, j], axis=0)
-            found.append(inner)
-        return np.concatenate(found)
+            some = np.ascontiguousarray(rows[part], np.int32)
+            given = some, on.first, nodal, on.corners, on.shape, out[part]
+            straight(facet_sums_nb.from_corners)(*given)
+        return out
 
     def nodal(self, rows: IndexArray, values: FloatArray) -> FloatArray:
         """(n, 3) at the nodes, of `values` (len(rows), 3) at the points `rows`, ascending."""
-        out = np.zeros((self.n_nodes, 3))
+        out = np.zeros((self.n_nodes, values.shape[1]))
         if not self._faces:
             out[rows] = values
         for on, part in self._split(rows):
-            corner, shape = on.of(rows[part])
-            for d in range(3):
-                out[:, d] += self._gathered(corner, shape * values[part, d, None])
+            some = np.ascontiguousarray(rows[part], np.int32)
+            each = np.ascontiguousarray(values[part], np.float64)
+            given = some, on.first, each, on.corners, on.shape, out
+            straight(facet_sums_nb.to_corners)(*given)
         return out
 
     def nodal_sum(self, rows: IndexArray, values: FloatArray) -> FloatArray:
         """(n,) at the nodes, of `values` (len(rows),) at the points `rows`, ascending."""
-        out = np.zeros(self.n_nodes)
-        if not self._faces:
-            out[rows] = values
-        for on, part in self._split(rows):
-            corner, shape = on.of(rows[part])
-            out += self._gathered(corner, shape * values[part, None])
-        return out
+        return self.nodal(rows, values[:, None])[:, 0]
 
     def covered(self, rows: IndexArray, slave: Slave) -> FloatArray:
         """(f,) share of each facet of `slave`, whose points these are, that the points `rows`,
@@ -264,9 +270,7 @@ class Sampling:
         alone[slave.quads] = False
         for on, part in self._split(rows):
             places = rows[part] - on.first
-            n = len(on.shape)
-            touched = np.bincount(places // n, on.area[places], len(on.corners))
-            share = touched / on.area.reshape(-1, n).sum(axis=1)
+            share = np.bincount(places // len(on.shape), on.share[places], len(on.corners))
             if on.corners.shape[1] == 4:
                 shares[slave.quads] = share[:, None]
             else:
@@ -331,10 +335,6 @@ class Sampling:
             start, stop = np.searchsorted(rows, (on.first, on.stop)).tolist()
             if stop > start:
                 yield on, slice(start, stop)
-
-    def _gathered(self, corner: IntArray, values: FloatArray) -> FloatArray:
-        whole = np.bincount(corner.ravel(), weights=values.ravel(), minlength=self.n_nodes)
-        return whole.astype(np.float64)
 
     def _mean(self, nodal: FloatArray) -> FloatArray:
         """(n_points,) means of the corners that have a value."""

@@ -262,6 +262,56 @@ def _subsonic() -> Answer:
 
 
 @CASES.add(
+    "gas-blow-down",
+    "Blown up, then out to the surroundings",
+    "p₁ = p₀ + γ R T_in ṁ t/V; as fast as sound to p = p_a ((γ+1)/2)^(γ/(γ−1)), slower after it",
+    "0.8 kg/s of air at 700 K blow into 60 litres for 50 ms, then a vent of 4 cm² opens: the same "
+    "as fabric that leaks, of so much area in all.",
+)
+def _blow_down() -> Answer:
+    rate, hot, blown, end = 0.8, 700.0, 0.05, 0.25
+    power, around = (GAMMA - 1.0) / GAMMA, 2.0 + 4.0 * VOLUME
+    blow = Inflator([[0.0, rate], [blown, rate]], hot)
+    vent = Vent(AREA, opens_after=blown)
+    history = _run({"air": (_chamber(inflators=[blow], vents=[vent]), VOLUME)}, end, 1e-4)
+    t, pressure, mass = (history[name] for name in ("time", "air.pressure", "air.mass"))
+    full = PRESSURE + GAMMA * CONSTANT * hot * rate * blown / VOLUME
+    masses = PRESSURE * VOLUME / (CONSTANT * TEMPERATURE) + rate * blown
+    warm = full * VOLUME / (CONSTANT * masses)
+    choked = (2.0 / (GAMMA + 1.0)) ** (0.5 * (GAMMA + 1.0) / (GAMMA - 1.0))
+    pace = 0.5 * (GAMMA - 1.0) * choked * AREA * math.sqrt(GAMMA * CONSTANT * warm) / VOLUME
+    slower = PRESSURE * (0.5 * (GAMMA + 1.0)) ** (1.0 / power)
+    until = blown + ((slower / full) ** (-0.5 * power) - 1.0) / pace
+
+    def slope(_: float, p: FloatArray) -> FloatArray:
+        swing = (PRESSURE / p) ** (2.0 / GAMMA) - (PRESSURE / p) ** ((GAMMA + 1.0) / GAMMA)
+        now = warm * (p / full) ** power
+        flow = AREA * p * np.sqrt(2.0 * GAMMA / ((GAMMA - 1.0) * CONSTANT * now) * swing)
+        return -GAMMA * CONSTANT * now * flow / VOLUME
+
+    late = solve_ivp(slope, (until, end), [slower], rtol=1e-11, atol=1e-6, dense_output=True)
+    exact = PRESSURE + (full - PRESSURE) * np.minimum(t / blown, 1.0)
+    fast, slow = (t > blown) & (t <= until), t > until
+    exact[fast] = full * (1.0 + pace * (t[fast] - blown)) ** (-2.0 / power)
+    exact[slow] = late.sol(t[slow])[0]
+    left = masses * (exact[-1] / full) ** (1.0 / GAMMA)
+    came, went = history["air.flow_in"], history["air.flow_out"]
+    inside = (pressure[-1] - PRESSURE) * VOLUME / (GAMMA - 1.0)
+    by_fabric, by_vent = (
+        _run({"air": (_chamber(inflators=[blow], **opening), VOLUME)}, blown, 1e-4)
+        for opening in ({"leak": AREA / around}, {"vents": [Vent(AREA)]})
+    )
+    checks = (
+        zero("pressure over time", np.abs(pressure / exact - 1.0).max(), CLOSE),
+        relative("mass at the end", mass[-1], left, CLOSE),
+        zero("energy, by what came", (came[-1] - went[-1] - inside) / came[-1], KEPT),
+        relative("pressure of fabric that leaks", by_fabric["air.pressure"][-1],
+                 by_vent["air.pressure"][-1], KEPT),
+    )  # fmt: skip
+    return Answer(checks, compared(("t", "p"), [("formula", t, exact)], [("run", t, pressure)]))
+
+
+@CASES.add(
     "gas-two-chambers",
     "Two chambers come to one pressure",
     "p = (p₁V₁ + p₂V₂)/(V₁ + V₂), T₁ = T₀ (p/p₁)^((γ−1)/γ)",

@@ -101,14 +101,14 @@ def test_mixtures_of_the_case_have_heat_capacities_and_vents_a_place(file: Path)
     assert [share for _, share in gas.parts] == [0.8, 0.2]
     assert gas.parts[0][0].heat_capacity(1150.0) == pytest.approx(1160.0, rel=1e-12)
     assert chamber.vents[0].on == {"box": [[-20, -20, 20], [20, 20, 31]]}
-    assert chamber.leak.at(0.05) == pytest.approx(5e-4)
+    assert np.interp(0.05, *chamber.leak) == pytest.approx(5e-4)
 
 
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
         ("leak = 1e-5", "leak = -1.0", "leak: must not be below zero"),
-        ("leak = 1e-5", "leak = [[1, 0], [0, 1]]", "leak: the values of x go back or repeat"),
+        ("leak = 1e-5", "leak = [[1, 0], [0, 1]]", "leak: the values of p go back or repeat"),
         ("leak = 1e-5", "gas = [{ constant = 287.05, gamma = 1.4 }]", "share"),
         ("leak = 1e-5", "gas = { constant = 287.05 }", "exactly one of the keys gamma, c_p"),
         (
@@ -129,12 +129,44 @@ def test_mixtures_of_the_case_have_heat_capacities_and_vents_a_place(file: Path)
         ("leak = 1e-5", 'gas = "helium"', "must be a gas"),
         ("leak = 1e-5", "leaks = 1e-5", "unknown key"),
         ("opens_at = 0.002", 'to = "other"', "leads to no other chamber"),
+        ('name = "airbag"', 'name = "ambient"', "what vents call the surroundings"),
+        ("[[0, 0.1]", "[[0, nan]", r"inflator\[0\].mass_rate\[0\]\[1\]: must be finite"),
+        ("[[0, 0.1]", "[[2, 0.1]", r"inflator\[0\].mass_rate: the times go back or repeat"),
+        ("[[0, 0.1]", "[[0, -0.1]", r"inflator\[0\].mass_rate: must not be below zero"),
+        ("= 500.0", "= 0.0", r"inflator\[0\].temperature: must be above zero; found 0.0"),
+        ("= 500.0", "= nan", r"inflator\[0\].temperature: must be finite"),
+        ("leak = 1e-5", "temperature = -3.0", "temperature: is too small"),
+        (
+            "= 500.0",
+            "= 500.0, gas = { constant = nan, gamma = 1.4 }",
+            "gas.constant: must be finite",
+        ),
     ],
 )
 def test_a_wrong_key_or_value_is_told(file: Path, old: str, new: str, said: str) -> None:
     file.write_text(CASE.replace(old, new))
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=said) as told:
         cg.build(cg.load_case(file))
+    assert "things are wrong" not in str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("= 500.0", "= 20.0", "the temperature of inflator[0] is 20 K"),
+        ("leak = 1e-5", "temperature = 20.0", "the temperature around it is 20 K"),
+        (
+            "= 500.0",
+            "= 500.0, gas = { constant = 287050.0, gamma = 1.4 }",
+            "sound in the gas of inflator[0] would go at 1.09e+04 m/s",
+        ),
+    ],
+)
+def test_a_gas_in_another_unit_is_found(file: Path, old: str, new: str, said: str) -> None:
+    assert not [one for one in cg.build(cg.load_case(file)).check() if one.rule == "gas"]
+    file.write_text(CASE.replace(old, new))
+    (found,) = (one for one in cg.build(cg.load_case(file)).check() if one.rule == "gas")
+    assert said in str(found)
 
 
 def grown(file: Path, factor: float) -> None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from contiga.dynamics.kernels.closed_skin_nb import close
+from contiga.dynamics.kernels.closed_skin_nb import AT_NODES, measure_facets, sum_at_nodes
+from contiga.matter.kernels.lanes_nb import LANES
 
 pytestmark = pytest.mark.interpreted
 
@@ -16,11 +17,17 @@ FACETS = np.array([t for a, b, c, d in QUADS for t in ((a, b, c), (a, c, d))], n
 
 
 def closed(points: np.ndarray) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
-    """Of nodes in another order than their facets name them, far from the origin."""
-    rows = np.arange(8, dtype=np.int32)[::-1].copy()
-    gradient, stiffness, areas = np.zeros((8, 3)), np.zeros(8), np.zeros(len(FACETS))
-    volume = close(points[rows], rows, FACETS, gradient, stiffness, areas)
-    return volume, gradient, stiffness, areas
+    """Measure the box with its nodes at points (8, 3)."""
+    corners = np.zeros((1, 3, LANES), np.int32)
+    corners[0, :, : len(FACETS)] = FACETS.T
+    places = [np.flatnonzero((node == FACETS).any(axis=1)) for node in range(8)]
+    starts = np.cumsum([0, *map(len, places)]).astype(np.int32)
+    rows = np.concatenate(places).astype(np.int32)
+    facets, areas, volumes = np.empty((LANES, AT_NODES)), np.empty((1, LANES)), np.empty(1)
+    measure_facets(points, corners, facets.reshape(1, LANES, AT_NODES), areas, volumes, 0, 1)
+    gradient, stiffness = np.empty((8, 3)), np.empty(8)
+    sum_at_nodes(facets, starts, rows, gradient, stiffness, 0, 8)
+    return float(volumes[0]), gradient, stiffness, areas[0, : len(FACETS)]
 
 
 def test_a_box_has_its_volume_and_areas() -> None:

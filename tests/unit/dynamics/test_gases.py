@@ -7,15 +7,53 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numba import njit
 from scipy.integrate import quad
 
 from contiga.dynamics.gas import Chamber, Chambers, Exposed, Inflator, Surroundings
+from contiga.dynamics.gas_tables import GasTable, gas_table
 from contiga.dynamics.gases import Gas, IdealGas, Mixture, ThermallyPerfectGas
+from contiga.dynamics.kernels import gases_nb
 from contiga.errors import InputError
 
 AIR = IdealGas(1.4, 287.05)
 TABLE = ThermallyPerfectGas(296.8, [[300.0, 1040.0], [600.0, 1075.0], [1000.0, 1167.0]])
 CURVED = ThermallyPerfectGas(188.9, [500.0, 1.4, -6e-4], between=(250.0, 1100.0))
+
+
+@njit
+def of_kernels(gases: Any, g: int, start: float, end: float) -> Any:
+    return (
+        gases_nb.heat_capacity(gases, g, end),
+        gases_nb.enthalpy(gases, g, end),
+        gases_nb.entropy(gases, g, start, end),
+    )
+
+
+@njit
+def of_masses(gases: Any, masses: Any, start: float, end: float) -> Any:
+    return (
+        gases_nb.mass_of(masses),
+        gases_nb.constant_of(gases, masses),
+        gases_nb.enthalpy_of(gases, masses, end),
+        gases_nb.energy_of(gases, masses, end),
+        gases_nb.capacity_of(gases, masses, end),
+        gases_nb.entropy_of(gases, masses, start, end),
+    )
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("end", [100.0, 250.0, 300.0, 450.0, 1000.0, 1100.0, 2000.0])
+def test_kernels_have_the_heat_of_gases_and_of_their_mixtures(end: float) -> None:
+    gases, start, masses = (AIR, TABLE, CURVED), 280.0, np.array([0.3, 0.5, 0.2])
+    table: GasTable = gas_table(gases)
+    known = [(g.heat_capacity(end), g.enthalpy(end), g.entropy(start, end)) for g in gases]
+    for g, expected in enumerate(known):
+        np.testing.assert_allclose(of_kernels(table, g, start, end), expected, rtol=1e-13)
+    heat, enthalpy, entropy = masses @ np.array(known)
+    constant = masses @ [gas.constant for gas in gases]
+    expected = 1.0, constant, enthalpy, enthalpy - constant * end, heat - constant, entropy
+    np.testing.assert_allclose(of_masses(table, masses, start, end), expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize("gas", [AIR, TABLE, CURVED])
@@ -46,7 +84,7 @@ def test_a_mixture_keeps_its_energy_while_it_is_squeezed_and_back() -> None:
     (first,) = chambers.start(np.array([0.06]))
     (now,) = chambers.step([first], np.array([0.06]), [Exposed(0.0, np.zeros(0))], 0.01, 0.01)
     assert now.energy == pytest.approx(first.energy + 0.01 * TABLE.enthalpy(900.0), rel=1e-14)
-    assert now.energy == pytest.approx(chambers._caloric(now.masses.tolist(), now.temperature)[0])
+    assert now.energy == pytest.approx(chambers._energy(now.masses, now.temperature))
     blown = now
     for k in range(1, 201):
         volume = 0.06 - 0.04 * math.sin(math.pi * k / 200)

@@ -20,6 +20,7 @@ ENDS = [0, 127, 128, 255, 256, N - 1]
 """Nodes at the ends of blocks."""
 ROWS = np.union1d(RNG.choice(N, 60, replace=False), ENDS).astype(np.int32)
 FORCES = RNG.normal(size=(len(ROWS), 3))
+EVERYWHERE = RNG.normal(size=(N, 3))
 HELD = RNG.random((N, 3)) < 0.1
 LED = RNG.random((N, 3)) < 0.2
 NONE = np.zeros((N, 3), np.bool_)
@@ -29,14 +30,14 @@ def accelerations(held: np.ndarray, loads: bool) -> FloatArray:
     force = ELEMENTS.copy()
     force[ROWS] += FORCES
     if loads:
-        force += LOADS + DRAG
+        force += EVERYWHERE + LOADS + DRAG
     return np.where(held, 0.0, force / MASS[:, None] + GRAVITY)
 
 
 def acting(loads: bool) -> node_steps.Acting:
     nothing = node_steps.NOTHING
-    more = (LOADS, DRAG) if loads else (nothing, nothing)
-    return node_steps.Acting(ROWS, FORCES, ELEMENTS, *more, GRAVITY)
+    everywhere, *more = (EVERYWHERE, LOADS, DRAG) if loads else (nothing, nothing, nothing)
+    return node_steps.Acting(ROWS, FORCES, everywhere, ELEMENTS, *more, GRAVITY)
 
 
 @pytest.mark.parametrize("loads", [False, True])

@@ -4,5 +4,7 @@
 - nodes_nb: nodes of masses, one step of the same
 - closed_skin_nb: the volume that facets close
 - joints_nb: joints between them, positions and velocities (RATTLE)
+- gases_nb: heat capacities, enthalpies and entropies of gases and of their mixtures
+- gas_nb: a step of gas in chambers, through openings and from inflators
 - stiffness_nb: how stiff contacts hold a body, and the fastest of its vibrations
 """

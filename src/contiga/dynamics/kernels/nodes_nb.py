@@ -70,6 +70,7 @@ def _accelerations(masses, acting, place, rows, out):
     out[:] = 0.0
     _add(acting.elements, first, out)
     j = _add_listed((acting.rows, acting.contacts), j, first, out)
+    _add(acting.everywhere, first, out)
     _add(acting.loads, first, out)
     _add(acting.drag, first, out)
     gravity, zeros, mass = rows

@@ -8,6 +8,7 @@ from contiga.simulation.checks.coarse_checks import check_coarse
 from contiga.simulation.checks.depth_checks import check_depth
 from contiga.simulation.checks.facing import check_facing
 from contiga.simulation.checks.finding import Finding
+from contiga.simulation.checks.gas_checks import check_gas
 from contiga.simulation.checks.joint_checks import check_joints
 from contiga.simulation.checks.law_checks import check_laws
 from contiga.simulation.checks.layout_checks import check_layout
@@ -37,6 +38,7 @@ _CHECKS: tuple[Callable[[Scene], Iterator[Finding]], ...] = (
     check_matter,
     check_materials,
     check_meshes,
+    check_gas,
 )
 
 

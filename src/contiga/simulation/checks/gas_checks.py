@@ -1,0 +1,52 @@
+"""Checks of gas: temperatures and gas constants that are most likely in another unit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from contiga.dynamics.gases import Gas, Mixture, parts_of
+from contiga.simulation.checks.finding import Finding
+from contiga.simulation.checks.scene import Scene
+
+COLDEST = 150.0
+"""Kelvin below which no bag is filled: temperatures in degrees Celsius are lower than that."""
+SOUND = (100.0, 2000.0)
+"""Speed of sound at room temperature, m/s: of heavy refrigerants, and more than of hydrogen."""
+ROOM = 293.15
+
+
+def check_gas(scene: Scene) -> Iterator[Finding]:
+    """Temperatures and gases of chambers."""
+    for name, chamber in scene.model.gas.items():
+        gases: dict[str, Gas | Mixture] = {"the gas around it": chamber.surroundings.gas}
+        temperatures = {"the temperature around it": chamber.surroundings.temperature}
+        for k, inflator in enumerate(chamber.inflators):
+            temperatures[f"the temperature of inflator[{k}]"] = float(inflator.temperature.y.min())
+            if inflator.gas is not None:
+                gases[f"the gas of inflator[{k}]"] = inflator.gas
+        where = f"gas {name}"
+        for what, temperature in temperatures.items():
+            if temperature < COLDEST:
+                yield Finding(
+                    "gas", where, f"{what} is {temperature:.4g} K", "Give temperatures in kelvin"
+                )
+        if not scene.said.known:
+            continue
+        for what, gas in gases.items():
+            speed = _sound(gas) * scene.said.si(1, 0, -1)
+            if not SOUND[0] <= speed <= SOUND[1]:
+                square = f"{scene.said.unit('velocity')} squared"
+                yield Finding(
+                    "gas",
+                    where,
+                    f"sound in {what} would go at {speed:.3g} m/s",
+                    f"Give gas constants and c_p in {square} by kelvin",
+                )
+
+
+def _sound(gas: Gas | Mixture) -> float:
+    """Return the speed of sound at room temperature, √(γ R T)."""
+    heat = sum(share * one.heat_capacity(ROOM) for one, share in parts_of(gas))
+    gamma = heat / (heat - gas.constant)
+    return math.sqrt(gamma * gas.constant * ROOM)

@@ -1,0 +1,34 @@
+"""From points of facets to corners and back, of some of the points."""
+
+from __future__ import annotations
+
+from contiga.jit import kernel
+
+
+@kernel()
+def to_corners(rows, first, values, facets, shape, out):
+    """Add Σ_q shape[q, j] values[q] (r, c) of points `rows` (r,) to the rows of their corners j in
+    `out` (n, c), one after the other.
+
+    Row `first` + f n + k is point k of n on facet f.
+    """
+    count, corners = shape.shape
+    for i in range(rows.shape[0]):
+        f, k = divmod(rows[i] - first, count)
+        for j in range(corners):
+            node, weight = facets[f, j], shape[k, j]
+            for c in range(values.shape[1]):
+                out[node, c] += weight * values[i, c]
+
+
+@kernel()
+def from_corners(rows, first, nodal, facets, shape, out):
+    """Write Σ_j shape[k, j] nodal[facets[f, j]] (n, 3) of points `rows` (r,) into `out` (r, 3)."""
+    count, corners = shape.shape
+    for i in range(rows.shape[0]):
+        f, k = divmod(rows[i] - first, count)
+        for axis in range(3):
+            value = shape[k, 0] * nodal[facets[f, 0], axis]
+            for j in range(1, corners):
+                value += shape[k, j] * nodal[facets[f, j], axis]
+            out[i, axis] = value
