@@ -9,11 +9,12 @@ import numpy as np
 from contiga.arrays.threads import thread_count
 from contiga.records import ContactStatus, FloatArray
 from contiga.simulation.checks.finding import Finding
+from contiga.simulation.checks.layers import thickness_of
 from contiga.simulation.checks.matter_checks import added_masses
 from contiga.simulation.checks.run_checks import notes_on
 from contiga.simulation.checks.surface_checks import OPEN
 from contiga.simulation.clock import Clock
-from contiga.simulation.column_units import column_units
+from contiga.io.column_units import column_units
 from contiga.simulation.energy_balance import energy_summary, energy_warnings
 from contiga.simulation.history import COUNTED
 from contiga.simulation.model import Model, column_prefixes
@@ -122,6 +123,7 @@ def summarise(
         "springs": spring_summary(model, history),
         "slip_rings": slip_ring_summary(model),
         "gas": {name: {"slave": chamber.slave} for name, chamber in model.gas.items()},
+        "layers": _layers(model),
         "inputs": _inputs(model),
         "notes": _told(statuses, NOTED) + few + notes_on(model, history) + gone_on,
         "findings": [finding._asdict() for finding in findings],
@@ -161,6 +163,7 @@ def summary_so_far(
         "springs": spring_summary(model, history),
         "slip_rings": slip_ring_summary(model),
         "gas": {name: {"slave": chamber.slave} for name, chamber in model.gas.items()},
+        "layers": _layers(model),
         "inputs": _inputs(model),
         "notes": [],
         "findings": [],
@@ -176,6 +179,12 @@ def _statuses(model: Model, history: dict[str, FloatArray]) -> dict[str, dict[st
         }
         for name, prefix in column_prefixes(model).items()
     }
+
+
+def _layers(model: Model) -> dict[str, float]:
+    """Thickness of the layer that a contact presses by a stress over strain, by contact."""
+    found = {part.name: thickness_of(part.contact) for part in model.contacts}
+    return {name: thickness for name, thickness in found.items() if thickness is not None}
 
 
 def _inputs(model: Model) -> dict[str, dict[str, Any]]:
