@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from contiga.case.contact_spec import ContactSpec
-from contiga.case.schema import Case
 from contiga.case.sensor_spec import PointSensorSpec, RelativeSensorSpec, SensorSpec
+from contiga.io.channels import channel_names
 from contiga.simulation.gas import OF_GAS
 from contiga.simulation.history import COUNTED, OF_BODIES
 from contiga.simulation.sensor import OF_RELATIVE, OF_SENSORS
 from contiga.simulation.springs import OF_DEVICES, OF_SLIP_RINGS, OF_SPRINGS
 from contiga.simulation.trigger import OF_TRIGGERS
+
+if TYPE_CHECKING:
+    from contiga.case.schema import Case
 
 _OF_CONTACTS = (
     *("n_contact", "max_penetration", "force_x", "force_y", "force_z", "force"),
@@ -63,6 +67,14 @@ def columns_of_case(case: Case) -> list[str]:
     if case.gas:
         columns.append("energy.gas")
     return columns
+
+
+def channels_of_case(case: Case) -> set[str]:
+    """Channels that a run can be plotted and compared by: columns, and what follows from them."""
+    contacts = [contact.title for contact in case.contact]
+    laws = ((contact.title, contact.law) for contact in case.contact)
+    layers = [title for title, law in laws if law is not None and law.kind == "stress"]
+    return channel_names(columns_of_case(case), contacts, layers)
 
 
 def criteria_of_case(case: Case) -> list[str]:

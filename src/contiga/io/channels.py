@@ -10,15 +10,19 @@ Beside each column by its own name there are those of an only contact by ``<cont
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from contiga.errors import InputError
 from contiga.io.column_units import column_kind, column_units
-from contiga.io.naming import closest, listed
+from contiga.io.naming import closest
 from contiga.io.units import acceleration_factor
 from contiga.records import FloatArray
+
+_LISTED = 6
+"""Names that a message lists."""
 
 
 class Channel(NamedTuple):
@@ -53,6 +57,19 @@ def channel_names(
     return names | {f"{contact}.strain" for contact in layers}
 
 
+def unknown_channel(what: str, where: str, name: str, known: Iterable[str]) -> dict[str, str]:
+    """Return the parts of an error about a channel that is not there: the closest are listed."""
+    known = sorted(known)
+    close = get_close_matches(name, known, n=_LISTED, cutoff=0.3) or known[:_LISTED]
+    return {
+        "what": what,
+        "where": where,
+        "found": name,
+        "allowed": f"one of {len(known)}, such as {', '.join(close)}",
+        "remedy": closest(name, known) or "",
+    }
+
+
 def channel_of(
     history: Mapping[str, FloatArray], summary: Mapping[str, Any], name: str, where: str = "channel"
 ) -> Channel:
@@ -73,13 +90,7 @@ def channel_of(
     contacts, layers = summary.get("statuses") or {}, summary.get("layers") or {}
     known = channel_names(history, contacts, layers)
     if name not in known:
-        raise InputError(
-            "the run has no such channel",
-            where=where,
-            found=name,
-            allowed=listed(sorted(known)),
-            remedy=closest(name, known),
-        )
+        raise InputError(**unknown_channel("the run has no such channel", where, name, known))
     owner, _, own = name.rpartition(".")
     bare = "" if owner in contacts and len(contacts) == 1 else f"{owner}."
     if name in history:

@@ -9,7 +9,7 @@ from contiga.io.quantities import Quantity, Units, consistent_size
 from contiga.io.units import derived_units
 
 _KINDS: tuple[tuple[str, Quantity], ...] = (
-    (r"n_\w+|q[wxyz]", "ratio"),
+    (r"n_\w+|q[wxyz]|strain", "ratio"),
     (r"time", "time"),
     (r"wall_time", "seconds"),
     (
@@ -31,16 +31,21 @@ _KINDS: tuple[tuple[str, Quantity], ...] = (
 )
 
 
-def column_kind(column: str) -> Quantity:
-    """Return which quantity a column of a history holds; "ratio" of counts and quaternions.
+def known_kind(column: str) -> Quantity | None:
+    """Return which quantity a column or channel of a history holds; None of an unknown name.
 
-    >>> column_kind("head.ax"), column_kind("energy.total"), column_kind("n_contact")
-    ('acceleration', 'energy', 'ratio')
+    >>> known_kind("head.ax"), known_kind("energy.total"), known_kind("head.forse")
+    ('acceleration', 'energy', None)
     """
     owner, _, name = column.rpartition(".")
     if owner == "energy":
         return "energy"
-    return next((kind for pattern, kind in _KINDS if re.fullmatch(pattern, name)), "ratio")
+    return next((kind for pattern, kind in _KINDS if re.fullmatch(pattern, name)), None)
+
+
+def column_kind(column: str) -> Quantity:
+    """Return which quantity a column holds; "ratio" of counts, quaternions and unknown names."""
+    return known_kind(column) or "ratio"
 
 
 def column_factor(column: str, old: Units, new: Units) -> float:

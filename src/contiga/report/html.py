@@ -6,12 +6,14 @@ from base64 import b64encode
 from html import escape
 from importlib.resources import files
 
+from contiga.report.curves import Named, curve_figure, curves_of
 from contiga.report.figure import Figure, as_json, embedded, plotly_script, side_by_side
 from contiga.report.gas import gas_figures, gas_table
 from contiga.report.html_tables import inputs_table, key_figures, status_table, timings_table
 from contiga.report.lines import PLOT_CONFIG
 from contiga.report.motion import body_figures, criteria_table, extremes_table, sensor_figures
 from contiga.report.plots import energy_figure, history_figures, touched
+from contiga.report.references import rated, ratings_table, references_of
 from contiga.report.run_folder import Run
 from contiga.report.space import VIEW_CONFIG, View
 from contiga.report.springs import (
@@ -59,6 +61,7 @@ def page(run: Run, *, still: bytes | None, view: View | None, peak_time: float |
         key_figures(run),
         _pictures(run, still, view, peak_time),
         _over_time(run, peak_time),
+        _curves(run, peak_time),
         steps_section(run, peak_time),
         _energy(run, peak_time),
         _bodies(run, peak_time),
@@ -253,6 +256,18 @@ def _panels(figures: list[Figure], name: str) -> str:
     return side_by_side(
         embedded(figure, f"{name}-{k}", PLOT_CONFIG) for k, figure in enumerate(figures)
     )
+
+
+def _curves(run: Run, peak_time: float | None) -> str:
+    """Channels over each other, and the tests beside them."""
+    curves, references = curves_of(run), references_of(run)
+    if not curves:
+        return ""
+    ratings = [rated(run, one) for one in references]
+    drawn = [one.reference for one in ratings]
+    figures = [curve_figure([Named(run, "")], curve, drawn, peak_time) for curve in curves]
+    table = ratings_table(ratings, run.units.time)
+    return f"<h2>Curves</h2>{_panels(figures, 'curve')}{table}"
 
 
 def _peak_note(peak_time: float | None) -> str:

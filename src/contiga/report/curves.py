@@ -1,0 +1,126 @@
+"""Channels over each other: those a case asks for, force over depth, stress over strain, tests."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.errors import InputError
+from contiga.io.channels import Channel, channel_of
+from contiga.report.figure import Figure
+from contiga.report.lines import add_line, finish, largest, with_unit
+from contiga.report.references import Reference, references_of, whole_name
+from contiga.report.run_folder import Run
+from contiga.report.style import INK, LINES
+
+_OF_CONTACTS = (("max_penetration", "force"), ("strain", "max_pressure"))
+"""What is drawn of each contact that has both: abscissa and value."""
+_MOST = 6
+"""Contacts at most whose curves are drawn without being asked for."""
+_BAND = "rgba(33,38,45,0.10)"
+_DASHES = ("solid", "dash", "dot", "dashdot")
+
+
+class Curve(NamedTuple):
+    """What one figure shows."""
+
+    x: str
+    y: tuple[str, ...]
+    """Channels, by their whole names."""
+
+
+class Named(NamedTuple):
+    """A run and what it is called."""
+
+    run: Run
+    name: str
+
+
+def curves_of(run: Run) -> list[Curve]:
+    """Curves of a run: of its contacts, what its case asks for, and those of tests."""
+    touched = [name for name, columns in run.contacts.items() if largest(columns.get("force"))]
+    curves = [
+        Curve(f"{contact}.{x}", (f"{contact}.{y}",))
+        for contact in touched[:_MOST]
+        for x, y in _OF_CONTACTS
+    ]
+    for table in run.case.get("plot") or []:
+        y = table["y"]
+        names = [y] if isinstance(y, str) else y
+        x = whole_name(run, table.get("x", "time"))
+        curves.append(Curve(x, tuple(whole_name(run, name) for name in names)))
+    shown = {(curve.x, name) for curve in curves for name in curve.y}
+    for one in references_of(run):
+        if (one.x, one.channel) not in shown:
+            curves.append(Curve(one.x, (one.channel,)))
+            shown.add((one.x, one.channel))
+    return [curve for curve in dict.fromkeys(curves) if _has(run, curve)]
+
+
+def _has(run: Run, curve: Curve) -> bool:
+    return bool(_channels(run, curve))
+
+
+def _channels(run: Run, curve: Curve) -> list[tuple[Channel, Channel]]:
+    """Abscissa and value of each line that a run has: a layer may have no one strain."""
+    found = []
+    for name in curve.y:
+        try:
+            pair = (channel_of(run.history, run.summary, n) for n in (curve.x, name))
+            found.append(tuple(pair))
+        except InputError:
+            continue
+    return found
+
+
+def curve_figure(
+    runs: Sequence[Named], curve: Curve, references: Sequence[Reference], peak_time: float | None
+) -> Figure:
+    """One figure of a curve: a line for each run and channel, and the tests of these channels.
+
+    Parameters
+    ----------
+    references : of all channels, where they are drawn
+    peak_time : the time that the scene of the page shows, None without one
+    """
+    figure = Figure()
+    tests = [one for one in references if one.x == curve.x and one.channel in curve.y]
+    bands = [test for test in tests if len(test.band)]
+    for test in bands:
+        _add_band(figure, test)
+    labels, k = {}, 0
+    for row, (run, called) in enumerate(runs):
+        for column, (x, y) in enumerate(_channels(run, curve)):
+            name = called if len(curve.y) == 1 else " ".join(filter(None, (called, y.name)))
+            colour = LINES[(row if len(runs) > 1 else column) % len(LINES)]
+            dash = _DASHES[(column if len(runs) > 1 else 0) % len(_DASHES)]
+            known = np.isfinite(x.values)
+            look = {"color": colour, "width": 2.0, "dash": dash}
+            add_line(figure, x.values[known], y.values[known], name or y.name, y.unit, **look)
+            labels |= {"x": with_unit(x.name, x.unit), "y": with_unit(y.name, y.unit)}
+            labels["units"] = y.unit
+            k += 1
+    for test in tests:
+        look = {"color": INK, "width": 1.6, "dash": "dash"}
+        add_line(figure, *test.points.T, f"test {test.name}", labels["units"], **look)
+    label = labels["y"] if len(curve.y) == 1 else with_unit("", labels["units"]).strip()
+    over_time = curve.x == "time"
+    finish(figure, runs[0].run, label, peak_time if over_time else None)
+    figure.layout["showlegend"] = k + len(tests) > 1
+    if not over_time:
+        figure.layout["xaxis"]["title"]["text"] = labels["x"]
+        figure.layout["hovermode"] = "closest"
+        for trace in figure.data[len(bands) :]:
+            trace["hovertemplate"] = trace["hovertemplate"].replace("%{y", "%{x:.5g}, %{y", 1)
+    return figure
+
+
+def _add_band(figure: Figure, test: Reference) -> None:
+    """The corridor of a test, filled."""
+    x, low, high = test.band.T
+    look = {"fill": "toself", "fillcolor": _BAND, "hoverinfo": "skip", "showlegend": False}
+    edge, sides = np.concatenate([x, x[::-1]]), np.concatenate([low, high[::-1]])
+    add_line(figure, edge, sides, f"corridor of {test.name}", "", width=0, **look)
+    figure.data[-1].pop("hovertemplate")
