@@ -31,7 +31,7 @@ class Channel(NamedTuple):
     name: str
     values: FloatArray
     """(n,), one a step; NaN at steps that have none. Accelerations are in g where units are
-    known."""
+    known, and stresses in MPa where the run has GPa."""
     unit: str
     """Empty of what has none."""
 
@@ -117,4 +117,5 @@ def shown(name: str, values: FloatArray, units: Mapping[str, str]) -> Channel:
         return Channel(name, values, "")
     if column_kind(name) == "acceleration":
         return Channel(name, values / acceleration_factor("g", length, time), "g")
-    return Channel(name, values, column_units([name], (length, mass, time))[name])
+    unit = column_units([name], (length, mass, time))[name]
+    return Channel(name, 1e3 * values, "MPa") if unit == "GPa" else Channel(name, values, unit)

@@ -11,6 +11,7 @@ from contiga.errors import InputError
 from contiga.io.channels import Channel, channel_of
 from contiga.report.figure import Figure
 from contiga.report.lines import add_line, finish, largest, with_unit
+from contiga.report.runs import Named
 from contiga.report.references import Reference, references_of, whole_name
 from contiga.report.run_folder import Run
 from contiga.report.style import INK, LINES
@@ -31,13 +32,6 @@ class Curve(NamedTuple):
     """Channels, by their whole names."""
 
 
-class Named(NamedTuple):
-    """A run and what it is called."""
-
-    run: Run
-    name: str
-
-
 def curves_of(run: Run) -> list[Curve]:
     """Curves of a run: of its contacts, what its case asks for, and those of tests."""
     touched = [name for name, columns in run.contacts.items() if largest(columns.get("force"))]
@@ -56,22 +50,25 @@ def curves_of(run: Run) -> list[Curve]:
         if (one.x, one.channel) not in shown:
             curves.append(Curve(one.x, (one.channel,)))
             shown.add((one.x, one.channel))
-    return [curve for curve in dict.fromkeys(curves) if _has(run, curve)]
+    return [curve for curve in dict.fromkeys(curves) if channels_of(run, curve)]
 
 
-def _has(run: Run, curve: Curve) -> bool:
-    return bool(_channels(run, curve))
+class Drawn(NamedTuple):
+    """The channels of one line."""
+
+    x: Channel
+    y: Channel
 
 
-def _channels(run: Run, curve: Curve) -> list[tuple[Channel, Channel]]:
+def channels_of(run: Run, curve: Curve) -> list[Drawn]:
     """Abscissa and value of each line that a run has: a layer may have no one strain."""
     found = []
     for name in curve.y:
         try:
-            pair = (channel_of(run.history, run.summary, n) for n in (curve.x, name))
-            found.append(tuple(pair))
+            pair = [channel_of(run.history, run.summary, one) for one in (curve.x, name)]
         except InputError:
             continue
+        found.append(Drawn(*pair))
     return found
 
 
@@ -92,7 +89,7 @@ def curve_figure(
         _add_band(figure, test)
     labels, k = {}, 0
     for row, (run, called) in enumerate(runs):
-        for column, (x, y) in enumerate(_channels(run, curve)):
+        for column, (x, y) in enumerate(channels_of(run, curve)):
             name = called if len(curve.y) == 1 else " ".join(filter(None, (called, y.name)))
             colour = LINES[(row if len(runs) > 1 else column) % len(LINES)]
             dash = _DASHES[(column if len(runs) > 1 else 0) % len(_DASHES)]

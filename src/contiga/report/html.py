@@ -6,13 +6,14 @@ from base64 import b64encode
 from html import escape
 from importlib.resources import files
 
-from contiga.report.curves import Named, curve_figure, curves_of
+from contiga.report.curves import curve_figure, curves_of
 from contiga.report.figure import Figure, as_json, embedded, plotly_script, side_by_side
 from contiga.report.gas import gas_figures, gas_table
 from contiga.report.html_tables import inputs_table, key_figures, status_table, timings_table
 from contiga.report.lines import PLOT_CONFIG
 from contiga.report.motion import body_figures, criteria_table, extremes_table, sensor_figures
 from contiga.report.plots import energy_figure, history_figures, touched
+from contiga.report.runs import Named
 from contiga.report.references import rated, ratings_table, references_of
 from contiga.report.run_folder import Run
 from contiga.report.space import VIEW_CONFIG, View
