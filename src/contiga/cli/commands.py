@@ -16,6 +16,7 @@ from contiga.cli.convert import convert
 from contiga.cli.export import export
 from contiga.cli.help_pages import Command, Group, epilog
 from contiga.cli.options import HELPED, WITH_CASE, CaseFile, Quiet, Settings, load
+from contiga.cli.pack import pack
 from contiga.cli.plot import plot
 from contiga.cli.preview_case import preview_path, write_preview
 from contiga.cli.route import route
@@ -397,5 +398,5 @@ def reproduce(
         raise RunError("not every statement held: " + "; ".join(broken))
 
 
-for _command in (compare, convert, export, plot, route, study, verify, warmup):
+for _command in (compare, convert, export, pack, plot, route, study, verify, warmup):
     app.command(cls=Command, epilog=epilog(_command.__name__))(_command)

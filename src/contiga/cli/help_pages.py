@@ -32,9 +32,16 @@ _TEXTS: dict[str, tuple[str, tuple[str, ...]]] = {
         ),
     ),
     "report": ("report.md", ("contiga report out",)),
-    "compare": ("report.md", ("contiga compare out_1 out_2 -o compare.html",)),
+    "compare": (
+        "report.md",
+        (
+            "contiga compare out_1 out_2 out_3 -o compare.html",
+            "contiga compare study_out -o compare.html",
+        ),
+    ),
     "convert": ("convert.md", ("contiga convert deck.k --units mm,kg,ms -o case.toml",)),
     "export": ("command-line.md", ("contiga export out", "contiga export out -o tests --test T17")),
+    "pack": ("command-line.md", ("contiga pack out -o out.zip",)),
     "plot": (
         "report.md",
         (

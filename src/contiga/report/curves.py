@@ -10,7 +10,7 @@ import numpy as np
 from contiga.errors import InputError
 from contiga.io.channels import Channel, channel_of
 from contiga.report.figure import Figure
-from contiga.report.lines import add_line, finish, largest, with_unit
+from contiga.report.lines import MOST_ROWS, add_line, finish, largest, with_unit
 from contiga.report.runs import Named
 from contiga.report.references import Reference, references_of, whole_name
 from contiga.report.run_folder import Run
@@ -73,7 +73,14 @@ def channels_of(run: Run, curve: Curve) -> list[Drawn]:
 
 
 def curve_figure(
-    runs: Sequence[Named], curve: Curve, references: Sequence[Reference], peak_time: float | None
+    runs: Sequence[Named],
+    curve: Curve,
+    references: Sequence[Reference],
+    peak_time: float | None,
+    *,
+    label: str | None = None,
+    colours: Sequence[str] = (),
+    most: int = MOST_ROWS,
 ) -> Figure:
     """One figure of a curve: a line for each run and channel, and the tests of these channels.
 
@@ -81,33 +88,41 @@ def curve_figure(
     ----------
     references : of all channels, where they are drawn
     peak_time : the time that the scene of the page shows, None without one
+    label : of the upright axis, without its unit; names of channels if omitted
+    colours : of runs, one each; in turn those of all figures if omitted
+    most : rows that a line has at most
     """
     figure = Figure()
     tests = [one for one in references if one.x == curve.x and one.channel in curve.y]
     bands = [test for test in tests if len(test.band)]
     for test in bands:
         _add_band(figure, test)
-    labels, k = {}, 0
+    x_label, units = curve.x, {}
     for row, (run, called) in enumerate(runs):
         for column, (x, y) in enumerate(channels_of(run, curve)):
-            name = called if len(curve.y) == 1 else " ".join(filter(None, (called, y.name)))
-            colour = LINES[(row if len(runs) > 1 else column) % len(LINES)]
-            dash = _DASHES[(column if len(runs) > 1 else 0) % len(_DASHES)]
+            # Lines are told apart by the colours of runs, or of channels where there is one run.
+            first, second = (row, column) if len(runs) > 1 else (column, 0)
+            turn, colour = divmod(first, len(LINES))
+            dash = _DASHES[(turn + second) % len(_DASHES)]
+            several = len(curve.y) > 1 or not called
+            name = " ".join([called] * bool(called) + [y.name] * several)
             known = np.isfinite(x.values)
-            look = {"color": colour, "width": 2.0, "dash": dash}
-            add_line(figure, x.values[known], y.values[known], name or y.name, y.unit, **look)
-            labels |= {"x": with_unit(x.name, x.unit), "y": with_unit(y.name, y.unit)}
-            labels["units"] = y.unit
-            k += 1
+            look = {"color": LINES[colour], "width": 2.0, "dash": dash}
+            if colours:
+                look |= {"color": colours[row], "dash": _DASHES[column % len(_DASHES)]}
+            values = x.values[known], y.values[known]
+            add_line(figure, *values, name, y.unit, most=most, **look)
+            x_label, units[y.unit] = with_unit(x.name, x.unit), y.name
+    unit = next(iter(units))
     for test in tests:
         look = {"color": INK, "width": 1.6, "dash": "dash"}
-        add_line(figure, *test.points.T, f"test {test.name}", labels["units"], **look)
-    label = labels["y"] if len(curve.y) == 1 else with_unit("", labels["units"]).strip()
+        add_line(figure, *test.points.T, f"test {test.name}", unit, **look)
+    label = label or (curve.y[0] if len(curve.y) == 1 else ", ".join(units.values()))
     over_time = curve.x == "time"
-    finish(figure, runs[0].run, label, peak_time if over_time else None)
-    figure.layout["showlegend"] = k + len(tests) > 1
+    finish(figure, runs[0].run, with_unit(label, unit), peak_time if over_time else None)
+    figure.layout["showlegend"] = len(figure.data) - len(bands) > 1
     if not over_time:
-        figure.layout["xaxis"]["title"]["text"] = labels["x"]
+        figure.layout["xaxis"]["title"]["text"] = x_label
         figure.layout["hovermode"] = "closest"
         for trace in figure.data[len(bands) :]:
             trace["hovertemplate"] = trace["hovertemplate"].replace("%{y", "%{x:.5g}, %{y", 1)

@@ -133,7 +133,7 @@ def rated(run: Run, reference: Reference, name: str = "") -> Rated:
     """Rate a run beside a test curve; why not is said where it cannot be."""
     moved = reference.moved(run)
     if reference.x != "time" or not run.units.time:
-        why = "the rating is of signals over time, in units that are known"
+        why = "ISO/TS 18571 rates signals over time, in units that are known"
         return Rated(moved, name, None, why)
     second = base_factor(run.units.time, "time")
     values = channel_of(run.history, run.summary, reference.channel).values
@@ -149,24 +149,22 @@ def rated(run: Run, reference: Reference, name: str = "") -> Rated:
 
 def ratings_table(ratings: Sequence[Rated], unit: str) -> str:
     """Scores of test curves, with the shift of each, and a line about those that have none."""
-    if not ratings:
-        return ""
     rows = []
     for one in ratings:
-        where = one.reference.channel
-        if one.reference.x != "time":
-            where += f" over {one.reference.x}"
-        scores = [number(score, 3) for score in one.rating] if one.rating else ["–"] * 5
-        grade = one.rating.grade if one.rating else "–"
-        shift = one.reference.shift or 0.0
-        told = f"{number(shift)} {unit}" if one.reference.x == "time" else number(shift)
-        called = f"{one.run}: {where}" if one.run else where
-        rows.append(named_row(called, one.reference.name, [escape(told), *scores, grade]))
+        if one.rating is not None:
+            scores = [number(score, 3) for score in one.rating]
+            shift = f"{number(one.reference.shift or 0.0)} {unit}"
+            called = f"{one.run}: {one.reference.channel}" if one.run else one.reference.channel
+            cells = [escape(shift), *scores, one.rating.grade]
+            rows.append(named_row(called, one.reference.name, cells))
     heads = ("Channel", "Test", "Shifted by", "Corridor", "Phase", "Magnitude", "Slope", "Overall")
-    said = " ".join(f"{why}." for why in dict.fromkeys(one.why for one in ratings if one.why))
-    note = f" Not rated: {escape(said)}" if said else ""
-    return (
-        f'<h3>Beside tests</h3><div class="wide">{named_table((*heads, "Grade"), rows)}</div>'
-        '<p class="caption">Rated by ISO/TS 18571, from 0 to 1, over the time that run and test '
-        f"have in common.{note}</p>"
-    )
+    table = named_table((*heads, "Grade"), rows)
+    said = "Rated by ISO/TS 18571, from 0 to 1, over the time that run and test have in common."
+    parts = [f'<h3>Beside tests</h3><div class="wide">{table}</div>'] if rows else []
+    parts += [f'<p class="caption">{said}</p>'] if rows else []
+    without: dict[str, None] = dict.fromkeys(one.why for one in ratings if one.why)
+    for why in without:
+        names = dict.fromkeys(one.reference.name for one in ratings if one.why == why)
+        told = f"No rating beside {', '.join(names)}: {why}."
+        parts.append(f'<p class="caption">{escape(told)}</p>')
+    return "".join(parts)

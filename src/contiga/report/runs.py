@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from contiga.errors import InputError
 from contiga.report.run_folder import Run, read_run
+from contiga.report.style import number
+
+SEPARATOR = " · "
+"""Between the name of a case and its values."""
+_ROW = "row.json"
+"""What a study leaves in the folder of each case."""
+_VALUES = 3
+"""Values of a case that are in its name."""
 
 
 class Named(NamedTuple):
@@ -45,7 +54,20 @@ def read_runs(folders: Sequence[str | Path]) -> list[Named]:
 
 
 def names_of(runs: Sequence[Run]) -> list[str]:
-    """What runs are called: their folders' names, or their paths where two names are the same."""
+    """What runs are called: their folders' names, with the values of a case of a study; their
+    paths where two names are the same."""
     paths = [run.folder.resolve() for run in runs]
-    names = [path.name for path in paths]
+    names = [SEPARATOR.join([path.name, *_values_of(path)]) for path in paths]
     return names if len(set(names)) == len(names) else [str(path) for path in paths]
+
+
+def _values_of(folder: Path) -> list[str]:
+    """Values of the variables of a case of a study, the first of them; none of another run."""
+    try:
+        values = json.loads((folder / _ROW).read_text(encoding="utf-8"))["values"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return []
+    return [
+        f"{key.rpartition('.')[2]} {number(value) if isinstance(value, int | float) else value}"
+        for key, value in list(values.items())[:_VALUES]
+    ]

@@ -253,8 +253,8 @@
   }
   function choose(row) {
     chosen = chosen.indexOf(row) >= 0 ? chosen.filter(function (one) { return one !== row; })
-      : chosen.concat([row]).slice(-2);
-    $("compare").textContent = chosen.length < 2 ? "Click two rows to compare them."
+      : chosen.concat([row]).slice(-20);
+    $("compare").textContent = chosen.length < 2 ? "Click rows to compare them, up to 20."
       : "contiga compare " + chosen.map(function (one) { return data.folders[one]; }).join(" ") + " -o compare.html";
     rows();
   }
