@@ -110,7 +110,9 @@ class ReferenceSpec(Spec):
         if ("points" in data) == ("file" in said):
             raise CaseError("must have exactly one of the keys file or points")
         if "file" not in said and said:
-            raise CaseError("only a file has it: points are in the units of the case", where=[*said][0])
+            raise CaseError(
+                "only a file has it: points are in the units of the case", where=next(iter(said))
+            )
         measured = None
         if said:
             measured = _checked(_MeasuredFile, said, info)

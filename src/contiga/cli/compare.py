@@ -42,7 +42,9 @@ def compare(
             "runs to be compared",
             found=len(runs),
             allowed=f"2 to {MOST}",
-            remedy=f"Name the cases that are meant, such as {runs[0]}" if len(runs) > MOST else None,
+            remedy=f"Name the cases that are meant, such as {runs[0]}"
+            if len(runs) > MOST
+            else None,
         )
     comparison = compared(*runs)
     for line in _lines(comparison):

@@ -40,7 +40,7 @@ class Rating(NamedTuple):
 
     @property
     def grade(self) -> str:
-        """"excellent" above 0.94, "good" above 0.80, "fair" above 0.58, else "poor"."""
+        """ "excellent" above 0.94, "good" above 0.80, "fair" above 0.58, else "poor"."""
         return next((grade for above, grade in _GRADES if self.overall > above), "poor")
 
 
@@ -84,7 +84,9 @@ def iso18571(
     pair = [np.interp(grid, times, values), np.interp(grid, test_times, test)]
     for name, one in zip(("signal", "reference"), pair, strict=True):
         if np.ptp(one) <= 1e-9 * np.abs(one).max():
-            raise InputError("a signal that is the same all the time has no rating", where=f"{where}, {name}")
+            raise InputError(
+                "a signal that is the same all the time has no rating", where=f"{where}, {name}"
+            )
     from objective_rating_metrics.rating import ISO18571
 
     curves = [np.column_stack([grid, one]) for one in pair]

@@ -88,7 +88,9 @@ class Sheet:
         if not told or any(map(_is_number, first.cells)):
             return replace(self, rows=chain([first], self.rows))
         pairs = zip(self.heads, first.cells, strict=True)
-        return replace(self, heads=[one._replace(unit=u.strip("[]() ") or None) for one, u in pairs])
+        return replace(
+            self, heads=[one._replace(unit=u.strip("[]() ") or None) for one, u in pairs]
+        )
 
     def check_header(self, header: str) -> None:
         """Refuse a table without heads; the error says that they should be such as `header`."""

@@ -222,9 +222,7 @@ def _common_times(runs: Sequence[Run]) -> FloatArray:
     return np.asarray(times[(times >= first) & (times <= last)])
 
 
-def _difference(
-    signals: Sequence[tuple[FloatArray, FloatArray]], times: FloatArray
-) -> Difference:
+def _difference(signals: Sequence[tuple[FloatArray, FloatArray]], times: FloatArray) -> Difference:
     """How far signals, each with its own times, are from the first of them at common `times`."""
     peaks, whens, there = [], [], []
     for own, values in signals:
@@ -238,9 +236,7 @@ def _difference(
     apart = np.abs(np.array(there[1:]) - there[0])
     k = int(np.argmax(apart.max(axis=0)))
     rms = max(_root_mean_square(times, one) for one in apart)
-    return Difference(
-        tuple(peaks), tuple(whens), float(apart[:, k].max()), float(times[k]), rms
-    )
+    return Difference(tuple(peaks), tuple(whens), float(apart[:, k].max()), float(times[k]), rms)
 
 
 def _root_mean_square(times: FloatArray, values: FloatArray) -> float:

@@ -107,9 +107,11 @@ def in_short(value: Any) -> str:
 
 
 def peaks_of(comparison: Comparison, name: str) -> tuple[list[float], float, str]:
-    """Peaks of a column in each run and its largest difference as they are shown, and their unit."""
+    """Peaks of a column in each run, its largest difference, and their unit, as they are shown."""
     d = comparison.differences[name]
-    channel = shown(name, np.array([*d.peaks, d.largest]), comparison.runs[0].summary.get("units") or {})
+    channel = shown(
+        name, np.array([*d.peaks, d.largest]), comparison.runs[0].summary.get("units") or {}
+    )
     *peaks, largest = channel.values.tolist()
     return peaks, largest, channel.unit
 
@@ -153,7 +155,7 @@ def _curves(comparison: Comparison) -> str:
         and (label := _PANELS.get(name.rpartition(".")[2])) is not None
     }
     labels = dict.fromkeys(c for run in comparison.runs for c in curves_of(run)) | over_time
-    figures = []
+    figures: list[str] = []
     for curve in [*over_time, *(curve for curve in labels if curve not in over_time)]:
         figure = curve_figure(comparison.named, curve, drawn, None, label=_label(curve, labels))
         many = len(comparison.runs) > _LEGENDS

@@ -8,9 +8,9 @@ from pathlib import Path
 from contiga.extras import require
 from contiga.io.channels import channel_of
 from contiga.io.out.line_figure import Line, Panel, draw_panels, labelled
-from contiga.report.curves import Curve, Named, channels_of, curves_of
-from contiga.report.runs import read_runs
+from contiga.report.curves import Curve, channels_of, curves_of
 from contiga.report.references import Reference, references_of, whole_name
+from contiga.report.runs import Named, read_runs
 
 
 def draw_curves(
@@ -61,6 +61,6 @@ def _panel(runs: Sequence[Named], curve: Curve, references: Sequence[Reference])
             label = value.name if len(curve.y) == 1 else ""
             labels = labelled(across.name, across.unit), labelled(label, value.unit)
     tests = [one for one in references if one.x == curve.x and one.channel in curve.y]
-    lines += [Line(f"test {one.name}", *one.points.T, measured=True) for one in tests]
+    lines += [Line(f"test {one.name}", one.points[:, 0], one.points[:, 1], True) for one in tests]
     bands = tuple(one.band for one in tests if len(one.band))
     return Panel(*labels, tuple(lines), bands, len(lines) > 1)

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from contiga.errors import InputError
 from contiga.io.channels import Channel, channel_of
 from contiga.report.figure import Figure
-from contiga.report.lines import MOST_ROWS, add_line, finish, largest, with_unit
-from contiga.report.runs import Named
+from contiga.report.lines import MOST_ROWS, add_line, finish, largest, rows_drawn, with_unit
 from contiga.report.references import Reference, references_of, whole_name
 from contiga.report.run_folder import Run
+from contiga.report.runs import Named
 from contiga.report.style import INK, LINES
 
 _OF_CONTACTS = (("max_penetration", "force"), ("strain", "max_pressure"))
@@ -100,23 +100,24 @@ def curve_figure(
     x_label, units = curve.x, {}
     for row, (run, called) in enumerate(runs):
         for column, (x, y) in enumerate(channels_of(run, curve)):
-            # Lines are told apart by the colours of runs, or of channels where there is one run.
-            first, second = (row, column) if len(runs) > 1 else (column, 0)
-            turn, colour = divmod(first, len(LINES))
-            dash = _DASHES[(turn + second) % len(_DASHES)]
-            several = len(curve.y) > 1 or not called
-            name = " ".join([called] * bool(called) + [y.name] * several)
-            known = np.isfinite(x.values)
-            look = {"color": LINES[colour], "width": 2.0, "dash": dash}
+            name = " ".join([called] * bool(called) + [y.name] * (len(curve.y) > 1 or not called))
+            rows = np.flatnonzero(np.isfinite(x.values) & np.isfinite(y.values))
+            rows = rows[rows_drawn(y.values[rows], most=most)] if len(rows) else rows
+            look: dict[str, Any] = {"width": 2.0}
             if colours:
                 look |= {"color": colours[row], "dash": _DASHES[column % len(_DASHES)]}
-            values = x.values[known], y.values[known]
-            add_line(figure, *values, name, y.unit, most=most, **look)
+            else:
+                # Lines are told apart by the colours of runs, of channels where there is one run.
+                first, second = (row, column) if len(runs) > 1 else (column, 0)
+                turn, colour = divmod(first, len(LINES))
+                look |= {"color": LINES[colour], "dash": _DASHES[(turn + second) % len(_DASHES)]}
+            add_line(figure, x.values[rows], y.values[rows], name, y.unit, **look)
             x_label, units[y.unit] = with_unit(x.name, x.unit), y.name
     unit = next(iter(units))
     for test in tests:
         look = {"color": INK, "width": 1.6, "dash": "dash"}
-        add_line(figure, *test.points.T, f"test {test.name}", unit, **look)
+        x_test, y_test = test.points.T
+        add_line(figure, x_test, y_test, f"test {test.name}", unit, **look)
     label = label or (curve.y[0] if len(curve.y) == 1 else ", ".join(units.values()))
     over_time = curve.x == "time"
     finish(figure, runs[0].run, with_unit(label, unit), peak_time if over_time else None)
@@ -132,7 +133,8 @@ def curve_figure(
 def _add_band(figure: Figure, test: Reference) -> None:
     """The corridor of a test, filled."""
     x, low, high = test.band.T
-    look = {"fill": "toself", "fillcolor": _BAND, "hoverinfo": "skip", "showlegend": False}
+    look: dict[str, Any] = {"fill": "toself", "fillcolor": _BAND, "hoverinfo": "skip"}
+    look |= {"showlegend": False, "width": 0}
     edge, sides = np.concatenate([x, x[::-1]]), np.concatenate([low, high[::-1]])
-    add_line(figure, edge, sides, f"corridor of {test.name}", "", width=0, **look)
+    add_line(figure, edge, sides, f"corridor of {test.name}", "", **look)
     figure.data[-1].pop("hovertemplate")

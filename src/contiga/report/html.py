@@ -13,9 +13,9 @@ from contiga.report.html_tables import inputs_table, key_figures, status_table, 
 from contiga.report.lines import PLOT_CONFIG
 from contiga.report.motion import body_figures, criteria_table, extremes_table, sensor_figures
 from contiga.report.plots import energy_figure, history_figures, touched
-from contiga.report.runs import Named
 from contiga.report.references import rated, ratings_table, references_of
 from contiga.report.run_folder import Run
+from contiga.report.runs import Named
 from contiga.report.space import VIEW_CONFIG, View
 from contiga.report.springs import (
     device_table,

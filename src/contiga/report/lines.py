@@ -59,26 +59,18 @@ def rows_drawn(*columns: FloatArray, most: int = MOST_ROWS) -> IndexArray:
 
 
 def add_line(
-    figure: Figure,
-    times: FloatArray,
-    values: FloatArray,
-    name: str,
-    unit: str,
-    *,
-    most: int = MOST_ROWS,
-    **look: Any,
+    figure: Figure, times: FloatArray, values: FloatArray, name: str, unit: str, **look: Any
 ) -> None:
     """Draw a column over time, told with its unit where the mouse is; NaN is passed over.
 
     Parameters
     ----------
-    most : rows that are drawn at most
     look : colour, width and dash of the line; anything else is the trace's
     """
     line = {key: look.pop(key) for key in ("color", "width", "dash") if key in look}
     rows = np.flatnonzero(~np.isnan(values))
     if len(rows):
-        rows = rows[rows_drawn(values[rows], most=most)]
+        rows = rows[rows_drawn(values[rows])]
     trace = {
         "type": "scatter",
         "x": times[rows],

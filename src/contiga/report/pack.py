@@ -59,7 +59,9 @@ def _files(folder: Path, fields: bool) -> Iterator[Path]:
             allowed="the output folder of a run with a report, or of a study",
             remedy=f"contiga report {folder.name}" if (folder / SUMMARY).is_file() else None,
         )
-    yield from (folder / name for name in (_OF_STUDY if study else of_run) if (folder / name).is_file())
+    yield from (
+        folder / name for name in (_OF_STUDY if study else of_run) if (folder / name).is_file()
+    )
     if study:
         for case in sorted((folder / "cases").iterdir()):
             yield from (case / name for name in of_run if (case / name).is_file())

@@ -140,7 +140,10 @@ def rated(run: Run, reference: Reference, name: str = "") -> Rated:
     known = np.isfinite(values)
     try:
         rating = iso18571(
-            moved.points[:, 1], values[known], second * run.times[known], second * moved.points[:, 0]
+            moved.points[:, 1],
+            values[known],
+            second * run.times[known],
+            second * moved.points[:, 0],
         )
     except (InputError, MissingPackageError) as error:
         return Rated(moved, name, None, str(error))

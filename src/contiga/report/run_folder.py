@@ -78,7 +78,7 @@ class Run(NamedTuple):
     history: Columns = {}  # noqa: RUF012 (read only)
     """All columns by their names in the history."""
     own_units: tuple[str, str, str] = ("", "", "")
-    """Length, mass and time unit of its files; empty where it names none. All else is in `units`."""
+    """Length, mass and time unit of its files, empty where it names none."""
 
     @property
     def case(self) -> dict[str, Any]:
@@ -113,7 +113,7 @@ def read_run(folder: Path, units: tuple[str, str, str] | None = None) -> Run:
 
     Parameters
     ----------
-    units : length, mass and time unit to convert it to; its own if omitted
+    units : length, mass and time unit to convert it to; its own if omitted, or if it names none
 
     Raises
     ------
@@ -127,7 +127,7 @@ def read_run(folder: Path, units: tuple[str, str, str] | None = None) -> Run:
     named = summary.get("units") or {}
     length, mass, time = (str(named.get(key) or "") for key in _BASE)
     own = (length, mass, time)
-    if units is not None and units != own:
+    if units is not None and all(own) and units != own:
         history, summary = _converted(history, summary, own, units)
     case = folder / "case.toml"
     owners = sort_columns(

@@ -114,9 +114,7 @@ class _Time(NamedTuple):
     label: str
 
 
-def _panel(
-    time: _Time, label: str, unit: str, lines: Mapping[str, FloatArray]
-) -> Iterator[Panel]:
+def _panel(time: _Time, label: str, unit: str, lines: Mapping[str, FloatArray]) -> Iterator[Panel]:
     """A panel of the lines that are somewhere not zero, if there are any."""
     sizes = {
         name: float(np.abs(values[np.isfinite(values)]).max(initial=0.0))

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from contiga.arrays.threads import thread_count
+from contiga.io.column_units import column_units
 from contiga.records import ContactStatus, FloatArray
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.layers import thickness_of
@@ -14,7 +15,6 @@ from contiga.simulation.checks.matter_checks import added_masses
 from contiga.simulation.checks.run_checks import notes_on
 from contiga.simulation.checks.surface_checks import OPEN
 from contiga.simulation.clock import Clock
-from contiga.io.column_units import column_units
 from contiga.simulation.energy_balance import energy_summary, energy_warnings
 from contiga.simulation.history import COUNTED
 from contiga.simulation.model import Model, column_prefixes

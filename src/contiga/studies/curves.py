@@ -36,10 +36,14 @@ def curves_section(folder: Path, rows: Sequence[Row], label: str) -> str:
     rows : of its cases
     label : column whose values colour the lines: that of the first variable
     """
-    whole = [row for row in rows if row.status == DONE and (_place(folder, row) / SUMMARY).is_file()]
+    whole = [
+        row for row in rows if row.status == DONE and (_place(folder, row) / SUMMARY).is_file()
+    ]
     if not whole:
         return ""
-    chosen = [whole[k] for k in np.unique(np.linspace(0, len(whole) - 1, _MOST).round().astype(int))]
+    chosen = [
+        whole[k] for k in np.unique(np.linspace(0, len(whole) - 1, _MOST).round().astype(int))
+    ]
     try:
         runs = read_runs([_place(folder, row) for row in chosen])
     except InputError:  # their folders are no longer whole

@@ -12,9 +12,9 @@ from contiga.criteria import cfc, clip, hic
 
 pytest.importorskip("crashmetrics")
 
-from crashmetrics.acceleration import clip_3ms  # noqa: E402
-from crashmetrics.pedestrian import calculate_hic  # noqa: E402
-from crashmetrics.signals import cfc_filter  # noqa: E402
+from crashmetrics.acceleration import clip_3ms
+from crashmetrics.pedestrian import calculate_hic
+from crashmetrics.signals import cfc_filter
 
 SAME = 1e-3
 """Largest relative difference."""

@@ -21,7 +21,7 @@ def corridor_score(test: np.ndarray, signal: np.ndarray) -> float:
 
 
 def aligned(test: np.ndarray, signal: np.ndarray) -> tuple[int, np.ndarray, np.ndarray]:
-    """The shift of the greatest correlation, no more than a fifth of all, and both shifted by it."""
+    """The shift of the greatest correlation, up to a fifth of all, and both shifted by it."""
     n = len(test)
     most = int(0.2 * n)
     tries = [0, *(side * k for k in range(1, most + 1) for side in (1, -1))]
@@ -47,14 +47,18 @@ def warped_error(signal: np.ndarray, test: np.ndarray) -> float:
         i, j = min((s for s in steps if min(s) >= 0), key=lambda s: cost[s[0] + 1, s[1] + 1])
         path.append((i, j))
     rows = np.array(path)
-    return float(np.abs(signal[rows[:, 0]] - test[rows[:, 1]]).sum() / np.abs(test[rows[:, 1]]).sum())
+    return float(
+        np.abs(signal[rows[:, 0]] - test[rows[:, 1]]).sum() / np.abs(test[rows[:, 1]]).sum()
+    )
 
 
 def slopes(values: np.ndarray) -> np.ndarray:
     """Central differences, averaged over nine samples, near the ends over as many as there are."""
     raw = np.gradient(values, STEP)
     n = len(raw)
-    return np.array([raw[i - w : i + w + 1].mean() for i in range(n) for w in [min(4, i, n - 1 - i)]])
+    return np.array(
+        [raw[i - w : i + w + 1].mean() for i in range(n) for w in [min(4, i, n - 1 - i)]]
+    )
 
 
 def rated(test: np.ndarray, signal: np.ndarray) -> Rating:

@@ -54,7 +54,9 @@ def test_over_a_depth_a_curve_may_go_back(tmp_path: Path) -> None:
 
 
 def test_channels_of_a_test_are_read_as_they_are_written(tmp_path: Path) -> None:
-    force = MmeChannel("10PAD0000000FO00", "pad force", "N", 0.002, 1e-4, np.array([1.0, -2.5, 7.0]))
+    force = MmeChannel(
+        "10PAD0000000FO00", "pad force", "N", 0.002, 1e-4, np.array([1.0, -2.5, 7.0])
+    )
     other = force._replace(code="10HEAD000000ACR0", unit="m/(s*s)", name="head a")
     folder = write_mme(tmp_path, "T1", [force, other], title="A test")
     for path, code in ((folder / "Channel" / "T1.001", None), (folder / "T1.mme", "10pad")):
@@ -62,7 +64,7 @@ def test_channels_of_a_test_are_read_as_they_are_written(tmp_path: Path) -> None
         np.testing.assert_allclose(table, [[2.0, 1.0], [2.1, -2.5], [2.2, 7.0]], rtol=1e-12)
     table = read_measured(folder / "T1.mme", ("time", "acceleration"), UNITS, code="10HEAD")
     np.testing.assert_allclose(table[:, 1], 1e-3 * force.values)
-    with pytest.raises(FileError, match="which channel is meant.*10PAD0000000FO00"):
+    with pytest.raises(FileError, match=r"which channel is meant.*10PAD0000000FO00"):
         read_measured(folder / "T1.mme", OVER_TIME, UNITS)
     with pytest.raises(FileError, match="no such channel; found '10CHST'"):
         read_measured(folder / "T1.mme", OVER_TIME, UNITS, code="10CHST")

@@ -1,4 +1,4 @@
-"""Panels of lines as a matplotlib figure, without a window: what `plot` draws, on screen and file."""
+"""Panels of lines as a matplotlib figure, without a window: what `plot` draws."""
 
 from __future__ import annotations
 
@@ -78,9 +78,7 @@ def draw_panels(panels: Sequence[Panel], title: str, path: str | Path | None = N
             colour = INK if line.measured else LINES[ours % len(LINES)]
             ours += not line.measured
             width = 1.2 if line.measured else 1.6
-            axes.plot(
-                line.x[known], line.y[known], style, color=colour, lw=width, label=line.name
-            )
+            axes.plot(line.x[known], line.y[known], style, color=colour, lw=width, label=line.name)
         axes.set_xlabel(panel.x_label, color=MUTED)
         axes.set_ylabel(panel.y_label, color=MUTED)
         axes.grid(color=GRID)
