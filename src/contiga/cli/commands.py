@@ -128,8 +128,8 @@ def run(
     except KeyboardInterrupt:
         from contiga.simulation.output_folder import newest_checkpoint
 
-        again = shlex.join(f"--set={one}" for one in settings or ())
-        line = " ".join(filter(None, (f"contiga run {case} -o {folder}", again, "--resume")))
+        again = [f"--set={one}" for one in settings or ()]
+        line = shlex.join(["contiga", "run", str(case), "-o", str(folder), *again, "--resume"])
         how = f"; {line} goes on from the last checkpoint"
         there = newest_checkpoint(folder).is_file()
         print(f"\ncontiga: stopped{how if there else ''}", file=sys.stderr)

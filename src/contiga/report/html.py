@@ -42,7 +42,8 @@ _FRAME_BUTTONS = """
 """
 _PLAYING = """
 <div class="time"><button id="play">Play</button>
-<input id="step" type="range" min="0" max="{last}" value="{first}" aria-label="Recorded step">
+<input id="step" type="range" min="0" max="{last}" value="{first}" aria-label="Recorded step"
+aria-valuetext="{label}, the peak">
 <output id="step-time" for="step">{label}, the peak</output></div>
 """
 
@@ -143,13 +144,14 @@ def _view(view: View) -> str:
         slider = _PLAYING.format(last=view.steps - 1, first=first, label=label)
         every = view.steps == view.recorded
         shown = f"all {view.steps}" if every else f"{view.steps} of the {view.recorded}"
-        steps = f" It shows {shown} recorded steps; play takes them as far apart as they were."
+        steps = f" It shows {shown} recorded steps; Play shows them at their times, in six seconds."
     return (
         f"{_BODY_BUTTONS}{_FRAME_BUTTONS if 'spans' in view.data else ''}{_field_buttons(view)}"
         f'<div class="frame">{embedded(view.figure, "view", VIEW_CONFIG)}{slider}</div>'
         f'<script type="application/json" id="view-data">{as_json(view.data)}</script>'
         f"<script>{script}</script>"
-        '<p class="caption">Drag to turn, scroll to come closer; the house goes back.'
+        '<p class="caption">Drag to turn, scroll to come closer; the button with the house '
+        "brings the first view back."
         f"{steps}</p>"
     )
 

@@ -28,6 +28,8 @@ from contiga.studies.table import Table
 _DIGITS = 7
 """Of numbers on the page; the table has all."""
 _FAINT = "#c9ced4"
+_SCALE = SCALE[1:]
+"""Colours of points and lines: the palest is next to white."""
 _SELECT = '<label>{words} <select id="{name}"></select></label>'
 
 
@@ -66,7 +68,7 @@ def page_data(study: StudySpec, base: Base, table: Table, rows: Sequence[Row]) -
             "grid": GRID,
             "faint": _FAINT,
             "lines": LINES,
-            "scale": [[k / (len(SCALE) - 1), colour] for k, colour in enumerate(SCALE)],
+            "scale": [[k / (len(_SCALE) - 1), colour] for k, colour in enumerate(_SCALE)],
         },
     }
     if study.goal is not None:
@@ -267,7 +269,7 @@ def _table() -> str:
         '<tbody class="space"><tr><td><div id="rows-above"></div></td></tr></tbody>'
         '<tbody id="rows-body"></tbody>'
         '<tbody class="space"><tr><td><div id="rows-below"></div></td></tr></tbody></table></div>'
-        '<p id="compare">Click rows to compare them, up to 20.</p><p class="caption">A click on a '
-        "head sorts. Numbers of cases lead to their reports; the line that compares them is for the "
+        '<p id="compare">Click rows to compare them, up to 20.</p><p class="caption">A click '
+        "on a head sorts. Numbers of cases lead to their reports; the line that compares them is for the "
         "folder of this page, where table.h5 and table.csv have all digits.</p>"
     )

@@ -54,18 +54,38 @@ def test_a_test_may_be_over_another_channel(tmp_path: Path) -> None:
     ("table", "text", "pieces"),
     [
         ('file = "test.csv"\nchannel = "forse"\n', TEST, ("channel", "found 'forse'")),
-        ('file = "test.csv"\nchannel = "head.a"\n', "t [s];a [g]\n0;0\n1;1\n", ("no such channel",)),
+        (
+            'file = "test.csv"\nchannel = "head.a"\n',
+            "t [s];a [g]\n0;0\n1;1\n",
+            ("no such channel",),
+        ),
         ('file = "test.csv"\n', TEST, ("channel: is missing",)),
         ('channel = "force"\n', TEST, ("file or points",)),
         ('file = "none.csv"\nchannel = "force"\n', TEST, ("no such file",)),
         ('file = "test.csv"\nchannel = "force"\n', "t [s];F\n0;0\n1;1\n", ("no unit", "unit = ")),
-        ('file = "test.csv"\nchannel = "force"\n', "t [s];F [N]\n0;0\n1;nan\n", ("csv:3", "finite")),
-        ('file = "test.csv"\nchannel = "force"\n', "t [s];F [N]\n0;0\n0;1\n", ("csv:3", "increase")),
-        ('file = "test.csv"\nchannel = "force"\n', "t [s];F [N]\n1;0\n2;1\n", ("in common", "onset")),
+        (
+            'file = "test.csv"\nchannel = "force"\n',
+            "t [s];F [N]\n0;0\n1;nan\n",
+            ("csv:3", "finite"),
+        ),
+        (
+            'file = "test.csv"\nchannel = "force"\n',
+            "t [s];F [N]\n0;0\n0;1\n",
+            ("csv:3", "increase"),
+        ),
+        (
+            'file = "test.csv"\nchannel = "force"\n',
+            "t [s];F [N]\n1;0\n2;1\n",
+            ("in common", "onset"),
+        ),
         ('file = "test.csv"\nchannel = "force"\nshift = "onst"\n', TEST, ("shift", "'onset'")),
         ('file = "test.csv"\nchannel = "force"\nshift = 99.0\n', TEST, ("shift", "99 to 101")),
         ('file = "test.csv"\nchannel = "force"\ncorridor = -1\n', TEST, ("corridor", "above 0")),
-        ('channel = "force"\npoints = [[0, 0], [1, 1]]\nunit = "N"\n', TEST, ("unit", "only a file")),
+        (
+            'channel = "force"\npoints = [[0, 0], [1, 1]]\nunit = "N"\n',
+            TEST,
+            ("unit", "only a file"),
+        ),
         ('channel = "force"\npoints = [[0, 0], [0, 1]]\n', TEST, ("points", "increase")),
         (
             'channel = "force"\npoints = [[0, 0], [1, 1]]\ncorridor = [[0, 2, 1], [1, 1, 2]]\n',
