@@ -13,7 +13,7 @@ def steps_line(summary: dict[str, Any]) -> str:
 
     >>> one = {"told": "a body turns (body 'wheel')", "steps": 30}
     >>> steps_line({"least": 0.01, "when": 2.0, "tries": 60, "reasons": [one], "let_pass": 0})
-    "steps set by: a body turns (body 'wheel') 100 %; the shortest 0.01 at t = 2; 2 attempts for each step"
+    "steps set by: a body turns (body 'wheel') 100 %; the shortest 0.01 at t = 2; 2 attempts a step"
     """
     if not summary:
         return ""
@@ -25,7 +25,7 @@ def steps_line(summary: dict[str, Any]) -> str:
     line += f"{summary['when']:.4g}"
     attempts = f"{summary['tries'] / count:.2g}"
     if attempts != "1":
-        line += f"; {attempts} attempts for each step"
+        line += f"; {attempts} attempts a step"
     if summary["let_pass"]:
         line += f"; {summary['let_pass']} have an energy balance error that shorter ones would not"
         line += " reduce"

@@ -270,6 +270,6 @@ def _table() -> str:
         '<tbody id="rows-body"></tbody>'
         '<tbody class="space"><tr><td><div id="rows-below"></div></td></tr></tbody></table></div>'
         '<p id="compare">Click rows to compare them, up to 20.</p><p class="caption">A click '
-        "on a head sorts. Numbers of cases lead to their reports; the line that compares them is for the "
-        "folder of this page, where table.h5 and table.csv have all digits.</p>"
+        "on a head sorts. Numbers of cases lead to their reports; the line that compares them is "
+        "for the folder of this page, where table.h5 and table.csv have all digits.</p>"
     )
