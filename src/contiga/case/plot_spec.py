@@ -200,3 +200,15 @@ def check_channel(where: str, name: str, channels: Iterable[str]) -> None:
     known = {"time", *channels}
     if name not in known:
         raise CaseError(**unknown_channel("the run will have no such channel", where, name, known))
+
+
+def check_kinds(where: str, names: list[str]) -> None:
+    """Refuse channels of different units in one figure."""
+    kinds = {kind for name in names if (kind := known_kind(name)) is not None}
+    if len(kinds) > 1:
+        raise CaseError(
+            "the channels of one figure must have one unit",
+            where=where,
+            found=", ".join(names),
+            allowed="a [[plot]] for each unit",
+        )

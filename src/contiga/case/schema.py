@@ -26,7 +26,7 @@ from contiga.case.motion_spec import BodyMotionSpec, SeriesSpec, SlaveMotionSpec
 from contiga.case.names import EITHER, check_apart, check_defined, check_fires, check_unique
 from contiga.case.output_spec import OutputSpec
 from contiga.case.placed_spec import Placed
-from contiga.case.plot_spec import PlotSpec, ReferenceSpec, check_channel
+from contiga.case.plot_spec import PlotSpec, ReferenceSpec, check_channel, check_kinds
 from contiga.case.points_spec import BodyPoints, PointsSpec, Sampling
 from contiga.case.problems import case_error, relocated
 from contiga.case.rigid_spec import FixedSpec
@@ -277,6 +277,7 @@ class Case(Spec):
             yield partial(check_channel, f"plot[{i}].x", plot.x, channels)
             for name in plot.channels:
                 yield partial(check_channel, f"plot[{i}].y", name, channels)
+            yield partial(check_kinds, f"plot[{i}].y", plot.channels)
         for i, curve in enumerate(self.reference):
             yield partial(check_channel, f"reference[{i}].channel", curve.channel, channels)
             yield partial(check_channel, f"reference[{i}].x", curve.x, channels)

@@ -9,15 +9,22 @@ from typing import Any
 
 import numpy as np
 
-from contiga.io.channels import channel_names, shown
+from contiga.io.channels import shown
 from contiga.io.out.files import write_text
 from contiga.report import require_packages
 from contiga.report.comparison import Comparison, Values
-from contiga.report.curves import Curve, curve_figure, curves_of
+from contiga.report.curves import Curve, channels_of, curve_figure, curves_of
 from contiga.report.figure import embedded, plotly_script, side_by_side
 from contiga.report.html_tables import STAGES
 from contiga.report.lines import PLOT_CONFIG, with_unit
-from contiga.report.references import Rated, Reference, rated, ratings_table, references_of
+from contiga.report.references import (
+    Rated,
+    Reference,
+    has_channels,
+    rated,
+    ratings_table,
+    references_of,
+)
 from contiga.report.style import LINES, number
 from contiga.report.style import page as styled
 
@@ -157,6 +164,8 @@ def _curves(comparison: Comparison) -> str:
     labels = dict.fromkeys(c for run in comparison.runs for c in curves_of(run)) | over_time
     figures: list[str] = []
     for curve in [*over_time, *(curve for curve in labels if curve not in over_time)]:
+        if not any(channels_of(run, curve) for run in comparison.runs):
+            continue
         figure = curve_figure(comparison.named, curve, drawn, None, label=_label(curve, labels))
         many = len(comparison.runs) > _LEGENDS
         figure.layout["showlegend"] = not many
@@ -174,14 +183,11 @@ def _label(curve: Curve, labels: dict[Curve, str | None]) -> str | None:
 
 def _references(comparison: Comparison) -> list[Reference]:
     """Tests of all runs that the first has a channel for, each once."""
-    first = comparison.runs[0]
-    contacts, layers = first.told("statuses"), first.told("layers")
-    known = channel_names(first.history, contacts, layers)
     found = {
         (one.channel, one.x, one.name): one
         for run in reversed(comparison.runs)
         for one in references_of(run)
-        if {one.channel, one.x} <= known
+        if has_channels(comparison.runs[0], one)
     }
     return list(found.values())
 
@@ -191,8 +197,7 @@ def _ratings(comparison: Comparison, references: Sequence[Reference]) -> list[Ra
         rated(run, one, name)
         for one in references
         for run, name in comparison.named
-        if {one.channel, one.x}
-        <= channel_names(run.history, run.told("statuses"), run.told("layers"))
+        if has_channels(run, one)
     ]
 
 

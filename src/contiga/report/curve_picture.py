@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from contiga.errors import InputError
 from contiga.extras import require
 from contiga.io.channels import channel_of
 from contiga.io.out.line_figure import Line, Panel, draw_panels, labelled
@@ -49,6 +50,10 @@ def draw_curves(
     curves = [Curve(across, (whole_name(first, name),)) for name in y]
     references = [one.moved(first) for one in references_of(first)]
     panels = [_panel(runs, curve, references) for curve in curves or curves_of(first)]
+    if not panels:
+        raise InputError(
+            "the run has no curves of its own", where=str(folders[0]), allowed="channels, as -y"
+        )
     draw_panels(panels, str(first.summary.get("title") or ""), path)
 
 

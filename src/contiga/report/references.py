@@ -10,7 +10,7 @@ import numpy as np
 
 from contiga.criteria.rating import Rating, iso18571
 from contiga.errors import InputError, MissingPackageError
-from contiga.io.channels import channel_of, shown
+from contiga.io.channels import channel_names, channel_of, shown
 from contiga.io.column_units import column_factor
 from contiga.io.units import base_factor
 from contiga.records import FloatArray
@@ -77,8 +77,16 @@ def whole_name(run: Run, name: str) -> str:
 
 
 def references_of(run: Run) -> list[Reference]:
-    """The curves of tests that the case of a run names."""
-    return [_reference(run, table) for table in run.case.get("reference") or [] if _is_read(table)]
+    """The curves of tests that the case of a run names, and that it has channels for: those of
+    filters are there once a run has ended."""
+    tables = (table for table in run.case.get("reference") or [] if _is_read(table))
+    return [one for one in (_reference(run, table) for table in tables) if has_channels(run, one)]
+
+
+def has_channels(run: Run, reference: Reference) -> bool:
+    """Whether a run has what a test has measured, and what that is over."""
+    known = channel_names(run.history, run.told("statuses"), run.told("layers"))
+    return {reference.channel, reference.x} <= known
 
 
 def _is_read(table: Any) -> bool:

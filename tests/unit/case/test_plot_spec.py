@@ -107,6 +107,7 @@ def test_a_wrong_test_is_refused_in_one_message(
     [
         ('x = "forc"\ny = "force"', ("plot[0].x", "found 'forc'", "Did you mean 'force'?")),
         ('y = ["force", "a.b"]', ("plot[0].y", "found 'a.b'")),
+        ('y = ["force", "area"]', ("plot[0].y", "one unit")),
         ("y = []", ("plot[0].y",)),
         ('z = "force"', ("plot[0].z", "unknown key")),
     ],

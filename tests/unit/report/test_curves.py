@@ -23,7 +23,7 @@ DEPTH = Curve("head-pad.max_penetration", (FORCE,))
 
 def foam(folder: Path, **options: object) -> Path:
     """A run of a contact with a layer of 20 mm, and of a body that moves."""
-    more = {"max_penetration": 2.0 * FINE, "max_pressure": 3.0 * FINE}
+    more = {"max_penetration": 2.0 * FINE, "max_pressure": 3.0 * FINE, "force_x": FINE}
     more |= {f"cg.{axis}": rate * FINE + 1.0 for axis, rate in zip("xyz", (2, 1, 2), strict=True)}
     path = write_run(folder, FINE, **more, **options)  # type: ignore[arg-type]
     summary = json.loads((path / "summary.json").read_text(encoding="utf-8"))
@@ -48,12 +48,12 @@ def test_without_a_layer_there_is_no_strain(tmp_path: Path) -> None:
 
 def test_a_case_asks_for_more(tmp_path: Path) -> None:
     path = foam(tmp_path / "a")
-    more = '[[plot]]\nx = "cg.travel"\ny = ["force", "area"]\n[[plot]]\ny = "cg.x"\n'
+    more = '[[plot]]\nx = "cg.travel"\ny = ["force", "force_x"]\n[[plot]]\ny = "cg.x"\n'
     with (path / "case.toml").open("a", encoding="utf-8") as file:
         file.write(more)
     run = read_run(path)
     travel, over_time = curves_of(run)[2:]
-    assert travel == Curve("cg.travel", (FORCE, "head-pad.area"))
+    assert travel == Curve("cg.travel", (FORCE, "head-pad.force_x"))
     assert over_time == Curve("time", ("cg.x",))
     np.testing.assert_allclose(channels_of(run, travel)[0].x.values, 3.0 * FINE)
 

@@ -139,6 +139,12 @@ def test_a_comparison_draws_the_tests_of_its_runs(tmp_path: Path) -> None:
         assert page.count('"test T17"') == 1
 
 
+def test_a_channel_that_is_not_there_yet_has_no_test(tmp_path: Path) -> None:
+    """Filtered columns come at the end of a run."""
+    run = run_with(tmp_path / "a", TABLE.replace('"force"', '"cg.filtered_a"'))
+    assert references_of(run) == []
+
+
 def test_a_run_of_no_case_has_no_tests(tmp_path: Path) -> None:
     run = run_with(tmp_path / "a", '[[reference]]\nfile = "x.csv"\nchannel = "force"\n')
     assert references_of(run) == []
