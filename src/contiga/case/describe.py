@@ -71,6 +71,8 @@ def describe(case: Case) -> list[tuple[str, str]]:
         rows.append((f"gas {chamber.name}", chamber.describe()))
     for sensor in case.sensor:
         rows.append((f"sensor {sensor.name}", sensor.describe()))
+    rows += [("plot", plot.describe()) for plot in case.plot]
+    rows += [(f"test {curve.name}", curve.describe()) for curve in case.reference]
     output = case.output
     kinds = [*output.formats, *(["report"] if output.report else [])]
     often = f"{output.every} steps" if output.interval is None else f"{output.interval:g}"

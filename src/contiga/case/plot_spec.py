@@ -54,6 +54,10 @@ class PlotSpec(Spec):
         """The names in `y`."""
         return [self.y] if isinstance(self.y, str) else self.y
 
+    def describe(self) -> str:
+        """Say it in words."""
+        return f"{', '.join(self.channels)} over {self.x}"
+
 
 class _MeasuredFile(Spec):
     """Keys of a `[[reference]]` that say where its curve is."""
@@ -141,6 +145,18 @@ class ReferenceSpec(Spec):
         elif self.shift == "onset":
             raise CaseError("is for a curve over time", where="shift", found=self.shift)
         return self
+
+    def describe(self) -> str:
+        """Say it in words."""
+        span = f"{self.points[0][0]:g} to {self.points[-1][0]:g}"
+        moved = ", onset at that of the run" if self.shift == "onset" else ""
+        if is_number(self.shift) and self.shift:
+            moved = f", shifted by {self.shift:g}"
+        band = ""
+        if self.corridor is not None:
+            wide = is_number(self.corridor)
+            band = f", corridor of {100 * self.corridor:g} %" if wide else ", corridor of its own"
+        return f"{self.channel} over {self.x}, {len(self.points)} points, {span}{moved}{band}"
 
     def check_overlap(self, start: float, end: float) -> None:
         """Refuse a curve over time that has none in common with a run from `start` to `end`."""

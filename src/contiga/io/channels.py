@@ -92,14 +92,14 @@ def channel_of(
     if name not in known:
         raise InputError(**unknown_channel("the run has no such channel", where, name, known))
     owner, _, own = name.rpartition(".")
-    bare = "" if owner in contacts and len(contacts) == 1 else f"{owner}."
     if name in history:
         values = history[name]
     elif own == "travel":
         ways = (history[f"{owner}.{axis}"] - history[f"{owner}.{axis}"][0] for axis in "xyz")
         values = np.sqrt(sum(way**2 for way in ways))
     elif own == "strain":
-        values = history[f"{bare}max_penetration"] / layers[owner]
+        depth = "max_penetration" if len(contacts) == 1 else f"{owner}.max_penetration"
+        values = history[depth] / layers[owner]
     else:
         values = history[own]
     return shown(name, np.asarray(values, np.float64), summary.get("units") or {})

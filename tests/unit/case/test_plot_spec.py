@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from contiga.case.describe import describe
 from contiga.case.schema import Case, load_case, parse_case
 from contiga.case.toml import resolved_toml
 
@@ -27,6 +28,8 @@ def test_a_test_is_read_into_the_case_in_its_units(tmp_path: Path) -> None:
     (reference,) = case.reference
     assert reference.points == [[0.0, 0.0], [2.0, 1.0]], "ms and kN"
     assert (reference.name, reference.x, reference.shift) == ("test", "time", 0.0)
+    told = dict(describe(case))
+    assert told["test test"] == "force over time, 2 points, 0 to 2, corridor of 10 %"
     again = parse_case(resolved_toml(case))
     assert again.reference == case.reference, "and needs its file no more"
 
@@ -120,5 +123,6 @@ def test_a_wrong_plot_is_refused(tmp_path: Path, table: str, pieces: tuple[str, 
 def test_channels_are_columns_and_what_follows_from_them() -> None:
     more = '[[plot]]\nx = "max_penetration"\ny = ["plate-cylinder.force", "force"]\n'
     (plot,) = parse_case(GOOD + more).plot
+    assert plot.describe() == "plate-cylinder.force, force over max_penetration"
     assert plot.channels == ["plate-cylinder.force", "force"]
     assert parse_case(f'{GOOD}[[plot]]\ny = "force"\n').plot[0].x == "time"
