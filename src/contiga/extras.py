@@ -30,9 +30,14 @@ EXTRA_OF = {
     "distributed": "study",
     "optuna": "study",
     "mujoco": "mujoco",
+    "objective_rating_metrics": "rating",
 }
 """The extra of each optional package, by the name it is imported by."""
-PROJECT_OF = {"OCP": "cadquery-ocp-novtk", "sklearn": "scikit-learn"}
+PROJECT_OF = {
+    "OCP": "cadquery-ocp-novtk",
+    "sklearn": "scikit-learn",
+    "objective_rating_metrics": "objective-rating-metrics",
+}
 """The name it is installed by, where that is another."""
 
 

@@ -71,7 +71,7 @@ def test_signatures_are_spelt_as_they_are_called() -> None:
     assert now["Body.track"] == "(points, start)"
     assert now["Body.project"] == "(points, *, start=None, mode='global', out=None)"
     assert now["TriMesh.from_meshio"] == "(mesh, *, name='mesh', **options)"
-    assert now["Result.plot"] == "(*, columns=None, path=None)"
+    assert now["Result.plot"] == "(*, x=None, y=None, columns=None, path=None)"
     assert now["Feature"].endswith("FACE:0, EDGE:1, VERTEX:2")
     assert "shapes.sphere" in now
     assert "TriMesh.with_reference_point" in now

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import Any, Protocol
 
 from contiga.case.contact_spec import ContactSpec
-from contiga.case.schema import Case
+from contiga.case.device_spec import SlipRingSpec
+from contiga.case.gas_spec import GasSpec
+from contiga.case.joint_spec import JointSpec
 from contiga.case.sensor_spec import PointSensorSpec, RelativeSensorSpec, SensorSpec
+from contiga.case.spring_spec import SpringSpec
 from contiga.dynamics.joints import KINDS
+from contiga.io.channels import channel_names
 from contiga.simulation.gas import OF_GAS
 from contiga.simulation.history import COUNTED, OF_BODIES
 from contiga.simulation.joints import OF_JOINT_LAWS, OF_REACTIONS
@@ -29,7 +34,41 @@ _OF_SYSTEM = (
 )
 
 
-def columns_of_case(case: Case) -> list[str]:
+class Tables(Protocol):
+    """What of a `Case` its columns depend on; a case checks its own by them."""
+
+    @property
+    def body(self) -> Sequence[Any]:
+        """Bodies, with `name` and `motion`."""
+
+    @property
+    def slave(self) -> Sequence[Any]:
+        """Slaves, with `motion`."""
+
+    @property
+    def contact(self) -> Sequence[ContactSpec]: ...
+
+    @property
+    def sensor(self) -> Sequence[SensorSpec]: ...
+
+    @property
+    def spring(self) -> Sequence[SpringSpec]: ...
+
+    @property
+    def slip_ring(self) -> Sequence[SlipRingSpec]: ...
+
+    @property
+    def joint(self) -> Sequence[JointSpec]: ...
+
+    @property
+    def gas(self) -> Sequence[GasSpec]: ...
+
+    @property
+    def deforms(self) -> bool:
+        """Whether a slave is made of elements."""
+
+
+def columns_of_case(case: Tables) -> list[str]:
     """Columns of the history of a run, but for the time.
 
     Those of an only contact are there by their bare names, as the file has them, and by
@@ -71,7 +110,15 @@ def columns_of_case(case: Case) -> list[str]:
     return columns
 
 
-def criteria_of_case(case: Case) -> list[str]:
+def channels_of_case(case: Tables) -> set[str]:
+    """Channels that a run can be plotted and compared by: columns, and what follows from them."""
+    contacts = [contact.title for contact in case.contact]
+    laws = ((contact.title, contact.law) for contact in case.contact)
+    layers = [title for title, law in laws if law is not None and law.kind == "stress"]
+    return channel_names(columns_of_case(case), contacts, layers)
+
+
+def criteria_of_case(case: Tables) -> list[str]:
     """Criteria that sensors of a case ask for: ``<sensor>.<criterion>``."""
     sensors = [one.made for one in case.sensor]
     return [f"{one.name}.{name}" for one in sensors for name in one.criteria]

@@ -73,6 +73,8 @@ def describe(case: Case) -> list[tuple[str, str]]:
         rows.append((f"gas {chamber.name}", chamber.describe()))
     for sensor in case.sensor:
         rows.append((f"sensor {sensor.name}", sensor.describe()))
+    rows += [("plot", plot.describe()) for plot in case.plot]
+    rows += [(f"test {curve.name}", curve.describe()) for curve in case.reference]
     output = case.output
     kinds = [*output.formats, *(["report"] if output.report else [])]
     often = f"{output.every} steps" if output.interval is None else f"{output.interval:g}"
@@ -125,7 +127,7 @@ def _times(case: Case) -> str:
     span = f"{steps.start:g} to {steps.end:g} {unit}"
     if isinstance(steps, EqualSteps):
         return f"{span} in {steps.count} steps of {steps.step:g}"
-    return f"{span} in steps that choose themselves, at most {steps.most:g}"
+    return f"{span} in automatic steps of at most {steps.most:g}"
 
 
 def description(case: Case) -> str:

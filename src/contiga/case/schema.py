@@ -15,6 +15,7 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
 
 from contiga.case.belt_spec import BeltSpec
+from contiga.case.columns import channels_of_case
 from contiga.case.contact_spec import ContactSpec
 from contiga.case.device_spec import SlipRingSpec
 from contiga.case.gas_spec import GasSpec
@@ -26,6 +27,7 @@ from contiga.case.motion_spec import BodyMotionSpec, SeriesSpec, SlaveMotionSpec
 from contiga.case.names import EITHER, check_apart, check_defined, check_fires, check_unique
 from contiga.case.output_spec import OutputSpec
 from contiga.case.placed_spec import Placed
+from contiga.case.plot_spec import PlotSpec, ReferenceSpec, check_channel, check_kinds
 from contiga.case.points_spec import BodyPoints, PointsSpec, Sampling
 from contiga.case.problems import case_error, relocated
 from contiga.case.rigid_spec import FixedSpec
@@ -220,6 +222,8 @@ class Case(Spec):
     joint: list[JointSpec] = Field(default_factory=list)
     gas: list[GasSpec] = Field(default_factory=list)
     sensor: list[SensorSpec] = Field(default_factory=list)
+    plot: list[PlotSpec] = Field(default_factory=list)
+    reference: list[ReferenceSpec] = Field(default_factory=list)
     output: OutputSpec = Field(default_factory=OutputSpec)
 
     _file: Path = PrivateAttr(default=Path("case.toml"))
@@ -265,7 +269,27 @@ class Case(Spec):
         raise_together(self, (*names, *self._checks_of_movers(), *self._checks_of_places()))
         sides = (partial(self._check_sides, i) for i in range(len(self.contact)))
         raise_together(self, (partial(order_of, self.parts), *sides))
+        if self.plot or self.reference:
+            raise_together(self, self._checks_of_curves())
         return self
+
+    def _checks_of_curves(self) -> Iterator[Callable[[], object]]:
+        channels = channels_of_case(self)
+        for i, plot in enumerate(self.plot):
+            yield partial(check_channel, f"plot[{i}].x", plot.x, channels)
+            for name in plot.channels:
+                yield partial(check_channel, f"plot[{i}].y", name, channels)
+            yield partial(check_kinds, f"plot[{i}].y", plot.channels)
+        for i, curve in enumerate(self.reference):
+            yield partial(check_channel, f"reference[{i}].channel", curve.channel, channels)
+            yield partial(check_channel, f"reference[{i}].x", curve.x, channels)
+            yield partial(self._check_reference, i)
+
+    def _check_reference(self, i: int) -> None:
+        try:
+            self.reference[i].check_overlap(self.time.start, self.time.end)
+        except CaseError as error:
+            raise relocated(error, f"reference[{i}]", "") from error
 
     def _checks_of_names(self) -> Iterator[Callable[[], object]]:
         for key, names in (

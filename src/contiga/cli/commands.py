@@ -16,6 +16,8 @@ from contiga.cli.convert import convert
 from contiga.cli.export import export
 from contiga.cli.help_pages import Command, Group, epilog
 from contiga.cli.options import HELPED, WITH_CASE, CaseFile, Quiet, Settings, load
+from contiga.cli.pack import pack
+from contiga.cli.plot import plot
 from contiga.cli.preview_case import preview_path, write_preview
 from contiga.cli.route import route
 from contiga.cli.study import study
@@ -126,8 +128,8 @@ def run(
     except KeyboardInterrupt:
         from contiga.simulation.output_folder import newest_checkpoint
 
-        again = shlex.join(f"--set={one}" for one in settings or ())
-        line = " ".join(filter(None, (f"contiga run {case} -o {folder}", again, "--resume")))
+        again = [f"--set={one}" for one in settings or ()]
+        line = shlex.join(["contiga", "run", str(case), "-o", str(folder), *again, "--resume"])
         how = f"; {line} goes on from the last checkpoint"
         there = newest_checkpoint(folder).is_file()
         print(f"\ncontiga: stopped{how if there else ''}", file=sys.stderr)
@@ -396,5 +398,5 @@ def reproduce(
         raise RunError("not every statement held: " + "; ".join(broken))
 
 
-for _command in (compare, convert, export, route, study, verify, warmup):
+for _command in (compare, convert, export, pack, plot, route, study, verify, warmup):
     app.command(cls=Command, epilog=epilog(_command.__name__))(_command)

@@ -1,4 +1,4 @@
-"""``contiga compare A B``: two runs beside each other."""
+"""``contiga compare DIR DIR …``: runs beside each other."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from contiga.errors import InputError
+from contiga.io.out.stored import SUMMARY
 
 if TYPE_CHECKING:
     from contiga.report.comparison import Comparison
@@ -18,45 +21,73 @@ _TELLING = ("force", "max_penetration", "a", "filtered_a", "total", "error")
 
 
 def compare(
-    a: Annotated[Path, typer.Argument(metavar="A", help="Output folder of a run.")],
-    b: Annotated[Path, typer.Argument(metavar="B", help="Output folder of another.")],
+    folders: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="DIR…", help="Output folders of 2 to 20 runs, or the folder of a study."
+        ),
+    ],
     out: Annotated[
         Path | None, typer.Option("-o", "--out", help="Page to write: .html, reads offline.")
     ] = None,
 ) -> None:
-    """Set two runs beside each other: settings, histories, peaks, criteria, energies, times."""
+    """Set runs beside each other: settings, histories, peaks, criteria, energies, times."""
+    from contiga.report.comparison import MOST
     from contiga.report.comparison import compare as compared
     from contiga.report.comparison_page import write_comparison
 
-    comparison = compared(a, b)
+    runs = [run for folder in folders for run in _runs_in(folder)]
+    if not 2 <= len(runs) <= MOST:
+        raise InputError(
+            "runs to be compared",
+            found=len(runs),
+            allowed=f"2 to {MOST}",
+            remedy=f"Name the cases that are meant, such as {runs[0]}"
+            if len(runs) > MOST
+            else None,
+        )
+    comparison = compared(*runs)
     for line in _lines(comparison):
         print(line)
     if out is not None:
         print(f"page: {write_comparison(comparison, out)}")
 
 
+def _runs_in(folder: Path) -> list[Path]:
+    """The folders of the cases of a study; a folder that is none of a study is a run's own."""
+    from contiga.studies.folder import MANIFEST
+    from contiga.studies.one_case import CASES
+
+    if not (folder / MANIFEST).is_file():
+        return [folder]
+    return sorted(path.parent for path in (folder / CASES).glob(f"*/{SUMMARY}"))
+
+
 def _lines(comparison: Comparison) -> Iterator[str]:
     """The essentials."""
-    from contiga.report.comparison_page import in_short
+    from contiga.report.comparison_page import in_short, peaks_of
     from contiga.report.style import number
 
+    if len(comparison.runs) > 2:
+        yield f"runs: {' → '.join(comparison.names)}"
     first_settings = list(comparison.settings.items())[:_MOST]
-    for key, (one, two) in first_settings:
-        yield f"{key}: {in_short(one)} → {in_short(two)}"
+    for key, values in first_settings:
+        yield f"{key}: {' → '.join(map(in_short, values))}"
     if len(comparison.settings) > len(first_settings):
         yield f"and {len(comparison.settings) - len(first_settings)} more settings"
     if not comparison.settings:
         yield "the cases say the same"
     for name, d in comparison.differences.items():
-        if name.rpartition(".")[2] in _TELLING and max(map(abs, d.peaks)) > 0.0:
+        if name.rpartition(".")[2] in _TELLING and name not in comparison.noise:
             share = f"{100.0 * d.relative:.3g} %" if d.largest > 0.0 else "none"
-            peaks = " → ".join(map(number, d.peaks))
-            when = f" at t = {number(d.at)}" if d.largest > 0.0 else ""
-            yield f"{name}: peak {peaks}, largest difference {share}{when}"
-    for name, (one, two) in comparison.criteria.items():
-        values = " → ".join("–" if value is None else number(value) for value in (one, two))
-        yield f"{name} {values}"
-    steps, total = (comparison.timings.get(key, (None, None)) for key in ("steps", "total"))
-    for words, pair in (("steps", steps), ("seconds", total)):
-        if None not in pair:
-            yield f"{words}: {' → '.join(number(value) for value in pair)}"
+            peaks, _, unit = peaks_of(comparison, name)
+            told = " ".join([" → ".join(map(number, peaks)), unit]).rstrip()
+            time = f"{number(d.at)} {comparison.runs[0].units.time}".rstrip()
+            when = f" at t = {time}" if d.largest > 0.0 else ""
+            yield f"{name}: peak {told}, largest difference {share}{when}"
+    for name, values in comparison.criteria.items():
+        yield f"{name} {' → '.join('–' if v is None else number(v) for v in values)}"
+    for words, key in (("steps", "steps"), ("seconds", "total")):
+        values = comparison.timings.get(key, (None,))
+        if None not in values:
+            yield f"{words}: {' → '.join(map(number, values))}"

@@ -32,9 +32,23 @@ _TEXTS: dict[str, tuple[str, tuple[str, ...]]] = {
         ),
     ),
     "report": ("report.md", ("contiga report out",)),
-    "compare": ("report.md", ("contiga compare out_1 out_2 -o compare.html",)),
+    "compare": (
+        "report.md",
+        (
+            "contiga compare out_1 out_2 out_3 -o compare.html",
+            "contiga compare study_out -o compare.html",
+        ),
+    ),
     "convert": ("convert.md", ("contiga convert deck.k --units mm,kg,ms -o case.toml",)),
     "export": ("command-line.md", ("contiga export out", "contiga export out -o tests --test T17")),
+    "pack": ("command-line.md", ("contiga pack out -o out.zip",)),
+    "plot": (
+        "report.md",
+        (
+            "contiga plot out -x head_cg.travel -y head-pad.force -o force.svg",
+            "contiga plot out_1 out_2 -y head_cg.a -o both.png",
+        ),
+    ),
     "route": (
         "belts.md",
         (

@@ -58,8 +58,8 @@ def study(
                 loaded, folder, scheduler=scheduler, workers=workers, resume=resume, progress=show
             )
     except KeyboardInterrupt:
-        where = f" --scheduler {shlex.quote(scheduler)}" if scheduler is not None else ""
-        line = f"contiga study {file} -o {folder}{where} --resume"
+        where = [] if scheduler is None else ["--scheduler", scheduler]
+        line = shlex.join(["contiga", "study", str(file), "-o", str(folder), *where, "--resume"])
         print(f"\ncontiga: stopped; {line} runs what is missing", file=sys.stderr)
         raise
     if not quiet:

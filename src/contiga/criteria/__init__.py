@@ -19,6 +19,7 @@ from contiga.criteria.filters import cfc
 from contiga.criteria.head_injury import HIC, hic, hicd
 from contiga.criteria.held_level import Clip, clip
 from contiga.criteria.neck import HYBRID_III_5, HYBRID_III_50, NeckLimits, Nij, nij
+from contiga.criteria.rating import Rating, iso18571
 
 __all__ = [
     "HIC",
@@ -30,6 +31,7 @@ __all__ = [
     "FemurForce",
     "NeckLimits",
     "Nij",
+    "Rating",
     "Viscous",
     "bric",
     "cfc",
@@ -37,6 +39,7 @@ __all__ = [
     "femur_force",
     "hic",
     "hicd",
+    "iso18571",
     "nij",
     "vc",
 ]

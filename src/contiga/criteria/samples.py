@@ -43,36 +43,68 @@ def line_through(a: FloatArray, t: FloatArray) -> Line:
     return Line(t, a, np.concatenate([[0.0], np.cumsum(pieces)]), np.diff(a) / steps)
 
 
+def checked_signal(
+    a: ArrayLike,
+    t_s: ArrayLike,
+    where: str,
+    names: tuple[str, str] = ("a", "t_s"),
+    *,
+    what: str = "a signal",
+    remedy: str | None = None,
+) -> tuple[FloatArray, FloatArray]:
+    """Values and times (n,) of a signal, checked.
+
+    Parameters
+    ----------
+    names : of the two arguments, for the message
+    what, remedy : what the message calls it, and what to do about another shape
+
+    Raises
+    ------
+    InputError
+        Not numbers, lengths that differ, fewer than two samples, a value that is not finite, times
+        that do not rise.
+    """
+    values, t = numbers(a, f"{where}, {names[0]}"), numbers(t_s, f"{where}, {names[1]}")
+    if values.ndim != 1 or t.ndim != 1 or len(values) != len(t):
+        raise InputError(
+            f"{what} and its times must have the same length",
+            where=where,
+            found=(values.shape, t.shape),
+            allowed="shapes (n,) and (n,)",
+            remedy=remedy,
+        )
+    if len(values) < 2:
+        raise InputError("two samples at least are needed", where=where, found=len(values))
+    finite_rows(values, f"{where}, {names[0]}")
+    finite_rows(t, f"{where}, {names[1]}")
+    still = np.diff(t) <= 0.0
+    if still.any():
+        k = int(np.argmax(still))
+        raise InputError(
+            f"times must rise, from sample {k} to {k + 1} too",
+            where=f"{where}, {names[1]}",
+            found=(float(t[k]), float(t[k + 1])),
+        )
+    return values, t
+
+
 def checked_resultant(a_g: ArrayLike, t_s: ArrayLike, where: str) -> tuple[FloatArray, FloatArray]:
     """Values and times (n,) of a resultant, checked.
 
     Raises
     ------
     InputError
-        Not numbers, lengths that differ, fewer than two samples, a value that is not finite or
-        below zero, times that do not rise.
+        As `checked_signal`; a value below zero.
     """
-    a, t = numbers(a_g, f"{where}, a_g"), numbers(t_s, f"{where}, t_s")
-    if a.ndim != 1 or t.ndim != 1 or len(a) != len(t):
-        raise InputError(
-            "a resultant and its times must have the same length",
-            where=where,
-            found=(a.shape, t.shape),
-            allowed="shapes (n,) and (n,)",
-            remedy="The resultant of components (n, 3) is np.linalg.norm(components, axis=1)",
-        )
-    if len(a) < 2:
-        raise InputError("two samples at least are needed", where=where, found=len(a))
-    finite_rows(a, f"{where}, a_g")
-    finite_rows(t, f"{where}, t_s")
-    still = np.diff(t) <= 0.0
-    if still.any():
-        k = int(np.argmax(still))
-        raise InputError(
-            f"times must rise, from sample {k} to {k + 1} too",
-            where=f"{where}, t_s",
-            found=(float(t[k]), float(t[k + 1])),
-        )
+    a, t = checked_signal(
+        a_g,
+        t_s,
+        where,
+        ("a_g", "t_s"),
+        what="a resultant",
+        remedy="The resultant of components (n, 3) is np.linalg.norm(components, axis=1)",
+    )
     if a.min() < 0.0:
         k = int(np.argmax(a < 0.0))
         raise InputError(

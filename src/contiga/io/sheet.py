@@ -12,7 +12,7 @@ import csv
 import re
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, islice
 from math import isfinite
 from pathlib import Path
@@ -79,6 +79,19 @@ class Sheet:
         """File and line of the heads."""
         return f"{self.path}:{self.line}"
 
+    def with_row_of_units(self) -> Sheet:
+        """The same table; a first row without a number has the units, where no head has one."""
+        first = next(self.rows, None)
+        if first is None:
+            return self
+        told = not any(head.unit for head in self.heads) and len(first.cells) == len(self.heads)
+        if not told or any(map(_is_number, first.cells)):
+            return replace(self, rows=chain([first], self.rows))
+        pairs = zip(self.heads, first.cells, strict=True)
+        return replace(
+            self, heads=[one._replace(unit=u.strip("[]() ") or None) for one, u in pairs]
+        )
+
     def check_header(self, header: str) -> None:
         """Refuse a table without heads; the error says that they should be such as `header`."""
         if not self.heads:
@@ -102,7 +115,7 @@ class Sheet:
         if columns is None:
             if len(self.heads) in counts:
                 return list(range(len(self.heads)))
-            many = " or ".join({2: "two", 4: "four"}[n] for n in counts)
+            many = " or ".join({2: "two", 3: "three", 4: "four"}[n] for n in counts)
             raise FileError(
                 f"which columns are meant? There are not {many}",
                 where=self.where,

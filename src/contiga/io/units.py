@@ -62,8 +62,10 @@ _RATE_EXAMPLES = {1: "m/s, mm/ms, km/h, mph", 2: "g, m/s^2, mm/ms^2, in/s^2"}
 _RATE = re.compile(
     r"^\s*([^/()]+?)\s*/\s*\(?\s*([^/()^²*2]+?)\s*(\^2|²|\*\*2|2|/\s*[^/()]+)?\s*\)?\s*$"
 )
+_SQUARE = re.compile(r"\(\s*(\w+)\s*\*\s*\1\s*\)")
 _FORCES = {"N": 1.0, "mN": 1e-3, "uN": 1e-6, "kN": 1e3, "MN": 1e6, "GN": 1e9, "dyn": 1e-5}
 _ENERGIES = {"J": 1.0, "mJ": 1e-3, "uJ": 1e-6, "kJ": 1e3, "MJ": 1e6}
+_MOMENTS = {"Nm": 1.0, "N*m": 1.0, "N*mm": 1e-3, "Nmm": 1e-3, "kNm": 1e3, "kN*mm": 1.0}
 _STRESSES = {"Pa": 1.0, "mPa": 1e-3, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12}
 
 
@@ -227,7 +229,8 @@ def _rate_in_si(unit: str, power: int, where: str | None) -> float:
 
 def _rate_parts(text: str) -> tuple[str, str, int] | None:
     """Length, time and its power of a quotient such as m/s^2 or m/s/s."""
-    match = _RATE.match(text)
+    # ISO-MME files say m/(s*s).
+    match = _RATE.match(_SQUARE.sub(r"\1^2", text))
     if match is None:
         return None
     length, time, square = match.groups()
@@ -282,6 +285,30 @@ def force_size(unit: str) -> float | None:
 def stress_size(unit: str) -> float | None:
     """How many Pa one `unit` is, such as MPa or N/mm^2; None where it is no unit of stress."""
     return _size(unit, _STRESSES, "[pressure]", "Pa")
+
+
+def moment_size(unit: str) -> float | None:
+    """How many Nm one `unit` of a moment is, such as Nm or N*mm; None where it is none.
+
+    >>> moment_size("Nm"), moment_size("N·mm")
+    (1.0, 0.001)
+    """
+    return _size(unit.replace("·", "*"), _MOMENTS, "[energy]", "N*m")
+
+
+def energy_size(unit: str) -> float | None:
+    """How many J one `unit` is; None where it is no unit of energy."""
+    return _size(unit, _ENERGIES, "[energy]", "J")
+
+
+def area_size(unit: str) -> float | None:
+    """How many m² one `unit` is, such as mm^2; None where it is no unit of area."""
+    return _size(unit.replace("²", "^2"), {"mm^2": 1e-6, "m^2": 1.0}, "[area]", "m^2")
+
+
+def volume_size(unit: str) -> float | None:
+    """How many m³ one `unit` is, such as mm^3; None where it is no unit of volume."""
+    return _size(unit.replace("³", "^3"), {"mm^3": 1e-9, "m^3": 1.0}, "[volume]", "m^3")
 
 
 def _size(unit: str, known: dict[str, float], dimension: str, base: str) -> float | None:

@@ -68,7 +68,9 @@ def first_field(peak: Peak, units: Units) -> ColouredField:
 
 
 def _coloured(label: str, unit: str, values: FloatArray, where: NDArray[np.bool_]) -> ColouredField:
-    """The field by its values `where` (n_s,) there are some."""
+    """The field by its values `where` (n_s,) there are some; stresses in MPa in place of GPa."""
+    if unit == "GPa":
+        unit, values = "MPa", 1e3 * values
     greatest = float(values.max(initial=0.0))
     top = greatest
     if where.sum() >= MANY:

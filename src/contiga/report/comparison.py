@@ -1,9 +1,9 @@
-"""Two runs beside each other: other settings, and how far their histories differ."""
+"""Runs beside each other: other settings, and how far their histories differ."""
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,68 +13,91 @@ from scipy.integrate import trapezoid
 
 from contiga.display import Displayed, Facts
 from contiga.errors import InputError
+from contiga.io.column_units import column_kind
 from contiga.records import FloatArray
-from contiga.report.run_folder import Run, read_run
+from contiga.report.lines import largest
+from contiga.report.run_folder import Run
+from contiga.report.runs import SEPARATOR, Named, read_runs
 
-Pair = tuple[Any, Any]
-"""The same of the first and of the second run, None where one has none."""
+MOST = 20
+"""Runs that are compared at once."""
+NOISE = 1e-9
+"""Share of the largest column of its kind up to which a column is rounding, and no signal."""
+Values = tuple[Any, ...]
+"""The same of each run, None where one has none."""
 
 
 class Difference(NamedTuple):
-    """How far a column of one history is from that of the other."""
+    """How far a column of the other histories is from that of the first."""
 
-    peaks: tuple[float, float]
+    peaks: tuple[float, ...]
     """The value of greatest magnitude in each run."""
-    peak_times: tuple[float, float]
+    peak_times: tuple[float, ...]
     """When it is reached."""
     largest: float
-    """Greatest magnitude of second − first, over the times they have in common."""
+    """Greatest magnitude of another − first, over the times they have in common."""
     at: float
     """When it is reached."""
     rms: float
-    """Root mean square of second − first over that time."""
+    """Greatest root mean square of another − first over that time."""
 
     @property
     def relative(self) -> float:
-        """The largest difference as a share of the greatest magnitude of either; 0 of zeros."""
+        """The largest difference as a share of the greatest magnitude of any; 0 of zeros."""
         whole = max(map(abs, self.peaks))
         return self.largest / whole if whole > 0.0 else 0.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison(Displayed):
-    """A comparison of two runs. See `compare`."""
+    """A comparison of runs, all in the units of the first. See `compare`."""
 
-    runs: tuple[Run, Run]
+    runs: tuple[Run, ...]
     """The output folders as read."""
+    names: tuple[str, ...]
+    """What the runs are called."""
     span: tuple[float, float]
     """The time the runs have in common."""
     differences: dict[str, Difference]
-    """Of columns that both have, by ``<owner>.<name>``."""
-    only: tuple[tuple[str, ...], tuple[str, ...]]
-    """Columns that one run alone has."""
-    settings: dict[str, Pair]
-    """What the cases say otherwise, by the key that ``--set`` takes."""
-    criteria: dict[str, Pair]
+    """Of columns that all have, by ``<owner>.<name>``."""
+    noise: frozenset[str]
+    """Columns among these that are rounding in every run."""
+    only: tuple[tuple[str, ...], ...]
+    """Columns of each run that not all have."""
+    settings: dict[str, Values]
+    """What the cases say otherwise, each in its own units, by the key that ``--set`` takes."""
+    criteria: dict[str, Values]
     """Values of criteria, by ``<sensor>: <criterion>``."""
-    energies: dict[str, Pair]
+    energies: dict[str, Values]
     """Energy balance error: its share of the largest energy, and that energy."""
-    timings: dict[str, Pair]
+    timings: dict[str, Values]
     """Seconds by stage, and steps."""
 
     @property
-    def folders(self) -> tuple[Path, Path]:
-        """The two output folders."""
-        return self.runs[0].folder, self.runs[1].folder
+    def folders(self) -> tuple[Path, ...]:
+        """The output folders."""
+        return tuple(run.folder for run in self.runs)
+
+    @property
+    def named(self) -> list[Named]:
+        """The runs with their names."""
+        return [Named(run, name) for run, name in zip(self.runs, self.names, strict=True)]
+
+    @property
+    def short_names(self) -> tuple[str, ...]:
+        """What the runs are called, without the values of cases of a study."""
+        return tuple(name.partition(SEPARATOR)[0] for name in self.names)
 
     @property
     def same(self) -> bool:
-        """Whether all quantities that both runs have are equal."""
+        """Whether all quantities that the runs have are equal."""
         return not any(self.only) and all(d.largest == 0.0 for d in self.differences.values())
 
     def _facts(self) -> Facts:
-        worst = max(self.differences.items(), key=lambda item: item[1].relative, default=None)
+        signals = {name: d for name, d in self.differences.items() if name not in self.noise}
+        worst = max(signals.items(), key=lambda item: item[1].relative, default=None)
         return [
+            ("runs", len(self.runs)),
             ("settings that differ", len(self.settings)),
             ("columns", len(self.differences)),
             ("largest difference", "none" if worst is None else f"{worst[1].relative:.3g}"),
@@ -82,14 +105,15 @@ class Comparison(Displayed):
         ]
 
 
-def compare(a: str | Path, b: str | Path) -> Comparison:
-    """Compare two runs by the files of their output folders.
+def compare(a: str | Path, b: str | Path, *more: str | Path) -> Comparison:
+    """Compare runs by the files of their output folders, with the first.
 
-    Histories are interpolated linearly to the times of both, as far as both go.
+    Runs in other units are converted to those of the first. Histories are interpolated linearly to
+    the times of all, as far as all go.
 
     Parameters
     ----------
-    a, b : output folders of runs
+    a, b, more : output folders of 2 to 20 runs
 
     Returns
     -------
@@ -102,7 +126,7 @@ def compare(a: str | Path, b: str | Path) -> Comparison:
     FileError
         A folder is not that of a run.
     InputError
-        The runs are in other units, or have no time in common.
+        More than 20 runs, only some of them have units, or they have no time in common.
 
     Examples
     --------
@@ -118,38 +142,52 @@ def compare(a: str | Path, b: str | Path) -> Comparison:
     >>> [round(peak, 9) for peak in found.differences["head-pad.max_penetration"].peaks]
     [0.5, 2.5]
     """
-    one, two = read_run(Path(a)), read_run(Path(b))
-    if one.units != two.units:
+    folders = (a, b, *more)
+    if len(folders) > MOST:
         raise InputError(
-            "the runs are in other units",
-            where=str(two.folder),
-            found=", ".join(filter(None, two.units[:3])) or "none",
-            allowed=", ".join(filter(None, one.units[:3])) or "none",
+            "too many runs to be compared at once", found=len(folders), allowed=f"2 to {MOST}"
         )
-    return _beside(one, two)
-
-
-def _beside(one: Run, two: Run) -> Comparison:
-    """Two runs in the same units beside each other."""
-    times = _common_times(one, two)
-    columns = columns_of(one), columns_of(two)
-    both = [name for name in columns[0] if name in columns[1]]
+    named = read_runs(folders)
+    runs = tuple(one.run for one in named)
+    times = _common_times(runs)
+    columns = [columns_of(run) for run in runs]
+    shared = [name for name in columns[0] if all(name in of for of in columns)]
     return Comparison(
-        runs=(one, two),
+        runs=runs,
+        names=tuple(one.name for one in named),
         span=(float(times[0]), float(times[-1])),
         differences={
-            name: _difference((one.times, columns[0][name]), (two.times, columns[1][name]), times)
-            for name in both
+            name: _difference(
+                [(run.times, of[name]) for run, of in zip(runs, columns, strict=True)], times
+            )
+            for name in shared
         },
-        only=(
-            tuple(name for name in columns[0] if name not in columns[1]),
-            tuple(name for name in columns[1] if name not in columns[0]),
+        noise=frozenset.intersection(
+            *(_noise(run, of, shared) for run, of in zip(runs, columns, strict=True))
         ),
-        settings=_other_settings(one, two),
-        criteria=_pairs(*(_criteria(run) for run in (one, two))),
-        energies=_pairs(*(_energies(run) for run in (one, two))),
-        timings=_pairs(*(_timings(run) for run in (one, two))),
+        only=tuple(tuple(name for name in of if name not in set(shared)) for of in columns),
+        settings=_other_settings(runs),
+        criteria=_beside([_criteria(run) for run in runs]),
+        energies=_beside([_energies(run) for run in runs]),
+        timings=_beside([_timings(run) for run in runs]),
     )
+
+
+def _noise(run: Run, columns: Mapping[str, FloatArray], names: Sequence[str]) -> frozenset[str]:
+    """Names of columns that are next to nothing beside others of their kind.
+
+    A moment is held against the largest force at the largest length, too, and a spin against a
+    radian in the time of the run.
+    """
+    sizes = {name: largest(columns[name]) for name in names}
+    tops: dict[str, float] = defaultdict(float)
+    for name, size in sizes.items():
+        kind = column_kind(name)
+        tops[kind] = max(tops[kind], size)
+    tops["moment"] = max(tops["moment"], tops["force"] * tops["length"])
+    if (span := float(np.ptp(run.times))) > 0.0:
+        tops["spin"] = max(tops["spin"], 1.0 / span)
+    return frozenset(n for n, size in sizes.items() if size <= NOISE * tops[column_kind(n)])
 
 
 def columns_of(run: Run) -> dict[str, FloatArray]:
@@ -165,28 +203,29 @@ def columns_of(run: Run) -> dict[str, FloatArray]:
     return {f"{owner}.{name}": column for owner, of in owners for name, column in of.items()}
 
 
-def _common_times(one: Run, two: Run) -> FloatArray:
-    """Times of both runs, as far as both go."""
-    if not (len(one.times) and len(two.times)):
-        empty = one if not len(one.times) else two
-        raise InputError("the history has no rows", where=str(empty.folder))
-    first, last = max(one.times[0], two.times[0]), min(one.times[-1], two.times[-1])
+def _common_times(runs: Sequence[Run]) -> FloatArray:
+    """Times of all runs, as far as all go."""
+    for run in runs:
+        if not len(run.times):
+            raise InputError("the history has no rows", where=str(run.folder))
+    first, last = max(run.times[0] for run in runs), min(run.times[-1] for run in runs)
     if first > last:
+        late = max(runs, key=lambda run: float(run.times[0]))
+        others = [run for run in runs if run is not late]
         raise InputError(
             "the runs have no time in common",
-            where=str(two.folder),
-            found=f"{two.times[0]:g} to {two.times[-1]:g}",
-            allowed=f"{one.times[0]:g} to {one.times[-1]:g}",
+            where=str(late.folder),
+            found=f"{late.times[0]:g} to {late.times[-1]:g}",
+            allowed=f"{max(r.times[0] for r in others):g} to {last:g}",
         )
-    times = np.union1d(one.times, two.times)
+    times = np.unique(np.concatenate([run.times for run in runs]))
     return np.asarray(times[(times >= first) & (times <= last)])
 
 
-def _difference(
-    one: tuple[FloatArray, FloatArray], two: tuple[FloatArray, FloatArray], times: FloatArray
-) -> Difference:
+def _difference(signals: Sequence[tuple[FloatArray, FloatArray]], times: FloatArray) -> Difference:
+    """How far signals, each with its own times, are from the first of them at common `times`."""
     peaks, whens, there = [], [], []
-    for own, values in (one, two):
+    for own, values in signals:
         known = np.isfinite(values)
         k = int(np.argmax(np.abs(np.where(known, values, 0.0))))
         peaks.append(float(values[k]) if known[k] else 0.0)
@@ -194,15 +233,10 @@ def _difference(
         there.append(
             np.interp(times, own[known], values[known]) if known.any() else np.zeros(len(times))
         )
-    apart = np.abs(there[1] - there[0])
-    k = int(np.argmax(apart))
-    return Difference(
-        (peaks[0], peaks[1]),
-        (whens[0], whens[1]),
-        float(apart[k]),
-        float(times[k]),
-        _root_mean_square(times, apart),
-    )
+    apart = np.abs(np.array(there[1:]) - there[0])
+    k = int(np.argmax(apart.max(axis=0)))
+    rms = max(_root_mean_square(times, one) for one in apart)
+    return Difference(tuple(peaks), tuple(whens), float(apart[:, k].max()), float(times[k]), rms)
 
 
 def _root_mean_square(times: FloatArray, values: FloatArray) -> float:
@@ -211,16 +245,9 @@ def _root_mean_square(times: FloatArray, values: FloatArray) -> float:
     return float(np.sqrt(trapezoid(square, times) / span if span > 0.0 else square.mean()))
 
 
-def _other_settings(one: Run, two: Run) -> dict[str, Pair]:
-    pairs = _pairs(_flat(_case(one)), _flat(_case(two)))
-    return {key: pair for key, pair in pairs.items() if pair[0] != pair[1]}
-
-
-def _case(run: Run) -> dict[str, Any]:
-    try:
-        return tomllib.loads(run.case_text)
-    except ValueError:  # a run from Python may leave any text
-        return {}
+def _other_settings(runs: Sequence[Run]) -> dict[str, Values]:
+    settings = _beside([_flat(run.case) for run in runs])
+    return {key: of for key, of in settings.items() if any(value != of[0] for value in of)}
 
 
 def _flat(value: Any, key: str = "") -> dict[str, Any]:
@@ -255,5 +282,7 @@ def _timings(run: Run) -> dict[str, float]:
     return {"steps": float(run.summary.get("steps") or len(run.times) - 1), **timings}
 
 
-def _pairs(one: Mapping[str, Any], two: Mapping[str, Any]) -> dict[str, Pair]:
-    return {key: (one.get(key), two.get(key)) for key in (*one, *(k for k in two if k not in one))}
+def _beside(of: Sequence[Mapping[str, Any]]) -> dict[str, Values]:
+    """Values of each run by key, in the order in which keys come."""
+    keys = dict.fromkeys(key for one in of for key in one)
+    return {key: tuple(one.get(key) for one in of) for key in keys}

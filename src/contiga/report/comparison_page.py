@@ -1,39 +1,51 @@
-"""The page that shows two runs beside each other."""
+"""The page that shows runs beside each other."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from contiga.io.channels import shown
 from contiga.io.out.files import write_text
-from contiga.records import FloatArray
 from contiga.report import require_packages
-from contiga.report.comparison import Comparison, Pair, columns_of
-from contiga.report.figure import Figure, embedded, plotly_script, side_by_side
+from contiga.report.comparison import Comparison, Values
+from contiga.report.curves import Curve, channels_of, curve_figure, curves_of
+from contiga.report.figure import embedded, plotly_script, side_by_side
 from contiga.report.html_tables import STAGES
-from contiga.report.lines import PLOT_CONFIG, add_line, finish, largest, with_unit
-from contiga.report.run_folder import Run
+from contiga.report.lines import PLOT_CONFIG, with_unit
+from contiga.report.references import (
+    Rated,
+    Reference,
+    has_channels,
+    rated,
+    ratings_table,
+    references_of,
+)
 from contiga.report.style import LINES, number
 from contiga.report.style import page as styled
 
-_PANELS = (
-    ("force", "Force", "force"),
-    ("max_penetration", "Deepest penetration", "length"),
-    ("area", "Contact area", "area"),
-    ("work", "Work on the contact", "energy"),
-    ("a", "Acceleration", "acceleration"),
-    ("filtered_a", "Acceleration, filtered", "acceleration"),
-    ("x", "Centre along x", "length"),
-    ("y", "Centre along y", "length"),
-    ("z", "Centre along z", "length"),
-    ("kinetic", "Kinetic energy", "energy"),
-    ("total", "Total energy", "energy"),
-    ("error", "Energy balance error", "energy"),
-)
-"""Columns that are drawn: name, label, and what unit they have."""
+_PANELS = {
+    "force": "force",
+    "max_penetration": "deepest penetration",
+    "area": "contact area",
+    "work": "work on the contact",
+    "a": "acceleration",
+    "filtered_a": "acceleration, filtered",
+    "x": "along x",
+    "y": "along y",
+    "z": "along z",
+    "kinetic": "kinetic energy",
+    "total": "total energy",
+    "error": "energy balance error",
+}
+"""What columns that are drawn over time are called."""
 _LONGEST = 60
+_LEGENDS = 3
+"""Runs that each figure names; of more a list at the head of the page does."""
 
 
 def write_comparison(comparison: Comparison, path: str | Path) -> Path:
@@ -51,33 +63,37 @@ def write_comparison(comparison: Comparison, path: str | Path) -> Path:
     return Path(path)
 
 
-def names_of(comparison: Comparison) -> tuple[str, str]:
-    """What the two runs are called: the names of their folders, where these tell them apart."""
-    a, b = (folder.resolve() for folder in comparison.folders)
-    return (a.name, b.name) if a.name != b.name else (str(a), str(b))
-
-
 def page_of(comparison: Comparison) -> str:
     """The page as one text."""
-    one, two = names_of(comparison)
-    unit = comparison.runs[0].units.time
+    names, unit = comparison.names, comparison.runs[0].units.time
     span = f"t = {number(comparison.span[0])} to {number(comparison.span[1])} {unit}".strip()
-    titles = " · ".join(
-        f"{escape(name)}: {escape(str(run.summary.get('title') or 'a run'))}"
-        for name, run in zip((one, two), comparison.runs, strict=True)
-    )
+    title = " and ".join(names) if len(names) == 2 else f"{len(names)} runs"
     parts = [
-        '<div class="maker"><b>contiga</b> · two runs beside each other</div>'
-        f"<h1>{escape(one)} and {escape(two)}</h1>"
-        f'<p class="under">{titles} · in common {escape(span)}</p>',
+        '<div class="maker"><b>contiga</b> · runs beside each other</div>'
+        f'<h1>{escape(title)}</h1><p class="under">in common {escape(span)}</p>',
+        _runs(comparison),
         _section("Settings that differ", _settings(comparison)),
+        _section("Criteria", _values_table(comparison, _with_units(comparison))),
+        f"<h2>Curves</h2>{_curves(comparison)}",
         _section("Histories", _differences(comparison)),
-        side_by_side(_drawn(comparison)),
-        _section("Criteria", _pairs(comparison, comparison.criteria)),
-        _section("Energy balance error", _pairs(comparison, comparison.energies)),
+        _section("Energy balance error", _values_table(comparison, _energies(comparison))),
         _section("Time taken", _timings(comparison)),
     ]
-    return styled(f"{one} and {two}", "\n".join(parts), script=plotly_script())
+    return styled(title, "\n".join(parts), script=plotly_script())
+
+
+def _runs(comparison: Comparison) -> str:
+    """The list of runs, with the colours they are drawn in, and what was converted."""
+    rows = []
+    for k, (run, name) in enumerate(comparison.named):
+        swatch = f'<span class="swatch" style="background:{LINES[k % len(LINES)]}"></span>'
+        told = escape(str(run.summary.get("title") or "a run"))
+        own, new = run.own_units, (run.units.length, run.units.mass, run.units.time)
+        if all(own) and own != new:
+            told += f" · converted from {escape(', '.join(own))} to {escape(', '.join(new))}"
+        rows.append(f"<tr><td>{swatch}{escape(name)}</td><td>{told}</td></tr>")
+    heads = "<thead><tr><th>Run</th><th>Title</th></tr></thead>"
+    return f'<div class="wide"><table>{heads}<tbody>{"".join(rows)}</tbody></table></div>'
 
 
 def _section(title: str, table: str) -> str:
@@ -87,8 +103,8 @@ def _section(title: str, table: str) -> str:
 def _settings(comparison: Comparison) -> str:
     if not comparison.settings:
         return "<p>None.</p>"
-    rows = ((key, *map(in_short, pair)) for key, pair in comparison.settings.items())
-    return _table(("Key", *names_of(comparison)), rows, numbers=0)
+    rows = ((key, *map(in_short, of)) for key, of in comparison.settings.items())
+    return _table(("Key", *comparison.short_names), rows, numbers=0)
 
 
 def in_short(value: Any) -> str:
@@ -97,81 +113,140 @@ def in_short(value: Any) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
 
 
-def _differences(comparison: Comparison) -> str:
-    one, two = names_of(comparison)
-    heads = ("Column", f"Peak of {one}", f"Peak of {two}", "Largest difference", "At", "Share")
-    rows = (
-        (
-            name,
-            *map(number, d.peaks),
-            number(d.largest),
-            number(d.at),
-            f"{number(100.0 * d.relative, 3)} %",
-        )
-        for name, d in comparison.differences.items()
-        if d.largest > 0.0 and not name.endswith(".wall_time")
+def peaks_of(comparison: Comparison, name: str) -> tuple[list[float], float, str]:
+    """Peaks of a column in each run, its largest difference, and their unit, as they are shown."""
+    d = comparison.differences[name]
+    channel = shown(
+        name, np.array([*d.peaks, d.largest]), comparison.runs[0].summary.get("units") or {}
     )
-    table = _table(heads, rows, numbers=5)
+    *peaks, largest = channel.values.tolist()
+    return peaks, largest, channel.unit
+
+
+def _differences(comparison: Comparison) -> str:
+    names = comparison.short_names
+    heads = ("Column", *(f"Peak of {name}" for name in names))
+    heads += ("Largest difference" if len(comparison.runs) == 2 else f"Farthest from {names[0]}",)
+    heads += (with_unit("At t", comparison.runs[0].units.time), "Share")
+    rows = []
+    for name, d in comparison.differences.items():
+        if d.largest > 0.0 and name not in comparison.noise and not name.endswith(".wall_time"):
+            peaks, largest, unit = peaks_of(comparison, name)
+            share = f"{number(100.0 * d.relative, 3)} %"
+            cells = (*map(number, peaks), number(largest), number(d.at), share)
+            rows.append((with_unit(name, unit), *cells))
+    table = _table(heads, rows, numbers=len(heads) - 1)
     same = sum(d.largest == 0.0 for d in comparison.differences.values())
-    only = [
+    rounding = sum(comparison.differences[name].largest > 0.0 for name in comparison.noise)
+    facts = [f"{same} of {len(comparison.differences)} columns are equal at all times"]
+    if rounding:
+        facts.append(f"{rounding} are rounding in every run and left out")
+    facts += [
         f"only in {escape(name)}: {escape(', '.join(columns))}"
-        for name, columns in zip((one, two), comparison.only, strict=True)
+        if len(comparison.runs) == 2
+        else f"{escape(name)} has, and not all have: {escape(', '.join(columns))}"
+        for name, columns in zip(names, comparison.only, strict=True)
         if columns
     ]
-    facts = [f"{same} of {len(comparison.differences)} columns are equal at all times", *only]
     return f'{table}<p class="caption">{"; ".join(facts)}.</p>'
 
 
-def _drawn(comparison: Comparison) -> Iterator[str]:
-    """Figures of the columns that both have, one line a run."""
-    columns = tuple(columns_of(run) for run in comparison.runs)
-    shown = 0
-    for label in comparison.differences:
-        owner, _, name = label.rpartition(".")
-        panel = next((p for p in _PANELS if p[0] == name), None)
-        pair = columns[0][label], columns[1][label]
-        if panel is None or max(map(largest, pair)) == 0.0:
+def _curves(comparison: Comparison) -> str:
+    """Figures over time and of channels over each other, a line a run, with tests and ratings."""
+    first, references = comparison.runs[0], _references(comparison)
+    drawn = [one.moved(first) for one in references]
+    over_time = {
+        Curve("time", (name,)): label
+        for name in comparison.differences
+        if name not in comparison.noise
+        and (label := _PANELS.get(name.rpartition(".")[2])) is not None
+    }
+    labels = dict.fromkeys(c for run in comparison.runs for c in curves_of(run)) | over_time
+    figures: list[str] = []
+    for curve in [*over_time, *(curve for curve in labels if curve not in over_time)]:
+        if not any(channels_of(run, curve) for run in comparison.runs):
             continue
-        unit = getattr(comparison.runs[0].units, panel[2])
-        figure = _figure(comparison, pair, (f"{owner}: {panel[1].lower()}", unit))
-        yield embedded(figure, f"both-{shown}", PLOT_CONFIG)
-        shown += 1
+        figure = curve_figure(comparison.named, curve, drawn, None, label=_label(curve, labels))
+        many = len(comparison.runs) > _LEGENDS
+        figure.layout["showlegend"] = not many
+        if many:
+            figure.layout["margin"]["t"] = 20
+        figures.append(embedded(figure, f"both-{len(figures)}", PLOT_CONFIG))
+    return side_by_side(figures) + ratings_table(_ratings(comparison, references), first.units.time)
 
 
-def _figure(
-    comparison: Comparison, pair: tuple[FloatArray, FloatArray], labels: tuple[str, str]
-) -> Figure:
-    figure = Figure()
-    looks = ({"width": 2.2}, {"width": 1.6, "dash": "dash"})
-    runs: Iterable[tuple[Run, str, FloatArray, dict[str, Any], str]] = zip(
-        comparison.runs, names_of(comparison), pair, looks, LINES, strict=False
-    )
-    for run, name, values, look, colour in runs:
-        add_line(figure, run.times, values, name, labels[1], color=colour, **look)
-    finish(figure, comparison.runs[0], with_unit(*labels), None)
-    return figure
+def _label(curve: Curve, labels: dict[Curve, str | None]) -> str | None:
+    """What the upright axis is called, where that is not the name of a channel."""
+    said = labels[curve]
+    return None if said is None else f"{curve.y[0].rpartition('.')[0]}: {said}"
 
 
-def _pairs(comparison: Comparison, pairs: dict[str, Pair]) -> str:
-    if not pairs:
-        return ""
-    rows = ((key, *map(_number, pair), _change(pair)) for key, pair in pairs.items())
-    return _table(("", *names_of(comparison), "Change"), rows, numbers=3)
+def _references(comparison: Comparison) -> list[Reference]:
+    """Tests of all runs that the first has a channel for, each once."""
+    found = {
+        (one.channel, one.x, one.name): one
+        for run in reversed(comparison.runs)
+        for one in references_of(run)
+        if has_channels(comparison.runs[0], one)
+    }
+    return list(found.values())
+
+
+def _ratings(comparison: Comparison, references: Sequence[Reference]) -> list[Rated]:
+    return [
+        rated(run, one, name)
+        for one in references
+        for run, name in comparison.named
+        if has_channels(run, one)
+    ]
+
+
+def _with_units(comparison: Comparison) -> dict[str, Values]:
+    """Criteria by their names with units."""
+    units = {
+        f"{sensor}: {name}": str(found.get("unit") or "")
+        for run in comparison.runs
+        for sensor, facts in run.told("sensors").items()
+        for name, found in facts["criteria"].items()
+    }
+    return {with_unit(key, units.get(key, "")): of for key, of in comparison.criteria.items()}
+
+
+def _energies(comparison: Comparison) -> dict[str, Values]:
+    energies = comparison.energies
+    unit = comparison.runs[0].units.energy
+    shares = energies.get("relative", ())
+    table = {"share of the largest energy [%]": tuple(v and 100.0 * v for v in shares)}
+    table[with_unit("largest energy", unit)] = energies.get("most", ())
+    return {key: of for key, of in table.items() if of}
 
 
 def _timings(comparison: Comparison) -> str:
-    words = {"total": "Seconds in all", "steps": "Steps", **STAGES}
-    return _pairs(
-        comparison, {words.get(key, key): pair for key, pair in comparison.timings.items()}
+    words = {"total": "In all", "steps": "Steps", **STAGES}
+    rows = {
+        words.get(key, key) if key == "steps" else f"{words.get(key, key)} [s]": of
+        for key, of in comparison.timings.items()
+    }
+    return _values_table(comparison, rows)
+
+
+def _values_table(comparison: Comparison, values: dict[str, Values]) -> str:
+    """Numbers of each run, and by how much the last of two differs from the first."""
+    if not values:
+        return ""
+    two = len(comparison.runs) == 2
+    rows = (
+        (key, *map(_number, of), *((_change(*of),) if two else ())) for key, of in values.items()
     )
+    heads = ("", *comparison.short_names, *(("Change",) if two else ()))
+    return _table(heads, rows, numbers=len(heads) - 1)
 
 
 def _number(value: float | None) -> str:
     return "–" if value is None else number(value)
 
 
-def _change(pair: Pair) -> str:
-    one, two = pair
+def _change(one: float | None, two: float | None) -> str:
     if one is None or two is None or one == 0.0:
         return "–"
     return f"{100.0 * (two - one) / abs(one):+.3g} %"

@@ -6,6 +6,7 @@ from base64 import b64encode
 from html import escape
 from importlib.resources import files
 
+from contiga.report.curves import curve_figure, curves_of
 from contiga.report.figure import Figure, as_json, embedded, plotly_script, side_by_side
 from contiga.report.gas import gas_figures, gas_table
 from contiga.report.html_tables import inputs_table, key_figures, status_table, timings_table
@@ -13,7 +14,9 @@ from contiga.report.joints import joint_table
 from contiga.report.lines import PLOT_CONFIG
 from contiga.report.motion import body_figures, criteria_table, extremes_table, sensor_figures
 from contiga.report.plots import energy_figure, history_figures, touched
+from contiga.report.references import rated, ratings_table, references_of
 from contiga.report.run_folder import Run
+from contiga.report.runs import Named
 from contiga.report.space import VIEW_CONFIG, View
 from contiga.report.springs import (
     device_table,
@@ -40,7 +43,8 @@ _FRAME_BUTTONS = """
 """
 _PLAYING = """
 <div class="time"><button id="play">Play</button>
-<input id="step" type="range" min="0" max="{last}" value="{first}" aria-label="Recorded step">
+<input id="step" type="range" min="0" max="{last}" value="{first}" aria-label="Recorded step"
+aria-valuetext="{label}, the peak">
 <output id="step-time" for="step">{label}, the peak</output></div>
 """
 
@@ -60,6 +64,7 @@ def page(run: Run, *, still: bytes | None, view: View | None, peak_time: float |
         key_figures(run),
         _pictures(run, still, view, peak_time),
         _over_time(run, peak_time),
+        _curves(run, peak_time),
         steps_section(run, peak_time),
         _energy(run, peak_time),
         _bodies(run, peak_time),
@@ -141,13 +146,14 @@ def _view(view: View) -> str:
         slider = _PLAYING.format(last=view.steps - 1, first=first, label=label)
         every = view.steps == view.recorded
         shown = f"all {view.steps}" if every else f"{view.steps} of the {view.recorded}"
-        steps = f" It shows {shown} recorded steps; play takes them as far apart as they were."
+        steps = f" It shows {shown} recorded steps; Play shows them at their times, in six seconds."
     return (
         f"{_BODY_BUTTONS}{_FRAME_BUTTONS if 'spans' in view.data else ''}{_field_buttons(view)}"
         f'<div class="frame">{embedded(view.figure, "view", VIEW_CONFIG)}{slider}</div>'
         f'<script type="application/json" id="view-data">{as_json(view.data)}</script>'
         f"<script>{script}</script>"
-        '<p class="caption">Drag to turn, scroll to come closer; the house goes back.'
+        '<p class="caption">Drag to turn, scroll to come closer; the button with the house '
+        "brings the first view back."
         f"{steps}</p>"
     )
 
@@ -261,6 +267,18 @@ def _panels(figures: list[Figure], name: str) -> str:
     return side_by_side(
         embedded(figure, f"{name}-{k}", PLOT_CONFIG) for k, figure in enumerate(figures)
     )
+
+
+def _curves(run: Run, peak_time: float | None) -> str:
+    """Channels over each other, and the tests beside them."""
+    curves, references = curves_of(run), references_of(run)
+    if not curves:
+        return ""
+    ratings = [rated(run, one) for one in references]
+    drawn = [one.reference for one in ratings]
+    figures = [curve_figure([Named(run, "")], curve, drawn, peak_time) for curve in curves]
+    table = ratings_table(ratings, run.units.time)
+    return f"<h2>Curves</h2>{_panels(figures, 'curve')}{table}"
 
 
 def _peak_note(peak_time: float | None) -> str:

@@ -22,7 +22,7 @@ PLOT_CONFIG = {
 }
 """Buttons are named one by one: the standard set has some that send data elsewhere."""
 _AXES = {"x": "#d08a80", "y": "#8fb996", "z": "#9db7d4"}
-_MOST = 4000
+MOST_ROWS = 4000
 """Rows of a line at most: more than a picture has columns of pixels."""
 _LONG = 28
 """Characters of an upright label that a figure has room for in one line."""
@@ -44,7 +44,7 @@ def largest(values: FloatArray | None) -> float:
     return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
 
 
-def rows_drawn(*columns: FloatArray, most: int = _MOST) -> IndexArray:
+def rows_drawn(*columns: FloatArray, most: int = MOST_ROWS) -> IndexArray:
     """Rows of columns (n,) to draw: all, or the least and the greatest of each short stretch."""
     n = len(columns[0])
     if n <= most:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -19,6 +20,7 @@ _ONLY_ONE = "contact"
 _NO_COLUMNS = ("time", "wall_time")
 _SYSTEM = "energy"
 _STEPS = "step"
+_BASE = ("length", "mass", "time")
 _OF_BODIES = frozenset(
     (*"xyz", *(kind + axis for kind in "vaqw" for axis in "xyz"), "qw"),
 )
@@ -75,6 +77,18 @@ class Run(NamedTuple):
     """Columns of slip rings, by ring and name."""
     joints: dict[str, Columns] = {}  # noqa: RUF012 (read only)
     """Columns of joints, by joint and name."""
+    history: Columns = {}  # noqa: RUF012 (read only)
+    """All columns by their names in the history."""
+    own_units: tuple[str, str, str] = ("", "", "")
+    """Length, mass and time unit of its files, empty where it names none."""
+
+    @property
+    def case(self) -> dict[str, Any]:
+        """The tables of its case; none of a run from Python, which may leave any text."""
+        try:
+            return tomllib.loads(self.case_text)
+        except ValueError:
+            return {}
 
     def told(self, part: str) -> dict[str, Any]:
         """A part of the summary; empty where it has none."""
@@ -96,8 +110,12 @@ class Run(NamedTuple):
         return best, when
 
 
-def read_run(folder: Path) -> Run:
+def read_run(folder: Path, units: tuple[str, str, str] | None = None) -> Run:
     """The files of an output folder that are small; of a run that has not ended as far as it is.
+
+    Parameters
+    ----------
+    units : length, mass and time unit to convert it to; its own if omitted, or if it names none
 
     Raises
     ------
@@ -108,6 +126,11 @@ def read_run(folder: Path) -> Run:
 
     stored = read_stored(folder)
     history, summary = stored.history, stored.summary
+    named = summary.get("units") or {}
+    length, mass, time = (str(named.get(key) or "") for key in _BASE)
+    own = (length, mass, time)
+    if units is not None and all(own) and units != own:
+        history, summary = _converted(history, summary, own, units)
     case = folder / "case.toml"
     owners = sort_columns(
         history,
@@ -123,8 +146,34 @@ def read_run(folder: Path) -> Run:
         case_text=case.read_text(encoding="utf-8") if case.is_file() else "",
         units=units_of(summary.get("units") or {}),
         finished=stored.finished,
+        history=history,
+        own_units=own,
         **owners._asdict(),
     )
+
+
+def _converted(
+    history: Columns,
+    summary: dict[str, Any],
+    own: tuple[str, str, str],
+    units: tuple[str, str, str],
+) -> tuple[Columns, dict[str, Any]]:
+    """History and summary in other units; criteria of sensors have units of their own."""
+    from contiga.io.column_units import column_factor, column_units
+
+    converted = {name: values * column_factor(name, own, units) for name, values in history.items()}
+    changed: dict[str, Any] = {
+        "units": dict(zip(_BASE, units, strict=True)),
+        "columns": column_units(history, units),
+    }
+    if layers := summary.get("layers"):
+        length = column_factor("x", own, units)
+        changed["layers"] = {name: length * thickness for name, thickness in layers.items()}
+    if energy := summary.get("energy"):
+        changed["energy"] = energy | {
+            "most": energy["most"] * column_factor("energy.total", own, units)
+        }
+    return converted, summary | changed
 
 
 class Owners(NamedTuple):
@@ -210,7 +259,7 @@ def read_outlines(run: Run) -> OutlineSeries | None:
 
 def units_of(named: dict[str, str]) -> Units:
     """All names of units that follow from those of length, mass and time."""
-    length, mass, time = (str(named.get(kind) or "") for kind in ("length", "mass", "time"))
+    length, mass, time = (str(named.get(kind) or "") for kind in _BASE)
     if not (length and mass and time):
         return Units(length, mass, time, "", "", "", "")
     from contiga.io.units import acceleration_factor, derived_units

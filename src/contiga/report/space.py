@@ -159,6 +159,8 @@ def _bar(title: str) -> dict[str, Any]:
         "thickness": 12,
         "len": 0.6,
         "outlinewidth": 0,
+        "exponentformat": "power",
+        "minexponent": 4,
     }
 
 

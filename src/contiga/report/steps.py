@@ -31,7 +31,7 @@ def steps_section(run: Run, peak_time: float | None) -> str:
     said = (
         f"Which reason had the last word on each of {count} steps, and when. The shortest is "
         f"{number(reasons['least'])} {unit} at t = {number(reasons['when'])}; "
-        f"{number(reasons['tries'] / count, 2)} were worked out for one."
+        f"{number(reasons['tries'] / count, 2)} attempts were made for each step."
     )
     if reasons["let_pass"]:
         said += f" {reasons['let_pass']} have an energy balance error that shorter ones would not"

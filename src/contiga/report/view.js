@@ -96,6 +96,7 @@
     if (slider) {
       slider.value = shown;
       said.textContent = data.labels[shown] + (shown === data.first ? ", the peak" : "");
+      slider.setAttribute("aria-valuetext", said.textContent);
     }
   }
 

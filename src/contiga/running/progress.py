@@ -21,7 +21,7 @@ def progress_bar(title: str, *, quiet: bool) -> Iterator[Show]:
         yield lambda done, total, said: None
         return
     require("a progress bar", "rich")
-    from rich.console import Console
+    from rich.console import Console, RenderableType
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
@@ -29,15 +29,23 @@ def progress_bar(title: str, *, quiet: bool) -> Iterator[Show]:
         TextColumn,
         TimeRemainingColumn,
     )
+    from rich.text import Text
+
+    class TwoLines(Progress):
+        """The bar, and under it what is said: beside it a terminal would have no room for that."""
+
+        def get_renderables(self) -> Iterator[RenderableType]:
+            yield from super().get_renderables()
+            for task in self.tasks:
+                yield Text(task.fields["said"], overflow="fold")
 
     columns = (
         TextColumn("{task.description}", markup=False),
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn("{task.fields[said]}", markup=False),
         TimeRemainingColumn(),
     )
-    bar = Progress(*columns, console=Console(stderr=True))
+    bar = TwoLines(*columns, console=Console(stderr=True))
     task = bar.add_task(title, total=None, said="")
 
     def show(done: int, total: int, said: str) -> None:

@@ -21,8 +21,12 @@ from contiga.slaves.slave import Slave
 
 # The end of a run does not tell a case from another: the times do, as far as they go.
 _END = re.compile(r"^(\[time\]\n(?:(?!\[).*\n)*?)end = .*\n", re.M)
-# Nor does what is only told of it.
-_TOLD = re.compile(r"^title = .*\n|^report = (true|false)\n", re.M)
+# Nor does what is only told or drawn of it.
+_TOLD = re.compile(
+    r"^title = .*\n|^report = (true|false)\n|^(plot|reference) = \[\]\n"
+    r"|\n\[\[(plot|reference)\]\]\n((?!\[).+\n)*",
+    re.M,
+)
 
 
 class Identity(NamedTuple):

@@ -35,7 +35,12 @@ class HistoryOverTime(Displayed):
         return table
 
     def plot(
-        self, *, columns: Sequence[str] | None = None, path: str | Path | None = None
+        self,
+        *,
+        x: str | None = None,
+        y: str | Sequence[str] | None = None,
+        columns: Sequence[str] | None = None,
+        path: str | Path | None = None,
     ) -> Figure:
         """A figure over time: contact forces, penetration, energies, speeds and accelerations.
 
@@ -43,13 +48,15 @@ class HistoryOverTime(Displayed):
 
         Parameters
         ----------
-        columns : names of the history to draw in place of these, a panel for each unit
+        x, y : channels to draw in place of these, one or several over another, time if omitted:
+            columns of the history, ``<body or sensor>.travel``, ``<contact>.strain``
+        columns : names of the history to draw over time, a panel for each unit
         path : also write the picture there, in the format of its suffix (.png, .svg, .pdf)
 
         Raises
         ------
         InputError
-            A column that the history does not have, or a suffix of no format.
+            A column or channel that the run does not have, or a suffix of no format.
         MissingPackageError
             matplotlib is not installed.
         OutputError
@@ -62,9 +69,12 @@ class HistoryOverTime(Displayed):
         >>> figure = cg.run(few).plot(path="forces.png")
         >>> [axes.get_ylabel() for axes in figure.axes][:2]
         ['contact force [N]', 'deepest penetration [mm]']
+        >>> (axes,) = cg.run(few).plot(x="head_cg.travel", y="head-pad.force").axes
+        >>> axes.get_xlabel(), axes.get_ylabel()
+        ('head_cg.travel [mm]', 'head-pad.force [N]')
         """
         purpose = f"{type(self).__name__}.plot"
-        return plot_history(purpose, self.history, self.summary, columns, path)
+        return plot_history(purpose, self.history, self.summary, columns, path, x=x, y=y)
 
 
 def table_of(purpose: str, history: Mapping[str, FloatArray]) -> DataFrame:

@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 
 from contiga.arrays.threads import thread_count
+from contiga.io.column_units import column_units
 from contiga.records import ContactStatus, FloatArray
 from contiga.simulation.checks.finding import Finding
+from contiga.simulation.checks.layers import thickness_of
 from contiga.simulation.checks.matter_checks import added_masses
 from contiga.simulation.checks.run_checks import notes_on
 from contiga.simulation.checks.surface_checks import OPEN
 from contiga.simulation.clock import Clock
-from contiga.simulation.column_units import column_units
 from contiga.simulation.energy_balance import energy_summary, energy_warnings
 from contiga.simulation.history import COUNTED
 from contiga.simulation.joints import joint_summary
@@ -124,6 +125,7 @@ def summarise(
         "slip_rings": slip_ring_summary(model),
         "joints": joint_summary(model),
         "gas": {name: {"slave": chamber.slave} for name, chamber in model.gas.items()},
+        "layers": _layers(model),
         "inputs": _inputs(model),
         "notes": _told(statuses, NOTED) + few + notes_on(model, history) + gone_on,
         "findings": [finding._asdict() for finding in findings],
@@ -164,6 +166,7 @@ def summary_so_far(
         "slip_rings": slip_ring_summary(model),
         "joints": joint_summary(model),
         "gas": {name: {"slave": chamber.slave} for name, chamber in model.gas.items()},
+        "layers": _layers(model),
         "inputs": _inputs(model),
         "notes": [],
         "findings": [],
@@ -179,6 +182,12 @@ def _statuses(model: Model, history: dict[str, FloatArray]) -> dict[str, dict[st
         }
         for name, prefix in column_prefixes(model).items()
     }
+
+
+def _layers(model: Model) -> dict[str, float]:
+    """Thickness of the layer that a contact presses by a stress over strain, by contact."""
+    found = {part.name: thickness_of(part.contact) for part in model.contacts}
+    return {name: thickness for name, thickness in found.items() if thickness is not None}
 
 
 def _inputs(model: Model) -> dict[str, dict[str, Any]]:

@@ -24,7 +24,9 @@ _PATIENCE = 20.0
 """The table is written anew when so many times as long has gone by as writing it took."""
 _LEAST_SECONDS = 2.0
 _MISSING = "nothing"
-_TOLD = re.compile(r"(base: )?title|map(\..+)?|retries|goal\.trials|base: output\.report")
+_TOLD = re.compile(
+    r"(base: )?title|map(\..+)?|retries|goal\.trials|base: (output\.report|plot.*|reference.*)"
+)
 """Keys that do not tell one study from another: what is drawn, and how far it goes."""
 
 

@@ -125,10 +125,7 @@ def map_of(study: StudySpec, base: Base, rows: tuple[Row, ...]) -> ColourMap | N
 
 
 def nearest(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatArray:
-    """(n,) values at points: those of the nearest of the (k, 3) targets, NaN far from all.
-
-    Far is more than three quarters of the longest way from a target to its nearest: so the squares
-    of a grid are whole, and its border is as wide as half of them and a half more.
+    """(n,) values at points: those of the nearest of the (k, 3) targets, NaN beyond their reach.
 
     >>> row = np.array([[0.0, 0, 0], [2, 0, 0]])
     >>> nearest(row, np.array([1.0, 3.0]), np.array([[0.9, 0, 0], [1.1, 1, 0], [0, 1.6, 0]]))
@@ -139,20 +136,30 @@ def nearest(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatAr
     known = np.isfinite(hit)
     if known.sum() < 2:
         return np.full(len(points), np.nan)
-    tree = cKDTree(targets[known])
-    reach = _REACH * float(tree.query(targets[known], k=2)[0][:, 1].max())
-    away, which = tree.query(points)
-    return np.where(away <= reach, hit[known][which], np.nan)
+    away, which = cKDTree(targets[known]).query(points)
+    return np.where(away <= _reach(targets[known]), hit[known][which], np.nan)
+
+
+def _reach(targets: FloatArray) -> float:
+    """How far from (k, 3) targets their values count: three quarters of the longest way from one to
+    its nearest. So the squares of a grid are whole, and its border is as wide as half of them and
+    a half more."""
+    from scipy.spatial import cKDTree
+
+    return _REACH * float(cKDTree(targets).query(targets, k=2)[0][:, 1].max())
 
 
 def between(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatArray:
     """(n,) values at points, linear between (k, 3) targets as seen along their common normal.
 
-    NaN outside of the targets' convex hull, and everywhere where they are on one line.
+    NaN outside of the targets' convex hull; on the other side of the part, farther from the surface
+    through them than its near side by more than their reach; and everywhere where they are on one
+    line.
 
     >>> corners = np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0]])
-    >>> between(corners, np.array([0.0, 2.0, 4.0]), np.array([[1.0, 0, 5], [0, 1, 0], [9, 9, 0]]))
-    array([ 1.,  2., nan])
+    >>> places = np.array([[1.0, 0, 1], [0, 1, 0], [0, 1, 5], [9, 9, 0]])
+    >>> between(corners, np.array([0.0, 2.0, 4.0]), places)
+    array([ 1.,  2., nan, nan])
     """
     from scipy.interpolate import LinearNDInterpolator
 
@@ -161,9 +168,12 @@ def between(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatAr
     _, sizes, axes = np.linalg.svd(targets[known] - centre, full_matrices=True)
     if known.sum() < 3 or sizes[1] <= 1e-9 * sizes[0]:
         return np.full(len(points), np.nan)
-    plane = axes[:2].T
-    linear = LinearNDInterpolator((targets[known] - centre) @ plane, hit[known])
-    return np.asarray(linear((points - centre) @ plane), dtype=np.float64)
+    seen, there = (targets[known] - centre) @ axes.T, (points - centre) @ axes.T
+    linear = LinearNDInterpolator(seen[:, :2], np.column_stack([hit[known], seen[:, 2]]))
+    values, heights = linear(there[:, :2]).T
+    away = np.abs(there[:, 2] - heights)
+    near = away <= np.fmin.reduce(away, initial=np.inf) + _reach(targets[known])
+    return np.asarray(np.where(near, values, np.nan), dtype=np.float64)
 
 
 def refined(points: FloatArray, triangles: IntArray, longest: float) -> tuple[FloatArray, IntArray]:

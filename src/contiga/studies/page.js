@@ -64,7 +64,7 @@
   }
   function marker(column) {
     return {
-      size: n > 2000 ? 4 : 7, color: column.values, colorscale: data.look.scale, opacity: 0.9,
+      size: n > 2000 ? 4 : 7, line: { width: n > 2000 ? 0 : 0.8, color: data.look.muted }, color: column.values, colorscale: data.look.scale, opacity: 0.9,
       colorbar: { title: { text: label(column), side: "right" }, thickness: 12, outlinewidth: 0 }
     };
   }
@@ -77,21 +77,23 @@
       return drawn.every(function (column) { return column.values[row] !== null; });
     });
     function of(column) { return whole.map(function (row) { return column.values[row]; }); }
+    // Labels that would meet are slanted, and cut where they are long.
+    var slanted = drawn.length > 6 || $("parallel").clientWidth < 150 * drawn.length;
+    var most = slanted ? 18 : 60, angle = $("parallel").clientWidth < 90 * drawn.length ? -45 : -20;
     var dimensions = drawn.map(function (column) {
-      var made = { label: column.name, values: of(column) };
+      var cut = column.name.length > most ? "…" + column.name.slice(1 - most) : column.name;
+      var made = { label: cut, values: of(column) };
       if (column.texts) {
         made.tickvals = column.texts.map(function (_, k) { return k; });
         made.ticktext = column.texts;
       }
       return made;
     });
-    // Labels that would meet are slanted.
-    var slanted = dimensions.length > 6 || $("parallel").clientWidth < 110 * dimensions.length;
     Plotly.react("parallel", [{
-      type: "parcoords", dimensions: dimensions, labelangle: slanted ? -20 : 0,
+      type: "parcoords", dimensions: dimensions, labelangle: slanted ? angle : 0,
       line: { color: of(colour), colorscale: data.look.scale, showscale: true,
         colorbar: { title: { text: label(colour), side: "right" }, thickness: 12, outlinewidth: 0 } }
-    }], layout({}, {}, { margin: { l: 70, r: 40, t: slanted ? 110 : 60, b: 30 } }), config);
+    }], layout({}, {}, { margin: { l: 70, r: 40, t: slanted ? 140 : 60, b: 30 } }), config);
   }
 
   // One quantity over one variable, coloured by anything.
@@ -253,8 +255,8 @@
   }
   function choose(row) {
     chosen = chosen.indexOf(row) >= 0 ? chosen.filter(function (one) { return one !== row; })
-      : chosen.concat([row]).slice(-2);
-    $("compare").textContent = chosen.length < 2 ? "Click two rows to compare them."
+      : chosen.concat([row]).slice(-20);
+    $("compare").textContent = chosen.length < 2 ? "Click rows to compare them, up to 20."
       : "contiga compare " + chosen.map(function (one) { return data.folders[one]; }).join(" ") + " -o compare.html";
     rows();
   }

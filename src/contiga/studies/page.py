@@ -16,6 +16,7 @@ from contiga.report.lines import CONFIG, FONT
 from contiga.report.style import GRID, INK, LINES, MUTED, SCALE, number
 from contiga.report.style import page as styled
 from contiga.studies import convergence
+from contiga.studies.curves import curves_section
 from contiga.studies.folder import MAP, PAGE
 from contiga.studies.maps import draw_map, map_figure, map_of
 from contiga.studies.one_case import CASES, Base
@@ -27,6 +28,8 @@ from contiga.studies.table import Table
 _DIGITS = 7
 """Of numbers on the page; the table has all."""
 _FAINT = "#c9ced4"
+_SCALE = SCALE[1:]
+"""Colours of points and lines: the palest is next to white."""
 _SELECT = '<label>{words} <select id="{name}"></select></label>'
 
 
@@ -42,7 +45,8 @@ def write_page(study: StudySpec, base: Base, table: Table, rows: tuple[Row, ...]
         picture = (folder / MAP).read_bytes()
         data["map"] = map_figure(drawn, {row.number: k for k, row in enumerate(rows)})
         data["between"] = drawn.between
-    write_text(folder / PAGE, page_of(study, data, rows, picture))
+    curves = curves_section(folder, rows, study.variable[0].label)
+    write_text(folder / PAGE, page_of(study, data, rows, picture, curves))
 
 
 def page_data(study: StudySpec, base: Base, table: Table, rows: Sequence[Row]) -> dict[str, Any]:
@@ -64,7 +68,7 @@ def page_data(study: StudySpec, base: Base, table: Table, rows: Sequence[Row]) -
             "grid": GRID,
             "faint": _FAINT,
             "lines": LINES,
-            "scale": [[k / (len(SCALE) - 1), colour] for k, colour in enumerate(SCALE)],
+            "scale": [[k / (len(_SCALE) - 1), colour] for k, colour in enumerate(_SCALE)],
         },
     }
     if study.goal is not None:
@@ -138,8 +142,14 @@ def _convergence(study: StudySpec, base: Base, rows: list[Row]) -> dict[str, Any
     }
 
 
-def page_of(study: StudySpec, data: dict[str, Any], rows: Sequence[Row], picture: bytes) -> str:
-    """The page as one text."""
+def page_of(
+    study: StudySpec,
+    data: dict[str, Any],
+    rows: Sequence[Row],
+    picture: bytes,
+    curves: str = "",
+) -> str:
+    """The page as one text, with its part about curves."""
     room = files("contiga.studies")
     script = room.joinpath("page.js").read_text(encoding="utf-8")
     css = room.joinpath("page.css").read_text(encoding="utf-8")
@@ -153,6 +163,7 @@ def page_of(study: StudySpec, data: dict[str, Any], rows: Sequence[Row], picture
         _parallel(),
         _response(several),
         _convergence_of(data),
+        curves,
         _table(),
         f'<script type="application/json" id="study-data">{as_json(data)}</script>'
         f"<script>{script}</script>",
@@ -258,7 +269,7 @@ def _table() -> str:
         '<tbody class="space"><tr><td><div id="rows-above"></div></td></tr></tbody>'
         '<tbody id="rows-body"></tbody>'
         '<tbody class="space"><tr><td><div id="rows-below"></div></td></tr></tbody></table></div>'
-        '<p id="compare">Click two rows to compare them.</p><p class="caption">A click on a head '
-        "sorts. Numbers of cases lead to their reports; the line that compares two is for the "
-        "folder of this page, where table.h5 and table.csv have all digits.</p>"
+        '<p id="compare">Click rows to compare them, up to 20.</p><p class="caption">A click '
+        "on a head sorts. Numbers of cases lead to their reports; the line that compares them is "
+        "for the folder of this page, where table.h5 and table.csv have all digits.</p>"
     )

@@ -10,9 +10,9 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 from contiga.errors import CaseError
+from contiga.io.column_units import column_units
 from contiga.io.naming import closest
 from contiga.records import FloatArray
-from contiga.simulation.column_units import column_units
 from contiga.simulation.sensor import CRITERION_UNITS
 
 _CALL = re.compile(r"(\w+)\((.+?)(?:,\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*)?\)")

@@ -20,7 +20,7 @@ def test_two_runs_are_set_beside_each_other(command: Command, case: Path, tmp_pa
     assert (
         "contact[0].law.curve.points: [[0.0, 0.0], [1.0, 10.0]] → [[0.0, 0.0], [1.0, 20.0]]" in out
     )
-    assert "ball-sheet.force: peak 10 → 20, largest difference 50 % at t = 1" in out
+    assert "ball-sheet.force: peak 10 → 20 N, largest difference 50 % at t = 1 ms" in out
     assert "steps: 4 → 4" in out
     assert f"page: {page}" in out
     assert page.is_file()

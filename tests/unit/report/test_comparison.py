@@ -136,7 +136,65 @@ def test_what_is_no_run_is_told(tmp_path: Path, which: int) -> None:
 
 def test_runs_that_can_not_be_compared_are_told(tmp_path: Path) -> None:
     a = write_run(tmp_path / "a", FINE)
-    with pytest.raises(InputError, match=r"other units.*m, kg, s.*mm, g, ms"):
-        cg.compare(a, write_run(tmp_path / "b", FINE, units=("m", "kg", "s")))
+    with pytest.raises(InputError, match=r"one run has units and another has none.*found 'none'"):
+        cg.compare(a, write_run(tmp_path / "b", FINE, units=("", "", "")))
     with pytest.raises(InputError, match="no time in common"):
         cg.compare(a, write_run(tmp_path / "c", FINE + 10.0))
+    with pytest.raises(InputError, match="too many runs"):
+        cg.compare(a, *[a] * 20)
+
+
+def test_runs_in_other_units_are_converted_to_those_of_the_first(tmp_path: Path) -> None:
+    """A run in m, kg and s with the numbers of one in mm, g and ms: N and ms become 1 and 1000."""
+    a = write_run(tmp_path / "a", FINE, **{"cg.a": FINE})
+    b = write_run(tmp_path / "b", FINE / 1000.0, units=("m", "kg", "s"), **{"cg.a": 1e3 * FINE})
+    result = cg.compare(a, b)
+    assert result.span == (0.0, 4.0)
+    assert result.runs[1].units == result.runs[0].units
+    acceleration = result.differences["cg.a"]
+    assert acceleration.largest == pytest.approx(0.0, abs=1e-12)
+    assert result.energies["most"] == (10.0, pytest.approx(10_000.0)), "J are 1000 mJ"
+    page = page_of(result)
+    assert "converted from m, kg, s to mm, g, ms" in page
+    assert "cg: acceleration [g]" in page
+
+
+def test_many_runs_are_held_against_the_first(tmp_path: Path) -> None:
+    factors = (1.0, 1.5, 0.5)
+    runs = [write_run(tmp_path / f"r{k}", FINE, factor=f) for k, f in enumerate(factors)]
+    result = cg.compare(*runs)
+    force = result.differences["head-pad.force"]
+    assert force.peaks == (4.0, 6.0, 2.0)
+    assert (force.largest, force.at) == (2.0, 2.0)
+    assert result.criteria == {"cg: HIC15": (100.0, 150.0, 50.0)}
+    page = page_of(result)
+    for text in ("3 runs", "Peak of r2", "Farthest from r0", "head-pad.force [N]"):
+        assert text in page
+    assert ">Change</th>" not in page
+
+
+def test_what_is_rounding_in_every_run_is_left_out(tmp_path: Path) -> None:
+    noise = {"head.x": 1e-14 * FINE, "head.z": 50.0 * FINE, "head.wx": 1e-18 * FINE}
+    noise["head-pad.moment_x"] = 1e-13 * FINE
+    a = write_run(tmp_path / "a", FINE, **noise)
+    b = write_run(tmp_path / "b", FINE, **{name: -3.0 * of for name, of in noise.items()})
+    result = cg.compare(a, b)
+    assert {"head.x", "head.wx", "head-pad.moment_x"} <= result.noise
+    assert "head.z" not in result.noise
+    page = page_of(result)
+    assert "head: along z" in page
+    assert "head: along x" not in page
+    assert "head.wx" not in page
+    assert "3 are rounding in every run" in page
+    c = write_run(tmp_path / "c", FINE, **{**noise, "head.x": FINE})
+    assert "head.x" not in cg.compare(a, c).noise, "it is a signal in one of them"
+
+
+def test_cases_of_a_study_are_called_by_their_values(tmp_path: Path) -> None:
+    runs = [write_run(tmp_path / f"000{k}", FINE) for k in (1, 2)]
+    for run, value in zip(runs, (40.0, 60.0), strict=True):
+        row = {"values": {"slave.pad.thickness": value}}
+        (run / "row.json").write_text(json.dumps(row), encoding="utf-8")
+    result = cg.compare(*runs)
+    assert result.names == ("0001 · thickness 40", "0002 · thickness 60")
+    assert result.short_names == ("0001", "0002")

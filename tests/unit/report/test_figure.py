@@ -44,7 +44,7 @@ def test_every_figure_of_a_report_is_as_the_schema_wants_it(run_folder: Path) ->
     sensors = run.sensors | {"neck": {"distance": np.arange(5.0), "angle": np.arange(5.0)}}
     full = run._replace(summary=told, steps=steps, bodies={"ball": ball}, sensors=sensors)
     drawn = figures_of(page(full, still=None, view=None, peak_time=2.0))
-    counts = {"history": 4, "steps": 1, "energy": 1, "body": 4, "sensor": 4}
+    counts = {"history": 4, "steps": 1, "energy": 1, "body": 4, "sensor": 4, "curve": 1}
     assert len(drawn) == sum(counts.values())
     for name, count in counts.items():
         assert sum(key.partition("-")[0] == name for key in drawn) == count, name
@@ -53,7 +53,7 @@ def test_every_figure_of_a_report_is_as_the_schema_wants_it(run_folder: Path) ->
 def test_every_figure_of_a_report_with_pictures_and_springs_is(run_folder: Path) -> None:
     drawn = figures_of(write_report(hang(run_folder)).read_text(encoding="utf-8"))
     histories = [f"history-{k}" for k in range(4)]
-    assert list(drawn) == ["view", *histories, "spring-0", "spring-1"]
+    assert list(drawn) == ["view", *histories, "curve-0", "spring-0", "spring-1"]
     assert [trace.type for trace in drawn["view"].data] == ["mesh3d"] * 2 + ["scatter3d"] * 2
 
 

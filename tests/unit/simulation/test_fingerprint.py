@@ -134,6 +134,20 @@ def test_what_is_only_told_of_a_case_tells_it_from_no_other(make: Make) -> None:
     assert case("one", "true", 1) != case("one", "true", 2)
 
 
+def test_what_is_drawn_beside_a_run_tells_it_from_no_other(make: Make) -> None:
+    """A test curve may be added to a run that has ended."""
+
+    def case(top: str, tables: str, every: int = 1) -> str:
+        text = f'title = "a"\n{top}\n[[sensor]]\nname = "s"\n{tables}\n[output]\nevery = {every}\n'
+        return make(case_text=text).fingerprint()
+
+    plot = '\n[[plot]]\nx = "time"\ny = "force"\n'
+    test = '\n[[reference]]\nchannel = "force"\npoints = [\n  [0.0, 1.0],\n  [2.0, 3.0],\n]\n'
+    bare = case("plot = []\nreference = []\n", "")
+    assert bare == case("", "") == case("", plot + test) == case("plot = []\n", test + test)
+    assert bare != case("", plot + test, 2)
+
+
 def test_functions_are_told_apart_by_what_they_do(make: Make) -> None:
     def law(factor: float) -> cg.StressLaw:
         return cg.StressLaw(lambda x: np.where(x > 0.7, factor, 1.0) * x, thickness=0.5)

@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
+import contiga as cg
 from contiga.cli.commands import _print_result
 from contiga.records import ContactStatus as Is
+from contiga.simulation.checks.layers import thickness_of
 from contiga.simulation.clock import Clock
 from contiga.simulation.simulation import Simulation
 from contiga.simulation.summary import NOTED, WARNED, summarise
@@ -45,3 +47,21 @@ def test_feet_found_again_are_warned_of_where_they_are_many(
     summary = summarise(simulation, history, Clock())
     told = [f"dip: 2 times REACQUIRED. {Is.REACQUIRED.advice}"]
     assert (summary["notes"], summary["warnings"]) == (([], told) if warned else (told, []))
+
+
+@pytest.mark.parametrize(
+    ("law", "thickness", "told"),
+    [
+        (cg.StressLaw(1.0), [5.0, 5.0], 5.0),
+        (cg.StressLaw(1.0, thickness=3.0), [5.0, 6.0], 3.0),
+        (cg.StressLaw(1.0), [5.0, 6.0], None),
+        (cg.PenaltyLaw(1.0), [5.0, 5.0], None),
+    ],
+)
+def test_a_layer_of_one_thickness_is_told(
+    law: object, thickness: list[float], told: float | None
+) -> None:
+    """The strain of a contact is its penetration over that."""
+    slave = cg.Slave([[0.0, 0, 0], [1.0, 0, 0]], area=[1.0, 1.0], thickness=thickness)
+    contact = cg.Contact(cg.Body(cg.shapes.sphere(radius=1.0)), slave, law=law)
+    assert thickness_of(contact) == told

@@ -13,10 +13,14 @@ from __future__ import annotations
 import re
 import shutil
 from collections.abc import Iterable, Sequence
+from math import isfinite
 from pathlib import Path
 from typing import NamedTuple
 
-from contiga.errors import InputError, OutputError
+import numpy as np
+
+from contiga.errors import FileError, InputError, OutputError
+from contiga.io.naming import closest, listed
 from contiga.io.out.files import write_text
 from contiga.records import FloatArray
 
@@ -160,3 +164,85 @@ def _channel(channel: MmeChannel) -> str:
 def _lines(head: Iterable[tuple[str, str]]) -> str:
     # One line each, whatever a title holds.
     return "".join(f"{name:<{_WIDTH}}:{' '.join(value.split()) or _NONE}\n" for name, value in head)
+
+
+def read_mme(path: Path, code: str | None = None) -> MmeChannel:
+    """Read one channel of a test.
+
+    Parameters
+    ----------
+    path : the file of a channel, or that of a test (.mme), whose channels are in ``Channel``
+    code : of the channel, or how it begins; needed where a test has several
+
+    Raises
+    ------
+    FileError
+        A file cannot be read or is none of the format; the test has no such channel, or several.
+    """
+    if path.suffix.lower() != ".mme":
+        return _read_channel(path)
+    folder = next((one for one in path.parent.iterdir() if one.name.lower() == "channel"), None)
+    files = [] if folder is None else sorted(folder.glob(f"{path.stem}.[0-9][0-9][0-9]"))
+    if not files:
+        raise FileError("the test has no files of channels", where=str(path), allowed="Channel/…")
+    channels = [_read_channel(one) for one in files]
+    found = [one for one in channels if code is None or one.code.startswith(code.upper())]
+    if len(found) != 1:
+        raise FileError(
+            "the test has no such channel" if not found else "which channel is meant?",
+            where=str(path),
+            found=code,
+            allowed=listed(one.code for one in found or channels),
+            remedy="Name its code" if code is None else closest(code, (c.code for c in channels)),
+        )
+    return found[0]
+
+
+def _read_channel(path: Path) -> MmeChannel:
+    """A file of "name :value" lines, then a number a line."""
+    try:
+        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError as error:
+        raise FileError(f"cannot be read ({error.strerror})", where=str(path)) from error
+    head = dict(_told(line) for line in lines if ":" in line)
+    begin = next((k for k, line in enumerate(lines) if line.strip() and ":" not in line), 0)
+    rows = [(k, line) for k, line in enumerate(lines[begin:], begin + 1) if line.strip()]
+    values = []
+    for k, line in rows:
+        try:
+            value = float(line.replace(",", "."))
+        except ValueError:
+            value = float("nan")
+        if not isfinite(value):
+            raise FileError(
+                "a sample is not a finite number", where=f"{path}:{k}", found=line.strip()
+            )
+        values.append(value)
+    try:
+        interval = float(head["sampling interval"].replace(",", "."))
+        start = float(head.get("time of first sample", "0").replace(",", "."))
+    except (KeyError, ValueError) as error:
+        raise FileError(
+            "is not a channel of ISO-MME: it has no sampling interval", where=str(path)
+        ) from error
+    if not interval > 0.0 or len(values) < 2:
+        raise FileError(
+            "a channel needs a sampling interval above zero and two samples or more",
+            where=str(path),
+            found=f"{interval:g} s, {len(values)} samples",
+        )
+    return MmeChannel(
+        head.get("channel code", ""),
+        head.get("name of the channel", ""),
+        head.get("unit", ""),
+        start,
+        interval,
+        np.array(values),
+        head.get("channel frequency class") or _NONE,
+    )
+
+
+def _told(line: str) -> tuple[str, str]:
+    """Name and value of a line of a head; "" of what has none."""
+    name, _, value = (part.strip() for part in line.partition(":"))
+    return name.lower(), "" if value.upper() == _NONE else value

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.errors import FileError
+from contiga.errors import FileError, MissingPackageError
 from contiga.extras import require
 from contiga.io.out.hdf5 import begins_as_hdf5, is_sealed
 from contiga.io.out.history import read_history
@@ -53,7 +53,7 @@ def read_stored(folder: str | Path) -> Stored:
         )
     try:
         stored = _told(newest_checkpoint(folder))
-    except FileError:
+    except (FileError, MissingPackageError):
         if not _has_ended(folder):
             raise
         stored = None  # what the run has left besides is whole

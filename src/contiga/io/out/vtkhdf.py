@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from contiga.display import Displayed, Facts
 from contiga.errors import FileError, InputError
 from contiga.extras import require
 from contiga.io.out.full_disk import telling_of_full_disks
@@ -228,7 +229,7 @@ class FieldsWriter:
         return start
 
 
-class FieldSeries:
+class FieldSeries(Displayed):
     """A fields file read back. Arrays are read when asked for."""
 
     times: FloatArray
@@ -259,6 +260,13 @@ class FieldSeries:
         self._file = ReadFile(path)
         self.held = self._file.held
         self._starts: dict[str, NDArray[np.int64]] = {}
+
+    def _facts(self) -> Facts:
+        return [
+            ("steps", len(self.times)),
+            ("parts", ", ".join(part.name for part in self.parts)),
+            ("fields", ", ".join(self.names)),
+        ]
 
     def points(self, i: int) -> FloatArray:
         """(N, 3) points of all parts at step `i`, stacked."""

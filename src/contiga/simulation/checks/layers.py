@@ -69,6 +69,20 @@ def _layer(law: object, contact: Contact) -> Layer | None:
     return Layer(thickness, None if end is None else end * thickness, beyond, law.elastic)
 
 
+def thickness_of(contact: Contact) -> float | None:
+    """Thickness of the one layer that a stress over strain presses; None where there is another
+    law, several layers, or one whose thickness differs."""
+    if not isinstance(contact.law, StressLaw):
+        return None
+    if contact.law.thickness is not None:
+        return contact.law.thickness
+    nodal = contact.slave.thickness
+    active = None if nodal is None else nodal[contact.slave.active]
+    if active is None or not len(active) or not active.min() == active.max() > 0.0:
+        return None
+    return float(active[0])
+
+
 def end_of(curve: Characteristic) -> float | None:
     """Where a table ends; None of a straight line, which is the same beyond its rows."""
     if not curve.is_table or (len(curve.x) == 2 and curve.extrapolation == "linear"):

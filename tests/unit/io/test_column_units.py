@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from contiga.simulation.column_units import column_units
+from contiga.io.column_units import column_units
 
 
 @pytest.mark.parametrize(

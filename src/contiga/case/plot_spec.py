@@ -1,0 +1,230 @@
+"""What is drawn of a run beside its standard figures: `[[plot]]` and `[[reference]]` tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+import numpy as np
+from pydantic import BeforeValidator, Field, ValidationError, ValidationInfo, model_validator
+
+from contiga.case.curve_spec import units_of_case
+from contiga.case.problems import first_problem
+from contiga.case.spec import ExistingFile, Spec, is_number, suggest
+from contiga.errors import CaseError
+from contiga.io.channels import unknown_channel
+from contiga.io.column_units import known_kind
+from contiga.io.measured import read_measured
+from contiga.io.quantities import Quantity
+
+Row = Annotated[list[float], Field(min_length=2, max_length=2)]
+BandRow = Annotated[list[float], Field(min_length=3, max_length=3)]
+
+
+def _time_or_onset(value: Any) -> Any:
+    if not is_number(value) and value != "onset":
+        raise CaseError(
+            "must be a number, or the word onset",
+            found=value,
+            allowed='a time, or "onset"',
+            remedy=suggest(value, ["onset"]),
+        )
+    return value
+
+
+def _share_or_rows(value: Any) -> Any:
+    if not isinstance(value, list) and not (is_number(value) and value > 0.0):
+        raise CaseError(
+            "must be a share or a file",
+            found=value,
+            allowed='a number above 0, such as 0.1, or "corridor.csv"',
+        )
+    return value
+
+
+class PlotSpec(Spec):
+    """A `[[plot]]`: channels over another."""
+
+    x: str = "time"
+    y: str | Annotated[list[str], Field(min_length=1)]
+
+    @property
+    def channels(self) -> list[str]:
+        """The names in `y`."""
+        return [self.y] if isinstance(self.y, str) else self.y
+
+    def describe(self) -> str:
+        """Say it in words."""
+        return f"{', '.join(self.channels)} over {self.x}"
+
+
+class _MeasuredFile(Spec):
+    """Keys of a `[[reference]]` that say where its curve is."""
+
+    file: ExistingFile
+    columns: list[str] | None = None
+    """Of a csv file: abscissa and value."""
+    code: str | None = None
+    """Of a channel of an ISO-MME test, or how it begins."""
+    unit: str | None = None
+    """Of the values, where the file does not say it."""
+    x_unit: str | None = None
+    """Of the abscissa, where the file does not say it."""
+
+
+class _CorridorFile(Spec):
+    """A second file in place of a share."""
+
+    corridor: ExistingFile
+
+
+class ReferenceSpec(Spec):
+    """A `[[reference]]`: the curve of a test, to be drawn beside a channel of the run.
+
+    A file is read when the case is: from then on the case has its points, in its own units.
+    """
+
+    channel: str
+    x: str = "time"
+    """What it is over."""
+    name: str
+    """What it is called; the file's name if omitted."""
+    points: Annotated[list[Row], Field(min_length=2)]
+    """[x, value] in the units of the case."""
+    shift: Annotated[float | str, BeforeValidator(_time_or_onset)] = 0.0
+    """Added to the abscissa; "onset" has both begin at one time."""
+    corridor: Annotated[float | list[BandRow], BeforeValidator(_share_or_rows)] | None = None
+    """Half the width of a band about the curve, a share of its greatest magnitude; or
+    [x, lower, upper], shifted with the curve."""
+
+    @classmethod
+    def known_keys(cls, data: dict[str, Any]) -> list[str]:
+        """Keys of the table, and of the file that stands in place of points."""
+        return list(dict.fromkeys([*_MeasuredFile.model_fields, *super().known_keys(data)]))
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_files(cls, data: Any, info: ValidationInfo) -> Any:
+        if not isinstance(data, dict):
+            return data
+        kinds = _kind_of(data, "x", "time"), _kind_of(data, "channel")
+        data = dict(data)
+        said = {key: data.pop(key) for key in _MeasuredFile.model_fields if key in data}
+        if ("points" in data) == ("file" in said):
+            raise CaseError("must have exactly one of the keys file or points")
+        if "file" not in said and said:
+            raise CaseError(
+                "only a file has it: points are in the units of the case", where=next(iter(said))
+            )
+        measured = None
+        if said:
+            measured = _checked(_MeasuredFile, said, info)
+            data.setdefault("name", Path(measured.file).stem)
+            data["points"] = _rows(measured, measured.file, kinds, info)
+        data.setdefault("name", "test")
+        if isinstance(data.get("corridor"), str):
+            file = _checked(_CorridorFile, {"corridor": data["corridor"]}, info).corridor
+            like = (measured or _MeasuredFile.model_construct(file=file)).model_copy(
+                update={"columns": None, "code": None}
+            )
+            data["corridor"] = _rows(like, file, (*kinds, kinds[1]), info)
+        return data
+
+    @model_validator(mode="after")
+    def _curve_can_be_drawn(self) -> Self:
+        rows = [("points", self.points)]
+        if isinstance(self.corridor, list):
+            rows.append(("corridor", self.corridor))
+            if any(low > high for _, low, high in self.corridor):
+                raise CaseError("the lower values are above the upper ones", where="corridor")
+        if self.x == "time":
+            for key, table in rows:
+                if (np.diff([row[0] for row in table]) <= 0.0).any():
+                    raise CaseError("the times must increase from row to row", where=key)
+        elif self.shift == "onset":
+            raise CaseError("is for a curve over time", where="shift", found=self.shift)
+        return self
+
+    def describe(self) -> str:
+        """Say it in words."""
+        span = f"{self.points[0][0]:g} to {self.points[-1][0]:g}"
+        moved = ", onset at that of the run" if self.shift == "onset" else ""
+        if is_number(self.shift) and self.shift:
+            moved = f", shifted by {self.shift:g}"
+        band = ""
+        if self.corridor is not None:
+            wide = is_number(self.corridor)
+            band = f", corridor of {100 * self.corridor:g} %" if wide else ", corridor of its own"
+        return f"{self.channel} over {self.x}, {len(self.points)} points, {span}{moved}{band}"
+
+    def check_overlap(self, start: float, end: float) -> None:
+        """Refuse a curve over time that has none in common with a run from `start` to `end`."""
+        if self.x != "time" or not is_number(self.shift):
+            return
+        first, last = (row[0] + float(self.shift) for row in (self.points[0], self.points[-1]))
+        if not max(first, start) < min(last, end):
+            raise CaseError(
+                "has no time in common with the run",
+                where="shift" if self.shift else "points",
+                found=f"{first:g} to {last:g}",
+                allowed=f"some of {start:g} to {end:g}",
+                remedy='shift = "onset" has both begin at one time',
+            )
+
+
+def _kind_of(data: dict[str, Any], key: str, default: str | None = None) -> Quantity:
+    """The quantity of a channel that a table names."""
+    if key not in data and default is None:
+        raise CaseError("is missing", where=key, allowed="the channel of the run that was measured")
+    name = data.get(key, default)
+    kind = known_kind(name) if isinstance(name, str) else None
+    if kind is None:
+        raise CaseError(
+            "is no channel of a run",
+            where=key,
+            found=name,
+            allowed="a column of the history, such as head_cg.a; or the travel of a sensor",
+        )
+    return kind
+
+
+def _checked(kind: type[Spec], said: dict[str, Any], info: ValidationInfo) -> Any:
+    try:
+        return kind.model_validate(said, context=info.context)
+    except ValidationError as error:
+        raise first_problem(error, said, "") from error
+
+
+def _rows(
+    said: _MeasuredFile, file: str, kinds: tuple[Quantity, ...], info: ValidationInfo
+) -> list[list[float]]:
+    table = read_measured(
+        file,
+        kinds,
+        units_of_case(info.context),
+        columns=said.columns,
+        code=said.code,
+        units=(said.x_unit, said.unit),
+    )
+    rows: list[list[float]] = table.tolist()
+    return rows
+
+
+def check_channel(where: str, name: str, channels: Iterable[str]) -> None:
+    """Refuse a channel that a run of the case will not have."""
+    known = {"time", *channels}
+    if name not in known:
+        raise CaseError(**unknown_channel("the run will have no such channel", where, name, known))
+
+
+def check_kinds(where: str, names: list[str]) -> None:
+    """Refuse channels of different units in one figure."""
+    kinds = {kind for name in names if (kind := known_kind(name)) is not None}
+    if len(kinds) > 1:
+        raise CaseError(
+            "the channels of one figure must have one unit",
+            where=where,
+            found=", ".join(names),
+            allowed="a [[plot]] for each unit",
+        )

@@ -1,0 +1,28 @@
+"""``contiga pack DIR``: a run or a study as one file to send."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def pack(
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="Output folder of a run or a study.")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", metavar="x.zip", help="File to write; DIR.zip if left out."),
+    ] = None,
+    fields: Annotated[
+        bool, typer.Option("--fields", help="Take the fields of ParaView, too.")
+    ] = False,
+) -> None:
+    """Put the pages and numbers of a run or a study into one zip file, to be opened offline."""
+    from contiga.report.pack import pack as packed
+
+    path = out if out is not None else folder.resolve().with_suffix(".zip")
+    count = packed(folder, path, fields=fields)
+    print(f"{path}: {count} files, {path.stat().st_size / 1e6:.3g} MB")

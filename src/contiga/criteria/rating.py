@@ -1,0 +1,98 @@
+"""Objective rating of a signal beside that of a test, by ISO/TS 18571.
+
+The package objective-rating-metrics (Vehicle Safety Institute, TU Graz) does the rating: corridor,
+phase, magnitude by dynamic time warping, and slope.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.criteria.samples import checked_signal
+from contiga.errors import InputError
+from contiga.extras import require
+
+RATE = 10_000.0
+"""Samples a second that the standard asks for."""
+FEWEST = 10
+"""Samples that a slope averaged over nine of them needs."""
+MOST = 5000
+"""Samples at most: the warping of magnitudes takes the square of their number in memory."""
+_GRADES = ((0.94, "excellent"), (0.80, "good"), (0.58, "fair"))
+
+
+class Rating(NamedTuple):
+    """Scores from 0 (nothing alike) to 1 (the same)."""
+
+    corridor: float
+    """Share of the time spent in a band about the test, graded between an inner and an outer."""
+    phase: float
+    """Falls with the shift in time that makes both most alike."""
+    magnitude: float
+    """Falls with the difference of the shifted and warped signals."""
+    slope: float
+    """Falls with the difference of their derivatives."""
+    overall: float
+    """0.4 corridor + 0.2 phase + 0.2 magnitude + 0.2 slope."""
+
+    @property
+    def grade(self) -> str:
+        """ "excellent" above 0.94, "good" above 0.80, "fair" above 0.58, else "poor"."""
+        return next((grade for above, grade in _GRADES if self.overall > above), "poor")
+
+
+def iso18571(
+    reference: ArrayLike, signal: ArrayLike, t_s: ArrayLike, t_reference_s: ArrayLike | None = None
+) -> Rating:
+    """Rate a signal beside that of a test, by ISO/TS 18571.
+
+    Both are interpolated linearly to 10 kHz over the time that they have in common. Choose that so
+    that it holds what is to be rated, and filter both alike before.
+
+    Parameters
+    ----------
+    reference : (m,) signal of the test
+    signal : (n,) signal that is rated, in the same unit
+    t_s : (n,) times of the signal, seconds
+    t_reference_s : (m,) times of the test, seconds; those of the signal if omitted
+
+    Raises
+    ------
+    InputError
+        Times that do not rise, values that are not finite, less than 1 ms or more than 0.5 s in
+        common, or a signal that is the same all the time.
+    MissingPackageError
+        objective-rating-metrics is not installed.
+    """
+    require("a rating by ISO/TS 18571", "objective_rating_metrics")
+    where, own = "iso18571", t_s if t_reference_s is None else t_reference_s
+    values, times = checked_signal(signal, t_s, where, ("signal", "t_s"))
+    test, test_times = checked_signal(reference, own, where, ("reference", "t_reference_s"))
+    start, end = max(times[0], test_times[0]), min(times[-1], test_times[-1])
+    count = int(np.floor((end - start) * RATE + 1e-6)) + 1
+    if not FEWEST <= count <= MOST:
+        raise InputError(
+            "the time that both signals have in common cannot be rated",
+            where=where,
+            found=f"{start:g} to {end:g} s" if count > 0 else "none",
+            allowed=f"{FEWEST / RATE:g} to {MOST / RATE:g} s",
+        )
+    grid = start + np.arange(count) / RATE
+    pair = [np.interp(grid, times, values), np.interp(grid, test_times, test)]
+    for name, one in zip(("signal", "reference"), pair, strict=True):
+        if np.ptp(one) <= 1e-9 * np.abs(one).max():
+            raise InputError(
+                "a signal that is the same all the time has no rating", where=f"{where}, {name}"
+            )
+    from objective_rating_metrics.rating import ISO18571
+
+    curves = [np.column_stack([grid, one]) for one in pair]
+    rated = ISO18571(reference_curve=curves[1], comparison_curve=curves[0], dt=1.0 / RATE)
+    scores = (
+        *(rated.corridor_rating(-1), rated.phase_rating(-1), rated.magnitude_rating(-1)),
+        *(rated.slope_rating(-1), rated.overall_rating(-1)),
+    )
+    return Rating(*map(float, scores))

@@ -1,0 +1,121 @@
+"""Channels: what a run can be plotted and compared by, columns of its history and what follows.
+
+Beside each column by its own name there are those of an only contact by ``<contact>.<name>``, and
+
+- ``<owner>.travel`` of a body or sensor: how far it is from where it started, length;
+- ``<contact>.strain`` of a contact whose law is a stress over strain in a layer of one thickness:
+  the deepest penetration over that thickness.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.errors import InputError
+from contiga.io.column_units import column_kind, column_units
+from contiga.io.naming import closest
+from contiga.io.units import acceleration_factor
+from contiga.records import FloatArray
+
+_LISTED = 6
+"""Names that a message lists."""
+
+
+class Channel(NamedTuple):
+    """A channel of a run as it is shown."""
+
+    name: str
+    values: FloatArray
+    """(n,), one a step; NaN at steps that have none. Accelerations are in g where units are
+    known, and stresses in MPa where the run has GPa."""
+    unit: str
+    """Empty of what has none."""
+
+
+def channel_names(
+    columns: Iterable[str], contacts: Iterable[str], layers: Iterable[str]
+) -> set[str]:
+    """Return the names of the channels of a run.
+
+    Parameters
+    ----------
+    columns : of its history
+    contacts : names of its contacts
+    layers : names of those contacts that have a strain
+    """
+    columns, contacts = set(columns), list(contacts)
+    names = set(columns)
+    if len(contacts) == 1:
+        names |= {f"{contacts[0]}.{name}" for name in columns - {"time"} if "." not in name}
+    owners = {name.rpartition(".")[0] for name in columns} - {""}
+    places = (owner for owner in owners if {f"{owner}.{axis}" for axis in "xyz"} <= columns)
+    names |= {f"{owner}.travel" for owner in places}
+    return names | {f"{contact}.strain" for contact in layers}
+
+
+def unknown_channel(what: str, where: str, name: str, known: Iterable[str]) -> dict[str, str]:
+    """Return the parts of an error about a channel that is not there: the closest are listed."""
+    known = sorted(known)
+    close = get_close_matches(name, known, n=_LISTED, cutoff=0.3) or known[:_LISTED]
+    return {
+        "what": what,
+        "where": where,
+        "found": name,
+        "allowed": f"one of {len(known)}, such as {', '.join(close)}",
+        "remedy": closest(name, known) or "",
+    }
+
+
+def channel_of(
+    history: Mapping[str, FloatArray], summary: Mapping[str, Any], name: str, where: str = "channel"
+) -> Channel:
+    """Return a channel of a run.
+
+    Parameters
+    ----------
+    history : columns (n,) by name
+    summary : the content of summary.json
+    name : of the channel
+    where : the key or option that names it, for the message
+
+    Raises
+    ------
+    InputError
+        The run has no such channel.
+    """
+    contacts, layers = summary.get("statuses") or {}, summary.get("layers") or {}
+    known = channel_names(history, contacts, layers)
+    if name not in known:
+        raise InputError(**unknown_channel("the run has no such channel", where, name, known))
+    owner, _, own = name.rpartition(".")
+    if name in history:
+        values = history[name]
+    elif own == "travel":
+        ways = (history[f"{owner}.{axis}"] - history[f"{owner}.{axis}"][0] for axis in "xyz")
+        values = np.sqrt(sum(way**2 for way in ways))
+    elif own == "strain":
+        depth = "max_penetration" if len(contacts) == 1 else f"{owner}.max_penetration"
+        values = history[depth] / layers[owner]
+    else:
+        values = history[own]
+    return shown(name, np.asarray(values, np.float64), summary.get("units") or {})
+
+
+def shown(name: str, values: FloatArray, units: Mapping[str, str]) -> Channel:
+    """Return a channel whose values (n,) are in the units of a run, as it is shown.
+
+    Parameters
+    ----------
+    units : names of the units of length, mass and time; none where the run names none
+    """
+    length, mass, time = (str(units.get(key) or "") for key in ("length", "mass", "time"))
+    if not (length and mass and time):
+        return Channel(name, values, "")
+    if column_kind(name) == "acceleration":
+        return Channel(name, values / acceleration_factor("g", length, time), "g")
+    unit = column_units([name], (length, mass, time))[name]
+    return Channel(name, 1e3 * values, "MPa") if unit == "GPa" else Channel(name, values, unit)

@@ -1,0 +1,104 @@
+"""Curves that a laboratory has measured: columns of csv files, and channels of ISO-MME tests."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from contiga.errors import FileError, InputError, UnitError
+from contiga.io.out.iso_mme import MmeChannel, read_mme
+from contiga.io.quantities import Quantity, Units, quantity_factor
+from contiga.io.sheet import read_sheet
+from contiga.records import FloatArray
+
+_HEADER = "t [ms], force [kN]"
+_MME = re.compile(r"\.(mme|\d{3})", re.IGNORECASE)
+
+_MEANT = {2: "an abscissa and a value", 3: "an abscissa, a lower and an upper value"}
+
+
+def read_measured(
+    path: str | Path,
+    kinds: Sequence[Quantity],
+    case: Units,
+    *,
+    columns: Sequence[str] | None = None,
+    code: str | None = None,
+    units: tuple[str | None, str | None] = (None, None),
+) -> FloatArray:
+    """Return a measured curve in the units of a case.
+
+    Parameters
+    ----------
+    path : a csv file, whose first line names the columns, with their units there or in a second
+        line; or of an ISO-MME test the file of a
+        channel (``T1.001``), or that of the test (``T1.mme``) with a `code`
+    kinds : what the abscissa is, and each of the values
+    case : length, mass and time unit of the case
+    columns : of a csv file that has others, too: names of the abscissa and of the values
+    code : of the channel of a test, or how it begins
+    units : of the abscissa and of the values, where the file does not say them
+
+    Returns
+    -------
+    (n, 1 + k) float64, n >= 2, over times that rise
+
+    Raises
+    ------
+    FileError
+        The file cannot be read, lacks a column or the channel, has an entry that is not a finite
+        number, or times that do not rise. With file and line.
+    UnitError
+        A unit is missing, or is none of its quantity.
+    InputError
+        What is for csv is said of an ISO-MME test, or the other way round.
+    """
+    path = Path(path)
+    if _MME.fullmatch(path.suffix):
+        if columns is not None:
+            raise InputError("only a csv file has columns", where="columns", allowed="code = …")
+        if len(kinds) != 2 or kinds[0] != "time":
+            raise FileError("a channel of ISO-MME is one over time", where=str(path))
+        return _of_channel(read_mme(path, code), kinds[1], case, units[1], str(path))
+    if code is not None:
+        raise InputError("only an ISO-MME test has codes", where="code", found=code)
+    sheet = read_sheet(path, _HEADER)
+    sheet.check_header(_HEADER)
+    sheet = sheet.with_row_of_units()
+    order = sheet.order(columns, (len(kinds),), _MEANT[len(kinds)])
+    given = [units[0], *[units[1]] * (len(kinds) - 1)]
+    for k, unit in zip(order, given, strict=True):
+        if sheet.unit(k, unit) is None:
+            raise UnitError(
+                "the column has no unit",
+                where=sheet.where,
+                found=sheet.heads[k].text,
+                allowed=f"a header such as {_HEADER}, or "
+                + ("x_unit" if k == order[0] else "unit")
+                + " = …",
+            )
+    table, lines = sheet.numbers(order, list(kinds), case, given)
+    if len(table) < 2:
+        raise FileError("a curve needs two rows or more", where=str(path), found=len(table))
+    back = np.flatnonzero(np.diff(table[:, 0]) <= 0.0) if kinds[0] == "time" else np.zeros(0, int)
+    if back.size:
+        raise FileError(
+            "the times must increase from row to row",
+            where=f"{path}:{lines[back[0] + 1]}",
+            found=table[back[0] : back[0] + 2, 0].tolist(),
+        )
+    return table
+
+
+def _of_channel(
+    channel: MmeChannel, kind: Quantity, case: Units, given: str | None, where: str
+) -> FloatArray:
+    unit = channel.unit or given
+    if not unit:
+        raise UnitError("the channel has no unit", where=where, allowed="unit = …")
+    later = quantity_factor("s", "time", case)
+    times = (channel.start + channel.interval * np.arange(len(channel.values))) * later
+    return np.column_stack([times, channel.values * quantity_factor(unit, kind, case, where)])

@@ -1,0 +1,140 @@
+"""Channels over each other: those a case asks for, force over depth, stress over strain, tests."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.errors import InputError
+from contiga.io.channels import Channel, channel_of
+from contiga.report.figure import Figure
+from contiga.report.lines import MOST_ROWS, add_line, finish, largest, rows_drawn, with_unit
+from contiga.report.references import Reference, references_of, whole_name
+from contiga.report.run_folder import Run
+from contiga.report.runs import Named
+from contiga.report.style import INK, LINES
+
+_OF_CONTACTS = (("max_penetration", "force"), ("strain", "max_pressure"))
+"""What is drawn of each contact that has both: abscissa and value."""
+_MOST = 6
+"""Contacts at most whose curves are drawn without being asked for."""
+_BAND = "rgba(33,38,45,0.10)"
+_DASHES = ("solid", "dash", "dot", "dashdot")
+
+
+class Curve(NamedTuple):
+    """What one figure shows."""
+
+    x: str
+    y: tuple[str, ...]
+    """Channels, by their whole names."""
+
+
+def curves_of(run: Run) -> list[Curve]:
+    """Curves of a run: of its contacts, what its case asks for, and those of tests."""
+    touched = [name for name, columns in run.contacts.items() if largest(columns.get("force"))]
+    curves = [
+        Curve(f"{contact}.{x}", (f"{contact}.{y}",))
+        for contact in touched[:_MOST]
+        for x, y in _OF_CONTACTS
+    ]
+    for table in run.case.get("plot") or []:
+        y = table["y"]
+        names = [y] if isinstance(y, str) else y
+        x = whole_name(run, table.get("x", "time"))
+        curves.append(Curve(x, tuple(whole_name(run, name) for name in names)))
+    shown = {(curve.x, name) for curve in curves for name in curve.y}
+    for one in references_of(run):
+        if (one.x, one.channel) not in shown:
+            curves.append(Curve(one.x, (one.channel,)))
+            shown.add((one.x, one.channel))
+    return [curve for curve in dict.fromkeys(curves) if channels_of(run, curve)]
+
+
+class Drawn(NamedTuple):
+    """The channels of one line."""
+
+    x: Channel
+    y: Channel
+
+
+def channels_of(run: Run, curve: Curve) -> list[Drawn]:
+    """Abscissa and value of each line that a run has: a layer may have no one strain."""
+    found = []
+    for name in curve.y:
+        try:
+            pair = [channel_of(run.history, run.summary, one) for one in (curve.x, name)]
+        except InputError:
+            continue
+        found.append(Drawn(*pair))
+    return found
+
+
+def curve_figure(
+    runs: Sequence[Named],
+    curve: Curve,
+    references: Sequence[Reference],
+    peak_time: float | None,
+    *,
+    label: str | None = None,
+    colours: Sequence[str] = (),
+    most: int = MOST_ROWS,
+) -> Figure:
+    """One figure of a curve: a line for each run and channel, and the tests of these channels.
+
+    Parameters
+    ----------
+    references : of all channels, where they are drawn
+    peak_time : the time that the scene of the page shows, None without one
+    label : of the upright axis, without its unit; names of channels if omitted
+    colours : of runs, one each; in turn those of all figures if omitted
+    most : rows that a line has at most
+    """
+    figure = Figure()
+    tests = [one for one in references if one.x == curve.x and one.channel in curve.y]
+    bands = [test for test in tests if len(test.band)]
+    for test in bands:
+        _add_band(figure, test)
+    x_label, units = curve.x, {}
+    for row, (run, called) in enumerate(runs):
+        for column, (x, y) in enumerate(channels_of(run, curve)):
+            name = " ".join([called] * bool(called) + [y.name] * (len(curve.y) > 1 or not called))
+            rows = np.flatnonzero(np.isfinite(x.values) & np.isfinite(y.values))
+            rows = rows[rows_drawn(y.values[rows], most=most)] if len(rows) else rows
+            look: dict[str, Any] = {"width": 2.0}
+            if colours:
+                look |= {"color": colours[row], "dash": _DASHES[column % len(_DASHES)]}
+            else:
+                # Lines are told apart by the colours of runs, of channels where there is one run.
+                first, second = (row, column) if len(runs) > 1 else (column, 0)
+                turn, colour = divmod(first, len(LINES))
+                look |= {"color": LINES[colour], "dash": _DASHES[(turn + second) % len(_DASHES)]}
+            add_line(figure, x.values[rows], y.values[rows], name, y.unit, **look)
+            x_label, units[y.unit] = with_unit(x.name, x.unit), y.name
+    unit = next(iter(units))
+    for test in tests:
+        look = {"color": INK, "width": 1.6, "dash": "dash"}
+        x_test, y_test = test.points.T
+        add_line(figure, x_test, y_test, f"test {test.name}", unit, **look)
+    label = label or (curve.y[0] if len(curve.y) == 1 else ", ".join(units.values()))
+    over_time = curve.x == "time"
+    finish(figure, runs[0].run, with_unit(label, unit), peak_time if over_time else None)
+    figure.layout["showlegend"] = len(figure.data) - len(bands) > 1
+    if not over_time:
+        figure.layout["xaxis"]["title"]["text"] = x_label
+        figure.layout["hovermode"] = "closest"
+        for trace in figure.data[len(bands) :]:
+            trace["hovertemplate"] = trace["hovertemplate"].replace("%{y", "%{x:.5g}, %{y", 1)
+    return figure
+
+
+def _add_band(figure: Figure, test: Reference) -> None:
+    """The corridor of a test, filled."""
+    x, low, high = test.band.T
+    look: dict[str, Any] = {"fill": "toself", "fillcolor": _BAND, "hoverinfo": "skip"}
+    look |= {"showlegend": False, "width": 0}
+    edge, sides = np.concatenate([x, x[::-1]]), np.concatenate([low, high[::-1]])
+    add_line(figure, edge, sides, f"corridor of {test.name}", "", **look)
+    figure.data[-1].pop("hovertemplate")

@@ -1,0 +1,181 @@
+"""Curves of tests beside a run: where they lie, their corridors, and how they are rated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.criteria.rating import Rating, iso18571
+from contiga.errors import InputError, MissingPackageError
+from contiga.io.channels import channel_names, channel_of, shown
+from contiga.io.column_units import column_factor
+from contiga.io.units import base_factor
+from contiga.records import FloatArray
+from contiga.report.html_tables import named_row, named_table
+from contiga.report.run_folder import Run
+from contiga.report.style import number
+
+_BEGUN = 0.05
+"""Share of its greatest magnitude at which a signal has begun."""
+
+
+class Reference(NamedTuple):
+    """The curve of a test, in the units of a run as its channels are shown."""
+
+    channel: str
+    """Of the run, by its whole name."""
+    x: str
+    """What it is over."""
+    name: str
+    points: FloatArray
+    """(n, 2) abscissa and value."""
+    band: FloatArray
+    """(k, 3) abscissa, lower and upper value of its corridor; k = 0 without one."""
+    shift: float | None
+    """Added to the abscissa; None has it begin where the run does."""
+
+    def moved(self, run: Run) -> Reference:
+        """The curve where it is drawn beside a run."""
+        shift = self.shift
+        if shift is None:
+            channel = channel_of(run.history, run.summary, self.channel)
+            shift = onset(run.times, channel.values) - onset(*self.points.T)
+        points, band = self.points.copy(), self.band.copy()
+        points[:, 0] += shift
+        band[:, 0] += shift
+        return self._replace(points=points, band=band, shift=shift)
+
+
+def onset(times: FloatArray, values: FloatArray) -> float:
+    """When a signal reaches a twentieth of its greatest magnitude.
+
+    Parameters
+    ----------
+    times, values : (n,); NaN is passed over
+
+    >>> onset(np.array([0.0, 1.0, 2.0]), np.array([0.0, 0.0, -40.0]))
+    1.05
+    """
+    known = np.isfinite(values)
+    times, sizes = times[known], np.abs(values[known])
+    level = _BEGUN * sizes.max(initial=0.0)
+    k = int(np.argmax(sizes >= level)) if len(sizes) else 0
+    if k == 0:
+        return float(times[0]) if len(times) else 0.0
+    way = (level - sizes[k - 1]) / (sizes[k] - sizes[k - 1])
+    return float(times[k - 1] + way * (times[k] - times[k - 1]))
+
+
+def whole_name(run: Run, name: str) -> str:
+    """The name of a channel with its contact, which that of an only one may leave out."""
+    contacts = list(run.told("statuses"))
+    bare = name != "time" and "." not in name and len(contacts) == 1
+    return f"{contacts[0]}.{name}" if bare else name
+
+
+def references_of(run: Run) -> list[Reference]:
+    """The curves of tests that the case of a run names, and that it has channels for: those of
+    filters are there once a run has ended."""
+    tables = (table for table in run.case.get("reference") or [] if _is_read(table))
+    return [one for one in (_reference(run, table) for table in tables) if has_channels(run, one)]
+
+
+def has_channels(run: Run, reference: Reference) -> bool:
+    """Whether a run has what a test has measured, and what that is over."""
+    known = channel_names(run.history, run.told("statuses"), run.told("layers"))
+    return {reference.channel, reference.x} <= known
+
+
+def _is_read(table: Any) -> bool:
+    """Whether it is one of a case that was read; a run from Python may leave any text."""
+    return isinstance(table, dict) and {"channel", "points", "name"} <= table.keys()
+
+
+def _reference(run: Run, table: dict[str, Any]) -> Reference:
+    x, channel = table.get("x", "time"), table["channel"]
+    to = (run.units.length, run.units.mass, run.units.time)
+    length = column_factor(x, run.own_units, to) if all(to) else 1.0
+    value = column_factor(channel, run.own_units, to) if all(to) else 1.0
+
+    def as_shown(rows: FloatArray) -> FloatArray:
+        units = run.summary.get("units") or {}
+        columns = [shown(x, length * rows[:, 0], units).values]
+        columns += [shown(channel, value * column, units).values for column in rows.T[1:]]
+        return np.column_stack(columns)
+
+    points = as_shown(np.array(table["points"], np.float64))
+    corridor, shift = table.get("corridor"), table.get("shift", 0.0)
+    if isinstance(corridor, list):
+        band = as_shown(np.array(corridor, np.float64))
+    elif corridor is not None:
+        half = float(corridor) * np.abs(points[:, 1]).max()
+        band = np.column_stack([points[:, 0], points[:, 1] - half, points[:, 1] + half])
+    else:
+        band = np.zeros((0, 3))
+    return Reference(
+        whole_name(run, channel),
+        whole_name(run, x),
+        str(table["name"]),
+        points,
+        band,
+        None if shift == "onset" else length * float(shift),
+    )
+
+
+class Rated(NamedTuple):
+    """A test curve beside a run."""
+
+    reference: Reference
+    """Where it is drawn."""
+    run: str
+    """What the run is called; "" where there is one only."""
+    rating: Rating | None
+    why: str
+    """Why there is none."""
+
+
+def rated(run: Run, reference: Reference, name: str = "") -> Rated:
+    """Rate a run beside a test curve; why not is said where it cannot be."""
+    moved = reference.moved(run)
+    if reference.x != "time" or not run.units.time:
+        why = "ISO/TS 18571 rates signals over time, in units that are known"
+        return Rated(moved, name, None, why)
+    second = base_factor(run.units.time, "time")
+    values = channel_of(run.history, run.summary, reference.channel).values
+    known = np.isfinite(values)
+    try:
+        rating = iso18571(
+            moved.points[:, 1],
+            values[known],
+            second * run.times[known],
+            second * moved.points[:, 0],
+        )
+    except (InputError, MissingPackageError) as error:
+        return Rated(moved, name, None, str(error))
+    return Rated(moved, name, rating, "")
+
+
+def ratings_table(ratings: Sequence[Rated], unit: str) -> str:
+    """Scores of test curves, with the shift of each, and a line about those that have none."""
+    rows = []
+    for one in ratings:
+        if one.rating is not None:
+            scores = [number(score, 3) for score in one.rating]
+            shift = f"{number(one.reference.shift or 0.0)} {unit}"
+            called = f"{one.run}: {one.reference.channel}" if one.run else one.reference.channel
+            cells = [escape(shift), *scores, one.rating.grade]
+            rows.append(named_row(called, one.reference.name, cells))
+    heads = ("Channel", "Test", "Shifted by", "Corridor", "Phase", "Magnitude", "Slope", "Overall")
+    table = named_table((*heads, "Grade"), rows)
+    said = "Rated by ISO/TS 18571, from 0 to 1, over the time that run and test have in common."
+    parts = [f'<h3>Beside tests</h3><div class="wide">{table}</div>'] if rows else []
+    parts += [f'<p class="caption">{said}</p>'] if rows else []
+    without: dict[str, None] = dict.fromkeys(one.why for one in ratings if one.why)
+    for why in without:
+        names = dict.fromkeys(one.reference.name for one in ratings if one.why == why)
+        told = f"No rating beside {', '.join(names)}: {why}."
+        parts.append(f'<p class="caption">{escape(told)}</p>')
+    return "".join(parts)
