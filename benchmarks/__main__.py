@@ -2,7 +2,7 @@
 
 Parts named are run alone, and the file keeps what it says of the others. "first", which compiles
 everything anew, is left out unless it is named or ``--all`` is given. Other tables are run by name:
-area, area_errors, faceted, gpu, matter, matter_steps, mesher, runs.
+area, area_errors, faceted, gpu, matter, matter_steps, mesher, runs, shells.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from benchmarks import (
     mesher,
     runs,
     scaling,
+    shells,
     startup,
     stepping,
     tangents,
@@ -66,6 +67,7 @@ TABLES = {
     "matter_steps": matter_steps,
     "mesher": mesher,
     "runs": runs,
+    "shells": shells,
 }
 
 

@@ -98,6 +98,19 @@ ENTRIES = (
         ("force", "energy.strain"),
         ("energy.strain",),
     ),
+    Entry(
+        "pinched_hemisphere",
+        "gallery/pinched_hemisphere.toml",
+        ("right-shell.force_x", "energy.strain"),
+        ("right-shell.force_x", "energy.strain"),
+    ),
+    Entry(
+        "ironing",
+        "gallery/ironing.toml",
+        ("force_x", "force_z", "energy.friction"),
+        ("force_x", "force_z"),
+    ),
+    Entry("breathing", "gallery/breathing.toml", ("force", "energy.external"), ("force",)),
     Entry("rocker", "gallery/rocker.toml", ("moment_y", "centre_x"), ("force", "moment_y")),
     Entry("bumps", "gallery/bumps.toml", ("area", "n_clusters"), ("force", "area", "n_clusters")),
 )

@@ -16,6 +16,7 @@ from benchmarks import (
     operations,
     run_scenes,
     runs,
+    shells,
     startup,
     stepping,
 )
@@ -68,6 +69,13 @@ def test_the_table_of_matter_is_made() -> None:
     assert len(lines) == 8
     assert lines[0].startswith("tet4 neo-Hooke ")
     assert "scikit-fem" in lines[-1]
+
+
+def test_the_table_of_shells_is_made() -> None:
+    lines = shells.run(side=2)
+    assert len(lines) == 3
+    assert lines[0].split()[:4] == ["elastic", "36", "Gauss", "points,"]
+    assert lines[2].startswith(("Kratos' Shell3pElement takes ", "beside Kratos: not measured: "))
 
 
 def test_the_table_of_whole_steps_of_matter_is_made() -> None:

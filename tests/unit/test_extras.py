@@ -119,6 +119,7 @@ DOORS = {
     "STEP": ('cg.read_cad("part.step")', "cadquery-ocp-novtk", "cad"),
     "IGES": ('cg.read_cad("part.IGS")', "cadquery-ocp-novtk", "cad"),
     "3DM": ('cg.read_cad("part.3dm")', "rhino3dm", "cad"),
+    "splitting": ("ball.split(([0, 0, 0], [0, 0, 1]))", "cadquery-ocp-novtk", "cad"),
     "mesh": ('cg.read_mesh("part.vtu")', "meshio", "mesh"),
     "master": ('cg.read_master("part.stl")', "meshio", "mesh"),
     "writing": ('cg.write_mesh("new.stl", ball.tessellate(0.1))', "meshio", "mesh"),

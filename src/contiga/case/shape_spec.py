@@ -61,9 +61,18 @@ def _arrays_of(file: str) -> tuple[FloatArray, FloatArray]:
     try:
         with np.load(file, allow_pickle=False) as arrays:
             missing = [name for name in ARRAYS if name not in arrays]
-            times, points = ([], []) if missing else (arrays[name] for name in ARRAYS)
+            found = [] if missing else [arrays[name] for name in ARRAYS]
     except (OSError, ValueError, TypeError, AttributeError, zipfile.BadZipFile) as error:
         raise FileError("cannot be read", where=file, allowed=wanted) from error
     if missing:
         raise FileError(f"has no array {missing[0]!r}", where=file, allowed=wanted)
+    for name, array in zip(ARRAYS, found, strict=True):
+        if array.dtype.kind not in "iuf":
+            raise FileError(
+                f"its array {name!r} is of no numbers",
+                where=file,
+                found=array.dtype,
+                allowed=wanted,
+            )
+    times, points = found
     return times, points

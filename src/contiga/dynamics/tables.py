@@ -43,7 +43,7 @@ def as_times(times: ArrayLike, count: int, called: str = "times") -> FloatArray:
     instants = np.asarray(real(times, "times"), dtype=np.float64)
     if instants.shape != (count,) or count == 0 or not np.isfinite(instants).all():
         raise InputError(
-            "expected one finite time for each pose, and at least one pose",
+            "expected one finite time for each row, and at least one row",
             where="times",
             found=instants.shape,
             allowed=f"({max(count, 1)},)",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -198,6 +199,41 @@ class Body(Faces, Queries):
         from contiga.masters.sampling import refined
 
         return refined(self, mesh, size)
+
+    def split(self, plane: tuple[ArrayLike, ArrayLike]) -> tuple[Body, Body]:
+        """Cut the body in two by a plane, by OpenCASCADE.
+
+        Pieces that are closed stay so, by new flat faces in the plane; open ones are cut along it.
+
+        Parameters
+        ----------
+        plane : a point (3,) of it, length, and its normal (3,)
+
+        Returns
+        -------
+        Two bodies, on the side that the normal points to and on the other, in the body's unit and
+        about its reference point.
+
+        Raises
+        ------
+        InputError
+            No point and normal.
+        GeometryError
+            The plane misses the body.
+        MissingPackageError
+            OpenCASCADE is not installed (extra ``cad``).
+
+        Examples
+        --------
+        >>> import contiga as cg
+        >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+        >>> above, below = ball.split(([0.0, 0.0, 0.5], [0.0, 0.0, 1.0]))
+        >>> above.closed, round(above.volume() / math.pi, 6), round(below.volume() / math.pi, 6)
+        (True, 0.208333, 1.125)
+        """
+        # By its name: OpenCASCADE is spoken to in a room above, and only when this is called.
+        parts: tuple[Body, Body] = import_module("contiga.io.cad.split_body").split(self, plane)
+        return parts
 
     def project(
         self,

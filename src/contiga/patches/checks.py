@@ -75,8 +75,9 @@ def check_connected(pieces: Sequence[Piece], joints: Sequence[Joint]) -> None:
     while new:
         new = False
         for joint in joints:
-            if len(reached.intersection(joint.pieces)) == 1:
-                reached.update(joint.pieces)
+            ends = set(joint.pieces)  # one piece where it is joined with itself
+            if ends & reached and not ends <= reached:
+                reached |= ends
                 new = True
     apart = [k for k in range(len(pieces)) if k not in reached]
     if not apart:

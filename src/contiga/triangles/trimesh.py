@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Self
+from typing import Any, Never, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -139,6 +139,21 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
     def tessellate(self, tol: float) -> Self:
         """The mesh itself: it has no finer shape, whatever `tol`."""
         return self
+
+    def split(self, plane: object) -> Never:
+        """Refuse: bodies of exact geometry are split (`Body.split`), meshes are not.
+
+        Raises
+        ------
+        MeshError
+            Always.
+        """
+        raise MeshError(
+            "a mesh is not split by a plane",
+            where=f"{self.name}.split(plane)",
+            allowed="a body of exact geometry: cg.Body, cg.read_cad",
+            remedy="Split the body that the mesh was made of, and mesh its parts: Body.tessellate",
+        )
 
     def _moved(self, matrix: FloatArray) -> Self:
         order = -1 if transform.reflects(matrix) else 1

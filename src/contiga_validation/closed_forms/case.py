@@ -14,7 +14,7 @@ TOLERANCE = 1e-4
 ROUNDING = 1e-11
 """Relative error of what is exact but for rounding, over hundreds of steps."""
 LEAST_ORDER = 1.9
-"""Of convergence in the step; the method is of second order."""
+"""Of convergence where nothing else is said; the method is of second order in the step."""
 
 
 class Check(NamedTuple):
@@ -34,12 +34,13 @@ class Check(NamedTuple):
 
 
 class Order(NamedTuple):
-    """How an error falls with the step."""
+    """How an error falls with the step, or with the size of elements."""
 
     of: str
     steps: tuple[float, ...]
     """Each half of the one before."""
     errors: tuple[float, ...]
+    least: float = LEAST_ORDER
 
     @property
     def observed(self) -> float:
@@ -50,8 +51,8 @@ class Order(NamedTuple):
 
     @property
     def holds(self) -> bool:
-        """Whether it is at least `LEAST_ORDER`."""
-        return self.observed >= LEAST_ORDER
+        """Whether it is at least `least`."""
+        return self.observed >= self.least
 
 
 class Answer(NamedTuple):
@@ -133,7 +134,14 @@ def zero(what: str, measured: float, tolerance: float) -> Check:
     return absolute(what, measured, 0.0, tolerance)
 
 
-def order_of(of: str, longest: float, error_at: Callable[[float], float], count: int = 3) -> Order:
+def order_of(
+    of: str,
+    longest: float,
+    error_at: Callable[[float], float],
+    count: int = 3,
+    *,
+    least: float = LEAST_ORDER,
+) -> Order:
     """The error at a step, at half of it, and so on."""
     steps: Sequence[float] = [longest / 2**k for k in range(count)]
-    return Order(of, tuple(steps), tuple(float(error_at(step)) for step in steps))
+    return Order(of, tuple(steps), tuple(float(error_at(step)) for step in steps), least)

@@ -26,6 +26,8 @@ MODULES = (
     "membranes",
     "hertz",
     "cook",
+    "shells",
+    "shell_motion",
     "belts",
     "gas",
     "injury",

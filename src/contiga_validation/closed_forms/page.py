@@ -99,8 +99,8 @@ def _summary(shown: Sequence[Shown]) -> str:
     )
     return (
         '<div class="wide"><table class="summary"><caption>The number of each case that is '
-        f"nearest to its tolerance, and the order of convergence in the step.</caption><thead><tr>"
-        f"{head}</tr></thead><tbody>{''.join(rows)}</tbody></table></div>"
+        "nearest to its tolerance, and the order of convergence in the step or the mesh.</caption>"
+        f"<thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table></div>"
     )
 
 
@@ -137,7 +137,8 @@ def _order_table(order: Order) -> str:
     return (
         f'<div class="wide"><table><caption>{_mark(order.holds)} Order of convergence '
         f"<b>{order.observed:.3f}</b>: {escape(order.of)}.</caption><tbody>"
-        f"<tr><th>Step</th>{steps}</tr><tr><th>Error</th>{errors}</tr></tbody></table></div>"
+        f"<tr><th>Step or size</th>{steps}</tr><tr><th>Error</th>{errors}</tr>"
+        "</tbody></table></div>"
     )
 
 

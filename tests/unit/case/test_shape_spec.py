@@ -88,3 +88,35 @@ def test_what_is_wrong_is_told_in_one_message(
 ) -> None:
     with pytest.raises(ContigaError, match=told):
         simulation_of(tmp_path, motion, **options)
+
+
+@pytest.mark.parametrize(
+    ("times", "points", "told"),
+    [
+        ([0.0, 1.0], np.zeros((2, 5, 3)), r"found \(5, 3\).*allowed: \(4, 3\)"),
+        ([0.0, 1.0], np.zeros((2, 4, 2)), "must be control points at each time"),
+        ([0.0, 1.0, 2.0], [REST, REST], "one finite time for each row"),
+        ([1.0, 0.0], [REST, REST], "times go back or repeat at row 1"),
+        (["a", "b"], [REST, REST], "'times' is of no numbers"),
+        ([0.0, 1.0], [REST, np.nan * REST], "must be finite"),
+    ],
+)
+def test_what_is_wrong_in_a_file_is_told_in_one_message(
+    tmp_path: Path, times: Any, points: Any, told: str
+) -> None:
+    np.savez(tmp_path / "shape.npz", times=times, control_points=points)
+    with pytest.raises(ContigaError, match=told):
+        simulation_of(tmp_path, "file = 'shape.npz'")
+
+
+def test_a_closed_solid_that_changes_its_shape_needs_a_thickness(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ball = 'geometry = {{ shape = "sphere", radius = 1.0 }}'
+    flat = 'geometry = {{ shape = "plane", width = 4.0, length = 4.0 }}'
+    monkeypatch.setitem(globals(), "CASE", CASE.replace(flat, ball))
+    rest = cg.Body([cg.shapes.sphere(radius=1.0)]).net.points
+    np.savez(tmp_path / "shape.npz", times=[0.0, 1.0], control_points=[rest, 1.1 * rest])
+    with pytest.raises(ContigaError, match="a closed solid that changes its shape pushes"):
+        simulation_of(tmp_path, "file = 'shape.npz'", thickness="")
+    simulation_of(tmp_path, "file = 'shape.npz'")

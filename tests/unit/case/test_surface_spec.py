@@ -29,6 +29,16 @@ fixed = { edge = "u0", slope = true }
 PLANE = 'geometry = { shape = "plane", width = 20, length = 10 }'
 
 
+def strip(degree: int, weights: list[list[float]]) -> str:
+    """A rectangle as NURBS, of all but its last row of control points on its edge u0."""
+    knots = [0.0] * (degree + 1) + [1.0] * (degree + 1)
+    rows = [[[0, 0, 0], [0, 1, 0]]] * degree + [[[1, 0, 0], [1, 1, 0]]]
+    return (
+        f"geometry.nurbs = {{ degrees = [{degree}, 1], knots = [{knots}, [0, 0, 1, 1]], "
+        f"control_points = {rows}, weights = {weights} }}"
+    )
+
+
 def sheet(geometry: str, folder: Path = Path("."), text: str = CASE) -> cg.Slave:
     case = parse_case(text.replace("GEOMETRY", geometry), folder / "case.toml")
     return cg.build(case).slaves["sheet"].slave
@@ -86,6 +96,13 @@ def test_a_case_runs(tmp_path: Path) -> None:
             'geometry.patches = [{ shape = "plane" }, { shape = "plane", centre = [5, 0, 0] }]',
             "do not meet the others",
         ),
+        (
+            'geometry.patches = [{ shape = "plane" }, { shape = "plane", centre = [1, 0.5, 0] }]',
+            "they meet along a part of an edge",
+        ),
+        (strip(1, [[1, 1], [1, 0]]), r"weight at \(1, 1\) must be positive"),
+        (strip(1, [[1, -1], [1, 1]]), r"weight at \(0, 1\) must be positive"),
+        (strip(2, [[1, 1], [1, 1], [1, 1]]), "edge u0 is degenerate"),
     ],
 )
 def test_what_is_wrong_is_told_by_check(geometry: str, told: str) -> None:

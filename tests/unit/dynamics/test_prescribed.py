@@ -149,7 +149,7 @@ def test_a_missing_pose_file_is_named(tmp_path: Path) -> None:
         (lambda: Rotate([[0, 0]], axis="w"), "not an axis"),
         (lambda: Rotate([[0, 0]], axis=[0, 0, 0]), "zero vector"),
         (lambda: Rotate([[0, 0]], centre=[0, 0]), "centre: must be three finite numbers"),
-        (lambda: Poses([0.0, 1.0], [np.eye(4)]), "one finite time for each pose"),
+        (lambda: Poses([0.0, 1.0], [np.eye(4)]), "one finite time for each row"),
         (lambda: Poses([0.0], [2.0 * np.eye(4)]), r"poses\[0\]: .*rotation and a translation"),
     ],
 )

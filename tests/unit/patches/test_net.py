@@ -76,6 +76,17 @@ def test_a_patch_is_cut_where_its_slope_may_jump_and_meets_itself_where_it_is_cl
         np.testing.assert_allclose(found, ring.evaluate(uv), atol=1e-13)
 
 
+def test_a_smooth_patch_that_is_closed_is_one_piece_that_meets_itself() -> None:
+    angles = np.linspace(0.0, 2.0 * np.pi, 9)
+    ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    points = np.zeros((9, 3, 3))
+    points[:, :, :2], points[:, :, 2] = ring[:, None], [0.0, 1.0, 2.0]
+    knots = np.concatenate([np.zeros(2), np.linspace(0.0, 1.0, 8), np.ones(2)])
+    net = join([NurbsSurface((2, 2), (knots, [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]), points)])
+    assert len(net.points) == 8 * 3
+    assert net.joints == (Joint((0, 0), ("u0", "u1"), False),)
+
+
 def test_slits_within_the_tolerance_are_closed() -> None:
     first, second = squares(2)
     apart = second.translated([1e-3, 0.0, 0.0])

@@ -24,8 +24,9 @@ TOOLS = {
     "contiga.simulation.clock: Clock",
 }
 """What it draws, writes and times with, as reports and runs do; no result depends on it."""
-MODULES = {name for name, home in ROOMS.items() if home == f"contiga.{name}"}
-"""Public names that are modules under that very name; the others come ``from contiga``."""
+MODULES = {name for name, home in ROOMS.items() if home == f"contiga.{name}"} | {"matter.iga"}
+"""Public names that are modules under that very name; the others come ``from contiga``. Shells of
+splines are a public room below one."""
 
 
 def internals_in(path: Path) -> Iterator[str]:

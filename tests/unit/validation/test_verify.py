@@ -145,6 +145,8 @@ def test_order_is_the_power_of_the_error(power: float) -> None:
     assert order.steps == (0.3, 0.15, 0.075)
     assert order.observed == pytest.approx(power)
     assert order.holds == (power >= LEAST_ORDER)
+    stricter = order_of("error", 0.3, lambda step: 7.0 * step**power, least=2.5)
+    assert stricter.holds == (power >= 2.5)
 
 
 def test_the_worst_check_is_the_nearest_to_its_tolerance() -> None:

@@ -53,7 +53,7 @@ def solid_of(body: Faces, patches: Sequence[int], scale: float) -> Solid | None:
         made = [
             (patch, face)
             for patch in patches
-            for face in _faces(body.patches[patch].scaled(scale), body.trims[patch])
+            for face in faces_of(body.patches[patch].scaled(scale), body.trims[patch])
         ]
     except Exception:  # OpenCASCADE raises its own kinds for loops that it cannot follow
         return None
@@ -106,7 +106,7 @@ def volume_of(shape: Any) -> float:
     return float(properties.Mass())
 
 
-def _faces(patch: NurbsSurface, loops: Sequence[Sequence[NurbsCurve]] | None) -> list[Any]:
+def faces_of(patch: NurbsSurface, loops: Sequence[Sequence[NurbsCurve]] | None) -> list[Any]:
     """TopoDS_Face of a patch, of an untrimmed closed one in halves."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 

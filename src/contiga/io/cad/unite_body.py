@@ -145,7 +145,7 @@ def united(
     """
     as_it_is = list(range(len(body.patches)))
     boxes = {k: piece_of(body, piece.tolist()).bounds() for k, piece in enumerate(pieces)}
-    scale = 2.0 ** round(math.log2(SIZE / body.size))
+    scale = scale_of(body)
     large = {k: scale * box for k, box in boxes.items()}
     groups = groups_near(large, closed_within(large, accuracy * scale))
     if not groups or solids == "separate":
@@ -158,7 +158,7 @@ def united(
 
     with quiet():
         near = sorted(k for some in groups for k in some)
-        known = _solids(body, [pieces[k].tolist() for k in near], scale)
+        known = as_solids(body, [pieces[k].tolist() for k in near], scale)
         rows = [Piece("solid", solid.shape, solid.faces, NAMELESS, [], (), ()) for solid in known]
         owner = [patch for solid in known for patch in solid.patches]
         placed = placed_of(rows, range(1, len(owner) + 1), accuracy * scale, solids)
@@ -169,7 +169,7 @@ def united(
             return United(body, as_it_is, met, said)
         gone = {patch for some in met for piece in some for patch in piece}
         faces = [(owner[n - 1], face) for n, face in placed.faces if owner[n - 1] in gone]
-        new, origin = _patches(faces, placed.shape, scale, where, body.unit)
+        new, origin = as_patches(faces, placed.shape, scale, where, body.unit)
     kept = [k for k in as_it_is if k not in gone]
     origin += kept
     order = np.argsort(origin, kind="stable").tolist()
@@ -183,7 +183,12 @@ def _texts(
     return [f"{describe(some)} {place}" for some, place in zip(met, places, strict=True)]
 
 
-def _solids(body: Body, pieces: Sequence[Sequence[int]], scale: float) -> list[Solid]:
+def scale_of(body: Body) -> float:
+    """A power of two that brings a body to about the size that OpenCASCADE's tolerances fit."""
+    return float(2.0 ** round(math.log2(SIZE / body.size)))
+
+
+def as_solids(body: Body, pieces: Sequence[Sequence[int]], scale: float) -> list[Solid]:
     """The pieces that can be solids of OpenCASCADE, cavities cut out of what is around them."""
     outward: list[Solid] = []
     cavities: list[Solid] = []
@@ -201,7 +206,7 @@ def _solids(body: Body, pieces: Sequence[Sequence[int]], scale: float) -> list[S
     return sorted(outward, key=lambda solid: min(solid.patches))
 
 
-def _patches(
+def as_patches(
     faces: Sequence[Numbered], shape: Any, scale: float, where: str, unit: str | None
 ) -> tuple[Body, list[int]]:
     """Faces of OpenCASCADE as a body, and the number of each."""

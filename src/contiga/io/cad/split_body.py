@@ -1,0 +1,131 @@
+"""A body cut in two by a plane, by OpenCASCADE: pieces that close stay closed, by a flat face."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import chain
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.arrays.layout import real
+from contiga.errors import GeometryError, InputError
+from contiga.extras import require
+from contiga.io.cad.occ_geometry import quiet
+from contiga.io.cad.occ_solids import faces_of
+from contiga.io.cad.sew import subshapes
+from contiga.io.cad.unite_body import as_patches, as_solids, scale_of
+from contiga.masters.body import Body
+from contiga.records import FloatArray
+
+
+def split(body: Body, plane: tuple[ArrayLike, ArrayLike]) -> tuple[Body, Body]:
+    """Cut a body by a plane (point, normal), as `Body.split` says."""
+    point, normal = _checked(plane)
+    require("splitting a body by a plane", "OCP")
+    scale = scale_of(body)
+    with quiet():
+        parts = _cut(body, point, normal, scale)
+        above = [normal @ (_centre(part) / scale - point) > 0.0 for part in parts]
+        if len(set(above)) < 2:
+            reach = (body.bounds() - point) * normal
+            raise GeometryError(
+                "the plane does not cut the body",
+                where=f"{body.name}.split(plane)",
+                found=f"point {point.tolist()}, normal {normal.round(6).tolist()}",
+                allowed="a plane with a part of the body on either side; its box reaches from "
+                f"{reach.min(axis=0).sum():.6g} to {reach.max(axis=0).sum():.6g} along the normal",
+            )
+        sides = [
+            [part for part, is_above in zip(parts, above, strict=True) if is_above == side]
+            for side in (True, False)
+        ]
+        one, other = (_body(body, side, scale) for side in sides)
+    return one, other
+
+
+def _checked(plane: Any) -> tuple[FloatArray, FloatArray]:
+    """Point and unit normal."""
+    try:
+        point, normal = (np.asarray(real(part, "plane"), np.float64) for part in plane)
+    except (TypeError, ValueError):
+        point = normal = np.zeros(0)
+    sizes = point.shape == normal.shape == (3,)
+    length = float(np.sqrt((normal * normal).sum()))
+    if not sizes or not np.isfinite(point).all() or not 0.0 < length < np.inf:
+        raise InputError(
+            "must be a point and a normal",
+            where="Body.split(plane)",
+            found=plane,
+            allowed="([x, y, z], [nx, ny, nz]), the normal of a length",
+        )
+    return point, normal / length
+
+
+def _cut(body: Body, point: FloatArray, normal: FloatArray, scale: float) -> list[Any]:
+    """Solids, and faces of what does not close, none of them on both sides of the plane."""
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Splitter
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+    from OCP.collections import List_TopoDS_Shape
+    from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp_Explorer
+
+    solids = as_solids(body, [piece.tolist() for piece in body.pieces], scale)
+    closed = {patch for solid in solids for patch in solid.patches}
+    loose = [
+        faces_of(patch.scaled(scale), trims)
+        for k, (patch, trims) in enumerate(zip(body.patches, body.trims, strict=True))
+        if k not in closed
+    ]
+    arguments, tools = List_TopoDS_Shape(), List_TopoDS_Shape()
+    for shape in chain((solid.shape for solid in solids), *loose):
+        arguments.Append(shape)
+    middle = body.bounds().mean(axis=0)
+    middle = scale * (middle - normal * (normal @ (middle - point)))
+    half = scale * body.size
+    flat = gp_Pln(gp_Pnt(*middle.tolist()), gp_Dir(*normal.tolist()))
+    tools.Append(BRepBuilderAPI_MakeFace(flat, -half, half, -half, half).Face())
+    splitter = BRepAlgoAPI_Splitter()
+    splitter.SetArguments(arguments)
+    splitter.SetTools(tools)
+    splitter.SetNonDestructive(True)
+    splitter.Build()
+    if not splitter.IsDone():
+        raise GeometryError("OpenCASCADE does not split it", where=f"{body.name}.split(plane)")
+    whole = splitter.Shape()
+    found = subshapes(whole, "SOLID")
+    outside = TopExp_Explorer(whole, TopAbs_ShapeEnum.TopAbs_FACE, TopAbs_ShapeEnum.TopAbs_SOLID)
+    while outside.More():
+        found.append(outside.Current())
+        outside.Next()
+    return found
+
+
+def _centre(part: Any) -> FloatArray:
+    """Of a solid's volume or a face's area: it is on the side of the plane that the part is on."""
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
+    properties = GProp_GProps()
+    if subshapes(part, "SOLID"):
+        BRepGProp.VolumeProperties_s(part, properties)
+    else:
+        BRepGProp.SurfaceProperties_s(part, properties)
+    centre = properties.CentreOfMass()
+    return np.array([centre.X(), centre.Y(), centre.Z()])
+
+
+def _body(body: Body, parts: Sequence[Any], scale: float) -> Body:
+    """Parts of a body as one, named and told of as it."""
+    from OCP.BRep import BRep_Builder
+    from OCP.TopoDS import TopoDS, TopoDS_Compound
+
+    whole, builder = TopoDS_Compound(), BRep_Builder()
+    builder.MakeCompound(whole)
+    for part in parts:
+        builder.Add(whole, part)
+    faces = [(k, TopoDS.Face(face)) for k, face in enumerate(subshapes(whole, "FACE"), 1)]
+    made, _ = as_patches(faces, whole, scale, body.name, body.unit)
+    return made.renamed(body.name).with_reference_point(body.reference_point)
