@@ -10,7 +10,7 @@ import numpy as np
 from contiga.previewing.stage import CONTACT_SIDE, Drawn, Gap, Stage
 from contiga.previewing.words import gap_text, legend, speed_text, way_in_text
 from contiga.records import FloatArray
-from contiga.report.camera import unit
+from contiga.rendering.camera import unit
 from contiga.report.figure import Figure, Trace, embedded, plotly_script
 from contiga.report.space import VIEW_CONFIG, columns, dots, line_in_space, mesh_trace, space_layout
 from contiga.report.style import INK, LINES, MUTED, SPRING, page

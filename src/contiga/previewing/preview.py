@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from html import escape
 from io import BytesIO
 from pathlib import Path
 
@@ -20,7 +19,7 @@ SUFFIXES = (".png", ".html")
 
 
 class Preview:
-    """The start of a simulation as a picture. A notebook shows it as a 3D view.
+    """The start of a simulation as a picture. A notebook shows the picture.
 
     >>> import contiga as cg
     >>> ball = cg.Body(cg.shapes.sphere(radius=1.0))
@@ -51,11 +50,6 @@ class Preview:
         picture = BytesIO()
         draw_still(self.stage, picture)
         return picture.getvalue()
-
-    def _repr_html_(self) -> str:
-        require("a preview", "plotly")
-        page = escape(page_of(self.stage), quote=True)
-        return f'<iframe srcdoc="{page}" width="100%" height="900" style="border:0"></iframe>'
 
     def save(self, path: str | Path) -> Path:
         """Write the preview as a picture (.png) or a page (.html), whole or not at all.

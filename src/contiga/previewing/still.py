@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from contiga.previewing.stage import CONTACT_SIDE, Drawn, Gap, Stage
 from contiga.previewing.words import gap_text, legend, span_text, way_in_text
 from contiga.records import FloatArray
-from contiga.report.camera import unit
+from contiga.rendering.camera import unit
 from contiga.report.labels import spread
-from contiga.report.shading import free_edges
+from contiga.rendering.shading import free_edges
 from contiga.report.style import INK, LINES, MUTED, SPRING
 from contiga.report.view import View
 from contiga.triangles.trimesh import TriMesh

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.records import FloatArray
-from contiga.report import shading
-from contiga.report.camera import Camera, look, unit
+from contiga.rendering import shading
+from contiga.rendering.camera import Camera, look, unit
 from contiga.report.coloured import ColouredField, region_colours
 from contiga.report.colours import channels, scale_colours
 from contiga.report.peak import Peak
-from contiga.report.shading import Picture
+from contiga.rendering.shading import Picture
 from contiga.report.style import SPRING
 
 BODY = np.array([0.56, 0.62, 0.69])
@@ -94,9 +94,7 @@ def render(camera: Camera, peak: Peak, field: ColouredField, *, through: bool) -
         (peak.body_points, peak.body_triangles),
         (peak.slave_points, peak.slave_triangles),
     ):
-        edges = np.concatenate(
-            [shading.free_edges(triangles), shading.crease_edges(points, triangles)]
-        )
+        edges = shading.drawn_edges(points, triangles)
         inked = shading.line_ink(camera, points, edges, nearest, bias)
         picture[inked] = 0.6 * picture[inked] + 0.4 * INK
     _draw_ties(camera, peak, picture, nearest, bias)

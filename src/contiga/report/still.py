@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contiga.report import shading
-from contiga.report.camera import Camera, project
+from contiga.rendering import shading
+from contiga.rendering.camera import Camera, project
 from contiga.report.coloured import ColouredField, fields_of, first_field, region_colours
 from contiga.report.colours import scale_colours
 from contiga.report.labels import spread

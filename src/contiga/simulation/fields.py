@@ -53,7 +53,7 @@ class Fields:
             name: _drawn(name, part.body, model.output.size) for name, part in model.bodies.items()
         }
         self._shapes = {
-            name: _Drawn(model.bodies[name].body, self._meshes[name]) for name in model.shapes.of
+            name: DrawnShape(model.bodies[name].body, self._meshes[name]) for name in model.shapes.of
         }
         self._own = {name: _own_nodes(part.slave) for name, part in model.slaves.items()}
         parts = [
@@ -179,7 +179,7 @@ class Fields:
             self._writer.close()
 
 
-class _Drawn:
+class DrawnShape:
     """The vertices that a body which changes its shape is drawn by."""
 
     def __init__(self, body: Master, mesh: TriMesh) -> None:

@@ -16,7 +16,7 @@ from contiga.io.out.palette import GRID, INK, LINES, MUTED
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from contiga.simulation.shown_figure import ShownFigure
 
 MOST_LINES = 8
 """Lines that a panel has at most, the largest: more could not be told apart."""
@@ -40,7 +40,7 @@ def plot_history(
     summary: Mapping[str, Any],
     columns: Sequence[str] | None = None,
     path: str | Path | None = None,
-) -> Figure:
+) -> ShownFigure:
     """The figure of a history; `purpose` is what a message about a missing package begins with.
 
     Raises
@@ -58,12 +58,12 @@ def plot_history(
         _standard(history, units) if columns is None else _chosen(history, units, columns)
     )
     # Not by pyplot: a figure of its own opens no window and is freed with its last name.
-    from matplotlib.figure import Figure
+    from contiga.simulation.shown_figure import ShownFigure
 
     time, unit = history["time"], units.get("time", "")
     rows, across = max(1, (len(panels) + 1) // 2), min(2, max(1, len(panels)))
     size = (4.6 * across, 0.5 + 2.5 * rows)
-    figure = Figure(figsize=size, layout="constrained", facecolor="white")
+    figure = ShownFigure(figsize=size, layout="constrained", facecolor="white")
     for k, panel in enumerate(panels):
         axes = figure.add_subplot(rows, across, k + 1)
         for i, (name, values) in enumerate(panel.lines.items()):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +21,10 @@ from contiga.slaves.elements import as_elements, mirrored
 from contiga.slaves.quads import halves_of
 from contiga.slaves.selection import Criteria, Surface, select
 from contiga.slaves.skin import tributary_area
+from contiga.triangles.pyvista_mesh import pyvista_mesh
+
+if TYPE_CHECKING:
+    import pyvista
 
 _RIGID_TOLERANCE = 1e-9
 _SAME_AREA = 1e-9
@@ -214,6 +218,21 @@ class Slave(Displayed):
 
     def __len__(self) -> int:
         return len(self.points)
+
+    def _picture(self) -> bytes | None:
+        from contiga.rendering.picture import picture_of  # kernels of its own
+
+        return None if self.facets is None else picture_of(self.points, self.facets)
+
+    def to_pyvista(self) -> pyvista.PolyData:
+        """The facets, or the points of a cloud, as a `pyvista.PolyData`, a copy.
+
+        Raises
+        ------
+        MissingPackageError
+            pyvista is not installed.
+        """
+        return pyvista_mesh("Slave.to_pyvista", self.points, self.facets)
 
     def _facts(self) -> Facts:
         facets = 0 if self.facets is None else len(self.facets)

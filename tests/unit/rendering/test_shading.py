@@ -7,10 +7,10 @@ import pytest
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from contiga.report.camera import look, project
-from contiga.report.kernels.shading_groups_nb import joined
-from contiga.report.kernels.shading_nb import paint as paint_pixels
-from contiga.report.shading import (
+from contiga.rendering.camera import look, project
+from contiga.rendering.kernels.shading_groups_nb import joined
+from contiga.rendering.kernels.shading_nb import paint as paint_pixels
+from contiga.rendering.shading import (
     _LAMPS,
     Layer,
     cloud_layer,
@@ -24,7 +24,7 @@ from contiga.report.shading import (
     veil,
 )
 
-from .conftest import RADIUS, ball, sheet
+from tests.unit.report.conftest import RADIUS, ball, sheet
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -78,8 +78,8 @@ def test_a_flat_face_stays_flat_beside_a_narrow_bend() -> None:
 
 
 def test_crease_edges_are_those_of_the_bend() -> None:
-    assert crease_edges(*_roof(45.0)).tolist() == [[0, 1]]
-    assert len(crease_edges(*_roof(30.0))) == 0
+    assert crease_edges(*_roof(32.0)).tolist() == [[0, 1]]
+    assert len(crease_edges(*_roof(28.0))) == 0
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], dtype=np.int32)
     assert len(crease_edges(corners, faces)) == 6

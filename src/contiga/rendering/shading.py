@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from contiga.arrays.layout import as_contiguous
 from contiga.records import FloatArray, IntArray
-from contiga.report.camera import Camera, project
-from contiga.report.kernels import shading_groups_nb, shading_nb
-from contiga.report.kernels.raster_nb import (
+from contiga.rendering.camera import Camera, project
+from contiga.rendering.kernels import shading_groups_nb, shading_nb
+from contiga.rendering.kernels.raster_nb import (
     Buffer,
     draw_balls,
     draw_lines,
@@ -25,7 +25,7 @@ Picture = NDArray[np.float32]
 _KEY = np.array([-0.45, -0.65, -0.62]) / np.linalg.norm([0.45, 0.65, 0.62])
 """Towards the main light in camera axes (right, down, forward): over the left shoulder."""
 _LAMPS = np.stack([_KEY, (_KEY - [0.0, 0.0, 1.0]) / np.linalg.norm(_KEY - [0.0, 0.0, 1.0])])
-_CREASE = np.cos(np.radians(35.0))
+_CREASE = np.cos(np.radians(30.0))
 """Facets that meet at more than this angle keep an edge there."""
 
 
@@ -207,6 +207,11 @@ def free_edges(triangles: IntArray) -> IntArray:
     edges, count = np.unique(low * n + high, return_counts=True)
     free = edges[count == 1]
     return np.ascontiguousarray(np.stack([free // n, free % n], axis=1), dtype=np.int32)
+
+
+def drawn_edges(points: FloatArray, triangles: IntArray) -> IntArray:
+    """(k, 2) edges that a picture draws as lines: borders, and creases between facets."""
+    return np.concatenate([free_edges(triangles), crease_edges(points, triangles)])
 
 
 def line_ink(
