@@ -34,7 +34,11 @@ EXTRA_OF = {
     "imageio_ffmpeg": "film",
 }
 """The extra of each optional package, by the name it is imported by."""
-PROJECT_OF = {"OCP": "cadquery-ocp-novtk", "sklearn": "scikit-learn", "imageio_ffmpeg": "imageio-ffmpeg"}
+PROJECT_OF = {
+    "OCP": "cadquery-ocp-novtk",
+    "sklearn": "scikit-learn",
+    "imageio_ffmpeg": "imageio-ffmpeg",
+}
 """The name it is installed by, where that is another."""
 
 

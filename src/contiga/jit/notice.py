@@ -1,8 +1,8 @@
 """One line on the error stream of a process when its first kernel is compiled.
 
-Compiling takes seconds to minutes, in which a script or a notebook would seem to hang. Nothing is said
-where nobody reads along (the stream is no terminal and no notebook), in processes that another one
-started, and where `SWITCH` is set. Commands say more themselves, and call `leave_out`.
+Compiling takes seconds to minutes, in which a script or a notebook would seem to hang. Nothing is
+said where nobody reads along (the stream is no terminal and no notebook), in processes that another
+one started, and where `SWITCH` is set. Commands say more themselves, and call `leave_out`.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def say_once() -> None:
         return
     how_long = "for this process only" if kernel_folder() is None else "once for all projects"
     print(
-        f"contiga compiles kernels, {how_long}; this can take a minute ({SWITCH}=1 hides this line)",
+        f"contiga compiles kernels, {how_long}: up to a minute or two ({SWITCH}=1 hides this)",
         file=sys.stderr,
         flush=True,
     )

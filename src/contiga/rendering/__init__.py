@@ -1,5 +1,5 @@
-"""Shaded pictures of triangles, lines and points: a camera, a z-buffer, light. They take arrays only.
+"""Shaded pictures of triangles, lines and points, from arrays alone.
 
-`camera` places the eye, `shading` draws layers, `picture` makes a small PNG for a notebook. Reports,
-previews and films compose their views of these.
+`camera` places the eye, `shading` draws layers, `picture` makes a small PNG for a notebook.
+Reports, previews and films compose their views of these.
 """

@@ -25,7 +25,7 @@ _EDGE = 2e-3
 
 
 def picture_of(points: FloatArray, triangles: IntArray) -> bytes:
-    """Return a picture (PNG, 400 x 300 pixels) of triangles, shaded, with their borders and creases.
+    """Return a shaded picture (PNG, 400 x 300 pixels) of triangles with borders and creases.
 
     Parameters
     ----------

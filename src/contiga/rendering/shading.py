@@ -93,6 +93,25 @@ def _smooth_corners(triangles: IntArray, facet: FloatArray) -> tuple[int, IntArr
     return int(group.max(initial=-1)) + 1, group
 
 
+class SharpMesh(NamedTuple):
+    """A mesh whose points are repeated where facets meet at a crease: smooth shading by its own
+    vertices, as a browser does it, keeps the creases sharp."""
+
+    rows: IntArray
+    """(k,) the point of the original mesh that each vertex stands at."""
+    triangles: IntArray
+    """(m, 3) rows of `rows`."""
+
+
+def sharp_mesh(points: FloatArray, triangles: IntArray) -> SharpMesh:
+    """Split the points (n, 3) of `triangles` (m, 3) along creases."""
+    triangles = np.ascontiguousarray(triangles, dtype=np.int32)
+    count, group = _smooth_corners(triangles, _facet_normals(points, triangles))
+    rows = np.zeros(count, dtype=np.int32)
+    rows[group] = triangles.ravel()
+    return SharpMesh(rows, group.reshape(-1, 3))
+
+
 def _facet_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
     p = points[triangles]
     facet = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])

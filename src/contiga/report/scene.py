@@ -7,14 +7,16 @@ import numpy as np
 from contiga.records import FloatArray
 from contiga.rendering import shading
 from contiga.rendering.camera import Camera, look, unit
+from contiga.rendering.shading import Picture
 from contiga.report.coloured import ColouredField, region_colours
 from contiga.report.colours import channels, scale_colours
 from contiga.report.peak import Peak
-from contiga.rendering.shading import Picture
 from contiga.report.style import SPRING
 
 BODY = np.array([0.56, 0.62, 0.69])
-SLAVE = np.array([0.90, 0.88, 0.83])
+SLAVE = np.array([0.82, 0.79, 0.72])
+CLOUD = np.array([0.63, 0.55, 0.42])
+"""Points stand out from the white of the page."""
 INK = np.array([0.13, 0.15, 0.18])
 
 
@@ -71,7 +73,8 @@ def slave_colours(layer: shading.Layer, peak: Peak, field: ColouredField) -> Flo
     where = field.values > 0.0 if field.everywhere else peak.in_contact
     touching = layer.at_pixels(where.astype(np.float64)) > 0.5
     share = layer.at_pixels(field.values)[touching] / field.top
-    colours = np.broadcast_to(SLAVE, (len(touching), 3)).copy()
+    plain = CLOUD if layer.triangles is None else SLAVE
+    colours = np.broadcast_to(plain, (len(touching), 3)).copy()
     colours[touching] = scale_colours(share)
     return colours
 

@@ -53,7 +53,8 @@ class Fields:
             name: _drawn(name, part.body, model.output.size) for name, part in model.bodies.items()
         }
         self._shapes = {
-            name: DrawnShape(model.bodies[name].body, self._meshes[name]) for name in model.shapes.of
+            name: DrawnShape(model.bodies[name].body, self._meshes[name])
+            for name in model.shapes.of
         }
         self._own = {name: _own_nodes(part.slave) for name, part in model.slaves.items()}
         parts = [

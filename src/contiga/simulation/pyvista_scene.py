@@ -45,7 +45,7 @@ def scene_of_state(purpose: str, model: Model, state: SystemState) -> pyvista.Mu
 
 
 def _contact_data(model: Model, state: SystemState, slave: str) -> dict[str, FloatArray]:
-    """The deepest penetration and the sum of the forces of all contacts of a slave, at its points."""
+    """The deepest penetration and the sum of forces over all contacts, at the points of a slave."""
     n = len(state.slaves[slave].points)
     penetration, force = np.zeros(n), np.zeros((n, 3))
     for part in model.contacts:

@@ -1,4 +1,4 @@
-"""`Study.plot`: the collected quantities over the variable, or over the cases where there are several."""
+"""`Study.plot`: the collected quantities over the variable, or over the cases."""
 
 from __future__ import annotations
 

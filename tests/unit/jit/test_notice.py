@@ -1,4 +1,4 @@
-"""The line that says that kernels are compiled: once, to whoever reads along, and to nobody else."""
+"""The line that says that kernels are compiled: once, to those who read along."""
 
 from __future__ import annotations
 

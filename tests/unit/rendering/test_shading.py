@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from tests.unit.report.conftest import RADIUS, ball, sheet
 
 from contiga.rendering.camera import look, project
 from contiga.rendering.kernels.shading_groups_nb import joined
@@ -20,11 +21,10 @@ from contiga.rendering.shading import (
     hollows,
     mesh_layer,
     paint,
+    sharp_mesh,
     shrunk,
     veil,
 )
-
-from tests.unit.report.conftest import RADIUS, ball, sheet
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -172,7 +172,7 @@ def shaded(layer: Layer, own: np.ndarray) -> np.ndarray:
     key, gloss = np.maximum(n @ _LAMPS.T, 0.0).T
     rows, columns = np.nonzero(layer.seen)
     bend = hollows(layer.buffer.depth, 2, 0.02 * 20.0)[rows // 2, columns // 2]
-    shade = 1.0 - np.where(bend > 0.0, 0.75, 0.25) * bend
+    shade = 1.0 - 0.75 * np.maximum(bend, 0.0)
     factor = (0.46 + 0.24 * (0.5 - 0.5 * n[:, 1]) + 0.46 * key) * shade
     added = 0.10 * gloss**40 + 0.18 * (1.0 - np.clip(-n[:, 2], 0.0, 1.0)) ** 3
     return np.clip(own * factor[:, None] + added[:, None], 0.0, 1.0)
@@ -226,6 +226,15 @@ def test_corners_are_joined_as_scipy_does(n: int) -> None:
         group = joined(pairs, n)
         assert group.max() + 1 == sets
         assert group.tolist() == theirs.tolist()
+
+
+def test_points_are_repeated_along_creases_only() -> None:
+    bent = sharp_mesh(*_roof(32.0))
+    assert np.bincount(bent.rows).tolist()[:2] == [2, 2]
+    assert set(np.bincount(bent.rows).tolist()[2:]) == {1}
+    assert set(np.bincount(sharp_mesh(*_roof(28.0)).rows).tolist()) == {1}
+    points, triangles = _roof(32.0)
+    np.testing.assert_array_equal(points[bent.rows][bent.triangles], points[triangles])
 
 
 def test_free_edges_of_a_sheet_are_its_border_and_of_a_ball_none() -> None:
