@@ -270,8 +270,9 @@ def test_every_extra_is_that_of_its_packages(project: dict[str, object]) -> None
         wanted.setdefault(extra, set()).add(PROJECT_OF.get(module, module))
     assert {extra: names_of(declared[extra]) for extra in wanted} == wanted  # type: ignore[index]
     (whole,) = declared["all"]  # type: ignore[index]
-    # MuJoCo is for those who have models of it: no command and no file needs it.
-    assert set(re.findall(r"\w+", whole)) == {"contiga", *wanted} - {"mujoco"}
+    # For those who have them: no file needs these, and of commands a film as .mp4 alone.
+    apart = {"mujoco", "pyvista", "film"}
+    assert set(re.findall(r"\w+", whole)) == {"contiga", *wanted} - apart
     assert set(declared["mujoco"]) <= set(declared["test"])  # type: ignore[index]
     others = set(declared) - {*wanted, "all"}  # type: ignore[call-overload]
     assert others == {"bench", "check", "docs", "test"}

@@ -33,6 +33,7 @@ _TEXTS: dict[str, tuple[str, tuple[str, ...]]] = {
     ),
     "report": ("report.md", ("contiga report out",)),
     "compare": ("report.md", ("contiga compare out_1 out_2 -o compare.html",)),
+    "film": ("command-line.md", ("contiga film out -o film.mp4", "contiga film out -o film.gif")),
     "convert": ("convert.md", ("contiga convert deck.k --units mm,kg,ms -o case.toml",)),
     "export": ("command-line.md", ("contiga export out", "contiga export out -o tests --test T17")),
     "route": (

@@ -14,6 +14,8 @@ Show = Callable[[int, int, str], None]
 """Called with how much is done, how much there is, and what is to be said of it."""
 _PAUSE = 0.2
 """Seconds between two states of the line."""
+_WIDTH = 100
+"""Characters of the line at most: a longer one would wrap, and could not be written over."""
 
 
 @contextmanager
@@ -48,7 +50,8 @@ class _Line:
         self._begun = self._begun or now
         left = (now - self._begun) * (total - done) / done if done else 0.0
         text = f"{self._title}: {done}/{total}, {100 * done // max(total, 1)} %"
-        self._text = ", ".join([text, *filter(None, [said, f"{left:.0f} s left" if left else ""])])
+        parts = [text, f"{left:.0f} s left" if left else "", said]
+        self._text = ", ".join(filter(None, parts))[:_WIDTH]
         if now - self._written >= _PAUSE:
             self._written = now
             self._write()
