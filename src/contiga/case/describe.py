@@ -123,7 +123,7 @@ def _times(case: Case) -> str:
     span = f"{steps.start:g} to {steps.end:g} {unit}"
     if isinstance(steps, EqualSteps):
         return f"{span} in {steps.count} steps of {steps.step:g}"
-    return f"{span} in steps that choose themselves, at most {steps.most:g}"
+    return f"{span} in automatic steps of at most {steps.most:g}"
 
 
 def description(case: Case) -> str:

@@ -13,7 +13,7 @@ def steps_line(summary: dict[str, Any]) -> str:
 
     >>> one = {"told": "a body turns (body 'wheel')", "steps": 30}
     >>> steps_line({"least": 0.01, "when": 2.0, "tries": 60, "reasons": [one], "let_pass": 0})
-    "steps set by: a body turns (body 'wheel') 100 %; the shortest 0.01 at t = 2; 2 tries a step"
+    "steps set by: a body turns (body 'wheel') 100 %; the shortest 0.01 at t = 2; 2 attempts a step"
     """
     if not summary:
         return ""
@@ -22,7 +22,7 @@ def steps_line(summary: dict[str, Any]) -> str:
         f"{one['told']} {100.0 * one['steps'] / count:.0f} %" for one in summary["reasons"][:MOST]
     ]
     line = f"steps set by: {', '.join(shares)}; the shortest {summary['least']:.3g} at t = "
-    line += f"{summary['when']:.4g}; {summary['tries'] / count:.2g} tries a step"
+    line += f"{summary['when']:.4g}; {summary['tries'] / count:.2g} attempts a step"
     if summary["let_pass"]:
         line += f"; {summary['let_pass']} have an energy balance error that shorter ones would not"
         line += " reduce"

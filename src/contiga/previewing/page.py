@@ -29,7 +29,7 @@ def page_of(stage: Stage) -> str:
         f'<h1>{escape(stage.title)}</h1><p class="under">Where all stands at the start. '
         "Nothing has been run.</p>"
         f'<div class="frame">{scene}</div>'
-        '<p class="caption">Drag to turn, scroll to come closer. Cones point to the free side of '
+        '<p class="caption">Drag to turn, scroll to zoom. Cones point to the free side of '
         "bodies; dashed lines are the ways that motions prescribe, thick ochre ones springs.</p>"
         f"{_gaps(stage)}{_parts(stage)}"
     )

@@ -138,14 +138,14 @@ def _view(view: View) -> str:
         label = escape(view.data["labels"][first])
         slider = _PLAYING.format(last=view.steps - 1, first=first, label=label)
         every = view.steps == view.recorded
-        shown = f"all {view.steps}" if every else f"{view.steps} of the {view.recorded}"
-        steps = f" It shows {shown} recorded steps; play takes them as far apart as they were."
+        shown = f"All {view.steps}" if every else f"{view.steps} of the {view.recorded}"
+        steps = f" {shown} recorded steps can be shown; Play shows them at the pace of the run."
     return (
         f"{_BODY_BUTTONS}{_FRAME_BUTTONS if 'spans' in view.data else ''}{_field_buttons(view)}"
         f'<div class="frame">{embedded(view.figure, "view", VIEW_CONFIG)}{slider}</div>'
         f'<script type="application/json" id="view-data">{as_json(view.data)}</script>'
         f"<script>{script}</script>"
-        '<p class="caption">Drag to turn, scroll to come closer; the house goes back.'
+        '<p class="caption">Drag to turn, scroll to zoom; the house button resets the view.'
         f"{steps}</p>"
     )
 

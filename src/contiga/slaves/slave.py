@@ -14,7 +14,7 @@ from contiga.display import Displayed, Facts
 from contiga.errors import MeshError
 from contiga.geometry.surface import NurbsSurface
 from contiga.patches.splines import Splines
-from contiga.records import FloatArray, IntArray
+from contiga.records import FloatArray, IndexArray, IntArray
 from contiga.rigid.transform import PoseLike, as_matrix, scaling
 from contiga.slaves.checks import as_active, as_facets, as_nodal, check_points
 from contiga.slaves.elements import as_elements, mirrored
@@ -69,7 +69,7 @@ class Slave(Displayed):
         where there are no facets.
     name : what messages and results call it
     unit : the length unit of all this, if known
-    cells : counts of the cells of the file by kind, for reports
+    cells : how many cells of the file it was made of, by kind, for reports
     parts : what the file names, for reports
     elements : cells by kind ("tetra", "hexahedron", "triangle" …), each (e, k) rows of `points`
         with the corners in the order of VTK: what may deform
@@ -410,3 +410,16 @@ def _plain(value: Any) -> Any:
 
 def _rebuild(fields: dict[str, Any]) -> Slave:
     return Slave(**fields)
+
+
+def own_nodes(slave: Slave) -> IndexArray:
+    """(k,) rows of the points that are the slave's own.
+
+    Of a mesh file that it is a part of, it has the nodes of other parts, too: these are neither
+    counted nor drawn.
+    """
+    own = slave.active | (len(slave.cells) == 0)
+    for rows in (slave.facets, *slave.elements.values()):
+        if rows is not None:
+            own[rows] = True
+    return np.flatnonzero(own)

@@ -106,7 +106,7 @@ def test_its_resolved_copy_is_the_same_case() -> None:
 def test_it_is_told_in_words() -> None:
     text = description(parse_case(CASE))
     for words in (
-        "steps that choose themselves, at most 0.5",
+        "automatic steps of at most 0.5",
         "its volume at a density of 0.001",
         "free, velocity [0.0, 0.0, -3.0] at the start, spin",
         "attached to sled",
