@@ -7,7 +7,7 @@ from io import BytesIO
 from matplotlib.figure import Figure
 
 
-class ShownFigure(Figure):  # type: ignore[misc]
+class ShownFigure(Figure):
     """A figure without a window, which a notebook shows whether or not pyplot is loaded."""
 
     def png(self, dpi: int = 110) -> bytes:
