@@ -49,9 +49,12 @@ def in_notebook(stream: object) -> bool:
     return type(stream).__module__.startswith("ipykernel.")
 
 
-def is_read_along(stream: TextIO) -> bool:
-    """Whether somebody sees what is written to `stream` at once: in a terminal or a notebook."""
-    return in_notebook(stream) or stream.isatty()
+def is_read_along(stream: TextIO | None) -> bool:
+    """Whether somebody sees what is written to `stream` at once: in a terminal or a notebook.
+
+    Programs without a console have no stream.
+    """
+    return stream is not None and (in_notebook(stream) or stream.isatty())
 
 
 class Displayed:

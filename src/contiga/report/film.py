@@ -39,9 +39,9 @@ SECONDS = 6.0
 """Length of a film, as of the play button of the page."""
 _RATES = {".mp4": 25, ".gif": 12}
 """Frames per second."""
-_COLUMNS, _ROWS, _VIEW = 880, 832, 770
+_COLUMNS, _ROWS, _VIEW = 880, 832, 760
 """Width and height of a frame, pixels, multiples of 16 as encoders want them, and width of the
-view with its margin; the colour bar stands beside it."""
+view; the colour bar stands beside it."""
 _FRAMED = 40
 """Recorded steps at most that the camera looks at to hold them all."""
 
@@ -188,7 +188,7 @@ def _frame(film: _Film, step: int) -> Image:
     title = f"t = {number(scene.time)} {film.units.time}".rstrip()
     put_view(picture, render(film.camera, scene, field, through=False), title, 0, top=0)
     if film.coloured:
-        put_bar(picture, field, _VIEW + 8)
+        put_bar(picture, field, _VIEW + 12)
     return picture
 
 

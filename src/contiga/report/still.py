@@ -88,7 +88,7 @@ def put_view(picture: Image, view: shading.Picture, title: str, left: int, top: 
     from PIL import Image, ImageDraw
 
     pixels = (255.0 * shading.shrunk(view, SAMPLES)).round().astype(np.uint8)
-    picture.paste(Image.fromarray(pixels), (max(0, left + _COLUMNS - pixels.shape[1]), top))
+    picture.paste(Image.fromarray(pixels), (left + _COLUMNS - pixels.shape[1], top))
     ImageDraw.Draw(picture).text((left + 23, max(top - 23, 45)), title, INK, _font(21), anchor="ls")
 
 

@@ -222,7 +222,9 @@ class Slave(Displayed):
     def _picture(self) -> bytes | None:
         from contiga.rendering.picture import picture_of  # kernels of its own
 
-        return None if self.facets is None else picture_of(self.points, self.facets)
+        if self.facets is None or len(self.facets) == 0:
+            return None
+        return picture_of(self.points, self.facets)
 
     def to_pyvista(self) -> pyvista.PolyData:
         """The facets, or the points of a cloud, as a `pyvista.PolyData`, a copy.

@@ -48,8 +48,10 @@ def test_the_ball_of_a_gif_comes_down_and_goes_up_again(run_folder: Path, tmp_pa
     assert frames[0].shape == (832, 880, 3)
     tops = [highest_blue(frame) for frame in frames]
     assert tops[0] < tops[1] < tops[2] > tops[3] > tops[4]
-    bars = [frame[230:680, 770:] for frame in frames]  # the same before contact and in it
-    assert np.abs(bars[0].astype(int) - bars[2]).mean() < 3  # two palettes
+    # the numbers of the colour bar are the same before contact and in it
+    ink = [frame[200:690, 800:].max(axis=2) < 120 for frame in frames]
+    assert ink[0].sum() > 100
+    assert (ink[0] != ink[2]).sum() < 0.05 * ink[0].sum()
 
 
 def test_frames_show_times_equally_far_apart() -> None:
