@@ -31,12 +31,15 @@ EXTRA_OF = {
     "optuna": "study",
     "mujoco": "mujoco",
     "objective_rating_metrics": "rating",
+    "pyvista": "pyvista",
+    "imageio_ffmpeg": "film",
 }
 """The extra of each optional package, by the name it is imported by."""
 PROJECT_OF = {
     "OCP": "cadquery-ocp-novtk",
     "sklearn": "scikit-learn",
     "objective_rating_metrics": "objective-rating-metrics",
+    "imageio_ffmpeg": "imageio-ffmpeg",
 }
 """The name it is installed by, where that is another."""
 

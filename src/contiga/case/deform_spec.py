@@ -232,8 +232,8 @@ class DeformSpec(_MadeOf, MotionSpec):
         made = [one.describe() for one in self.parts]
         if self.material is not None:
             made.insert(0, f"{self.material.describe()}, density {self.density:g}")
-        few = {0: "", 1: ", nodes held at one place"}
-        held = few.get(len(self.fixed), f", nodes held at {len(self.fixed)} places")
+        places = "1 place" if len(self.fixed) == 1 else f"{len(self.fixed)} places"
+        held = f", nodes fixed at {places}" if self.fixed else ""
         held += "".join(f", {one.describe()}" for one in self.driven)
         held += "".join(f", nodes attached to {one.body}" for one in self.attached)
         held += "".join(f", {one.describe()}" for one in self.masses)

@@ -14,6 +14,7 @@ from contiga.cli.compare import compare
 from contiga.cli.compiling import watch_compiling
 from contiga.cli.convert import convert
 from contiga.cli.export import export
+from contiga.cli.film import film
 from contiga.cli.help_pages import Command, Group, epilog
 from contiga.cli.options import HELPED, WITH_CASE, CaseFile, Quiet, Settings, load
 from contiga.cli.pack import pack
@@ -398,5 +399,5 @@ def reproduce(
         raise RunError("not every statement held: " + "; ".join(broken))
 
 
-for _command in (compare, convert, export, pack, plot, route, study, verify, warmup):
+for _command in (compare, convert, export, film, pack, plot, route, study, verify, warmup):
     app.command(cls=Command, epilog=epilog(_command.__name__))(_command)

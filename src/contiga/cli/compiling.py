@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from contiga.jit.notice import leave_out
+
 if TYPE_CHECKING:
     from contiga.warmup.compile_pool import CompilePool, Progress
     from contiga.warmup.listing import Row
@@ -28,6 +30,7 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
     A first run compiles hundreds, so they begin at once, while it reads its case and CAD. Where all
     kernels are kept from before nothing is ever heard, and nothing is started.
     """
+    leave_out()
     tell = sys.stderr.isatty() and "--quiet" not in sys.argv
     if not tell and not helped:
         return

@@ -39,6 +39,7 @@ _TEXTS: dict[str, tuple[str, tuple[str, ...]]] = {
             "contiga compare study_out -o compare.html",
         ),
     ),
+    "film": ("command-line.md", ("contiga film out -o film.mp4", "contiga film out -o film.gif")),
     "convert": ("convert.md", ("contiga convert deck.k --units mm,kg,ms -o case.toml",)),
     "export": ("command-line.md", ("contiga export out", "contiga export out -o tests --test T17")),
     "pack": ("command-line.md", ("contiga pack out -o out.zip",)),

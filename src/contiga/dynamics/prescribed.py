@@ -44,7 +44,7 @@ _QUATERNION_TOLERANCE = 0.01
 class BodyMotion(Protocol):
     """Where a body stands over time.
 
-    One that bends or jumps may say when: `kinks`, times that steps which choose themselves end at.
+    One that bends or jumps may say when: `kinks`, times that automatic steps end at.
     """
 
     def pose(self, t: float) -> PoseLike:

@@ -15,6 +15,7 @@ from contiga.arrays.layout import as_points, read_only
 from contiga.arrays.ordered import length
 from contiga.display import Displayed, Facts
 from contiga.errors import GeometryError
+from contiga.extras import require
 from contiga.geometry import face_box, trim
 from contiga.geometry.body_key import key_of
 from contiga.geometry.curve import NurbsCurve
@@ -37,6 +38,8 @@ from contiga.rigid import transform
 from contiga.rigid.movable import Movable
 
 if TYPE_CHECKING:
+    import pyvista
+
     from contiga.triangles.trimesh import TriMesh
 
 _BOXES, _TRIMS = DiskCache("boxes", face_box.__file__), DiskCache("trims", trim.__file__)
@@ -166,6 +169,12 @@ class Faces(Displayed, Movable):
         low, high = self.bounds()
         return length(high - low)
 
+    def _picture(self) -> bytes:
+        from contiga.rendering.picture import TOLERANCE, picture_of  # kernels of its own
+
+        mesh = self.tessellate(TOLERANCE * self.size)
+        return picture_of(mesh.vertices, mesh.triangles)
+
     def _facts(self) -> Facts:
         trimmed = sum(entry is not None for entry in self._trims)
         return [("patches", len(self._patches)), ("trimmed", trimmed)]
@@ -208,6 +217,23 @@ class Faces(Displayed, Movable):
         from contiga.geometry.body_mesh import body_mesh  # its kernels are not few
 
         return body_mesh(self, tol, method).like(self.name, self.unit, self.reference_point)
+
+    def to_pyvista(self, tol: float | None = None) -> pyvista.PolyData:
+        """The faces as triangles in a `pyvista.PolyData`.
+
+        Parameters
+        ----------
+        tol : chord tolerance, length; a thousandth of the body's size if omitted
+
+        Raises
+        ------
+        InputError, GeometryError
+            The tolerance is not positive, or takes more than 40 million triangles.
+        MissingPackageError
+            pyvista is not installed.
+        """
+        require("Body.to_pyvista", "pyvista")
+        return self.tessellate(1e-3 * self.size if tol is None else tol).to_pyvista()
 
     def _with(
         self,

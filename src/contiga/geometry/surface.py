@@ -145,6 +145,14 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         n, m = self.control_points.shape[:2]
         return f"<{kind} surface, degrees {self.degrees}, {n} x {m} points>"
 
+    def _repr_png_(self) -> bytes:
+        """The surface as a notebook shows it."""
+        from contiga.rendering.picture import TOLERANCE, picture_of  # kernels of its own
+
+        low, high = self.bounds()
+        mesh = self.tessellate(TOLERANCE * float(np.linalg.norm(high - low)))
+        return picture_of(mesh.vertices, mesh.triangles)
+
     @property
     def degrees(self) -> tuple[int, int]:
         return self._arrays.p, self._arrays.q

@@ -38,6 +38,7 @@ from contiga.cache_folder import asked_for
 from contiga.jit.folder import PRIVATE, kernel_folder, make_room
 from contiga.jit.libraries import CalledLibrary, calls_of, module_of
 from contiga.jit.locks import alone
+from contiga.jit.notice import say_once
 from contiga.jit.prebuilt import Version, choice, made_for
 from contiga.jit.stamps import LOCAL, PACKAGES, stamp_at_import
 from contiga.jit.vectors import numbers_in_vector
@@ -166,6 +167,8 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
             lock = self._locks[signature] = ExitStack()
             lock.enter_context(self._alone(str(signature), _waiting))
             overload = self._kept(signature, target)
+        if overload is None:
+            say_once()
         return overload
 
     def _installed(self, signature: Any, target: Any) -> Any:

@@ -10,7 +10,6 @@ import numpy as np
 from contiga.previewing.stage import CONTACT_SIDE, Drawn, Gap, Stage
 from contiga.previewing.words import gap_text, legend, speed_text, way_in_text
 from contiga.records import FloatArray
-from contiga.report.camera import unit
 from contiga.report.figure import Figure, Trace, embedded, plotly_script
 from contiga.report.space import VIEW_CONFIG, columns, dots, line_in_space, mesh_trace, space_layout
 from contiga.report.style import INK, LINES, MUTED, SPRING, page
@@ -30,7 +29,7 @@ def page_of(stage: Stage) -> str:
         f'<h1>{escape(stage.title)}</h1><p class="under">Where all stands at the start. '
         "Nothing has been run.</p>"
         f'<div class="frame">{scene}</div>'
-        '<p class="caption">Drag to turn, scroll to come closer. Cones point to the free side of '
+        '<p class="caption">Drag to turn, scroll to zoom. Cones point to the free side of '
         "bodies; dashed lines are the ways that motions prescribe, thick ochre ones springs.</p>"
         f"{_gaps(stage)}{_parts(stage)}"
     )
@@ -47,12 +46,10 @@ def figure_of(stage: Stage) -> Figure:
     for k, way in enumerate(stage.ways):
         look = {"color": LINES[k % len(LINES)], "width": 4, "dash": "dash"}
         figure.data.extend([line_in_space(f"{way.name}: way", line, look) for line in way.lines])
-    for arrow in stage.velocities:
-        reach = 0.6 * float(np.linalg.norm(np.ptp(stage.part(arrow.name).box, axis=0)))
-        ends = np.stack([arrow.at, arrow.at + reach * unit(arrow.vector)])
+    for arrow, ends in zip(stage.velocities, stage.velocity_ends, strict=True):
         name = f"{arrow.name}: {speed_text(arrow, stage.units)}"
         figure.data.append(line_in_space(name, ends, {"color": INK, "width": 6}))
-        figure.data.append(_cones(name, ends[1:], 0.12 * reach * unit(arrow.vector)[None], INK))
+        figure.data.append(_cones(name, ends[1:], 0.2 * (ends[1:] - ends[:1]), INK))
     look = {"color": SPRING, "width": 5}
     figure.data.extend([line_in_space(f"spring {tie.name}", tie.ends, look) for tie in stage.ties])
     figure.data.extend([_gap(gap, stage) for gap in stage.gaps])
@@ -139,7 +136,8 @@ def _gap(gap: Gap, stage: Stage) -> Trace:
 
 def _layout(stage: Stage) -> dict[str, Any]:
     """Axes in one scale that hold all parts."""
-    low, high = stage.box
+    shown = np.concatenate([stage.box, stage.velocity_ends.reshape(-1, 3)])
+    low, high = shown.min(axis=0), shown.max(axis=0)
     room = 0.08 * float((high - low).max())
     spans = np.stack([low - room, high + room], axis=1)
     eye = {"x": 0.0, "y": 0.0, "z": 2.1} if stage.plane else {"x": 1.1, "y": -1.5, "z": 0.9}

@@ -13,6 +13,7 @@ from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Dependent, Free
 from contiga.masters.nearness import gaps_of, nearest
 from contiga.records import FloatArray, IntArray
+from contiga.rendering.camera import unit
 from contiga.report.run_folder import Units, units_of
 from contiga.rigid.frames import to_body, to_world
 from contiga.simulation.checks.approach import closest_approach
@@ -24,7 +25,7 @@ from contiga.slaves.slave import box_of
 COLOURS = ("#8fa3bd", "#9db89a", "#b8a0c4", "#d2b27c", "#88b4b4", "#a9a9b4")
 """Of the free sides of bodies, in turn."""
 CONTACT_SIDE = "#c9806a"
-SLAVES = ("#ded6bf", "#cfd8c4", "#e2cbb8")
+SLAVES = ("#cfc5aa", "#b9c8ad", "#d6b9a2")
 _DRAWN = 5e-4
 """Largest departure of the drawn triangles from a body, relative to its size."""
 _TRIED = 200
@@ -104,6 +105,21 @@ class Stage(NamedTuple):
     velocities: tuple[Arrow, ...]
     gaps: tuple[Gap, ...]
     ties: tuple[Tie, ...] = ()
+
+    @property
+    def velocity_ends(self) -> FloatArray:
+        """(k, 2, 3) start and tip of an arrow for each of `velocities`.
+
+        It ends behind the box of its part, so that neither that part hides it nor what it meets.
+        """
+        ends = []
+        for arrow in self.velocities:
+            part, towards = self.part(arrow.name), unit(arrow.vector)
+            extent = np.ptp(part.box, axis=0)
+            size = float(np.linalg.norm(extent))
+            tip = arrow.at - (0.5 * float(extent @ np.abs(towards)) + 0.04 * size) * towards
+            ends.append([tip - 0.4 * size * towards, tip])
+        return np.reshape(ends, (-1, 2, 3))
 
     @property
     def box(self) -> FloatArray:

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from contiga.previewing.stage import CONTACT_SIDE, Drawn, Gap, Stage
 from contiga.previewing.words import gap_text, legend, span_text, way_in_text
 from contiga.records import FloatArray
-from contiga.report.camera import unit
+from contiga.rendering.camera import unit
+from contiga.rendering.shading import free_edges
 from contiga.report.labels import spread
-from contiga.report.shading import free_edges
 from contiga.report.style import INK, LINES, MUTED, SPRING
 from contiga.report.view import View
 from contiga.triangles.trimesh import TriMesh
@@ -69,7 +69,8 @@ def _few(points: FloatArray) -> FloatArray:
 def _whole(axes: Any, stage: Stage) -> None:
     """All parts, with normals, ways, velocities and gaps."""
     corners = np.array(list(product(*stage.box.T)))
-    framed = [_few(part.points[part.active]) for part in stage.parts] + [corners]
+    framed = [_few(part.points[part.active]) for part in stage.parts]
+    framed += [corners, stage.velocity_ends.reshape(-1, 3)]
     towards, size = _FRONT if stage.plane else _SIDEWAYS, _pixels(axes)
     # Room for the lengths along the edges, which stand outside.
     middle = stage.box.mean(axis=0)
@@ -85,9 +86,8 @@ def _whole(axes: Any, stage: Stage) -> None:
     for k, way in enumerate(stage.ways):
         for line in way.lines:
             _way(axes, view.placed(line), LINES[k % len(LINES)])
-    for arrow in stage.velocities:
-        length = 0.6 * float(np.linalg.norm(np.ptp(stage.part(arrow.name).box, axis=0)))
-        view.arrow(arrow.at, arrow.at + length * unit(arrow.vector), color=INK, lw=2.0)
+    for ends in stage.velocity_ends:
+        view.arrow(*ends, color=INK, lw=2.0)
     for tie in stage.ties:
         view.lines(tie.ends, color=SPRING, lw=2.2)
     for gap in stage.gaps:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.records import FloatArray, IndexArray
+from contiga.rendering.shading import sharp_mesh
 from contiga.report.coloured import MANY, fields_of, region_colours
 from contiga.report.peak import Outline, Peak, Touched, lines_at, rows_of, seen_parts, touched_at
 from contiga.report.places import Ties, place_of, tie_ends
@@ -203,6 +204,10 @@ def packed(frames: Frames, peak: Peak, units: Units) -> dict[str, Any]:
         "body": base64(peak.body_points),
         "slave": base64(peak.slave_points),
         "facets": base64(peak.slave_triangles, np.int32),
+        "drawn": {
+            "body": base64(sharp_mesh(peak.body_points, peak.body_triangles).rows, np.int32),
+            "slave": base64(sharp_mesh(peak.slave_points, peak.slave_triangles).rows, np.int32),
+        },
         "idle": [] if peak.active is None else np.flatnonzero(~peak.active).tolist(),
         "frames": [_packed_frame(frame, keys) for frame in frames.frames],
     }

@@ -152,8 +152,7 @@ def _view(view: View) -> str:
         f'<div class="frame">{embedded(view.figure, "view", VIEW_CONFIG)}{slider}</div>'
         f'<script type="application/json" id="view-data">{as_json(view.data)}</script>'
         f"<script>{script}</script>"
-        '<p class="caption">Drag to turn, scroll to come closer; the button with the house '
-        "brings the first view back."
+        '<p class="caption">Drag to turn, scroll to zoom; the house button resets the view.'
         f"{steps}</p>"
     )
 

@@ -5,16 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.records import FloatArray
-from contiga.report import shading
-from contiga.report.camera import Camera, look, unit
+from contiga.rendering import shading
+from contiga.rendering.camera import Camera, look, unit
+from contiga.rendering.shading import Picture
 from contiga.report.coloured import ColouredField, region_colours
 from contiga.report.colours import channels, scale_colours
 from contiga.report.peak import Peak
-from contiga.report.shading import Picture
 from contiga.report.style import SPRING
 
 BODY = np.array([0.56, 0.62, 0.69])
-SLAVE = np.array([0.90, 0.88, 0.83])
+SLAVE = np.array([0.82, 0.79, 0.72])
+CLOUD = np.array([0.63, 0.55, 0.42])
+"""Points stand out from the white of the page."""
 INK = np.array([0.13, 0.15, 0.18])
 
 
@@ -71,7 +73,8 @@ def slave_colours(layer: shading.Layer, peak: Peak, field: ColouredField) -> Flo
     where = field.values > 0.0 if field.everywhere else peak.in_contact
     touching = layer.at_pixels(where.astype(np.float64)) > 0.5
     share = layer.at_pixels(field.values)[touching] / field.top
-    colours = np.broadcast_to(SLAVE, (len(touching), 3)).copy()
+    plain = CLOUD if layer.triangles is None else SLAVE
+    colours = np.broadcast_to(plain, (len(touching), 3)).copy()
     colours[touching] = scale_colours(share)
     return colours
 
@@ -94,9 +97,7 @@ def render(camera: Camera, peak: Peak, field: ColouredField, *, through: bool) -
         (peak.body_points, peak.body_triangles),
         (peak.slave_points, peak.slave_triangles),
     ):
-        edges = np.concatenate(
-            [shading.free_edges(triangles), shading.crease_edges(points, triangles)]
-        )
+        edges = shading.drawn_edges(points, triangles)
         inked = shading.line_ink(camera, points, edges, nearest, bias)
         picture[inked] = 0.6 * picture[inked] + 0.4 * INK
     _draw_ties(camera, peak, picture, nearest, bias)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.records import FloatArray
+from contiga.rendering.shading import sharp_mesh
 from contiga.report.coloured import ColouredField, fields_of, region_colours
 from contiga.report.figure import Figure, Trace
 from contiga.report.frames import Frames, closed, packed, parted
@@ -101,6 +102,9 @@ def _slave_trace(peak: Peak, look: dict[str, Any]) -> Trace:
         free = ~peak.in_contact if peak.active is None else peak.active & ~peak.in_contact
         return dots(peak.slave_points[free], "slave", 2.0, {"color": MUTED})
     trace = mesh_trace(peak.slave_points, peak.slave_triangles, "slave", SLAVE, 1.0)
+    if look["intensitymode"] == "vertex":
+        rows = sharp_mesh(peak.slave_points, peak.slave_triangles).rows
+        look = look | {"intensity": look["intensity"][rows]}
     return trace | {"showscale": False} | look
 
 
@@ -236,10 +240,12 @@ def space_axis(title: str) -> dict[str, Any]:
 
 
 def mesh_trace(points: Any, triangles: Any, name: str, colour: str, opacity: float) -> Trace:
+    """A mesh with sharp creases: its points are those of `sharp_mesh`."""
+    sharp = sharp_mesh(points, triangles)
     return {
         "type": "mesh3d",
-        **columns(points),
-        **dict(zip("ijk", triangles.T, strict=True)),
+        **columns(points[sharp.rows]),
+        **dict(zip("ijk", sharp.triangles.T, strict=True)),
         "name": name,
         "color": colour,
         "opacity": opacity,

@@ -1,4 +1,4 @@
-"""Steps that choose themselves, as a strip over time: which reason set each, and how often."""
+"""Automatic steps, as a strip over time: which reason set each, and how often."""
 
 from __future__ import annotations
 

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contiga.report import shading
-from contiga.report.camera import Camera, project
+from contiga.rendering import shading
+from contiga.rendering.camera import Camera, project
 from contiga.report.coloured import ColouredField, fields_of, first_field, region_colours
 from contiga.report.colours import scale_colours
 from contiga.report.labels import spread
@@ -34,7 +34,7 @@ _COLUMNS, _ROWS, _TOP, _LEFT, _RIGHT = 760, 720, 95, 8, 772
 """Width and height of a view, the row where views begin, and the columns where they do."""
 _BAR_COLUMNS, _BAR_ROWS, _BAR_TOP, _BAR_ROOM = 18, 437, 235, 80
 """Width, height and upper end of a colour bar, and what it takes with its numbers."""
-_SAMPLES = 2
+SAMPLES = 2
 """Pixels drawn per pixel shown, in each direction."""
 _TICKS, _ROUND = 5, (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 """Numbers beside a colour bar at most, zero not counted, and the digits of the least of them."""
@@ -52,17 +52,17 @@ def draw_still(peak: Peak, path: Path, units: Units) -> None:
     picture = Image.new("RGB", (_TWO_VIEWS if touches else _ONE_VIEW, _HEIGHT), "white")
     when = f"At t = {number(peak.time)} {units.time}".rstrip()
     room = 0 if inside is None else _BAR_ROOM
-    size = (_ROWS * _SAMPLES, (_COLUMNS - room) * _SAMPLES)
+    size = (_ROWS * SAMPLES, (_COLUMNS - room) * SAMPLES)
     shown = render(outside_view(peak, size), peak, inside or field, through=False)
-    _put(picture, shown, when if touches else f"{when}, nothing touches", _LEFT)
+    put_view(picture, shown, when if touches else f"{when}, nothing touches", _LEFT)
     if touches:
-        camera = through_view(peak, (_ROWS * _SAMPLES, _COLUMNS * _SAMPLES))
+        camera = through_view(peak, (_ROWS * SAMPLES, _COLUMNS * SAMPLES))
         shown = render(camera, peak, field, through=True)
-        _put(picture, shown, "The contact, seen through the body", _RIGHT)
+        put_view(picture, shown, "The contact, seen through the body", _RIGHT)
         _label_outlines(picture, camera, peak)
-        _put_bar(picture, field, _RIGHT + _COLUMNS + 8)
+        put_bar(picture, field, _RIGHT + _COLUMNS + 8)
     if inside is not None:
-        _put_bar(picture, inside, 20)
+        put_bar(picture, inside, 20)
     _save(picture, path)
 
 
@@ -83,13 +83,13 @@ def _save(picture: Image, file: Path | BytesIO) -> None:
     picture.save(file, format="png", compress_level=1)  # in a fifth of the time, 2/5 larger
 
 
-def _put(picture: Image, view: shading.Picture, title: str, left: int) -> None:
-    """A view that ends where one from column `left` on does, and its title."""
+def put_view(picture: Image, view: shading.Picture, title: str, left: int, top: int = _TOP) -> None:
+    """A view that ends where one from column `left` on does, and its title over it, or in it."""
     from PIL import Image, ImageDraw
 
-    pixels = (255.0 * shading.shrunk(view, _SAMPLES)).round().astype(np.uint8)
-    picture.paste(Image.fromarray(pixels), (left + _COLUMNS - pixels.shape[1], _TOP))
-    ImageDraw.Draw(picture).text((left + 23, _TOP - 23), title, INK, _font(21), anchor="ls")
+    pixels = (255.0 * shading.shrunk(view, SAMPLES)).round().astype(np.uint8)
+    picture.paste(Image.fromarray(pixels), (left + _COLUMNS - pixels.shape[1], top))
+    ImageDraw.Draw(picture).text((left + 23, max(top - 23, 45)), title, INK, _font(21), anchor="ls")
 
 
 def _label_outlines(picture: Image, camera: Camera, peak: Peak) -> None:
@@ -102,7 +102,7 @@ def _label_outlines(picture: Image, camera: Camera, peak: Peak) -> None:
     names, tops, sizes = [], [], []
     for key in list(colours)[:_LABELS]:
         lines = [o.points for o in peak.outlines if (o.contact, o.cluster) == key]
-        screen = project(camera, np.concatenate(lines)) / _SAMPLES
+        screen = project(camera, np.concatenate(lines)) / SAMPLES
         top = screen[np.argmin(screen[:, 1])]
         names.append(f"cluster {key[0]}.{key[1]}" if several else f"cluster {key[1]}")
         tops.append([top[0], top[1] - 16.0])
@@ -114,7 +114,7 @@ def _label_outlines(picture: Image, camera: Camera, peak: Peak) -> None:
         draw.text(tuple(at), name, colour, font, anchor="mm", stroke_width=2, stroke_fill="white")
 
 
-def _put_bar(picture: Image, field: ColouredField, column: int) -> None:
+def put_bar(picture: Image, field: ColouredField, column: int) -> None:
     """A colour bar of `field`, from `column` on; with a tip where some values are greater."""
     from PIL import Image, ImageDraw
 

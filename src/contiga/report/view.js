@@ -7,6 +7,8 @@
   var said = document.getElementById("step-time");
   var shown = data.first, field = data.field, timer = null;
   var body = floats(data.body), slave = floats(data.slave), facets = bytes(data.facets, Int32Array);
+  // Rows of the points that the vertices of meshes stand at: several where a crease is.
+  var drawnBody = bytes(data.drawn.body, Int32Array), drawnSlave = bytes(data.drawn.slave, Int32Array);
 
   function bytes(text, Kind) {
     var raw = atob(text), n = raw.length, out = new Uint8Array(n);
@@ -75,12 +77,15 @@
       return frame.lines[k] ? floats(frame.lines[k]) : new Float32Array(0);
     });
     if (data.ties) lines.push(floats(frame.ties));
-    var free = meshed ? null : others(rows, count), change = { "marker.color": [undefined, undefined, touching] };
+    var free = meshed ? drawnSlave : others(rows, count), change = { "marker.color": [undefined, undefined, touching] };
     ["x", "y", "z"].forEach(function (name, axis) {
-      change[name] = [column(bodies, axis), column(points, axis, free), column(points, axis, rows)]
+      change[name] = [column(bodies, axis, drawnBody), column(points, axis, free), column(points, axis, rows)]
         .concat(lines.map(function (line) { return column(line, axis); }));
     });
-    if (meshed) change.intensity = [undefined, spread(rows, values, count)];
+    if (meshed) {
+      var colours = spread(rows, values, count);
+      change.intensity = [undefined, field === "cluster" ? colours : pick(colours, drawnSlave)];
+    }
     var look = data.looks[field];
     if (meshed) Object.keys(look.mesh).forEach(function (name) {
       change[name] = [undefined, look.mesh[name]];

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contiga.records import FloatArray
-from contiga.report import shading
-from contiga.report.camera import look, project
+from contiga.rendering import shading
+from contiga.rendering.camera import look, project
 from contiga.report.style import INK, LINES, MUTED
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ class View:
         back: str | None = None,
         colours: ArrayLike | None = None,
     ) -> View:
-        """Shade a surface and draw its borders; it hides what is behind it if `hides`.
+        """Shade a surface and draw its borders and creases; it hides what is behind it if `hides`.
 
         `back` is the colour of the contact side, where the eye sees that one. `colours` (n, 3) of
         the vertices of a triangle mesh, red, green and blue from 0 to 1, are blended over it.
@@ -95,7 +95,7 @@ class View:
         before = np.nextafter(self._depth, -np.inf)
         shading.paint(self._picture, layer, rgb, self._span, before, opacity)
         nearest = np.minimum(self._depth, layer.buffer.depth)
-        edges = shading.free_edges(mesh.triangles)
+        edges = shading.drawn_edges(mesh.vertices, mesh.triangles)
         ink = shading.line_ink(self._camera, mesh.vertices, edges, nearest, 2e-3 * self._span)
         self._picture[ink] *= 0.55
         if hides:

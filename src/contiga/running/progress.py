@@ -1,25 +1,75 @@
-"""The progress bar of everything that takes long."""
+"""The progress of everything that takes long: a bar on a terminal, a line of text in a notebook."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from time import perf_counter
 
+from contiga.display import in_notebook
 from contiga.extras import require
 
 Show = Callable[[int, int, str], None]
 """Called with how much is done, how much there is, and what is to be said of it."""
+_PAUSE = 0.2
+"""Seconds between two states of the line."""
+_WIDTH = 100
+"""Characters of the line at most: a longer one would wrap, and could not be written over."""
 
 
 @contextmanager
 def progress_bar(title: str, *, quiet: bool) -> Iterator[Show]:
-    """A progress bar on the error stream: parts done, what is said of them, time left.
+    """Show progress on the error stream: parts done, what is said of them, time left.
 
     It comes with the first part, so that a message about wrong input stands alone.
     """
     if quiet:
         yield lambda done, total, said: None
-        return
+    elif in_notebook(sys.stderr):
+        line = _Line(title)
+        try:
+            yield line.show
+        finally:
+            line.end()
+    else:
+        yield from _bar(title)
+
+
+class _Line:
+    """A line of text that is written over and over, for which a notebook needs no package."""
+
+    def __init__(self, title: str) -> None:
+        self._title = title
+        self._begun = self._written = 0.0
+        self._text = self._shown = ""
+
+    def show(self, done: int, total: int, said: str) -> None:
+        """Write the line anew, unless it was written just now."""
+        now = perf_counter()
+        self._begun = self._begun or now
+        left = (now - self._begun) * (total - done) / done if done else 0.0
+        text = f"{self._title}: {done}/{total}, {100 * done // max(total, 1)} %"
+        parts = [text, f"{left:.0f} s left" if left else "", said]
+        self._text = ", ".join(filter(None, parts))[:_WIDTH]
+        if now - self._written >= _PAUSE:
+            self._written = now
+            self._write()
+
+    def end(self) -> None:
+        """Write the last state and end the line, if there is one."""
+        if self._text:
+            self._write()
+            print(file=sys.stderr, flush=True)
+
+    def _write(self) -> None:
+        over = " " * max(0, len(self._shown) - len(self._text))
+        self._shown = self._text
+        print(f"\r{self._text}{over}", end="", file=sys.stderr, flush=True)
+
+
+def _bar(title: str) -> Iterator[Show]:
+    """A bar of rich."""
     require("a progress bar", "rich")
     from rich.console import Console, RenderableType
     from rich.progress import (

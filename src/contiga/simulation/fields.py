@@ -22,7 +22,7 @@ from contiga.records import FloatArray, IndexArray, SurfacePlaces
 from contiga.rigid.frames import to_world
 from contiga.simulation.model import Model
 from contiga.simulation.system_state import SystemState
-from contiga.slaves.slave import Slave
+from contiga.slaves.slave import Slave, own_nodes
 from contiga.triangles.trimesh import TriMesh
 
 # Largest departure of the drawn triangles from a body, relative to its size.
@@ -53,9 +53,10 @@ class Fields:
             name: _drawn(name, part.body, model.output.size) for name, part in model.bodies.items()
         }
         self._shapes = {
-            name: _Drawn(model.bodies[name].body, self._meshes[name]) for name in model.shapes.of
+            name: DrawnShape(model.bodies[name].body, self._meshes[name])
+            for name in model.shapes.of
         }
-        self._own = {name: _own_nodes(part.slave) for name, part in model.slaves.items()}
+        self._own = {name: own_nodes(part.slave) for name, part in model.slaves.items()}
         parts = [
             Part(name, "body", len(mesh.vertices), mesh.triangles)
             for name, mesh in self._meshes.items()
@@ -179,7 +180,7 @@ class Fields:
             self._writer.close()
 
 
-class _Drawn:
+class DrawnShape:
     """The vertices that a body which changes its shape is drawn by."""
 
     def __init__(self, body: Master, mesh: TriMesh) -> None:
@@ -193,18 +194,6 @@ class _Drawn:
         rest = net_of(self._body).points
         change = NetMotion(self._body, rest, points - rest)
         return self._rest + change.carry(self._feet, self._rest)
-
-
-def _own_nodes(slave: Slave) -> IndexArray:
-    """(k,) rows of the points that are the slave's own.
-
-    Of a mesh file that it is a part of, it has the nodes of other parts, too: these are not drawn.
-    """
-    own = slave.active | (len(slave.cells) == 0)
-    for rows in (slave.facets, *slave.elements.values()):
-        if rows is not None:
-            own[rows] = True
-    return np.flatnonzero(own)
 
 
 def _part(name: str, slave: Slave, own: IndexArray) -> Part:

@@ -16,7 +16,7 @@ from contiga.io.out.line_figure import Line, Panel, draw_panels, labelled
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from contiga.io.out.shown_figure import ShownFigure
 
 MOST_LINES = 8
 """Lines that a panel has at most, the largest: more could not be told apart."""
@@ -34,7 +34,7 @@ def plot_history(
     *,
     x: str | None = None,
     y: str | Sequence[str] | None = None,
-) -> Figure:
+) -> ShownFigure:
     """The figure of a history; `purpose` is what a message about a missing package begins with.
 
     Raises

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from contiga.display import Displayed
+from contiga.errors import MissingPackageError
 from contiga.extras import require
 from contiga.records import FloatArray
 from contiga.simulation.figure import plot_history
@@ -75,6 +76,13 @@ class HistoryOverTime(Displayed):
         """
         purpose = f"{type(self).__name__}.plot"
         return plot_history(purpose, self.history, self.summary, columns, path, x=x, y=y)
+
+    def _picture(self) -> bytes | None:
+        try:
+            figure = plot_history("a picture", self.history, self.summary)
+        except MissingPackageError:
+            return None
+        return figure.png(dpi=72)
 
 
 def table_of(purpose: str, history: Mapping[str, FloatArray]) -> DataFrame:

@@ -265,8 +265,8 @@ class Model(Displayed):
 
     @cached_property
     def kinks(self) -> tuple[float, ...]:
-        """Times at which a load, an inflator or a motion bends or jumps: steps that choose
-        themselves end there."""
+        """Times at which a load, an inflator or a motion bends or jumps: automatic steps end
+        there."""
         bodies, slaves = self.bodies.values(), self.slaves.values()
         of_parts = [*(p.motion for p in bodies), *(p.motion for p in slaves)]
         movers: list[object] = [*of_parts, *self.loads, *self.gas.values()]
@@ -347,7 +347,7 @@ def check_shapes(model: Model) -> None:
         except ContigaError as error:
             raise InputError(str(error), where=where) from error
         for what, wrong in (
-            ("steps that choose themselves do", isinstance(model.stepping, AutoSteps)),
+            ("automatic steps do", isinstance(model.stepping, AutoSteps)),
             ("settling does", model.settling is not None),
         ):
             if parts and wrong:

@@ -205,7 +205,7 @@ class Recorder:
         if perf_counter() - self._saved > CHECKPOINT_SECONDS:
             self._checkpoint()
         if self._progress is not None:
-            # Steps done of those planned; of steps that choose themselves the share of the time.
+            # Steps done of those planned; of automatic steps the share of the time.
             part, stepping = self.done, self.model.stepping
             if isinstance(stepping, AutoSteps):
                 share = (state.time - stepping.start) / (stepping.end - stepping.start)

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from contiga.display import Facts
+from contiga.errors import InputError
 from contiga.records import FloatArray
 from contiga.simulation.history_over_time import HistoryOverTime
+from contiga.simulation.stored_result import open_result
 from contiga.simulation.system_state import SystemState
+
+if TYPE_CHECKING:
+    import pyvista
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -26,6 +31,24 @@ class Result(HistoryOverTime):
     """Those that were to be kept, in the order of time."""
     summary: dict[str, Any]
     """Counts, timings, statuses: the content of summary.json."""
+
+    def to_pyvista(self, time: float | None = None) -> pyvista.MultiBlock:
+        """The recorded step nearest to `time`, from the output folder: `StoredResult.to_pyvista`.
+
+        Raises
+        ------
+        InputError
+            Nothing was written, or no fields.
+        MissingPackageError
+            pyvista is not installed.
+        """
+        if self.out is None:
+            raise InputError(
+                "the run wrote no fields",
+                where="Result.to_pyvista",
+                remedy="Give it a folder (out=…), or show a state: simulation.to_pyvista(state)",
+            )
+        return open_result(self.out).to_pyvista(time)
 
     def _facts(self) -> Facts:
         return [

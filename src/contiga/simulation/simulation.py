@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
@@ -34,6 +34,7 @@ from contiga.simulation.parts import (
     slip_ring_parts,
     spring_parts,
 )
+from contiga.simulation.pyvista_scene import scene_of_state
 from contiga.simulation.recorder import Progress
 from contiga.simulation.result import Result
 from contiga.simulation.run import RunOptions, carry_out
@@ -44,6 +45,9 @@ from contiga.simulation.slave_sensor import NodeSensor, SectionSensor
 from contiga.simulation.step import advance
 from contiga.simulation.step_size import following
 from contiga.simulation.system_state import SystemState
+
+if TYPE_CHECKING:
+    import pyvista
 
 
 class Simulation(Model):
@@ -253,6 +257,18 @@ class Simulation(Model):
                 remedy="Give dt to go on",
             )
         return following(self, state, Clock()).state
+
+    def to_pyvista(self, state: SystemState) -> pyvista.MultiBlock:
+        """The bodies and slaves as they stand in `state`, a block each, in a `pyvista.MultiBlock`.
+
+        Points of slaves have "penetration" (n,) and "force" (n, 3), world axes, of all contacts.
+
+        Raises
+        ------
+        MissingPackageError
+            pyvista is not installed.
+        """
+        return scene_of_state("Simulation.to_pyvista", self, state)
 
     def run(
         self,

@@ -13,7 +13,7 @@ from contiga.simulation.reasons import Choice, Cut, Reason
 REASON, OF, TRIES, ENERGY_ERROR = "step.reason", "step.of", "step.tries", "step.energy_error"
 SINGLE, LAG, LATE = "step.single", "step.lag", "step.late"
 COLUMNS = (REASON, OF, TRIES, ENERGY_ERROR, SINGLE, LAG, LATE)
-"""Of steps that choose themselves: number of the `Reason`, of what in `names_of` (−1 of nothing),
+"""Of automatic steps: number of the `Reason`, of what in `names_of` (−1 of nothing),
 steps worked out, energy balance error that no shorter one would have reduced, ω h of single
 points that swing and are not followed, radians of phase that they are off by, and the time by which
 free nodes hand on a force that they share early or late."""
@@ -87,7 +87,7 @@ def single_warnings(history: dict[str, FloatArray]) -> list[str]:
 
 
 def steps_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, Any]:
-    """Of steps that choose themselves: each reason, how often it had the last word, by whom.
+    """Of automatic steps: each reason, how often it had the last word, by whom.
 
     Keys: `least` step and `when`, `tries` worked out, `let_pass` steps with an energy
     balance error that shorter ones would not reduce, its sum `energy_error`, and `reasons`, a list

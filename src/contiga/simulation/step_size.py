@@ -1,6 +1,6 @@
 """How long the next step is: as given, or as long as named reasons let it be.
 
-A step that chooses itself is proposed by what is known before it: the critical step, how fast
+An automatic step is proposed by what is known before it: the critical step, how fast
 forces change, turns, rows of tables, the step before. Then it is worked out and judged by what
 happened in it: how far points went, whether one went in and out, what is stiffer than foreseen, its
 energy balance error. What objects has it taken again, shorter; for energy only where that helps,

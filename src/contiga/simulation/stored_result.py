@@ -5,17 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from contiga.display import Facts
+from contiga.errors import InputError
 from contiga.io.out.iso_mme import write_mme
 from contiga.io.out.stored import FIELDS, UNFINISHED, read_stored
 from contiga.io.out.vtkhdf import FieldSeries, read_fields
 from contiga.records import FloatArray
 from contiga.simulation.history_over_time import HistoryOverTime
 from contiga.simulation.iso_mme import channels_of
+from contiga.simulation.pyvista_scene import scene_of_fields
+
+if TYPE_CHECKING:
+    import pyvista
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -88,6 +93,29 @@ class StoredResult(HistoryOverTime):
         """The recorded step of the fields that is nearest to a time."""
         times = np.zeros(1) if self.fields is None else self.fields.times
         return int(np.abs(times - time).argmin())
+
+    def to_pyvista(self, time: float | None = None) -> pyvista.MultiBlock:
+        """The recorded step nearest to `time`, a block for each body and slave, with its fields.
+
+        Parameters
+        ----------
+        time : the last recorded step if omitted
+
+        Raises
+        ------
+        InputError
+            The run recorded no fields.
+        MissingPackageError
+            pyvista is not installed.
+        """
+        if self.fields is None:
+            raise InputError(
+                "the run recorded no fields",
+                where=str(self.out),
+                remedy='Run it with "vtkhdf" among [output] formats',
+            )
+        step = len(self.fields.times) - 1 if time is None else self.at(time)
+        return scene_of_fields("StoredResult.to_pyvista", self.fields, step)
 
     def _facts(self) -> Facts:
         return [

@@ -150,8 +150,8 @@ class SystemState(Displayed):
     peak_energy: float = 0.0
     """The largest energy so far: kinetic, stored and lost."""
     shaking: float = 0.0
-    """How fast forces on bodies change, of late: `contiga.simulation.step_size`. Of steps that
-    choose themselves, with the next."""
+    """How fast forces on bodies change, of late: `contiga.simulation.step_size`. Of
+    automatic steps, with the next."""
     leak: float = 0.0
     """Energy balance error a time that shorter steps would not reduce."""
     rest: Rest | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,13 +14,17 @@ from contiga.display import Displayed, Facts
 from contiga.errors import MeshError
 from contiga.geometry.surface import NurbsSurface
 from contiga.patches.splines import Splines
-from contiga.records import FloatArray, IntArray
+from contiga.records import FloatArray, IndexArray, IntArray
 from contiga.rigid.transform import PoseLike, as_matrix, scaling
 from contiga.slaves.checks import as_active, as_facets, as_nodal, check_points
 from contiga.slaves.elements import as_elements, mirrored
 from contiga.slaves.quads import halves_of
 from contiga.slaves.selection import Criteria, Surface, select
 from contiga.slaves.skin import tributary_area
+from contiga.triangles.pyvista_mesh import pyvista_mesh
+
+if TYPE_CHECKING:
+    import pyvista
 
 _RIGID_TOLERANCE = 1e-9
 _SAME_AREA = 1e-9
@@ -65,7 +69,7 @@ class Slave(Displayed):
         where there are no facets.
     name : what messages and results call it
     unit : the length unit of all this, if known
-    cells : counts of the cells of the file by kind, for reports
+    cells : how many cells of the file it was made of, by kind, for reports
     parts : what the file names, for reports
     elements : cells by kind ("tetra", "hexahedron", "triangle" …), each (e, k) rows of `points`
         with the corners in the order of VTK: what may deform
@@ -214,6 +218,23 @@ class Slave(Displayed):
 
     def __len__(self) -> int:
         return len(self.points)
+
+    def _picture(self) -> bytes | None:
+        from contiga.rendering.picture import picture_of  # kernels of its own
+
+        if self.facets is None or len(self.facets) == 0:
+            return None
+        return picture_of(self.points, self.facets)
+
+    def to_pyvista(self) -> pyvista.PolyData:
+        """The facets, or the points of a cloud, as a `pyvista.PolyData`, a copy.
+
+        Raises
+        ------
+        MissingPackageError
+            pyvista is not installed.
+        """
+        return pyvista_mesh("Slave.to_pyvista", self.points, self.facets)
 
     def _facts(self) -> Facts:
         facets = 0 if self.facets is None else len(self.facets)
@@ -391,3 +412,16 @@ def _plain(value: Any) -> Any:
 
 def _rebuild(fields: dict[str, Any]) -> Slave:
     return Slave(**fields)
+
+
+def own_nodes(slave: Slave) -> IndexArray:
+    """(k,) rows of the points that are the slave's own.
+
+    Of a mesh file that it is a part of, it has the nodes of other parts, too: these are neither
+    counted nor drawn.
+    """
+    own = slave.active | (len(slave.cells) == 0)
+    for rows in (slave.facets, *slave.elements.values()):
+        if rows is not None:
+            own[rows] = True
+    return np.flatnonzero(own)

@@ -16,12 +16,13 @@ from contiga.case.schema import Case, load_case
 from contiga.case.settings import plain
 from contiga.case.toml import resolved_toml
 from contiga.display import Displayed, Facts
-from contiga.errors import CaseError
+from contiga.errors import CaseError, MissingPackageError
 from contiga.extras import require
 from contiga.io.naming import closest
 from contiga.report import require_packages
 from contiga.studies.cases import StudyCase, case_of, cases_of, check_keys, listed_values
 from contiga.studies.engines import Engine, cores, engine_for
+from contiga.studies.figure import plot_table
 from contiga.studies.folder import PAGE, StudyFolder
 from contiga.studies.one_case import Base, parts_of_process, row_of
 from contiga.studies.optimise import best_of, optimised
@@ -32,6 +33,7 @@ from contiga.studies.table import Table
 from contiga.studies.targets import targets_of
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from pandas import DataFrame
 
 Progress = Callable[[int, int, str], Any]
@@ -78,6 +80,31 @@ class Study(Displayed):
             pandas is not installed.
         """
         return self.table.to_pandas()
+
+    def plot(self, *, columns: Sequence[str] | None = None) -> Figure:
+        """A figure of the quantities, over the variable or, if there are several, over the cases.
+
+        Drawn with matplotlib, without a window; a notebook shows what is returned.
+
+        Parameters
+        ----------
+        columns : names of the table to draw in place of all quantities
+
+        Raises
+        ------
+        InputError
+            A column that the table does not have, or of text.
+        MissingPackageError
+            matplotlib is not installed.
+        """
+        return plot_table("Study.plot", self.table, columns)
+
+    def _picture(self) -> bytes | None:
+        try:
+            figure = plot_table("a picture", self.table)
+        except MissingPackageError:
+            return None
+        return figure.png(dpi=72)
 
     def _facts(self) -> Facts:
         return [

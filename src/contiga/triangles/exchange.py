@@ -10,17 +10,19 @@ from contiga.arrays.layout import real
 from contiga.errors import MeshError
 from contiga.extras import imported, require
 from contiga.records import FloatArray, IntArray
+from contiga.triangles.pyvista_mesh import pyvista_mesh
 from contiga.triangles.triangle_arrays import TriangleArrays
 
 if TYPE_CHECKING:
     import meshio
+    import pyvista
 
 PASSED_OVER = ("vertex", "line")
 """Cells of meshio that bound no surface, by how their kind begins."""
 
 
 class Exchanged(TriangleArrays):
-    """What `TriMesh` has for meshio and trimesh."""
+    """What `TriMesh` has for meshio, trimesh and pyvista."""
 
     @classmethod
     def from_meshio(cls, mesh: meshio.Mesh, *, name: str = "mesh", **options: Any) -> Self:
@@ -110,6 +112,16 @@ class Exchanged(TriangleArrays):
         """
         trimesh = imported("TriMesh.to_trimesh", "trimesh")
         return trimesh.Trimesh(self.vertices.copy(), self.triangles.copy(), process=False)
+
+    def to_pyvista(self) -> pyvista.PolyData:
+        """A `pyvista.PolyData` with the same vertices and triangles, a copy.
+
+        Raises
+        ------
+        MissingPackageError
+            pyvista is not installed.
+        """
+        return pyvista_mesh("TriMesh.to_pyvista", self.vertices, self.triangles)
 
 
 def _triangles_of(kind: str, nodes: IntArray, points: FloatArray, name: str) -> IntArray:

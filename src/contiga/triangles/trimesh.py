@@ -72,6 +72,11 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
             **(self._options() | options),
         )
 
+    def _picture(self) -> bytes | None:
+        from contiga.rendering.picture import picture_of  # kernels of its own
+
+        return picture_of(self.vertices, self.triangles) if len(self.triangles) else None
+
     def _facts(self) -> Facts:
         return [("vertices", len(self.vertices)), ("triangles", len(self.triangles))]
 

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 TOLERANCE = 1e-4
-"""Relative error allowed at the step that chooses itself."""
+"""Relative error allowed at the automatic step."""
 ROUNDING = 1e-11
 """Relative error of what is exact but for rounding, over hundreds of steps."""
 LEAST_ORDER = 1.9

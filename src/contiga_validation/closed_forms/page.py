@@ -17,7 +17,7 @@ _TITLE = "contiga against closed forms"
 _ABOUT = (
     "Bodies that move by the forces on them, and the numbers made of their motion, set beside "
     "formulas of mechanics. Each case runs through the same interface that users have; where steps "
-    "choose themselves (<code>step = &quot;auto&quot;</code>) they do so here. A case holds when "
+    "are automatic (<code>step = &quot;auto&quot;</code>) they are so here. A case holds when "
     "all its errors are within their tolerances and, where an order of convergence is measured, "
     f"it is at least {LEAST_ORDER}. Errors are relative unless the formula gives zero."
 )

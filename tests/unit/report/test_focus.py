@@ -10,8 +10,8 @@ from tests.figures import checked
 
 import contiga as cg
 from contiga.io.out.vtkhdf import FieldSeries, read_fields
+from contiga.rendering.camera import project
 from contiga.report import write_report
-from contiga.report.camera import project
 from contiga.report.focus import focus_of
 from contiga.report.frames import frames_of
 from contiga.report.peak import Peak, at_frame

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from contiga.io.out.vtkhdf import read_fields
-from contiga.report.camera import look, project
+from contiga.rendering.camera import look, project
+from contiga.rendering.shading import mesh_layer, thickened
 from contiga.report.coloured import REGIONS, fields_of, first_field, region_colours
 from contiga.report.peak import Peak, at_frame
 from contiga.report.run_folder import Units
@@ -22,7 +23,6 @@ from contiga.report.scene import (
     through_view,
     upwards,
 )
-from contiga.report.shading import mesh_layer, thickened
 
 from .conftest import outlined, write_fields
 

@@ -65,7 +65,7 @@ def test_the_letters_are_there_where_matplotlib_keeps_them_elsewhere(
 @pytest.mark.parametrize("cut", [False, True])
 def test_a_bar_has_the_colours_of_the_scale_from_its_top_down(cut: bool) -> None:
     picture = Image.new("RGB", (200, 840), "white")
-    still._put_bar(picture, ColouredField("Pressure", "MPa", np.zeros(1), 2.5, cut), 20)
+    still.put_bar(picture, ColouredField("Pressure", "MPa", np.zeros(1), 2.5, cut), 20)
     column = np.asarray(picture)[:, 29].astype(int)
     coloured = np.flatnonzero((column != 255).any(axis=1))
     bar = column[235:672]
@@ -80,6 +80,6 @@ def test_a_bar_has_the_colours_of_the_scale_from_its_top_down(cut: bool) -> None
 def test_a_bar_and_its_words_end_in_the_picture(top: float) -> None:
     picture = Image.new("RGB", (1640, 840), "white")
     field = ColouredField("Penetration", "mm", np.zeros(1), top, cut=False)
-    still._put_bar(picture, field, 1540)
+    still.put_bar(picture, field, 1540)
     assert (np.asarray(picture)[:, 1637:] == 255).all()
     assert (np.asarray(picture)[:, 1600:1637] < 255).any(), "its unit, or its numbers"

@@ -36,3 +36,16 @@ def test_facets_are_and_a_cloud_is_not() -> None:
     (told,) = found(cg.Slave(CORNERS, [[0, 1, 2]]))
     assert "the 1 facets together" in told.text
     assert found(cg.Slave(CORNERS)) == []
+
+
+def test_of_a_part_of_a_file_its_own_cells_and_nodes_are_counted(tmp_path: Path) -> None:
+    cells = [("tetra", [[0, 1, 2, 3]]), ("triangle", [[1, 2, 4]])]
+    groups = {"gmsh:physical": [np.array([1]), np.array([2])]}
+    geometry = {"gmsh:geometrical": [np.array([1]), np.array([1])]}
+    names = {"block": np.array([1, 3]), "sheet": np.array([2, 2])}
+    mesh = meshio.Mesh(CORNERS, cells, cell_data=groups | geometry, field_data=names)
+    meshio.write(tmp_path / "two.msh", mesh, file_format="gmsh22")
+    sheet = cg.read_mesh(tmp_path / "two.msh", parts="sheet")
+    assert dict(sheet.cells) == {"triangle": 1}
+    (told,) = found(sheet)
+    assert "its 3 nodes are free masses of their own: nothing holds the 1 triangle to" in told.text

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from contiga.display import Facts
 from contiga.errors import InputError, OutputError
 from contiga.simulation.figure import MOST_LINES, plot_history
+from contiga.simulation.history_over_time import HistoryOverTime
 
 TIME = np.linspace(0.0, 1.0, 5)
 HISTORY = {
@@ -99,7 +102,7 @@ def test_the_picture_is_written_in_the_format_of_its_suffix(tmp_path: Path, suff
 def test_what_cannot_be_drawn_or_written_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"no such column; found 'a.forse'.*Did you mean a.force"):
         plot_history("a test", HISTORY, SUMMARY, ["a.forse"])
-    with pytest.raises(InputError, match=r"no format of a picture; found '.foo'"):
+    with pytest.raises(InputError, match=r"no format of pictures has this suffix; found '.foo'"):
         plot_history("a test", HISTORY, SUMMARY, path=tmp_path / "picture.foo")
     with pytest.raises(OutputError):
         plot_history("a test", HISTORY, SUMMARY, path=tmp_path / "none" / "picture.png")
@@ -112,3 +115,31 @@ def test_no_window_is_opened(monkeypatch: pytest.MonkeyPatch) -> None:
     before = pyplot.get_fignums()
     plot_history("a test", HISTORY, SUMMARY)
     assert pyplot.get_fignums() == before
+
+
+def test_a_notebook_shows_the_figure_and_the_curves_of_a_result() -> None:
+    figure = plot_history("a test", HISTORY, SUMMARY)
+    assert figure._repr_png_().startswith(b"\x89PNG")
+    assert len(figure._repr_png_()) < 200_000
+    shown = HistoryOfTest(HISTORY, SUMMARY)._repr_html_()
+    assert "src='data:image/png;base64," in shown
+    assert len(shown) < 200_000
+
+
+def test_without_matplotlib_a_notebook_shows_the_facts_of_a_result(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    shown = HistoryOfTest(HISTORY, SUMMARY)._repr_html_()
+    assert "<img" not in shown
+    assert "steps" in shown
+
+
+class HistoryOfTest(HistoryOverTime):
+    """A result of what is written above."""
+
+    def __init__(self, history: dict[str, np.ndarray], summary: dict[str, object]) -> None:
+        self.history, self.summary = history, summary
+
+    def _facts(self) -> Facts:
+        return [("steps", len(self.history["time"]))]

@@ -99,7 +99,7 @@ def test_a_run_that_was_stopped_goes_on_with_the_same_bits(tmp_path: Path) -> No
     ("change", "told"),
     [
         ({"shell_thickness": None}, r"bodies\['ball'\]: motion.*a closed solid that changes"),
-        ({"step": "auto"}, "steps that choose themselves do not foresee"),
+        ({"step": "auto"}, "automatic steps do not foresee"),
     ],
 )
 def test_what_cannot_be_is_refused(change: dict[str, Any], told: str) -> None:

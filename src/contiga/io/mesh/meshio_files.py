@@ -70,7 +70,7 @@ def read_with_meshio(path: Path) -> RawMesh:
     Raises
     ------
     FileError
-        meshio could not make sense of the file, or its suffix says no format that can be read.
+        meshio could not make sense of the file, or no reader knows its suffix.
     MeshError
         The mesh has cells of a kind that has no facets here.
     """
@@ -85,16 +85,19 @@ def read_with_meshio(path: Path) -> RawMesh:
 
 
 def _refuse_unknown(path: Path) -> None:
+    from contiga.io.cad import formats
     from contiga.io.mesh import cloud_files, lsdyna
 
     known = suffixes()
     # meshio knows double endings too (.vol.gz).
     if path.suffix.lower() not in known and "".join(path.suffixes[-2:]).lower() not in known:
         raise FileError(
-            "the suffix says no format that can be read",
+            "no format of meshes has this suffix",
             where=str(path),
             found=path.suffix,
             allowed=" ".join([*lsdyna.SUFFIXES, *cloud_files.SUFFIXES, *known]),
+            remedy=f"CAD ({' '.join(formats.SUFFIXES)}) is read by read_cad, or in a case by "
+            "geometry = { file = … }",
         )
 
 

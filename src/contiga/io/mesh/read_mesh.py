@@ -6,6 +6,7 @@ asked for, are there but not active.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -119,7 +120,7 @@ def slave_of(
         active=active,
         name=path.stem,
         unit=unit,
-        cells=_counts(mesh.blocks),
+        cells=_counts(cells),
         parts=[part_of(group, mesh.blocks) for group in mesh.groups],
         elements=elements_of(cells),
     )
@@ -264,8 +265,9 @@ def _nodal_thickness(mesh: RawMesh, selection: Selection) -> FloatArray | None:
     return thickness
 
 
-def _counts(blocks: tuple[CellBlock, ...]) -> dict[str, int]:
+def _counts(blocks: Sequence[CellBlock]) -> dict[str, int]:
     counts: dict[str, int] = {}
     for block in blocks:
-        counts[block.kind] = counts.get(block.kind, 0) + len(block.nodes)
+        if len(block.nodes):
+            counts[block.kind] = counts.get(block.kind, 0) + len(block.nodes)
     return counts

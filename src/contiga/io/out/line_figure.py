@@ -14,7 +14,7 @@ from contiga.io.out.palette import GRID, INK, LINES, MUTED
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from contiga.io.out.shown_figure import ShownFigure
 
 
 class Line(NamedTuple):
@@ -46,7 +46,7 @@ def labelled(label: str, unit: str) -> str:
     return f"{label} [{unit}]".strip() if unit else label
 
 
-def draw_panels(panels: Sequence[Panel], title: str, path: str | Path | None = None) -> Figure:
+def draw_panels(panels: Sequence[Panel], title: str, path: str | Path | None = None) -> ShownFigure:
     """Draw panels, two in a row.
 
     Parameters
@@ -61,11 +61,11 @@ def draw_panels(panels: Sequence[Panel], title: str, path: str | Path | None = N
         `path` cannot be written.
     """
     # Not by pyplot: a figure of its own opens no window and is freed with its last name.
-    from matplotlib.figure import Figure
+    from contiga.io.out.shown_figure import ShownFigure
 
     rows, across = max(1, (len(panels) + 1) // 2), min(2, max(1, len(panels)))
     size = (4.6 * across, 0.5 + 2.5 * rows)
-    figure = Figure(figsize=size, layout="constrained", facecolor="white")
+    figure = ShownFigure(figsize=size, layout="constrained", facecolor="white")
     for k, panel in enumerate(panels):
         axes = figure.add_subplot(rows, across, k + 1)
         for x, low, high in (band.T for band in panel.bands):

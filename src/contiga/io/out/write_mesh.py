@@ -31,7 +31,7 @@ def check_suffix(path: str | Path) -> str:
     suffix = Path(path).suffix.lower()
     if suffix not in FORMATS:
         raise FileError(
-            "the suffix says no format that can be written",
+            "no format that can be written has this suffix",
             where=str(path),
             found=suffix,
             allowed=", ".join(FORMATS),

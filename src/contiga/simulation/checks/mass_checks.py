@@ -14,6 +14,7 @@ from contiga.records import MassProperties
 from contiga.rigid.rigid_lanes import MASS
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Scene
+from contiga.slaves.slave import own_nodes
 
 # kg/m³ of the box around a body: from the lightest foam to more than any metal.
 DENSITIES = (5.0, 2.5e4)
@@ -93,8 +94,8 @@ def check_masses(scene: Scene) -> Iterator[Finding]:
                 yield Finding(
                     "dust",
                     f"slave {name}",
-                    f"its {len(mesh)} nodes are free masses of their own: nothing holds the "
-                    f"{joined} together that join them",
+                    f"its {len(own_nodes(mesh))} nodes are free masses of their own: nothing holds "
+                    f"the {joined} together that join them",
                     'Take motion = { kind = "attached" } to a body for what is rigid, "fixed" for '
                     "what gives way by the law of its contact, or points without facets for dust",
                 )

@@ -31,7 +31,7 @@ def jump_columns(history: Mapping[str, FloatArray], prefix: str) -> dict[str, Fl
 def jumped(
     scene: Scene, pair: Pair, own: Mapping[str, FloatArray], last: SystemState
 ) -> Iterator[Finding]:
-    """Normal forces that jump while the same points touch, in steps that choose themselves.
+    """Normal forces that jump while the same points touch, in automatic steps.
 
     A point as near to two walls changes from one to the other at once. When it does decides what
     comes after, and hangs on the last digits of where it stands.

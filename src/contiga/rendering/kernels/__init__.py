@@ -1,4 +1,4 @@
-"""Kernels, in reading order: the pictures of a report. Each stands on those before it.
+"""Kernels, in reading order: shaded pictures. Each stands on those before it.
 
 - raster_nb: a z-buffer in plain loops: triangles, balls and lines drawn into arrays of pixels
 - shading_groups_nb: corners of facets that share a normal

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from contiga.report.kernels.raster_nb import draw_balls, draw_lines, draw_triangles, empty_buffer
+from contiga.rendering.kernels.raster_nb import draw_balls, draw_lines, draw_triangles, empty_buffer
 
 pytestmark = pytest.mark.interpreted
 FIRST = np.array([[0, 1, 2]], dtype=np.int32)
@@ -40,7 +40,8 @@ def test_depth_is_that_of_the_plane() -> None:
     buffer = empty_buffer(10, 10)
     draw_triangles(screen, FIRST, buffer)
     rows, columns = np.mgrid[0:10, 0:10]
-    np.testing.assert_allclose(buffer.depth, 2.0 + 0.1 * columns + 0.2 * rows, rtol=1e-13)
+    inverse = 1 / 2 + columns / 40 * (1 / 6 - 1 / 2) + rows / 40 * (1 / 10 - 1 / 2)
+    np.testing.assert_allclose(1.0 / buffer.depth, inverse, rtol=1e-13)
 
 
 def test_points_that_are_not_finite_draw_nothing() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from contiga.report.camera import look, project, unit
+from contiga.rendering.camera import look, project, unit
 
 
 @pytest.mark.parametrize("towards", [[1, 0, 0], [0.3, -0.8, -0.4], [0, 0, -1], [0, 0, 1]])

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from contiga.arrays.layout import as_contiguous
 from contiga.records import FloatArray, IntArray
-from contiga.report.camera import Camera, project
-from contiga.report.kernels import shading_groups_nb, shading_nb
-from contiga.report.kernels.raster_nb import (
+from contiga.rendering.camera import Camera, project
+from contiga.rendering.kernels import shading_groups_nb, shading_nb
+from contiga.rendering.kernels.raster_nb import (
     Buffer,
     draw_balls,
     draw_lines,
@@ -25,7 +25,7 @@ Picture = NDArray[np.float32]
 _KEY = np.array([-0.45, -0.65, -0.62]) / np.linalg.norm([0.45, 0.65, 0.62])
 """Towards the main light in camera axes (right, down, forward): over the left shoulder."""
 _LAMPS = np.stack([_KEY, (_KEY - [0.0, 0.0, 1.0]) / np.linalg.norm(_KEY - [0.0, 0.0, 1.0])])
-_CREASE = np.cos(np.radians(35.0))
+_CREASE = np.cos(np.radians(30.0))
 """Facets that meet at more than this angle keep an edge there."""
 
 
@@ -91,6 +91,25 @@ def _smooth_corners(triangles: IntArray, facet: FloatArray) -> tuple[int, IntArr
     pairs = np.concatenate([inner.first[smooth], inner.second[smooth]])
     group = shading_groups_nb.joined(pairs, triangles.size)
     return int(group.max(initial=-1)) + 1, group
+
+
+class SharpMesh(NamedTuple):
+    """A mesh whose points are repeated where facets meet at a crease: smooth shading by its own
+    vertices, as a browser does it, keeps the creases sharp."""
+
+    rows: IntArray
+    """(k,) the point of the original mesh that each vertex stands at."""
+    triangles: IntArray
+    """(m, 3) rows of `rows`."""
+
+
+def sharp_mesh(points: FloatArray, triangles: IntArray) -> SharpMesh:
+    """Split the points (n, 3) of `triangles` (m, 3) along creases."""
+    triangles = np.ascontiguousarray(triangles, dtype=np.int32)
+    count, group = _smooth_corners(triangles, _facet_normals(points, triangles))
+    rows = np.zeros(count, dtype=np.int32)
+    rows[group] = triangles.ravel()
+    return SharpMesh(rows, group.reshape(-1, 3))
 
 
 def _facet_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
@@ -207,6 +226,11 @@ def free_edges(triangles: IntArray) -> IntArray:
     edges, count = np.unique(low * n + high, return_counts=True)
     free = edges[count == 1]
     return np.ascontiguousarray(np.stack([free // n, free % n], axis=1), dtype=np.int32)
+
+
+def drawn_edges(points: FloatArray, triangles: IntArray) -> IntArray:
+    """(k, 2) edges that a picture draws as lines: borders, and creases between facets."""
+    return np.concatenate([free_edges(triangles), crease_edges(points, triangles)])
 
 
 def line_ink(

@@ -70,7 +70,7 @@ def paint(buffer, corners, eye, hollow, nearest, colours, opacity, picture):
             gloss = max(0.0, x * eye[4, 0] + y * eye[4, 1] + z * eye[4, 2])
             sky = 0.5 - 0.5 * y
             bend = hollow[row // 2, column // 2]
-            shade = 1.0 - 0.75 * bend if bend > 0.0 else 1.0 - 0.25 * bend
+            shade = 1.0 - 0.75 * max(bend, 0.0)  # brighter ridges would blur sharp edges
             away = 1.0 - min(max(-z, 0.0), 1.0)
             factor = (0.46 + 0.24 * sky + 0.46 * key) * shade
             added = 0.10 * gloss**40 + 0.18 * away**3

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from tests.unit.report.conftest import RADIUS, ball, sheet
 
-from contiga.report.camera import look, project
-from contiga.report.kernels.shading_groups_nb import joined
-from contiga.report.kernels.shading_nb import paint as paint_pixels
-from contiga.report.shading import (
+from contiga.rendering.camera import look, project
+from contiga.rendering.kernels.shading_groups_nb import joined
+from contiga.rendering.kernels.shading_nb import paint as paint_pixels
+from contiga.rendering.shading import (
     _LAMPS,
     Layer,
     cloud_layer,
@@ -20,11 +21,10 @@ from contiga.report.shading import (
     hollows,
     mesh_layer,
     paint,
+    sharp_mesh,
     shrunk,
     veil,
 )
-
-from .conftest import RADIUS, ball, sheet
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -78,8 +78,8 @@ def test_a_flat_face_stays_flat_beside_a_narrow_bend() -> None:
 
 
 def test_crease_edges_are_those_of_the_bend() -> None:
-    assert crease_edges(*_roof(45.0)).tolist() == [[0, 1]]
-    assert len(crease_edges(*_roof(30.0))) == 0
+    assert crease_edges(*_roof(32.0)).tolist() == [[0, 1]]
+    assert len(crease_edges(*_roof(28.0))) == 0
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], dtype=np.int32)
     assert len(crease_edges(corners, faces)) == 6
@@ -172,7 +172,7 @@ def shaded(layer: Layer, own: np.ndarray) -> np.ndarray:
     key, gloss = np.maximum(n @ _LAMPS.T, 0.0).T
     rows, columns = np.nonzero(layer.seen)
     bend = hollows(layer.buffer.depth, 2, 0.02 * 20.0)[rows // 2, columns // 2]
-    shade = 1.0 - np.where(bend > 0.0, 0.75, 0.25) * bend
+    shade = 1.0 - 0.75 * np.maximum(bend, 0.0)
     factor = (0.46 + 0.24 * (0.5 - 0.5 * n[:, 1]) + 0.46 * key) * shade
     added = 0.10 * gloss**40 + 0.18 * (1.0 - np.clip(-n[:, 2], 0.0, 1.0)) ** 3
     return np.clip(own * factor[:, None] + added[:, None], 0.0, 1.0)
@@ -226,6 +226,15 @@ def test_corners_are_joined_as_scipy_does(n: int) -> None:
         group = joined(pairs, n)
         assert group.max() + 1 == sets
         assert group.tolist() == theirs.tolist()
+
+
+def test_points_are_repeated_along_creases_only() -> None:
+    bent = sharp_mesh(*_roof(32.0))
+    assert np.bincount(bent.rows).tolist()[:2] == [2, 2]
+    assert set(np.bincount(bent.rows).tolist()[2:]) == {1}
+    assert set(np.bincount(sharp_mesh(*_roof(28.0)).rows).tolist()) == {1}
+    points, triangles = _roof(32.0)
+    np.testing.assert_array_equal(points[bent.rows][bent.triangles], points[triangles])
 
 
 def test_free_edges_of_a_sheet_are_its_border_and_of_a_ball_none() -> None:

@@ -64,7 +64,8 @@ def draw_triangles(screen, triangles, buffer):
                 c = 1.0 - a - b
                 if min(a, b, c) < _ON_EDGE:
                     continue
-                depth = a * z0 + b * z1 + c * z2
+                # 1/z is linear in the picture; z is not, and would bend flat faces at diagonals
+                depth = 1.0 / (a / z0 + b / z1 + c / z2)
                 if depth < buffer.depth[row, column]:
                     buffer.depth[row, column] = depth
                     buffer.owner[row, column] = t
@@ -102,17 +103,17 @@ def draw_lines(screen, segments, depth, bias, ink):
         p, q = segments[s, 0], segments[s, 1]
         dx = screen[q, 0] - screen[p, 0]
         dy = screen[q, 1] - screen[p, 1]
-        dz = screen[q, 2] - screen[p, 2]
         length = max(abs(dx), abs(dy))
         if not (length < 1e6):
             continue
+        near_p, near_q = 1.0 / screen[p, 2], 1.0 / screen[q, 2]
         count = int(length) + 1
         for i in range(count + 1):
             t = i / count
             column = round(screen[p, 0] + t * dx)
             row = round(screen[p, 1] + t * dy)
             if 0 <= row < height and 0 <= column < width:
-                z = screen[p, 2] + t * dz
+                z = 1.0 / (near_p + t * (near_q - near_p))
                 if z <= depth[row, column] + bias:
                     ink[row, column] = True
 

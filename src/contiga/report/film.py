@@ -1,0 +1,224 @@
+"""A film of a run: the scene of the still picture at times as far apart as in the run.
+
+Frames are drawn off-screen from the recorded fields. MP4 is encoded by the ffmpeg that the package
+imageio-ffmpeg brings, GIF by Pillow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.errors import FileError, InputError, OutputError
+from contiga.extras import require
+from contiga.io.out.files import atomic_write
+from contiga.records import FloatArray
+from contiga.rendering.camera import Camera, look
+from contiga.report.coloured import ColouredField, fields_of
+from contiga.report.frames import chosen_steps
+from contiga.report.peak import at_frame, peak_frame, seen_parts
+from contiga.report.places import Ties, ties_of
+from contiga.report.run_folder import Run, Units, read_fields, read_outlines, read_run
+from contiga.report.scene import outside_direction, render, upwards
+from contiga.report.still import SAMPLES, put_bar, put_view
+from contiga.report.style import number
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+    from contiga.io.out.outlines import OutlineSeries
+    from contiga.report.fields import RecordedFields
+
+SUFFIXES = (".mp4", ".gif")
+SECONDS = 6.0
+"""Length of a film, as of the play button of the page."""
+_RATES = {".mp4": 25, ".gif": 12}
+"""Frames per second."""
+_COLUMNS, _ROWS, _VIEW = 880, 832, 760
+"""Width and height of a frame, pixels, multiples of 16 as encoders want them, and width of the
+view; the colour bar stands beside it."""
+_FRAMED = 40
+"""Recorded steps at most that the camera looks at to hold them all."""
+
+Show = Callable[[int, int, str], Any]
+"""Called with frames drawn, frames in all, and what is to be said of it."""
+
+
+class _Film(NamedTuple):
+    """What all frames of a film have in common."""
+
+    series: RecordedFields
+    outlines: OutlineSeries | None
+    ties: Ties
+    units: Units
+    camera: Camera
+    field: str
+    """What colours the slave, by its name in `fields_of`."""
+    colours: ColouredField
+    """The same at the peak: all frames end their colours there."""
+    coloured: bool
+    """Whether anything is coloured at the peak."""
+
+
+def write_film(
+    folder: str | Path, path: str | Path, *, seconds: float = SECONDS, show: Show | None = None
+) -> Path:
+    """Write a film of the recorded steps of a run as .mp4 or .gif, whole or not at all.
+
+    Parameters
+    ----------
+    folder : output folder of a run
+    path : file to write
+    seconds : length of the film; its frames show times equally far apart
+    show : called with frames drawn, frames in all, and what is to be said of it
+
+    Raises
+    ------
+    FileError
+        The suffix is neither, or the folder is not that of a run.
+    InputError
+        The run recorded no fields or one step of them, or the length is not 0.1 s to 600 s.
+    MissingPackageError
+        matplotlib, or for .mp4 imageio-ffmpeg, is not installed.
+    OutputError
+        The film cannot be written or encoded.
+    """
+    path = checked_path(path)
+    if not 0.1 <= seconds <= 600.0:
+        raise InputError(
+            "a film has a length in seconds", where="seconds", found=seconds, allowed="0.1 to 600"
+        )
+    run = read_run(Path(folder))
+    series = read_fields(run)
+    if series is None or len(series.times) < 2:
+        raise InputError(
+            "a film needs two recorded steps at least",
+            where=str(run.folder),
+            found=0 if series is None else len(series.times),
+            remedy='Run the case with "vtkhdf" among [output] formats',
+        )
+    outlines = read_outlines(run)
+    rate = _RATES[path.suffix.lower()]
+    steps = _steps(series.times, max(2, round(seconds * rate)))
+    film = _film(run, series, outlines)
+    frames = _drawn(film, steps, show)
+    write = _write_gif if path.suffix.lower() == ".gif" else _write_mp4
+    with series.held(), atomic_write(path) as temporary:
+        write(temporary, frames, rate, path)
+    return path
+
+
+def checked_path(path: str | Path) -> Path:
+    """A path that a film can be written to, with what encodes it installed.
+
+    Raises
+    ------
+    FileError
+        Another suffix.
+    MissingPackageError
+        A package is not installed.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in SUFFIXES:
+        raise FileError(
+            "a film is an .mp4 or a .gif",
+            where=str(path),
+            found=path.suffix or "no suffix",
+            allowed=" or ".join(SUFFIXES),
+        )
+    require("a film", "matplotlib")  # which brings Pillow and the letters
+    if path.suffix.lower() == ".mp4":
+        require("a film as .mp4 (.gif needs no encoder)", "imageio_ffmpeg")
+    return path
+
+
+def _steps(times: FloatArray, count: int) -> NDArray[np.intp]:
+    """(count,) the recorded step nearest to each of as many times equally far apart."""
+    wanted = np.linspace(times[0], times[-1], count)
+    after = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
+    before_is_nearer = wanted - times[after - 1] < times[after] - wanted
+    return np.asarray(np.where(before_is_nearer, after - 1, after))
+
+
+def _film(run: Run, series: RecordedFields, outlines: OutlineSeries | None) -> _Film:
+    """Colours end as at the peak; the camera holds at all steps what touches then."""
+    shown = peak_frame(series, run.times, run.total("force"))
+    ties = ties_of(run.summary)
+    peak = at_frame(series, shown, None, ties)
+    fields = fields_of(peak, run.units)
+    stress = "von_mises" in fields and len(peak.slave_triangles) > 0
+    touched = "pressure" if "pressure" in fields else "penetration"
+    name = "von_mises" if stress else touched
+    coloured = stress or bool(peak.in_contact.any())
+    corners = []
+    for step in chosen_steps(series.times, shown, _FRAMED):
+        parts = seen_parts(series, int(step))
+        points = np.concatenate(parts) if peak.focus is None else peak.focus.points(parts)
+        points = points[np.isfinite(points).all(axis=1)]
+        corners += list(product(*np.stack([points.min(axis=0), points.max(axis=0)]).T))
+    size = (_ROWS * SAMPLES, _VIEW * SAMPLES)
+    camera = look(outside_direction(peak), upwards(peak), np.array(corners), size)
+    return _Film(series, outlines, ties, run.units, camera, name, fields[name], coloured)
+
+
+def _drawn(film: _Film, steps: NDArray[np.intp], show: Show | None) -> Iterator[Image]:
+    """The frames; one that shows the same step as the frame before it is drawn once."""
+    image, drawn = None, -1
+    for k, step in enumerate(steps.tolist()):
+        if image is None or step != drawn:
+            image, drawn = _frame(film, step), step
+        yield image
+        if show is not None:
+            show(k + 1, len(steps), "")
+
+
+def _frame(film: _Film, step: int) -> Image:
+    from PIL import Image
+
+    scene = at_frame(film.series, step, film.outlines, film.ties)
+    there = fields_of(scene, film.units).get(film.field)
+    values = np.zeros(len(scene.slave_points)) if there is None else there.values
+    field = film.colours._replace(values=values)
+    picture = Image.new("RGB", (_COLUMNS, _ROWS), "white")
+    title = f"t = {number(scene.time)} {film.units.time}".rstrip()
+    put_view(picture, render(film.camera, scene, field, through=False), title, 0, top=0)
+    if film.coloured:
+        put_bar(picture, field, _VIEW + 12)
+    return picture
+
+
+def _write_gif(temporary: Path, frames: Iterator[Image], rate: int, path: Path) -> None:
+    """Each frame has a palette of its own."""
+    pictures = (frame.quantize(128) for frame in frames)
+    next(pictures).save(
+        temporary,
+        format="gif",
+        save_all=True,
+        append_images=pictures,
+        duration=round(1000 / rate),
+        loop=0,
+    )
+
+
+def _write_mp4(temporary: Path, frames: Iterator[Image], rate: int, path: Path) -> None:
+    import imageio_ffmpeg
+
+    try:
+        writer = imageio_ffmpeg.write_frames(
+            str(temporary), (_COLUMNS, _ROWS), fps=rate, quality=8, ffmpeg_log_level="error"
+        )
+        writer.send(None)
+        for frame in frames:
+            writer.send(np.asarray(frame).tobytes())
+        writer.close()
+    except (OSError, RuntimeError) as error:
+        raise OutputError(
+            f"the film cannot be encoded: {str(error).splitlines()[0]}",
+            where=str(path),
+            remedy="Write a .gif, which needs no encoder",
+        ) from error

@@ -1,0 +1,77 @@
+"""A state of a simulation as a `pyvista.MultiBlock`: a block for each body and each slave."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from contiga.extras import require
+from contiga.records import FloatArray
+from contiga.rigid.frames import to_world
+from contiga.simulation.fields import DRAWN, DrawnShape
+from contiga.simulation.model import Model
+from contiga.simulation.system_state import SystemState
+from contiga.triangles.pyvista_mesh import pyvista_mesh
+
+if TYPE_CHECKING:
+    import pyvista
+
+    from contiga.io.out.vtkhdf import FieldSeries
+
+
+def scene_of_state(purpose: str, model: Model, state: SystemState) -> pyvista.MultiBlock:
+    """Return bodies as they stand, and slaves with "penetration" (n,) and "force" (n, 3).
+
+    Raises
+    ------
+    MissingPackageError
+        pyvista is not installed.
+    """
+    require(purpose, "pyvista")
+    import pyvista
+
+    blocks = pyvista.MultiBlock()
+    for name, part in model.bodies.items():
+        mesh = part.body.tessellate(DRAWN * part.body.size)
+        shape = model.shapes.points(name, state.time, state.slaves)
+        placed = mesh.vertices if shape is None else DrawnShape(part.body, mesh).at(shape)
+        points = to_world(state.bodies[name].pose, placed)
+        blocks[name] = pyvista_mesh(purpose, points, mesh.triangles)
+    for name, slave in model.slaves.items():
+        data = _contact_data(model, state, name)
+        blocks[name] = pyvista_mesh(purpose, state.slaves[name].points, slave.slave.facets, data)
+    return blocks
+
+
+def _contact_data(model: Model, state: SystemState, slave: str) -> dict[str, FloatArray]:
+    """The deepest penetration and the sum of forces over all contacts, at the points of a slave."""
+    n = len(state.slaves[slave].points)
+    penetration, force = np.zeros(n), np.zeros((n, 3))
+    for part in model.contacts:
+        if part.slave == slave:
+            contact = state.contacts[part.name]
+            np.maximum(penetration, contact.penetration[:n], out=penetration)
+            force += contact.force
+    return {"penetration": penetration, "force": force}
+
+
+def scene_of_fields(purpose: str, series: FieldSeries, step: int) -> pyvista.MultiBlock:
+    """Return the parts of a recorded step, each with the fields of its points.
+
+    Raises
+    ------
+    MissingPackageError
+        pyvista is not installed.
+    """
+    require(purpose, "pyvista")
+    import pyvista
+
+    points = series.points(step)
+    fields: dict[str, Any] = {name: series.data(step, name) for name in series.names}
+    blocks = pyvista.MultiBlock()
+    for part in series.parts:
+        rows = series.rows(part.name)
+        data = {name: values[rows] for name, values in fields.items()}
+        blocks[part.name] = pyvista_mesh(purpose, points[rows], part.triangles, data)
+    return blocks

@@ -1,0 +1,81 @@
+"""`Study.plot`: the collected quantities over the variable, or over the cases."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from contiga.errors import InputError
+from contiga.extras import require
+from contiga.io.naming import closest
+from contiga.io.out.palette import GRID, LINES, MUTED
+from contiga.studies.table import Table
+
+if TYPE_CHECKING:
+    from contiga.io.out.shown_figure import ShownFigure
+
+_ACROSS = 3
+"""Panels beside each other at most."""
+_MOST = 9
+"""Panels at most, where no columns are named."""
+
+
+def plot_table(purpose: str, table: Table, columns: Sequence[str] | None = None) -> ShownFigure:
+    """Draw a panel for each quantity; `purpose` begins the message about a missing package.
+
+    Raises
+    ------
+    InputError
+        A column that the table does not have, or of text.
+    MissingPackageError
+        matplotlib is not installed.
+    """
+    require(purpose, "matplotlib")
+    from contiga.io.out.shown_figure import ShownFigure
+
+    names = list(table.quantities[:_MOST] if columns is None else columns)
+    for name in names:
+        _check_numeric(table, name)
+    numeric = [name for name in table.variables if _is_numeric(table, name)]
+    over = numeric[0] if len(table.variables) == len(numeric) == 1 else "case"
+    x = np.array(table.columns[over], dtype=float)
+    order = np.argsort(x, kind="stable")
+    across = min(_ACROSS, max(1, len(names)))
+    rows = max(1, -(-len(names) // across))
+    size = (3.6 * across, 0.3 + 2.6 * rows)
+    figure = ShownFigure(figsize=size, layout="constrained", facecolor="white")
+    for k, name in enumerate(names):
+        axes = figure.add_subplot(rows, across, k + 1)
+        values = np.array(table.columns[name], dtype=float)[order]
+        axes.plot(x[order], values, "o-" if over != "case" else "o", color=LINES[0], lw=1.4, ms=4)
+        axes.set_xlabel(_with_unit(table, over), color=MUTED)
+        axes.set_ylabel(_with_unit(table, name), color=MUTED)
+        axes.grid(color=GRID)
+        axes.tick_params(colors=MUTED)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.spines[["left", "bottom"]].set_color(GRID)
+    return figure
+
+
+def _with_unit(table: Table, name: str) -> str:
+    unit = table.units.get(name, "")
+    return f"{name} [{unit}]" if unit else name
+
+
+def _is_numeric(table: Table, name: str) -> bool:
+    return all(isinstance(value, int | float) for value in table.columns[name])
+
+
+def _check_numeric(table: Table, name: str) -> None:
+    """Refuse a column that cannot be drawn."""
+    drawable = [column for column in table.columns if _is_numeric(table, column)]
+    if name not in drawable:
+        raise InputError(
+            "the study has no such column of numbers",
+            where="columns",
+            found=name,
+            allowed=", ".join(drawable),
+            remedy=closest(name, drawable),
+        )
