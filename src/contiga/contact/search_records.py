@@ -314,6 +314,10 @@ class ChangedShape(Protocol):
     def way(self) -> float:
         """How far any of its points has gone at most, body axes, length."""
 
+    def closest_from(self, starts: SurfacePlaces, p_B: FloatArray, out: Projection) -> None:
+        """Closest points of p_B (k, 3) on the surface as it is into `out`, from feet of the last
+        step, patch −1 where there is none."""
+
 
 class StepSearch(NamedTuple):
     """The search of one step: what is asked, of what, and where the answers are written."""
