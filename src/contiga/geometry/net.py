@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -16,11 +17,12 @@ from contiga.geometry.faces import Faces
 from contiga.geometry.kernels import net_nb
 from contiga.geometry.kernels.net_nb import NetPatch
 from contiga.jit import straight
-from contiga.records import FloatArray, IntArray, SurfacePlaces
+from contiga.records import FloatArray, IndexArray, IntArray, SurfacePlaces
 
 SAME = 1e-7
 """Control points on borders of patches that are closer than this share of the body's size are
 one."""
+Rows: TypeAlias = IndexArray | slice
 POINTS = 1024
 """Below so many a second thread does not pay."""
 
@@ -112,16 +114,25 @@ class NetMotion(NamedTuple):
     def carry(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
         """(k, 3) how points (k, 3) move that the surface carries along at their feet; see
         `net_nb`."""
-        out = np.zeros((len(points), 3))
-        for k, patch in enumerate(_patches_of(self.body)):
-            rows = np.flatnonzero(feet.patch == k)
-            if len(rows):
-                moved = np.empty((len(rows), 3))
-                net = locked(self.shape), locked(self.change)
-                given = patch, *net, feet.uv[rows], points[rows], moved
-                run_ranges(straight(net_nb.carry), len(rows), POINTS, *given)
-                out[rows] = moved
+        out, net = np.zeros((len(points), 3)), (locked(self.shape), locked(self.change))
+        for patch, rows in _on_patches(self.body, feet):
+            moved = np.empty((len(points[rows]), 3))
+            given = patch, *net, feet.uv[rows], points[rows], moved
+            run_ranges(straight(net_nb.carry), len(moved), POINTS, *given)
+            out[rows] = moved
         return out
+
+
+def _on_patches(body: Faces, feet: SurfacePlaces) -> Iterator[tuple[NetPatch, Rows]]:
+    """Each patch that has any of the feet, and the rows of these."""
+    patches = _patches_of(body)
+    if len(patches) == 1 and (feet.patch == 0).all():  # no copies are made of what is all there is
+        yield patches[0], slice(None)
+        return
+    for k, patch in enumerate(patches):
+        rows = np.flatnonzero(feet.patch == k)
+        if len(rows):
+            yield patch, rows
 
 
 def spread(
@@ -130,9 +141,7 @@ def spread(
     """(m, 3) forces on control points that do as `forces` (k, 3) at `points` (k, 3) carried along
     with their feet: the same work, sum and moment; see `net_nb`."""
     out = np.zeros(shape.shape)
-    for k, patch in enumerate(_patches_of(body)):
-        rows = np.flatnonzero(feet.patch == k)
-        if len(rows):
-            given = patch, locked(shape), feet.uv[rows], points[rows], forces[rows]
-            straight(net_nb.spread)(*given, out)
+    for patch, rows in _on_patches(body, feet):
+        given = patch, locked(shape), feet.uv[rows], points[rows], forces[rows]
+        straight(net_nb.spread)(*given, out)
     return out

@@ -52,6 +52,16 @@ class Frame(NamedTuple):
 
 
 @inner()
+def _span(knots, degree, count, t):
+    """As `find_span`, which a guess that knots are even mostly spares."""
+    share = (t - knots[degree]) / (knots[count] - knots[degree])
+    k = degree + int(min(max(share, 0.0), 1.0) * (count - degree))
+    if k < count and knots[k] <= t < knots[k + 1]:
+        return k
+    return find_span(knots, degree, count, t)
+
+
+@inner()
 def _functions(knots, degree, span, t, N):
     """Fill N (2, degree + 1): basis functions of one parameter and their derivatives (The NURBS
     Book, Eq. 2.5 and 2.7)."""
@@ -81,8 +91,8 @@ def _basis(patch, u, v, N_u, N_v, rows, values):
     `N_u` and `N_v` are room for basis functions of one parameter.
     """
     s, control = patch.surface, patch.control
-    span_u = find_span(s.U, s.p, s.net.shape[0], u)
-    span_v = find_span(s.V, s.q, s.net.shape[1], v)
+    span_u = _span(s.U, s.p, s.net.shape[0], u)
+    span_v = _span(s.V, s.q, s.net.shape[1], v)
     _functions(s.U, s.p, span_u, u, N_u)
     _functions(s.V, s.q, span_v, v, N_v)
     k = 0
