@@ -15,7 +15,7 @@ from contiga.arrays.threads import run_ranges
 from contiga.errors import InputError
 from contiga.geometry.faces import Faces
 from contiga.geometry.kernels import net_nb
-from contiga.geometry.kernels.net_nb import NetPatch
+from contiga.geometry.kernels.net_nb import Influence, NetPatch
 from contiga.jit import straight
 from contiga.records import FloatArray, IndexArray, IntArray, SurfacePlaces
 
@@ -23,6 +23,7 @@ SAME = 1e-7
 """Control points on borders of patches that are closer than this share of the body's size are
 one."""
 Rows: TypeAlias = IndexArray | slice
+NO_ROWS = np.zeros(0, np.int64)
 POINTS = 1024
 """Below so many a second thread does not pay."""
 
@@ -145,3 +146,31 @@ def spread(
         given = patch, locked(shape), feet.uv[rows], points[rows], forces[rows]
         straight(net_nb.spread)(*given, out)
     return out
+
+
+class Dependence(NamedTuple):
+    """How places on a body depend on its control points, as entries of matrices."""
+
+    place: IndexArray
+    """(e,) row of the place."""
+    control: IndexArray
+    """(e,) row of the control point."""
+    value: FloatArray
+    """(e,) its basis function there."""
+    gradient: FloatArray
+    """(e, 3) of that along the surface, one over length, body axes."""
+
+
+def dependence_of(body: Faces, shape: FloatArray, feet: SurfacePlaces) -> Dependence:
+    """Return how places (k,) depend on the control points `shape` (m, 3)."""
+    parts = [Dependence(NO_ROWS, NO_ROWS, np.zeros(0), np.zeros((0, 3)))]
+    every = np.arange(len(feet.patch))
+    for patch, rows in _on_patches(body, feet):
+        uv = np.ascontiguousarray(feet.uv[rows])
+        k, c = len(uv), (patch.surface.p + 1) * (patch.surface.q + 1)
+        found = Influence(np.empty((k, c), np.int32), np.empty((k, c)), np.empty((k, c, 3)))
+        run_ranges(straight(net_nb.influence), k, POINTS, patch, locked(shape), uv, found)
+        place = np.repeat(every[rows], c)
+        flat = found.control.ravel(), found.value.ravel(), found.gradient.reshape(-1, 3)
+        parts.append(Dependence(place, *flat))
+    return Dependence(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))

@@ -289,6 +289,23 @@ class Sampling:
             start, column, values = self._between(rows, blocks)
         return bsr_array((values, column, start), shape=(3 * n, 3 * n)).tocsr()
 
+    def shares(self, rows: IndexArray) -> csr_array:
+        """(n, len(rows)) sparse: what each of the points `rows`, ascending, has of the nodes: x_q =
+        Σ_a N_qa x_a."""
+        from scipy.sparse import coo_array
+
+        nodes, points, values = [rows], [np.arange(len(rows))], [np.ones(len(rows))]
+        if self._faces:
+            nodes, points, values = [], [], []
+        for on, part in self._split(rows):
+            corner, shape = on.of(rows[part])
+            nodes.append(corner.ravel())
+            points.append(np.repeat(np.arange(part.start, part.stop), corner.shape[1]))
+            values.append(shape.ravel())
+        entries = [np.concatenate(each) if each else [] for each in (values, nodes, points)]
+        at = entries[1], entries[2]
+        return coo_array((entries[0], at), shape=(self.n_nodes, len(rows))).tocsr()
+
     def _between(
         self, rows: IndexArray, blocks: FloatArray
     ) -> tuple[IntArray, IntArray, FloatArray]:

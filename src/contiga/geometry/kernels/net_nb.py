@@ -43,6 +43,18 @@ class NetPatch(NamedTuple):
     """(n, m) rows."""
 
 
+@pass_by_pointer
+class Influence(NamedTuple):
+    """What k places on a patch depend on: c control points each."""
+
+    control: np.ndarray
+    """(k, c) rows of these."""
+    value: np.ndarray
+    """(k, c) basis functions."""
+    gradient: np.ndarray
+    """(k, c, 3) their gradients along the surface, one over length."""
+
+
 class Frame(NamedTuple):
     """Axes of a surface at a place."""
 
@@ -231,3 +243,21 @@ def spread(patch, shape, uv, points, forces, out):
             out[row, 0] += N * f[0] + N_u_i * x_u + N_v_i * x_v
             out[row, 1] += N * f[1] + N_u_i * y_u + N_v_i * y_v
             out[row, 2] += N * f[2] + N_u_i * z_u + N_v_i * z_v
+
+
+@kernel()
+def influence(patch, shape, uv, out, start, stop):
+    """Fill rows start … stop of the `Influence` `out` with what places at parameters `uv` (k, 2) of
+    the surface with control points `shape` (m, 3) depend on."""
+    N_u, N_v = scratch(2, ORDER), scratch(2, ORDER)
+    rows, values = stack_int64(MOST), scratch(MOST, 3)
+    for k in range(start, stop):
+        count = _basis(patch, uv[k, 0], uv[k, 1], N_u, N_v, rows, values)
+        _, a_u, a_v = _sums(shape, rows, values, count)
+        frame = _frame(a_u, a_v)
+        for i in range(count):
+            out.control[k, i] = rows[i]
+            out.value[k, i] = values[i, 0]
+            for c in range(3):
+                by_u, by_v = values[i, 1] * frame.dual_u[c], values[i, 2] * frame.dual_v[c]
+                out.gradient[k, i, c] = by_u + by_v
