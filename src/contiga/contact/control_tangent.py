@@ -9,8 +9,9 @@ which the surface tilts,
 on faces, edges and at vertices alike. So the force of a point changes by K (D + g W) less what it
 changes as the normal turns by W, where K is its derivative over the point. A control point feels
 −Σ N_i f, which changes by −N_i df − f (∇N_i·dS). Without friction and rates all are the second
-derivatives of one energy, and symmetric. How the surface turns and stretches below a point within
-the step changes the way that friction sees; that part is left out.
+derivatives of one energy, and symmetric. Two parts are left out, both of friction: the way that it
+sees, over what the surface turns and stretches below a point within the step, and how its couple
+about the foot changes as ∇N does.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from contiga.arrays.ordered import row_products
 from contiga.contact.friction_tangent import Terms
 from contiga.geometry.net import Dependence
 from contiga.records import FloatArray, IndexArray
@@ -32,6 +34,10 @@ class AtFeet(NamedTuple):
 
     force: FloatArray
     """(k, 3) on them."""
+    pressed: FloatArray
+    """(k,) the part of it along the normals."""
+    traction: FloatArray
+    """(k, 3) and that of friction."""
     normal: FloatArray
     """(k, 3)."""
     gap: FloatArray
@@ -66,29 +72,52 @@ def control_slopes(at: AtFeet, net: Dependence, axes: FloatArray, m: int) -> Con
     columns of `axes` (3, 3)."""
     from scipy.sparse import csr_array, eye_array, kron
 
-    k = len(at.gap)
-    across = np.eye(3) - at.normal[:, :, None] * at.normal[:, None, :]
-    normal, gap = at.normal[net.place], at.gap[net.place, None, None]
+    k, one = len(at.gap), np.eye(3)
+    upright = at.normal[:, :, None] * at.normal[:, None, :]
     gradient = np.einsum("ab,eb->ea", axes, net.gradient, optimize=False)
-    level = np.einsum("eab,eb->ea", across[net.place], gradient, optimize=False)
-    tilt = level[:, :, None] * normal[:, None, :]
-    carried = gap * tilt - net.value[:, None, None] * np.eye(3)
-    own = _blocks(np.arange(k), np.arange(k), across - at.gap[:, None, None] * at.turning, (k, k))
-    points, place = kron(at.shares, eye_array(3)).tocsr(), (net.place, net.control)
-    world = kron(eye_array(m), axes)
-    tilts = _blocks(*place, tilt, (k, m)) @ world
-    moves = _blocks(*place, carried, (k, m)) @ world  # D + g W
-    weights = _blocks(*place, net.value[:, None, None] * np.eye(3), (k, m))
-    slides = _blocks(*place, gradient[:, :, None] * at.force[net.place, None, :], (k, m))
+    level = gradient - np.einsum("eab,eb->ea", upright[net.place], gradient, optimize=False)
+    slide = _diagonal(one - upright - at.gap[:, None, None] * at.turning)
+    gap, turning = _diagonal(at.gap[:, None, None] * one), _diagonal(at.turning)
     stiffness = _matrix(at.places)
-    by_control = stiffness @ moves - _matrix(at.turns) @ tilts
-    by_points = stiffness @ points.T
-    along = slides.T @ own
+
+    def of_net(blocks: FloatArray) -> csr_array:
+        """(3 k, 3 m) of blocks (e, 3, 3)."""
+        return _blocks(net.place, net.control, blocks, (k, m))
+
+    weights = of_net(net.value[:, None, None] * one)
+    tilts = of_net(level[:, :, None] * at.normal[net.place, None, :])
+    slides = of_net(gradient[:, :, None] * at.force[net.place, None, :])
+    pulls = row_products(level, at.traction[net.place])
+    pulled, couples = of_net(pulls[:, None, None] * one), gap @ tilts
+
+    def felt(moves: csr_array, tilt: csr_array, force: csr_array) -> csr_array:
+        """Derivatives of the forces on control points, where D + g W, W and forces on points have
+        these."""
+        change = -(weights.T @ force) - slides.T @ (slide @ moves)
+        if not at.traction.any():
+            return csr_array(change)
+        # Friction acts at points beside the surface, by a couple at their feet: g n (∇N_i·T).
+        turn = turning @ moves - tilt
+        traction = force - _diagonal(at.pressed[:, None, None] * one) @ turn
+        heights = _diagonal(upright) @ moves + gap @ turn
+        return csr_array(change + couples.T @ traction + pulled.T @ heights)
+
+    world = kron(eye_array(m), axes)
+    tilt, points = tilts @ world, kron(at.shares, eye_array(3)).tocsr()
+    moves = gap @ tilt - weights @ world
+    by_control = stiffness @ moves - _matrix(at.turns) @ tilt
+    still = csr_array((3 * k, points.shape[0]))
     return ControlSlopes(
         csr_array(points @ by_control),
-        csr_array(-(weights.T @ by_points) - along @ points.T),
-        csr_array(-(weights.T @ by_control) - along @ moves),
+        felt(points.T.tocsr(), still, stiffness @ points.T),
+        felt(moves, tilt, by_control),
     )
+
+
+def _diagonal(blocks: FloatArray) -> csr_array:
+    """(3 k, 3 k) of blocks (k, 3, 3)."""
+    each = np.arange(len(blocks))
+    return _blocks(each, each, blocks, (len(each), len(each)))
 
 
 def _blocks(
@@ -106,8 +135,7 @@ def _matrix(terms: Terms) -> csr_array:
     """(3 k, 3 k) of the points."""
     from scipy.sparse import csr_array
 
-    k, each = len(terms.blocks), np.arange(len(terms.blocks))
-    matrix = _blocks(each, each, terms.blocks, (k, k))
+    k, matrix = len(terms.blocks), _diagonal(terms.blocks)
     if terms.left.shape[2] == 0:
         return matrix
     left, right = (csr_array(side.reshape(3 * k, -1)) for side in (terms.left, terms.right))

@@ -216,7 +216,10 @@ def _control_slopes(
     gap = asked.half[rows] + row_products(state.points_B[rows] - points.foot, points.normal)
     turning = _in_world(Terms.of(both.slopes.normal.copy()), pose).blocks
     normal, shares = turn_to_world(pose, points.normal), sampling.shares(rows)
-    at = AtFeet(force_W, normal, gap, turning, both.places, both.turns, shares)
+    pressed = state.normal_force[rows]
+    traction = force_W - pressed[:, None] * normal if len(state.traction_B) else 0.0 * force_W
+    forces = force_W, pressed, traction
+    at = AtFeet(*forces, normal, gap, turning, both.places, both.turns, shares)
     return control_slopes(at, net, pose[:3, :3], len(shape.now))
 
 

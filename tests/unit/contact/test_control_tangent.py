@@ -14,6 +14,8 @@ import contiga as cg
 
 SAME = 1e-7
 """Relative difference: rounding of the differences."""
+WAYS = 4
+"""Ways along which differences are taken."""
 TABLE = [[0.0, 0.0], [0.1, 1.0], [1.0, 30.0]]
 POSE = np.eye(4)
 POSE[:3, :3] = Rotation.from_rotvec([0.3, -0.5, 0.8]).as_matrix()
@@ -44,18 +46,23 @@ def misses(
         return contact.step(state, x, POSE, dt=dt, control_points=control)
 
     found = after(points, shape)
-    assert found.n_contact == len(found.status)
-    actual = contact.linearise(found)
-    wanted = {
-        "force_by_points": jacobian(lambda x: after(x, shape).force, points),
-        "force_by_control": jacobian(lambda q: after(points, q).force, shape),
-        "control_by_points": jacobian(lambda x: after(x, shape).control_force, points),
-        "control_by_control": jacobian(lambda q: after(points, q).control_force, shape),
-    }
-    return {
-        name: float(np.abs(getattr(actual, name).toarray() - one).max() / np.abs(one).max())
-        for name, one in wanted.items()
-    }
+    assert found.in_contact.all()
+    ways = np.random.default_rng(5).normal(size=(WAYS, points.size))
+    bends = np.random.default_rng(6).normal(size=(WAYS, shape.size))
+
+    def over_points(a: np.ndarray) -> cg.State:
+        return after(points + (a @ ways).reshape(points.shape), shape)
+
+    def over_control(a: np.ndarray) -> cg.State:
+        return after(points, shape + (a @ bends).reshape(shape.shape))
+
+    actual, still, off = contact.linearise(found), np.zeros(WAYS), {}
+    for by, moved, along in (("points", over_points, ways), ("control", over_control, bends)):
+        for of, name in (("force", "force"), ("control_force", "control")):
+            wanted = jacobian(lambda a, of=of, moved=moved: getattr(moved(a), of), still)
+            ours = getattr(actual, f"{name}_by_{by}") @ along.T
+            off[f"{name}_by_{by}"] = float(np.abs(ours - wanted).max() / np.abs(wanted).max())
+    return off
 
 
 def over_plate() -> np.ndarray:
@@ -104,18 +111,9 @@ def test_of_points_beside_edges_of_a_solid_and_held_on_a_border() -> None:
 
 def test_of_points_between_nodes() -> None:
     rows = np.array([[-0.3, -0.2, 0.1], [0.4, -0.3, 0.09], [0.5, 0.5, 0.12], [-0.4, 0.3, 0.06]])
-    contact, state, shape, points = pressed(plate(), rows, [[0, 1, 2, 3]], quadrature=3)
-    found = contact.step(state, points, POSE, dt=0, control_points=shape)
-    actual = contact.linearise(found)
-    for name, one in {
-        "force_by_control": jacobian(
-            lambda q: contact.step(state, points, POSE, dt=0, control_points=q).force, shape
-        ),
-        "control_by_points": jacobian(
-            lambda x: contact.step(state, x, POSE, dt=0, control_points=shape).control_force, points
-        ),
-    }.items():
-        assert np.abs(getattr(actual, name).toarray() - one).max() < SAME * np.abs(one).max()
+    law = cg.PenaltyLaw(7.0, per_area=True)
+    found = misses(*pressed(plate(), rows, [[0, 1, 2, 3]], quadrature=3, law=law))
+    assert max(found.values()) < SAME, found
 
 
 def test_friction_is_off_by_what_the_surface_does_within_the_step() -> None:
@@ -129,8 +127,8 @@ def test_friction_is_off_by_what_the_surface_does_within_the_step() -> None:
         state = contact.step(state, points, POSE, dt=0)
         found = misses(contact, state, shape, points + 0.003 * np.array([1.0, 2.0, 0.0]))
         off.append(max(found.values()))
-    assert off[0] < 0.02
-    assert off[1] < 0.3 * off[0]
+    assert off[0] < 0.05
+    assert off[1] < 0.2 * off[0]
 
 
 def test_of_a_master_that_keeps_its_shape_there_are_none() -> None:
