@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-
 from scipy.sparse import block_array, eye_array
 from scipy.sparse.linalg import spsolve
 
@@ -97,11 +96,12 @@ def test_newtons_method_solves_for_points_and_control_points_together() -> None:
     contact = cg.Contact(
         cg.Body([plate]), slave, law=cg.PenaltyLaw(50.0), shell_thickness=1.0, depth=0.5
     )
-    x, now, counts = anchors + [0.0, 0.0, 0.05], shell.start(), []
+    x, now, counts = np.add(anchors, [0.0, 0.0, 0.05]), shell.start(), []
     state = contact.start(x, control_points=now.points)
     n, alive = x.size, np.concatenate([np.ones(x.size, bool), free.ravel()])
     for down in (0.2, 0.4, 0.6, 0.8):
-        for count in range(20):
+        counts.append(0)
+        while counts[-1] < 20:
             after = contact.step(state, x, dt=0, control_points=now.points)
             inside = shell.forces(now, now.points, 0.0 * now.points, 0.0)
             on_points = after.force - spring * (x - anchors + [0.0, 0.0, down])
@@ -115,12 +115,12 @@ def test_newtons_method_solves_for_points_and_control_points_together() -> None:
                     [-slopes.control_by_points, shell.tangent(now) - slopes.control_by_control],
                 ]
             ).tocsr()
+            counts[-1] += 1
             way = np.zeros(len(both))
             way[alive] = spsolve(K[alive][:, alive].tocsc(), both[alive])
             x = x + way[:n].reshape(x.shape)
             now = now._replace(points=now.points + way[n:].reshape(now.points.shape))
         state = after
-        counts.append(count)
     assert max(counts) <= 6, counts
     assert state.n_contact > 10
     assert now.points[:, 2].min() < -0.05

@@ -13,7 +13,7 @@ from contiga.errors import InputError
 from contiga.geometry.faces import Faces
 from contiga.geometry.net import NetMotion, net_of, spread
 from contiga.masters.protocol import Master
-from contiga.records import FloatArray, Projection, SurfacePlaces
+from contiga.records import FloatArray, SurfacePlaces
 from contiga.search.deformable import Deformable, DeformedSurface, deformable_of
 
 
@@ -38,10 +38,6 @@ class Shape:
     def surface_before(self) -> DeformedSurface:
         """The search on the shape before the step, which few steps ask for."""
         return self.deformable.at(self.before)
-
-    def closest_from(self, starts: SurfacePlaces, p_B: FloatArray, out: Projection) -> None:
-        """Closest points of p_B (k, 3) now into `out`, from feet before; see `DeformedSurface`."""
-        self.surface.closest_from(starts, p_B, out)
 
     @property
     def change(self) -> FloatArray:

@@ -102,20 +102,21 @@ def _leave_from_behind(
     unsure = np.flatnonzero(new | (touching & was & reached.behind & ~reached.on_border))
     if len(unsure) == 0:
         return
-    rows, points = near[unsure], search.step.before
-    before = reach(closest(search.surface_before, points, rows), points, rows, options)
+    rows = near[unsure]
+    before = reach(_feet(search, rows, before=True), search.step.before, rows, options)
     ahead = before.solved & ~before.behind & (before.room >= 0.0)
     touching[unsure] = np.where(was[unsure], ~before.on_border, ahead)
 
 
-def _feet(search: StepSearch, rows: IntArray) -> Projection:
-    """Find the closest points of where points are now; on a surface that changes its shape those of
-    the last step are gone on with."""
-    if search.shape is None:
-        return closest(search.surface, search.step.now, rows)
-    out, last = empty_projection(len(rows)), search.last
-    starts = SurfacePlaces(last.patch[rows], last.uv[rows])
-    search.shape.closest_from(starts, search.step.now[rows], out)
+def _feet(search: StepSearch, rows: IntArray, *, before: bool = False) -> Projection:
+    """Find the closest points of where points are now, or were before the step; on a surface that
+    changes its shape those of the last step are gone on with."""
+    step, shape, last = search.step, search.shape, search.last
+    points = step.before if before else step.now
+    if shape is None:
+        return closest(search.surface, points, rows)
+    out, surface = empty_projection(len(rows)), shape.surface_before if before else shape.surface
+    surface.closest_from(SurfacePlaces(last.patch[rows], last.uv[rows]), points[rows], out)
     return out
 
 

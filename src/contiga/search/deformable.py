@@ -3,18 +3,20 @@
 Neighbours, openings, trims, joints and the map from control points to elements are those of the
 body at rest, worked out once. Elements, boxes and hierarchy are those of each shape, so all that a
 search over them proves holds for it. What is worked out for a shape that stays (touching balls,
-grids of sides, lists of pieces, neighbourhoods) is neither used nor made: a shape is one of many.
+grids of sides, lists of pieces, neighbourhoods) is neither used nor made: a shape is one of many,
+and no more than the last two are kept.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contiga.arrays.codes import SHARED
+from contiga.arrays.layout import read_only
 from contiga.arrays.once import once
 from contiga.arrays.ordered import length
 from contiga.arrays.threads import run_ranges
@@ -116,15 +118,20 @@ class Deformable:
     """Whether the surface ends nowhere, in all shapes: what is joined stays so."""
     slit: float
     blocks: Blocks
+    _last: list[DeformedSurface] = field(default_factory=list, repr=False)
+    """The last two shapes: several contacts ask for one, and a step for that before it."""
 
     def at(self, control_points: FloatArray) -> DeformedSurface:
-        """The search on the shape of control points (m, 3), body axes, which are kept.
+        """The search on the shape of control points (m, 3), body axes.
 
         Raises
         ------
         GeometryError
             A shape that is a point, or so large or small that products of lengths are lost.
         """
+        for known in self._last:
+            if np.array_equal(known.control_points, control_points):
+                return known
         growth = extent_of(control_points) / extent_of(self.net.points)
         scale = self.rest.scale * growth
         check_extent(float(scale[0]), self.name)
@@ -139,7 +146,10 @@ class Deformable:
             seeds=empty_seeds(hierarchy.tree),
             scale=scale,
         )
-        return DeformedSurface(tables, self.closed, self.slit, control_points, self.blocks)
+        shape = read_only(control_points)
+        made = DeformedSurface(tables, self.closed, self.slit, shape, self.blocks)
+        self._last[:] = [made, *self._last[:1]]
+        return made
 
 
 def extent_of(points: FloatArray) -> float:

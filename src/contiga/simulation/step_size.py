@@ -701,10 +701,11 @@ def _room(model: Model, part: ContactPart, before: State, wanted: FloatArray) ->
     """(m,) how far each point may go; of those that want to go farther their distance is asked."""
     known = np.where(before.patch >= 0, 0.0, before.safe_distance)
     # Points that lie inside since the start touch nothing.
-    half, span = part.contact.half_thickness, SPAN * model.mechanism.sides[part.name].size
+    half = part.contact.half_thickness
+    span = np.full(len(known), SPAN * model.mechanism.sides[part.name].size)
     if len(before.control_points) and half is not None:
         # What was out of reach of half a thickness is not past the wall after that way.
-        span = np.minimum(span, np.where(half > 0.0, half, span))
+        span = np.where(half > 0.0, np.minimum(half, span), span)
     room = np.where(known < 0.0, math.inf, np.maximum(span, known))
     rows = np.flatnonzero((wanted > room) & (before.patch < 0)).astype(np.int32)
     if len(rows):

@@ -294,17 +294,15 @@ class Sampling:
         Σ_a N_qa x_a."""
         from scipy.sparse import coo_array
 
-        nodes, points, values = [rows], [np.arange(len(rows))], [np.ones(len(rows))]
-        if self._faces:
-            nodes, points, values = [], [], []
+        each = np.arange(len(rows))
+        parts = [] if self._faces else [(np.ones(len(rows)), rows, each)]
         for on, part in self._split(rows):
             corner, shape = on.of(rows[part])
-            nodes.append(corner.ravel())
-            points.append(np.repeat(np.arange(part.start, part.stop), corner.shape[1]))
-            values.append(shape.ravel())
-        entries = [np.concatenate(each) if each else [] for each in (values, nodes, points)]
-        at = entries[1], entries[2]
-        return coo_array((entries[0], at), shape=(self.n_nodes, len(rows))).tocsr()
+            points = np.repeat(each[part], corner.shape[1])
+            parts.append((shape.ravel(), corner.ravel(), points))
+        parts = parts or [(np.zeros(0), each, each)]
+        values, nodes, points = (np.concatenate(column) for column in zip(*parts, strict=True))
+        return coo_array((values, (nodes, points)), shape=(self.n_nodes, len(rows))).tocsr()
 
     def _between(
         self, rows: IndexArray, blocks: FloatArray

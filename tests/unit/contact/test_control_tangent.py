@@ -23,7 +23,11 @@ POSE[:3, 3] = 1.0, 2.0, 3.0
 
 
 def pressed(
-    body: cg.Body, points: np.ndarray, quads: Any = None, shape: np.ndarray | None = None, **how: Any
+    body: cg.Body,
+    points: np.ndarray,
+    quads: Any = None,
+    shape: np.ndarray | None = None,
+    **how: Any,
 ) -> tuple[cg.Contact, cg.State, np.ndarray, np.ndarray]:
     """A contact, the state at rest, the control points and the points that a step then has."""
     options: dict[str, Any] = {"law": cg.PenaltyLaw(7.0), "search": "penetration", "depth": 0.3}
@@ -92,7 +96,9 @@ def test_without_friction_it_is_that_of_an_energy() -> None:
     over = one.force_by_control.toarray().reshape(len(points), 3, -1, 3)
     back = one.control_by_points.toarray().reshape(-1, 3, len(points), 3)
     R = POSE[:3, :3]  # forces are in world axes, control points in the body's
-    np.testing.assert_allclose(np.einsum("iajb,cb->iajc", over, R), back.transpose(2, 3, 0, 1), atol=1e-12)
+    np.testing.assert_allclose(
+        np.einsum("iajb,cb->iajc", over, R), back.transpose(2, 3, 0, 1), atol=1e-12
+    )
 
 
 def test_of_points_beside_edges_of_a_solid_and_held_on_a_border() -> None:

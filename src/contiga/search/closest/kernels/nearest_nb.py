@@ -22,11 +22,11 @@ from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.balls.kernels.ball_nb import radius_at
 from contiga.search.closest.closest_records import FootRecord, Guess
-from contiga.search.closest.kernels.proof_nb import is_closest
 from contiga.search.closest.kernels.foot_nb import no_farther, write_nearest
 from contiga.search.closest.kernels.global_among_nb import anywhere
 from contiga.search.closest.kernels.global_nb import GIVEN_UP, PRUNE, closest
 from contiga.search.closest.kernels.one_foot_nb import foot_from, parameters_of, write_proved
+from contiga.search.closest.kernels.proof_nb import is_closest
 from contiga.search.hierarchy.kernels.curve_nb import LEFT_OUT
 from contiga.search.hierarchy.kernels.face_nb import in_face
 from contiga.search.hierarchy.kernels.plates_nb import on_plate

@@ -5,9 +5,9 @@ About a foot with the Hessian H, which is exact there,
     f(Δ) ≥ f + ½ Δᵀ H Δ − ⅙ (d_ss Δ_s² + 2 d_st |Δ_s Δ_t| + d_tt Δ_t²),
 
 d the largest changes of the second derivatives up to Δ, by bounds of the surface's derivatives. So
-no place of a leaf near by is nearer than the foot where H less a third of these is positive definite.
-Leaves farther off are left out by their plates, as in a search, and those of which this tells
-nothing, as across a kink, are searched cell by cell.
+no place of a leaf near by is nearer than the foot where H less a third of these is positive
+definite. Leaves farther off are left out by their plates, as in a search, and those of which this
+tells nothing, as across a kink, are searched cell by cell.
 """
 
 from __future__ import annotations
