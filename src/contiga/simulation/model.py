@@ -167,8 +167,7 @@ class Model(Displayed):
 
     @cached_property
     def driven_contacts(self) -> frozenset[str]:
-        """Names of the contacts of which a prescribed motion moves one of the two sides, or changes
-        its shape."""
+        """Names of the contacts of which a prescribed motion moves or reshapes one of the two sides."""
         system = self.mechanism
         return frozenset(
             part.name
