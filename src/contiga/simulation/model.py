@@ -167,13 +167,12 @@ class Model(Displayed):
 
     @cached_property
     def driven_contacts(self) -> frozenset[str]:
-        """Names of the contacts of which a prescribed motion moves or reshapes one of the two sides."""
+        """Names of the contacts of which a prescribed motion moves one of the two sides."""
         system = self.mechanism
         return frozenset(
             part.name
             for part in self.contacts
             if is_driven(self.slaves[part.slave].motion)
-            or self.shapes.is_told(part.master)
             or system.root_of(part.master) in system.driven
             or system.carried.get(part.slave) in system.driven
         )

@@ -669,9 +669,9 @@ def gone_too_far(model: Model, last: SystemState, state: SystemState) -> Cut | N
     for part in model.contacts:
         before, now = last.contacts[part.name], state.contacts[part.name]
         gone[part.name] = ways = _lengths(now.points_B - before.points_B)
-        ways += float(_lengths(_shape_change(part, before, now)).max(initial=0.0))
         if part.name in model.driven_contacts:
-            # What a table drives may turn round, or whole turns, between the ends of a step.
+            # What a table drives may turn round, or whole turns, between the ends of a step; and
+            # a surface that changes its shape goes past points that stand.
             fastest = max(_speed(model, part, last), _speed(model, part, state))
             ways = np.maximum(ways, fastest * state.step)
         room = _room(model, part, before, ways)
@@ -730,18 +730,12 @@ def _speed(model: Model, part: ContactPart, at: SystemState) -> float:
     return fastest + float(np.max(_lengths(against), initial=0.0))
 
 
-def _shape_change(part: ContactPart, before: State, now: State) -> FloatArray:
-    """(m, 3) by which control points of the master have moved between two states, body axes; (0, 3)
-    of one that keeps its shape."""
-    return now.control_points - before.control_points
-
-
 def _ways(part: ContactPart, before: State, now: State, rows: IndexArray) -> FloatArray:
     """(k, 3) ways of some points in contact against the surface between two states, body axes."""
     points = now.points_B[rows]
     ways = points - before.points_B[rows]
     if len(now.control_points):
-        body, change = part.contact.master.faces, _shape_change(part, before, now)
+        body, change = part.contact.master.faces, now.control_points - before.control_points
         assert body is not None
         feet = SurfacePlaces(now.patch[rows], now.uv[rows])
         ways = ways - NetMotion(body, now.control_points, change).carry(feet, points)

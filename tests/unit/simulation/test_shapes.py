@@ -12,6 +12,7 @@ from tests.blocks import block
 import contiga as cg
 from contiga.errors import ContigaError, InputError
 from contiga.matter.iga import assemble_shell
+from contiga.simulation import step_size
 
 
 def breathing(step: Any = 0.01, **options: Any) -> cg.Simulation:
@@ -125,7 +126,7 @@ def test_no_step_takes_a_wall_past_a_point() -> None:
     simulation = cg.Simulation(
         bodies={"sheet": (sheet, motion)},
         slaves={"points": (slave, cg.motion.Free(1e-3))},
-        contacts=[cg.Contact(sheet, slave, law=cg.PenaltyLaw(50.0), shell_thickness=0.2)],
+        contacts=[cg.Contact(sheet, slave, law=cg.PenaltyLaw(1e6), shell_thickness=0.02)],
         end=10.0,
         step="auto",
     )
@@ -133,6 +134,22 @@ def test_no_step_takes_a_wall_past_a_point() -> None:
     while state.time < 1.0:
         state = simulation.step(state)
     assert (state.slaves["points"].points[:, 2] > 100.0).all()
+
+
+def test_points_beside_a_shape_that_changes_go_half_a_thickness_at_most() -> None:
+    """Or as far as is known to be free: so none is behind the wall and out of its reach at once."""
+    sheet = cg.Body([cg.shapes.plane(width=4.0, length=4.0)])
+    slave = cg.Slave([[0.3, 0.2, 0.012], [-0.7, 0.1, 0.51]], area=np.ones(2))
+    simulation = cg.Simulation(
+        bodies={"sheet": (sheet, cg.motion.ControlPoints([0.0], [sheet.net.points]))},
+        slaves={"points": (slave, cg.motion.Free(1e-3))},
+        contacts=[cg.Contact(sheet, slave, law=cg.PenaltyLaw(1.0), shell_thickness=0.02)],
+        end=1.0,
+        step="auto",
+    )
+    (part,), (before,) = simulation.contacts, simulation.start().contacts.values()
+    room = step_size._room(simulation, part, before, np.full(2, 10.0))
+    np.testing.assert_allclose(room, [0.01, 0.5], atol=1e-6)
 
 
 def test_what_settles_comes_to_rest_on_the_shape_of_the_start() -> None:
