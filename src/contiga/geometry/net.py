@@ -118,7 +118,7 @@ class NetMotion(NamedTuple):
         out, net = np.zeros((len(points), 3)), (locked(self.shape), locked(self.change))
         for patch, rows in _on_patches(self.body, feet):
             moved = np.empty((len(points[rows]), 3))
-            given = patch, *net, feet.uv[rows], points[rows], moved
+            given = patch, *net, *_rows_of(rows, feet.uv, points), moved
             run_ranges(straight(net_nb.carry), len(moved), POINTS, *given)
             out[rows] = moved
         return out
@@ -136,6 +136,11 @@ def _on_patches(body: Faces, feet: SurfacePlaces) -> Iterator[tuple[NetPatch, Ro
             yield patch, rows
 
 
+def _rows_of(rows: Rows, *arrays: FloatArray) -> tuple[FloatArray, ...]:
+    """Some rows of arrays, as kernels take them."""
+    return tuple(np.ascontiguousarray(array[rows]) for array in arrays)
+
+
 def spread(
     body: Faces, shape: FloatArray, feet: SurfacePlaces, points: FloatArray, forces: FloatArray
 ) -> FloatArray:
@@ -143,7 +148,7 @@ def spread(
     with their feet: the same work, sum and moment; see `net_nb`."""
     out = np.zeros(shape.shape)
     for patch, rows in _on_patches(body, feet):
-        given = patch, locked(shape), feet.uv[rows], points[rows], forces[rows]
+        given = patch, locked(shape), *_rows_of(rows, feet.uv, points, forces)
         straight(net_nb.spread)(*given, out)
     return out
 
@@ -166,7 +171,7 @@ def dependence_of(body: Faces, shape: FloatArray, feet: SurfacePlaces) -> Depend
     parts = [Dependence(NO_ROWS, NO_ROWS, np.zeros(0), np.zeros((0, 3)))]
     every = np.arange(len(feet.patch))
     for patch, rows in _on_patches(body, feet):
-        uv = np.ascontiguousarray(feet.uv[rows])
+        (uv,) = _rows_of(rows, feet.uv)
         k, c = len(uv), (patch.surface.p + 1) * (patch.surface.q + 1)
         found = Influence(np.empty((k, c), np.int32), np.empty((k, c)), np.empty((k, c, 3)))
         run_ranges(straight(net_nb.influence), k, POINTS, patch, locked(shape), uv, found)
