@@ -341,6 +341,7 @@ def reshaped() -> None:
             state = contact.start(far, control_points=control)
             for scale in (1.01, 1.02):
                 state = contact.step(state, near, control_points=scale * control, dt=0.1)
+            contact.linearise(state)
 
 
 def _splines() -> None:

@@ -6,10 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from scipy.sparse import block_array, eye_array
+from scipy.sparse.linalg import spsolve
 
 import contiga as cg
 from contiga.laws.friction import Friction
-from contiga.matter.iga import assemble_shell
+from contiga.matter.iga import Symmetry, assemble_shell
 
 
 class Drift(NamedTuple):
@@ -76,3 +78,52 @@ def test_energy_is_kept_with_order_two_and_momentum_and_moment_to_rounding(
     assert 3.0 < coarse.energy / fine.energy < 6.0
     assert max(coarse.momentum, fine.momentum) < 1e-12  # of 60 g mm/ms
     assert max(coarse.moment, fine.moment) < 1e-10  # of 6,000 g mm²/ms
+
+
+def test_newtons_method_solves_for_points_and_control_points_together() -> None:
+    """Points on springs press a clamped shell that is the master; both sides are unknown."""
+    parts = [k / 4 for k in range(1, 4)]
+    plate = cg.shapes.plane(width=20.0, length=20.0).k_refined((1, 1), parts, parts)
+    steel = cg.materials.Elastic(young=2000.0, poisson=0.3)
+    clamps = [Symmetry(edge) for edge in ("u0", "u1", "v0", "v1")]
+    shell = assemble_shell([plate], material=steel, density=1e-3, thickness=1.0, symmetry=clamps)
+    free = np.ones(shell.net.points.shape, bool)
+    for edge in ("u0", "u1", "v0", "v1"):
+        free[shell.net.edge(edge)] = False
+    grid = np.stack(np.meshgrid(*[np.linspace(-4.0, 4.0, 5)] * 2), axis=-1).reshape(-1, 2)
+    anchors, spring = np.column_stack([grid, np.full(25, 0.5)]), 3.0
+    slave = cg.Slave(anchors, area=np.ones(25))
+    contact = cg.Contact(
+        cg.Body([plate]), slave, law=cg.PenaltyLaw(50.0), shell_thickness=1.0, depth=0.5
+    )
+    x, now, counts = np.add(anchors, [0.0, 0.0, 0.05]), shell.start(), []
+    state = contact.start(x, control_points=now.points)
+    n, alive = x.size, np.concatenate([np.ones(x.size, bool), free.ravel()])
+    for down in (0.2, 0.4, 0.6, 0.8):
+        counts.append(0)
+        while counts[-1] < 20:
+            after = contact.step(state, x, dt=0, control_points=now.points)
+            inside = shell.forces(now, now.points, 0.0 * now.points, 0.0)
+            on_points = after.force - spring * (x - anchors + [0.0, 0.0, down])
+            both = np.concatenate([on_points, inside.force + after.control_force]).ravel()
+            if np.abs(both[alive]).max() < 1e-9:
+                break
+            slopes = contact.linearise(after)
+            K = block_array(
+                [
+                    [spring * eye_array(n) - slopes.force_by_points, -slopes.force_by_control],
+                    [-slopes.control_by_points, shell.tangent(now) - slopes.control_by_control],
+                ]
+            ).tocsr()
+            counts[-1] += 1
+            way = np.zeros(len(both))
+            way[alive] = spsolve(K[alive][:, alive].tocsc(), both[alive])
+            x = x + way[:n].reshape(x.shape)
+            now = now._replace(points=now.points + way[n:].reshape(now.points.shape))
+        state = after
+    assert max(counts) <= 6, counts
+    assert state.n_contact > 10
+    assert now.points[:, 2].min() < -0.05
+    np.testing.assert_allclose(
+        state.control_force.sum(axis=0), -state.force.sum(axis=0), atol=1e-12
+    )

@@ -432,8 +432,9 @@ class Contact(Displayed):
         """All first derivatives of the step that has made `state`.
 
         Those of the forces on the slave's points and of the wrench on the master, over the points,
-        over the pose of the master, and over velocities where the step was given some. Raises as
-        `tangent` does.
+        over the pose of the master, and over velocities where the step was given some; and of the
+        forces on points and on control points over both where it was given control points. Raises
+        as `tangent` does.
         """
         return linearisation_of(self._asked(state), *self._with_inputs(state))
 
@@ -442,11 +443,12 @@ class Contact(Displayed):
         return kinks_of(self._asked(state), *self._with_inputs(state))
 
     def _asked(self, state: State) -> Asked:
-        surface = self._surface
+        surface, shape = self._surface, None
         if len(state.control_points):
             thick = self.half_thickness is not None
-            surface = shape_of(self.master, thick, state.control_points).surface
-        laws = surface, self.law, self.friction
+            shape = shape_of(self.master, thick, state.control_points)
+            surface = shape.surface
+        laws = surface, shape, self.law, self.friction
         return Asked(*laws, self._sampling, self.half_thickness, self._reference_point)
 
     def _with_inputs(self, state: State) -> tuple[State, StepInputs]:

@@ -137,7 +137,7 @@ def _inside(
     """Find the points on the contact side, and how deep the deepest of them lies."""
     rows = np.flatnonzero(active & np.isfinite(p_B).all(axis=1)).astype(np.int32)
     if options.half is not None:
-        reached = reach(surface, p_B, rows, options)
+        reached = reach(closest(surface, p_B, rows), p_B, rows, options)
         deep = reached.within & (reached.feet.gap < -ON_IT * options.size)
         return rows[deep], float(-reached.feet.gap[deep].min(initial=0.0))
     if not options.closed:

@@ -118,6 +118,12 @@ def changes_over_velocities(grown: FloatArray) -> FrictionChange:
     return FrictionChange(grown, np.zeros(grown.shape), none, none, velocity)
 
 
+def changes_over_normals(k: int) -> FrictionChange:
+    """How the input of k points changes with their normals, along the three axes."""
+    stays, turns = np.zeros((k, 3, 3)), np.tile(np.eye(3), (k, 1, 1))
+    return FrictionChange(np.zeros((k, 3)), np.zeros((k, 3)), turns, stays, np.zeros((0, 3, 3)))
+
+
 def friction_terms(friction: Friction, seen: Seen, carried: Carried, own: FrictionChange) -> Terms:
     """Derivatives of friction's forces, where each point's input changes by its `own` way.
 

@@ -303,11 +303,23 @@ class Rows(NamedTuple):
     """Free before, and near enough to the surface to reach it."""
 
 
+class ShapedSurface(Protocol):
+    """A surface in one of its shapes."""
+
+    def closest_from(self, starts: SurfacePlaces, p_B: FloatArray, out: Projection) -> None:
+        """Closest points of p_B (k, 3) into `out`, from feet on another shape, patch −1 where there
+        is none."""
+
+
 class ChangedShape(Protocol):
     """A surface that has another shape than at the last step."""
 
     @property
-    def surface_before(self) -> Surface:
+    def surface(self) -> ShapedSurface:
+        """The surface as it is."""
+
+    @property
+    def surface_before(self) -> ShapedSurface:
         """The surface as it was."""
 
     @property
@@ -327,11 +339,6 @@ class StepSearch(NamedTuple):
     options: Options
     shape: ChangedShape | None = None
     """How the surface has changed; None of one that keeps its shape."""
-
-    @property
-    def surface_before(self) -> Surface:
-        """The surface as it was at the last step."""
-        return self.surface if self.shape is None else self.shape.surface_before
 
 
 def listed(rows: IntArray, counts: IndexArray) -> IntArray:

@@ -16,9 +16,11 @@ import numpy as np
 from contiga.arrays.layout import as_numbers
 from contiga.arrays.ordered import product, row_lengths, row_products
 from contiga.arrays.threads import run_ranges
+from contiga.contact.control_tangent import AtFeet, ControlSlopes, control_slopes, no_slopes
 from contiga.contact.friction_tangent import (
     Carried,
     Terms,
+    changes_over_normals,
     changes_over_places,
     changes_over_velocities,
     friction_terms,
@@ -26,8 +28,10 @@ from contiga.contact.friction_tangent import (
 from contiga.contact.kernels import tangent_nb
 from contiga.contact.loads import Column
 from contiga.contact.respond import ContactRows, Seen
+from contiga.contact.shape import Shape
 from contiga.contact.state import State
 from contiga.errors import InputError
+from contiga.geometry.net import dependence_of
 from contiga.laws.friction import Friction
 from contiga.laws.law import Law
 from contiga.masters.protocol import Surface
@@ -40,6 +44,7 @@ from contiga.records import (
     LawOutput,
     LawTangent,
     Projection,
+    SurfacePlaces,
 )
 from contiga.rigid.frames import to_world, turn_to_world
 from contiga.slaves.sampling import Sampling
@@ -73,6 +78,8 @@ class Asked(NamedTuple):
     """A contact that is asked for the derivatives of its forces."""
 
     surface: Surface
+    shape: Shape | None
+    """Of a master whose control points were given."""
     law: Law
     friction: Friction | None
     sampling: Sampling
@@ -112,6 +119,14 @@ class Linearisation(NamedTuple):
     force_by_velocity: csr_array
     """(3 n, 3 n) over velocities that a step was given; without entries where it was given none, as
     rates then follow from the points."""
+    force_by_control: csr_array
+    """(3 n, 3 m) over the master's m control points, body axes; m = 0 where a step was given none.
+    With the next two it leaves out how the surface turns and stretches below a point within the
+    step, which friction and dampers of points that come in see."""
+    control_by_points: csr_array
+    """(3 m, 3 n) of `State.control_force`."""
+    control_by_control: csr_array
+    """(3 m, 3 m) of the same over the control points, body axes."""
 
 
 class _NormalTangent(NamedTuple):
@@ -136,6 +151,10 @@ class _Tangents(NamedTuple):
     """Over the places of points, at fixed velocities against the body."""
     velocities: Terms
     """Over these velocities; zero where none were given."""
+    turns: Terms
+    """Over a turn of the normal alone; zero of a master that keeps its shape."""
+    slopes: FootSlopes
+    """Of the feet, body axes."""
 
 
 def tangent_of(asked: Asked, state: State, inputs: StepInputs) -> csr_array:
@@ -172,13 +191,36 @@ def linearisation_of(asked: Asked, state: State, inputs: StepInputs) -> Linearis
     nodal = np.stack([sampling.nodal(rows, by_pose[:, :, q]) for q in range(6)], axis=2)
     across = np.stack([sampling.nodal(rows, by_points[:, q]) for q in range(6)])
     told = rows if inputs.twist is not None else rows[:0]
+    control = _control_slopes(asked, state, inputs, both, force_W)
     return Linearisation(
         _matrix_of(rows, places, sampling),
         nodal.reshape(3 * n, 6),
         across.reshape(6, 3 * n),
         wrench_by_pose,
         _matrix_of(told, both.velocities, sampling),
+        *control,
     )
+
+
+def _control_slopes(
+    asked: Asked, state: State, inputs: StepInputs, both: _Tangents, force_W: FloatArray
+) -> ControlSlopes:
+    """Derivatives over the master's control points, of none where it has none."""
+    points, pose, shape, sampling = inputs.points, state.pose, asked.shape, asked.sampling
+    rows = points.rows
+    if shape is None:
+        return no_slopes(sampling.n_nodes)
+    assert asked.half is not None
+    feet = SurfacePlaces(state.patch[rows], state.uv[rows])
+    net = dependence_of(shape.body, shape.now, feet)
+    gap = asked.half[rows] + row_products(state.points_B[rows] - points.foot, points.normal)
+    turning = _in_world(Terms.of(both.slopes.normal.copy()), pose).blocks
+    normal, shares = turn_to_world(pose, points.normal), sampling.shares(rows)
+    pressed = state.normal_force[rows]
+    traction = force_W - pressed[:, None] * normal if len(state.traction_B) else 0.0 * force_W
+    forces = force_W, pressed, traction
+    at = AtFeet(*forces, normal, gap, turning, both.places, both.turns, shares)
+    return control_slopes(at, net, pose[:3, :3], len(shape.now))
 
 
 def kinks_of(asked: Asked, state: State, inputs: StepInputs) -> IntArray:
@@ -220,15 +262,20 @@ def _point_tangents(asked: Asked, state: State, inputs: StepInputs) -> _Tangents
         own = changes_over_places(seen.points, carried, getattr(friction, "has_rate", True))
         places = places.plus(friction_terms(friction, seen, carried, own))
     places = _in_world(places, state.pose)
-    if inputs.twist is None:
-        return _Tangents(places, Terms.of(np.zeros((k, 3, 3))))
-    by_speed = -rate[:, None] * points.normal
-    velocities = Terms.of(points.normal[:, :, None] * by_speed[:, None, :])
-    if friction is not None and seen is not None and k:
-        still = carried._replace(slopes=FootSlopes(np.zeros((k, 3)), np.zeros((k, 3, 3))))
-        own = changes_over_velocities(by_speed)
-        velocities = velocities.plus(friction_terms(friction, seen, still, own))
-    return _Tangents(places, _in_world(velocities, state.pose))
+    still = carried._replace(slopes=FootSlopes(np.zeros((k, 3)), np.zeros((k, 3, 3))))
+    turns = velocities = Terms.of(np.zeros((k, 3, 3)))
+    if asked.shape is not None:
+        turns = Terms.of(force[:, None, None] * np.eye(3))
+        if friction is not None and seen is not None and k:
+            turns = turns.plus(friction_terms(friction, seen, still, changes_over_normals(k)))
+    if inputs.twist is not None:
+        by_speed = -rate[:, None] * points.normal
+        velocities = Terms.of(points.normal[:, :, None] * by_speed[:, None, :])
+        if friction is not None and seen is not None and k:
+            own = changes_over_velocities(by_speed)
+            velocities = velocities.plus(friction_terms(friction, seen, still, own))
+    turns, velocities = _in_world(turns, state.pose), _in_world(velocities, state.pose)
+    return _Tangents(places, velocities, turns, slopes)
 
 
 def _at_fixed_velocity(tangents: _Tangents, inputs: StepInputs) -> Terms:

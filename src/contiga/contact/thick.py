@@ -21,7 +21,14 @@ from contiga.area.offset import off_surface
 from contiga.contact.foot_rows import closest, take
 from contiga.contact.search_records import BoolArray, Detected, Options, Rows, StepSearch
 from contiga.masters.protocol import Surface
-from contiga.records import ContactStatus, FloatArray, IntArray, Projection
+from contiga.records import (
+    ContactStatus,
+    FloatArray,
+    IntArray,
+    Projection,
+    SurfacePlaces,
+    empty_projection,
+)
 from contiga.statuses import Status
 
 
@@ -48,7 +55,7 @@ def detect_at_start(
     """Search at the start: by intersection points within reach are not in contact until they have
     been out of it; by penetration they are."""
     near = _near(surface, p_B, rows, detected, options)
-    reached = reach(surface, p_B, near, options)
+    reached = reach(closest(surface, p_B, near), p_B, near, options)
     detected.safe_distance[near] = reached.room
     if options.penetration:
         touching = reached.within & (options.hold | ~reached.on_border)
@@ -63,7 +70,7 @@ def detect(search: StepSearch, rows: Rows) -> None:
     were, free = rows
     near = np.concatenate((were, _near(surface, step.now, free, detected, options)))
     was = np.arange(len(near)) < len(were)
-    reached = reach(surface, step.now, near, options)
+    reached = reach(_feet(search, near), step.now, near, options)
     beside = reached.on_border & (not options.hold)
     touching = reached.within & ~beside
     if not options.penetration:
@@ -95,15 +102,28 @@ def _leave_from_behind(
     unsure = np.flatnonzero(new | (touching & was & reached.behind & ~reached.on_border))
     if len(unsure) == 0:
         return
-    before = reach(search.surface_before, search.step.before, near[unsure], options)
+    rows = near[unsure]
+    before = reach(_feet(search, rows, before=True), search.step.before, rows, options)
     ahead = before.solved & ~before.behind & (before.room >= 0.0)
     touching[unsure] = np.where(was[unsure], ~before.on_border, ahead)
 
 
-def reach(surface: Surface, p_B: FloatArray, rows: IntArray, options: Options) -> Reached:
-    """Tell by closest points which points half the thickness reaches."""
+def _feet(search: StepSearch, rows: IntArray, *, before: bool = False) -> Projection:
+    """Find the closest points of where points are now, or were before the step; on a surface that
+    changes its shape those of the last step are gone on with."""
+    step, shape, last = search.step, search.shape, search.last
+    points = step.before if before else step.now
+    if shape is None:
+        return closest(search.surface, points, rows)
+    out, surface = empty_projection(len(rows)), shape.surface_before if before else shape.surface
+    surface.closest_from(SurfacePlaces(last.patch[rows], last.uv[rows]), points[rows], out)
+    return out
+
+
+def reach(feet: Projection, p_B: FloatArray, rows: IntArray, options: Options) -> Reached:
+    """Tell by the closest points of p_B[rows] which points half the thickness reaches."""
     assert options.half is not None
-    half, feet = options.half[rows], closest(surface, p_B, rows)
+    half = options.half[rows]
     on_border = (feet.status == Status.BORDER) | (feet.status == Status.TRIMMED)
     solved = (feet.status == Status.OK) | on_border
     # Beside a border there is no inside.

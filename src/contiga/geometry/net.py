@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -14,13 +15,15 @@ from contiga.arrays.threads import run_ranges
 from contiga.errors import InputError
 from contiga.geometry.faces import Faces
 from contiga.geometry.kernels import net_nb
-from contiga.geometry.kernels.net_nb import NetPatch
+from contiga.geometry.kernels.net_nb import Influence, NetPatch
 from contiga.jit import straight
-from contiga.records import FloatArray, IntArray, SurfacePlaces
+from contiga.records import FloatArray, IndexArray, IntArray, SurfacePlaces
 
 SAME = 1e-7
 """Control points on borders of patches that are closer than this share of the body's size are
 one."""
+Rows: TypeAlias = IndexArray | slice
+NO_ROWS = np.zeros(0, np.int64)
 POINTS = 1024
 """Below so many a second thread does not pay."""
 
@@ -112,16 +115,30 @@ class NetMotion(NamedTuple):
     def carry(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
         """(k, 3) how points (k, 3) move that the surface carries along at their feet; see
         `net_nb`."""
-        out = np.zeros((len(points), 3))
-        for k, patch in enumerate(_patches_of(self.body)):
-            rows = np.flatnonzero(feet.patch == k)
-            if len(rows):
-                moved = np.empty((len(rows), 3))
-                net = locked(self.shape), locked(self.change)
-                given = patch, *net, feet.uv[rows], points[rows], moved
-                run_ranges(straight(net_nb.carry), len(rows), POINTS, *given)
-                out[rows] = moved
+        out, net = np.zeros((len(points), 3)), (locked(self.shape), locked(self.change))
+        for patch, rows in _on_patches(self.body, feet):
+            moved = np.empty((len(points[rows]), 3))
+            given = patch, *net, *_rows_of(rows, feet.uv, points), moved
+            run_ranges(straight(net_nb.carry), len(moved), POINTS, *given)
+            out[rows] = moved
         return out
+
+
+def _on_patches(body: Faces, feet: SurfacePlaces) -> Iterator[tuple[NetPatch, Rows]]:
+    """Each patch that has any of the feet, and the rows of these."""
+    patches = _patches_of(body)
+    if len(patches) == 1 and (feet.patch == 0).all():  # no copies are made of what is all there is
+        yield patches[0], slice(None)
+        return
+    for k, patch in enumerate(patches):
+        rows = np.flatnonzero(feet.patch == k)
+        if len(rows):
+            yield patch, rows
+
+
+def _rows_of(rows: Rows, *arrays: FloatArray) -> tuple[FloatArray, ...]:
+    """Some rows of arrays, as kernels take them."""
+    return tuple(np.ascontiguousarray(array[rows]) for array in arrays)
 
 
 def spread(
@@ -130,9 +147,35 @@ def spread(
     """(m, 3) forces on control points that do as `forces` (k, 3) at `points` (k, 3) carried along
     with their feet: the same work, sum and moment; see `net_nb`."""
     out = np.zeros(shape.shape)
-    for k, patch in enumerate(_patches_of(body)):
-        rows = np.flatnonzero(feet.patch == k)
-        if len(rows):
-            given = patch, locked(shape), feet.uv[rows], points[rows], forces[rows]
-            straight(net_nb.spread)(*given, out)
+    for patch, rows in _on_patches(body, feet):
+        given = patch, locked(shape), *_rows_of(rows, feet.uv, points, forces)
+        straight(net_nb.spread)(*given, out)
     return out
+
+
+class Dependence(NamedTuple):
+    """How places on a body depend on its control points, as entries of matrices."""
+
+    place: IndexArray
+    """(e,) row of the place."""
+    control: IndexArray
+    """(e,) row of the control point."""
+    value: FloatArray
+    """(e,) its basis function there."""
+    gradient: FloatArray
+    """(e, 3) of that along the surface, one over length, body axes."""
+
+
+def dependence_of(body: Faces, shape: FloatArray, feet: SurfacePlaces) -> Dependence:
+    """Return how places (k,) depend on the control points `shape` (m, 3)."""
+    parts = [Dependence(NO_ROWS, NO_ROWS, np.zeros(0), np.zeros((0, 3)))]
+    every = np.arange(len(feet.patch))
+    for patch, rows in _on_patches(body, feet):
+        (uv,) = _rows_of(rows, feet.uv)
+        k, c = len(uv), (patch.surface.p + 1) * (patch.surface.q + 1)
+        found = Influence(np.empty((k, c), np.int32), np.empty((k, c)), np.empty((k, c, 3)))
+        run_ranges(straight(net_nb.influence), k, POINTS, patch, locked(shape), uv, found)
+        place = np.repeat(every[rows], c)
+        flat = found.control.ravel(), found.value.ravel(), found.gradient.reshape(-1, 3)
+        parts.append(Dependence(place, *flat))
+    return Dependence(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))

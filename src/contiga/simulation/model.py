@@ -25,7 +25,7 @@ from contiga.dynamics.pulses import check_covers
 from contiga.dynamics.shapes import ControlPoints
 from contiga.dynamics.slip_rings import SlipRing
 from contiga.dynamics.springs import Spring
-from contiga.dynamics.stepping import AutoSteps, Stepping
+from contiga.dynamics.stepping import Stepping
 from contiga.errors import ContigaError, InputError
 from contiga.geometry.net import net_of
 from contiga.io.naming import check_name
@@ -324,8 +324,7 @@ def check_settle(model: Model) -> None:
 
 
 def check_shapes(model: Model) -> None:
-    """Refuse bodies that cannot change their shape as they are told to, and steps that choose
-    themselves or settling beside them.
+    """Refuse bodies that cannot change their shape as they are told to.
 
     Raises
     ------
@@ -346,16 +345,6 @@ def check_shapes(model: Model) -> None:
                 assert shape_of(contact.master, contact.half_thickness is not None, rest)
         except ContigaError as error:
             raise InputError(str(error), where=where) from error
-        for what, wrong in (
-            ("automatic steps do", isinstance(model.stepping, AutoSteps)),
-            ("settling does", model.settling is not None),
-        ):
-            if parts and wrong:
-                raise InputError(
-                    f"{what} not foresee how a body changes its shape",
-                    where=where,
-                    allowed="a step that is given, and no settling",
-                )
 
 
 def _control_points_at_rest(model: Model, name: str) -> FloatArray:

@@ -25,6 +25,7 @@ from contiga.dynamics.free import Attached, Dependent, Free
 from contiga.dynamics.nodes import Imbalance
 from contiga.dynamics.prescribed import Fixed, Moved, Stopped
 from contiga.dynamics.rigid_bodies import Placed, kicked
+from contiga.dynamics.shapes import ControlPoints, ControlPointsOf
 from contiga.dynamics.springs import GROUND, Spring
 from contiga.dynamics.stepping import GivenTimes
 from contiga.errors import InputError, RunError
@@ -143,7 +144,9 @@ def _resting(model: Model, settle: Settle) -> Model:
         resting = motion
         if isinstance(motion, Free):
             resting = motion.resting(start) if name in settle.bodies else Fixed()
-        elif not isinstance(motion, Attached):
+        elif isinstance(motion, ControlPoints):
+            resting = ControlPoints([start], [motion.control_points(start)])
+        elif not isinstance(motion, Attached | ControlPointsOf):
             assert not isinstance(motion, Dependent)
             resting = Stopped(motion, start)
         bodies[name] = BodyPart(body, resting)

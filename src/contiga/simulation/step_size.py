@@ -41,12 +41,14 @@ import numpy as np
 
 from contiga.arrays.ordered import length, product, row_products
 from contiga.contact.foot_rows import closest
+from contiga.contact.shape import shape_of
 from contiga.contact.state import State
 from contiga.dynamics.stepping import AutoSteps
 from contiga.errors import RunError
+from contiga.geometry.net import NetMotion
 from contiga.laws.friction import ViscousFriction
 from contiga.masters.protocol import Surface
-from contiga.records import ContactStatus, FloatArray, IndexArray, IntArray
+from contiga.records import ContactStatus, FloatArray, IndexArray, IntArray, SurfacePlaces
 from contiga.rigid.frames import cross, to_world, turn_to_world
 from contiga.rigid.rigid_lanes import AXES, CENTRE, FORCE, MASS, MOMENTS, SPINS, TORQUE, WAYS
 from contiga.simulation.clock import Clock
@@ -278,7 +280,7 @@ def proposed(model: Model, stepping: AutoSteps, start: Start) -> Cut:
         cuts.append(Cut(longest_sample(model), Reason.SAMPLE))
     for part in model.contacts:
         # Points that a motion drives go as far as they may.
-        if part.name in model.driven_contacts and (speed := _speed(part, last)) > 0.0:
+        if part.name in model.driven_contacts and (speed := _speed(model, part, last)) > 0.0:
             before = last.contacts[part.name]
             room = _room(model, part, before, np.full(len(before.patch), most * speed / AIM))
             step = AIM * float(room.min(initial=math.inf)) / speed
@@ -439,13 +441,14 @@ def missing_of(model: Model, start: Start, state: SystemState) -> float:
     # force is there at once when a point comes in at a speed. The step counts half of its work over
     # the whole step, wherever in it that was; of many points the errors are independent.
     squares = 0.0
-    for name, now in state.contacts.items():
+    for part in model.contacts:
+        now = state.contacts[part.name]
         if now.kept.damping is None:
             continue
         rows, damping = now.kept.damping.nonzero()
         new = now.status[rows] == ContactStatus.NEW
         rows, damping = rows[new], damping[new]
-        way = now.points_B[rows] - last.contacts[name].points_B[rows]
+        way = _ways(part, last.contacts[part.name], now, rows)
         work = 0.5 * damping * row_products(way, now.kept.normal_B.at(rows))
         squares += float((work * work).sum())
     return abs(state.energy.error - last.energy.error + owed) + JUMPS * math.sqrt(squares)
@@ -549,8 +552,8 @@ def _rates(
     rows, stiffness = now.kept.stiffness.nonzero()
     if len(rows) == 0 and now.kept.traction_B is None:
         return ()
-    normals, points = now.kept.normal_B.at(rows), now.points_B[rows]
-    inward = -row_products(points - before.points_B[rows], normals) / state.step
+    normals = now.kept.normal_B.at(rows)
+    inward = -row_products(_ways(part, before, now, rows), normals) / state.step
     rate = stiffness * np.where(np.isfinite(inward), inward, 0.0)
     if now.kept.damping is not None:
         rate = rate + decay * now.kept.damping.at(rows)
@@ -632,7 +635,7 @@ def hand_over(model: Model, last: SystemState, state: SystemState) -> HandOver:
         parting, rows = math.inf, _sharing(before, now)
         rows = rows[now.in_contact[rows]]
         if len(rows) > 1:  # else one has it alone
-            way = now.points_B[rows] - before.points_B[rows]
+            way = _ways(part, before, now, rows)
             parting = float(np.ptp(row_products(way, now.kept.normal_B.at(rows)) / step))
         if math.isfinite(parting):
             # The least mass that the contact moves at either side; 0 where it moves none.
@@ -677,8 +680,9 @@ def gone_too_far(model: Model, last: SystemState, state: SystemState) -> Cut | N
         before, now = last.contacts[part.name], state.contacts[part.name]
         gone[part.name] = ways = _lengths(now.points_B - before.points_B)
         if part.name in model.driven_contacts:
-            # What a table drives may turn round, or whole turns, between the ends of a step.
-            fastest = max(_speed(part, last), _speed(part, state))
+            # What a table drives may turn round, or whole turns, between the ends of a step; and
+            # a surface that changes its shape goes past points that stand.
+            fastest = max(_speed(model, part, last), _speed(model, part, state))
             ways = np.maximum(ways, fastest * state.step)
         room = _room(model, part, before, ways)
         if (far := float(np.max(ways / room, initial=0.0))) > worst:
@@ -688,6 +692,8 @@ def gone_too_far(model: Model, last: SystemState, state: SystemState) -> Cut | N
     least = 1.0
     for part in model.contacts:
         before, now = last.contacts[part.name], state.contacts[part.name]
+        if len(now.control_points):
+            continue  # `_room` keeps its points from going past a wall
         free = (before.patch < 0) & (now.patch < 0) & (before.safe_distance >= 0.0)
         way = gone[part.name]
         rows = np.flatnonzero(free & (way > before.safe_distance)).astype(np.int32)
@@ -705,24 +711,45 @@ def _room(model: Model, part: ContactPart, before: State, wanted: FloatArray) ->
     """(m,) how far each point may go; of those that want to go farther their distance is asked."""
     known = np.where(before.patch >= 0, 0.0, before.safe_distance)
     # Points that lie inside since the start touch nothing.
-    span = SPAN * model.mechanism.sides[part.name].size
+    half = part.contact.half_thickness
+    span = np.full(len(known), SPAN * model.mechanism.sides[part.name].size)
+    if len(before.control_points) and half is not None:
+        # What was out of reach of half a thickness is not past the wall after that way.
+        span = np.where(half > 0.0, np.minimum(half, span), span)
     room = np.where(known < 0.0, math.inf, np.maximum(span, known))
     rows = np.flatnonzero((wanted > room) & (before.patch < 0)).astype(np.int32)
     if len(rows):
         # What is left of a distance known once lessens on any way, also on one that leads away.
         clear = np.zeros(len(room))
-        model.bodies[part.master].body.surface.safe_distance(before.points_B, rows, clear)
-        if part.contact.half_thickness is not None:
-            clear -= part.contact.half_thickness
+        surface = model.bodies[part.master].body.surface
+        if len(before.control_points):
+            surface = shape_of(part.contact.master, True, before.control_points).surface
+        surface.safe_distance(before.points_B, rows, clear)
+        if half is not None:
+            clear -= half
         room = np.maximum(room, clear)
     return room
 
 
-def _speed(part: ContactPart, at: SystemState) -> float:
-    """The largest speed of a node against the master."""
+def _speed(model: Model, part: ContactPart, at: SystemState) -> float:
+    """The largest speed of a node against the master, at most."""
     slave, body = at.slaves[part.slave], at.bodies[part.master]
     against = slave.velocities - body.twist.at(body.pose[:3, 3], slave.points)
-    return float(np.max(_lengths(against), initial=0.0))
+    shape = model.shapes.velocity(part.master, at.time, at.slaves)
+    fastest = 0.0 if shape is None else float(_lengths(shape).max(initial=0.0))
+    return fastest + float(np.max(_lengths(against), initial=0.0))
+
+
+def _ways(part: ContactPart, before: State, now: State, rows: IndexArray) -> FloatArray:
+    """(k, 3) ways of some points in contact against the surface between two states, body axes."""
+    points = now.points_B[rows]
+    ways = points - before.points_B[rows]
+    if len(now.control_points):
+        body, change = part.contact.master.faces, now.control_points - before.control_points
+        assert body is not None
+        feet = SurfacePlaces(now.patch[rows], now.uv[rows])
+        ways = ways - NetMotion(body, now.control_points, change).carry(feet, points)
+    return ways
 
 
 def _lengths(ways: FloatArray) -> FloatArray:

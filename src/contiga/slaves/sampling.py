@@ -293,6 +293,21 @@ class Sampling:
             start, column, values = self._between(rows, blocks)
         return bsr_array((values, column, start), shape=(3 * n, 3 * n)).tocsr()
 
+    def shares(self, rows: IndexArray) -> csr_array:
+        """(n, len(rows)) sparse: what each of the points `rows`, ascending, has of the nodes: x_q =
+        Σ_a N_qa x_a."""
+        from scipy.sparse import coo_array
+
+        each = np.arange(len(rows))
+        parts = [] if self._faces else [(np.ones(len(rows)), rows, each)]
+        for on, part in self._split(rows):
+            corner, shape = on.of(rows[part])
+            points = np.repeat(each[part], corner.shape[1])
+            parts.append((shape.ravel(), corner.ravel(), points))
+        parts = parts or [(np.zeros(0), each, each)]
+        values, nodes, points = (np.concatenate(column) for column in zip(*parts, strict=True))
+        return coo_array((values, (nodes, points)), shape=(self.n_nodes, len(rows))).tocsr()
+
     def _between(
         self, rows: IndexArray, blocks: FloatArray
     ) -> tuple[IntArray, IntArray, FloatArray]:

@@ -80,7 +80,6 @@ def test_a_table_or_a_file_moves_the_control_points(tmp_path: Path, kind: str) -
         (f"table = {rows(0.0)[:-1]}, {rows(0.0)[1:]}", {}, "times go back or repeat"),
         ("file = 'case.toml'", {}, "cannot be read"),
         (f"table = {rows(0.0)}", {"thickness": ""}, "shell_thickness"),
-        (f"table = {rows(0.0)}", {"step": '"auto"'}, "automatic steps"),
     ],
 )
 def test_what_is_wrong_is_told_in_one_message(

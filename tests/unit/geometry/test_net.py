@@ -7,7 +7,7 @@ import pytest
 
 import contiga as cg
 from contiga.errors import InputError
-from contiga.geometry.net import NetMotion, net_of, spread
+from contiga.geometry.net import NetMotion, dependence_of, net_of, spread
 from contiga.records import SurfacePlaces
 
 
@@ -154,3 +154,21 @@ def test_control_points_that_do_not_fit_are_refused(points: object, told: str) -
     net = net_of(cg.Body([cg.shapes.sphere(radius=1.0)]))
     with pytest.raises(InputError, match=told):
         net.checked(points)
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_places_depend_on_control_points_by_functions_whose_sum_is_one(name: str) -> None:
+    """Σ N_i P_i is the place, Σ P_i (∇N_i)ᵀ the projection on the tangent plane."""
+    body = BODIES[name]()
+    shape, places = bent(body), places_on(body)
+    found = dependence_of(body, shape, places)
+    k = len(places.patch)
+    sums, at, slopes = np.zeros(k), np.zeros((k, 3)), np.zeros((k, 3, 3))
+    np.add.at(sums, found.place, found.value)
+    np.add.at(at, found.place, found.value[:, None] * shape[found.control])
+    np.add.at(slopes, found.place, shape[found.control][:, :, None] * found.gradient[:, None, :])
+    np.testing.assert_allclose(sums, 1.0, atol=1e-13)
+    np.testing.assert_allclose(at, surface_points(body, shape, places), atol=1e-12 * body.size)
+    np.testing.assert_allclose(slopes, slopes.transpose(0, 2, 1), atol=1e-10)
+    np.testing.assert_allclose(slopes @ slopes, slopes, atol=1e-10)
+    np.testing.assert_allclose(np.trace(slopes, axis1=1, axis2=2), 2.0, atol=1e-10)

@@ -99,6 +99,20 @@ def test_a_shape_made_in_one_go_is_that_made_on_the_way() -> None:
     assert first.leaves.tobytes() == fresh.leaves.tobytes()
 
 
+def test_two_shapes_are_kept_as_they_were() -> None:
+    """Several contacts ask for one, and the next step for it; who changes an array gets another."""
+    deformable, shape = deformable_of(BODIES["torus"]()), bent(BODIES["torus"]())
+    first, second = deformable.at(shape), deformable.at(1.1 * shape)
+    assert deformable.at(shape.copy()) is first
+    assert deformable.at(1.1 * shape) is second
+    shape *= 1.2
+    third = deformable.at(shape)
+    assert third is not first
+    assert deformable.at(shape / 1.2 * 1.2) is third
+    assert deformable.at(shape / 1.2) is not first
+    np.testing.assert_allclose(third.tables.tree["high"][0], 1.2 * first.tables.tree["high"][0])
+
+
 def test_a_joint_that_gets_a_kink_holds_feet() -> None:
     """Two halves of a plate, joined in one plane; a roof as the ridge goes up."""
     left = cg.shapes.plane(width=1.0, length=2.0)

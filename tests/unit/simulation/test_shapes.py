@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.blocks import block
 
 import contiga as cg
 from contiga.errors import ContigaError, InputError
 from contiga.matter.iga import assemble_shell
+from contiga.simulation import step_size
 
 
 def breathing(step: Any = 0.01, **options: Any) -> cg.Simulation:
@@ -99,12 +101,121 @@ def test_a_run_that_was_stopped_goes_on_with_the_same_bits(tmp_path: Path) -> No
     ("change", "told"),
     [
         ({"shell_thickness": None}, r"bodies\['ball'\]: motion.*a closed solid that changes"),
-        ({"step": "auto"}, "automatic steps do not foresee"),
     ],
 )
 def test_what_cannot_be_is_refused(change: dict[str, Any], told: str) -> None:
     with pytest.raises(InputError, match=told):
         breathing(**change)
+
+
+def test_steps_that_choose_themselves_follow_a_table() -> None:
+    history = breathing("auto").run().history
+    came_in = history["energy.external"][-1]
+    assert came_in > 0.1
+    assert np.abs(history["energy.error"]).max() < 2e-3 * came_in
+    assert len(history["time"]) < 1000
+
+
+def test_no_step_takes_a_wall_past_a_point() -> None:
+    """A sheet that comes up at 100 a time, beside points at rest: in one step of a tenth of the run
+    it would have gone 100."""
+    sheet = cg.Body([cg.shapes.plane(width=4.0, length=4.0)])
+    rest, up = sheet.net.points, np.array([0.0, 0.0, 1.0])
+    motion = cg.motion.ControlPoints([0.0, 1.0, 10.0], [rest, rest + 100.0 * up, rest + 100.0 * up])
+    slave = cg.Slave([[0.3, 0.2, 50.0], [-0.7, 0.1, 60.0]], area=np.ones(2))
+    simulation = cg.Simulation(
+        bodies={"sheet": (sheet, motion)},
+        slaves={"points": (slave, cg.motion.Free(1e-3))},
+        contacts=[cg.Contact(sheet, slave, law=cg.PenaltyLaw(1e6), shell_thickness=0.02)],
+        end=10.0,
+        step="auto",
+    )
+    state = simulation.start()
+    while state.time < 1.0:
+        state = simulation.step(state)
+    assert (state.slaves["points"].points[:, 2] > 100.0).all()
+
+
+def test_points_beside_a_shape_that_changes_go_half_a_thickness_at_most() -> None:
+    """Or as far as is known to be free: so none is behind the wall and out of its reach at once."""
+    sheet = cg.Body([cg.shapes.plane(width=4.0, length=4.0)])
+    slave = cg.Slave([[0.3, 0.2, 0.012], [-0.7, 0.1, 0.51]], area=np.ones(2))
+    simulation = cg.Simulation(
+        bodies={"sheet": (sheet, cg.motion.ControlPoints([0.0], [sheet.net.points]))},
+        slaves={"points": (slave, cg.motion.Free(1e-3))},
+        contacts=[cg.Contact(sheet, slave, law=cg.PenaltyLaw(1.0), shell_thickness=0.02)],
+        end=1.0,
+        step="auto",
+    )
+    (part,), (before,) = simulation.contacts, simulation.start().contacts.values()
+    room = step_size._room(simulation, part, before, np.full(2, 10.0))
+    np.testing.assert_allclose(room, [0.01, 0.5], atol=1e-6)
+
+
+def test_what_settles_comes_to_rest_on_the_shape_of_the_start() -> None:
+    plate = cg.Body([cg.shapes.plane(width=8.0, length=8.0)])
+    raised = plate.net.points + np.array([0.0, 0.0, 3.0])
+    cube = block((2, 2, 2), (2.0, 2.0, 2.0), kind="hexahedron")
+    slave = cube.transformed(cg.motion.pose.translation([0.0, 0.0, 3.15 - cube.points[:, 2].min()]))
+    rubber = cg.materials.Elastic(young=1.0)
+    contact = cg.Contact(
+        plate, slave, law=cg.PenaltyLaw(0.1), shell_thickness=0.4, search="penetration", depth=0.2
+    )
+    simulation = cg.Simulation(
+        bodies={"plate": (plate, cg.motion.ControlPoints([0.0, 9.0], [raised, plate.net.points]))},
+        slaves={"cube": (slave, cg.motion.Deforming(material=rubber, density=1e-3))},
+        contacts=[contact],
+        gravity=[0.0, 0.0, -0.5],
+        end=1.0,
+        step=0.01,
+        settling=cg.Settle(tolerance=1e-4),
+    )
+    state = simulation.settle()
+    (touched,) = state.contacts.values()
+    assert touched.total_force[2] == pytest.approx(8.0 * 1e-3 * 0.5, rel=1e-3)
+    feet = touched.foot[touched.in_contact, 2]
+    np.testing.assert_allclose(feet, 3.2, atol=1e-9)  # half a thickness above the raised plate
+
+
+def test_a_shell_that_is_a_master_comes_to_rest_under_what_lies_on_it() -> None:
+    plate = plate_of(20.0)
+    body, slave = cg.Body([plate]), cg.Slave(surfaces=[plate])
+    edges = [{"edge": edge} for edge in ("u0", "u1", "v0", "v1")]
+    dust = cg.Slave([[x, y, 0.4] for x in (-2.0, 0.0, 2.0) for y in (-2.0, 2.0)], area=np.ones(6))
+    held = cg.motion.Deforming(material=STEEL, density=1e-3, thickness=1.0, fixed=edges)
+    contact = cg.Contact(
+        body, dust, law=cg.PenaltyLaw(5.0), shell_thickness=1.0, search="penetration", depth=0.5
+    )
+    simulation = cg.Simulation(
+        bodies={"upper side": (body, cg.motion.ControlPointsOf("plate"))},
+        slaves={"plate": (slave, held), "dust": dust},
+        contacts=[contact],
+        end=1.0,
+        step="auto",
+        settling=cg.Settle(tolerance=1e-4),
+    )
+    state = simulation.settle()
+    (touched,) = state.contacts.values()
+    assert state.rest.residual <= 1e-4
+    assert touched.n_contact == 6
+    assert state.slaves["plate"].points[:, 2].min() < -1e-3
+    before = touched.total_force[2]
+    for _ in range(20):
+        state = simulation.step(state)
+    (touched,) = state.contacts.values()
+    assert touched.total_force[2] == pytest.approx(before, rel=1e-3)
+
+
+def test_steps_that_choose_themselves_follow_a_shell_that_is_a_master() -> None:
+    simulation = falling_masses("auto")
+    state, steps, error, touched = simulation.start(), 0, 0.0, 0
+    while state.time < 1.0:
+        state = simulation.step(state)
+        steps, error = steps + 1, max(error, abs(state.energy.error))
+        touched = max(touched, next(iter(state.contacts.values())).n_contact)
+    assert touched == 81
+    assert error < 1e-3 * state.energy.initial
+    assert steps < 500
 
 
 def test_a_table_for_another_body_is_refused() -> None:
@@ -129,7 +240,7 @@ def plate_of(width: float, height: float = 0.0) -> cg.NurbsSurface:
 STEEL = cg.materials.Elastic(young=2000.0, poisson=0.3)
 
 
-def falling_masses(step: float, friction: Any = None, law: float = 20.0) -> cg.Simulation:
+def falling_masses(step: Any, friction: Any = None, law: float = 20.0) -> cg.Simulation:
     """81 masses fall on a free shell of splines, sideways as well."""
     plate = plate_of(100.0)
     shell = assemble_shell([plate], material=STEEL, density=1e-3, thickness=1.0)

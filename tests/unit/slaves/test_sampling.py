@@ -71,6 +71,15 @@ def test_forces_at_the_points_and_at_the_nodes_do_the_same_work(count: int | Non
     np.testing.assert_allclose(sampling.nodal_sum(rows, force[:, 0]), nodal[:, 0], atol=1e-15)
 
 
+@pytest.mark.parametrize("count", [None, *RULES])
+def test_shares_are_what_points_have_of_the_nodes(count: int | None) -> None:
+    sampling = Sampling(SHEET, np.ones(5), count)
+    rows = np.arange(sampling.first, sampling.n_points)[::2]
+    shares = sampling.shares(rows)
+    np.testing.assert_allclose(shares.T @ SHEET.points, sampling.points(SHEET.points)[rows])
+    assert sampling.shares(rows[:0]).shape == (5, 0)
+
+
 @pytest.mark.parametrize("count", list(RULES))
 def test_masses_are_shared_and_thicknesses_are_means(count: int) -> None:
     sampling = Sampling(SHEET, None, count)

@@ -43,12 +43,34 @@ class NetPatch(NamedTuple):
     """(n, m) rows."""
 
 
+@pass_by_pointer
+class Influence(NamedTuple):
+    """What k places on a patch depend on: c control points each."""
+
+    control: np.ndarray
+    """(k, c) rows of these."""
+    value: np.ndarray
+    """(k, c) basis functions."""
+    gradient: np.ndarray
+    """(k, c, 3) their gradients along the surface, one over length."""
+
+
 class Frame(NamedTuple):
     """Axes of a surface at a place."""
 
     normal: tuple[float, float, float]
     dual_u: tuple[float, float, float]
     dual_v: tuple[float, float, float]
+
+
+@inner()
+def _span(knots, degree, count, t):
+    """As `find_span`, which a guess that knots are even mostly spares."""
+    share = (t - knots[degree]) / (knots[count] - knots[degree])
+    k = degree + int(min(max(share, 0.0), 1.0) * (count - degree))
+    if k < count and knots[k] <= t < knots[k + 1]:
+        return k
+    return find_span(knots, degree, count, t)
 
 
 @inner()
@@ -81,8 +103,8 @@ def _basis(patch, u, v, N_u, N_v, rows, values):
     `N_u` and `N_v` are room for basis functions of one parameter.
     """
     s, control = patch.surface, patch.control
-    span_u = find_span(s.U, s.p, s.net.shape[0], u)
-    span_v = find_span(s.V, s.q, s.net.shape[1], v)
+    span_u = _span(s.U, s.p, s.net.shape[0], u)
+    span_v = _span(s.V, s.q, s.net.shape[1], v)
     _functions(s.U, s.p, span_u, u, N_u)
     _functions(s.V, s.q, span_v, v, N_v)
     k = 0
@@ -108,24 +130,36 @@ def _basis(patch, u, v, N_u, N_v, rows, values):
     return k
 
 
-@inner()
-def _sums(points, rows, values, k, out):
-    """Fill `out` (3, 3): the sums over `points` of the basis functions, and of their derivatives by
-    u and by v."""
-    for c in range(3):
-        value = by_u = by_v = 0.0
-        for i in range(k):
-            x = points[rows[i], c]
-            value += values[i, 0] * x
-            by_u += values[i, 1] * x
-            by_v += values[i, 2] * x
-        out[0, c], out[1, c], out[2, c] = value, by_u, by_v
+class Sums(NamedTuple):
+    """Sums over control points of the basis functions, and of their derivatives by u and by v."""
+
+    value: tuple[float, float, float]
+    by_u: tuple[float, float, float]
+    by_v: tuple[float, float, float]
 
 
 @inner()
-def _frame(a):
-    """The frame of a (3, 3): the place, S_u and S_v; zeros where the surface has no normal."""
-    a_u, a_v = (a[1, 0], a[1, 1], a[1, 2]), (a[2, 0], a[2, 1], a[2, 2])
+def _sums(points, rows, values, k):
+    """The `Sums` over `points` (m, 3) of the k control points `rows` of a place."""
+    x = y = z = x_u = y_u = z_u = x_v = y_v = z_v = 0.0
+    for i in range(k):
+        row, N, N_u, N_v = rows[i], values[i, 0], values[i, 1], values[i, 2]
+        a, b, c = points[row, 0], points[row, 1], points[row, 2]
+        x += N * a
+        y += N * b
+        z += N * c
+        x_u += N_u * a
+        y_u += N_u * b
+        z_u += N_u * c
+        x_v += N_v * a
+        y_v += N_v * b
+        z_v += N_v * c
+    return Sums((x, y, z), (x_u, y_u, z_u), (x_v, y_v, z_v))
+
+
+@inner()
+def _frame(a_u, a_v):
+    """The frame of S_u and S_v; zeros where the surface has no normal."""
     uu, uv, vv = dot(a_u, a_u), dot(a_u, a_v), dot(a_v, a_v)
     det = uu * vv - uv * uv
     if not det > FLAT * uu * vv:
@@ -149,24 +183,18 @@ def _frame(a):
     )
 
 
-@inner()
-def _row(a, k):
-    return a[k, 0], a[k, 1], a[k, 2]
-
-
 @kernel()
 def carry(patch, shape, change, uv, points, out, start, stop):
     """Motions of points start … stop (k, 3), carried along from parameters `uv` (k, 2) of feet, as
     control points `shape` (m, 3) change by `change` (m, 3); into `out` (k, 3)."""
     N_u, N_v = scratch(2, ORDER), scratch(2, ORDER)
     rows, values = stack_int64(MOST), scratch(MOST, 3)
-    a, moved = scratch(3, 3), scratch(3, 3)
     for k in range(start, stop):
         count = _basis(patch, uv[k, 0], uv[k, 1], N_u, N_v, rows, values)
-        _sums(shape, rows, values, count, a)
-        _sums(change, rows, values, count, moved)
-        frame = _frame(a)
-        n, d_u, d_v = frame.normal, _row(moved, 1), _row(moved, 2)
+        place, a_u, a_v = _sums(shape, rows, values, count)
+        moved, d_u, d_v = _sums(change, rows, values, count)
+        frame = _frame(a_u, a_v)
+        n = frame.normal
         drill = 0.5 * (dot(cross(n, frame.dual_u), d_u) + dot(cross(n, frame.dual_v), d_v))
         u, v = dot(n, d_u), dot(n, d_v)
         tilt = cross(
@@ -178,30 +206,58 @@ def carry(patch, shape, change, uv, points, out, start, stop):
             n,
         )
         spin = tilt[0] + drill * n[0], tilt[1] + drill * n[1], tilt[2] + drill * n[2]
-        arm = points[k, 0] - a[0, 0], points[k, 1] - a[0, 1], points[k, 2] - a[0, 2]
+        arm = points[k, 0] - place[0], points[k, 1] - place[1], points[k, 2] - place[2]
         turned = cross(spin, arm)
         for c in range(3):
-            out[k, c] = moved[0, c] + turned[c]
+            out[k, c] = moved[c] + turned[c]
 
 
 @kernel()
 def spread(patch, shape, uv, points, forces, out):
     """Add to `out` (m, 3) what `forces` (k, 3) at `points` (k, 3) do on the control points `shape`
     (m, 3) of the surface that carries them along, at parameters `uv` (k, 2) of feet."""
-    N_u, N_v, a = scratch(2, ORDER), scratch(2, ORDER), scratch(3, 3)
+    N_u, N_v = scratch(2, ORDER), scratch(2, ORDER)
     rows, values = stack_int64(MOST), scratch(MOST, 3)
     for k in range(uv.shape[0]):
         count = _basis(patch, uv[k, 0], uv[k, 1], N_u, N_v, rows, values)
-        _sums(shape, rows, values, count, a)
-        frame, f = _frame(a), _row(forces, k)
-        n = frame.normal
-        arm = points[k, 0] - a[0, 0], points[k, 1] - a[0, 1], points[k, 2] - a[0, 2]
+        place, a_u, a_v = _sums(shape, rows, values, count)
+        frame = _frame(a_u, a_v)
+        n, f = frame.normal, (forces[k, 0], forces[k, 1], forces[k, 2])
+        arm = points[k, 0] - place[0], points[k, 1] - place[1], points[k, 2] - place[2]
         couple = cross(arm, f)
         tilt, drill = cross(n, couple), 0.5 * dot(n, couple)
         u, v = dot(tilt, frame.dual_u), dot(tilt, frame.dual_v)
         across_u, across_v = cross(n, frame.dual_u), cross(n, frame.dual_v)
-        for c in range(3):
-            by_u = u * n[c] + drill * across_u[c]
-            by_v = v * n[c] + drill * across_v[c]
-            for i in range(count):
-                out[rows[i], c] += values[i, 0] * f[c] + values[i, 1] * by_u + values[i, 2] * by_v
+        x_u, y_u, z_u = (
+            u * n[0] + drill * across_u[0],
+            u * n[1] + drill * across_u[1],
+            u * n[2] + drill * across_u[2],
+        )
+        x_v, y_v, z_v = (
+            v * n[0] + drill * across_v[0],
+            v * n[1] + drill * across_v[1],
+            v * n[2] + drill * across_v[2],
+        )
+        for i in range(count):
+            row, N, N_u_i, N_v_i = rows[i], values[i, 0], values[i, 1], values[i, 2]
+            out[row, 0] += N * f[0] + N_u_i * x_u + N_v_i * x_v
+            out[row, 1] += N * f[1] + N_u_i * y_u + N_v_i * y_v
+            out[row, 2] += N * f[2] + N_u_i * z_u + N_v_i * z_v
+
+
+@kernel()
+def influence(patch, shape, uv, out, start, stop):
+    """Fill rows start … stop of the `Influence` `out` with what places at parameters `uv` (k, 2) of
+    the surface with control points `shape` (m, 3) depend on."""
+    N_u, N_v = scratch(2, ORDER), scratch(2, ORDER)
+    rows, values = stack_int64(MOST), scratch(MOST, 3)
+    for k in range(start, stop):
+        count = _basis(patch, uv[k, 0], uv[k, 1], N_u, N_v, rows, values)
+        _, a_u, a_v = _sums(shape, rows, values, count)
+        frame = _frame(a_u, a_v)
+        for i in range(count):
+            out.control[k, i] = rows[i]
+            out.value[k, i] = values[i, 0]
+            for c in range(3):
+                by_u, by_v = values[i, 1] * frame.dual_u[c], values[i, 2] * frame.dual_v[c]
+                out.gradient[k, i, c] = by_u + by_v

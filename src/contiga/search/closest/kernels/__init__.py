@@ -15,6 +15,7 @@
 - safe_distance_nb: how far a point can go before it can touch: a lower bound of its distance
 - edge_width_nb: edges have width: a path that meets the carrier of a face beside it still meets
   the face where it passes its edge, as seen along the path, within the width of that edge
+- proof_nb: whether a foot is the closest point of a body, told by what is around it
 - nearest_nb: closest points: guessed by Newton's method, and the guess proved; else searched for
 - facing_nb: closest points of what does not face away from a guard
 """

@@ -239,8 +239,8 @@ def _promises_little(bounds, best, slack, before, opened):
     return not _may_come_within(bounds, best - little)
 
 
-@inner()
-def _search_leaf(elements, trims, leaf, point, limits, nearest, stack, h):
+@inner(linked=False)
+def search_leaf(elements, trims, leaf, point, limits, nearest, stack, h):
     """Improve the best distance and `nearest` (element, s, t) by one surface leaf.
 
     `limits` are `SearchLimits`. Returns the best distance and the number of cells opened here.
@@ -347,7 +347,7 @@ def _improve_by_form(tables, e, point, limits, nearest, h):
 
 @inner()
 def _improve_by_item(tables, k, point, limits, nearest, stack, h):
-    """As `_search_leaf`, for item k of a body: an element that has a form, or a leaf of a surface
+    """As `search_leaf`, for item k of a body: an element that has a form, or a leaf of a surface
     or of a trimming curve."""
     items = tables.items
     leaf = items.leaves[k]
@@ -361,7 +361,7 @@ def _improve_by_item(tables, k, point, limits, nearest, stack, h):
         if limits.opened > MAX_CELLS:
             nearest[LEFT_OUT] = GIVEN_UP
             return best, 0
-        return _search_leaf(tables.elements, tables.trims, leaf, point, limits, nearest, stack, h)
+        return search_leaf(tables.elements, tables.trims, leaf, point, limits, nearest, stack, h)
     if is_before_face(leaf, items.plates[k], point):
         return best, 0
     if among.least > ALL and holds_nowhere(leaf, items.plates[k], point, among):

@@ -7,7 +7,8 @@ the point alone. It is the closest point
   it (Federer 1959, reach of a set; see `ball_nb`);
 * or if branch and bound, which starts with the guess's distance, finds nothing closer.
 
-Both lead to the same numbers: balls only spare work.
+Both lead to the same numbers: balls only spare work. A shape that is one of many has none: there a
+foot on another shape is gone on with, and proved by what is around it (`proof_nb`).
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import math
 
 from contiga.arrays.codes import MAX_ITERATIONS, NOT_FINITE
 from contiga.arrays.kernels.query_nb import blank_foot
+from contiga.elements.kernels.element_nb import locate
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.balls.kernels.ball_nb import radius_at
@@ -24,6 +26,7 @@ from contiga.search.closest.kernels.foot_nb import no_farther, write_nearest
 from contiga.search.closest.kernels.global_among_nb import anywhere
 from contiga.search.closest.kernels.global_nb import GIVEN_UP, PRUNE, closest
 from contiga.search.closest.kernels.one_foot_nb import foot_from, parameters_of, write_proved
+from contiga.search.closest.kernels.proof_nb import is_closest
 from contiga.search.hierarchy.kernels.curve_nb import LEFT_OUT
 from contiga.search.hierarchy.kernels.face_nb import in_face
 from contiga.search.hierarchy.kernels.plates_nb import on_plate
@@ -203,5 +206,39 @@ def project_proved(tables, balls, points, rows, within, out, start, stop):
                 write_proved(out, k, patch, guess.uv, guess.record)
                 continue
         _searched(tables, k, near, within[i], guess, out, nearest, h)
+        if moved:
+            _measure(out, k, point)
+
+
+@kernel()
+def project_from(tables, surroundings, points, starts, out, start, stop):
+    """Closest points of points[start:stop] into the same rows of `out`.
+
+    They are guessed by Newton's method from the feet `starts` (patch, uv) on another shape of the
+    body, where there are any, and searched for where the guess is not plainly the closest point.
+    """
+    h = scratch(4, 6)
+    nearest = scratch(4)
+    for k in range(start, stop):
+        point = (points[k, 0], points[k, 1], points[k, 2])
+        if not _is_finite(point):
+            blank_foot(out, k, NOT_FINITE)
+            continue
+        near, moved = _come_near(tables, point)
+        guess = Guess(-1, (0.0, 0.0), FootRecord(point, point, 0.0))
+        patch = starts.patch[k]
+        if patch >= 0 and not moved:
+            uv = starts.uv[k, 0], starts.uv[k, 1]
+            e = locate(tables.grid, patch, uv[0], uv[1])[0]
+            e, place, uv, record = foot_from(tables, e, uv, point)
+            if e >= 0 and in_face(tables.elements, tables.trims, e, place[0], place[1]):
+                foot = e, place[0], place[1]
+                if is_closest(tables, surroundings, foot, point, abs(record.gap)):
+                    write_proved(out, k, patch, uv, record)
+                    continue
+                guess = Guess(e, uv, record)
+        if guess.element < 0:
+            guess = _guess(tables, near)
+        _searched(tables, k, near, math.inf, guess, out, nearest, h)
         if moved:
             _measure(out, k, point)
