@@ -246,12 +246,14 @@ def answered(ways, limits, i):
         if question in (CLOSEST, STILL_ON_WALL, GUARD_TURNS):
             pushes = _has_behind(nearest, i, limits) and -nearest.gap[i] >= least
             pushes = pushes and not is_opposite(nearest, i, ways.guard, i)
-            if pushes and not ways.opposed[i] and ways.part[i] > SHORTEST:
-                if question != GUARD_TURNS and turns(nearest, i, ways.guard, i):
-                    return _ask_wall(ways, i, GUARD_TURNS)
+            # The guard may have turned with its wall before this one was as near.
+            may_turn = not ways.opposed[i] and ways.patch[i] >= 0 and ways.part[i] > SHORTEST
+            if pushes and may_turn:
                 if question == GUARD_TURNS and is_opposite(nearest, i, ways.followed.normal, i):
                     question = _halve(ways, i)
                     continue
+                if question != GUARD_TURNS and turns(nearest, i, ways.guard, i):
+                    return _ask_wall(ways, i, GUARD_TURNS)
             if pushes and (ways.opposed[i] or not closed):
                 return _ask_before(ways, i, CLOSEST_BEFORE, nearest)
         elif (

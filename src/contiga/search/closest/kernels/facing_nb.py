@@ -67,21 +67,6 @@ def _leads_on(tables, k, point, out, nearest, h):
     return after < before - SAME * before - joint_reach(tables, start[0])
 
 
-@inner(linked=False)
-def _facing(tables, k, point, among, known, far, out, walked, h):
-    """Write row k of `out`: the nearest foot no farther than `far`; one is `known`, `walked`, at
-    that distance."""
-    nearest = scratch(4)
-    distance = closest(tables, point, among, min(known, far), nearest, h)
-    if math.isfinite(distance):
-        _write_guarded(tables, k, point, distance, out, nearest, h)
-    elif math.isfinite(known):
-        walked[LEFT_OUT] = nearest[LEFT_OUT]
-        _write_guarded(tables, k, point, known, out, walked, h)
-    else:
-        blank_foot(out, k, MAX_ITERATIONS)
-
-
 @kernel()
 def project_facing(tables, points, guards, limits, starts, out, start, stop):
     """Feet of the points start … stop that do not face away from their `guards` (n, 3).
@@ -113,7 +98,14 @@ def project_facing(tables, points, guards, limits, starts, out, start, stop):
                 known = math.sqrt(square)
         known = known if known <= limits.far[k] else math.inf
         for _ in range(TRIES):
-            _facing(tables, k, point, among, known, limits.far[k], out, walked, h)
+            distance = closest(tables, point, among, min(known, limits.far[k]), nearest, h)
+            if math.isfinite(distance):
+                _write_guarded(tables, k, point, distance, out, nearest, h)
+            elif math.isfinite(known):
+                walked[LEFT_OUT] = nearest[LEFT_OUT]
+                _write_guarded(tables, k, point, known, out, walked, h)
+            else:
+                blank_foot(out, k, MAX_ITERATIONS)
             is_on_edge = out.status[k] == OK and out.feature[k] == EDGE
             if not (is_on_edge and _leads_on(tables, k, point, out, nearest, h)):
                 break
