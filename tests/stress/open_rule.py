@@ -133,7 +133,7 @@ def _follow(
     a[came] = crossing[came]
     at_entry = entry.share.copy()
     at_entry[came] = 2.0
-    shares = _shares(a, b, pieces)
+    shares = shares_of(a, b, pieces)
     before, last = a, shell.feet(a).distance
     for k in range(1, pieces + 1):
         now = b if k == pieces else a + shares[k][:, None] * (b - a)
@@ -164,7 +164,7 @@ def _follow(
         before, last = now, feet.distance
 
 
-def _shares(a: np.ndarray, b: np.ndarray, pieces: int) -> np.ndarray:
+def shares_of(a: np.ndarray, b: np.ndarray, pieces: int) -> np.ndarray:
     """(pieces + 1, n) where to cut ways: the farther from the shell, the longer are the pieces."""
     length = np.maximum(norm(b - a), 1e-300)
     start = dot(a, b - a) / length

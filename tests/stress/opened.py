@@ -25,7 +25,7 @@ CLOSER = (4, 16)
 PART = 1.0 / 16.0
 """Of its depth that a point may go in a step without that borders and other walls are passed by."""
 PARTS = 128
-"""Steps that a longer one is cut into, to see whether it is right then."""
+"""Steps that a longer one is cut into, shorter near the shell, to see whether it is right then."""
 LEGS = 4
 STEPS = (1, 2, 5, 20, 100)
 LENGTHS = (1e-9, 1e-6, 1e-3, 0.03, 0.3, 1.0, 1e3)
@@ -120,8 +120,8 @@ class Walker:
 
     def in_parts(self, state: cg.State, a: np.ndarray, b: np.ndarray) -> cg.State:
         """As `step` from places a, that the state is of, to b, in `PARTS` steps."""
-        for share in np.arange(1, PARTS + 1) / PARTS:
-            place = self.frame.scale * (b - (1.0 - share) * (b - a))
+        for share in open_rule.shares_of(a, b, PARTS)[1:]:
+            place = self.frame.scale * (b - (1.0 - share)[:, None] * (b - a))
             p_W = place @ self.pose[:3, :3].T + self.pose[:3, 3]
             state = self.contact.step(state, p_W, self.pose.copy())
         return state

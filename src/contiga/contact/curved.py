@@ -84,7 +84,11 @@ def detect_on_curves(
         ends = last.points_B[together], to_world(relative(*poses), now[together])
         path = Path(screw, *ends, now[together])
         part = _follow(surface, path, _rows_of(last, together), options, int(count))
-        whole = _put(whole, together, part)
+        for name in ("status", "safe_distance", "last_patch", "uv"):
+            getattr(whole, name)[together] = getattr(part, name)
+        take(whole.feet, together, part.feet, np.ones(len(together), dtype=bool))
+        opposed = Guards(together[part.opposed.rows], part.opposed.normal)
+        whole = whole._replace(opposed=merged(whole.opposed, opposed))
     return whole._replace(held=np.flatnonzero(whole.feet.patch >= 0).astype(np.int32))
 
 
@@ -250,15 +254,6 @@ class Story(NamedTuple):
         free = np.where(self.began, self.left, ContactStatus.FREE)
         free = np.where(self.lost, ContactStatus.LOST, free)
         return np.where(self.touching, plain, free).astype(np.int8)
-
-
-def _put(whole: Detected, rows: IndexArray, part: Detected) -> Detected:
-    """Write what was found of some points into their rows of `whole`."""
-    for name in ("status", "safe_distance", "last_patch", "uv"):
-        getattr(whole, name)[rows] = getattr(part, name)
-    take(whole.feet, rows, part.feet, np.ones(len(rows), dtype=bool))
-    opposed = Guards(rows[part.opposed.rows], part.opposed.normal)
-    return whole._replace(opposed=merged(whole.opposed, opposed))
 
 
 def _rows_of(last: Last, rows: IndexArray) -> Last:

@@ -91,7 +91,6 @@ class Guards(NamedTuple):
 
 
 UNGUARDED = Guards(NO_ROWS, NOWHERE)
-UNHELD = Holds(NO_ROWS, NOWHERE, NONE, np.zeros(0, np.bool_))
 
 
 def holds_of(held: Column, normal: FloatArray, opposed: Guards) -> Holds:

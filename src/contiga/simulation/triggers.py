@@ -21,7 +21,10 @@ def trigger_states(
     """All triggers by their sensors at `state`, after the state `last`; None at the start."""
     states = {}
     for sensor in model.triggered:
-        told = _columns(model, sensor, state, last)
+        if isinstance(sensor, Sensor):
+            told = point_columns(model, sensor, state, last)
+        else:
+            told = between_columns(model, sensor, state, last)
         raw, trigger = told[f"{sensor.name}.{channel_of(sensor)}"], sensor.trigger
         assert trigger is not None
         if last is None or sensor.name not in last.triggers:
@@ -30,14 +33,6 @@ def trigger_states(
         dt, corner = state.time - last.time, _corner(model, sensor)
         states[sensor.name] = trigger.step(last.triggers[sensor.name], raw, state.time, dt, corner)
     return states
-
-
-def _columns(
-    model: Model, sensor: Sensor | RelativeSensor, state: SystemState, last: SystemState | None
-) -> dict[str, float]:
-    if isinstance(sensor, Sensor):
-        return point_columns(model, sensor, state, last)
-    return between_columns(model, sensor, state, last)
 
 
 def _corner(model: Model, sensor: Sensor | RelativeSensor) -> float | None:

@@ -11,13 +11,15 @@ from tests.sample import FULL, few
 from contiga.contact import followed, nearest
 from contiga.contact.foot_rows import blank
 from contiga.contact.kernels import settle_nb
-from contiga.contact.loads import UNHELD
+from contiga.contact.loads import NO_SIZES, NOWHERE, UNGUARDED, holds_of
 from contiga.contact.search_records import Detected, Limits, Options, Step, StepSearch
 from contiga.contact.settle_records import Asked
 from contiga.records import ContactStatus, Hit, Projection, SurfacePlaces, empty_hit, rows_of
 from contiga.statuses import Status
 
 pytestmark = pytest.mark.interpreted
+
+UNHELD = holds_of(NO_SIZES, NOWHERE, UNGUARDED)
 
 N = few(1500 if FULL else 500, 150)
 BAND = 0.01

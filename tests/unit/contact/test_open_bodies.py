@@ -93,6 +93,30 @@ def test_a_step_back_out_through_other_sheets_releases(
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("steps", STEPS)
+def test_a_wing_that_a_point_comes_under_by_its_border_does_not_take_over(
+    kind: str, steps: int
+) -> None:
+    """The border of the lowest wing is nearer than the middle wing before its foot comes off it."""
+    master = made(profile(*open_scenes.Z_FOLD[::-1]), kind)
+    normal = np.array([0.5, 1.8, 0.0]) / np.hypot(0.5, 1.8)
+    begin, end = np.array([-0.1118, -0.44995, 1.0]), np.array([-0.0906, -0.45665, 1.0])
+    states = gone(master, [*(begin + 0.465 * normal)], [*begin], [*end], steps=steps)
+    is_near(depths(states), [0.0, -begin @ normal, -end @ normal])
+
+
+@pytest.mark.parametrize("steps", STEPS)
+def test_the_guard_turns_along_a_round_before_another_wall_is_judged_by_it(steps: int) -> None:
+    """At 159° with the guard, and at 180° with what the guard turns to within the step."""
+    turn = np.radians(21.0)
+    normal = np.array([np.sin(turn), np.cos(turn), 0.0])
+    begin, end = [1.5031, -0.2419, 1.0], [1.4957, -0.253, 1.0]
+    master = made(open_scenes.round_fold(0.5))
+    states = gone(master, [*(begin + 0.4 * normal)], begin, end, steps=steps)
+    is_near(depths(states), [0.0, 0.25 - np.hypot(0.0031, 0.0081), 0.253])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("steps", STEPS)
 def test_a_sheet_folded_over_itself_holds_by_the_wing_that_a_point_came_in_by(
     kind: str, steps: int
 ) -> None:

@@ -8,12 +8,14 @@ import pytest
 from contiga.arrays.layout import locked
 from contiga.contact.foot_rows import blank
 from contiga.contact.kernels import place_nb
-from contiga.contact.loads import UNHELD
+from contiga.contact.loads import NO_SIZES, NOWHERE, UNGUARDED, holds_of
 from contiga.contact.search_records import Columns, Detected, Last, Placing
 from contiga.records import ContactStatus
 from contiga.rigid.frames import to_body
 
 pytestmark = pytest.mark.interpreted
+
+UNHELD = holds_of(NO_SIZES, NOWHERE, UNGUARDED)
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")

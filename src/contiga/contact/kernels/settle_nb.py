@@ -386,8 +386,11 @@ def take_nearest(asked, way, limits):
         if may and truth.status[i] == OK and truth.gap[i] <= 0.0:
             gone, depth = way[asked.rows[i]], -truth.gap[i] - band
             there = not math.isfinite(gone) or depth > gone
-            if there and gone > PART * depth and turns(truth, i, asked.guard, i):
-                there = False
+            if there and turns(truth, i, asked.guard, i):
+                # On an open body a wall that is come under by its border must not take over, and
+                # nowhere one that is opposite to what the guard has turned to.
+                there = gone <= PART * depth and limits.closed
+                there = there and not is_opposite(truth, i, feet.normal, i)
             # What could not be followed is a closest point already.
             led = feet.certified[i] == 0 and _apart(feet, truth, i) <= limits.same_foot
             there = there or led

@@ -11,7 +11,13 @@ from __future__ import annotations
 import math
 
 from contiga.arrays.codes import AT_BORDER, BRANCH_EVENT, MAX_ITERATIONS, OK, TRIMMED
-from contiga.contact.kernels.settle_nb import LEAST, distance, is_opposite, take_foot
+from contiga.contact.kernels.settle_nb import (
+    LEAST,
+    distance,
+    is_opposite,
+    take_foot,
+    turns,
+)
 from contiga.elements.kernels.element_nb import locate
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
@@ -21,12 +27,12 @@ from contiga.search.closest.kernels.foot_nb import tracked_foot
 from contiga.search.closest.kernels.nearest_nb import project_proved
 
 SET_OUT, CLOSEST, STILL_ON_WALL, CLOSEST_BEFORE, FACING, FACING_BEFORE = range(6)
-ENDS, ENDS_FARTHER, ON_WALL, FACING_ANYWHERE, DONE = range(6, 11)
+ENDS, ENDS_FARTHER, ON_WALL, FACING_ANYWHERE, GUARD_TURNS, DONE = range(6, 12)
 """A way asks one of these: nothing yet; the closest point; whether the wall that held the point
 still has it behind; the foot on the nearest wall where the part begins; the closest foot that the
 guard allows; its foot where the part begins; whether the wall that held the point has ended at a
 border; whether it has in a shorter part; why no wall holds the point; the closest foot that the
-guard allows, however far; nothing any more."""
+guard allows, however far; what the wall that held the point has turned to; nothing any more."""
 NEAREST_PUSHES, ANOTHER_PUSHES, ANEW, CAME_OUT, SLID_OFF, GIVEN_UP = range(6)
 """A way ends in one of these: the nearest wall pushes; another one does; a wall pushes that the
 point did not come to step by step; the point is in front of its wall; its wall has ended at a
@@ -100,6 +106,26 @@ def _is_in_front(feet, i):
 
 
 @inner()
+def _distance(feet, i, points):
+    """Return the distance from a point to its foot i, whatever its status."""
+    square = 0.0
+    for c in range(3):
+        square += (feet.point[i, c] - points[i, c]) ** 2
+    return math.sqrt(square)
+
+
+@inner()
+def _may_have_come_under(ways, i, gone, limits):
+    """Tell whether a border of a wall, no nearer than the wall that held the point where a part of
+    way i begins, may have been nearer when the foot came off it: both distances change by no more
+    than has been `gone`."""
+    if not _is_beyond_border(ways.followed, i, ways.point):
+        return False
+    more = _distance(ways.followed, i, ways.point) - ways.depth[i] + 2.0 * limits.band
+    return 0.0 <= more < 2.0 * gone
+
+
+@inner()
 def _was_off(ways, i, limits):
     """Tell whether a wall was no nearer than the one that held the point, along a part of way i.
 
@@ -110,10 +136,7 @@ def _was_off(ways, i, limits):
     """
     before, nearest_then = ways.followed, ways.depth[i] - 2.0 * limits.band
     if _is_at_border(before, i):
-        square = 0.0
-        for c in range(3):
-            square += (before.point[i, c] - ways.point[i, c]) ** 2
-        return math.sqrt(square) >= nearest_then
+        return _distance(before, i, ways.point) >= nearest_then
     away = distance(before, i, ways.point[i])
     off = away >= nearest_then or is_opposite(before, i, ways.guard, i)
     return off and (limits.closed or away == math.inf or before.gap[i] <= limits.band)
@@ -170,6 +193,13 @@ def _take_anew(ways, limits, i):
 
 
 @inner()
+def _halve(ways, i):
+    """Begin the part of way i again, half as long."""
+    ways.part[i] *= 0.5
+    return SET_OUT
+
+
+@inner()
 def _go_on(ways, i, place):
     """Begin the next part of way i from the share `place`, if it has not ended there."""
     ways.at[i] = place
@@ -211,14 +241,28 @@ def answered(ways, limits, i):
             # It has come out before any other wall was as near.
             if ways.part[i] <= SHORTEST:
                 return _end(ways, i, CAME_OUT)
-            ways.part[i] *= 0.5
-            question = SET_OUT
+            question = _halve(ways, i)
             continue
-        if question in (CLOSEST, STILL_ON_WALL):
+        if question in (CLOSEST, STILL_ON_WALL, GUARD_TURNS):
             pushes = _has_behind(nearest, i, limits) and -nearest.gap[i] >= least
             pushes = pushes and not is_opposite(nearest, i, ways.guard, i)
+            # The guard may have turned with its wall before this one was as near.
+            may_turn = not ways.opposed[i] and ways.patch[i] >= 0 and ways.part[i] > SHORTEST
+            if pushes and may_turn:
+                if question == GUARD_TURNS and is_opposite(nearest, i, ways.followed.normal, i):
+                    question = _halve(ways, i)
+                    continue
+                if question != GUARD_TURNS and turns(nearest, i, ways.guard, i):
+                    return _ask_wall(ways, i, GUARD_TURNS)
             if pushes and (ways.opposed[i] or not closed):
                 return _ask_before(ways, i, CLOSEST_BEFORE, nearest)
+        elif (
+            question in (CLOSEST_BEFORE, FACING_BEFORE)
+            and ways.part[i] > SHORTEST
+            and _may_have_come_under(ways, i, gone, limits)
+        ):
+            question = _halve(ways, i)
+            continue
         elif question == CLOSEST_BEFORE:
             pushes = _was_off(ways, i, limits)
         elif question == FACING:
@@ -240,7 +284,7 @@ def answered(ways, limits, i):
                 ways.floor[i] = 2.0 * band - other.gap[i]
                 return _ask(ways, i, FACING, place)
             other.status[i] = MAX_ITERATIONS
-        if question in (CLOSEST, STILL_ON_WALL, CLOSEST_BEFORE):
+        if question in (CLOSEST, STILL_ON_WALL, GUARD_TURNS, CLOSEST_BEFORE):
             if not pushes:
                 ways.tries[i], ways.floor[i] = 0, least
                 # On an open body no farther one is of use, and most often there is none.
@@ -268,8 +312,7 @@ def answered(ways, limits, i):
             else:
                 again = not short and _turned_on_the_way(ways, i, least, gone)
             if again:
-                ways.part[i] *= 0.5
-                question = SET_OUT
+                question = _halve(ways, i)
                 continue
             if holds:
                 _stand(ways, i, other, True)

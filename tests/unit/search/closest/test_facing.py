@@ -73,6 +73,23 @@ def test_an_inner_edge_holds_with_the_way_to_it_for_a_normal() -> None:
     assert feet.gap[0] == pytest.approx(-0.6 * np.sqrt(2))
 
 
+@pytest.mark.parametrize("kind", ["patches", "triangles"])
+def test_an_edge_that_is_a_minimum_of_one_of_its_faces_alone_does_not_hold(kind: str) -> None:
+    """Above a tube, beside the edge of its side: on the top the foot goes on."""
+    walls = box((0.0, 0.0, 0.0), (2.0, 1.4, 0.8)).patches
+    tube = [wall for wall in walls if np.ptp(wall.control_points[..., 0]) > 0.0]
+    master: cg.Body | cg.TriMesh = cg.Body(tube)
+    master = master if kind == "patches" else master.tessellate(0.1)
+    point = np.array([[0.8, 0.35, 0.8035]])
+    feet = facing(master, point, [0.0, 0.0, -1.0])
+    np.testing.assert_allclose(feet.gap, [-0.8035], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(feet.normal, [[0, 0, -1]], rtol=0, atol=1e-12)
+    limits = FacingLimits(LEAST, np.zeros(1), np.full(1, 0.7))
+    out, nowhere = empty_projection(1), SurfacePlaces(np.full(1, -1, np.int32), np.zeros((1, 2)))
+    master.surface.closest_facing(point, np.array([[0.0, 0.0, -1.0]]), limits, nowhere, out)
+    assert out.status.tolist() == [Status.MAX_ITERATIONS]
+
+
 def test_without_a_guard_they_are_the_closest_points_of_points_inside() -> None:
     torus = cg.Body([cg.shapes.torus(major=2.0, minor=0.8)])
     rng = np.random.default_rng(5)

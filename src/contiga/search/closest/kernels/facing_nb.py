@@ -11,18 +11,21 @@ import math
 
 from contiga.arrays.codes import EDGE, FACE, MAX_ITERATIONS, NOT_FINITE, OK
 from contiga.arrays.kernels.query_nb import blank_foot
-from contiga.elements.kernels.element_nb import locate
+from contiga.elements.kernels.element_nb import evaluate, locate
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
-from contiga.search.closest.kernels.foot_nb import write_foot
+from contiga.search.closest.kernels.foot_nb import continued_foot, write_foot
 from contiga.search.closest.kernels.global_among_nb import Among, is_guarded
 from contiga.search.closest.kernels.global_nb import closest
+from contiga.search.closest.kernels.pseudo_normal_nb import joint_reach
 from contiga.search.closest.kernels.walk_nb import walk
 from contiga.search.hierarchy.kernels.curve_nb import ELEMENT, LEFT_OUT, S, T, polish, surface_foot
 from contiga.search.hierarchy.kernels.face_nb import in_face
 
 SAME = 1e-6
 """Share of the distance by which a walk that stays may change it."""
+TRIES = 8
+"""Feet that are looked at, one after the other, where edges are minima of one face only."""
 
 
 @inner(linked=False)
@@ -47,6 +50,21 @@ def _write_guarded(tables, k, point, distance, out, nearest, h):
         out.gap[k] = -away
         for c in range(3):
             out.normal[k, c] = (out.point[k, c] - point[c]) / away
+
+
+@inner()
+def _leads_on(tables, k, point, out, nearest, h):
+    """Tell whether row k of `out`, a foot on an edge, is no minimum: on the face across the edge
+    the foot goes on, and comes nearer than faces that meet there are apart."""
+    start = locate(tables.grid, out.patch[k], out.uv[k, 0], out.uv[k, 1])
+    _, e, s, t, _ = continued_foot(tables, start, point, nearest, h)
+    evaluate(tables.elements, e, s, t, h)
+    before = after = 0.0
+    for c in range(3):
+        before += (point[c] - out.point[k, c]) ** 2
+        after += (point[c] - tables.elements.table[e]["origin"][c] - h[c, 0]) ** 2
+    before, after = math.sqrt(before), math.sqrt(after)
+    return after < before - SAME * before - joint_reach(tables, start[0])
 
 
 @kernel()
@@ -79,11 +97,20 @@ def project_facing(tables, points, guards, limits, starts, out, start, stop):
                     square += (point[c] - elements.table[e]["origin"][c] - h[c, 0]) ** 2
                 known = math.sqrt(square)
         known = known if known <= limits.far[k] else math.inf
-        distance = closest(tables, point, among, min(known, limits.far[k]), nearest, h)
-        if math.isfinite(distance):
-            _write_guarded(tables, k, point, distance, out, nearest, h)
-        elif math.isfinite(known):
-            walked[LEFT_OUT] = nearest[LEFT_OUT]
-            _write_guarded(tables, k, point, known, out, walked, h)
+        for _ in range(TRIES):
+            distance = closest(tables, point, among, min(known, limits.far[k]), nearest, h)
+            if math.isfinite(distance):
+                _write_guarded(tables, k, point, distance, out, nearest, h)
+            elif math.isfinite(known):
+                walked[LEFT_OUT] = nearest[LEFT_OUT]
+                _write_guarded(tables, k, point, known, out, walked, h)
+            else:
+                blank_foot(out, k, MAX_ITERATIONS)
+            is_on_edge = out.status[k] == OK and out.feature[k] == EDGE
+            if not (is_on_edge and _leads_on(tables, k, point, out, nearest, h)):
+                break
+            floor = -out.gap[k] * (1.0 + SAME) + tables.scale[1]
+            among = Among(-1, guard, limits.cosine, floor)
+            known = known if known >= floor else math.inf
         else:
             blank_foot(out, k, MAX_ITERATIONS)

@@ -247,5 +247,6 @@ def tracked_foot(tables, k, start, point, out, nearest, h):
     write_foot(tables, k, (e, s, t), status, feature, point, out, h)
     if feature != FACE and status == OK:
         total = scratch(3)
+        nearest[ELEMENT] = e
         pseudo_normal(tables, (e, s, t), nearest, total, h)
         turn_normal(tables, k, total, point, out)

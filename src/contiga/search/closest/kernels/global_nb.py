@@ -213,17 +213,6 @@ def _halve(stack, top, cell, m, wide):
 
 
 @inner()
-def _cell_bounds(elements, leaf, cell, local, limit, closely, k):
-    """Fill the bounds `k` of a cell, its leaf's, or `closely` its own; whether it is beyond
-    `limit`."""
-    if closely:
-        return look_closer(elements, leaf["element"], cell, local, limit, k)
-    for c in range(9):
-        k[c] = leaf["bound"][c]
-    return False
-
-
-@inner()
 def _may_come_within(bounds, limit):
     """Whether a cell of lower bounds = (distance, f) may have a place no farther than `limit`."""
     return bounds[0] <= limit and not (limit > 0.0 and bounds[1] > 0.5 * limit * limit)
@@ -270,8 +259,12 @@ def search_leaf(elements, trims, leaf, point, limits, nearest, stack, h):
         best = _improve(elements, trims, (e, s, t), math.sqrt(m.rr), best, nearest, seen)
         hard = opened > easy
         closely = hard or (pole and 4.0 * hs * ht < whole)
-        if _cell_bounds(elements, leaf, cell, local, best - slack, closely, k):
-            continue
+        if closely:
+            if look_closer(elements, e, cell, local, best - slack, k):
+                continue
+        else:
+            for c in range(9):
+                k[c] = leaf["bound"][c]
         b = scaled(k, hs, ht)
         if guarded and _faces_away(h, (hs, ht), b, among):
             continue

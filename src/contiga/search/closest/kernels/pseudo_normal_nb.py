@@ -251,8 +251,13 @@ def is_listed(near, n, patch):
 @inner()
 def _add_face(tables, patch, place, nearest, total, h):
     """Add the normal of the face `patch` if it passes through `place` = (point, how near)."""
-    if not math.isfinite(closest(tables, place[0], on_patch(patch), place[1], nearest, h)):
-        return
+    if math.isfinite(closest(tables, place[0], on_patch(patch), place[1], nearest, h)):
+        _add_found(tables, patch, nearest, total, h)
+
+
+@inner(linked=False)
+def _add_found(tables, patch, nearest, total, h):
+    """Add the normal of the face `patch` at the place `nearest` of it, on a kink."""
     e, s, t = surface_foot(tables, nearest, h)
     # At a corner of its loops a face counts with the angle that it takes there, not as a whole.
     trims, uv = tables.trims, parameters(tables.elements, e, s, t)
@@ -281,7 +286,8 @@ def _add_face(tables, patch, place, nearest, total, h):
 def pseudo_normal(tables, foot, nearest, total, h):
     """Angle-weighted sum of the normals of all faces at a foot on a kink, into total[3].
 
-    `nearest` is work.
+    `nearest` is the foot if it is on a trimming piece and was found by a search, and is written
+    over; its element is 0 or more where that is not so.
     """
     elements = tables.elements
     total[:] = 0.0
@@ -296,7 +302,11 @@ def pseudo_normal(tables, foot, nearest, total, h):
     near = stack_int64(NEAR)
     listed = patches_near(tables, point, place[1], near)
     if tables.trims.trimmed[home] != 0:
-        for k in range(span[0], span[1]):
+        first = span[0]
+        if nearest[ELEMENT] < 0.0:  # on its own face it has been found: a third of the time
+            _add_found(tables, home, nearest, total, h)
+            first += 1
+        for k in range(first, span[1]):
             if is_listed(near, listed, grid.adjacent[k]):
                 _add_face(tables, grid.adjacent[k], place, nearest, total, h)
         return
