@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from contiga.case.contact_spec import ContactSpec
 from contiga.case.schema import Case
 from contiga.case.sensor_spec import PointSensorSpec, RelativeSensorSpec, SensorSpec
+from contiga.dynamics.belt import BeltEnd
+from contiga.dynamics.springs import Spring
 from contiga.simulation.gas import OF_GAS
 from contiga.simulation.history import COUNTED, OF_BODIES
 from contiga.simulation.sensor import OF_RELATIVE, OF_SENSORS
@@ -47,10 +49,13 @@ def columns_of_case(case: Case) -> list[str]:
         columns += [f"{contact.title}.{name}" for name in names]
     for sensor in case.sensor:
         columns += [f"{sensor.name}.{name}" for name in _of_sensor(sensor)]
-    for spring in (spec.made for spec in case.spring):
+    springs: dict[str, Spring | BeltEnd] = {spec.made.name: spec.made for spec in case.spring}
+    for belt in case.belt:
+        springs |= {f"{belt.name} {end}": one.made for end, one in belt.webbing.items()}
+    for called, spring in springs.items():
         names = [*OF_SPRINGS, *(["filtered_force"] if spring.filter else [])]
         names += OF_DEVICES if any(spring.devices) else ()
-        columns += [f"{spring.name}.{name}" for name in names]
+        columns += [f"{called}.{name}" for name in names]
     columns += [f"{ring.made.name}.{name}" for ring in case.slip_ring for name in OF_SLIP_RINGS]
     columns += [f"{chamber.name}.{name}" for chamber in case.gas for name in OF_GAS]
     free = [body.name for body in case.body if body.motion.by_forces]

@@ -1,4 +1,4 @@
-"""A belt laid along a routed path: its nodes, elements, rest lengths and anchors."""
+"""A belt laid along a routed path: its nodes, elements, rest lengths, and what holds its ends."""
 
 from __future__ import annotations
 
@@ -9,9 +9,14 @@ from typing import Any
 import numpy as np
 
 from contiga.arrays.layout import one_of, positive
+from contiga.dynamics.belt_devices import Devices, LoadLimiter, Pretensioner, Retractor
 from contiga.dynamics.deforming import Deforming
+from contiga.dynamics.springs import Spread, Spring
 from contiga.errors import InputError
+from contiga.laws.characteristic import CurveLike
 from contiga.matter.coefficients import Material
+from contiga.matter.materials import Elastic
+from contiga.matter.woven import Belt as Webbing
 from contiga.records import FloatArray, IntArray
 from contiga.routing.path import Path
 from contiga.slaves.slave import Slave
@@ -21,13 +26,58 @@ LIFT = 1e-7
 """Share of its length that a belt is laid above a surface, for its nodes to enter it."""
 GROUND, FREE = "ground", "free"
 """Anchors that are no body."""
+ENDS = "start", "end"
+STRAIGHT = 1e-6
+"""Share of the length of the webbing at an end by which it may bend: it is one straight spring."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BeltEnd:
+    """Webbing between an anchor and the first row of nodes of a belt, with the devices at it.
+
+    A spring with one tension, which may be reeled in, paid out and slip through a ring, where the
+    nodes of a belt cannot go.
+
+    Parameters
+    ----------
+    length : length of the path that it takes, at least as long as what is ever pulled in there
+    curve : force over elongation; that of the belt's material if omitted, which is for bars
+    unloading, hysteresis_slope, filter : as of a `Spring`
+    retractor, limiter, pretensioner, release : as of a `Spring`
+
+    Examples
+    --------
+    >>> from contiga.belts import BeltEnd, LoadLimiter
+    >>> BeltEnd(length=200.0, limiter=LoadLimiter(4000.0)).devices.limiter.force.tolist()
+    [4000.0]
+    """
+
+    length: float
+    curve: CurveLike | None = None
+    unloading: CurveLike | None = None
+    hysteresis_slope: float | None = None
+    filter: str | None = None
+    retractor: Retractor | None = None
+    limiter: LoadLimiter | None = None
+    pretensioner: Pretensioner | None = None
+    release: str | None = None
+
+    def __post_init__(self) -> None:
+        positive(self.length, "length")
+        if self.curve is None and (self.unloading, self.hysteresis_slope) != (None, None):
+            raise InputError("is missing: an unloading was given", where="curve")
+
+    @property
+    def devices(self) -> Devices:
+        """Devices at its anchor."""
+        return Devices(self.retractor, self.limiter, self.pretensioner, self.release)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Belt:
-    """A belt along a `Path`: bars, or a ribbon of membranes whose width is tangent to the bodies.
+    """A belt along a `Path`: bars, or a membrane whose width is tangent to the bodies.
 
-    The nodes of the belt are evenly spaced along the path. A ribbon at rest lies flat, along x,
+    The nodes of the belt are evenly spaced along the path. A membrane at rest lies flat, along x,
     with its width along y: the warp of a `Fabric` along the belt is ``direction=[1, 0, 0]``.
 
     Parameters
@@ -44,6 +94,8 @@ class Belt:
         the start is shortening/(1 − shortening)
     anchors : what holds its start and its end: "ground", the name of a body, or "free", for springs
         that end there
+    start, end : webbing and devices between that and its nodes; `Belt.springs` are these
+    velocity : (3,) of its nodes at the start
     damping : α of a force −α m v on each node, 1/time
     name : what messages and results call it
 
@@ -51,7 +103,8 @@ class Belt:
     ------
     InputError
         A width, thickness or density that is not positive, fewer than one element, a shortening
-        outside 0 to 1, an unknown kind.
+        outside 0 to 1, an unknown kind; webbing at an end that is held by nothing, longer than the
+        path, or not straight.
 
     Examples
     --------
@@ -76,6 +129,9 @@ class Belt:
     across: int = 4
     shortening: float = 0.0
     anchors: tuple[str, str] = (GROUND, GROUND)
+    start: BeltEnd | None = None
+    end: BeltEnd | None = None
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     damping: float = 0.0
     name: str = "belt"
 
@@ -93,13 +149,61 @@ class Belt:
                 "is a share of the length", where="shortening", found=self.shortening,
                 allowed="0 up to, not including, 1",
             )  # fmt: skip
+        self._check_ends()
+
+    def _check_ends(self) -> None:
+        """Refuse webbing at an end that nothing holds, or that is no straight part of the path."""
+        whole, span = self.path.length, self._span
+        if not span[0] < span[1]:
+            raise InputError(
+                "the webbing at its ends leaves nothing of the belt between",
+                where="start.length",
+                found=[end.length for end in (self.start, self.end) if end is not None],
+                allowed=f"less in all than the path, which is {whole:.6g} long",
+            )
+        for name, end, anchor, near, far in zip(
+            ENDS, (self.start, self.end), self.anchors, (0.0, whole), span, strict=True
+        ):
+            if end is None:
+                continue
+            if anchor == FREE:
+                raise InputError(
+                    "webbing that ends at nothing holds nothing",
+                    where=f"anchors[{ENDS.index(name)}]",
+                    found=FREE,
+                    allowed=f'"{GROUND}" or a body, or no webbing at its {name}',
+                )
+            between = self.path.at([near, far])
+            if np.linalg.norm(between[1] - between[0]) < (1.0 - STRAIGHT) * end.length:
+                raise InputError(
+                    "this webbing would lie on a body, and is to be straight",
+                    where=f"{name}.length",
+                    found=end.length,
+                    allowed=f"up to {self._free_length(name):.6g}, where the path meets it",
+                )
+
+    def _free_length(self, end: str) -> float:
+        """Length of the path from an end to where it first lies on a body."""
+        wraps = self.path.wraps
+        return wraps[0].start if end == "start" else self.path.length - wraps[-1].end
+
+    @property
+    def _span(self) -> tuple[float, float]:
+        """Arc lengths of the path between which the nodes of the belt lie."""
+        before, after = (0.0 if end is None else end.length for end in (self.start, self.end))
+        return before, self.path.length - after
+
+    @property
+    def laid_length(self) -> float:
+        """Length of the path between its first and its last row of nodes."""
+        return self._span[1] - self._span[0]
 
     @cached_property
     def slave(self) -> Slave:
         """The nodes of the belt, row by row across it, where the path lies."""
         points, rows = self._points, self._rows
         if self.kind == "bars":
-            share = np.full(len(points), self.path.length / self.segments)
+            share = np.full(len(points), self.laid_length / self.segments)
             share[[0, -1]] *= 0.5
             lines = np.stack([rows[:-1, 0], rows[1:, 0]], axis=1)
             return Slave(
@@ -117,7 +221,12 @@ class Belt:
     @cached_property
     def motion(self) -> Deforming:
         """How the belt moves: by the forces of its elements."""
-        ends = [(anchor, rows) for anchor, rows in zip(self.anchors, self.ends, strict=True)]
+        ends = [
+            (anchor if end is None else FREE, rows)
+            for anchor, end, rows in zip(
+                self.anchors, (self.start, self.end), self.ends, strict=True
+            )
+        ]
         fixed: list[dict[str, Any]] = [{"nodes": rows} for at, rows in ends if at == GROUND]
         carried = [{"nodes": rows, "body": at} for at, rows in ends if at not in (GROUND, FREE)]
         is_bars = self.kind == "bars"
@@ -128,8 +237,67 @@ class Belt:
             thickness=None if is_bars else self.thickness,
             fixed=fixed or None,
             attached=carried or None,
+            velocity=self.velocity,
             damping=self.damping,
             rest=self._rest,
+        )
+
+    @property
+    def springs(self) -> dict[str, Spring]:
+        """Webbing between its anchors and its nodes, by name: "<belt> start" and "<belt> end".
+
+        Raises
+        ------
+        InputError
+            A curve that is no webbing's, or missing where the material has none for it.
+        """
+        springs = {}
+        spots = self.path.points[[0, -1]]
+        for name, end, anchor, spot, rows in zip(
+            ENDS, (self.start, self.end), self.anchors, spots, self.ends, strict=True
+        ):
+            if end is None:
+                continue
+            shares = np.ones(len(rows))
+            if len(rows) > 1:  # by the widths of the elements beside them
+                shares[[0, -1]] = 0.5
+            spread = Spread(rows, shares / shares.sum())
+            called = f"{self.name} {name}"
+            springs[called] = Spring(
+                (anchor, self.name),
+                at=np.array([spot, spread.shares @ self.slave.points[rows]]),
+                **self._webbing(name, end),
+                length=(1.0 - self.shortening) * end.length,
+                name=called,
+                filter=end.filter,
+                retractor=end.retractor,
+                limiter=end.limiter,
+                pretensioner=end.pretensioner,
+                release=end.release,
+                spread=(None, spread),
+            )
+        return springs
+
+    def _webbing(self, name: str, end: BeltEnd) -> dict[str, Any]:
+        """Curves of the webbing at an end, as `Spring` takes them."""
+        if end.curve is not None:
+            keys = "curve", "unloading", "hysteresis_slope"
+            return {key: getattr(end, key) for key in keys}
+        material, length = self.material, (1.0 - self.shortening) * end.length
+        if isinstance(material, Webbing):
+            per_length = [length, 1.0]
+            lower, slope = material.unloading, material.hysteresis_slope
+            return {
+                "curve": np.asarray(material.loading) * per_length,
+                "unloading": None if lower is None else np.asarray(lower) * per_length,
+                "hysteresis_slope": None if slope is None else slope / length,
+            }
+        if isinstance(material, Elastic) and self.kind == "bars":
+            return {"curve": material.young * self.width * self.thickness / length}
+        raise InputError(
+            "is missing: the force over the elongation of the webbing there",
+            where=f"{name}.curve",
+            allowed="a stiffness or a table; bars of the material belt or elastic need none",
         )
 
     @property
@@ -139,7 +307,7 @@ class Belt:
 
     @property
     def rest_length(self) -> float:
-        """Length of the belt without force."""
+        """Length of the belt without force, with the webbing at its ends."""
         return (1.0 - self.shortening) * self.path.length
 
     @cached_property
@@ -159,8 +327,8 @@ class Belt:
     @cached_property
     def _points(self) -> FloatArray:
         """(n, 3) nodes on the path and beside it."""
-        arc = np.linspace(0.0, self.path.length, self.segments + 1)
-        normal, step = self.path.normal_at(arc), 0.5 * arc[1]
+        arc = np.linspace(*self._span, self.segments + 1)
+        normal, step = self.path.normal_at(arc), 0.5 * self.laid_length / self.segments
         middle = self.path.at(arc)
         ahead, behind = (np.clip(arc + x, 0.0, self.path.length) for x in (step, -step))
         along = self.path.at(ahead) - self.path.at(behind)

@@ -29,12 +29,21 @@ from contiga.errors import InputError
 from contiga.laws.characteristic import Characteristic, CurveLike
 from contiga.laws.hysteresis import Hysteresis, hysteresis_of
 from contiga.laws.law import as_curve, not_negative
-from contiga.records import FloatArray
+from contiga.records import FloatArray, IntArray
 
 GROUND = "ground"
 _NO_MOMENT = Moment()
 # Of the largest coordinate: points nearer than rounding have no direction between them.
 _SAME_POINT = 1e-12
+
+
+class Spread(NamedTuple):
+    """Nodes of a slave that share an end of a spring, as the last row of a belt does."""
+
+    nodes: IntArray
+    """(k,)."""
+    shares: FloatArray
+    """(k,) of the force on the end; their sum is 1."""
 
 
 class SpringState(NamedTuple):
@@ -95,6 +104,7 @@ class Spring:
     retractor, limiter, pretensioner : devices at its end, of `contiga.belts`. Such a spring is
         webbing: it carries tension only, and has no damper.
     release : name of the sensor whose trigger lets its end go
+    spread : for each end, the nodes of its slave that share it, None for the node nearest to `at`
 
     Notes
     -----
@@ -131,6 +141,8 @@ class Spring:
     """Whether it is webbing with devices at its end, or in slip rings."""
     is_taut: bool
     """Whether the length at rest is the distance of the points at the start."""
+    spread: tuple[Spread | None, Spread | None]
+    """Nodes that share each end."""
 
     def __init__(
         self,
@@ -148,6 +160,7 @@ class Spring:
         limiter: LoadLimiter | None = None,
         pretensioner: Pretensioner | None = None,
         release: str | None = None,
+        spread: tuple[Spread | None, Spread | None] = (None, None),
     ) -> None:
         pair, ends, c = _pair(between), _ends(at), not_negative(damping, "damping")
         if curve is None:
@@ -166,6 +179,7 @@ class Spring:
         put(self, "name", name or "-".join(pair))
         put(self, "filter", None if filter is None else one_of("filter", filter, FILTERS))
         put(self, "is_taut", length is None)
+        put(self, "spread", spread)
         devices = Devices(retractor, limiter, pretensioner, release)
         put(self, "devices", devices)
         put(self, "is_webbing", False)

@@ -180,11 +180,11 @@ def _couplings(model: Model, state: SystemState, of: Of) -> list[tuple[str, list
                 straight(fastest)(*at, np.array([float(spring.damping)]), np.zeros(1), *body),
             )
             ends.append(_End(row, rates, rates))
-        for _, slave, node in system.ends[name]:
+        for _, slave, nodes, shares in system.ends[name]:
             if slave is not None and slave in system.masses:
-                mover, at_node = system.nodes[slave], np.array([node], np.int32)
-                square = mover.fastest(at_node, np.array([max(along, across)]))
-                decay = mover.fastest(at_node, np.array([float(spring.damping)]))
+                mover = system.nodes[slave]
+                square = mover.fastest(nodes, max(along, across) * shares)
+                decay = mover.fastest(nodes, float(spring.damping) * shares)
                 ends.append(_End(slave, Rates(square, decay), Rates()))
         if ends:
             couplings.append((f"spring {name!r}", ends))

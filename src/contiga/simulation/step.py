@@ -92,9 +92,8 @@ class ForcesOn(NamedTuple):
         for part in self.model.contacts:
             if part.slave == self.name:
                 columns.append(self.acting.contacts[part.name].kept.force)
-        for name, end, node in self.model.mechanism.tied.get(self.name, ()):
-            pull = self.acting.springs[name].pull
-            columns.append(Column(np.array([node], np.int32), (-pull if end else pull)[None]))
+        for end in self.model.mechanism.tied.get(self.name, ()):
+            columns.append(Column(end.nodes, end.forces(self.acting.springs[end.spring].pull)))
         for name in self.model.chambers.of_slave.get(self.name, ()):
             columns.append(
                 Column(self.model.chambers.skins[name].rows, self.acting.gas[name].force)
@@ -118,9 +117,8 @@ def nodal_force(model: Model, name: str, acting: Acting) -> FloatArray:
     if not forces:
         forces = [np.zeros(model.slaves[name].slave.points.shape)]
     total = np.array(sum(forces[1:], forces[0]))
-    for spring, end, node in tied:
-        pull = springs[spring].pull
-        total[node] += -pull if end else pull
+    for end in tied:
+        total[end.nodes] += end.forces(springs[end.spring].pull)
     for chamber in model.chambers.of_slave.get(name, ()):
         total[model.chambers.skins[chamber].rows] += gas[chamber].force
     return total
