@@ -25,7 +25,7 @@ from contiga.dynamics.belt_devices import (
     Webbing,
 )
 from contiga.dynamics.spring_curves import Axial, SpringLaw, spring_law
-from contiga.errors import InputError
+from contiga.errors import InputError, RunError
 from contiga.laws.characteristic import Characteristic, CurveLike
 from contiga.laws.hysteresis import Hysteresis, hysteresis_of
 from contiga.laws.law import as_curve, not_negative
@@ -262,6 +262,12 @@ class Spring:
         length, rate = _axial(ends, velocities_W)
         if self.is_webbing:
             moved, devices = self.moved(last, length, fed, moment)
+            if self.length + devices.paid_out + devices.fed <= 0.0:
+                raise RunError(
+                    f"t = {moment.time:g}: spring {self.name!r} has no webbing left: {self.length:g} "
+                    f"at the start, {-devices.paid_out:g} pulled in and {-devices.fed:g} gone "
+                    "through slip rings. Start with a longer piece"
+                )
             lost, damper = moved.lost, 0.0
             if math.isfinite(devices.released) and math.isinf(last.devices.released):
                 # What it held goes, with the work of this step.
