@@ -44,7 +44,7 @@ class BeltSpec(Spec):
 
     name: Name
     path: PathSpec
-    kind: Literal["bars", "ribbon"] = "bars"
+    kind: Literal["bars", "ribbon", "membrane"] = "bars"
     width: Positive
     thickness: Positive
     material: MaterialSpec
@@ -106,7 +106,7 @@ class BeltSpec(Spec):
 
     def describe(self) -> str:
         """Say it in words."""
-        across = f" × {self.across}" if self.kind == "ribbon" else ""
+        across = "" if self.kind == "bars" else f" × {self.across}"
         return (
             f"{self.kind}, {self.segments}{across} elements, {self.width:g} wide, over "
             f"{', '.join(self.path.over)}, from {self.anchors[0]} to {self.anchors[1]}"

@@ -7,23 +7,37 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from contiga.arrays.layout import one_of, positive
 from contiga.dynamics.belt_devices import Devices, LoadLimiter, Pretensioner, Retractor
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.springs import Spread, Spring
 from contiga.errors import InputError
+from contiga.geometry.knots import basis, greville, open_knots
+from contiga.geometry.surface import NurbsSurface
 from contiga.laws.characteristic import CurveLike
 from contiga.matter.coefficients import Material
 from contiga.matter.materials import Elastic
 from contiga.matter.woven import Belt as Webbing
+from contiga.patches.splines import Splines
 from contiga.records import FloatArray, IntArray
-from contiga.routing.path import Path
+from contiga.routing.path import MOVES, Path
 from contiga.slaves.slave import Slave
 
-KINDS = ("bars", "ribbon")
+KINDS = ("bars", "ribbon", "membrane")
+DEGREE = 2
+"""Degree of the patch that a membrane is, along it and across."""
 LIFT = 1e-7
 """Share of its length that a belt is laid above a surface, for its nodes to enter it."""
+SAMPLES = 20
+"""Chords of an element of a membrane by which it is measured."""
+SPARE = 1.1
+"""Factor on what nodes of a membrane lack, as it is raised."""
+TWIST, AROUND = 3.0, 15
+"""Widths of a belt along which its normal is the mean of so many of the bodies'."""
+STEEP = 0.2
+"""Cosine of a body's normal and the belt's from which on moves off the body are no longer."""
 GROUND, FREE = "ground", "free"
 """Anchors that are no body."""
 ENDS = "start", "end"
@@ -75,7 +89,8 @@ class BeltEnd:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Belt:
-    """A belt along a `Path`: bars, or a membrane whose width is tangent to the bodies.
+    """A belt along a `Path`: bars, or a membrane whose width is tangent to the bodies, of triangles
+    or of one NURBS patch.
 
     The nodes of the belt are evenly spaced along the path. A membrane at rest lies flat, along x,
     with its width along y: the warp of a `Fabric` along the belt is ``direction=[1, 0, 0]``.
@@ -83,13 +98,14 @@ class Belt:
     Parameters
     ----------
     path : from `contiga.route`
-    material : of bars `contiga.materials.Belt` or `Elastic`, of a ribbon `Fabric`, `Elastic` or
+    material : of bars `contiga.materials.Belt` or `Elastic`, of the others `Fabric`, `Elastic` or
         another of membranes
     density : mass over volume
     width, thickness : length; of bars their product is the section
-    kind : "bars" or "ribbon"
+    kind : "bars", "ribbon" of triangles, or "membrane", a patch of degree 2 without stiffness in
+        bending
     segments : elements along the belt
-    across : elements across a ribbon
+    across : elements across a ribbon or membrane
     shortening : share of its length that the belt is shorter at rest than the path: its strain at
         the start is shortening/(1 − shortening)
     anchors : what holds its start and its end: "ground", the name of a body, or "free", for springs
@@ -201,6 +217,8 @@ class Belt:
     @cached_property
     def slave(self) -> Slave:
         """The nodes of the belt, row by row across it, where the path lies."""
+        if self.kind == "membrane":
+            return Slave(surfaces=self._patch, thickness=self.thickness, name=self.name)
         points, rows = self._points, self._rows
         if self.kind == "bars":
             share = np.full(len(points), self.laid_length / self.segments)
@@ -235,11 +253,12 @@ class Belt:
             density=self.density,
             section=self.width * self.thickness if is_bars else None,
             thickness=None if is_bars else self.thickness,
+            bending=0.0 if self.kind == "membrane" else 1.0,
             fixed=fixed or None,
             attached=carried or None,
             velocity=self.velocity,
             damping=self.damping,
-            rest=self._rest,
+            rest=self._rest_of_patch if self.kind == "membrane" else self._rest,
         )
 
     @property
@@ -303,6 +322,10 @@ class Belt:
     @property
     def ends(self) -> tuple[IntArray, IntArray]:
         """Nodes of its start and of its end."""
+        if self.kind == "membrane":
+            surfaces = self.slave.surfaces
+            assert surfaces is not None
+            return surfaces.edge("u0"), surfaces.edge("u1")
         return self._rows[0], self._rows[-1]
 
     @property
@@ -319,42 +342,131 @@ class Belt:
 
     @cached_property
     def _offsets(self) -> FloatArray:
-        """(nodes across,) from the middle of the belt."""
+        """(nodes across,) from the middle of the belt; of a membrane control points."""
         if self.kind == "bars":
             return np.zeros(1)
+        if self.kind == "membrane":
+            return self.width * (greville(self._knots[1], DEGREE) - 0.5)
         return np.linspace(-0.5 * self.width, 0.5 * self.width, self.across + 1)
 
     @cached_property
     def _points(self) -> FloatArray:
-        """(n, 3) nodes on the path and beside it."""
+        """(n, 3) nodes of bars and ribbons."""
         arc = np.linspace(*self._span, self.segments + 1)
-        normal, step = self.path.normal_at(arc), 0.5 * self.laid_length / self.segments
+        return self._laid(arc, LIFT * self.path.length).reshape(-1, 3)
+
+    @cached_property
+    def _knots(self) -> tuple[FloatArray, FloatArray]:
+        """Knots of a membrane along it and across, from 0 to 1."""
+        return (
+            open_knots(DEGREE, self.segments + DEGREE),
+            open_knots(DEGREE, self.across + DEGREE),
+        )
+
+    def _interpolated(self, values: FloatArray) -> FloatArray:
+        """Coefficients (n, …) along a membrane of what has `values` at its Greville parameters."""
+        along = self._knots[0]
+        matrix = basis(along, DEGREE, greville(along, DEGREE))[:, 0]
+        flat = np.linalg.solve(matrix, values.reshape(len(values), -1))
+        return np.asarray(flat.reshape(values.shape))
+
+    @cached_property
+    def _patch(self) -> NurbsSurface:
+        """The patch of a membrane: through the path at its Greville parameters, straight across, and
+        so far above the bodies that its nodes between are outside."""
+        start, end = self._span
+        arc = start + (end - start) * greville(self._knots[0], DEGREE)
+        least = gap = LIFT * self.path.length
+        for _ in range(MOVES):
+            control = self._interpolated(self._laid(arc, gap))
+            patch = NurbsSurface((DEGREE, DEGREE), self._knots, control)
+            short = least - self.path.over.clearances(Splines.of(patch).points).gap.min()
+            if short <= 0.0:
+                break
+            gap += SPARE * short
+        return patch
+
+    @cached_property
+    def _rest_of_patch(self) -> FloatArray:
+        """(m, 3) control points of the flat patch: as long as the mean of the lines along the
+        laid one, less the shortening."""
+        along = self._knots[0]
+        u = np.linspace(0.0, 1.0, SAMPLES * self.segments + 1)
+        lines = np.einsum("un,nvx->uvx", basis(along, DEGREE, u)[:, 0], self._patch.control_points)
+        steps = np.linalg.norm(np.diff(lines, axis=0), axis=2).mean(axis=1)
+        x = np.interp(greville(along, DEGREE), u, np.concatenate([[0.0], np.cumsum(steps)]))
+        flat = np.zeros(self._patch.control_points.shape)
+        flat[:, :, 0] = (1.0 - self.shortening) * self._interpolated(x)[:, None]
+        flat[:, :, 1] = self._offsets
+        return flat.reshape(-1, 3)
+
+    def _laid(self, arc: FloatArray, gap: float) -> FloatArray:
+        """(n, k, 3) rows at arc lengths, on the path and beside it, `gap` above the bodies: they are
+        straight, and stand off where a body is hollow across the path, as in a crease between two.
+        """
+        normal, step = self._normals(arc), 0.5 * self.laid_length / self.segments
         middle = self.path.at(arc)
         ahead, behind = (np.clip(arc + x, 0.0, self.path.length) for x in (step, -step))
         along = self.path.at(ahead) - self.path.at(behind)
         # Width and normal in this order: facets face away from the bodies.
         wide = np.cross(normal, along)
         sizes = np.linalg.norm(wide, axis=1)
-        if self.kind == "ribbon" and not (sizes > 1e-6 * step).all():
+        if self.kind != "bars" and not (sizes > 1e-6 * step).all():
             raise InputError(
-                "a ribbon cannot be laid straight towards a body",
+                f"a {self.kind} cannot be laid straight towards a body",
                 where=f"{self.name}: path",
                 found=middle[int(np.argmin(sizes))].tolist(),
                 allowed="a path that passes beside the nearest body",
                 remedy="Move the end aside, or lay it as bars",
             )
         wide /= np.maximum(sizes, 1e-300)[:, None]
-        points = middle[:, None] + self._offsets[None, :, None] * wide[:, None]
-        return self.path.outside(points.reshape(-1, 3), LIFT * self.path.length)
+        rows = middle[:, None] + self._offsets[None, :, None] * wide[:, None]
+        if self.kind == "bars":
+            return self.path.outside(rows[:, 0], gap)[:, None]
+        return rows + self._lift(rows, normal, gap)[:, None]
+
+    def _normals(self, arc: FloatArray) -> FloatArray:
+        """(n, 3) normals of the belt at arc lengths.
+
+        Those of the bodies that it lies on, between two of them by its way from one to the other;
+        of these the means over `TWIST` widths, as a belt that turns faster is stretched at its
+        edges by more than a per cent.
+        """
+        path = self.path
+        lies = np.flatnonzero(path.body >= 0)
+        if self.kind == "bars" or len(lies) == 0:
+            return path.normal_at(arc)
+        around = TWIST * self.width * np.linspace(-0.5, 0.5, AROUND)
+        near = (arc[:, None] + around).ravel()
+        columns = [np.interp(near, path.arc[lies], one) for one in path.normal[lies].T]
+        normals = np.stack(columns, axis=1).reshape(len(arc), AROUND, 3).mean(axis=1)
+        return np.asarray(normals / np.linalg.norm(normals, axis=1)[:, None])
+
+    def _lift(self, rows: FloatArray, normal: FloatArray, gap: float) -> FloatArray:
+        """(n, 3) moves of rows (n, k, 3) along their normals until all their nodes are `gap` outside,
+        no less than that and even over the width of the belt."""
+        lift = np.zeros(len(rows))
+        for _ in range(MOVES):
+            lifted = rows + (lift[:, None] * normal)[:, None]
+            near = self.path.over.clearances(lifted.reshape(-1, 3))
+            short = np.maximum(gap - near.gap, 0.0).reshape(lifted.shape[:2])
+            if not short.any():
+                break
+            along = np.abs((near.normal.reshape(lifted.shape) * normal[:, None]).sum(axis=2))
+            lift += (short / np.maximum(along, STEEP)).max(axis=1)
+        size = 2 * round(0.5 * self.width * self.segments / self.laid_length) + 1
+        even = uniform_filter1d(maximum_filter1d(lift, size), size)
+        return np.asarray(even[:, None] * normal)
 
     @cached_property
     def _rest(self) -> FloatArray:
         """(n, 3) nodes without strain: flat, along x.
 
-        Between two nodes the belt is as long as their distance, a chord's, less the shortening.
+        Between two rows it is as long as the mean distance of their nodes, a chord's, less the
+        shortening.
         """
-        middle = self._points.reshape(self.segments + 1, -1, 3)
-        chords = np.linalg.norm(np.diff(middle.mean(axis=1), axis=0), axis=1)
+        rows = self._points.reshape(self.segments + 1, -1, 3)
+        chords = np.linalg.norm(np.diff(rows, axis=0), axis=2).mean(axis=1)
         x = (1.0 - self.shortening) * np.concatenate([[0.0], np.cumsum(chords)])
         rest = np.zeros((*self._rows.shape, 3))
         rest[:, :, 0], rest[:, :, 1] = x[:, None], self._offsets

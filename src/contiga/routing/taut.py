@@ -32,6 +32,9 @@ SHRINK = 0.25
 """Factor on that radius from one level to the next."""
 PENALTY = 1e4
 """Stiffness of an active constraint over that of the two chords beside it."""
+SETS = 50
+"""Active sets that a step tries over sharp edges, where none may be right: elsewhere as many as there
+are points."""
 STEPS, STEPS_ON_THE_WAY = 100, 20
 """At the last radius of edges, or without any, and before."""
 SETTLED, SETTLED_AT_EDGES = 1e-11, 1e-2
@@ -224,9 +227,10 @@ def _step(
     active = multiplier - stiff * slack > 0.0
     move, pressed = np.zeros_like(force), multiplier
     for share in BENDING:
-        tried = set()
+        tried: set[bytes] = set()
         # The string lifts off a chord at a time.
-        while active.tobytes() not in tried:
+        most = SETS if radius > 0.0 else len(active)
+        while active.tobytes() not in tried and len(tried) < most:
             tried.add(active.tobytes())
             rows = np.flatnonzero(active)
             at = outside.point[rows]
