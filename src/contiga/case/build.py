@@ -122,8 +122,9 @@ def _pieces(case: Case, cache: PartCache, wrong: Together) -> _Pieces:
     belts = _belts(case, made, motions, wrong)
     slaves |= {name: SlavePart(belt.slave, belt.motion) for name, belt in belts.items()}
     for i, spec in enumerate(case.belt):
-        with wrong.at(f"belt[{i}]"):
-            springs |= belts[spec.name].springs if spec.name in belts else {}
+        for name, spring in _webbing(f"belt[{i}]", belts.get(spec.name), wrong).items():
+            with wrong.at(f"belt[{i}]"):
+                _add_spring(springs, name, spring)
     contacts = _contacts(case, bodies, slaves, wrong)
     return _Pieces(springs, gas, bodies, slaves, contacts, tuple(findings))
 
@@ -353,15 +354,27 @@ def _springs(case: Case, wrong: Together) -> dict[str, Spring]:
     """Springs by name: their own, or that of the bodies they are between."""
     springs: dict[str, Spring] = {}
     for i, spec in enumerate(case.spring):
-        name = spec.name or "-".join(spec.between)
         with wrong.at(f"spring[{i}].name"):
-            if name in springs:
-                raise CaseError(
-                    "another spring has this name",
-                    found=name,
-                    remedy="Give each spring a name of its own",
-                )
-            springs[name] = spec.made
+            _add_spring(springs, spec.made.name, spec.made)
+    return springs
+
+
+def _add_spring(springs: dict[str, Spring], name: str, spring: Spring) -> None:
+    if name in springs:
+        raise CaseError(
+            "another spring has this name",
+            found=name,
+            remedy="Give each spring a name of its own",
+        )
+    springs[name] = spring
+
+
+def _webbing(key: str, belt: Belt | None, wrong: Together) -> dict[str, Spring]:
+    """Springs at the ends of a belt; none of one that could not be laid."""
+    springs: dict[str, Spring] = {}
+    if belt is not None:
+        with wrong.at(key):
+            springs = belt.springs
     return springs
 
 

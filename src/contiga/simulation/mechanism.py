@@ -412,7 +412,8 @@ def _segments(
     Raises
     ------
     InputError
-        No webbing; or one with devices, and slip rings at both ends.
+        No webbing; or one with devices, and slip rings at both ends, or at that which is not the
+        belt's.
     """
     ends: dict[str, int] = {}
     for side in (side for pair in rings.values() for side in pair):
@@ -420,9 +421,11 @@ def _segments(
     segments: dict[str, Spring] = {}
     for name, count in ends.items():
         devices = springs[name].devices
-        if count == 2 and any(one is not None for one in devices[:3]):
+        on_a_belt = springs[name].spread != (None, None)
+        if (count == 2 or on_a_belt) and any(one is not None for one in devices[:3]):
+            both = "slip rings at both ends" if count == 2 else "a slip ring at its anchor"
             raise InputError(
-                "has slip rings at both ends, and no end left for its devices",
+                f"has {both}, and no end left for its devices",
                 where=f"spring {name!r}",
                 allowed="one device at an end",
             )
