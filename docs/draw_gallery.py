@@ -76,6 +76,12 @@ ENTRIES = (
         ("chest.vx", "chest-belt.force"),
         ("chest-belt.force", "chest.vx"),
     ),
+    Entry(
+        "three_point_belt",
+        "13_three_point_belt.toml",
+        ("shoulder start.force", "lap start.force", "retractor.force", "retractor.paid_out"),
+        ("shoulder start.force", "lap start.force", "chest-shoulder.force"),
+    ),
     Entry("bonnet", "bonnet.toml", ("bonnet.force", "hard parts.force"), ("bonnet.force",)),
     Entry("spin", "gallery/spin.toml", ("ball.vx", "ball.wy"), ("force", "ball.wy")),
     Entry("hail", "gallery/hail.toml", ("ring.vz", "n_contact"), ("force", "ring.vz")),

@@ -444,19 +444,32 @@ class Belt:
 
     def _lift(self, rows: FloatArray, normal: FloatArray, gap: float) -> FloatArray:
         """(n, 3) moves of rows (n, k, 3) along their normals until all their nodes are `gap` outside,
-        no less than that and even over the width of the belt."""
+        and the edges of facets of a ribbon, no less than that and even over its width."""
         lift = np.zeros(len(rows))
         for _ in range(MOVES):
             lifted = rows + (lift[:, None] * normal)[:, None]
-            near = self.path.over.clearances(lifted.reshape(-1, 3))
-            short = np.maximum(gap - near.gap, 0.0).reshape(lifted.shape[:2])
+            short = self._shortage(lifted, normal, gap)
+            if self.kind == "ribbon":
+                first, then = lifted[:-1], lifted[1:]
+                middles = first + then, first[:, 1:] + then[:, :-1], first[:, :-1] + then[:, 1:]
+                of_facets = 0.5 * np.concatenate(middles, axis=1)
+                between = self._shortage(of_facets, normal[1:], gap)
+                short[1:] = np.maximum(short[1:], between)
+                short[:-1] = np.maximum(short[:-1], between)
             if not short.any():
                 break
-            along = np.abs((near.normal.reshape(lifted.shape) * normal[:, None]).sum(axis=2))
-            lift += (short / np.maximum(along, STEEP)).max(axis=1)
+            lift += short
+        # What is no less than the largest near by on both sides is so in their mean, too.
         size = 2 * round(0.5 * self.width * self.segments / self.laid_length) + 1
         even = uniform_filter1d(maximum_filter1d(lift, size), size)
         return np.asarray(even[:, None] * normal)
+
+    def _shortage(self, rows: FloatArray, normal: FloatArray, gap: float) -> FloatArray:
+        """(n,) lengths by which rows (n, k, 3) must move along their normals to be `gap` outside."""
+        near = self.path.over.clearances(np.ascontiguousarray(rows.reshape(-1, 3)))
+        short = np.maximum(gap - near.gap, 0.0).reshape(rows.shape[:2])
+        along = np.abs((near.normal.reshape(rows.shape) * normal[:, None]).sum(axis=2))
+        return np.asarray((short / np.maximum(along, STEEP)).max(axis=1))
 
     @cached_property
     def _rest(self) -> FloatArray:

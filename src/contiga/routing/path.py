@@ -53,7 +53,8 @@ class Path(Displayed):
     points: FloatArray
     """(n, 3) from start to end, length."""
     normal: FloatArray
-    """(n, 3) unit normals of the body nearest to each point."""
+    """(n, 3) unit normals: of the body that the path lies on, the mean of those in a crease, and of
+    the nearest where it lies on none."""
     body: IndexArray
     """(n,) number of the body that each point lies on, −1 where it lies on none."""
     over: Obstacles
@@ -154,7 +155,10 @@ def path_of(obstacles: Obstacles, tight: Tight) -> Path:
         # In a crease a string lies on two bodies: it stays on the one that it came along.
         before = body[i - 1]
         if before >= 0 and lies[before, i]:
-            body[i] = nearest[i] = before
+            body[i] = before
         elif lies[nearest[i], i]:
             body[i] = nearest[i]
-    return Path(tight.points, normal[nearest, np.arange(len(body))], body, obstacles)
+    touched = np.where(lies.any(axis=0), lies, np.arange(len(gap))[:, None] == nearest)
+    mean = (touched[:, :, None] * normal).sum(axis=0)
+    unit = mean / np.linalg.norm(mean, axis=1)[:, None]
+    return Path(tight.points, unit, body, obstacles)

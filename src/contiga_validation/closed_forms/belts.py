@@ -129,7 +129,7 @@ def tensions(segments: int, kind: str) -> FloatArray:
     damping = 2.0 * math.sqrt(stiff * DENSITY / width)
     law = cg.PenaltyLaw(stiff, damping=damping, per_area=True)
     friction = cg.Coulomb(MU, stiffness=stiff, per_area=True)
-    press = cg.Contact(drum, belt.slave, law=law, friction=friction)
+    press = cg.Contact(drum, belt.slave, law=law, friction=friction, quadrature="nodes")
     state = (
         cg.Simulation(
             bodies={"drum": drum},
