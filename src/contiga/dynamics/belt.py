@@ -14,8 +14,6 @@ from contiga.dynamics.belt_devices import Devices, LoadLimiter, Pretensioner, Re
 from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.springs import Spread, Spring
 from contiga.errors import InputError
-from contiga.geometry.knots import basis, greville, open_knots
-from contiga.geometry.surface import NurbsSurface
 from contiga.laws.characteristic import CurveLike
 from contiga.matter.coefficients import Material
 from contiga.matter.materials import Elastic
@@ -24,14 +22,11 @@ from contiga.patches.splines import Splines
 from contiga.records import FloatArray, IntArray
 from contiga.routing.path import MOVES, Path
 from contiga.slaves.slave import Slave
+from contiga.slaves.strip import Strip
 
 KINDS = ("bars", "ribbon", "membrane")
-DEGREE = 2
-"""Degree of the patch that a membrane is, along it and across."""
 LIFT = 1e-7
 """Share of its length that a belt is laid above a surface, for its nodes to enter it."""
-SAMPLES = 20
-"""Chords of an element of a membrane by which it is measured."""
 SPARE = 1.1
 """Factor on what nodes of a membrane lack, as it is raised."""
 TWIST, AROUND = 3.0, 15
@@ -218,7 +213,8 @@ class Belt:
     def slave(self) -> Slave:
         """The nodes of the belt, row by row across it, where the path lies."""
         if self.kind == "membrane":
-            return Slave(surfaces=self._patch, thickness=self.thickness, name=self.name)
+            patch = self._strip.through(self._rows_of_strip)
+            return Slave(surfaces=patch, thickness=self.thickness, name=self.name)
         points, rows = self._points, self._rows
         if self.kind == "bars":
             share = np.full(len(points), self.laid_length / self.segments)
@@ -258,7 +254,7 @@ class Belt:
             attached=carried or None,
             velocity=self.velocity,
             damping=self.damping,
-            rest=self._rest_of_patch if self.kind == "membrane" else self._rest,
+            rest=self._rest,
         )
 
     @property
@@ -346,7 +342,7 @@ class Belt:
         if self.kind == "bars":
             return np.zeros(1)
         if self.kind == "membrane":
-            return self.width * (greville(self._knots[1], DEGREE) - 0.5)
+            return self.width * (self._strip.beside - 0.5)
         return np.linspace(-0.5 * self.width, 0.5 * self.width, self.across + 1)
 
     @cached_property
@@ -355,54 +351,30 @@ class Belt:
         arc = np.linspace(*self._span, self.segments + 1)
         return self._laid(arc, LIFT * self.path.length).reshape(-1, 3)
 
-    @cached_property
-    def _knots(self) -> tuple[FloatArray, FloatArray]:
-        """Knots of a membrane along it and across, from 0 to 1."""
-        return (
-            open_knots(DEGREE, self.segments + DEGREE),
-            open_knots(DEGREE, self.across + DEGREE),
-        )
-
-    def _interpolated(self, values: FloatArray) -> FloatArray:
-        """Coefficients (n, …) along a membrane of what has `values` at its Greville parameters."""
-        along = self._knots[0]
-        matrix = basis(along, DEGREE, greville(along, DEGREE))[:, 0]
-        flat = np.linalg.solve(matrix, values.reshape(len(values), -1))
-        return np.asarray(flat.reshape(values.shape))
+    @property
+    def _strip(self) -> Strip:
+        return Strip(self.segments, self.across)
 
     @cached_property
-    def _patch(self) -> NurbsSurface:
-        """The patch of a membrane: through the path at its Greville parameters, straight across, and
-        so far above the bodies that its nodes between are outside."""
+    def _rows_of_strip(self) -> FloatArray:
+        """(n, k, 3) rows that the patch of a membrane goes through: on the path, so far above the
+        bodies that its nodes between are outside."""
         start, end = self._span
-        arc = start + (end - start) * greville(self._knots[0], DEGREE)
+        arc = start + (end - start) * self._strip.along
         least = gap = LIFT * self.path.length
         for _ in range(MOVES):
-            control = self._interpolated(self._laid(arc, gap))
-            patch = NurbsSurface((DEGREE, DEGREE), self._knots, control)
-            short = least - self.path.over.clearances(Splines.of(patch).points).gap.min()
+            rows = self._laid(arc, gap)
+            nodes = Splines.of(self._strip.through(rows)).points
+            short = least - self.path.over.clearances(nodes).gap.min()
             if short <= 0.0:
                 break
             gap += SPARE * short
-        return patch
-
-    @cached_property
-    def _rest_of_patch(self) -> FloatArray:
-        """(m, 3) control points of the flat patch: as long as the mean of the lines along the
-        laid one, less the shortening."""
-        along = self._knots[0]
-        u = np.linspace(0.0, 1.0, SAMPLES * self.segments + 1)
-        lines = np.einsum("un,nvx->uvx", basis(along, DEGREE, u)[:, 0], self._patch.control_points)
-        steps = np.linalg.norm(np.diff(lines, axis=0), axis=2).mean(axis=1)
-        x = np.interp(greville(along, DEGREE), u, np.concatenate([[0.0], np.cumsum(steps)]))
-        flat = np.zeros(self._patch.control_points.shape)
-        flat[:, :, 0] = (1.0 - self.shortening) * self._interpolated(x)[:, None]
-        flat[:, :, 1] = self._offsets
-        return flat.reshape(-1, 3)
+        return rows
 
     def _laid(self, arc: FloatArray, gap: float) -> FloatArray:
-        """(n, k, 3) rows at arc lengths, on the path and beside it, `gap` above the bodies: they are
-        straight, and stand off where a body is hollow across the path, as in a crease between two.
+        """(n, k, 3) rows at arc lengths, on the path and beside it, `gap` above the bodies.
+
+        They are straight, and stand off where a body is hollow across the path, as in a crease.
         """
         normal, step = self._normals(arc), 0.5 * self.laid_length / self.segments
         middle = self.path.at(arc)
@@ -443,8 +415,8 @@ class Belt:
         return np.asarray(normals / np.linalg.norm(normals, axis=1)[:, None])
 
     def _lift(self, rows: FloatArray, normal: FloatArray, gap: float) -> FloatArray:
-        """(n, 3) moves of rows (n, k, 3) along their normals until all their nodes are `gap` outside,
-        and the edges of facets of a ribbon, no less than that and even over its width."""
+        """(n, 3) moves of rows (n, k, 3) along their normals until all their nodes are `gap`
+        outside, and the edges of facets of a ribbon, no less than that and even over its width."""
         lift = np.zeros(len(rows))
         for _ in range(MOVES):
             lifted = rows + (lift[:, None] * normal)[:, None]
@@ -465,7 +437,7 @@ class Belt:
         return np.asarray(even[:, None] * normal)
 
     def _shortage(self, rows: FloatArray, normal: FloatArray, gap: float) -> FloatArray:
-        """(n,) lengths by which rows (n, k, 3) must move along their normals to be `gap` outside."""
+        """(n,) lengths that rows (n, k, 3) must move along their normals to be `gap` outside."""
         near = self.path.over.clearances(np.ascontiguousarray(rows.reshape(-1, 3)))
         short = np.maximum(gap - near.gap, 0.0).reshape(rows.shape[:2])
         along = np.abs((near.normal.reshape(rows.shape) * normal[:, None]).sum(axis=2))
@@ -473,11 +445,13 @@ class Belt:
 
     @cached_property
     def _rest(self) -> FloatArray:
-        """(n, 3) nodes without strain: flat, along x.
+        """(n, 3) nodes without strain, of a membrane control points: flat, along x.
 
         Between two rows it is as long as the mean distance of their nodes, a chord's, less the
         shortening.
         """
+        if self.kind == "membrane":
+            return self._strip.flat(self._rows_of_strip, self.width, 1.0 - self.shortening)
         rows = self._points.reshape(self.segments + 1, -1, 3)
         chords = np.linalg.norm(np.diff(rows, axis=0), axis=2).mean(axis=1)
         x = (1.0 - self.shortening) * np.concatenate([[0.0], np.cumsum(chords)])

@@ -264,9 +264,9 @@ class Spring:
             moved, devices = self.moved(last, length, fed, moment)
             if self.length + devices.paid_out + devices.fed <= 0.0:
                 raise RunError(
-                    f"t = {moment.time:g}: spring {self.name!r} has no webbing left: {self.length:g} "
-                    f"at the start, {-devices.paid_out:g} pulled in and {-devices.fed:g} gone "
-                    "through slip rings. Start with a longer piece"
+                    f"t = {moment.time:g}: spring {self.name!r} has no webbing left: "
+                    f"{self.length:g} at the start, {-devices.paid_out:g} pulled in and "
+                    f"{-devices.fed:g} gone through slip rings. Start with a longer piece"
                 )
             lost, damper = moved.lost, 0.0
             if math.isfinite(devices.released) and math.isinf(last.devices.released):

