@@ -25,7 +25,7 @@ mass = "g"
 time = "ms"
 
 [time]
-end = 0.2
+end = 0.5
 step = "auto"
 
 [[body]]
@@ -62,7 +62,7 @@ def test_a_belt_is_laid_and_presses_on_its_body(kind: str) -> None:
     (name,) = simulation.slaves
     assert name == "strap"
     result = simulation.run()
-    assert result.history["force_z"][-1] > 0.0
+    assert result.history["force_z"].max() > 50.0
     assert result.history["energy.strain"][0] > 0.0
 
 
