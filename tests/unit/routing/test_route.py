@@ -235,6 +235,7 @@ def test_a_string_in_a_crease_lies_on_the_body_that_it_came_along() -> None:
     np.testing.assert_allclose(crease, [[1.0, 0.0, 0.0]], atol=1e-3)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("points", [100, 200])
 def test_over_a_part_with_edges_and_holes(data_dir: Path, points: int) -> None:
     """Lengths are those of paths of 400 chords."""
