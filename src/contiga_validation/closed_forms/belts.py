@@ -151,7 +151,7 @@ def tensions(segments: int, kind: str) -> FloatArray:
     "belt-capstan",
     "Belt that slides over a drum",
     "T₂/T₁ = e^{μ π}",
-    "μ = 0.3, half a turn. The belt is routed and laid, as bars and as a ribbon of triangles; the "
+    "μ = 0.3, half a turn. The belt is laid as bars, a ribbon of triangles and splines; the "
     "order is that of bars.",
 )
 def _capstan() -> Answer:
