@@ -77,8 +77,14 @@ ENTRIES = (
         ("chest-belt.force", "chest.vx"),
     ),
     Entry(
+        "three_point_belt",
+        "13_three_point_belt.toml",
+        ("shoulder start.force", "lap start.force", "retractor.force", "retractor.paid_out"),
+        ("shoulder start.force", "lap start.force", "chest-shoulder.force"),
+    ),
+    Entry(
         "pendulum_chain",
-        "13_pendulum_chain.toml",
+        "14_pendulum_chain.toml",
         ("ceiling.angle", "elbow.angle", "eye.cone", "force"),
         ("force", "ceiling.fz"),
     ),

@@ -12,6 +12,7 @@ True
 
 from __future__ import annotations
 
+from contiga.dynamics.belt import BeltEnd
 from contiga.dynamics.belt_devices import (
     Devices,
     DeviceState,
@@ -23,6 +24,7 @@ from contiga.dynamics.belt_devices import (
 from contiga.dynamics.slip_rings import SlipRing, SlipRingState
 
 __all__ = [
+    "BeltEnd",
     "DeviceState",
     "Devices",
     "LoadLimiter",

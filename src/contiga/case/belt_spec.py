@@ -9,7 +9,8 @@ from pydantic import Field
 
 from contiga.case.material_spec import MaterialSpec
 from contiga.case.spec import Count, Name, NotNegative, Positive, Spec, Vector
-from contiga.dynamics.belt import FREE, GROUND, Belt
+from contiga.case.spring_spec import WebbingSpec
+from contiga.dynamics.belt import ENDS, FREE, GROUND, Belt, BeltEnd
 from contiga.masters.protocol import Master
 from contiga.routing.route import POINTS, route
 
@@ -27,12 +28,23 @@ class PathSpec(Spec):
     points: Annotated[int, Field(ge=10)] = POINTS
 
 
+class BeltEndSpec(WebbingSpec[BeltEnd]):
+    """`start` and `end`: webbing between an anchor and the first nodes of a belt: `BeltEnd`."""
+
+    makes = BeltEnd
+    length: Positive
+
+    def describe(self) -> str:
+        """Say it in words."""
+        return "; ".join([f"webbing {self.length:g} long", *self.facts()])
+
+
 class BeltSpec(Spec):
-    """A `[[belt]]`: a slave that is laid over bodies where these stand before any motion."""
+    """A `[[belt]]`: a slave that is laid over bodies where these stand at the start."""
 
     name: Name
     path: PathSpec
-    kind: Literal["bars", "ribbon"] = "bars"
+    kind: Literal["bars", "ribbon", "membrane"] = "bars"
     width: Positive
     thickness: Positive
     material: MaterialSpec
@@ -43,7 +55,18 @@ class BeltSpec(Spec):
     """Share that the belt is shorter at rest than its path."""
     anchors: Anchors = Field(default_factory=lambda: [GROUND, GROUND])
     """Holders of its start and its end: "ground", a body, or "free"."""
+    start: BeltEndSpec | None = None
+    """Webbing and devices between the first anchor and the nodes."""
+    end: BeltEndSpec | None = None
+    velocity: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """Velocity of its nodes at the start."""
     damping: NotNegative = 0.0
+
+    @property
+    def webbing(self) -> dict[str, BeltEndSpec]:
+        """The webbing at its ends, by "start" and "end"."""
+        both = zip(ENDS, (self.start, self.end), strict=True)
+        return {name: one for name, one in both if one is not None}
 
     def named_bodies(self) -> Iterator[tuple[str, str]]:
         """Keys that name a body, and the names."""
@@ -53,7 +76,7 @@ class BeltSpec(Spec):
                 yield f"anchors[{k}]", name
 
     def laid(self, bodies: Mapping[str, Master]) -> Belt:
-        """The belt over the placed bodies.
+        """The belt over bodies where they are at the start.
 
         Raises
         ------
@@ -62,6 +85,7 @@ class BeltSpec(Spec):
         """
         path = self.path
         over = [bodies[name] for name in path.over]
+        vx, vy, vz = self.velocity
         return Belt(
             path=route(over, path.start, path.end, path.via, points=path.points),
             material=self.material.made,
@@ -73,13 +97,16 @@ class BeltSpec(Spec):
             across=self.across,
             shortening=self.shortening,
             anchors=(self.anchors[0], self.anchors[1]),
+            start=None if self.start is None else self.start.made,
+            end=None if self.end is None else self.end.made,
+            velocity=(vx, vy, vz),
             damping=self.damping,
             name=self.name,
         )
 
     def describe(self) -> str:
         """Say it in words."""
-        across = f" × {self.across}" if self.kind == "ribbon" else ""
+        across = "" if self.kind == "bars" else f" × {self.across}"
         return (
             f"{self.kind}, {self.segments}{across} elements, {self.width:g} wide, over "
             f"{', '.join(self.path.over)}, from {self.anchors[0]} to {self.anchors[1]}"

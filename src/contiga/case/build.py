@@ -27,7 +27,7 @@ from contiga.contact.preloaded import preload_search
 from contiga.dynamics.belt import Belt
 from contiga.dynamics.free import Attached, Dependent
 from contiga.dynamics.gas import Chamber
-from contiga.dynamics.prescribed import BodyMotion, Fixed
+from contiga.dynamics.prescribed import BodyMotion, Fixed, pose_at
 from contiga.dynamics.springs import Spring
 from contiga.errors import CaseError
 from contiga.io.cad.formats import was_read
@@ -120,8 +120,12 @@ def _pieces(case: Case, cache: PartCache, wrong: Together) -> _Pieces:
     made = _parts(case, cache, wrong, findings)
     bodies = _bodies(case, made, motions, wrong)
     slaves = _slaves(case, made, motions, wrong)
-    belts = _belts(case, made, wrong)
+    belts = _belts(case, made, motions, wrong)
     slaves |= {name: SlavePart(belt.slave, belt.motion) for name, belt in belts.items()}
+    for i, spec in enumerate(case.belt):
+        for name, spring in _webbing(f"belt[{i}]", belts.get(spec.name), wrong).items():
+            with wrong.at(f"belt[{i}]"):
+                _add_spring(springs, name, spring)
     contacts = _contacts(case, bodies, slaves, wrong)
     return _Pieces(springs, gas, bodies, slaves, contacts, tuple(findings))
 
@@ -279,9 +283,14 @@ def _slaves(
     return slaves
 
 
-def _belts(case: Case, made: Mapping[str, Master | Slave], wrong: Together) -> dict[str, Belt]:
-    """Belts over the bodies where these stand before any motion."""
-    bodies = {name: part for name, part in made.items() if not isinstance(part, Slave)}
+def _belts(
+    case: Case,
+    made: Mapping[str, Master | Slave],
+    motions: Mapping[str, BodyMotion],
+    wrong: Together,
+) -> dict[str, Belt]:
+    """Belts over the bodies where these are at the start."""
+    bodies = _at_start(case, made, motions) if case.belt else {}
     belts = {}
     for i, spec in enumerate(case.belt):
         if not bodies.keys() >= {*spec.path.over}:
@@ -293,6 +302,29 @@ def _belts(case: Case, made: Mapping[str, Master | Slave], wrong: Together) -> d
     return belts
 
 
+def _at_start(
+    case: Case, made: Mapping[str, Master | Slave], motions: Mapping[str, BodyMotion]
+) -> dict[str, Master]:
+    """The bodies where their motions, or those of what they are attached to, have them at the
+    start."""
+    specs = {spec.name: (spec, f"body[{i}].motion") for i, spec in enumerate(case.body)}
+    bodies = {}
+    for name, body in made.items():
+        if isinstance(body, Slave):
+            continue
+        carrier, key = specs[name]
+        seen = {name}
+        while isinstance(carrier.motion, AttachedSpec) and carrier.motion.body not in seen:
+            seen.add(carrier.motion.body)
+            carrier, key = specs[carrier.motion.body]
+        bodies[name] = body
+        if key in motions:
+            pose = pose_at(motions[key], case.time.start)
+            if not np.array_equal(pose, np.eye(4)):
+                bodies[name] = body.transformed(pose)
+    return bodies
+
+
 def belts_of(case: Case) -> dict[str, Belt]:
     """The belts of a case by name.
 
@@ -302,7 +334,8 @@ def belts_of(case: Case) -> dict[str, Belt]:
         As `build`.
     """
     wrong = Together(str(case.file))
-    belts = _belts(case, _parts(case, PartCache(), wrong, []), wrong)
+    motions = _told_motions(case, wrong)
+    belts = _belts(case, _parts(case, PartCache(), wrong, []), motions, wrong)
     wrong.tell()
     return belts
 
@@ -322,15 +355,27 @@ def _springs(case: Case, wrong: Together) -> dict[str, Spring]:
     """Springs by name: their own, or that of the bodies they are between."""
     springs: dict[str, Spring] = {}
     for i, spec in enumerate(case.spring):
-        name = spec.name or "-".join(spec.between)
         with wrong.at(f"spring[{i}].name"):
-            if name in springs:
-                raise CaseError(
-                    "another spring has this name",
-                    found=name,
-                    remedy="Give each spring a name of its own",
-                )
-            springs[name] = spec.made
+            _add_spring(springs, spec.made.name, spec.made)
+    return springs
+
+
+def _add_spring(springs: dict[str, Spring], name: str, spring: Spring) -> None:
+    if name in springs:
+        raise CaseError(
+            "another spring has this name",
+            found=name,
+            remedy="Give each spring a name of its own",
+        )
+    springs[name] = spring
+
+
+def _webbing(key: str, belt: Belt | None, wrong: Together) -> dict[str, Spring]:
+    """Springs at the ends of a belt; none of one that could not be laid."""
+    springs: dict[str, Spring] = {}
+    if belt is not None:
+        with wrong.at(key):
+            springs = belt.springs
     return springs
 
 

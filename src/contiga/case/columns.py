@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any, Protocol
 
+from contiga.case.belt_spec import BeltSpec
 from contiga.case.contact_spec import ContactSpec
 from contiga.case.device_spec import SlipRingSpec
 from contiga.case.gas_spec import GasSpec
 from contiga.case.joint_spec import JointSpec
 from contiga.case.sensor_spec import PointSensorSpec, RelativeSensorSpec, SensorSpec
 from contiga.case.spring_spec import SpringSpec
+from contiga.dynamics.belt import BeltEnd
 from contiga.dynamics.joints import KINDS
+from contiga.dynamics.springs import Spring
 from contiga.io.channels import channel_names
 from contiga.simulation.gas import OF_GAS
 from contiga.simulation.history import COUNTED, OF_BODIES
@@ -58,6 +61,9 @@ class Tables(Protocol):
     def slip_ring(self) -> Sequence[SlipRingSpec]: ...
 
     @property
+    def belt(self) -> Sequence[BeltSpec]: ...
+
+    @property
     def joint(self) -> Sequence[JointSpec]: ...
 
     @property
@@ -88,10 +94,13 @@ def columns_of_case(case: Tables) -> list[str]:
         columns += [f"{contact.title}.{name}" for name in names]
     for sensor in case.sensor:
         columns += [f"{sensor.name}.{name}" for name in _of_sensor(sensor)]
-    for spring in (spec.made for spec in case.spring):
+    springs: dict[str, Spring | BeltEnd] = {spec.made.name: spec.made for spec in case.spring}
+    for belt in case.belt:
+        springs |= {f"{belt.name} {end}": one.made for end, one in belt.webbing.items()}
+    for called, spring in springs.items():
         names = [*OF_SPRINGS, *(["filtered_force"] if spring.filter else [])]
         names += OF_DEVICES if any(spring.devices) else ()
-        columns += [f"{spring.name}.{name}" for name in names]
+        columns += [f"{called}.{name}" for name in names]
     columns += [f"{ring.made.name}.{name}" for ring in case.slip_ring for name in OF_SLIP_RINGS]
     for joint in (spec.made for spec in case.joint):
         names = [*OF_REACTIONS, *KINDS[joint.kind].coordinates]

@@ -52,6 +52,7 @@ def describe(case: Case) -> list[tuple[str, str]]:
             rows.append(("  every node", ", ".join(given)))
     for belt in case.belt:
         rows.append((f"belt {belt.name}", belt.describe()))
+        rows += [(f"  {end}", webbing.describe()) for end, webbing in belt.webbing.items()]
     soft = {
         slave.name
         for slave in case.slave

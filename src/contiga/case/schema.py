@@ -329,6 +329,7 @@ class Case(Spec):
                     where = f"joint[{i}].between[{k}]"
                     yield partial(check_defined, where, end, "body", bodies, slaves)
         segments = [spring.made.name for spring in self.spring]
+        segments += [f"{belt.name} {end}" for belt in self.belt for end in belt.webbing]
         for i, ring in enumerate(self.slip_ring):
             for k, segment in enumerate(ring.between):
                 where = f"slip_ring[{i}].between[{k}]"
@@ -351,6 +352,10 @@ class Case(Spec):
         for i, spring in enumerate(self.spring):
             for device, name in spring.made.devices.triggers.items():
                 yield f"spring[{i}].{keys.get(device, device)}.trigger", name
+        for i, belt in enumerate(self.belt):
+            for end, webbing in belt.webbing.items():
+                for device, name in webbing.made.devices.triggers.items():
+                    yield f"belt[{i}].{end}.{keys.get(device, device)}.trigger", name
         for i, chamber in enumerate(self.gas):
             for key, name in chamber.awaited():
                 yield f"gas[{i}].{key}", name

@@ -1,8 +1,9 @@
-"""The `spring` tables of a case: springs and dampers between bodies, or to the ground."""
+"""The `spring` tables of a case: springs and dampers between bodies, or to the ground; and what
+they have in common with the webbing at the ends of belts."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Generic
 
 import numpy as np
 
@@ -13,25 +14,17 @@ from contiga.case.device_spec import (
     ReleaseSpec,
     RetractorSpec,
 )
-from contiga.case.spec import MadeSpec, Name, NotNegative, Positive
+from contiga.case.spec import Made, MadeSpec, Name, NotNegative, Positive
 from contiga.dynamics.springs import Spring
 
 
-class SpringSpec(MadeSpec[Spring]):
-    """A `[[spring]]`: `Spring`, with all its options."""
+class WebbingSpec(MadeSpec[Made], Generic[Made]):
+    """A table of a force over elongation, and the devices at an end."""
 
-    makes = Spring
-    name: Name | None = None
-    """How results call it; "<first>-<second>" if omitted."""
-    between: list[str]
-    at: list[list[float]]
     curve: ForceCurve | None = None
     """Force over elongation, tension positive."""
     unloading: ForceCurve | None = None
     hysteresis_slope: Positive | None = None
-    damping: NotNegative = 0.0
-    length: NotNegative | None = None
-    """At rest; the distance of the points at the start if omitted."""
     filter: str | None = None
     """Of the force that results tell."""
 
@@ -42,20 +35,17 @@ class SpringSpec(MadeSpec[Spring]):
     release: ReleaseSpec | None = None
 
     def arguments(self) -> dict[str, Any]:
-        """As `Spring` takes them."""
+        """Return the arguments with curves as characteristics, and the release by its trigger."""
         release = None if self.release is None else self.release.trigger
-        own = {"name": self.name or "", "release": release}
-        return with_characteristics(super().arguments()) | own
+        return with_characteristics(super().arguments()) | {"release": release}
 
-    def describe(self) -> str:
-        """Say it in words."""
+    def facts(self) -> list[str]:
+        """Say in words what is given."""
         given = [
             f"{name} {curve.describe()}"
             for name, curve in (("curve", self.curve), ("unloading", self.unloading))
             if curve is not None
         ]
-        given += [f"damping {self.damping:g}"] if self.damping else []
-        given += [] if self.length is None else [f"length {self.length:g} at rest"]
         given += [] if self.filter is None else [self.filter]
         if self.retractor is not None:
             given.append(f"retractor that {self.retractor.lock.describe()}")
@@ -65,4 +55,28 @@ class SpringSpec(MadeSpec[Spring]):
         if self.pretensioner is not None:
             given.append(f"pretensioner fired by {self.pretensioner.trigger}")
         given += [] if self.release is None else [f"released by {self.release.trigger}"]
+        return given
+
+
+class SpringSpec(WebbingSpec[Spring]):
+    """A `[[spring]]`: `Spring`, with all its options."""
+
+    makes = Spring
+    name: Name | None = None
+    """How results call it; "<first>-<second>" if omitted."""
+    between: list[str]
+    at: list[list[float]]
+    damping: NotNegative = 0.0
+    length: NotNegative | None = None
+    """At rest; the distance of the points at the start if omitted."""
+
+    def arguments(self) -> dict[str, Any]:
+        """As `Spring` takes them."""
+        return super().arguments() | {"name": self.name or ""}
+
+    def describe(self) -> str:
+        """Say it in words."""
+        given = self.facts()
+        given += [f"damping {self.damping:g}"] if self.damping else []
+        given += [] if self.length is None else [f"length {self.length:g} at rest"]
         return f"between {' and '.join(self.between)}: {'; '.join(given)}"

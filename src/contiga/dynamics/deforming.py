@@ -75,7 +75,8 @@ class Deforming(Dependent):
         without one) with a ``"mass"``, a number in all, which nodes share as they share a
         `NodalForce`, or one for each node of the place; or a list of them. `Slave.mass` is not
         added: ``{"mass": slave.mass}`` does that
-    rest : (n, 3) nodes where no element is strained; where the slave stands if omitted
+    rest : (n, 3) nodes where no element is strained, of a slave of splines (m, 3) control points;
+        where the slave stands if omitted
     mass_scaling : time: nodes get so much mass beside their own that the critical step of the
         elements at rest is no shorter; what is added is told part by part
 
@@ -280,7 +281,6 @@ class Deforming(Dependent):
             "section": self.section,
             "masses": self.masses,
             "mass_scaling": self.mass_scaling,
-            "rest": self.rest is not None,
         }
         for key, given in others.items():
             if given:
@@ -293,6 +293,8 @@ class Deforming(Dependent):
         for key, value in (("density", self.density), ("thickness", thickness)):
             if value is None:
                 raise InputError("is missing: a shell needs it", where=f"{where}: {key}")
+        if self.rest is not None:
+            _check_rows(where, "rest", self.rest, net.points.shape)
         edges = slopes_kept(self.fixed, slave, f"{where}: fixed")
         material: Any = self.material
         return assemble_shell(
@@ -302,6 +304,7 @@ class Deforming(Dependent):
             thickness=thickness or 0.0,
             bending=self.bending,
             symmetry=[Symmetry(name, patch=patch) for patch, name in edges],
+            rest=self.rest,
         )
 
     def with_masses(self, slave: Slave) -> Slave:
@@ -372,8 +375,8 @@ class Deforming(Dependent):
         return float(sums[np.unique(slave.facets)].sum() / area.sum())
 
     def _rest_of(self, slave: Slave) -> FloatArray:
-        """(n, 3) nodes where no element is strained."""
-        return slave.points if self.rest is None else self.rest
+        """(n, 3) nodes where no element of a mesh is strained."""
+        return slave.points if self.rest is None or slave.surfaces is not None else self.rest
 
     def _matter(
         self,

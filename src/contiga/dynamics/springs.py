@@ -25,16 +25,25 @@ from contiga.dynamics.belt_devices import (
     Webbing,
 )
 from contiga.dynamics.spring_curves import Axial, SpringLaw, spring_law
-from contiga.errors import InputError
+from contiga.errors import InputError, RunError
 from contiga.laws.characteristic import Characteristic, CurveLike
 from contiga.laws.hysteresis import Hysteresis, hysteresis_of
 from contiga.laws.law import as_curve, not_negative
-from contiga.records import FloatArray
+from contiga.records import FloatArray, IntArray
 
 GROUND = "ground"
 _NO_MOMENT = Moment()
 # Of the largest coordinate: points nearer than rounding have no direction between them.
 _SAME_POINT = 1e-12
+
+
+class Spread(NamedTuple):
+    """Nodes of a slave that share an end of a spring, as the last row of a belt does."""
+
+    nodes: IntArray
+    """(k,)."""
+    shares: FloatArray
+    """(k,) of the force on the end; their sum is 1."""
 
 
 class SpringState(NamedTuple):
@@ -95,6 +104,7 @@ class Spring:
     retractor, limiter, pretensioner : devices at its end, of `contiga.belts`. Such a spring is
         webbing: it carries tension only, and has no damper.
     release : name of the sensor whose trigger lets its end go
+    spread : for each end, the nodes of its slave that share it, None for the node nearest to `at`
 
     Notes
     -----
@@ -131,6 +141,8 @@ class Spring:
     """Whether it is webbing with devices at its end, or in slip rings."""
     is_taut: bool
     """Whether the length at rest is the distance of the points at the start."""
+    spread: tuple[Spread | None, Spread | None]
+    """Nodes that share each end."""
 
     def __init__(
         self,
@@ -148,6 +160,7 @@ class Spring:
         limiter: LoadLimiter | None = None,
         pretensioner: Pretensioner | None = None,
         release: str | None = None,
+        spread: tuple[Spread | None, Spread | None] = (None, None),
     ) -> None:
         pair, ends, c = _pair(between), _ends(at), not_negative(damping, "damping")
         if curve is None:
@@ -166,6 +179,7 @@ class Spring:
         put(self, "name", name or "-".join(pair))
         put(self, "filter", None if filter is None else one_of("filter", filter, FILTERS))
         put(self, "is_taut", length is None)
+        put(self, "spread", spread)
         devices = Devices(retractor, limiter, pretensioner, release)
         put(self, "devices", devices)
         put(self, "is_webbing", False)
@@ -248,6 +262,12 @@ class Spring:
         length, rate = _axial(ends, velocities_W)
         if self.is_webbing:
             moved, devices = self.moved(last, length, fed, moment)
+            if self.length + devices.paid_out + devices.fed <= 0.0:
+                raise RunError(
+                    f"t = {moment.time:g}: spring {self.name!r} has no webbing left: "
+                    f"{self.length:g} at the start, {-devices.paid_out:g} pulled in and "
+                    f"{-devices.fed:g} gone through slip rings. Start with a longer piece"
+                )
             lost, damper = moved.lost, 0.0
             if math.isfinite(devices.released) and math.isinf(last.devices.released):
                 # What it held goes, with the work of this step.

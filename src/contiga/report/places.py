@@ -14,10 +14,12 @@ if TYPE_CHECKING:
 
 _RIGID = 2e-7
 """Departure of a part from a rigid motion, relative to its size and place: single precision."""
+AS_NEAR = 1e-6
+"""Relative difference of distances that are the same: single precision."""
 
 
 class Tie(NamedTuple):
-    """A spring between points of two bodies, or of one and the ground."""
+    """A spring between points of bodies, slaves or the ground."""
 
     name: str
     between: tuple[str, str]
@@ -54,11 +56,23 @@ def tie_ends(
         for name in dict.fromkeys(name for tie in ties for name in tie.between)
         if name in bodies
     }
-    ends = [
-        [_moved(moved.get(name), at) for name, at in zip(tie.between, tie.at, strict=True)]
-        for tie in ties
-    ]
+    nodes = {part.name: series.rows(part.name) for part in series.parts if part.kind == "slave"}
+    ends = []
+    for tie in ties:
+        for name, at in zip(tie.between, tie.at, strict=True):
+            if name in nodes:
+                ends.append(_with_nodes(start[nodes[name]], points[nodes[name]], at))
+            else:
+                ends.append(_moved(moved.get(name), at))
     return np.array(ends, np.float64).reshape(-1, 2, 3)
+
+
+def _with_nodes(start: FloatArray, points: FloatArray, at: FloatArray) -> FloatArray:
+    """A point that goes with the nodes (n, 3) that are nearest to it at the start: with the mean of
+    those that are as near, as in the middle of a belt of two."""
+    off = np.linalg.norm(start - at, axis=1)
+    near = off <= (1.0 + AS_NEAR) * off.min() + AS_NEAR * np.ptp(start)
+    return np.asarray(at + (points - start)[near].mean(axis=0))
 
 
 def _moved(place: FloatArray | None, at: FloatArray) -> FloatArray:

@@ -18,6 +18,9 @@ from contiga.routing.taut import Tight
 CONTACT = 1e-9
 """Gap up to which a point lies on a body, as a share of the length."""
 
+MOVES = 30
+"""Times that points beside several bodies are moved off the nearest at most."""
+
 
 class Wrap(NamedTuple):
     """A stretch of a path that lies on a body, to within a spacing of its points."""
@@ -50,7 +53,8 @@ class Path(Displayed):
     points: FloatArray
     """(n, 3) from start to end, length."""
     normal: FloatArray
-    """(n, 3) unit normals of the body nearest to each point."""
+    """(n, 3) unit normals: of the body that the path lies on, the mean of those in a crease, and of
+    the nearest where it lies on none."""
     body: IndexArray
     """(n,) number of the body that each point lies on, −1 where it lies on none."""
     over: Obstacles
@@ -106,9 +110,13 @@ class Path(Displayed):
         """(k, 3) `points` with those that are nearer to the bodies than `gap`, a length, moved to
         that distance: what lies on chords of the path, or beside it, may be inside."""
         moved = as_points(points).copy()
-        near = self.over.clearances(moved)
-        short = np.maximum(gap - near.gap, 0.0)
-        return np.asarray(moved + short[:, None] * near.normal)
+        for _ in range(MOVES):  # in a crease what is moved off one body may come into another
+            near = self.over.clearances(moved)
+            short = np.maximum(gap - near.gap, 0.0)
+            if not short.any():
+                break
+            moved += short[:, None] * near.normal
+        return moved
 
     def _along(self, values: FloatArray, arc: ArrayLike) -> FloatArray:
         return np.stack([np.interp(np.asarray(arc), self.arc, one) for one in values.T], axis=1)
@@ -135,7 +143,20 @@ class Path(Displayed):
 
 def path_of(obstacles: Obstacles, tight: Tight) -> Path:
     """The path of a string at rest."""
-    near = obstacles.clearances(tight.points)
+    feet = obstacles.feet(tight.points)
+    gap, normal = (np.array([getattr(one, key) for one in feet]) for key in ("gap", "normal"))
     length = float(np.linalg.norm(np.diff(tight.points, axis=0), axis=1).sum())
-    lies = near.gap <= 2.0 * tight.rounding + CONTACT * length
-    return Path(tight.points, near.normal, np.where(lies, near.body, -1), obstacles)
+    lies = gap <= 2.0 * tight.rounding + CONTACT * length
+    body = np.full(len(tight.points), -1)
+    nearest = np.argmin(gap, axis=0)
+    for i in range(len(body)):
+        # In a crease a string lies on two bodies: it stays on the one that it came along.
+        before = body[i - 1]
+        if before >= 0 and lies[before, i]:
+            body[i] = before
+        elif lies[nearest[i], i]:
+            body[i] = nearest[i]
+    touched = np.where(lies.any(axis=0), lies, np.arange(len(gap))[:, None] == nearest)
+    mean = (touched[:, :, None] * normal).sum(axis=0)
+    unit = mean / np.linalg.norm(mean, axis=1)[:, None]
+    return Path(tight.points, unit, body, obstacles)

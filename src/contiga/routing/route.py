@@ -43,8 +43,9 @@ def route(
     body : one master or several, in one frame, closed or with the free side outside
     start, end : (3,) length, outside the bodies or on a surface
     via : (k, 3) length, outside or on a surface
-    points : chords along the path, 10 at least; sharp edges get more. The length is of second order
-        in their spacing.
+    points : chords along the path, 10 at least; sharp edges get more, and so does a string that
+        does not come to rest, twice and four times as many. The length is of second order in their
+        spacing.
 
     Raises
     ------
@@ -68,8 +69,11 @@ def route(
     count = _count(points)
     legs = [first_way(obstacles, a, b) for a, b in itertools.pairwise(stops)]
     corners = np.concatenate([legs[0][:1], *(leg[1:] for leg in legs)])
-    tight = pull_tight(obstacles, resampled(corners, count))
-    if not tight.at_rest:
+    for chords in (count, 2 * count, 4 * count):
+        tight = pull_tight(obstacles, resampled(corners, chords))
+        if tight.at_rest:
+            break
+    else:
         raise InputError(
             "the string does not come to rest",
             found=f"from {stops[0].tolist()} to {stops[-1].tolist()}",

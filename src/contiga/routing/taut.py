@@ -32,17 +32,24 @@ SHRINK = 0.25
 """Factor on that radius from one level to the next."""
 PENALTY = 1e4
 """Stiffness of an active constraint over that of the two chords beside it."""
-STEPS = 100
+SETS = 50
+"""Active sets that a step tries over sharp edges, where none may be right; elsewhere as many as
+there are points."""
+STEPS, STEPS_ON_THE_WAY = 100, 20
+"""At the last radius of edges, or without any, and before."""
 SETTLED, SETTLED_AT_EDGES = 1e-11, 1e-2
 """Largest move of a string at rest, as a share of its length and of the radius of edges."""
-CHANGE = 1e-6
-"""Share of the length that a string over sharp edges may still change by in the end: points next to
-an edge may go to and fro over it without end."""
+CHANGE = 1e-5
+"""Share of the length that a string over sharp edges may still change by in the end, and that
+chords may cut off there: points next to an edge may go to and fro over it without end."""
 BENDING = 1.0, 0.9, 0.0
 """Shares of the curvature that a step is tried with: the second for strings that may lie on either
 side, as over a ball through its middle, to which curvature leaves no stiffness sideways."""
-ADDED = 20
-"""Times that points are added at one radius."""
+ADDED, ADDED_ON_THE_WAY = 8, 3
+"""Times that points are added at the last radius, and before."""
+FIRST = 0.25
+"""Largest radius of edges, as a share of the spacing: a larger one does not get into grooves and
+holes, and is gone to and fro with."""
 PIECES = 8
 """Parts that a chord which cuts off an edge is split into."""
 
@@ -72,23 +79,27 @@ def pull_tight(obstacles: Obstacles, points: FloatArray) -> Tight:
     length = _length(points)
     spacing = length / (len(points) - 1)
     points, at_rest = _relaxed(obstacles, points, 0.0, _even(points))
-    if len(_cutting(obstacles, points, 0.0)) == 0:
+    if len(_cutting(obstacles, points, 0.0).chords) == 0:
         return Tight(points, 0.0, at_rest)
-    points, _ = _relaxed(obstacles, points, spacing, _even(points))
-    levels = ceil(log(spacing / (SHARP * length), 1.0 / SHRINK)) + 1
-    radii = np.geomspace(spacing, SHARP * length, levels)
+    first = FIRST * spacing
+    levels = ceil(log(first / (SHARP * length), 1.0 / SHRINK)) + 1
+    radii = np.geomspace(first, SHARP * length, levels)
     for i, radius in enumerate(radii):
         if i > 0:
             points = _shrunk(obstacles, _thinned(points, spacing), radii[i - 1], radius)
-        for _ in range(ADDED):
+        is_last = i == len(radii) - 1
+        for _ in range(ADDED if is_last else ADDED_ON_THE_WAY):
             before = _length(points)
-            points, at_rest = _relaxed(obstacles, points, radius, _chords(points))
+            steps = STEPS if is_last else STEPS_ON_THE_WAY
+            points, at_rest = _relaxed(obstacles, points, radius, _chords(points), steps)
+            at_rest |= abs(_length(points) - before) <= CHANGE * length
             cutting = _cutting(obstacles, points, radius)
-            if len(cutting) == 0:
+            if len(cutting.chords) == 0 or (
+                is_last and at_rest and cutting.shortened <= CHANGE * length
+            ):
                 break
-            points = _divided(points, cutting, radius)
-    at_rest |= abs(_length(points) - before) <= CHANGE * length
-    return Tight(points, SHARP * length, at_rest and len(cutting) == 0)
+            points = _divided(points, cutting.chords, radius)
+    return Tight(points, SHARP * length, at_rest and cutting.shortened <= CHANGE * length)
 
 
 def _shrunk(obstacles: Obstacles, points: FloatArray, radius: float, smaller: float) -> FloatArray:
@@ -127,14 +138,24 @@ def _chords(points: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(np.diff(points, axis=0), axis=1))
 
 
-def _cutting(obstacles: Obstacles, points: FloatArray, radius: float) -> NDArray[np.intp]:
+class _Cutting(NamedTuple):
+    """Chords that cut off an edge."""
+
+    chords: NDArray[np.intp]
+    shortened: float
+    """Length that the way round these edges is longer by: over the triangles on the chords."""
+
+
+def _cutting(obstacles: Obstacles, points: FloatArray, radius: float) -> _Cutting:
     """Chords whose middles are deeper than those of an arc that turns by `TURN`."""
     chords = _chords(points)
     middles = 0.5 * (points[1:] + points[:-1])
     depth = radius - obstacles.clearances(middles).gap
     # Ends may lie on a surface: the first and last chord come off it.
     depth[[0, -1]] -= radius
-    return np.flatnonzero(depth > TURN / 8.0 * chords)
+    cut = np.flatnonzero(depth > TURN / 8.0 * chords)
+    round_it = 2.0 * np.hypot(0.5 * chords[cut], depth[cut])
+    return _Cutting(cut, float((round_it - chords[cut]).sum()))
 
 
 def _thinned(points: FloatArray, spacing: float) -> FloatArray:
@@ -153,7 +174,11 @@ def _thinned(points: FloatArray, spacing: float) -> FloatArray:
 
 
 def _relaxed(
-    obstacles: Obstacles, points: FloatArray, radius: float, intervals: FloatArray
+    obstacles: Obstacles,
+    points: FloatArray,
+    radius: float,
+    intervals: FloatArray,
+    steps: int = STEPS,
 ) -> tuple[FloatArray, bool]:
     """The string at rest at a distance `radius`, and whether it is.
 
@@ -166,7 +191,7 @@ def _relaxed(
     room = 2.0 * np.minimum(intervals[1:], intervals[:-1])
     settled = SETTLED_AT_EDGES * radius if radius > 0.0 else SETTLED * length
     k = 1.0 / np.maximum(intervals, 1e-3 * SHARP * length)
-    for _ in range(STEPS):
+    for _ in range(steps):
         pull = np.diff(x, axis=0) * k[:, None]
         outside = _constraints(obstacles, x[1:-1])
         move, multiplier = _step(k, pull[1:] - pull[:-1], outside, radius, multiplier)
@@ -206,9 +231,10 @@ def _step(
     active = multiplier - stiff * slack > 0.0
     move, pressed = np.zeros_like(force), multiplier
     for share in BENDING:
-        tried = set()
+        tried: set[bytes] = set()
         # The string lifts off a chord at a time.
-        while active.tobytes() not in tried:
+        most = SETS if radius > 0.0 else len(active)
+        while active.tobytes() not in tried and len(tried) < most:
             tried.add(active.tobytes())
             rows = np.flatnonzero(active)
             at = outside.point[rows]

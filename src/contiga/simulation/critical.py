@@ -184,12 +184,12 @@ def _couplings(model: Model, state: SystemState, of: Of) -> list[tuple[str, list
                 straight(fastest)(*at, np.array([float(spring.damping)]), np.zeros(1), *body),
             )
             ends.append(_End(row, rates, rates))
-        for _, slave, node in system.ends[name]:
-            if slave is not None and slave in system.masses:
-                mover, at_node = system.nodes[slave], np.array([node], np.int32)
-                square = mover.fastest(at_node, np.array([max(along, across)]))
-                decay = mover.fastest(at_node, np.array([float(spring.damping)]))
-                ends.append(_End(slave, Rates(square, decay), Rates()))
+        for end in system.ends[name]:
+            if end.slave is not None and end.slave in system.masses:
+                mover = system.nodes[end.slave]
+                square = mover.fastest(end.nodes, max(along, across) * end.shares)
+                decay = mover.fastest(end.nodes, float(spring.damping) * end.shares)
+                ends.append(_End(end.slave, Rates(square, decay), Rates()))
         if ends:
             couplings.append((f"spring {name!r}", ends))
     _add_joint_laws(couplings, model, state)

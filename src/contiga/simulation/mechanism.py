@@ -18,13 +18,15 @@ from contiga.dynamics.rigid_bodies import fixed_of, row_of, with_attached
 from contiga.dynamics.slip_rings import SlipRing
 from contiga.dynamics.springs import GROUND, Spring
 from contiga.errors import InputError
-from contiga.records import FloatArray
+from contiga.records import FloatArray, IntArray
 from contiga.rigid.inertia import of_points
 from contiga.rigid.rigid_lanes import FIXED, STATE
 from contiga.slaves.slave import Slave
 
 NEAR_NODE = 0.02
 """How far a spring's end may be from the node that it is put on, as a share of the slave's size."""
+
+NO_NODES, NO_SHARES = np.zeros(0, np.int32), np.zeros(0)
 
 MEETING = 1e-6
 """How far apart the ends of two segments may be at a slip ring, as a share of their length."""
@@ -53,8 +55,26 @@ class SpringEnd(NamedTuple):
     body: int | None = None
     """Number of the body, in the end."""
     slave: str | None = None
-    node: int = 0
-    """Of the slave."""
+    nodes: IntArray = NO_NODES
+    """(k,) nodes of the slave that share the end."""
+    shares: FloatArray = NO_SHARES
+    """(k,) what each of them has of its force; the end is the mean of their places by these."""
+
+
+class TiedEnd(NamedTuple):
+    """An end of a spring on a slave."""
+
+    spring: str
+    sign: float
+    """1 of the first end, which feels the spring's pull; −1 of the second."""
+    nodes: IntArray
+    """(k,) nodes that share it."""
+    shares: FloatArray
+    """(k,)."""
+
+    def forces(self, pull: FloatArray) -> FloatArray:
+        """(k, 3) forces on its nodes by the pull (3,) of the spring."""
+        return np.asarray(self.sign * self.shares[:, None] * pull)
 
 
 class RingSide(NamedTuple):
@@ -148,13 +168,14 @@ class Mechanism:
         return [(k, self.row[i]) for k, i in bodies if i is not None and i in self.row]
 
     @cached_property
-    def tied(self) -> Mapping[str, list[tuple[str, int, int]]]:
-        """Springs that end on nodes of each slave: their names, which end, and the node."""
-        tied: dict[str, list[tuple[str, int, int]]] = {}
+    def tied(self) -> Mapping[str, list[TiedEnd]]:
+        """Ends of springs on nodes of each slave."""
+        tied: dict[str, list[TiedEnd]] = {}
         for name, ends in self.ends.items():
             for k, end in enumerate(ends):
                 if end.slave is not None:
-                    tied.setdefault(end.slave, []).append((name, k, end.node))
+                    one = TiedEnd(name, 1.0 if k == 0 else -1.0, end.nodes, end.shares)
+                    tied.setdefault(end.slave, []).append(one)
         return tied
 
     @cached_property
@@ -303,6 +324,11 @@ def _ends_of(
                 ends.append(SpringEnd(host))
                 continue
             points = slaves[of].slave.points
+            spread = spring.spread[k]
+            if spread is not None:
+                at[k] = spread.shares @ points[spread.nodes]
+                ends.append(SpringEnd(None, of, spread.nodes, spread.shares))
+                continue
             off = np.sqrt(np.square(points - at[k]).sum(axis=1))
             node = int(np.argmin(off))
             if not off[node] <= NEAR_NODE * float(np.ptp(points, axis=0).max()):
@@ -314,7 +340,7 @@ def _ends_of(
                     allowed=f"no farther from a node than {NEAR_NODE:g} of the slave's size",
                 )
             at[k] = points[node]
-            ends.append(SpringEnd(None, of, node))
+            ends.append(SpringEnd(None, of, np.array([node], np.int32), np.ones(1)))
         else:
             known = dict(index)
             if of not in index:
@@ -386,7 +412,8 @@ def _segments(
     Raises
     ------
     InputError
-        No webbing; or one with devices, and slip rings at both ends.
+        No webbing; or one with devices, and slip rings at both ends, or at that which is not the
+        belt's.
     """
     ends: dict[str, int] = {}
     for side in (side for pair in rings.values() for side in pair):
@@ -394,9 +421,11 @@ def _segments(
     segments: dict[str, Spring] = {}
     for name, count in ends.items():
         devices = springs[name].devices
-        if count == 2 and any(one is not None for one in devices[:3]):
+        on_a_belt = springs[name].spread != (None, None)
+        if (count == 2 or on_a_belt) and any(one is not None for one in devices[:3]):
+            both = "slip rings at both ends" if count == 2 else "a slip ring at its anchor"
             raise InputError(
-                "has slip rings at both ends, and no end left for its devices",
+                f"has {both}, and no end left for its devices",
                 where=f"spring {name!r}",
                 allowed="one device at an end",
             )

@@ -74,14 +74,16 @@ def spring_states(
     ends: dict[str, Ends] = {}
     for name, spring in system.springs.items():
         places, velocities = np.empty((2, 3)), np.zeros((2, 3))
-        for k, (i, slave, node) in enumerate(system.ends[name]):
+        for k, (i, slave, nodes, shares) in enumerate(system.ends[name]):
             places[k] = spring.at[k]
             if i is not None:
                 pose, twist = bodies.poses[i], bodies.twists[i]
                 places[k] = point_of(pose, model.origins[i], spring.at[k])
                 velocities[k] = twist[:3] + cross(twist[3:], places[k] - pose[:3, 3])
             elif slave is not None:
-                places[k], velocities[k] = (part[node] for part in slaves[slave])
+                state = slaves[slave]
+                places[k] = shares @ state.points[nodes]
+                velocities[k] = shares @ state.velocities[nodes]
         ends[name] = Ends(places, velocities)
         before[name] = spring.at_rest if last is None else last.springs[name]
     slips = _slips(model, before, ends, moment) if system.rings else {}
@@ -172,7 +174,8 @@ def add_pulls(
 ) -> None:
     """Add what springs do to the wrenches (n, 6) on bodies at `poses` (n, 4, 4)."""
     for name, spring in springs.items():
-        for k, (i, _, _) in enumerate(system.ends[name]):
+        for k, end in enumerate(system.ends[name]):
+            i = end.body
             if i is not None:
                 pull = spring.pull if k == 0 else -1.0 * spring.pull
                 total[i, :3] += pull
@@ -186,9 +189,9 @@ def spring_columns(model: Model, state: SystemState) -> dict[str, float]:
         now, rate = state.springs[name], 0.0
         if now.length > 0.0:  # how fast it lengthens, at the end of the step; the ground stands
             speeds = []
-            for k, (i, slave, node) in enumerate(model.mechanism.ends[name]):
+            for k, (i, slave, nodes, shares) in enumerate(model.mechanism.ends[name]):
                 if slave is not None:
-                    speeds.append(state.slaves[slave].velocities[node])
+                    speeds.append(shares @ state.slaves[slave].velocities[nodes])
                 else:
                     at = now.ends[k]
                     speeds.append(np.zeros(3) if i is None else point_velocity(state, i, at))

@@ -94,9 +94,8 @@ class ForcesOn(NamedTuple):
         for part in self.model.contacts:
             if part.slave == self.name:
                 columns.append(self.acting.contacts[part.name].kept.force)
-        for name, end, node in self.model.mechanism.tied.get(self.name, ()):
-            pull = self.acting.springs[name].pull
-            columns.append(Column(np.array([node], np.int32), (-pull if end else pull)[None]))
+        for end in self.model.mechanism.tied.get(self.name, ()):
+            columns.append(Column(end.nodes, end.forces(self.acting.springs[end.spring].pull)))
         for name in self.model.chambers.of_slave.get(self.name, ()):
             columns.append(
                 Column(self.model.chambers.skins[name].rows, self.acting.gas[name].force)
@@ -124,16 +123,27 @@ def nodal_force(model: Model, name: str, acting: Acting) -> FloatArray:
     if not forces:
         forces = [np.zeros(model.slaves[name].slave.points.shape)]
     total = np.array(sum(forces[1:], forces[0]))
-    for spring, end, node in tied:
-        pull = springs[spring].pull
-        total[node] += -pull if end else pull
+    for end in tied:
+        total[end.nodes] += end.forces(springs[end.spring].pull)
     for chamber in model.chambers.of_slave.get(name, ()):
         Column(model.chambers.skins[chamber].rows, gas[chamber].force).add_to(total)
     return total
 
 
-def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -> Stepped:
-    """The simulation at `time`, from the state `last` before it; None at the start."""
+def advance(
+    model: Model,
+    last: SystemState | None,
+    time: float,
+    clock: Clock,
+    fired: Mapping[str, float] | None = None,
+) -> Stepped:
+    """The simulation at `time`, from the state `last` before it; None at the start.
+
+    `fired` are times at which triggers fire; those that are known from `last` if omitted. A trigger
+    that turns out to fire within the step has it taken once more, for devices to act in it.
+    """
+    if fired is None:
+        fired = {} if last is None else firing_times(last.triggers)
     begun = perf_counter()
     standing = place(model, last, time)
     clock.add("motion", begun)
@@ -168,7 +178,7 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
         return Stepped(SystemState(time, bodies, slaves, contacts, energy, now.dt), walls)
     begun = perf_counter()
     system, now = model.mechanism, standing.now
-    moment = Moment(now.time, now.dt, {} if last is None else firing_times(last.triggers))
+    moment = Moment(now.time, now.dt, fired)
     springs: dict[str, SpringState] = {}
     rings: dict[str, SlipRingState] = {}
     if system.springs:
@@ -233,7 +243,17 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
         peak_energy=max(peak, energy.total + energy.lost),
     )
     if model.triggered:
-        moved = replace(moved, triggers=trigger_states(model, last, moved))
+        triggers = trigger_states(model, last, moved)
+        within = {
+            name: fires
+            for name, fires in firing_times(triggers).items()
+            if name not in fired and fires <= time
+        }
+        if within:
+            return advance(model, last, time, clock, {**fired, **within})
+        for name, fires in fired.items():
+            triggers[name] = triggers[name]._replace(fires=fires)
+        moved = replace(moved, triggers=triggers)
     clock.add("motion", begun)
     return Stepped(moved, walls)
 

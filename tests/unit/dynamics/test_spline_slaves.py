@@ -101,7 +101,7 @@ def test_it_is_the_shell_that_assemble_shell_makes() -> None:
             {"material": cg.materials.Foam(loading=[[0, 0], [0.5, 1], [0.9, 9]])},
             "no material of sh",
         ),
-        ({"rest": np.zeros((100, 3))}, "rest: is for elements of a mesh"),
+        ({"rest": np.zeros((100, 3))}, "rest must have one row a slave point"),
         ({"masses": {"mass": 1.0}}, "masses: is for elements of a mesh"),
         ({"mass_scaling": 1.0}, "mass_scaling: is for elements of a mesh"),
         ({"thickness": None}, "thickness: is missing"),

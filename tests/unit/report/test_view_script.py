@@ -17,7 +17,7 @@ from contiga.io.out.vtkhdf_layout import Part
 from contiga.rendering.shading import sharp_mesh
 from contiga.report.frames import frames_of
 from contiga.report.peak import at_frame, stacked
-from contiga.report.places import Tie
+from contiga.report.places import Tie, ties_at
 from contiga.report.run_folder import Units
 from contiga.report.space import view_of
 
@@ -198,6 +198,19 @@ def test_springs_follow_their_bodies(tmp_path: Path) -> None:
     moved = series.points(1)[series.rows(series.parts[0].name)][0]
     np.testing.assert_allclose(first, moved, atol=1e-4)
     np.testing.assert_allclose(second, [50.0, 0.0, 0.0])
+
+
+def test_springs_follow_the_nodes_of_slaves(tmp_path: Path) -> None:
+    write_turning(tmp_path / "fields.vtkhdf")
+    series = read_fields(tmp_path / "fields.vtkhdf")
+    slave = series.parts[1]
+    was, now = (np.asarray(series.points(k)[series.rows(slave.name)], float) for k in (0, 3))
+    assert np.abs(now - was).max() > 0.1
+    row = [0, int(np.argsort(np.linalg.norm(was - was[0], axis=1))[1])]
+    at = np.array([was[5], was[row].mean(axis=0)])
+    ends = ties_at(series, 3, [Tie("lead", (slave.name, slave.name), at)])[0]
+    np.testing.assert_allclose(ends[0], now[5], atol=1e-4)
+    np.testing.assert_allclose(ends[1], now[row].mean(axis=0), atol=1e-4)
 
 
 def test_regions_are_coloured_a_facet_at_a_time(tmp_path: Path) -> None:

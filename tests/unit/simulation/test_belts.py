@@ -22,7 +22,9 @@ def mass(velocity: float = 0.0) -> cg.motion.Free:
     return cg.motion.Free(40.0, inertia=np.eye(3), velocity=(velocity, 0.0, 0.0), hold=HELD)
 
 
-def sled(step: float | str = 1e-4, end: float = 0.06, **options: object) -> cg.Simulation:
+def sled(
+    step: float | str = 1e-4, end: float = 0.06, delay: float = 0.004, **options: object
+) -> cg.Simulation:
     """A mass on a sled that is braked, on webbing with all devices, fired by the sled."""
     brake = cg.motion.Accelerated(
         [[0.0, 0.0], [0.005, -200.0], [0.2, -200.0]], direction="x", velocity=(15.0, 0.0, 0.0)
@@ -39,7 +41,7 @@ def sled(step: float | str = 1e-4, end: float = 0.06, **options: object) -> cg.S
         pretensioner=Pretensioner("crash", pull=[[0.0, 0.0], [0.008, 0.06]]),
         **options,  # type: ignore[arg-type]
     )
-    sensor = cg.Sensor("crash", "sled", trigger=cg.Trigger("ax", below=-50.0, delay=0.004))
+    sensor = cg.Sensor("crash", "sled", trigger=cg.Trigger("ax", below=-50.0, delay=delay))
     return cg.Simulation(
         bodies={"sled": (cg.Body(BALL), brake), "mass": (cg.Body(BALL), mass(15.0))},
         slaves={},
@@ -133,6 +135,47 @@ def test_the_ledger_of_devices_closes_with_the_square_of_the_step() -> None:
     assert errors[-1] < errors[0] / 30.0
     automatic = sled("auto").run().history
     assert np.abs(automatic["energy.error"]).max() < 1e-5 * automatic["energy.total"].max()
+
+
+@pytest.mark.parametrize("delay", [0.0, 3e-5])
+def test_what_fires_within_a_step_acts_at_its_end(delay: float) -> None:
+    history = sled(1e-4, 0.02, delay).run().history
+    # −50 of −40000 t is passed at 1.25 ms.
+    since = history["time"] - 0.00125 - delay
+    pulled = np.interp(since, [0.0, 0.008], [0.0, 0.06])
+    assert pulled[since > 0.0][0] > 0.0
+    np.testing.assert_allclose(history["belt.pulled_in"], pulled, atol=1e-12)
+    np.testing.assert_array_equal(history["crash.fired"], since >= 0.0)
+    released = sled(1e-4, 0.01, delay, release="crash").run().history
+    assert not released["belt.force"][released["time"] > 0.00125 + delay].any()
+
+
+def test_one_trigger_fires_another_in_the_same_step() -> None:
+    """A released mass loses its acceleration at once, which a second sensor sees."""
+    belt = cg.Spring(("ground", "mass"), at=[[-1, 0, 0], [0, 0, 0]], curve=1e4, length=0.9,
+                     name="belt", release="first")  # fmt: skip
+    other = cg.Spring(("ground", "other"), at=[[-1, 1, 0], [0, 1, 0]], curve=1e4, length=0.9,
+                      name="other belt", release="second")  # fmt: skip
+    still = cg.motion.Free(1.0, inertia=np.eye(3), hold=HELD, centre=(0.0, 1.0, 0.0))
+    sensors = [
+        cg.Sensor("first", "mass", trigger=cg.Trigger("vx", below=-0.05)),
+        cg.Sensor("second", "mass", trigger=cg.Trigger("ax", above=-1.0)),
+    ]
+    history = (
+        cg.Simulation(
+            bodies={"mass": (cg.Body(BALL), mass()), "other": (cg.Body(BALL), still)},
+            slaves={},
+            contacts=[],
+            springs=[belt, other],
+            sensors=sensors,
+            end=0.005,
+            step=1e-4,
+        )
+        .run()
+        .history
+    )
+    np.testing.assert_array_equal(history["belt.released"], history["other belt.released"])
+    assert history["belt.released"].sum() > 10
 
 
 def test_steps_that_choose_themselves_end_where_devices_fire() -> None:

@@ -43,13 +43,14 @@ def assemble_shell(
     tolerance: float | None = None,
     symmetry: Sequence[Symmetry] = (),
     slope_stiffness: float | None = None,
+    rest: FloatArray | None = None,
 ) -> Shell:
     """A shell, or a membrane, on spline surfaces as matter.
 
     Parameters
     ----------
     surfaces : patches of degrees 1 to 5 that share the control points of their joints, or their
-        `Net`; where no element is strained
+        `Net`; where the shell starts
     material : one of `contiga.materials` that is for membranes
     density : mass / volume
     thickness : length
@@ -67,6 +68,8 @@ def assemble_shell(
     slope_stiffness : of the springs that keep slopes there and across joints, in parts of what an
         element resists by: a spring turns as a strip of 1/slope_stiffness of an element does. If
         omitted as much as shortens no step, 2 (width/thickness)², and 10 at least
+    rest : (m, 3) control points, in the order of the net's, where no element is strained; those of
+        the surfaces if omitted
 
     Raises
     ------
@@ -115,13 +118,14 @@ def assemble_shell(
     if along is not None and along.shape != (3,):
         raise InputError("of a shell is one", where="direction", found=along.shape, allowed="(3,)")
     counts = None if rule is None else whole_number(rule, "rule", 1)
-    groups, mass, nodes_of_rows = _groups(net, section, counts, along)
+    unstrained = net if rest is None else net._replace(points=rest)
+    groups, mass, nodes_of_rows = _groups(unstrained, section, counts, along)
     rigidity = coefficients.modulus * share * thickness**3 / 12.0
     if slope_stiffness is not None:
         slope_stiffness = positive(slope_stiffness, "slope_stiffness")
     slopes = None
     if share > 0.0:
-        slopes = slope_tables(net, symmetry, Bending(rigidity, thickness, slope_stiffness))
+        slopes = slope_tables(unstrained, symmetry, Bending(rigidity, thickness, slope_stiffness))
     one_of("contact", contact, ("nodes", *RULES))
     if contact == "nodes":
         each = None if points is None else whole_number(points, "points", 2)

@@ -1,0 +1,74 @@
+"""A strip of splines through rows of points: the patch that a belt is laid as."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.geometry.knots import basis, greville, open_knots
+from contiga.geometry.surface import NurbsSurface
+from contiga.records import FloatArray
+
+DEGREE = 2
+"""Degree along a strip and across."""
+SAMPLES = 20
+"""Chords of an element by which it is measured."""
+
+
+class Strip(NamedTuple):
+    """A patch of degree 2 with uniform elements along and across.
+
+    >>> strip = Strip(4, 1)
+    >>> len(strip.along), strip.beside.tolist()
+    (6, [0.0, 0.5, 1.0])
+    """
+
+    segments: int
+    """Elements along it."""
+    across: int
+
+    @property
+    def knots(self) -> tuple[FloatArray, FloatArray]:
+        """Knots along it and across, from 0 to 1."""
+        return (
+            open_knots(DEGREE, self.segments + DEGREE),
+            open_knots(DEGREE, self.across + DEGREE),
+        )
+
+    @property
+    def along(self) -> FloatArray:
+        """(n,) Greville parameters of rows of control points."""
+        return greville(self.knots[0], DEGREE)
+
+    @property
+    def beside(self) -> FloatArray:
+        """(k,) Greville parameters across."""
+        return greville(self.knots[1], DEGREE)
+
+    def interpolated(self, values: FloatArray) -> FloatArray:
+        """Coefficients (n, …) along the strip of what has `values` (n, …) at `along`."""
+        matrix = basis(self.knots[0], DEGREE, self.along)[:, 0]
+        flat = np.linalg.solve(matrix, values.reshape(len(values), -1))
+        return np.asarray(flat.reshape(values.shape))
+
+    def through(self, rows: FloatArray) -> NurbsSurface:
+        """The patch whose rows at `along` are straight, and are (n, k, 3) `rows` at `beside`."""
+        return NurbsSurface((DEGREE, DEGREE), self.knots, self.interpolated(rows))
+
+    def flat(self, rows: FloatArray, width: float, share: float) -> FloatArray:
+        """(m, 3) control points of a flat patch along x, its width along y.
+
+        Its elements are `share` times as long as the mean of the lines along those of the patch
+        through `rows`.
+        """
+        laid = self.through(rows)
+        u = np.linspace(0.0, 1.0, SAMPLES * self.segments + 1)
+        values = basis(self.knots[0], DEGREE, u)[:, 0]
+        lines = np.einsum("un,nvx->uvx", values, laid.control_points)
+        steps = np.linalg.norm(np.diff(lines, axis=0), axis=2).mean(axis=1)
+        x = np.interp(self.along, u, np.concatenate([[0.0], np.cumsum(steps)]))
+        control = np.zeros(laid.control_points.shape)
+        control[:, :, 0] = share * self.interpolated(x)[:, None]
+        control[:, :, 1] = width * (self.beside - 0.5)
+        return control.reshape(-1, 3)
