@@ -98,7 +98,10 @@ def test_a_run_that_was_stopped_goes_on_with_the_same_bits(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ({"shell_thickness": None}, r"bodies\['ball'\]: motion.*a closed solid that changes"),
+        (
+            {"shell_thickness": None, "foot": "tracked"},
+            r"bodies\['ball'\]: motion.*feet are not followed",
+        ),
         ({"step": "auto"}, "steps that choose themselves do not foresee"),
     ],
 )
