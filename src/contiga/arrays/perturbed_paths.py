@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,7 +18,23 @@ ASIDE = 3.0
 STRICT, FIRST_HALF, SECOND_HALF = (0.0, 0.0), (0.0, 2.0), (2.0, 0.0)
 # The directions in which turn by this angle from try to try: the golden one never comes back.
 TURN = 2.399963229728653
-Crossings = Callable[[FloatArray, FloatArray, tuple[float, float], Hit, FloatArray], None]
+
+
+class Paths(NamedTuple):
+    """Straight paths of n points, or parts of them."""
+
+    start: FloatArray
+    """(n, 3) with the next, the frame of the surface."""
+    end: FloatArray
+    between: FloatArray
+    """(n, 2) share of the whole path that is gone at the start, and at the end."""
+    loose: tuple[float, float]
+    """By how many widths of an edge beyond start and end a crossing at that edge may lie."""
+
+
+Crossings = Callable[[Paths, Hit, FloatArray], None]
+"""Write the last crossing of each path, and how it goes: 1 where it enters, −1 where it leaves,
+0 for none; and the width within which its answer hangs on rounding."""
 
 
 def settled(search: Crossings, a_B: FloatArray, b_B: FloatArray) -> tuple[Hit, ByteArray]:
@@ -30,8 +47,9 @@ def settled(search: Crossings, a_B: FloatArray, b_B: FloatArray) -> tuple[Hit, B
     Where none is, or the path is hardly longer than the width, of two crossings in one place the
     later one stands.
     """
-    out, verdict = empty_hit(len(a_B)), np.zeros((len(a_B), 2))
-    search(a_B, b_B, STRICT, out, verdict)
+    n = len(a_B)
+    out, verdict = empty_hit(n), np.zeros((n, 2))
+    search(Paths(a_B, b_B, _between(np.zeros(n), np.ones(n)), STRICT), out, verdict)
     # A path that ends within the width keeps its own answer: beside itself it is another path.
     length = np.linalg.norm(b_B - a_B, axis=1)
     rows = np.flatnonzero((verdict[:, 1] > 0.0) & (2.0 * ASIDE * verdict[:, 1] < length))
@@ -57,16 +75,22 @@ def _by_way_of(
     """Last crossings of the ways a_B → m_B → b_B, whose middles stand for the fractions `at`."""
     n = len(at)
     out, verdict = empty_hit(n), np.zeros((n, 2))
-    search(m_B, b_B, SECOND_HALF, out, verdict)
+    search(Paths(m_B, b_B, _between(at, np.ones(n)), SECOND_HALF), out, verdict)
     out.fraction[:] = at + (1.0 - at) * out.fraction
     rows = np.flatnonzero(verdict[:, 0] == 0.0)
     first, before = empty_hit(len(rows)), np.zeros((len(rows), 2))
-    search(a_B[rows], m_B[rows], FIRST_HALF, first, before)
+    shares = _between(np.zeros(len(rows)), at[rows])
+    search(Paths(a_B[rows], m_B[rows], shares, FIRST_HALF), first, before)
     first.fraction[:] *= at[rows]
     for name in Hit._fields:
         getattr(out, name)[rows] = getattr(first, name)
     verdict[rows] = before
     return out, verdict
+
+
+def _between(start: FloatArray, end: FloatArray) -> FloatArray:
+    """(n, 2) C-ordered: kernels that are called straight read it by rows."""
+    return np.stack([start, end], axis=1)
 
 
 def _across(d: FloatArray, angle: float) -> FloatArray:

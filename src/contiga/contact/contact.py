@@ -231,6 +231,11 @@ class Contact(Displayed):
     def _n_pieces(self) -> int:
         return self.master.n_pieces
 
+    @property
+    def follows_feet(self) -> bool:
+        """Whether points are pushed by the walls that they came in by, not by the nearest."""
+        return self.half_thickness is None and not self._options.nearest
+
     @cached_property
     def _options(self) -> Options:
         # Kept: size and borders of a mesh cost as much as a small step.
@@ -270,7 +275,7 @@ class Contact(Displayed):
         p_W, X_WB = self._checked(points, pose)
         shape = None
         if control_points is not None:
-            shape = shape_of(self.master, self.half_thickness is not None, control_points)
+            shape = shape_of(self.master, self.follows_feet, control_points)
         with clock("search"):
             p_B, surface = to_body(X_WB, p_W), self._surface if shape is None else shape.surface
             detected = detect_at_start(surface, p_B, self._sampling.active, self._options)
@@ -310,8 +315,8 @@ class Contact(Displayed):
         twist : (v, w) of the master, each (3,), world axes: velocity of its frame's origin and
             spin in radians a time. May be omitted of a master that stands still
         control_points : (m, 3) of the master, body axes, in the order of `body.net`: it changes its
-            shape. `state.control_force` are the forces on them. The contact needs a
-            `shell_thickness`. If omitted the master keeps the shape that it has in `state`
+            shape. `state.control_force` are the forces on them. Not with `foot="tracked"` or
+            `through="hold"`. If omitted the master keeps the shape that it has in `state`
         control_velocity : (m, 3) of the control points, body axes; needed beside `velocity` where
             control points are given
         clock : times the stages
@@ -391,8 +396,8 @@ class Contact(Displayed):
                 allowed="both or neither",
                 remedy="Give control_velocity=(m, 3), velocity=(n, 3) and twist=(v, w)",
             )
-        thick, before = self.half_thickness is not None, state.control_points
-        return shape_of(self.master, thick, control_points, before, velocity)
+        before = state.control_points
+        return shape_of(self.master, self.follows_feet, control_points, before, velocity)
 
     def dry_run(
         self, placements: Iterable[tuple[ArrayLike, PoseLike | None]], *, most: int | None = None
@@ -445,8 +450,7 @@ class Contact(Displayed):
     def _asked(self, state: State) -> Asked:
         surface, shape = self._surface, None
         if len(state.control_points):
-            thick = self.half_thickness is not None
-            shape = shape_of(self.master, thick, state.control_points)
+            shape = shape_of(self.master, self.follows_feet, state.control_points)
             surface = shape.surface
         laws = surface, shape, self.law, self.friction
         return Asked(*laws, self._sampling, self.half_thickness, self._reference_point)
@@ -693,7 +697,7 @@ def detect_moved(
     holds = holds_of(state.kept.penetration, state.kept.normal_B.values, state.kept.guard_B)
     last = Last(state.points_B, *place, state.safe_distance, holds)
     poses = state.pose, X_WB
-    if is_turned(poses) and options.half is None:
+    if is_turned(poses) and options.half is None and past.shape is None:
         to_body(X_WB, p_W, p_B)
         detected = detect_on_curves(surface, p_B, last, active, options, poses, memory)
     else:

@@ -18,6 +18,7 @@ from contiga.arrays.threads import run_ranges
 from contiga.contact import followed, nearest, settle, thick, through
 from contiga.contact.foot_rows import closest, free_distance, remember, take_inside
 from contiga.contact.kernels import place_nb
+from contiga.contact.loads import Holds
 from contiga.contact.search_records import (
     CHUNK,
     ChangedShape,
@@ -84,6 +85,8 @@ def detect(
     """
     workspace, columns = memory or (Workspace.of(len(now)), Columns.of(len(now)))
     detected = Detected.into(workspace, columns)
+    if shape is not None:
+        last = last._replace(holds=_turned(last, shape))
     old = last.last_patch, last.uv, last.holds
     step = Step(last.points_B, now, workspace.way, workspace.ignored, *old)
     surface_way = 0.0 if shape is None else shape.way
@@ -98,6 +101,13 @@ def detect(
         which = nearest if options.nearest else followed
         detected = detected._replace(opposed=which.detect(search, left))
     return with_feet(detected, rows)
+
+
+def _turned(last: Last, shape: ChangedShape) -> Holds:
+    """What holds the points in contact, with guards that have turned with the surface."""
+    rows, guard = last.holds.rows, last.holds.guard
+    feet = SurfacePlaces(last.patch[rows], last.uv[rows])
+    return last.holds._replace(guard=shape.turned(feet, last.points_B[rows], guard))
 
 
 def _place(

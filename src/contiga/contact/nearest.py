@@ -36,6 +36,7 @@ from contiga.records import (
     ByteArray,
     ContactStatus,
     FloatArray,
+    Hit,
     IndexArray,
     IntArray,
     Projection,
@@ -97,7 +98,7 @@ def _stay_inside(search: StepSearch, rows: IntArray, inside: BoolArray) -> BoolA
     if len(unsure) and not search.options.penetration:
         stay[unsure] = surface.clear_ways(step.before, step.now, rows[unsure])
         rest = unsure[~stay[unsure]]
-        _, sense = surface.last_crossings(step.before, step.now, rows[rest])
+        _, sense = search.last_crossings(rows[rest])
         stay[rest] = sense == 0
     return stay
 
@@ -184,8 +185,8 @@ class Begin(NamedTuple):
 
 
 def _begin(search: StepSearch, rows: IntArray) -> Begin:
-    """Return where points were at the last step."""
-    return Begin(search.step.before[rows], search.last.patch[rows], search.last.uv[rows])
+    """Return where points were at the last step, on the surface as it is now."""
+    return Begin(search.begins(rows), search.last.patch[rows], search.last.uv[rows])
 
 
 def _gone(search: StepSearch, asked: Asked, begin: Begin, which: IndexArray) -> Ways:
@@ -221,7 +222,7 @@ def _entries(search: StepSearch, asked: Asked, standing: PointsFound, begin: Beg
     unsure = standing.inside & ~asked.kept & np.isfinite(step.way[rows])
     which = np.flatnonzero(unsure & (was | (not options.penetration)))
     if len(which):
-        hits, sense = surface.last_crossings(step.before, step.now, rows[which])
+        hits, sense = search.last_crossings(rows[which])
         back = np.flatnonzero(sense > 0)
         came, there = which[back], np.ascontiguousarray(hits.point[back])
         entered[came], begin.point[came] = True, there
@@ -287,9 +288,7 @@ def _detect_open(search: StepSearch, feet: Projection | None, rows: Rows) -> Gua
         return guards
     # Whoever is let go of may come through another sheet on the rest of the way.
     left = np.flatnonzero(~held & ~came_out & (status != ContactStatus.LOST))
-    start = step.place(touching[left], at[left])
-    free = np.concatenate((touching[left], near))
-    new = _come_in(search, free, np.concatenate((start, step.before[near])))
+    new = _come_in(search, touching[left], at[left], near)
     rest = near[detected.feet.patch[near] < 0]
     surface.safe_distance(step.now, rest, detected.safe_distance)
     return merged(guards, new)
@@ -303,16 +302,25 @@ def _have_come_out(search: StepSearch, asked: Asked) -> BoolArray:
     front = (truth.status == Status.OK) & (truth.gap > 0.0) & ~asked.opposed
     front &= apart(asked.feet, truth) <= options.limits.same_foot
     which = np.flatnonzero(front & (asked.depth - step.way[asked.rows] <= 2.0 * options.band))
-    hits, sense = search.surface.last_crossings(step.before, step.now, asked.rows[which])
+    hits, sense = search.last_crossings(asked.rows[which])
     out[which] = (sense <= 0) & (hits.status != Status.BUDGET)
     return out
 
 
-def _come_in(search: StepSearch, rows: IntArray, start: FloatArray) -> Guards:
-    """Take the points of an open body into contact whose paths come in last, from (n, 3) on."""
+def _come_in(search: StepSearch, let_go: IntArray, share: FloatArray, free: IntArray) -> Guards:
+    """Take the points of an open body into contact whose paths come in last: those that were let go
+    of after a `share` (k,) of their ways, and free ones."""
     surface, step, _, detected, options, _ = search
+    rows = np.concatenate((let_go, free))
     end, all_of_them = step.now[rows], np.arange(len(rows), dtype=np.int32)
-    hits, sense = surface.last_crossings(start, end, all_of_them)
+    hits, sense = search.last_crossings(free)
+    if len(let_go):
+        start = search.begins(let_go)
+        start += share[:, None] * (step.now[let_go] - start)
+        first, turn = surface.last_crossings(start, step.now[let_go], all_of_them[: len(let_go)])
+        both = ((getattr(first, name), getattr(hits, name)) for name in Hit._fields)
+        hits = Hit._make(map(np.concatenate, both))
+        sense = np.concatenate((turn, sense))
     detected.status[rows[hits.status == Status.BUDGET]] = ContactStatus.LOST
     came = np.flatnonzero(sense > 0).astype(np.int32)
     if len(came) == 0:

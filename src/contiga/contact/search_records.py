@@ -15,6 +15,7 @@ from contiga.masters.protocol import Master, Surface
 from contiga.records import (
     ByteArray,
     FloatArray,
+    Hit,
     IndexArray,
     IntArray,
     Projection,
@@ -147,11 +148,6 @@ class Step(NamedTuple):
     """(n, 2) its parameters."""
     holds: Holds
     """Of the points that were in contact."""
-
-    def place(self, rows: IndexArray, share: FloatArray) -> FloatArray:
-        """Return where some points are (len(rows), 3) after these shares of their ways."""
-        gone = self.now[rows] - self.before[rows]
-        return np.asarray(self.before[rows] + share[:, None] * gone)
 
 
 class Workspace(NamedTuple):
@@ -326,6 +322,16 @@ class ChangedShape(Protocol):
     def way(self) -> float:
         """How far any of its points has gone at most, body axes, length."""
 
+    def moved(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
+        """(k, 3) where points (k, 3) of before the step are that it has carried along."""
+
+    def turned(self, feet: SurfacePlaces, points: FloatArray, directions: FloatArray) -> FloatArray:
+        """(k, 3) unit vectors that were `directions` (k, 3) at such points."""
+
+    def last_crossings(self, a_B: FloatArray, b_B: FloatArray) -> tuple[Hit, ByteArray]:
+        """Last crossings of points that go from `a_B` to `b_B` (k, 3) while it changes, told by
+        places on it as it is now; see `Surface.last_crossings`."""
+
 
 class StepSearch(NamedTuple):
     """The search of one step: what is asked, of what, and where the answers are written."""
@@ -339,6 +345,22 @@ class StepSearch(NamedTuple):
     options: Options
     shape: ChangedShape | None = None
     """How the surface has changed; None of one that keeps its shape."""
+
+    def last_crossings(self, rows: IntArray) -> tuple[Hit, ByteArray]:
+        """Last crossings of some points with the surface, which may change meanwhile."""
+        before, now = self.step.before, self.step.now
+        if self.shape is None:
+            return self.surface.last_crossings(before, now, rows)
+        return self.shape.last_crossings(before[rows], now[rows])
+
+    def begins(self, rows: IndexArray) -> FloatArray:
+        """(len(rows), 3) where points were before the step, carried along by their feet to where
+        these are now: from there their ways lead over the surface as it is now."""
+        before = self.step.before[rows]
+        if self.shape is None:
+            return before
+        feet = SurfacePlaces(self.last.patch[rows], self.last.uv[rows])
+        return self.shape.moved(feet, before)
 
 
 def listed(rows: IntArray, counts: IndexArray) -> IntArray:

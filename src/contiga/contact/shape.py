@@ -13,8 +13,12 @@ from contiga.errors import InputError
 from contiga.geometry.faces import Faces
 from contiga.geometry.net import NetMotion, net_of, spread
 from contiga.masters.protocol import Master
-from contiga.records import FloatArray, SurfacePlaces
+from contiga.records import ByteArray, FloatArray, Hit, SurfacePlaces
 from contiga.search.deformable import Deformable, DeformedSurface, deformable_of
+
+TURNS = 5
+"""Rounds in which points are carried: each leaves the share of half the angle that the surface
+turns by in the step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +62,26 @@ class Shape:
         """The same by feet on it before the step."""
         return NetMotion(self.body, self.before, self.change).carry(feet, points)
 
+    def moved(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
+        """(k, 3) where points (k, 3) of before the step are that the surface has carried along with
+        their feet: stiffly, so that their distances from these stay the same."""
+        half_way = NetMotion(self.body, 0.5 * (self.before + self.now), self.change)
+        # x₁ − x₀ = δS + ω × (½ (x₀ + x₁) − S) turns by ω exactly (Cayley); found step by step.
+        out = points
+        for _ in range(TURNS):
+            out = points + half_way.carry(feet, 0.5 * (points + out))
+        return out
+
+    def turned(self, feet: SurfacePlaces, points: FloatArray, directions: FloatArray) -> FloatArray:
+        """(k, 3) unit vectors that were `directions` (k, 3) at `points` (k, 3) before the step,
+        turned with the surface at their feet."""
+        turned = self.moved(feet, points + directions) - self.moved(feet, points)
+        return np.asarray(turned / row_lengths(turned)[:, None])
+
+    def last_crossings(self, a_B: FloatArray, b_B: FloatArray) -> tuple[Hit, ByteArray]:
+        """Last crossings of points that go from `a_B` to `b_B` (k, 3) while the surface changes."""
+        return self.surface.last_crossings_from(self.surface_before, a_B, b_B)
+
     def velocities(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
         """(k, 3) of points (k, 3) carried along."""
         assert self.velocity is not None
@@ -70,7 +94,7 @@ class Shape:
 
 def shape_of(
     master: Master,
-    is_thick: bool,
+    follows_feet: bool,
     control_points: ArrayLike,
     before: FloatArray | None = None,
     velocity: ArrayLike | None = None,
@@ -83,7 +107,7 @@ def shape_of(
     Raises
     ------
     InputError
-        A master without control points, a contact without a thickness, arrays of another shape than
+        A master without control points, a contact that follows feet, arrays of another shape than
         the master's net, numbers that are not finite.
     GeometryError
         Patches that would not stay together.
@@ -96,13 +120,12 @@ def shape_of(
             found=type(master).__name__,
             allowed="a master of NURBS patches",
         )
-    if not is_thick:
-        what = "a closed solid" if master.closed else "a surface"
+    if follows_feet:
         raise InputError(
-            f"{what} that changes its shape pushes points only that half a thickness reaches",
+            "feet are not followed over a surface that changes its shape",
             where="control_points",
-            found="a contact without shell_thickness",
-            allowed="Contact(…, shell_thickness=…)",
+            found='a contact with foot="tracked" or through="hold"',
+            allowed='foot="nearest" and through="release", which are taken if nothing is said',
         )
     net, deformable = net_of(body), deformable_of(body)
     now = np.array(net.checked(control_points))

@@ -24,7 +24,7 @@ class ControlPoints:
 
     Between rows it is the cubic spline through them that begins and ends at rest: positions and
     velocities are continuous, also with the shapes that are held before the first time and after
-    the last. Contacts with the body need a `shell_thickness`.
+    the last. Contacts with the body push points by the nearest wall (`foot`, `through`).
 
     Parameters
     ----------

@@ -18,21 +18,33 @@ from numpy.typing import NDArray
 from contiga.arrays.codes import SHARED
 from contiga.arrays.layout import read_only
 from contiga.arrays.once import once
-from contiga.arrays.ordered import length
+from contiga.arrays.ordered import length, row_lengths
+from contiga.arrays.perturbed_paths import Paths, settled
 from contiga.arrays.threads import run_ranges
+from contiga.elements.element_arrays import Elements
 from contiga.elements.kernels import sides_nb
 from contiga.elements.refit import Refit, refit_of
 from contiga.errors import GeometryError
 from contiga.geometry.edges import UNTRIMMED
 from contiga.geometry.faces import Faces
 from contiga.geometry.net import ControlNet, net_of
-from contiga.records import FloatArray, IntArray, KnownSides, Projection, SurfacePlaces
+from contiga.records import (
+    ByteArray,
+    FloatArray,
+    Hit,
+    IntArray,
+    KnownSides,
+    Projection,
+    SurfacePlaces,
+)
 from contiga.search.closest.kernels import nearest_nb
 from contiga.search.closest.surroundings import Blocks, Surroundings, blocks_of, surroundings_of
 from contiga.search.exact_surface import ExactSurface, exact_surface
 from contiga.search.hierarchy.build import build_hierarchy, empty_seeds, items_of
 from contiga.search.hierarchy.table_types import Tables
+from contiga.search.sweep.kernels import moving_nb
 from contiga.search.sweep.piece_lists import NONE, PieceLists
+from contiga.search.sweep.sweep_records import MovingSurface
 from contiga.search.tables import check_extent
 
 POINTS = 256
@@ -97,6 +109,25 @@ class DeformedSurface(ExactSurface):
     def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
         """Nothing is known at once."""
         return np.zeros(len(rows), np.bool_)
+
+    def last_crossings_from(
+        self, before: DeformedSurface, a_B: FloatArray, b_B: FloatArray
+    ) -> tuple[Hit, ByteArray]:
+        """Last crossings of points that go from `a_B` to `b_B` (n, 3) while the surface goes from
+        the shape `before` to this one; see `moving_nb`. As `last_crossings`, with one row a point;
+        where they are is told by places on this shape."""
+        table, coefs = self.tables.elements
+        change = (coefs - before.tables.elements.coefs).reshape(-1, 4)
+        change[:, 3] = coefs.reshape(-1, 4)[:, 3]
+        way = float(row_lengths(self.control_points - before.control_points).max(initial=0.0))
+        given = self.tables, before.tables.elements, Elements(table, change.ravel()), way
+
+        def search(paths: Paths, out: Hit, verdict: FloatArray) -> None:
+            start, end, between, _ = paths
+            asked = MovingSurface(*given), start, end, between, out, verdict
+            run_ranges(moving_nb.last_moving_crossings, len(start), POINTS, *asked)
+
+        return settled(search, a_B, b_B)
 
     @property
     def contact_tables(self) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from contiga.arrays.layout import bytes_of
 from contiga.arrays.once import once
-from contiga.arrays.perturbed_paths import settled
+from contiga.arrays.perturbed_paths import Paths, settled
 from contiga.arrays.threads import run_ranges
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import stitches
@@ -111,11 +111,10 @@ class ExactSurface:
         """Last crossings by interval Newton on the path turned round."""
         lists = self._lists(len(rows))
 
-        def search(
-            a: FloatArray, b: FloatArray, loose: tuple[float, float], out: Hit, verdict: FloatArray
-        ) -> None:
-            given = self.tables, lists, a, b, loose, out, verdict
-            run_ranges(hit_nb.last_crossings, len(a), SEGMENTS, *given)
+        def search(paths: Paths, out: Hit, verdict: FloatArray) -> None:
+            start, end, _, loose = paths
+            given = self.tables, lists, start, end, loose, out, verdict
+            run_ranges(hit_nb.last_crossings, len(start), SEGMENTS, *given)
 
         return settled(search, a_B[rows], b_B[rows])
 

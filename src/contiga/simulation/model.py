@@ -342,7 +342,7 @@ def check_shapes(model: Model) -> None:
         try:
             for part in parts:
                 contact = part.contact
-                assert shape_of(contact.master, contact.half_thickness is not None, rest)
+                assert shape_of(contact.master, contact.follows_feet, rest)
         except ContigaError as error:
             raise InputError(str(error), where=where) from error
 

@@ -693,7 +693,7 @@ def gone_too_far(model: Model, last: SystemState, state: SystemState) -> Cut | N
     for part in model.contacts:
         before, now = last.contacts[part.name], state.contacts[part.name]
         if len(now.control_points):
-            continue  # `_room` keeps its points from going past a wall
+            continue  # `_room` alone keeps the ways short of points beside it
         free = (before.patch < 0) & (now.patch < 0) & (before.safe_distance >= 0.0)
         way = gone[part.name]
         rows = np.flatnonzero(free & (way > before.safe_distance)).astype(np.int32)
@@ -723,7 +723,8 @@ def _room(model: Model, part: ContactPart, before: State, wanted: FloatArray) ->
         clear = np.zeros(len(room))
         surface = model.bodies[part.master].body.surface
         if len(before.control_points):
-            surface = shape_of(part.contact.master, True, before.control_points).surface
+            follows, net = part.contact.follows_feet, before.control_points
+            surface = shape_of(part.contact.master, follows, net).surface
         surface.safe_distance(before.points_B, rows, clear)
         if half is not None:
             clear -= half

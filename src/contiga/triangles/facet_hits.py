@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.arrays.perturbed_paths import settled
+from contiga.arrays.perturbed_paths import Paths, settled
 from contiga.arrays.query_checks import checked_segments
 from contiga.arrays.threads import run_ranges
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, empty_hit
@@ -66,9 +66,8 @@ def last_crossings(
         1 where the path enters there, −1 where it leaves, 0 for none.
     """
 
-    def search(
-        a: FloatArray, b: FloatArray, _: tuple[float, float], out: Hit, verdict: FloatArray
-    ) -> None:
-        run_ranges(entry_nb.last_crossings, len(a), SEGMENTS, facets, a, b, out, verdict)
+    def search(paths: Paths, out: Hit, verdict: FloatArray) -> None:
+        given = facets, paths.start, paths.end, out, verdict
+        run_ranges(entry_nb.last_crossings, len(verdict), SEGMENTS, *given)
 
     return settled(search, a_M[rows], b_M[rows])

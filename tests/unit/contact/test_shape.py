@@ -252,18 +252,18 @@ def test_a_closed_shape_that_breathes_pushes_out_what_it_takes_in() -> None:
 
 
 @pytest.mark.parametrize(
-    ("master", "thickness", "told"),
+    ("master", "options", "told"),
     [
-        (plate(), None, "a surface that changes its shape.*shell_thickness"),
-        (cg.Body([cg.shapes.sphere()]), None, "a closed solid that changes its shape"),
-        (plate().tessellate(0.1), 0.2, "a mesh has no control points"),
+        (plate(), {"foot": "tracked"}, "feet are not followed over a surface that changes"),
+        (plate(), {"through": "hold"}, 'allowed: foot="nearest" and through="release"'),
+        (plate().tessellate(0.1), {}, "a mesh has no control points"),
     ],
 )
 def test_masters_that_cannot_change_their_shape_are_refused(
-    master: Any, thickness: float | None, told: str
+    master: Any, options: dict[str, Any], told: str
 ) -> None:
     points = cloud()
-    contact = contact_of(master, points, shell_thickness=thickness)
+    contact = contact_of(master, points, shell_thickness=None, **options)
     with pytest.raises(InputError, match=told):
         contact.start(points, control_points=np.zeros((4, 3)))
 

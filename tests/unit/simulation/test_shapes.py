@@ -100,7 +100,10 @@ def test_a_run_that_was_stopped_goes_on_with_the_same_bits(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ({"shell_thickness": None}, r"bodies\['ball'\]: motion.*a closed solid that changes"),
+        (
+            {"shell_thickness": None, "foot": "tracked"},
+            r"bodies\['ball'\]: motion.*feet are not followed",
+        ),
     ],
 )
 def test_what_cannot_be_is_refused(change: dict[str, Any], told: str) -> None:

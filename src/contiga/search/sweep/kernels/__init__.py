@@ -6,4 +6,5 @@
 - piece_lists_nb: pieces of a surface near every voxel of a grid: whether a short path is clear of
   all of them
 - hit_nb: crossings of swept points: the segments p0 → p1 against the exact surface
+- moving_nb: crossings of swept points with a surface whose control points move in the same time
 """

@@ -63,7 +63,7 @@ def _beside_box(corner, p, d, near, far, pad):
 
 
 @inner(error_model="numpy")
-def _judge(h, k, size, path, span, entries):
+def judge_cell(h, k, size, path, span, entries):
     """What to do with a cell of half-size `size` about the place whose derivatives are `h`.
 
     `path` is a `LeafPath`, `span` the (near, far) of it that is asked for. Returns what to do, and
@@ -158,7 +158,7 @@ def _solve(elements, e, box, start, path, h):
 
 
 @inner(error_model="numpy")
-def _shrunk(h, k, cell, path, span):
+def shrunk_cell(h, k, cell, path, span):
     """The part of a cell in which the path itself, not the line, can cross it.
 
     To first order (s, t) of a point of the path follow from the dual vectors of the tangent plane,
@@ -185,7 +185,7 @@ def _shrunk(h, k, cell, path, span):
 
 
 @inner(error_model="numpy")
-def _held(cell, size, path, room, h):
+def held_cell(cell, size, path, room, h):
     """The rectangle in which the crossing of a cell is looked for: the cell and its tolerance.
 
     A displacement of the line by `slack`, and beyond the sides of the element by their `room`, is
@@ -245,11 +245,11 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
             for c in range(9):
                 k[c] = leaf["bound"][c]
         evaluate(elements, e, place[0], place[1], h)
-        verdict, ds, dt = _judge(h, k, size, seen, span, sense == ENTRIES)
+        verdict, ds, dt = judge_cell(h, k, size, seen, span, sense == ENTRIES)
         if verdict == SOLVE:
             start = (place[0] + ds, place[1] + dt)
-            box = _held(cell, size, path, NONE, h)
-            around = _held(cell, size, path, path.room, h)
+            box = held_cell(cell, size, path, NONE, h)
+            around = held_cell(cell, size, path, path.room, h)
             state, s, t, x, slope = _solve(elements, e, box, start, path, h)
             if state == BESIDE and around != box:
                 state, s, t, x, slope = _solve(elements, e, around, start, path, h)
@@ -271,7 +271,7 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
             if count[0] > MAX_CELLS or top > DEPTH - 3:
                 count[1] = 1
                 continue
-            part = _shrunk(h, k, cell, seen, span)
+            part = shrunk_cell(h, k, cell, seen, span)
             if part[0] >= part[1] or part[2] >= part[3]:
                 continue
             left = (part[1] - part[0]) * (part[3] - part[2])

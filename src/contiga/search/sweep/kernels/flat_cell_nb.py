@@ -63,11 +63,23 @@ def touch(elements, e, cell, path, length, h):
     Over the cell is also what lies beyond sides of the element by no more than their room.
     """
     s, t = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3])
-    p, d, slack, room = path.p, path.d, path.slack, path.room
     normal = normal_at(elements, e, s, t, h)
-    r = minus(p, column(h, 0))
+    r = minus(path.p, column(h, 0))
     first = dot(r, normal)
-    falls = dot(d, normal)
+    falls = dot(path.d, normal)
+    return meet_plane(cell, path, length, h, r, (first, falls))
+
+
+@inner(error_model="numpy")
+def meet_plane(cell, path, length, h, r, heights):
+    """Where a path meets the tangent plane of a cell, as `touch` answers.
+
+    `r` leads from the cell's middle, whose derivatives are `h`, to the start of the path; `heights`
+    are that of the start above the plane and its growth along the path.
+    """
+    s, t = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3])
+    d, slack, room = path.d, path.slack, path.room
+    first, falls = heights
     last = first + length * falls
     if first >= -slack and last < 0.0 and last < first:
         slope = -1.0

@@ -29,7 +29,7 @@ X, ELEMENT, S, T, EDGE, OVER = 0, 1, 2, 3, 4, 5
 
 
 @inner()
-def _meets(node, p, inverse, span, slack):
+def meets_box(node, p, inverse, span, slack):
     """Whether p + x d, near ≤ x ≤ far, meets the node's box, widened by `slack`; the least such x.
 
     `inverse` is one over d, component by component.
@@ -50,12 +50,12 @@ def _meets(node, p, inverse, span, slack):
 
 
 @inner()
-def _reciprocal(x):
+def reciprocal(x):
     return 1.0 / x if abs(x) > 1e-290 else math.inf
 
 
 @inner()
-def _next_leaves(tree, p, inverse, span, slack, queue, top):
+def next_leaves(tree, p, inverse, span, slack, queue, top):
     """Next node of leaves that the path meets within `span`, −1 for none, and nodes left."""
     nodes, entry = queue.nodes, queue.entry
     leaf_node = -1
@@ -68,8 +68,8 @@ def _next_leaves(tree, p, inverse, span, slack, queue, top):
             leaf_node = node
             continue
         first = tree[node]["first"]
-        a, near_a = _meets(tree[first], p, inverse, span, slack)
-        b, near_b = _meets(tree[first + 1], p, inverse, span, slack)
+        a, near_a = meets_box(tree[first], p, inverse, span, slack)
+        b, near_b = meets_box(tree[first + 1], p, inverse, span, slack)
         swap = 1 if a and b and near_a <= near_b else 0  # the nearer child goes on top
         for i in range(2):
             child = i ^ swap
@@ -136,7 +136,7 @@ def _search(tables, segment, loose, sense, crossings, queue, work):
     stack, h, count = work.stack, work.h, work.counts
     p, d, length = segment.p, segment.d, segment.length
     slack, spare = segment.slack, segment.spare
-    inverse = (_reciprocal(d[0]), _reciprocal(d[1]), _reciprocal(d[2]))
+    inverse = (reciprocal(d[0]), reciprocal(d[1]), reciprocal(d[2]))
     crossings[0, X] = math.inf
     crossings[1, X] = math.inf
     count[0] = 0
@@ -145,9 +145,9 @@ def _search(tables, segment, loose, sense, crossings, queue, work):
     beyond = spare if sense == EITHER else 0.0
     queue.nodes[0] = 0
     queue.entry[0] = -spare
-    top = 1 if _meets(tree[0], p, inverse, (-spare, far), slack)[0] else 0
+    top = 1 if meets_box(tree[0], p, inverse, (-spare, far), slack)[0] else 0
     while top > 0:
-        node, top = _next_leaves(tree, p, inverse, (-spare, far), slack, queue, top)
+        node, top = next_leaves(tree, p, inverse, (-spare, far), slack, queue, top)
         if node < 0:
             break
         for i in range(tree[node]["first"], tree[node]["first"] + tree[node]["count"]):
@@ -213,7 +213,7 @@ def _search(tables, segment, loose, sense, crossings, queue, work):
 
 
 @inner()
-def _write(elements, out, i, crossing, length, h):
+def write_crossing(elements, out, i, crossing, length, h):
     """Row i of the hits, but its status, for a crossing."""
     e = int(crossing[ELEMENT])
     evaluate(elements, e, crossing[S], crossing[T], h)
@@ -225,7 +225,7 @@ def _write(elements, out, i, crossing, length, h):
 
 
 @inner()
-def _room():
+def search_memory():
     """Allocate the work arrays of a search: crossings, queue of nodes, and work of a leaf."""
     queue = Queue(np.empty(128, np.int64), np.empty(128))
     stack, k, corner = np.empty((DEPTH, 4)), np.empty(9), np.empty((2, 3))
@@ -240,7 +240,7 @@ def first_hits(tables, lists, p0, p1, rows, out, start, stop):
     `lists` are the pieces near voxels, or none: they spare searches, and change nothing.
     """
     elements = tables.elements
-    crossings, queue, work = _room()
+    crossings, queue, work = search_memory()
     size = tables.scale[0]
     for i in range(start, stop):
         j = rows[i]
@@ -255,7 +255,7 @@ def first_hits(tables, lists, p0, p1, rows, out, start, stop):
         segment = Segment(p, d, length, slack, spare)
         _search(tables, segment, (0.0, 0.0), ENTRIES, crossings, queue, work)
         if crossings[0, X] < math.inf:
-            _write(elements, out, i, crossings[0], length, work.h)
+            write_crossing(elements, out, i, crossings[0], length, work.h)
             out.status[i] = AT_START if crossings[0, X] <= 0.0 else OK
         if work.counts[1] != 0:
             out.status[i] = BUDGET
@@ -273,7 +273,7 @@ def last_crossings(tables, lists, p0, p1, loose, out, verdict, start, stop):
     place: there the answer hangs on rounding.
     """
     elements = tables.elements
-    crossings, queue, work = _room()
+    crossings, queue, work = search_memory()
     size = tables.scale[0]
     for i in range(start, stop):
         # Backwards: what is entered going back is left going on.
@@ -290,7 +290,7 @@ def last_crossings(tables, lists, p0, p1, loose, out, verdict, start, stop):
         _search(tables, segment, (loose[1], loose[0]), EITHER, crossings, queue, work)
         side = 0 if crossings[0, X] <= crossings[1, X] else 1
         if crossings[side, X] < math.inf:
-            _write(elements, out, i, crossings[side], length, work.h)
+            write_crossing(elements, out, i, crossings[side], length, work.h)
             out.fraction[i] = 1.0 - out.fraction[i]
             out.status[i] = AT_START if crossings[side, X] >= length else OK
             verdict[i, 0] = 2.0 * side - 1.0

@@ -1,0 +1,396 @@
+"""Crossings of swept points with a surface whose control points move in the same time.
+
+The surface goes evenly from one shape to the other, S(s, t, τ) = S₀ + τ (S₁ − S₀), and the point
+from p to q. A cell is judged as one of a surface at rest (`crossing_nb`), in axes that move with
+its middle: there the point goes straight, relative to the shape half-way, and the cell leaves that
+shape by no more than half of what its displacement S₁ − S₀ differs over it. The bounds of the
+displacement's derivatives tell how much that is; they are added to those of the bends. In a cell
+with one crossing at most, Newton's method finds its (s, t, τ).
+
+Boxes and plates are those of the last shape, taken wider by the way of its control points.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from contiga.arrays.codes import AT_START, BUDGET, NO_HIT, NOT_FINITE, OK
+from contiga.arrays.kernels.query_nb import blank_hit, direction, slack_of
+from contiga.arrays.kernels.rows_nb import put
+from contiga.arrays.kernels.vector_nb import column, cross, dot, minus
+from contiga.elements.kernels.bounds_nb import cell_bounds
+from contiga.elements.kernels.element_nb import evaluate
+from contiga.elements.kernels.sides_nb import normal_at
+from contiga.jit import inner, kernel
+from contiga.search.closest.kernels.edge_width_nb import BESIDE, edge_width
+from contiga.search.hierarchy.kernels.plates_nb import is_passed
+from contiga.search.sweep.kernels.crossing_nb import BESIDE as MISSED
+from contiga.search.sweep.kernels.crossing_nb import (
+    DEPTH,
+    DROP,
+    ENDLESS,
+    HALVE,
+    MAX_CELLS,
+    NONE,
+    ON,
+    POINT,
+    SOLVE,
+    STEPS,
+    TINY,
+    held_cell,
+    judge_cell,
+    shrunk_cell,
+)
+from contiga.search.sweep.kernels.flat_cell_nb import meet_plane
+from contiga.search.sweep.kernels.hit_nb import (
+    EDGE,
+    ELEMENT,
+    OVER,
+    S,
+    T,
+    X,
+    meets_box,
+    next_leaves,
+    reciprocal,
+    write_crossing,
+)
+from contiga.search.sweep.sweep_records import LeafPath, MovingSegment, MovingWork, Queue
+
+
+@inner()
+def _shapes_at(surface, e, place, shares, work):
+    """Points and derivatives at `place` (s, t) of element e as the segment begins and as it ends,
+    and half-way, into work.begin, work.end and work.mid; relative to the element's last origin."""
+    now, before = surface.now.elements, surface.before
+    begin, end, mid = work.begin, work.end, work.mid
+    evaluate(now, e, place[0], place[1], begin)
+    evaluate(before, e, place[0], place[1], end)
+    for c in range(3):
+        end[c, 0] += before.table[e]["origin"][c] - now.table[e]["origin"][c]
+        for k in range(6):
+            last, first = begin[c, k], end[c, k]
+            begin[c, k] = (1.0 - shares[0]) * first + shares[0] * last
+            end[c, k] = (1.0 - shares[1]) * first + shares[1] * last
+            mid[c, k] = 0.5 * (begin[c, k] + end[c, k])
+
+
+@inner()
+def _bounds_over(surface, e, cell, shares, work):
+    """Bounds of the derivatives over a cell of all shapes between `shares` into work.bound, the
+    second ones increased by what displacements differ over the cell.
+
+    Whether those outweigh the bends: then the cell is worth halving in time.
+    """
+    k, change = work.bound, work.change
+    box = (cell[0], cell[1], cell[2], cell[3])
+    cell_bounds(surface.now.elements, e, box, k)
+    cell_bounds(surface.change, e, box, change)
+    for c in range(9):
+        k[c] += change[c]
+    hs, ht = 0.5 * (cell[1] - cell[0]), 0.5 * (cell[3] - cell[2])
+    part = abs(shares[1] - shares[0])
+    sheared = part * (change[0] * hs + change[1] * ht)
+    bent = k[2] * hs * hs + 2.0 * k[3] * hs * ht + k[4] * ht * ht
+    k[2] += part * change[0] / hs
+    k[4] += part * change[1] / ht
+    return sheared > bent
+
+
+@inner(error_model="numpy")
+def _meet(surface, e, box, start, segment, work):
+    """Newton's method for (s, t, τ), held in `box` (s0, s1, t0, t1), from `start` (s, t, τ).
+
+    Returns ON where it converged, MISSED where the box holds no root, ENDLESS where the steps ran
+    out; s, t, τ, and the point's speed along the normal, negative where it enters. In work.mid are
+    the derivatives there.
+    """
+    p, q, slack, shares = segment.p, segment.q, segment.slack, segment.shares
+    begin, end, mid = work.begin, work.end, work.mid
+    s, t, tau = start
+    speed = 0.0
+    for _ in range(STEPS):
+        _shapes_at(surface, e, (s, t), shares, work)
+        for c in range(3):
+            for k in range(6):
+                mid[c, k] = (1.0 - tau) * begin[c, k] + tau * end[c, k]
+        rest = 1.0 - tau
+        off = (
+            mid[0, 0] - rest * p[0] - tau * q[0],
+            mid[1, 0] - rest * p[1] - tau * q[1],
+            mid[2, 0] - rest * p[2] - tau * q[2],
+        )
+        v = (
+            end[0, 0] - begin[0, 0] - q[0] + p[0],
+            end[1, 0] - begin[1, 0] - q[1] + p[1],
+            end[2, 0] - begin[2, 0] - q[2] + p[2],
+        )
+        a, b = column(mid, 1), column(mid, 2)
+        n = cross(a, b)
+        c = dot(n, v)
+        if c == 0.0:
+            return ENDLESS, s, t, tau, speed
+        speed = -c / math.sqrt(dot(n, n))
+        ds = min(max(s - dot(off, cross(b, v)) / c, box[0]), box[1]) - s
+        dt = min(max(t - dot(off, cross(v, a)) / c, box[2]), box[3]) - t
+        new = min(max(tau - dot(off, n) / c, -1.0), 2.0)
+        step = new - tau
+        s += ds
+        t += dt
+        tau = new
+        if math.sqrt(dot(off, off)) <= slack:
+            return ON, s, t, tau, speed
+        moved = (
+            a[0] * ds + b[0] * dt + v[0] * step,
+            a[1] * ds + b[1] * dt + v[1] * step,
+            a[2] * ds + b[2] * dt + v[2] * step,
+        )
+        if math.sqrt(dot(moved, moved)) <= 0.0625 * slack:
+            return MISSED, s, t, tau, speed
+    return ENDLESS, s, t, tau, speed
+
+
+@inner(error_model="numpy")
+def _unit_normal(surface, e, place, h, work):
+    """The unit normal of derivatives `h`; where they vanish that of the last shape."""
+    n = cross(column(h, 1), column(h, 2))
+    length = math.sqrt(dot(n, n))
+    if length > 0.0:
+        return n[0] / length, n[1] / length, n[2] / length
+    return normal_at(surface.now.elements, e, place[0], place[1], work.mid)
+
+
+@inner(error_model="numpy")
+def _touch(surface, e, cell, segment, seen, work):
+    """As `flat_cell_nb.touch`: `seen` is (path, length) in the axes of the cell's middle, whose
+    derivatives work.begin, work.end and work.mid hold. The planes turn with the surface."""
+    path, length = seen
+    if length == 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    place = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3])
+    r = minus(path.p, column(work.mid, 0))
+    normal = _unit_normal(surface, e, place, work.begin, work)
+    first = dot(minus(segment.p, column(work.begin, 0)), normal)
+    normal = _unit_normal(surface, e, place, work.end, work)
+    last = dot(minus(segment.q, column(work.end, 0)), normal)
+    _shapes_at(surface, e, place, segment.shares, work)
+    heights = first, (last - first) / length
+    return meet_plane(cell, path, length, work.mid, r, heights)
+
+
+@inner()
+def _keep(crossings, e, place, tau, speed, over, width):
+    """Keep a crossing if it is the first of those that go the same way."""
+    side = 0 if speed < 0.0 else 1
+    if tau < crossings[side, X]:
+        crossings[side, X] = tau
+        crossings[side, ELEMENT] = e
+        crossings[side, S] = min(max(place[0], -0.5), 0.5)
+        crossings[side, T] = min(max(place[1], -0.5), 0.5)
+        crossings[side, EDGE] = width
+        crossings[side, OVER] = over
+
+
+@inner()
+def _halve(stack, top, cell, h, in_time):
+    """Put the halves of a cell on the stack, cut in time or along the longer side."""
+    hs, ht = 0.5 * (cell[1] - cell[0]), 0.5 * (cell[3] - cell[2])
+    along_s = h[0, 1] ** 2 + h[1, 1] ** 2 + h[2, 1] ** 2
+    along_t = h[0, 2] ** 2 + h[1, 2] ** 2 + h[2, 2] ** 2
+    put(stack, top, cell)
+    put(stack, top + 1, cell)
+    axis = 2
+    if in_time:
+        axis = 4
+    elif ht < TINY or (hs >= TINY and along_s * hs * hs >= along_t * ht * ht):
+        axis = 0
+    stack[top, axis + 1] = stack[top + 1, axis] = 0.5 * (cell[axis] + cell[axis + 1])
+    return top + 2
+
+
+@inner()
+def _between(p, q, share):
+    """The point after so much of the way from p to q."""
+    rest = 1.0 - share
+    return rest * p[0] + share * q[0], rest * p[1] + share * q[1], rest * p[2] + share * q[2]
+
+
+@inner(error_model="numpy")
+def _of_face(surface, e, place, d, slack, mid):
+    """The width of an edge beside a crossing in direction `d`, BESIDE where it is not of the face;
+    `mid` holds the derivatives there."""
+    line = LeafPath(column(mid, 0), d, slack, 0.0, NONE)
+    tables = surface.now
+    width, _, _ = edge_width(
+        tables.elements, tables.trims, tables.piece_width, e, place, line, 3.0 * slack, mid
+    )
+    return width
+
+
+@inner(linked=False, error_model="numpy")
+def _cross_leaf(surface, leaf, segment, crossings, work):
+    """Find all crossings of a leaf and keep the first; `segment` is about its element's origin.
+
+    Cells are boxes (s0, s1, t0, t1, τ0, τ1).
+    """
+    e, stack, mid, counts = leaf["element"], work.stack, work.mid, work.counts
+    slack, spare = segment.slack, segment.spare
+    box = leaf["box"]
+    put(stack, 0, (box[0], box[1], box[2], box[3], 0.0, 1.0))
+    top = 1
+    while top > 0:
+        top -= 1
+        counts[0] += 1
+        cell = (
+            stack[top, 0],
+            stack[top, 1],
+            stack[top, 2],
+            stack[top, 3],
+            stack[top, 4],
+            stack[top, 5],
+        )
+        rect = (cell[0], cell[1], cell[2], cell[3])
+        place = (0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3]))
+        size = (0.5 * (cell[1] - cell[0]), 0.5 * (cell[3] - cell[2]))
+        long = cell[5] - cell[4]
+        first, last = segment.shares
+        part = MovingSegment(
+            _between(segment.p, segment.q, cell[4]),
+            _between(segment.p, segment.q, cell[5]),
+            (first + cell[4] * (last - first), first + cell[5] * (last - first)),
+            slack,
+            spare,
+        )
+        in_time = _bounds_over(surface, e, cell, part.shares, work)
+        _shapes_at(surface, e, place, part.shares, work)
+        # The path as seen by who moves with the middle of the cell.
+        way = minus(column(work.end, 0), column(work.begin, 0))
+        p = (part.p[0] + 0.5 * way[0], part.p[1] + 0.5 * way[1], part.p[2] + 0.5 * way[2])
+        q = (part.q[0] - 0.5 * way[0], part.q[1] - 0.5 * way[1], part.q[2] - 0.5 * way[2])
+        length, d = direction(p, q)
+        path, span = LeafPath(p, d, slack, 0.0, NONE), (-spare, length + spare)
+        verdict, ds, dt = judge_cell(mid, work.bound, size, path, span, False)
+        if verdict == DROP:
+            continue
+        if verdict == SOLVE:
+            x = min(max(-dot(minus(p, column(mid, 0)), d), 0.0), length)
+            start = (place[0] + ds, place[1] + dt, x / length)
+            held = held_cell(rect, size, path, NONE, mid)
+            state, s, t, tau, speed = _meet(surface, e, held, start, part, work)
+            if state == ON:
+                # In shares of the whole segment.
+                x = cell[4] + long * tau
+                over = long * min(slack / abs(speed), spare / length)
+                if -over <= x <= 1.0 + over:
+                    width = _of_face(surface, e, (s, t), d, slack, mid)
+                    if width != BESIDE:
+                        _keep(crossings, e, (s, t), x, speed, over, width)
+            if state != ENDLESS:
+                continue
+            verdict = HALVE if max(size[0], size[1]) > TINY else POINT
+            _shapes_at(surface, e, place, part.shares, work)
+        if verdict == POINT:
+            x, ds, dt, slope = _touch(surface, e, rect, part, (path, length), work)
+            if slope != 0.0:
+                s, t = place[0] + ds, place[1] + dt
+                _shapes_at(surface, e, (s, t), part.shares, work)
+                width = _of_face(surface, e, (s, t), d, slack, mid)
+                if width != BESIDE:
+                    x = cell[4] + long * x / length
+                    _keep(crossings, e, (s, t), x, slope, long * slack / length, width)
+            continue
+        if counts[0] > MAX_CELLS or top > DEPTH - 3:
+            counts[1] = 1
+            continue
+        less = shrunk_cell(mid, work.bound, rect, path, span)
+        if less[0] >= less[1] or less[2] >= less[3]:
+            continue
+        left = (less[1] - less[0]) * (less[3] - less[2])
+        if left < 0.5 * (cell[1] - cell[0]) * (cell[3] - cell[2]):
+            put(stack, top, (less[0], less[1], less[2], less[3], cell[4], cell[5]))
+            top += 1
+        else:
+            top = _halve(stack, top, cell, mid, in_time)
+
+
+@inner(linked=False)
+def _search(surface, segment, crossings, queue, work):
+    """First crossings of a `MovingSegment`: entries in crossings[0], where it leaves in
+    crossings[1]."""
+    tables = surface.now
+    tree, leaves, elements = tables.tree, tables.leaves, tables.elements
+    p, slack, spare = segment.p, segment.slack, segment.spare
+    length, d = direction(p, segment.q)
+    inverse = (reciprocal(d[0]), reciprocal(d[1]), reciprocal(d[2]))
+    span, wide = (-spare, length + spare), slack + surface.way
+    crossings[0, X] = math.inf
+    crossings[1, X] = math.inf
+    work.counts[0] = 0
+    work.counts[1] = 0
+    queue.nodes[0] = 0
+    queue.entry[0] = -spare
+    top = 1 if meets_box(tree[0], p, inverse, span, wide)[0] else 0
+    while top > 0:
+        node, top = next_leaves(tree, p, inverse, span, wide, queue, top)
+        if node < 0:
+            break
+        for i in range(tree[node]["first"], tree[node]["first"] + tree[node]["count"]):
+            e = leaves[i]["element"]
+            if e < 0 or is_passed(tables.plates[i], p, d, span, wide):
+                continue
+            row = elements.table[e]
+            own = slack + row["noise"] + surface.before.table[e]["noise"]
+            here = MovingSegment(
+                minus(p, (row["origin"][0], row["origin"][1], row["origin"][2])),
+                minus(segment.q, (row["origin"][0], row["origin"][1], row["origin"][2])),
+                segment.shares,
+                own,
+                spare,
+            )
+            _cross_leaf(surface, leaves[i], here, crossings, work)
+
+
+@kernel(error_model="numpy")
+def last_moving_crossings(surface, p0, p1, between, out, verdict, start, stop):
+    """Crossing nearest the end of each segment p0[i] → p1[i] into row i of `out`.
+
+    `surface` is a `MovingSurface`; the segments are gone between the shares `between` (n, 2) of its
+    way from one shape to the other. Points and normals of `out` are of the last shape. `verdict` is
+    as of `hit_nb.last_crossings`.
+    """
+    elements = surface.now.elements
+    crossings = np.empty((2, 6))
+    queue = Queue(np.empty(128, np.int64), np.empty(128))
+    tables = np.empty((3, 4, 6))
+    bounds = np.empty((2, 9))
+    stack, counts = np.empty((DEPTH, 6)), np.zeros(2, np.int64)
+    work = MovingWork(tables[0], tables[1], tables[2], bounds[0], bounds[1], stack, counts)
+    size = surface.now.scale[0]
+    for i in range(start, stop):
+        # Backwards: what is entered going back is left going on.
+        p = (p1[i, 0], p1[i, 1], p1[i, 2])
+        q = (p0[i, 0], p0[i, 1], p0[i, 2])
+        verdict[i] = 0.0
+        if not math.isfinite(p[0] + p[1] + p[2] + q[0] + q[1] + q[2]):
+            blank_hit(out, i, NOT_FINITE)
+            continue
+        blank_hit(out, i, NO_HIT)
+        if surface.now.leaves.shape[0] == 0:
+            continue
+        slack = slack_of(p, q, size)
+        shares = (between[i, 1], between[i, 0])
+        segment = MovingSegment(p, q, shares, slack, math.sqrt(slack * size))
+        _search(surface, segment, crossings, queue, work)
+        side = 0 if crossings[0, X] <= crossings[1, X] else 1
+        if crossings[side, X] < math.inf:
+            write_crossing(elements, out, i, crossings[side], 1.0, work.mid)
+            out.fraction[i] = 1.0 - out.fraction[i]
+            out.status[i] = AT_START if crossings[side, X] >= 1.0 else OK
+            verdict[i, 0] = 2.0 * side - 1.0
+            verdict[i, 1] = crossings[side, EDGE]
+            last, other = crossings[side], crossings[1 - side]
+            if other[X] - other[OVER] <= last[X] + last[OVER]:
+                verdict[i, 1] = max(verdict[i, 1], slack)
+        if work.counts[1] != 0:
+            out.status[i] = BUDGET
