@@ -1,11 +1,12 @@
 """Crossings of swept points with a surface whose control points move in the same time.
 
 The surface goes evenly from one shape to the other, S(s, t, τ) = S₀ + τ (S₁ − S₀), and the point
-from p to q. A cell is judged as one of a surface at rest (`crossing_nb`), in axes that move with
-its middle: there the point goes straight, relative to the shape half-way, and the cell leaves that
-shape by no more than half of what its displacement S₁ − S₀ differs over it. The bounds of the
-displacement's derivatives tell how much that is; they are added to those of the bends. In a cell
-with one crossing at most, Newton's method finds its (s, t, τ).
+goes straight. A cell is judged as one of a surface at rest (`crossing_nb`), in axes that move with
+its middle: there the point goes straight too, relative to the shape half-way, and the cell leaves
+that shape by no more than half of what its displacement S₁ − S₀ differs over it. The bounds of the
+displacement's derivatives tell how much that is; they are added to those of the bends, and where
+they outweigh these the cell is halved in time. In a cell with one crossing at most, Newton's method
+finds its (s, t, τ).
 
 Boxes and plates are those of the last shape, taken wider by the way of its control points.
 """
