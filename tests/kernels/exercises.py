@@ -330,7 +330,7 @@ def deformed() -> None:
 
 
 def reshaped() -> None:
-    """Control points of a body that move, with and without friction."""
+    """Control points of a body that move, with friction, a thickness and neither."""
     slave = sheet()
     for body in (cg.Body([cg.shapes.bumpy_plate(waves=3)]), cg.Body([cg.shapes.sphere()])):
         control = body.net.points
@@ -342,6 +342,11 @@ def reshaped() -> None:
             for scale in (1.01, 1.02):
                 state = contact.step(state, near, control_points=scale * control, dt=0.1)
             contact.linearise(state)
+        thin = cg.Contact(body, slave, law=FOAM)
+        state = thin.start(far, control_points=control)
+        for depth in (0.05, 0.06):
+            points = slave.points + np.array([0.0, 0.0, top - depth])
+            state = thin.step(state, points, control_points=1.01 * control, dt=0.1)
 
 
 def _splines() -> None:
