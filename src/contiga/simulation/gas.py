@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.arrays.layout import locked
 from contiga.arrays.threads import run_ranges
 from contiga.contact.contact import Contact
 from contiga.contact.state import State
@@ -88,7 +89,7 @@ class Skin:
         corners, (starts, rows) = self._tables
         blocks, count = len(corners), len(self.rows)
         facets, areas = np.empty((blocks * LANES, AT_NODES)), np.empty((blocks, LANES))
-        volumes, points = np.empty(blocks), np.ascontiguousarray(points, np.float64)
+        volumes, points = np.empty(blocks), locked(np.ascontiguousarray(points, np.float64))
         by_block = points, corners, facets.reshape(blocks, LANES, AT_NODES), areas, volumes
         run_ranges(straight(measure_facets), blocks, BLOCKS, *by_block)
         gradient, stiffness = np.empty((count, 3)), np.empty(count)

@@ -234,7 +234,7 @@ class Sampling:
         k = int(np.searchsorted(rows, self.n_nodes))
         out = np.empty((len(rows), 3))
         out[:k] = nodal.take(rows[:k], axis=0)
-        nodal = np.ascontiguousarray(nodal, np.float64)
+        nodal = locked(np.ascontiguousarray(nodal, np.float64))
         for on, part in self._split(rows):
             some = np.ascontiguousarray(rows[part], np.int32)
             given = some, on.first, nodal, on.corners, on.shape, out[part]
