@@ -70,6 +70,21 @@ def test_a_shape_that_moves_stiffly_is_a_rigid_body(name: str, search: str, turn
     assert differ == 0
 
 
+def test_a_wall_that_holds_a_point_past_the_middle_turns_with_the_shape() -> None:
+    """The opposite wall is nearer, and would push it on: what tells so has to turn, too."""
+    body = brick()  # 1 by 2 by 3
+    point, rest = np.array([[-0.1, 1.0, 1.5]]), body.net.points
+    contact = cg.Contact(body, cg.Slave(point, area=[1.0]), law=cg.PenaltyLaw(1.0))
+    state = contact.start(point, control_points=rest)
+    for _ in range(8):
+        point = point + np.array([0.1, 0.0, 0.0])
+        state = contact.step(state, point, dt=1.0, control_points=rest)
+    for angle in np.linspace(0.0, np.pi, 40):
+        turn = Rotation.from_rotvec([0.0, 0.0, angle]).as_matrix().T
+        state = contact.step(state, point @ turn, dt=1.0, control_points=rest @ turn)
+        np.testing.assert_allclose(state.penetration, [0.7], rtol=0, atol=1e-12)
+
+
 @pytest.mark.parametrize("by", [1e-6, 1e6])
 def test_so_it_is_at_any_size(by: float) -> None:
     for name in ("ball", "bumps"):

@@ -97,6 +97,20 @@ def test_a_surface_that_comes_over_a_point_at_rest_is_crossed() -> None:
     assert back.tolist() == [-1, 0, 0]
 
 
+def test_a_plate_that_tips_crosses_the_points_at_rest_that_it_sweeps_over() -> None:
+    """Its middle stands, and it stays flat: only what its displacement differs tells of them."""
+    body = cg.Body([cg.shapes.plane(width=2.0, length=2.0)])
+    deformable, rest = deformable_of(body), body.net.points
+    tipped = rest + np.outer(0.5 * rest[:, 0], [0.0, 0.0, 1.0])
+    rng = np.random.default_rng(6)
+    still = rng.uniform([-0.99, -0.99, -0.6], [0.99, 0.99, 0.6], (500, 3))
+    hits, sense = deformable.at(tipped).last_crossings_from(deformable.at(rest), still, still)
+    x, _, z = still.T
+    passed = (z / x > 0.0) & (z / x < 0.5)
+    np.testing.assert_array_equal(sense, np.where(passed, np.sign(z), 0.0))
+    np.testing.assert_allclose(hits.fraction[passed], (2.0 * z / x)[passed], rtol=0, atol=1e-9)
+
+
 def test_a_path_that_is_not_finite_is_said_to_be() -> None:
     body = cg.Body([cg.shapes.plane(width=2.0, length=2.0)])
     surface = deformable_of(body).at(body.net.points)
