@@ -33,11 +33,13 @@ def breathing(step: Any = 0.01, **options: Any) -> cg.Simulation:
     )
 
 
-@pytest.mark.parametrize("friction", [None, cg.Coulomb(0.2, stiffness=5.0)])
-def test_the_ledger_counts_the_work_of_the_motion_to_second_order(friction: Any) -> None:
+@pytest.mark.parametrize(
+    "options", [{}, {"friction": cg.Coulomb(0.2, stiffness=5.0)}, {"shell_thickness": None}]
+)
+def test_the_ledger_counts_the_work_of_the_motion_to_second_order(options: dict[str, Any]) -> None:
     errors = []
     for step in (0.04, 0.02):
-        result = breathing(step, friction=friction).run()
+        result = breathing(step, **options).run()
         history = result.history
         came_in = history["energy.external"][-1]
         assert came_in > 0.1
