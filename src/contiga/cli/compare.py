@@ -36,7 +36,7 @@ def compare(
     from contiga.report.comparison import compare as compared
     from contiga.report.comparison_page import write_comparison
 
-    runs = [run for folder in folders for run in _runs_in(folder)]
+    runs = [run for folder in folders for run in runs_in(folder)]
     if not 2 <= len(runs) <= MOST:
         raise InputError(
             "runs to be compared",
@@ -53,7 +53,7 @@ def compare(
         print(f"page: {write_comparison(comparison, out)}")
 
 
-def _runs_in(folder: Path) -> list[Path]:
+def runs_in(folder: Path) -> list[Path]:
     """The folders of the cases of a study; a folder that is none of a study is a run's own."""
     from contiga.studies.folder import MANIFEST
     from contiga.studies.one_case import CASES
