@@ -27,7 +27,7 @@ def block_mesh(counts: tuple[int, int, int] = COUNTS) -> tuple[np.ndarray, np.nd
 
 
 def write_block(path: Path, counts: tuple[int, int, int] = COUNTS) -> None:
-    """Write the mesh in the format of the suffix of `path`, with `counts` hexahedra along its axes."""
+    """Write a mesh of `counts` hexahedra along its axes, in the format of the suffix of `path`."""
     import meshio
 
     points, hexahedra = block_mesh(counts)

@@ -103,7 +103,7 @@ def draw_panels(panels: Sequence[Panel], title: str, path: str | Path | None = N
         formats = figure.canvas.get_supported_filetypes()
         if suffix not in formats:
             raise InputError(
-                "the suffix says no format of a picture",
+                "the suffix is that of no format of a picture",
                 where=str(path),
                 found=f".{suffix}",
                 allowed=", ".join(f".{name}" for name in formats),
