@@ -65,7 +65,7 @@ def runs_in(folder: Path) -> list[Path]:
 
 def _lines(comparison: Comparison) -> Iterator[str]:
     """The essentials."""
-    from contiga.report.comparison_page import in_short, peaks_of
+    from contiga.report.comparison_page import criteria_with_units, in_short, peaks_of
     from contiga.report.style import number
 
     if len(comparison.runs) > 2:
@@ -85,7 +85,7 @@ def _lines(comparison: Comparison) -> Iterator[str]:
             time = f"{number(d.at)} {comparison.runs[0].units.time}".rstrip()
             when = f" at t = {time}" if d.largest > 0.0 else ""
             yield f"{name}: peak {told}, largest difference {share}{when}"
-    for name, values in comparison.criteria.items():
+    for name, values in criteria_with_units(comparison).items():
         yield f"{name} {' → '.join('–' if v is None else number(v) for v in values)}"
     for words, key in (("steps", "steps"), ("seconds", "total")):
         values = comparison.timings.get(key, (None,))
