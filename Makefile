@@ -77,6 +77,9 @@ run: $(if $(CASE),$(addprefix $(GENERATED)/,$(shell sed -n 's|.*"generated/\([a-
 $(GENERATED)/%.step: examples/make_%.py $(BIN)/.run-stamp
 	$(BIN)/python $< $@
 
+$(GENERATED)/%.csv: examples/make_%.py $(BIN)/.run-stamp
+	$(BIN)/python $< $@
+
 $(GENERATED)/%.vtu: examples/make_%.py $(BIN)/.run-stamp
 	$(BIN)/python $< $@
 

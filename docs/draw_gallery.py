@@ -15,6 +15,9 @@ from typing import Any, NamedTuple
 
 import contiga as cg
 from contiga.report import style
+from contiga.report.curve_picture import draw_curves
+from contiga.report.references import rated, references_of
+from contiga.report.run_folder import read_run
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "gallery.md"
@@ -36,6 +39,8 @@ class Entry(NamedTuple):
     """Of the history, to be drawn."""
     numbers: tuple[str, ...]
     """Columns of which the page tells the largest magnitude."""
+    over: str = "time"
+    """Channel that the columns are drawn over, with the tests that the case names."""
 
 
 ENTRIES = (
@@ -88,6 +93,13 @@ ENTRIES = (
         ("ceiling.angle", "elbow.angle", "eye.cone", "force"),
         ("force", "ceiling.fz"),
     ),
+    Entry(
+        "test_curve",
+        "15_test_curve.toml",
+        ("force",),
+        ("force", "head_cg.filtered_a"),
+        over="head.travel",
+    ),
     Entry("bonnet", "bonnet.toml", ("bonnet.force", "hard parts.force"), ("bonnet.force",)),
     Entry("spin", "gallery/spin.toml", ("ball.vx", "ball.wy"), ("force", "ball.wy")),
     Entry("hail", "gallery/hail.toml", ("ring.vz", "n_contact"), ("force", "ring.vz")),
@@ -137,17 +149,20 @@ def run(entry: Entry, folder: Path) -> list[tuple[str, str]]:
     missing = [c for c in (*entry.columns, *entry.numbers) if c not in result.history]
     if missing:
         raise SystemExit(f"{entry.name}: no columns {missing} in {list(result.history)}")
-    _curves(result, entry.columns, folder / "curves.png")
+    if entry.over == "time":
+        _curves(result, entry.columns, folder / "curves.png")
+    else:
+        draw_curves([folder], folder / "curves.png", x=entry.over, y=entry.columns)
     _beside(folder / "peak.png", folder / "curves.png", IMAGES / f"gallery_{entry.name}.png")
     return list(_numbers(result, entry))
 
 
 def _make_files(case: Path) -> None:
     """The CAD and the meshes of the examples that a case names, if they are not there."""
-    for name in re.findall(r'"generated/(\w+)\.\w+"', case.read_text(encoding="utf-8")):
-        script = ROOT / "examples" / f"make_{name}.py"
-        (target,) = re.findall(rf'"generated/({name}\.\w+)"', case.read_text(encoding="utf-8"))
+    text = case.read_text(encoding="utf-8")
+    for target in dict.fromkeys(re.findall(r'"generated/(\w+\.\w+)"', text)):
         file = ROOT / "examples" / "generated" / target
+        script = ROOT / "examples" / f"make_{file.stem}.py"
         if not file.is_file():
             subprocess.run([sys.executable, str(script), str(file)], check=True)
 
@@ -209,6 +224,11 @@ def _numbers(result: Any, entry: Entry) -> Any:
         for criterion, value in said["criteria"].items():
             text = f"{style.number(value['value'])} {value.get('unit', '')}"
             yield f"{criterion} of {sensor}", text.strip()
+    folder = read_run(result.out)
+    for test in (rated(folder, reference) for reference in references_of(folder)):
+        if test.rating is not None:
+            score = f"{test.rating.overall:.3f} ({test.rating.grade})"
+            yield f"rating of `{test.reference.channel}` by ISO/TS 18571", score
 
 
 def section(entry: Entry, numbers: list[tuple[str, str]]) -> str:

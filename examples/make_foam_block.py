@@ -15,22 +15,22 @@ COUNTS = (10, 10, 6)
 CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
 
 
-def block_mesh() -> tuple[np.ndarray, np.ndarray]:
-    """Points (847, 3) and hexahedra (600, 8), corners in the order of VTK."""
-    lines = [np.linspace(0.0, side, n + 1) for side, n in zip(SIDES, COUNTS, strict=True)]
+def block_mesh(counts: tuple[int, int, int] = COUNTS) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) and hexahedra (m, 8), corners in the order of VTK: 847 and 600 of COUNTS."""
+    lines = [np.linspace(0.0, side, n + 1) for side, n in zip(SIDES, counts, strict=True)]
     points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
     points[:, :2] -= 0.5 * np.array(SIDES[:2])
-    number = np.arange(len(points)).reshape([n + 1 for n in COUNTS])
-    nx, ny, nz = COUNTS
+    number = np.arange(len(points)).reshape([n + 1 for n in counts])
+    nx, ny, nz = counts
     corners = [number[a : a + nx, b : b + ny, c : c + nz].ravel() for a, b, c in CORNERS]
     return points, np.stack(corners, axis=1)
 
 
-def write_block(path: Path) -> None:
-    """Write the mesh in the format of the suffix of `path`."""
+def write_block(path: Path, counts: tuple[int, int, int] = COUNTS) -> None:
+    """Write a mesh of `counts` hexahedra along its axes, in the format of the suffix of `path`."""
     import meshio
 
-    points, hexahedra = block_mesh()
+    points, hexahedra = block_mesh(counts)
     path.parent.mkdir(parents=True, exist_ok=True)
     meshio.write_points_cells(path, points, [("hexahedron", hexahedra)])
 

@@ -279,7 +279,8 @@ def test_the_example_takes_the_head_up_with_its_energy_closed(tmp_path: Path) ->
     example = Path(make_foam_block.__file__).with_name("05_foam_block.toml")
     shutil.copy(example, tmp_path)
     case = cg.load_case(tmp_path / example.name, set={"time.end": 0.6})
-    history = cg.build(case).run().history
+    result = cg.build(case).run()
+    history = result.history
     head = 4540.0 * (6.7 + history["head.vz"][-1])
     impulse = np.sum(
         0.5 * (history["force_z"][1:] + history["force_z"][:-1]) * np.diff(history["time"])
@@ -287,3 +288,4 @@ def test_the_example_takes_the_head_up_with_its_energy_closed(tmp_path: Path) ->
     assert head == pytest.approx(-impulse, rel=1e-9)
     assert history["n_contact"].max() > 20
     assert np.abs(history["energy.error"]).max() < 1e-5 * history["energy.total"][0]
+    assert result.summary["depths"] == {"head-block": "head.travel"}

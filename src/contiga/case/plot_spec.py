@@ -120,7 +120,7 @@ class ReferenceSpec(Spec):
         measured = None
         if said:
             measured = _checked(_MeasuredFile, said, info)
-            data.setdefault("name", Path(measured.file).stem)
+            data.setdefault("name", Path(measured.file).name)
             data["points"] = _rows(measured, measured.file, kinds, info)
         data.setdefault("name", "test")
         if isinstance(data.get("corridor"), str):

@@ -137,6 +137,8 @@ def run(
         raise
     if not quiet:
         _print_result(result.summary, result.history, folder)
+        if loaded.reference and (folder / "report.html").is_file():
+            _print_ratings(folder)
 
 
 def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path) -> None:
@@ -171,6 +173,18 @@ def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path
         print(f"warning: {text}")
     page = folder / "report.html"
     print(f"report: {page}" if page.is_file() else f"output: {folder}")
+
+
+def _print_ratings(folder: Path) -> None:
+    """Print how signals over time are rated beside the tests that the case names."""
+    from contiga.report.references import rated, references_of
+    from contiga.report.run_folder import read_run
+
+    run = read_run(folder)
+    for test in (rated(run, one) for one in references_of(run) if one.x == "time"):
+        score = test.rating and f"{test.rating.overall:.3f}, {test.rating.grade}, by ISO/TS 18571"
+        said = f"rated {score}" if score else f"not rated: {test.why}"
+        print(f"{test.reference.channel} beside test {test.reference.name}: {said}")
 
 
 def _print_energy(summary: dict[str, Any]) -> None:

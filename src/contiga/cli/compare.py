@@ -36,7 +36,7 @@ def compare(
     from contiga.report.comparison import compare as compared
     from contiga.report.comparison_page import write_comparison
 
-    runs = [run for folder in folders for run in _runs_in(folder)]
+    runs = [run for folder in folders for run in runs_in(folder)]
     if not 2 <= len(runs) <= MOST:
         raise InputError(
             "runs to be compared",
@@ -53,7 +53,7 @@ def compare(
         print(f"page: {write_comparison(comparison, out)}")
 
 
-def _runs_in(folder: Path) -> list[Path]:
+def runs_in(folder: Path) -> list[Path]:
     """The folders of the cases of a study; a folder that is none of a study is a run's own."""
     from contiga.studies.folder import MANIFEST
     from contiga.studies.one_case import CASES
@@ -65,7 +65,7 @@ def _runs_in(folder: Path) -> list[Path]:
 
 def _lines(comparison: Comparison) -> Iterator[str]:
     """The essentials."""
-    from contiga.report.comparison_page import in_short, peaks_of
+    from contiga.report.comparison_page import criteria_with_units, in_short, peaks_of
     from contiga.report.style import number
 
     if len(comparison.runs) > 2:
@@ -85,7 +85,7 @@ def _lines(comparison: Comparison) -> Iterator[str]:
             time = f"{number(d.at)} {comparison.runs[0].units.time}".rstrip()
             when = f" at t = {time}" if d.largest > 0.0 else ""
             yield f"{name}: peak {told}, largest difference {share}{when}"
-    for name, values in comparison.criteria.items():
+    for name, values in criteria_with_units(comparison).items():
         yield f"{name} {' → '.join('–' if v is None else number(v) for v in values)}"
     for words, key in (("steps", "steps"), ("seconds", "total")):
         values = comparison.timings.get(key, (None,))

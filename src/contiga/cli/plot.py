@@ -10,7 +10,7 @@ import typer
 
 def plot(
     folders: Annotated[
-        list[Path], typer.Argument(metavar="DIR…", help="Output folders of runs, drawn together.")
+        list[Path], typer.Argument(metavar="DIR…", help="Output folders of runs or of a study.")
     ],
     out: Annotated[
         Path, typer.Option("-o", "--out", metavar="x.png|x.svg", help="Picture to write.")
@@ -28,10 +28,14 @@ def plot(
     ] = None,
 ) -> None:
     """Draw channels of runs over time or over each other, with the tests that the case names."""
+    from contiga.cli.compare import runs_in
     from contiga.errors import InputError
     from contiga.report.curve_picture import draw_curves
 
     if x is not None and not y:
         raise InputError("is missing: what is to be drawn over x", where="-y", allowed="a channel")
-    draw_curves(folders, out, x=x, y=y or ())
+    runs = [run for folder in folders for run in runs_in(folder)]
+    if not runs:
+        raise InputError("the study has no case that has run", where=str(folders[0]))
+    draw_curves(runs, out, x=x, y=y or ())
     print(f"picture: {out}")

@@ -73,7 +73,7 @@ def page_of(comparison: Comparison) -> str:
         f'<h1>{escape(title)}</h1><p class="under">in common {escape(span)}</p>',
         _runs(comparison),
         _section("Settings that differ", _settings(comparison)),
-        _section("Criteria", _values_table(comparison, _with_units(comparison))),
+        _section("Criteria", _values_table(comparison, criteria_with_units(comparison))),
         f"<h2>Curves</h2>{_curves(comparison)}",
         _section("Histories", _differences(comparison)),
         _section("Energy balance error", _values_table(comparison, _energies(comparison))),
@@ -201,8 +201,8 @@ def _ratings(comparison: Comparison, references: Sequence[Reference]) -> list[Ra
     ]
 
 
-def _with_units(comparison: Comparison) -> dict[str, Values]:
-    """Criteria by their names with units."""
+def criteria_with_units(comparison: Comparison) -> dict[str, Values]:
+    """Values of criteria in each run, by ``<sensor>: <criterion> [<unit>]``."""
     units = {
         f"{sensor}: {name}": str(found.get("unit") or "")
         for run in comparison.runs

@@ -16,8 +16,6 @@ from contiga.report.run_folder import Run
 from contiga.report.runs import Named
 from contiga.report.style import INK, LINES
 
-_OF_CONTACTS = (("max_penetration", "force"), ("strain", "max_pressure"))
-"""What is drawn of each contact that has both: abscissa and value."""
 _MOST = 6
 """Contacts at most whose curves are drawn without being asked for."""
 _BAND = "rgba(33,38,45,0.10)"
@@ -35,11 +33,12 @@ class Curve(NamedTuple):
 def curves_of(run: Run) -> list[Curve]:
     """Curves of a run: of its contacts, what its case asks for, and those of tests."""
     touched = [name for name, columns in run.contacts.items() if largest(columns.get("force"))]
-    curves = [
-        Curve(f"{contact}.{x}", (f"{contact}.{y}",))
-        for contact in touched[:_MOST]
-        for x, y in _OF_CONTACTS
-    ]
+    depths = run.told("depths")
+    curves = []
+    for contact in touched[:_MOST]:
+        depth = depths.get(contact, f"{contact}.max_penetration")
+        curves.append(Curve(depth, (f"{contact}.force",)))
+        curves.append(Curve(f"{contact}.strain", (f"{contact}.max_pressure",)))
     for table in run.case.get("plot") or []:
         y = table["y"]
         names = [y] if isinstance(y, str) else y

@@ -141,7 +141,8 @@ def rated(run: Run, reference: Reference, name: str = "") -> Rated:
     """Rate a run beside a test curve; why not is said where it cannot be."""
     moved = reference.moved(run)
     if reference.x != "time" or not run.units.time:
-        why = "ISO/TS 18571 rates signals over time, in units that are known"
+        why = "ISO/TS 18571 rates signals over time"
+        why += "" if reference.x != "time" else ", and the run does not name its unit of time"
         return Rated(moved, name, None, why)
     second = base_factor(run.units.time, "time")
     values = channel_of(run.history, run.summary, reference.channel).values
@@ -175,7 +176,8 @@ def ratings_table(ratings: Sequence[Rated], unit: str) -> str:
     parts += [f'<p class="caption">{said}</p>'] if rows else []
     without: dict[str, None] = dict.fromkeys(one.why for one in ratings if one.why)
     for why in without:
-        names = dict.fromkeys(one.reference.name for one in ratings if one.why == why)
-        told = f"No rating beside {', '.join(names)}: {why}."
+        missing = (one.reference for one in ratings if one.why == why)
+        names = dict.fromkeys(f"{one.channel} over {one.x} beside {one.name}" for one in missing)
+        told = f"No rating of {', '.join(names)}: {why}."
         parts.append(f'<p class="caption">{escape(told)}</p>')
     return "".join(parts)

@@ -126,6 +126,7 @@ def summarise(
         "joints": joint_summary(model),
         "gas": {name: {"slave": chamber.slave} for name, chamber in model.gas.items()},
         "layers": _layers(model),
+        "depths": _depths(model, history),
         "inputs": _inputs(model),
         "notes": _told(statuses, NOTED) + few + notes_on(model, history) + gone_on,
         "findings": [finding._asdict() for finding in findings],
@@ -167,6 +168,7 @@ def summary_so_far(
         "joints": joint_summary(model),
         "gas": {name: {"slave": chamber.slave} for name, chamber in model.gas.items()},
         "layers": _layers(model),
+        "depths": _depths(model, history),
         "inputs": _inputs(model),
         "notes": [],
         "findings": [],
@@ -188,6 +190,18 @@ def _layers(model: Model) -> dict[str, float]:
     """Thickness of the layer that a contact presses by a stress over strain, by contact."""
     found = {part.name: thickness_of(part.contact) for part in model.contacts}
     return {name: thickness for name, thickness in found.items() if thickness is not None}
+
+
+def _depths(model: Model, history: dict[str, FloatArray]) -> dict[str, str]:
+    """Channel that tells how deep a body goes into a slave that deforms, by contact.
+
+    The penetration of such a contact is what its own law gives way, far less than the slave does.
+    """
+    return {
+        part.name: f"{part.master}.travel"
+        for part in model.contacts
+        if part.slave in model.mechanism.joined and f"{part.master}.x" in history
+    }
 
 
 def _inputs(model: Model) -> dict[str, dict[str, Any]]:

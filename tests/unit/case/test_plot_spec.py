@@ -27,9 +27,9 @@ def test_a_test_is_read_into_the_case_in_its_units(tmp_path: Path) -> None:
     case = with_reference(tmp_path, 'file = "test.csv"\nchannel = "force"\ncorridor = 0.1\n')
     (reference,) = case.reference
     assert reference.points == [[0.0, 0.0], [2.0, 1.0]], "ms and kN"
-    assert (reference.name, reference.x, reference.shift) == ("test", "time", 0.0)
+    assert (reference.name, reference.x, reference.shift) == ("test.csv", "time", 0.0)
     told = dict(describe(case))
-    assert told["test test"] == "force over time, 2 points, 0 to 2, corridor of 10 %"
+    assert told["test test.csv"] == "force over time, 2 points, 0 to 2, corridor of 10 %"
     again = parse_case(resolved_toml(case))
     assert again.reference == case.reference, "and needs its file no more"
 

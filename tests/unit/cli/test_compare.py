@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,18 @@ def test_two_runs_are_set_beside_each_other(command: Command, case: Path, tmp_pa
     assert code == 0
     assert "the cases say the same" in out
     assert "largest difference none" in out
+
+
+def test_criteria_have_their_units(command: Command, case: Path, tmp_path: Path) -> None:
+    case.write_text(case.read_text(encoding="utf-8") + NO_REPORT, encoding="utf-8")
+    command("run", case, "-o", tmp_path / "a", "--quiet")
+    file = tmp_path / "a" / "summary.json"
+    found = {"value": 19.5, "unit": "g", "start": 0.0, "end": 3.0}
+    sensors = {"cg": {"criteria": {"3ms": found}}}
+    summary = json.loads(file.read_text(encoding="utf-8")) | {"sensors": sensors}
+    file.write_text(json.dumps(summary), encoding="utf-8")
+    _, out, _ = command("compare", tmp_path / "a", tmp_path / "a")
+    assert "cg: 3ms [g] 19.5 → 19.5" in out.splitlines()
 
 
 @pytest.mark.parametrize("name", ["nowhere", "empty"])

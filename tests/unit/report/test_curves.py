@@ -46,6 +46,14 @@ def test_without_a_layer_there_is_no_strain(tmp_path: Path) -> None:
     assert curves_of(run) == [DEPTH]
 
 
+def test_force_is_over_the_way_of_the_body_where_the_slave_deforms(tmp_path: Path) -> None:
+    path = foam(tmp_path / "a")
+    summary = json.loads((path / "summary.json").read_text(encoding="utf-8"))
+    summary |= {"layers": {}, "depths": {"head-pad": "cg.travel"}}
+    (path / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
+    assert curves_of(read_run(path)) == [Curve("cg.travel", (FORCE,))]
+
+
 def test_a_case_asks_for_more(tmp_path: Path) -> None:
     path = foam(tmp_path / "a")
     more = '[[plot]]\nx = "cg.travel"\ny = ["force", "force_x"]\n[[plot]]\ny = "cg.x"\n'

@@ -157,7 +157,7 @@ def test_page_of_a_run_with_regions_lets_choose_what_is_shown(tmp_path: Path) ->
     text = (tmp_path / "two" / "report.html").read_text(encoding="utf-8")
     for name in ("penetration", "pressure", "cluster"):
         assert f'data-field="{name}"' in text
-    assert re.search(r"All \d+ recorded steps can be shown", text)
+    assert re.search(r"It shows all \d+ recorded steps", text)
     assert 'aria-label="Recorded step"' in text
     assert "Colour is pressure [MPa]; lines go around the regions of contact." in text
     assert '"cluster 0"' in text

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,10 @@ from contiga.records import FloatArray
 
 if TYPE_CHECKING:
     from contiga.io.out.shown_figure import ShownFigure
+
+
+_INSIDE = 4
+"""Lines whose legend has room inside the axes; that of more is beside them."""
 
 
 class Line(NamedTuple):
@@ -64,7 +68,8 @@ def draw_panels(panels: Sequence[Panel], title: str, path: str | Path | None = N
     from contiga.io.out.shown_figure import ShownFigure
 
     rows, across = max(1, (len(panels) + 1) // 2), min(2, max(1, len(panels)))
-    size = (4.6 * across, 0.5 + 2.5 * rows)
+    beside = any(panel.legend and len(panel.lines) > _INSIDE for panel in panels)
+    size = ((4.6 + 1.6 * beside) * across, 0.5 + 2.5 * rows)
     figure = ShownFigure(figsize=size, layout="constrained", facecolor="white")
     for k, panel in enumerate(panels):
         axes = figure.add_subplot(rows, across, k + 1)
@@ -87,7 +92,10 @@ def draw_panels(panels: Sequence[Panel], title: str, path: str | Path | None = N
         axes.spines[["left", "bottom"]].set_color(GRID)
         axes.margins(x=0.0)
         if panel.legend:
-            axes.legend(frameon=False, fontsize=8, labelcolor=INK)
+            look: dict[str, Any] = {"frameon": False, "fontsize": 8, "labelcolor": INK}
+            if len(panel.lines) > _INSIDE:
+                look |= {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
+            axes.legend(**look)
     if title:
         figure.suptitle(title, color=INK, fontsize=11, x=0.02, ha="left")
     if path is not None:
