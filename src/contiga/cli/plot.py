@@ -20,11 +20,12 @@ def plot(
         typer.Option(
             "-y",
             metavar="CHANNEL",
-            help="What is drawn, such as head_cg.a; as in the report if left out. Repeatable.",
+            help="Channel to draw, once for each; the curves of the report if left out.",
         ),
     ] = None,
     x: Annotated[
-        str | None, typer.Option("-x", metavar="CHANNEL", help="Over what; time if left out.")
+        str | None,
+        typer.Option("-x", metavar="CHANNEL", help="Channel of the abscissa; time if left out."),
     ] = None,
 ) -> None:
     """Draw channels of runs over time or over each other, with the tests that the case names."""
@@ -32,6 +33,6 @@ def plot(
     from contiga.report.curve_picture import draw_curves
 
     if x is not None and not y:
-        raise InputError("is missing: what is to be drawn over x", where="-y", allowed="a channel")
+        raise InputError("-x needs a channel to draw over it", where="-y", allowed="a channel")
     draw_curves(folders, out, x=x, y=y or ())
     print(f"picture: {out}")

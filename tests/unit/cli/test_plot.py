@@ -39,3 +39,13 @@ def test_a_run_is_drawn_with_the_test_that_its_case_names(
     code, out, err = command("pack", tmp_path / "a")
     assert code == 2
     assert "report.html is missing" in one_message(err)
+
+
+def test_a_zip_has_the_whole_name_of_its_folder(command: Command, tmp_path: Path) -> None:
+    folder = tmp_path / "out_0.5"
+    folder.mkdir()
+    (folder / "report.html").write_text("a page", encoding="utf-8")
+    code, out, _ = command("pack", folder)
+    assert code == 0
+    assert out.startswith(str(tmp_path / "out_0.5.zip"))
+    assert [path.name for path in tmp_path.glob("*.zip")] == ["out_0.5.zip"]

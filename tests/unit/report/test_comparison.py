@@ -168,7 +168,7 @@ def test_many_runs_are_held_against_the_first(tmp_path: Path) -> None:
     assert (force.largest, force.at) == (2.0, 2.0)
     assert result.criteria == {"cg: HIC15": (100.0, 150.0, 50.0)}
     page = page_of(result)
-    for text in ("3 runs", "Peak of r2", "Farthest from r0", "head-pad.force [N]"):
+    for text in ("3 runs", "Peak of r2", "Largest difference from r0", "head-pad.force [N]"):
         assert text in page
     assert ">Change</th>" not in page
 
