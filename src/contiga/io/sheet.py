@@ -80,7 +80,7 @@ class Sheet:
         return f"{self.path}:{self.line}"
 
     def with_row_of_units(self) -> Sheet:
-        """Return the table with units from its first row if that has no number, and no head a unit."""
+        """Return the table with units from its first row if that is text and no head has a unit."""
         first = next(self.rows, None)
         if first is None:
             return self
