@@ -46,6 +46,8 @@ _PANELS = {
 """Columns that are drawn over time, and the labels of their axes."""
 _MAX_CHARACTERS = 60
 """Length at which the value of a setting is cut."""
+_MAX_UPRIGHT = 8
+"""Largest number of runs whose tables fit an upright page of paper."""
 _MAX_NAMED = 3
 """Largest number of runs that each figure names; the list at the head of the page names more."""
 
@@ -84,7 +86,10 @@ def page_of(comparison: Comparison) -> str:
         _section("Energy balance error", _values_table(comparison, _energies(comparison))),
         _section("Time taken", _timings(comparison)),
     ]
-    return styled(title, "\n".join(parts), script=plotly_script())
+    text = "\n".join(parts)
+    if len(comparison.runs) > _MAX_UPRIGHT:
+        text = f'<div class="many">{text}</div>'
+    return styled(title, text, script=plotly_script())
 
 
 def _runs(comparison: Comparison) -> str:
