@@ -42,9 +42,9 @@ def compare(
     runs = [run for folder in folders for run in _runs_in(folder)]
     if not 2 <= len(runs) <= MAX_RUNS:
         raise InputError(
-            "a comparison needs two runs or more, and not too many",
+            "the wrong number of runs",
             where="DIR",
-            found=f"{len(runs)} runs",
+            found=len(runs),
             allowed=f"2 to {MAX_RUNS}",
             remedy=f"Name the cases to compare, such as {runs[0]}"
             if len(runs) > MAX_RUNS

@@ -33,6 +33,8 @@ def plot(
     from contiga.report.curve_picture import draw_curves
 
     if x is not None and not y:
-        raise InputError("-x needs a channel to draw over it", where="-y", allowed="a channel")
+        raise InputError(
+            "is missing, and -x needs a channel to draw over it", where="-y", allowed="a channel"
+        )
     draw_curves(folders, out, x=x, y=y or ())
     print(f"picture: {out}")

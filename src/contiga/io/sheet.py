@@ -296,7 +296,7 @@ def read_sheet(
     return Sheet(path, first.line, heads, mark, _fitting(path, rows, len(heads), mark))
 
 
-def check_times(times: FloatArray, lines: Sequence[int], path: Path) -> None:
+def check_times(times: FloatArray, lines: Sequence[int], path: str | Path) -> None:
     """Refuse times (n,) that do not increase; `lines` (n,) are their lines in the file.
 
     Raises

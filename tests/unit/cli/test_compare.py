@@ -44,7 +44,7 @@ def test_a_wrong_number_of_runs_and_a_page_that_is_none_are_refused(
 ) -> None:
     code, _, err = command("compare", tmp_path)
     assert code == 2
-    assert "DIR: a comparison needs two runs or more" in one_message(err)
+    assert "DIR: the wrong number of runs; found 1; allowed: 2 to 20" in one_message(err)
     code, out, err = command("compare", tmp_path, tmp_path, "-o", tmp_path / "p.png")
     assert (code, out) == (2, "")
     assert "p.png: the file has another suffix than its format" in one_message(err)
