@@ -80,7 +80,7 @@ def test_what_cannot_be_drawn_is_refused_and_nothing_is_written(tmp_path: Path) 
     foam(tmp_path / "a")
     with pytest.raises(InputError, match=r"y: .*no such channel; found 'forse'.*Did you mean"):
         draw_curves([tmp_path / "a"], tmp_path / "x.png", y=["forse"])
-    with pytest.raises(InputError, match="no picture format"):
+    with pytest.raises(InputError, match="no format of pictures"):
         draw_curves([tmp_path / "a"], tmp_path / "x.foo", y=["force"])
     with pytest.raises(OutputError):
         draw_curves([tmp_path / "a"], tmp_path / "none" / "x.png", y=["force"])

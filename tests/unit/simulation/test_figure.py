@@ -102,7 +102,7 @@ def test_the_picture_is_written_in_the_format_of_its_suffix(tmp_path: Path, suff
 def test_what_cannot_be_drawn_or_written_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"no such column; found 'a.forse'.*Did you mean a.force"):
         plot_history("a test", HISTORY, SUMMARY, ["a.forse"])
-    with pytest.raises(InputError, match=r"no picture format has this suffix; found '.foo'"):
+    with pytest.raises(InputError, match=r"no format of pictures has this suffix; found '.foo'"):
         plot_history("a test", HISTORY, SUMMARY, path=tmp_path / "picture.foo")
     with pytest.raises(OutputError):
         plot_history("a test", HISTORY, SUMMARY, path=tmp_path / "none" / "picture.png")

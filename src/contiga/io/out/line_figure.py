@@ -98,7 +98,7 @@ def draw_panels(panels: Sequence[Panel], title: str, path: str | Path | None = N
         formats = figure.canvas.get_supported_filetypes()
         if suffix not in formats:
             raise InputError(
-                "no picture format has this suffix",
+                "no format of pictures has this suffix",
                 where=str(path),
                 found=f".{suffix}",
                 allowed=", ".join(f".{name}" for name in formats),
