@@ -29,7 +29,7 @@ class PathSpec(Spec):
 
 
 class BeltEndSpec(WebbingSpec[BeltEnd]):
-    """`start` and `end`: webbing between an anchor and the first nodes of a belt: `BeltEnd`."""
+    """`start` or `end`: webbing between an anchor and the nodes of a belt, a `BeltEnd`."""
 
     makes = BeltEnd
     length: Positive

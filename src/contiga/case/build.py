@@ -305,8 +305,7 @@ def _belts(
 def _at_start(
     case: Case, made: Mapping[str, Master | Slave], motions: Mapping[str, BodyMotion]
 ) -> dict[str, Master]:
-    """The bodies where their motions, or those of what they are attached to, have them at the
-    start."""
+    """Return the bodies where their motions, or those of their carriers, have them at the start."""
     specs = {spec.name: (spec, f"body[{i}].motion") for i, spec in enumerate(case.body)}
     bodies = {}
     for name, body in made.items():

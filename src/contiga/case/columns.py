@@ -38,7 +38,7 @@ _OF_SYSTEM = (
 
 
 class Tables(Protocol):
-    """What of a `Case` its columns depend on; a case checks its own by them."""
+    """The tables of a `Case` that its columns depend on."""
 
     @property
     def body(self) -> Sequence[Any]:
@@ -120,7 +120,7 @@ def columns_of_case(case: Tables) -> list[str]:
 
 
 def channels_of_case(case: Tables) -> set[str]:
-    """Channels that a run can be plotted and compared by: columns, and what follows from them."""
+    """Return the channels of a run of the case: its columns, and those derived from them."""
     contacts = [contact.title for contact in case.contact]
     laws = ((contact.title, contact.law) for contact in case.contact)
     layers = [title for title, law in laws if law is not None and law.kind == "stress"]

@@ -202,7 +202,7 @@ class GasSpec(Spec):
         )
 
     def awaited(self) -> Iterator[tuple[str, str]]:
-        """Keys of triggers, and names of the sensors there."""
+        """Yield the keys of triggers, and the names of their sensors."""
         triggers = [(f"inflator[{k}]", one.trigger) for k, one in enumerate(self.inflator)]
         triggers += [(f"vent[{k}]", one.trigger) for k, one in enumerate(self.vent)]
         return ((f"{key}.trigger", name) for key, name in triggers if name is not None)

@@ -1,4 +1,4 @@
-"""What is drawn of a run beside its standard figures: `[[plot]]` and `[[reference]]` tables."""
+"""The `plot` and `reference` tables of a case: figures of channels, and curves of tests."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _time_or_onset(value: Any) -> Any:
 def _share_or_rows(value: Any) -> Any:
     if not isinstance(value, list) and not (is_number(value) and value > 0.0):
         raise CaseError(
-            "must be a share or a file",
+            "must be a fraction of the greatest magnitude, or a file",
             found=value,
             allowed='a number above 0, such as 0.1, or "corridor.csv"',
         )
@@ -44,10 +44,12 @@ def _share_or_rows(value: Any) -> Any:
 
 
 class PlotSpec(Spec):
-    """A `[[plot]]`: channels over another."""
+    """A `[[plot]]`: a figure of channels over another channel."""
 
     x: str = "time"
+    """Channel of the abscissa."""
     y: str | Annotated[list[str], Field(min_length=1)]
+    """Channels to draw, of one unit."""
 
     @property
     def channels(self) -> list[str]:
@@ -60,21 +62,21 @@ class PlotSpec(Spec):
 
 
 class _MeasuredFile(Spec):
-    """Keys of a `[[reference]]` that say where its curve is."""
+    """Keys of a `[[reference]]` that tell the place of its curve."""
 
     file: ExistingFile
     columns: list[str] | None = None
-    """Of a csv file: abscissa and value."""
+    """Columns of the abscissa and the value in a csv file."""
     code: str | None = None
-    """Of a channel of an ISO-MME test, or how it begins."""
+    """Code of the channel of an ISO-MME test, or its first characters."""
     unit: str | None = None
-    """Of the values, where the file does not say it."""
+    """Unit of the values, where the file does not give it."""
     x_unit: str | None = None
-    """Of the abscissa, where the file does not say it."""
+    """Unit of the abscissa, where the file does not give it."""
 
 
 class _CorridorFile(Spec):
-    """A second file in place of a share."""
+    """A corridor that is a file in place of a fraction."""
 
     corridor: ExistingFile
 
@@ -82,25 +84,26 @@ class _CorridorFile(Spec):
 class ReferenceSpec(Spec):
     """A `[[reference]]`: the curve of a test, to be drawn beside a channel of the run.
 
-    A file is read when the case is: from then on the case has its points, in its own units.
+    The file is read with the case, which then has the points in its own units.
     """
 
     channel: str
+    """Channel of the run that was measured."""
     x: str = "time"
-    """What it is over."""
+    """Channel of the abscissa."""
     name: str
-    """What it is called; the file's name if omitted."""
+    """Name of the curve; that of its file if omitted."""
     points: Annotated[list[Row], Field(min_length=2)]
     """[x, value] in the units of the case."""
     shift: Annotated[float | str, BeforeValidator(_time_or_onset)] = 0.0
-    """Added to the abscissa; "onset" has both begin at one time."""
+    """Shift of the abscissa; "onset" moves the onset of the test to that of the run."""
     corridor: Annotated[float | list[BandRow], BeforeValidator(_share_or_rows)] | None = None
-    """Half the width of a band about the curve, a share of its greatest magnitude; or
-    [x, lower, upper], shifted with the curve."""
+    """Half the width of a band about the curve as a fraction of its greatest magnitude, or rows
+    [x, lower, upper], which are shifted with the curve."""
 
     @classmethod
     def known_keys(cls, data: dict[str, Any]) -> list[str]:
-        """Keys of the table, and of the file that stands in place of points."""
+        """Return the keys of the table, and those of a file in place of points."""
         return list(dict.fromkeys([*_MeasuredFile.model_fields, *super().known_keys(data)]))
 
     @model_validator(mode="before")
@@ -115,7 +118,8 @@ class ReferenceSpec(Spec):
             raise CaseError("must have exactly one of the keys file or points")
         if "file" not in said and said:
             raise CaseError(
-                "only a file has it: points are in the units of the case", where=next(iter(said))
+                "is a key of a file, and points are in the units of the case",
+                where=next(iter(said)),
             )
         measured = None
         if said:
@@ -149,7 +153,7 @@ class ReferenceSpec(Spec):
     def describe(self) -> str:
         """Say it in words."""
         span = f"{self.points[0][0]:g} to {self.points[-1][0]:g}"
-        moved = ", onset at that of the run" if self.shift == "onset" else ""
+        moved = ", shifted to the onset of the run" if self.shift == "onset" else ""
         if is_number(self.shift) and self.shift:
             moved = f", shifted by {self.shift:g}"
         band = ""
@@ -159,7 +163,7 @@ class ReferenceSpec(Spec):
         return f"{self.channel} over {self.x}, {len(self.points)} points, {span}{moved}{band}"
 
     def check_overlap(self, start: float, end: float) -> None:
-        """Refuse a curve over time that has none in common with a run from `start` to `end`."""
+        """Refuse a curve over time that has no time in common with a run from `start` to `end`."""
         if self.x != "time" or not is_number(self.shift):
             return
         first, last = (row[0] + float(self.shift) for row in (self.points[0], self.points[-1]))
@@ -168,20 +172,20 @@ class ReferenceSpec(Spec):
                 "has no time in common with the run",
                 where="shift" if self.shift else "points",
                 found=f"{first:g} to {last:g}",
-                allowed=f"some of {start:g} to {end:g}",
-                remedy='shift = "onset" has both begin at one time',
+                allowed=f"times from {start:g} to {end:g}",
+                remedy='Set shift = "onset" to have both begin at one time',
             )
 
 
 def _kind_of(data: dict[str, Any], key: str, default: str | None = None) -> Quantity:
-    """The quantity of a channel that a table names."""
+    """Return the quantity of the channel that a table names."""
     if key not in data and default is None:
         raise CaseError("is missing", where=key, allowed="the channel of the run that was measured")
     name = data.get(key, default)
     kind = known_kind(name) if isinstance(name, str) else None
     if kind is None:
         raise CaseError(
-            "is no channel of a run",
+            "is not a channel of a run",
             where=key,
             found=name,
             allowed="a column of the history, such as head_cg.a; or the travel of a sensor",
@@ -219,7 +223,7 @@ def check_channel(where: str, name: str, channels: Iterable[str]) -> None:
 
 
 def check_kinds(where: str, names: list[str]) -> None:
-    """Refuse channels of different units in one figure."""
+    """Refuse channels of different quantities in one figure."""
     kinds = {kind for name in names if (kind := known_kind(name)) is not None}
     if len(kinds) > 1:
         raise CaseError(

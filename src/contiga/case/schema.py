@@ -347,7 +347,7 @@ class Case(Spec):
         yield from (partial(self._check_body, i) for i in range(len(self.body)))
 
     def _awaited(self) -> Iterator[tuple[str, str]]:
-        """Keys of what waits for sensors, and the names of these."""
+        """Yield the keys of triggers, and the names of their sensors."""
         keys = {"retractor": "retractor.lock"}
         for i, spring in enumerate(self.spring):
             for device, name in spring.made.devices.triggers.items():

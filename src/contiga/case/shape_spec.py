@@ -69,7 +69,7 @@ def _arrays_of(file: str) -> tuple[FloatArray, FloatArray]:
     for name, array in zip(ARRAYS, found, strict=True):
         if array.dtype.kind not in "iuf":
             raise FileError(
-                f"its array {name!r} is of no numbers",
+                f"the array {name!r} must hold numbers",
                 where=file,
                 found=array.dtype,
                 allowed=wanted,

@@ -1,5 +1,4 @@
-"""The `spring` tables of a case: springs and dampers between bodies, or to the ground; and what
-they have in common with the webbing at the ends of belts."""
+"""The `spring` tables of a case, and the keys that they share with the webbing of belt ends."""
 
 from __future__ import annotations
 
@@ -40,7 +39,7 @@ class WebbingSpec(MadeSpec[Made], Generic[Made]):
         return with_characteristics(super().arguments()) | {"release": release}
 
     def facts(self) -> list[str]:
-        """Say in words what is given."""
+        """Return the given keys in words."""
         given = [
             f"{name} {curve.describe()}"
             for name, curve in (("curve", self.curve), ("unloading", self.unloading))
@@ -71,7 +70,7 @@ class SpringSpec(WebbingSpec[Spring]):
     """At rest; the distance of the points at the start if omitted."""
 
     def arguments(self) -> dict[str, Any]:
-        """As `Spring` takes them."""
+        """Return the arguments that `Spring` takes."""
         return super().arguments() | {"name": self.name or ""}
 
     def describe(self) -> str:

@@ -1,4 +1,4 @@
-"""``contiga compare DIR DIR …``: runs beside each other."""
+"""``contiga compare DIR DIR …``: a comparison of runs."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from contiga.io.out.stored import SUMMARY
 if TYPE_CHECKING:
     from contiga.report.comparison import Comparison
 
-_MOST = 12
-"""Settings printed at most."""
+_MAX_SETTINGS = 12
+"""Largest number of settings that are printed."""
 _TELLING = ("force", "max_penetration", "a", "filtered_a", "total", "error")
-"""Columns printed, of whatever has them."""
+"""Columns that are printed, of each contact, sensor and the system."""
 
 
 def compare(
@@ -31,19 +31,23 @@ def compare(
         Path | None, typer.Option("-o", "--out", help="Page to write: .html, reads offline.")
     ] = None,
 ) -> None:
-    """Set runs beside each other: settings, histories, peaks, criteria, energies, times."""
-    from contiga.report.comparison import MOST
+    """Compare runs: settings, histories, peaks, criteria, energies, times."""
+    from contiga.io.out.files import check_suffix
+    from contiga.report.comparison import MAX_RUNS
     from contiga.report.comparison import compare as compared
     from contiga.report.comparison_page import write_comparison
 
+    if out is not None:
+        check_suffix(out, ".html")
     runs = [run for folder in folders for run in runs_in(folder)]
-    if not 2 <= len(runs) <= MOST:
+    if not 2 <= len(runs) <= MAX_RUNS:
         raise InputError(
-            "runs to be compared",
+            "the wrong number of runs",
+            where="DIR",
             found=len(runs),
-            allowed=f"2 to {MOST}",
-            remedy=f"Name the cases that are meant, such as {runs[0]}"
-            if len(runs) > MOST
+            allowed=f"2 to {MAX_RUNS}",
+            remedy=f"Name the cases to compare, such as {runs[0]}"
+            if len(runs) > MAX_RUNS
             else None,
         )
     comparison = compared(*runs)
@@ -54,7 +58,7 @@ def compare(
 
 
 def runs_in(folder: Path) -> list[Path]:
-    """The folders of the cases of a study; a folder that is none of a study is a run's own."""
+    """Return the folders of the cases of a study, or the folder itself if it is not of a study."""
     from contiga.studies.folder import MANIFEST
     from contiga.studies.one_case import CASES
 
@@ -64,19 +68,19 @@ def runs_in(folder: Path) -> list[Path]:
 
 
 def _lines(comparison: Comparison) -> Iterator[str]:
-    """The essentials."""
+    """Yield the lines to print: settings, peaks and differences, criteria, steps, seconds."""
     from contiga.report.comparison_page import criteria_with_units, in_short, peaks_of
     from contiga.report.style import number
 
     if len(comparison.runs) > 2:
         yield f"runs: {' → '.join(comparison.names)}"
-    first_settings = list(comparison.settings.items())[:_MOST]
+    first_settings = list(comparison.settings.items())[:_MAX_SETTINGS]
     for key, values in first_settings:
         yield f"{key}: {' → '.join(map(in_short, values))}"
     if len(comparison.settings) > len(first_settings):
         yield f"and {len(comparison.settings) - len(first_settings)} more settings"
     if not comparison.settings:
-        yield "the cases say the same"
+        yield "no setting differs"
     for name, d in comparison.differences.items():
         if name.rpartition(".")[2] in _TELLING and name not in comparison.noise:
             share = f"{100.0 * d.relative:.3g} %" if d.largest > 0.0 else "none"
@@ -86,7 +90,7 @@ def _lines(comparison: Comparison) -> Iterator[str]:
             when = f" at t = {time}" if d.largest > 0.0 else ""
             yield f"{name}: peak {told}, largest difference {share}{when}"
     for name, values in criteria_with_units(comparison).items():
-        yield f"{name} {' → '.join('–' if v is None else number(v) for v in values)}"
+        yield f"{name}: {' → '.join('–' if v is None else number(v) for v in values)}"
     for words, key in (("steps", "steps"), ("seconds", "total")):
         values = comparison.timings.get(key, (None,))
         if None not in values:

@@ -1,4 +1,4 @@
-"""``contiga film OUT``: the recorded steps of a run as a film."""
+"""``contiga film DIR``: the recorded steps of a run as a film."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from contiga.running.progress import progress_bar
 
 
 def film(
-    folder: Annotated[Path, typer.Argument(metavar="OUT", help="Output folder of a run.")],
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Output folder of a run.")],
     out: Annotated[
         Path | None,
-        typer.Option("-o", "--out", help="Film to write, .mp4 or .gif; OUT/film.mp4 if left out."),
+        typer.Option("-o", "--out", help="Film to write, .mp4 or .gif; DIR/film.mp4 if left out."),
     ] = None,
     seconds: Annotated[
-        float, typer.Option("--seconds", metavar="S", help="Length of the film.")
+        float, typer.Option("--seconds", metavar="S", help="Length of the film, seconds.")
     ] = 6.0,
     quiet: Quiet = False,
 ) -> None:

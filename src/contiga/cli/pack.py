@@ -17,12 +17,13 @@ def pack(
         typer.Option("-o", "--out", metavar="x.zip", help="File to write; DIR.zip if left out."),
     ] = None,
     fields: Annotated[
-        bool, typer.Option("--fields", help="Take the fields of ParaView, too.")
+        bool, typer.Option("--fields", help="Include the fields for ParaView, too.")
     ] = False,
 ) -> None:
-    """Put the pages and numbers of a run or a study into one zip file, to be opened offline."""
+    """Put the pages and numbers of a run or a study into one zip file, which reads offline."""
     from contiga.report.pack import pack as packed
 
-    path = out if out is not None else folder.resolve().with_suffix(".zip")
+    whole = folder.resolve()
+    path = out if out is not None else whole.with_name(f"{whole.name}.zip")
     count = packed(folder, path, fields=fields)
     print(f"{path}: {count} files, {path.stat().st_size / 1e6:.3g} MB")

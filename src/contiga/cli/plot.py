@@ -20,11 +20,12 @@ def plot(
         typer.Option(
             "-y",
             metavar="CHANNEL",
-            help="What is drawn, such as head_cg.a; as in the report if left out. Repeatable.",
+            help="Channel to draw, once for each; the curves of the report if left out.",
         ),
     ] = None,
     x: Annotated[
-        str | None, typer.Option("-x", metavar="CHANNEL", help="Over what; time if left out.")
+        str | None,
+        typer.Option("-x", metavar="CHANNEL", help="Channel of the abscissa; time if left out."),
     ] = None,
 ) -> None:
     """Draw channels of runs over time or over each other, with the tests that the case names."""

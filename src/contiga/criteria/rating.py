@@ -1,7 +1,7 @@
-"""Objective rating of a signal beside that of a test, by ISO/TS 18571.
+"""Objective rating of a signal against that of a test, by ISO/TS 18571.
 
-The package objective-rating-metrics (Vehicle Safety Institute, TU Graz) does the rating: corridor,
-phase, magnitude by dynamic time warping, and slope.
+The package objective-rating-metrics (Vehicle Safety Institute, TU Graz) computes the scores of
+corridor, phase, magnitude (by dynamic time warping) and slope.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from contiga.criteria.samples import checked_signal
 from contiga.errors import InputError
 from contiga.extras import require
 
-RATE = 10_000.0
-"""Samples a second that the standard asks for."""
-FEWEST = 10
-"""Samples that a slope averaged over nine of them needs."""
-MOST = 5000
-"""Samples at most: the warping of magnitudes takes the square of their number in memory."""
+SAMPLE_RATE = 10_000.0
+"""Sample rate of the standard, 1/s."""
+MIN_SAMPLES = 10
+"""Smallest number of samples: the slope is averaged over nine of them."""
+MAX_SAMPLES = 5000
+"""Largest number of samples: dynamic time warping takes the square of it in memory."""
 _GRADES = ((0.94, "excellent"), (0.80, "good"), (0.58, "fair"))
 
 
@@ -28,13 +28,13 @@ class Rating(NamedTuple):
     """Scores from 0 (nothing alike) to 1 (the same)."""
 
     corridor: float
-    """Share of the time spent in a band about the test, graded between an inner and an outer."""
+    """Mean score in corridors about the test: 1 inside the inner, 0 outside the outer one."""
     phase: float
-    """Falls with the shift in time that makes both most alike."""
+    """Score of the time shift with the largest cross-correlation."""
     magnitude: float
-    """Falls with the difference of the shifted and warped signals."""
+    """Score of the difference of the shifted and warped signals."""
     slope: float
-    """Falls with the difference of their derivatives."""
+    """Score of the difference of the derivatives of the shifted signals."""
     overall: float
     """0.4 corridor + 0.2 phase + 0.2 magnitude + 0.2 slope."""
 
@@ -47,10 +47,10 @@ class Rating(NamedTuple):
 def iso18571(
     reference: ArrayLike, signal: ArrayLike, t_s: ArrayLike, t_reference_s: ArrayLike | None = None
 ) -> Rating:
-    """Rate a signal beside that of a test, by ISO/TS 18571.
+    """Rate a signal against that of a test, by ISO/TS 18571.
 
-    Both are interpolated linearly to 10 kHz over the time that they have in common. Choose that so
-    that it holds what is to be rated, and filter both alike before.
+    Both are interpolated linearly to 10 kHz over their common time. Give the times that are to be
+    rated only, and signals of the same filter.
 
     Parameters
     ----------
@@ -59,11 +59,16 @@ def iso18571(
     t_s : (n,) times of the signal, seconds
     t_reference_s : (m,) times of the test, seconds; those of the signal if omitted
 
+    Returns
+    -------
+    Rating
+        Scores from 0 to 1.
+
     Raises
     ------
     InputError
-        Times that do not rise, values that are not finite, less than 1 ms or more than 0.5 s in
-        common, or a signal that is the same all the time.
+        Times that do not rise, values that are not finite, a common time below 1 ms or above 0.5 s,
+        or a constant signal.
     MissingPackageError
         objective-rating-metrics is not installed.
     """
@@ -72,25 +77,23 @@ def iso18571(
     values, times = checked_signal(signal, t_s, where, ("signal", "t_s"))
     test, test_times = checked_signal(reference, own, where, ("reference", "t_reference_s"))
     start, end = max(times[0], test_times[0]), min(times[-1], test_times[-1])
-    count = int(np.floor((end - start) * RATE + 1e-6)) + 1
-    if not FEWEST <= count <= MOST:
+    count = int(np.floor((end - start) * SAMPLE_RATE + 1e-6)) + 1
+    if not MIN_SAMPLES <= count <= MAX_SAMPLES:
         raise InputError(
-            "the time that both signals have in common cannot be rated",
+            "the common time of both signals cannot be rated",
             where=where,
             found=f"{start:g} to {end:g} s" if count > 0 else "none",
-            allowed=f"{FEWEST / RATE:g} to {MOST / RATE:g} s",
+            allowed=f"{MIN_SAMPLES / SAMPLE_RATE:g} to {MAX_SAMPLES / SAMPLE_RATE:g} s",
         )
-    grid = start + np.arange(count) / RATE
+    grid = start + np.arange(count) / SAMPLE_RATE
     pair = [np.interp(grid, times, values), np.interp(grid, test_times, test)]
     for name, one in zip(("signal", "reference"), pair, strict=True):
         if np.ptp(one) <= 1e-9 * np.abs(one).max():
-            raise InputError(
-                "a signal that is the same all the time has no rating", where=f"{where}, {name}"
-            )
+            raise InputError("a constant signal has no rating", where=f"{where}, {name}")
     from objective_rating_metrics.rating import ISO18571
 
     curves = [np.column_stack([grid, one]) for one in pair]
-    rated = ISO18571(reference_curve=curves[1], comparison_curve=curves[0], dt=1.0 / RATE)
+    rated = ISO18571(reference_curve=curves[1], comparison_curve=curves[0], dt=1.0 / SAMPLE_RATE)
     scores = (
         *(rated.corridor_rating(-1), rated.phase_rating(-1), rated.magnitude_rating(-1)),
         *(rated.slope_rating(-1), rated.overall_rating(-1)),

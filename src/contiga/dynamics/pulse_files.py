@@ -6,11 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
-
 from contiga.errors import FileError
 from contiga.io.quantities import Quantity
-from contiga.io.sheet import read_sheet
+from contiga.io.sheet import check_times, read_sheet
 from contiga.records import FloatArray
 
 _HEADER = "t [ms], a [g]"
@@ -65,11 +63,5 @@ def read_pulse(
     table, lines = sheet.numbers(order, kinds, (length, _ANY_MASS, time), given)
     if len(table) == 0:
         raise FileError("there are no rows under the header", where=str(path))
-    back = np.flatnonzero(np.diff(table[:, 0]) <= 0.0)
-    if back.size:
-        raise FileError(
-            "the times must increase from row to row",
-            where=f"{path}:{lines[back[0] + 1]}",
-            found=table[back[0] : back[0] + 2, 0].tolist(),
-        )
+    check_times(table[:, 0], lines, path)
     return table

@@ -1,10 +1,10 @@
-"""Channels: what a run can be plotted and compared by, columns of its history and what follows.
+"""Channels of a run: the columns of its history, and quantities derived from them.
 
-Beside each column by its own name there are those of an only contact by ``<contact>.<name>``, and
+Columns of an only contact also have the name ``<contact>.<name>``. Derived channels are
 
-- ``<owner>.travel`` of a body or sensor: how far it is from where it started, length;
+- ``<owner>.travel`` of a body or sensor: distance from its place at the start, length;
 - ``<contact>.strain`` of a contact whose law is a stress over strain in a layer of one thickness:
-  the deepest penetration over that thickness.
+  deepest penetration over that thickness.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from contiga.io.naming import closest
 from contiga.io.units import acceleration_factor
 from contiga.records import FloatArray
 
-_LISTED = 6
-"""Names that a message lists."""
+_MAX_LISTED = 6
+"""Largest number of names in a message."""
 
 
 class Channel(NamedTuple):
@@ -30,10 +30,10 @@ class Channel(NamedTuple):
 
     name: str
     values: FloatArray
-    """(n,), one a step; NaN at steps that have none. Accelerations are in g where units are
-    known, and stresses in MPa where the run has GPa."""
+    """(n,), one for each step; NaN at steps without a value. Accelerations are in g where the run
+    names its units, and stresses in MPa where the run has GPa."""
     unit: str
-    """Empty of what has none."""
+    """Name of the unit; empty for counts and ratios, and where the run names no units."""
 
 
 def channel_names(
@@ -43,9 +43,9 @@ def channel_names(
 
     Parameters
     ----------
-    columns : of its history
+    columns : columns of its history
     contacts : names of its contacts
-    layers : names of those contacts that have a strain
+    layers : names of the contacts that have a strain
     """
     columns, contacts = set(columns), list(contacts)
     names = set(columns)
@@ -58,9 +58,9 @@ def channel_names(
 
 
 def unknown_channel(what: str, where: str, name: str, known: Iterable[str]) -> dict[str, str]:
-    """Return the parts of an error about a channel that is not there: the closest are listed."""
+    """Return the arguments of an error about an unknown channel, with the closest names."""
     known = sorted(known)
-    close = get_close_matches(name, known, n=_LISTED, cutoff=0.3) or known[:_LISTED]
+    close = get_close_matches(name, known, n=_MAX_LISTED, cutoff=0.3) or known[:_MAX_LISTED]
     return {
         "what": what,
         "where": where,
@@ -78,9 +78,9 @@ def channel_of(
     Parameters
     ----------
     history : columns (n,) by name
-    summary : the content of summary.json
-    name : of the channel
-    where : the key or option that names it, for the message
+    summary : content of summary.json
+    name : name of the channel
+    where : key or option that names it, for the message
 
     Raises
     ------
@@ -106,11 +106,13 @@ def channel_of(
 
 
 def shown(name: str, values: FloatArray, units: Mapping[str, str]) -> Channel:
-    """Return a channel whose values (n,) are in the units of a run, as it is shown.
+    """Return a channel in the units in which it is shown.
 
     Parameters
     ----------
-    units : names of the units of length, mass and time; none where the run names none
+    name : name of the channel
+    values : (n,) in the units of the run
+    units : names of the units of length, mass and time; empty where the run names none
     """
     length, mass, time = (str(units.get(key) or "") for key in ("length", "mass", "time"))
     if not (length and mass and time):

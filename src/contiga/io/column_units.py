@@ -1,4 +1,4 @@
-"""Units of the columns of a history, for those who read it elsewhere or in other units."""
+"""Quantities and units of the columns of a history."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _KINDS: tuple[tuple[str, Quantity], ...] = (
 
 
 def known_kind(column: str) -> Quantity | None:
-    """Return which quantity a column or channel of a history holds; None of an unknown name.
+    """Return the quantity of a column or channel of a history; None for an unknown name.
 
     >>> known_kind("head.ax"), known_kind("energy.total"), known_kind("head.forse")
     ('acceleration', 'energy', None)
@@ -46,7 +46,7 @@ def known_kind(column: str) -> Quantity | None:
 
 
 def column_kind(column: str) -> Quantity:
-    """Return which quantity a column holds; "ratio" of counts, quaternions and unknown names."""
+    """Return the quantity of a column; "ratio" for counts, quaternions and unknown names."""
     return known_kind(column) or "ratio"
 
 
@@ -55,6 +55,7 @@ def column_factor(column: str, old: Units, new: Units) -> float:
 
     Parameters
     ----------
+    column : name of the column
     old, new : length, mass and time unit
 
     >>> column_factor("head.ax", ("mm", "g", "ms"), ("m", "kg", "s"))
@@ -65,7 +66,14 @@ def column_factor(column: str, old: Units, new: Units) -> float:
 
 
 def column_units(columns: Iterable[str], units: Units) -> dict[str, str]:
-    """The unit of each column, by name; "" of counts and quaternions, none where units are not.
+    """Return the unit of each column by name: "" for counts and quaternions.
+
+    The result is empty if a unit is missing.
+
+    Parameters
+    ----------
+    columns : names of columns
+    units : length, mass and time unit
 
     >>> column_units(["time", "force_x", "head.ax", "energy.total"], ("mm", "g", "ms"))
     {'time': 'ms', 'force_x': 'N', 'head.ax': 'mm/ms²', 'energy.total': 'mJ'}

@@ -1,4 +1,4 @@
-"""Curves that a laboratory has measured: columns of csv files, and channels of ISO-MME tests."""
+"""Measured curves: columns of csv files, and channels of ISO-MME tests."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from contiga.errors import FileError, InputError, UnitError
 from contiga.io.out.iso_mme import MmeChannel, read_mme
 from contiga.io.quantities import Quantity, Units, quantity_factor
-from contiga.io.sheet import read_sheet
+from contiga.io.sheet import check_times, read_sheet
 from contiga.records import FloatArray
 
 _HEADER = "t [ms], force [kN]"
@@ -33,35 +33,39 @@ def read_measured(
 
     Parameters
     ----------
-    path : a csv file, whose first line names the columns, with their units there or in a second
-        line; or of an ISO-MME test the file of a
-        channel (``T1.001``), or that of the test (``T1.mme``) with a `code`
-    kinds : what the abscissa is, and each of the values
+    path : csv file whose first line names the columns, with units there or in a second line; or
+        the file of an ISO-MME channel (``T1.001``), or of an ISO-MME test (``T1.mme``)
+    kinds : quantity of the abscissa and of each value
     case : length, mass and time unit of the case
-    columns : of a csv file that has others, too: names of the abscissa and of the values
-    code : of the channel of a test, or how it begins
-    units : of the abscissa and of the values, where the file does not say them
+    columns : names of the abscissa and of the values, for a csv file with more columns
+    code : code of the channel of a test, or its first characters
+    units : units of the abscissa and of the values, where the file does not give them
 
     Returns
     -------
-    (n, 1 + k) float64, n >= 2, over times that rise
+    (n, 1 + k) float64
+        Abscissa and values, n >= 2; times increase.
 
     Raises
     ------
     FileError
         The file cannot be read, lacks a column or the channel, has an entry that is not a finite
-        number, or times that do not rise. With file and line.
+        number, or times that do not increase. The message gives file and line.
     UnitError
-        A unit is missing, or is none of its quantity.
+        A unit is missing, or is not one of its quantity.
     InputError
-        What is for csv is said of an ISO-MME test, or the other way round.
+        `columns` for an ISO-MME test, or `code` for a csv file.
     """
     path = Path(path)
     if _MME.fullmatch(path.suffix):
         if columns is not None:
-            raise InputError("only a csv file has columns", where="columns", allowed="code = …")
+            raise InputError(
+                "only a csv file has columns", where="columns", found=columns, allowed="code = …"
+            )
         if len(kinds) != 2 or kinds[0] != "time":
-            raise FileError("a channel of ISO-MME is one over time", where=str(path))
+            raise FileError(
+                "a channel of ISO-MME is a curve of one value over time", where=str(path)
+            )
         return _of_channel(read_mme(path, code), kinds[1], case, units[1], str(path))
     if code is not None:
         raise InputError("only an ISO-MME test has codes", where="code", found=code)
@@ -83,13 +87,8 @@ def read_measured(
     table, lines = sheet.numbers(order, list(kinds), case, given)
     if len(table) < 2:
         raise FileError("a curve needs two rows or more", where=str(path), found=len(table))
-    back = np.flatnonzero(np.diff(table[:, 0]) <= 0.0) if kinds[0] == "time" else np.zeros(0, int)
-    if back.size:
-        raise FileError(
-            "the times must increase from row to row",
-            where=f"{path}:{lines[back[0] + 1]}",
-            found=table[back[0] : back[0] + 2, 0].tolist(),
-        )
+    if kinds[0] == "time":
+        check_times(table[:, 0], lines, path)
     return table
 
 

@@ -1,4 +1,4 @@
-"""Factors of what curves and histories hold: strains, lengths, forces, stresses, rates, …"""
+"""Quantities of curves and histories, and the factors that convert their units."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ _SIZES = {
     "area": area_size,
     "volume": volume_size,
 }
-"""How many SI units one unit of a quantity is; None of what is no unit of it."""
+"""Functions that return the size of a unit in SI units, and None for a unit of something else."""
 _ANGLES = {"rad": 1.0, "deg": pi / 180.0, "°": pi / 180.0, "degree": pi / 180.0}
 _POWERS: dict[Quantity, tuple[int, int, int]] = {
     "length": (1, 0, 0),
@@ -83,11 +83,16 @@ _POWERS: dict[Quantity, tuple[int, int, int]] = {
     "volume": (3, 0, 0),
     "spin": (0, 0, -1),
 }
-"""Powers of length, mass and time in a quantity; those that are not there have none."""
+"""Powers of length, mass and time in a quantity; other quantities have none."""
 
 
 def consistent_size(quantity: Quantity, units: Units) -> float:
-    """Return how many SI units one unit of a quantity is in a consistent set of units.
+    """Return the size of the consistent unit of a quantity, in SI units.
+
+    Parameters
+    ----------
+    quantity : quantity of the unit
+    units : length, mass and time unit
 
     >>> consistent_size("stress", ("mm", "kg", "ms"))
     1000000000.0

@@ -80,7 +80,7 @@ class Sheet:
         return f"{self.path}:{self.line}"
 
     def with_row_of_units(self) -> Sheet:
-        """The same table; a first row without a number has the units, where no head has one."""
+        """Return the table with units from its first row if that is text and no head has a unit."""
         first = next(self.rows, None)
         if first is None:
             return self
@@ -294,6 +294,23 @@ def read_sheet(
         return Sheet(path, first.line, [], mark, chain([Row(first.line, cells)], bare))
     heads = [_head(text) for text in cells]
     return Sheet(path, first.line, heads, mark, _fitting(path, rows, len(heads), mark))
+
+
+def check_times(times: FloatArray, lines: Sequence[int], path: str | Path) -> None:
+    """Refuse times (n,) that do not increase; `lines` (n,) are their lines in the file.
+
+    Raises
+    ------
+    FileError
+        Times do not increase from row to row. The message gives the line of the later one.
+    """
+    back = np.flatnonzero(np.diff(times) <= 0.0)
+    if back.size:
+        raise FileError(
+            "the times must increase from row to row",
+            where=f"{path}:{lines[back[0] + 1]}",
+            found=times[back[0] : back[0] + 2].tolist(),
+        )
 
 
 def as_number(cell: str, mark: str) -> float:

@@ -287,6 +287,15 @@ def stress_size(unit: str) -> float | None:
     return _size(unit, _STRESSES, "[pressure]", "Pa")
 
 
+def with_unit(label: str, unit: str) -> str:
+    """Return ``label [unit]``, or the one of both that is not empty.
+
+    >>> with_unit("force", "N"), with_unit("strain", ""), with_unit("", "g")
+    ('force [N]', 'strain', '[g]')
+    """
+    return f"{label} [{unit}]".strip() if unit else label
+
+
 def moment_size(unit: str) -> float | None:
     """How many Nm one `unit` of a moment is, such as Nm or N*mm; None where it is none.
 

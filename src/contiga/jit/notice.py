@@ -1,8 +1,8 @@
 """One line on the error stream of a process when its first kernel is compiled.
 
-Compiling takes seconds to minutes, in which a script or a notebook would seem to hang. Nothing is
-said where nobody reads along (the stream is no terminal and no notebook), in processes that another
-one started, and where `SWITCH` is set. Commands say more themselves, and call `leave_out`.
+Compiling takes seconds to minutes, in which a script or a notebook would seem to hang. The line is
+left out where the stream is neither a terminal nor a notebook, in processes that another one
+started, and where `SWITCH` is set. Commands have messages of their own, and call `leave_out`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from contiga.display import is_read_along
 from contiga.jit.folder import kernel_folder
 
 SWITCH = "CONTIGA_QUIET"
-"""Environment variable: any value but 0 leaves the line out."""
+"""Environment variable; any value but 0 leaves the line out."""
 
 _said = False
 
@@ -41,6 +41,6 @@ def say_once() -> None:
 
 
 def leave_out() -> None:
-    """Say nothing in this process."""
+    """Leave the line out in this process."""
     global _said
     _said = True

@@ -1,4 +1,4 @@
-"""Runs beside each other: other settings, and how far their histories differ."""
+"""A comparison of runs: settings that differ, and how far their histories are apart."""
 
 from __future__ import annotations
 
@@ -19,31 +19,31 @@ from contiga.report.lines import largest
 from contiga.report.run_folder import Run
 from contiga.report.runs import SEPARATOR, Named, read_runs
 
-MOST = 20
-"""Runs that are compared at once."""
+MAX_RUNS = 20
+"""Largest number of runs in one comparison."""
 NOISE = 1e-9
-"""Share of the largest column of its kind up to which a column is rounding, and no signal."""
+"""Magnitude up to which a column is rounding, as a fraction of the largest of its quantity."""
 Values = tuple[Any, ...]
-"""The same of each run, None where one has none."""
+"""One value for each run; None where a run has none."""
 
 
 class Difference(NamedTuple):
-    """How far a column of the other histories is from that of the first."""
+    """Largest difference of a column from that of the first run, over all other runs."""
 
     peaks: tuple[float, ...]
-    """The value of greatest magnitude in each run."""
+    """Value of greatest magnitude in each run."""
     peak_times: tuple[float, ...]
-    """When it is reached."""
+    """Time of the peak in each run."""
     largest: float
-    """Greatest magnitude of another − first, over the times they have in common."""
+    """Greatest magnitude of a difference from the first run, over their common time."""
     at: float
-    """When it is reached."""
+    """Time of that difference."""
     rms: float
-    """Greatest root mean square of another − first over that time."""
+    """Greatest root mean square of a difference from the first run, over their common time."""
 
     @property
     def relative(self) -> float:
-        """The largest difference as a share of the greatest magnitude of any; 0 of zeros."""
+        """Largest difference as a fraction of the greatest peak; 0 if all peaks are zero."""
         whole = max(map(abs, self.peaks))
         return self.largest / whole if whole > 0.0 else 0.0
 
@@ -55,17 +55,17 @@ class Comparison(Displayed):
     runs: tuple[Run, ...]
     """The output folders as read."""
     names: tuple[str, ...]
-    """What the runs are called."""
+    """Name of each run."""
     span: tuple[float, float]
-    """The time the runs have in common."""
+    """Start and end of the common time of the runs."""
     differences: dict[str, Difference]
-    """Of columns that all have, by ``<owner>.<name>``."""
+    """Differences of the columns that all runs have, by ``<owner>.<name>``."""
     noise: frozenset[str]
     """Columns among these that are rounding in every run."""
     only: tuple[tuple[str, ...], ...]
-    """Columns of each run that not all have."""
+    """Columns of each run that some other run lacks."""
     settings: dict[str, Values]
-    """What the cases say otherwise, each in its own units, by the key that ``--set`` takes."""
+    """Settings that differ, each in the units of its case, by the key that ``--set`` takes."""
     criteria: dict[str, Values]
     """Values of criteria, by ``<sensor>: <criterion>``."""
     energies: dict[str, Values]
@@ -85,7 +85,7 @@ class Comparison(Displayed):
 
     @property
     def short_names(self) -> tuple[str, ...]:
-        """What the runs are called, without the values of cases of a study."""
+        """Names of the runs, without the values of cases of a study."""
         return tuple(name.partition(SEPARATOR)[0] for name in self.names)
 
     @property
@@ -106,10 +106,10 @@ class Comparison(Displayed):
 
 
 def compare(a: str | Path, b: str | Path, *more: str | Path) -> Comparison:
-    """Compare runs by the files of their output folders, with the first.
+    """Compare runs with the first of them, by the files of their output folders.
 
     Runs in other units are converted to those of the first. Histories are interpolated linearly to
-    the times of all, as far as all go.
+    the times of all runs within their common time.
 
     Parameters
     ----------
@@ -143,29 +143,30 @@ def compare(a: str | Path, b: str | Path, *more: str | Path) -> Comparison:
     [0.5, 2.5]
     """
     folders = (a, b, *more)
-    if len(folders) > MOST:
+    if len(folders) > MAX_RUNS:
         raise InputError(
-            "too many runs to be compared at once", found=len(folders), allowed=f"2 to {MOST}"
+            "too many runs for one comparison", found=len(folders), allowed=f"2 to {MAX_RUNS}"
         )
     named = read_runs(folders)
     runs = tuple(one.run for one in named)
     times = _common_times(runs)
     columns = [columns_of(run) for run in runs]
-    shared = [name for name in columns[0] if all(name in of for of in columns)]
+    shared = [name for name in columns[0] if all(name in run for run in columns)]
     return Comparison(
         runs=runs,
         names=tuple(one.name for one in named),
         span=(float(times[0]), float(times[-1])),
         differences={
             name: _difference(
-                [(run.times, of[name]) for run, of in zip(runs, columns, strict=True)], times
+                [(run.times, values[name]) for run, values in zip(runs, columns, strict=True)],
+                times,
             )
             for name in shared
         },
         noise=frozenset.intersection(
-            *(_noise(run, of, shared) for run, of in zip(runs, columns, strict=True))
+            *(_noise(run, values, shared) for run, values in zip(runs, columns, strict=True))
         ),
-        only=tuple(tuple(name for name in of if name not in set(shared)) for of in columns),
+        only=tuple(tuple(name for name in run if name not in set(shared)) for run in columns),
         settings=_other_settings(runs),
         criteria=_beside([_criteria(run) for run in runs]),
         energies=_beside([_energies(run) for run in runs]),
@@ -174,10 +175,10 @@ def compare(a: str | Path, b: str | Path, *more: str | Path) -> Comparison:
 
 
 def _noise(run: Run, columns: Mapping[str, FloatArray], names: Sequence[str]) -> frozenset[str]:
-    """Names of columns that are next to nothing beside others of their kind.
+    """Return the names of columns that are rounding beside others of their quantity.
 
-    A moment is held against the largest force at the largest length, too, and a spin against a
-    radian in the time of the run.
+    A moment is compared with the largest force times the largest length, too, and an angular
+    velocity with one radian over the duration of the run.
     """
     sizes = {name: largest(columns[name]) for name in names}
     tops: dict[str, float] = defaultdict(float)
@@ -191,7 +192,7 @@ def _noise(run: Run, columns: Mapping[str, FloatArray], names: Sequence[str]) ->
 
 
 def columns_of(run: Run) -> dict[str, FloatArray]:
-    """Columns (n,) of a history by ``<owner>.<name>``; those of a contact have its name always."""
+    """Return the columns (n,) of a history by ``<owner>.<name>``, also those of an only contact."""
     owners = [
         *run.contacts.items(),
         *run.bodies.items(),
@@ -200,11 +201,13 @@ def columns_of(run: Run) -> dict[str, FloatArray]:
         *run.gas.items(),
     ]
     owners += [("energy", run.energy)] if run.energy else []
-    return {f"{owner}.{name}": column for owner, of in owners for name, column in of.items()}
+    return {
+        f"{owner}.{name}": column for owner, columns in owners for name, column in columns.items()
+    }
 
 
 def _common_times(runs: Sequence[Run]) -> FloatArray:
-    """Times of all runs, as far as all go."""
+    """Return the times of all runs within their common time."""
     for run in runs:
         if not len(run.times):
             raise InputError("the history has no rows", where=str(run.folder))
@@ -223,7 +226,7 @@ def _common_times(runs: Sequence[Run]) -> FloatArray:
 
 
 def _difference(signals: Sequence[tuple[FloatArray, FloatArray]], times: FloatArray) -> Difference:
-    """How far signals, each with its own times, are from the first of them at common `times`."""
+    """Return the differences of signals, each with its own times, from the first at `times`."""
     peaks, whens, there = [], [], []
     for own, values in signals:
         known = np.isfinite(values)
@@ -247,11 +250,15 @@ def _root_mean_square(times: FloatArray, values: FloatArray) -> float:
 
 def _other_settings(runs: Sequence[Run]) -> dict[str, Values]:
     settings = _beside([_flat(run.case) for run in runs])
-    return {key: of for key, of in settings.items() if any(value != of[0] for value in of)}
+    return {
+        key: values
+        for key, values in settings.items()
+        if any(value != values[0] for value in values)
+    }
 
 
 def _flat(value: Any, key: str = "") -> dict[str, Any]:
-    """Values by dotted key; tables in a list by their name, or by their place."""
+    """Return values by dotted key; tables in a list are keyed by name, or by index without one."""
     if isinstance(value, dict):
         inner = {f"{key}.{name}" if key else name: one for name, one in value.items()}
     elif isinstance(value, list) and value and all(isinstance(one, dict) for one in value):
@@ -282,7 +289,7 @@ def _timings(run: Run) -> dict[str, float]:
     return {"steps": float(run.summary.get("steps") or len(run.times) - 1), **timings}
 
 
-def _beside(of: Sequence[Mapping[str, Any]]) -> dict[str, Values]:
-    """Values of each run by key, in the order in which keys come."""
-    keys = dict.fromkeys(key for one in of for key in one)
-    return {key: tuple(one.get(key) for one in of) for key in keys}
+def _beside(runs: Sequence[Mapping[str, Any]]) -> dict[str, Values]:
+    """Return one value for each run by key, in the order in which keys first appear."""
+    keys = dict.fromkeys(key for run in runs for key in run)
+    return {key: tuple(run.get(key) for run in runs) for key in keys}

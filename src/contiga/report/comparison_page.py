@@ -1,4 +1,4 @@
-"""The page that shows runs beside each other."""
+"""The page of a comparison of runs."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 
 from contiga.io.channels import shown
-from contiga.io.out.files import write_text
+from contiga.io.out.files import check_suffix, write_text
+from contiga.io.units import with_unit
 from contiga.report import require_packages
 from contiga.report.comparison import Comparison, Values
-from contiga.report.curves import Curve, channels_of, curve_figure, curves_of
+from contiga.report.curves import Curve, channels_of, curve_figure, curves_of, hide_legend
 from contiga.report.figure import embedded, plotly_script, side_by_side
 from contiga.report.html_tables import STAGES
-from contiga.report.lines import PLOT_CONFIG, with_unit
+from contiga.report.lines import PLOT_CONFIG
 from contiga.report.references import (
     Rated,
     Reference,
@@ -42,10 +43,13 @@ _PANELS = {
     "total": "total energy",
     "error": "energy balance error",
 }
-"""What columns that are drawn over time are called."""
-_LONGEST = 60
-_LEGENDS = 3
-"""Runs that each figure names; of more a list at the head of the page does."""
+"""Columns that are drawn over time, and the labels of their axes."""
+_MAX_CHARACTERS = 60
+"""Length at which the value of a setting is cut."""
+_MAX_UPRIGHT = 8
+"""Largest number of runs whose tables fit an upright page of paper."""
+_MAX_NAMED = 3
+"""Largest number of runs that each figure names; the list at the head of the page names more."""
 
 
 def write_comparison(comparison: Comparison, path: str | Path) -> Path:
@@ -53,24 +57,27 @@ def write_comparison(comparison: Comparison, path: str | Path) -> Path:
 
     Raises
     ------
+    FileError
+        The suffix is not .html.
     OutputError
-        It cannot be written.
+        The page cannot be written.
     MissingPackageError
-        A package that it is drawn with is not installed.
+        plotly or matplotlib is not installed.
     """
+    check_suffix(path, ".html")
     require_packages("a comparison")
     write_text(Path(path), page_of(comparison))
     return Path(path)
 
 
 def page_of(comparison: Comparison) -> str:
-    """The page as one text."""
+    """Return the page as one text."""
     names, unit = comparison.names, comparison.runs[0].units.time
     span = f"t = {number(comparison.span[0])} to {number(comparison.span[1])} {unit}".strip()
     title = " and ".join(names) if len(names) == 2 else f"{len(names)} runs"
     parts = [
-        '<div class="maker"><b>contiga</b> · runs beside each other</div>'
-        f'<h1>{escape(title)}</h1><p class="under">in common {escape(span)}</p>',
+        '<div class="maker"><b>contiga</b> · comparison of runs</div>'
+        f'<h1>{escape(title)}</h1><p class="under">common time {escape(span)}</p>',
         _runs(comparison),
         _section("Settings that differ", _settings(comparison)),
         _section("Criteria", _values_table(comparison, criteria_with_units(comparison))),
@@ -79,11 +86,14 @@ def page_of(comparison: Comparison) -> str:
         _section("Energy balance error", _values_table(comparison, _energies(comparison))),
         _section("Time taken", _timings(comparison)),
     ]
-    return styled(title, "\n".join(parts), script=plotly_script())
+    text = "\n".join(parts)
+    if len(comparison.runs) > _MAX_UPRIGHT:
+        text = f'<div class="many">{text}</div>'
+    return styled(title, text, script=plotly_script())
 
 
 def _runs(comparison: Comparison) -> str:
-    """The list of runs, with the colours they are drawn in, and what was converted."""
+    """Return the list of runs, with the colours of their lines and the conversions of units."""
     rows = []
     for k, (run, name) in enumerate(comparison.named):
         swatch = f'<span class="swatch" style="background:{LINES[k % len(LINES)]}"></span>'
@@ -103,18 +113,18 @@ def _section(title: str, table: str) -> str:
 def _settings(comparison: Comparison) -> str:
     if not comparison.settings:
         return "<p>None.</p>"
-    rows = ((key, *map(in_short, of)) for key, of in comparison.settings.items())
+    rows = ((key, *map(in_short, values)) for key, values in comparison.settings.items())
     return _table(("Key", *comparison.short_names), rows, numbers=0)
 
 
 def in_short(value: Any) -> str:
-    """A value of a case, cut where it is long."""
+    """Return the value of a setting as text, cut where it is long."""
     text = "–" if value is None else str(value)
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
+    return text if len(text) <= _MAX_CHARACTERS else f"{text[:_MAX_CHARACTERS]}…"
 
 
 def peaks_of(comparison: Comparison, name: str) -> tuple[list[float], float, str]:
-    """Peaks of a column in each run, its largest difference, and their unit, as they are shown."""
+    """Return the peaks of a column in each run, its largest difference, and their unit as shown."""
     d = comparison.differences[name]
     channel = shown(
         name, np.array([*d.peaks, d.largest]), comparison.runs[0].summary.get("units") or {}
@@ -126,7 +136,11 @@ def peaks_of(comparison: Comparison, name: str) -> tuple[list[float], float, str
 def _differences(comparison: Comparison) -> str:
     names = comparison.short_names
     heads = ("Column", *(f"Peak of {name}" for name in names))
-    heads += ("Largest difference" if len(comparison.runs) == 2 else f"Farthest from {names[0]}",)
+    heads += (
+        "Largest difference"
+        if len(comparison.runs) == 2
+        else f"Largest difference from {names[0]}",
+    )
     heads += (with_unit("At t", comparison.runs[0].units.time), "Share")
     rows = []
     for name, d in comparison.differences.items():
@@ -140,11 +154,11 @@ def _differences(comparison: Comparison) -> str:
     rounding = sum(comparison.differences[name].largest > 0.0 for name in comparison.noise)
     facts = [f"{same} of {len(comparison.differences)} columns are equal at all times"]
     if rounding:
-        facts.append(f"{rounding} are rounding in every run and left out")
+        facts.append(f"{rounding} are rounding in every run and are left out")
     facts += [
         f"only in {escape(name)}: {escape(', '.join(columns))}"
         if len(comparison.runs) == 2
-        else f"{escape(name)} has, and not all have: {escape(', '.join(columns))}"
+        else f"not all runs have these columns of {escape(name)}: {escape(', '.join(columns))}"
         for name, columns in zip(names, comparison.only, strict=True)
         if columns
     ]
@@ -152,7 +166,8 @@ def _differences(comparison: Comparison) -> str:
 
 
 def _curves(comparison: Comparison) -> str:
-    """Figures over time and of channels over each other, a line a run, with tests and ratings."""
+    """Return figures over time and of channels over each other, with a line for each run, and the
+    ratings beside tests."""
     first, references = comparison.runs[0], _references(comparison)
     drawn = [one.moved(first) for one in references]
     over_time = {
@@ -167,22 +182,22 @@ def _curves(comparison: Comparison) -> str:
         if not any(channels_of(run, curve) for run in comparison.runs):
             continue
         figure = curve_figure(comparison.named, curve, drawn, None, label=_label(curve, labels))
-        many = len(comparison.runs) > _LEGENDS
-        figure.layout["showlegend"] = not many
-        if many:
-            figure.layout["margin"]["t"] = 20
+        if len(comparison.runs) > _MAX_NAMED and len(curve.y) == 1:
+            hide_legend(figure)
+        else:  # two rows of names stand below the buttons
+            figure.layout["margin"]["t"] = 70
         figures.append(embedded(figure, f"both-{len(figures)}", PLOT_CONFIG))
     return side_by_side(figures) + ratings_table(_ratings(comparison, references), first.units.time)
 
 
 def _label(curve: Curve, labels: dict[Curve, str | None]) -> str | None:
-    """What the upright axis is called, where that is not the name of a channel."""
-    said = labels[curve]
-    return None if said is None else f"{curve.y[0].rpartition('.')[0]}: {said}"
+    """Return the label of the vertical axis; None if it is the name of the channel."""
+    label = labels[curve]
+    return None if label is None else f"{curve.y[0].rpartition('.')[0]}: {label}"
 
 
 def _references(comparison: Comparison) -> list[Reference]:
-    """Tests of all runs that the first has a channel for, each once."""
+    """Return the tests of all runs that the first run has a channel for, each once."""
     found = {
         (one.channel, one.x, one.name): one
         for run in reversed(comparison.runs)
@@ -209,7 +224,9 @@ def criteria_with_units(comparison: Comparison) -> dict[str, Values]:
         for sensor, facts in run.told("sensors").items()
         for name, found in facts["criteria"].items()
     }
-    return {with_unit(key, units.get(key, "")): of for key, of in comparison.criteria.items()}
+    return {
+        with_unit(name, units.get(name, "")): values for name, values in comparison.criteria.items()
+    }
 
 
 def _energies(comparison: Comparison) -> dict[str, Values]:
@@ -218,25 +235,26 @@ def _energies(comparison: Comparison) -> dict[str, Values]:
     shares = energies.get("relative", ())
     table = {"share of the largest energy [%]": tuple(v and 100.0 * v for v in shares)}
     table[with_unit("largest energy", unit)] = energies.get("most", ())
-    return {key: of for key, of in table.items() if of}
+    return {label: values for label, values in table.items() if values}
 
 
 def _timings(comparison: Comparison) -> str:
     words = {"total": "In all", "steps": "Steps", **STAGES}
     rows = {
-        words.get(key, key) if key == "steps" else f"{words.get(key, key)} [s]": of
-        for key, of in comparison.timings.items()
+        with_unit(words.get(key, key), "" if key == "steps" else "s"): values
+        for key, values in comparison.timings.items()
     }
     return _values_table(comparison, rows)
 
 
 def _values_table(comparison: Comparison, values: dict[str, Values]) -> str:
-    """Numbers of each run, and by how much the last of two differs from the first."""
+    """Return a table of numbers of each run; of two runs with the change from the first."""
     if not values:
         return ""
     two = len(comparison.runs) == 2
     rows = (
-        (key, *map(_number, of), *((_change(*of),) if two else ())) for key, of in values.items()
+        (label, *map(_number, numbers), *((_change(*numbers),) if two else ()))
+        for label, numbers in values.items()
     )
     heads = ("", *comparison.short_names, *(("Change",) if two else ()))
     return _table(heads, rows, numbers=len(heads) - 1)
@@ -253,7 +271,7 @@ def _change(one: float | None, two: float | None) -> str:
 
 
 def _table(heads: Iterable[str], rows: Iterable[tuple[str, ...]], *, numbers: int) -> str:
-    """A table whose last `numbers` columns are numbers."""
+    """Return a table whose last `numbers` columns are numbers."""
     heads = tuple(heads)
     kinds = ("",) * (len(heads) - numbers) + (' class="number"',) * numbers
     head = "".join(f"<th{k}>{escape(h)}</th>" for k, h in zip(kinds, heads, strict=True))

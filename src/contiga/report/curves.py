@@ -1,4 +1,4 @@
-"""Channels over each other: those a case asks for, force over depth, stress over strain, tests."""
+"""Curves of channels over each other: of contacts, of the `[[plot]]` tables of a case, of tests."""
 
 from __future__ import annotations
 
@@ -9,33 +9,43 @@ import numpy as np
 
 from contiga.errors import InputError
 from contiga.io.channels import Channel, channel_of
+from contiga.io.column_units import column_kind
+from contiga.io.units import with_unit
 from contiga.report.figure import Figure
-from contiga.report.lines import MOST_ROWS, add_line, finish, largest, rows_drawn, with_unit
+from contiga.report.lines import MOST_ROWS, add_line, finish, largest, rows_drawn
 from contiga.report.references import Reference, references_of, whole_name
 from contiga.report.run_folder import Run
 from contiga.report.runs import Named
 from contiga.report.style import INK, LINES
 
-_MOST = 6
-"""Contacts at most whose curves are drawn without being asked for."""
+_MAX_CONTACTS = 6
+"""Largest number of contacts whose curves are drawn without being asked for."""
 _BAND = "rgba(33,38,45,0.10)"
 _DASHES = ("solid", "dash", "dot", "dashdot")
 
 
 class Curve(NamedTuple):
-    """What one figure shows."""
+    """Channels of one figure, by their whole names."""
 
     x: str
     y: tuple[str, ...]
-    """Channels, by their whole names."""
+    """Channels of one unit."""
+
+    @property
+    def label(self) -> str:
+        """Label of the vertical axis: the channel, or the quantity of several channels."""
+        if len(self.y) == 1:
+            return self.y[0]
+        kind = column_kind(self.y[0])
+        return {"ratio": "", "spin": "angular velocity", "seconds": "time"}.get(kind, kind)
 
 
 def curves_of(run: Run) -> list[Curve]:
-    """Curves of a run: of its contacts, what its case asks for, and those of tests."""
+    """Return the curves of a run: of contacts, of `[[plot]]` tables of its case, and of tests."""
     touched = [name for name, columns in run.contacts.items() if largest(columns.get("force"))]
     depths = run.told("depths")
     curves = []
-    for contact in touched[:_MOST]:
+    for contact in touched[:_MAX_CONTACTS]:
         depth = depths.get(contact, f"{contact}.max_penetration")
         curves.append(Curve(depth, (f"{contact}.force",)))
         curves.append(Curve(f"{contact}.strain", (f"{contact}.max_pressure",)))
@@ -60,7 +70,7 @@ class Drawn(NamedTuple):
 
 
 def channels_of(run: Run, curve: Curve) -> list[Drawn]:
-    """Abscissa and value of each line that a run has: a layer may have no one strain."""
+    """Return abscissa and value of each line for which the run has both channels."""
     found = []
     for name in curve.y:
         try:
@@ -81,22 +91,24 @@ def curve_figure(
     colours: Sequence[str] = (),
     most: int = MOST_ROWS,
 ) -> Figure:
-    """One figure of a curve: a line for each run and channel, and the tests of these channels.
+    """Draw a curve: a line for each run and channel, and the tests of these channels.
+
+    Several runs have a colour each; several channels then have a dash each, which the legend names.
 
     Parameters
     ----------
-    references : of all channels, where they are drawn
-    peak_time : the time that the scene of the page shows, None without one
-    label : of the upright axis, without its unit; names of channels if omitted
-    colours : of runs, one each; in turn those of all figures if omitted
-    most : rows that a line has at most
+    references : tests of any channels, moved to where they are drawn
+    peak_time : time that the scene of the page shows; None without a scene
+    label : label of the vertical axis without its unit; that of the curve if omitted
+    colours : colour of each run; the palette of all figures if omitted
+    most : largest number of rows of a line
     """
     figure = Figure()
     tests = [one for one in references if one.x == curve.x and one.channel in curve.y]
     bands = [test for test in tests if len(test.band)]
     for test in bands:
         _add_band(figure, test)
-    x_label, units = curve.x, {}
+    x_label, unit, named = curve.x, "", set[str]()
     for row, (run, called) in enumerate(runs):
         for column, (x, y) in enumerate(channels_of(run, curve)):
             name = " ".join([called] * bool(called) + [y.name] * (len(curve.y) > 1 or not called))
@@ -111,15 +123,18 @@ def curve_figure(
                 turn, colour = divmod(first, len(LINES))
                 look |= {"color": LINES[colour], "dash": _DASHES[(turn + second) % len(_DASHES)]}
             add_line(figure, x.values[rows], y.values[rows], name, y.unit, **look)
-            x_label, units[y.unit] = with_unit(x.name, x.unit), y.name
-    unit = next(iter(units))
+            if len(runs) > 1 and len(curve.y) > 1:
+                figure.data[-1] |= {"name": y.name, "showlegend": y.name not in named}
+                named.add(y.name)
+            x_label, unit = with_unit(x.name, x.unit), y.unit
     for test in tests:
         look = {"color": INK, "width": 1.6, "dash": "dash"}
         x_test, y_test = test.points.T
         add_line(figure, x_test, y_test, f"test {test.name}", unit, **look)
-    label = label or (curve.y[0] if len(curve.y) == 1 else ", ".join(units.values()))
     over_time = curve.x == "time"
-    finish(figure, runs[0].run, with_unit(label, unit), peak_time if over_time else None)
+    finish(
+        figure, runs[0].run, with_unit(label or curve.label, unit), peak_time if over_time else None
+    )
     figure.layout["showlegend"] = len(figure.data) - len(bands) > 1
     if not over_time:
         figure.layout["xaxis"]["title"]["text"] = x_label
@@ -129,8 +144,14 @@ def curve_figure(
     return figure
 
 
+def hide_legend(figure: Figure) -> None:
+    """Hide the legend, and give its room to the figure."""
+    figure.layout["showlegend"] = False
+    figure.layout["margin"]["t"] = 20
+
+
 def _add_band(figure: Figure, test: Reference) -> None:
-    """The corridor of a test, filled."""
+    """Fill the corridor of a test."""
     x, low, high = test.band.T
     look: dict[str, Any] = {"fill": "toself", "fillcolor": _BAND, "hoverinfo": "skip"}
     look |= {"showlegend": False, "width": 0}

@@ -1,4 +1,4 @@
-"""A film of a run: the scene of the still picture at times as far apart as in the run.
+"""A film of a run: the scene of the still picture at equally spaced times.
 
 Frames are drawn off-screen from the recorded fields. MP4 is encoded by the ffmpeg that the package
 imageio-ffmpeg brings, GIF by Pillow.
@@ -36,21 +36,21 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".mp4", ".gif")
 SECONDS = 6.0
-"""Length of a film, as of the play button of the page."""
+"""Length of a film if none is given, that of the play button of the report."""
 _RATES = {".mp4": 25, ".gif": 12}
 """Frames per second."""
 _COLUMNS, _ROWS, _VIEW = 880, 832, 760
-"""Width and height of a frame, pixels, multiples of 16 as encoders want them, and width of the
-view; the colour bar stands beside it."""
-_FRAMED = 40
-"""Recorded steps at most that the camera looks at to hold them all."""
+"""Width and height of a frame, multiples of 16 for encoders, and width of the view beside the
+colour bar, pixels."""
+_MAX_FRAMED = 40
+"""Largest number of recorded steps that the camera is fitted to."""
 
 Show = Callable[[int, int, str], Any]
-"""Called with frames drawn, frames in all, and what is to be said of it."""
+"""Called with the number of frames drawn, the number of all frames, and a text."""
 
 
 class _Film(NamedTuple):
-    """What all frames of a film have in common."""
+    """Data that all frames of a film share."""
 
     series: RecordedFields
     outlines: OutlineSeries | None
@@ -58,9 +58,9 @@ class _Film(NamedTuple):
     units: Units
     camera: Camera
     field: str
-    """What colours the slave, by its name in `fields_of`."""
+    """Field that colours the slave, by its name in `fields_of`."""
     colours: ColouredField
-    """The same at the peak: all frames end their colours there."""
+    """That field at the peak, whose greatest value ends the colour scale of all frames."""
     coloured: bool
     """Whether anything is coloured at the peak."""
 
@@ -73,16 +73,16 @@ def write_film(
     Parameters
     ----------
     folder : output folder of a run
-    path : file to write
-    seconds : length of the film; its frames show times equally far apart
-    show : called with frames drawn, frames in all, and what is to be said of it
+    path : film to write
+    seconds : length of the film, seconds; its frames show equally spaced times of the run
+    show : called with the number of frames drawn, the number of all frames, and a text
 
     Raises
     ------
     FileError
-        The suffix is neither, or the folder is not that of a run.
+        The suffix is neither .mp4 nor .gif, or the folder is not that of a run.
     InputError
-        The run recorded no fields or one step of them, or the length is not 0.1 s to 600 s.
+        The run recorded fields at fewer than two steps, or the length is not 0.1 s to 600 s.
     MissingPackageError
         matplotlib, or for .mp4 imageio-ffmpeg, is not installed.
     OutputError
@@ -114,14 +114,14 @@ def write_film(
 
 
 def checked_path(path: str | Path) -> Path:
-    """A path that a film can be written to, with what encodes it installed.
+    """Return the path of a film whose suffix and packages are there.
 
     Raises
     ------
     FileError
-        Another suffix.
+        The suffix is neither .mp4 nor .gif.
     MissingPackageError
-        A package is not installed.
+        matplotlib, or for .mp4 imageio-ffmpeg, is not installed.
     """
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
@@ -138,7 +138,7 @@ def checked_path(path: str | Path) -> Path:
 
 
 def _steps(times: FloatArray, count: int) -> NDArray[np.intp]:
-    """(count,) the recorded step nearest to each of as many times equally far apart."""
+    """Return the recorded step (count,) that is nearest to each of `count` equally spaced times."""
     wanted = np.linspace(times[0], times[-1], count)
     after = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
     before_is_nearer = wanted - times[after - 1] < times[after] - wanted
@@ -146,7 +146,7 @@ def _steps(times: FloatArray, count: int) -> NDArray[np.intp]:
 
 
 def _film(run: Run, series: RecordedFields, outlines: OutlineSeries | None) -> _Film:
-    """Colours end as at the peak; the camera holds at all steps what touches then."""
+    """Fit colours to the peak, and the camera to the places of the touching parts at all steps."""
     shown = peak_frame(series, run.times, run.total("force"))
     ties = ties_of(run.summary)
     peak = at_frame(series, shown, None, ties)
@@ -156,7 +156,7 @@ def _film(run: Run, series: RecordedFields, outlines: OutlineSeries | None) -> _
     name = "von_mises" if stress else touched
     coloured = stress or bool(peak.in_contact.any())
     corners = []
-    for step in chosen_steps(series.times, shown, _FRAMED):
+    for step in chosen_steps(series.times, shown, _MAX_FRAMED):
         parts = seen_parts(series, int(step))
         points = np.concatenate(parts) if peak.focus is None else peak.focus.points(parts)
         points = points[np.isfinite(points).all(axis=1)]
@@ -167,7 +167,7 @@ def _film(run: Run, series: RecordedFields, outlines: OutlineSeries | None) -> _
 
 
 def _drawn(film: _Film, steps: NDArray[np.intp], show: Show | None) -> Iterator[Image]:
-    """The frames; one that shows the same step as the frame before it is drawn once."""
+    """Yield the frames; frames in a row that show the same step are drawn once."""
     image, drawn = None, -1
     for k, step in enumerate(steps.tolist()):
         if image is None or step != drawn:
@@ -193,7 +193,7 @@ def _frame(film: _Film, step: int) -> Image:
 
 
 def _write_gif(temporary: Path, frames: Iterator[Image], rate: int, path: Path) -> None:
-    """Each frame has a palette of its own."""
+    """Encode frames as GIF, each with a palette of its own."""
     pictures = (frame.quantize(128) for frame in frames)
     next(pictures).save(
         temporary,

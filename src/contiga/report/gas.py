@@ -6,9 +6,10 @@ from html import escape
 
 import numpy as np
 
+from contiga.io.units import with_unit
 from contiga.report.figure import Figure
 from contiga.report.html_tables import named_row, named_table
-from contiga.report.lines import add_line, finish, with_unit
+from contiga.report.lines import add_line, finish
 from contiga.report.run_folder import Run
 from contiga.report.style import LINES, number
 

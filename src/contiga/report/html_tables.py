@@ -11,6 +11,7 @@ from contiga.report.style import number, span_of
 STAGES = {
     "import": "Loading packages",
     "build": "Reading files, building tables",
+    "checks": "Checking the model",
     "compile": "Compiling kernels (first run on a machine only)",
     "motion": "Moving bodies and slaves",
     "search": "Search",

@@ -1,4 +1,4 @@
-"""Joints over time: how far they go, and what they carry."""
+"""Joints of a run: the ranges of their coordinates, and their reactions."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ _LOST = ("energy_hysteresis", "energy_damping", "energy_friction")
 
 
 def joint_table(run: Run) -> str:
-    """Tabulate the ranges of the coordinates of joints, the largest reactions, and what was lost;
-    empty where there are none."""
+    """Return the table of joints: ranges of coordinates, largest reactions, and energy lost.
+
+    It is empty for a run without joints.
+    """
     units, rows = run.units, []
     for name, columns in run.joints.items():
         facts = run.told("joints").get(name) or {}
@@ -45,6 +47,6 @@ def joint_table(run: Run) -> str:
 
 
 def _largest(columns: Columns, letter: str) -> float:
-    """The largest length of a vector over time."""
+    """Return the largest magnitude of a vector over time."""
     squares = sum(np.square(columns[f"{letter}{axis}"]) for axis in "xyz")
     return float(np.sqrt(squares).max())

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from contiga.io.units import with_unit
 from contiga.records import FloatArray, IndexArray
 from contiga.report.figure import Figure
 from contiga.report.run_folder import Run
@@ -30,11 +31,6 @@ SHOWN = "shown"
 """Name of the line at the time that the scene of the page shows."""
 _NOTHING = 1e-6
 """Share of the largest component below which one is not drawn: it would lie on the axis."""
-
-
-def with_unit(label: str, unit: str) -> str:
-    """``label [unit]``, or the bare label where there is no unit."""
-    return f"{label} [{unit}]" if unit else label
 
 
 def largest(values: FloatArray | None) -> float:

@@ -7,10 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.io.units import with_unit
 from contiga.records import FloatArray
 from contiga.report.figure import Figure
 from contiga.report.html_tables import named_row, named_table
-from contiga.report.lines import add_line, finish, largest, vector_figure, with_unit
+from contiga.report.lines import add_line, finish, largest, vector_figure
 from contiga.report.run_folder import Columns, Run
 from contiga.report.style import INK, LINES, number, span_of
 

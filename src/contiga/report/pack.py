@@ -7,7 +7,7 @@ from pathlib import Path
 from zipfile import ZIP_DEFLATED, ZipFile
 
 from contiga.errors import FileError
-from contiga.io.out.files import atomic_write
+from contiga.io.out.files import atomic_write, check_suffix
 from contiga.io.out.stored import CASE, FIELDS, HISTORY, OUTLINES, SUMMARY
 from contiga.report import PAGE, PICTURE
 
@@ -17,7 +17,7 @@ _FIELDS = (FIELDS, OUTLINES)
 
 
 def pack(folder: str | Path, path: str | Path, *, fields: bool = False) -> int:
-    """Write the page, numbers and case of a run into a zip file; of a study those of all its cases.
+    """Write the page, numbers and case of a run, or of all cases of a study, into a zip file.
 
     The files stand in one folder with the name of `folder`; links between the pages of a study
     lead to the reports of its cases there.
@@ -25,26 +25,27 @@ def pack(folder: str | Path, path: str | Path, *, fields: bool = False) -> int:
     Parameters
     ----------
     folder : output folder of a run or a study
-    path : of the zip file, written whole or not at all
-    fields : take the fields of ParaView, too, which are large
+    path : zip file to write (.zip), whole or not at all
+    fields : include the fields for ParaView, which are large
 
     Returns
     -------
     int
-        How many files are in it.
+        Number of files in it.
 
     Raises
     ------
     FileError
-        The folder is neither of a run nor of a study, or has no page.
+        The folder is neither of a run nor of a study, or has no page; another suffix than .zip.
     OutputError
         The file cannot be written.
     """
-    folder = Path(folder).resolve()
-    files = list(_files(folder, fields))
+    check_suffix(path, ".zip")
+    files = list(_files(Path(folder), fields))
+    folder, name = Path(folder), Path(folder).resolve().name
     with atomic_write(path) as temporary, ZipFile(temporary, "w", ZIP_DEFLATED) as archive:
         for file in files:
-            archive.write(file, Path(folder.name) / file.relative_to(folder))
+            archive.write(file, Path(name) / file.relative_to(folder))
     return len(files)
 
 
@@ -54,14 +55,14 @@ def _files(folder: Path, fields: bool) -> Iterator[Path]:
     page = folder / (_OF_STUDY[0] if study else PAGE)
     if not page.is_file():
         raise FileError(
-            f"there is nothing to send: {page.name} is missing",
+            f"the folder cannot be packed: {page.name} is missing",
             where=str(folder),
             allowed="the output folder of a run with a report, or of a study",
-            remedy=f"contiga report {folder.name}" if (folder / SUMMARY).is_file() else None,
+            remedy=f"contiga report {folder}" if (folder / SUMMARY).is_file() else None,
         )
     yield from (
         folder / name for name in (_OF_STUDY if study else of_run) if (folder / name).is_file()
     )
     if study:
-        for case in sorted((folder / "cases").iterdir()):
+        for case in sorted(folder.glob("cases/*")):
             yield from (case / name for name in of_run if (case / name).is_file())

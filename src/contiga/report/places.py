@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _RIGID = 2e-7
 """Departure of a part from a rigid motion, relative to its size and place: single precision."""
 AS_NEAR = 1e-6
-"""Relative difference of distances that are the same: single precision."""
+"""Relative difference at which distances count as equal, for single precision."""
 
 
 class Tie(NamedTuple):
@@ -68,8 +68,10 @@ def tie_ends(
 
 
 def _with_nodes(start: FloatArray, points: FloatArray, at: FloatArray) -> FloatArray:
-    """A point that goes with the nodes (n, 3) that are nearest to it at the start: with the mean of
-    those that are as near, as in the middle of a belt of two."""
+    """Return a point moved by the mean displacement of the nodes (n, 3) nearest to it at the start.
+
+    Several nodes are equally near in the middle of a belt, between two of them.
+    """
     off = np.linalg.norm(start - at, axis=1)
     near = off <= (1.0 + AS_NEAR) * off.min() + AS_NEAR * np.ptp(start)
     return np.asarray(at + (points - start)[near].mean(axis=0))

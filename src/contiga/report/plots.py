@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from contiga.io.units import with_unit
 from contiga.report.figure import Figure
-from contiga.report.lines import add_components, add_line, finish, largest, rows_drawn, with_unit
+from contiga.report.lines import add_components, add_line, finish, largest, rows_drawn
 from contiga.report.run_folder import Run
 from contiga.report.style import INK, LINES, MUTED
 

@@ -1,4 +1,4 @@
-"""Curves of tests beside a run: where they lie, their corridors, and how they are rated."""
+"""Curves of tests beside a run: their places, corridors and ratings."""
 
 from __future__ import annotations
 
@@ -18,27 +18,28 @@ from contiga.report.html_tables import named_row, named_table
 from contiga.report.run_folder import Run
 from contiga.report.style import number
 
-_BEGUN = 0.05
-"""Share of its greatest magnitude at which a signal has begun."""
+_ONSET = 0.05
+"""Fraction of its greatest magnitude at which a signal begins."""
 
 
 class Reference(NamedTuple):
     """The curve of a test, in the units of a run as its channels are shown."""
 
     channel: str
-    """Of the run, by its whole name."""
+    """Channel of the run that was measured, by its whole name."""
     x: str
-    """What it is over."""
+    """Channel of the abscissa, by its whole name."""
     name: str
+    """Name of the test."""
     points: FloatArray
     """(n, 2) abscissa and value."""
     band: FloatArray
     """(k, 3) abscissa, lower and upper value of its corridor; k = 0 without one."""
     shift: float | None
-    """Added to the abscissa; None has it begin where the run does."""
+    """Shift of the abscissa; None moves the onset of the test to that of the run."""
 
     def moved(self, run: Run) -> Reference:
-        """The curve where it is drawn beside a run."""
+        """Return the curve shifted to where it is drawn beside a run."""
         shift = self.shift
         if shift is None:
             channel = channel_of(run.history, run.summary, self.channel)
@@ -50,18 +51,18 @@ class Reference(NamedTuple):
 
 
 def onset(times: FloatArray, values: FloatArray) -> float:
-    """When a signal reaches a twentieth of its greatest magnitude.
+    """Return the time at which a signal reaches a twentieth of its greatest magnitude.
 
     Parameters
     ----------
-    times, values : (n,); NaN is passed over
+    times, values : (n,); rows with NaN are left out
 
     >>> onset(np.array([0.0, 1.0, 2.0]), np.array([0.0, 0.0, -40.0]))
     1.05
     """
     known = np.isfinite(values)
     times, sizes = times[known], np.abs(values[known])
-    level = _BEGUN * sizes.max(initial=0.0)
+    level = _ONSET * sizes.max(initial=0.0)
     k = int(np.argmax(sizes >= level)) if len(sizes) else 0
     if k == 0:
         return float(times[0]) if len(times) else 0.0
@@ -70,27 +71,29 @@ def onset(times: FloatArray, values: FloatArray) -> float:
 
 
 def whole_name(run: Run, name: str) -> str:
-    """The name of a channel with its contact, which that of an only one may leave out."""
+    """Return the name of a channel with its contact, which may be omitted for an only contact."""
     contacts = list(run.told("statuses"))
     bare = name != "time" and "." not in name and len(contacts) == 1
     return f"{contacts[0]}.{name}" if bare else name
 
 
 def references_of(run: Run) -> list[Reference]:
-    """The curves of tests that the case of a run names, and that it has channels for: those of
-    filters are there once a run has ended."""
+    """Return the tests that the case of a run names and for which the run has the channels.
+
+    Filtered channels are there once a run has ended.
+    """
     tables = (table for table in run.case.get("reference") or [] if _is_read(table))
     return [one for one in (_reference(run, table) for table in tables) if has_channels(run, one)]
 
 
 def has_channels(run: Run, reference: Reference) -> bool:
-    """Whether a run has what a test has measured, and what that is over."""
+    """Whether a run has both channels of a test."""
     known = channel_names(run.history, run.told("statuses"), run.told("layers"))
     return {reference.channel, reference.x} <= known
 
 
 def _is_read(table: Any) -> bool:
-    """Whether it is one of a case that was read; a run from Python may leave any text."""
+    """Whether a table is that of a checked case; a run from Python may leave any text."""
     return isinstance(table, dict) and {"channel", "points", "name"} <= table.keys()
 
 
@@ -126,19 +129,19 @@ def _reference(run: Run, table: dict[str, Any]) -> Reference:
 
 
 class Rated(NamedTuple):
-    """A test curve beside a run."""
+    """The rating of a run beside a test."""
 
     reference: Reference
-    """Where it is drawn."""
+    """The test, shifted to where it is drawn."""
     run: str
-    """What the run is called; "" where there is one only."""
+    """Name of the run; empty where there is only one."""
     rating: Rating | None
     why: str
-    """Why there is none."""
+    """Reason for a missing rating; empty with one."""
 
 
 def rated(run: Run, reference: Reference, name: str = "") -> Rated:
-    """Rate a run beside a test curve; why not is said where it cannot be."""
+    """Rate a run beside a test; a rating that is not possible is None, with the reason."""
     moved = reference.moved(run)
     if reference.x != "time" or not run.units.time:
         why = "ISO/TS 18571 rates signals over time"
@@ -160,7 +163,7 @@ def rated(run: Run, reference: Reference, name: str = "") -> Rated:
 
 
 def ratings_table(ratings: Sequence[Rated], unit: str) -> str:
-    """Scores of test curves, with the shift of each, and a line about those that have none."""
+    """Return the table of ratings, with the shift of each test, and a line about missing ones."""
     rows = []
     for one in ratings:
         if one.rating is not None:
@@ -171,9 +174,9 @@ def ratings_table(ratings: Sequence[Rated], unit: str) -> str:
             rows.append(named_row(called, one.reference.name, cells))
     heads = ("Channel", "Test", "Shifted by", "Corridor", "Phase", "Magnitude", "Slope", "Overall")
     table = named_table((*heads, "Grade"), rows)
-    said = "Rated by ISO/TS 18571, from 0 to 1, over the time that run and test have in common."
-    parts = [f'<h3>Beside tests</h3><div class="wide">{table}</div>'] if rows else []
-    parts += [f'<p class="caption">{said}</p>'] if rows else []
+    caption = "Ratings by ISO/TS 18571, from 0 to 1, over the common time of run and test."
+    parts = [f'<h3>Comparison with tests</h3><div class="wide">{table}</div>'] if rows else []
+    parts += [f'<p class="caption">{caption}</p>'] if rows else []
     without: dict[str, None] = dict.fromkeys(one.why for one in ratings if one.why)
     for why in without:
         missing = (one.reference for one in ratings if one.why == why)

@@ -80,11 +80,11 @@ class Run(NamedTuple):
     history: Columns = {}  # noqa: RUF012 (read only)
     """All columns by their names in the history."""
     own_units: tuple[str, str, str] = ("", "", "")
-    """Length, mass and time unit of its files, empty where it names none."""
+    """Length, mass and time unit of its files; empty where it names none."""
 
     @property
     def case(self) -> dict[str, Any]:
-        """The tables of its case; none of a run from Python, which may leave any text."""
+        """Tables of its case; empty for a run from Python, which may leave any text."""
         try:
             return tomllib.loads(self.case_text)
         except ValueError:
@@ -111,11 +111,13 @@ class Run(NamedTuple):
 
 
 def read_run(folder: Path, units: tuple[str, str, str] | None = None) -> Run:
-    """The files of an output folder that are small; of a run that has not ended as far as it is.
+    """Read the small files of an output folder; of an unfinished run up to its last checkpoint.
 
     Parameters
     ----------
-    units : length, mass and time unit to convert it to; its own if omitted, or if it names none
+    folder : output folder of a run
+    units : length, mass and time unit to convert to; those of the run if omitted, or if it names
+        none
 
     Raises
     ------
@@ -158,7 +160,7 @@ def _converted(
     own: tuple[str, str, str],
     units: tuple[str, str, str],
 ) -> tuple[Columns, dict[str, Any]]:
-    """History and summary in other units; criteria of sensors have units of their own."""
+    """Convert history and summary to other units; criteria of sensors keep their units."""
     from contiga.io.column_units import column_factor, column_units
 
     converted = {name: values * column_factor(name, own, units) for name, values in history.items()}

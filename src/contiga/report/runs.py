@@ -1,4 +1,4 @@
-"""Several runs beside each other: in the units of the first, each with a name of its own."""
+"""Several runs, in the units of the first, each with a name of its own."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from contiga.report.style import number
 SEPARATOR = " · "
 """Between the name of a case and its values."""
 _ROW = "row.json"
-"""What a study leaves in the folder of each case."""
-_VALUES = 3
-"""Values of a case that are in its name."""
+"""File that a study writes into the folder of each case."""
+_MAX_VALUES = 3
+"""Largest number of values of a case in its name."""
 
 
 class Named(NamedTuple):
-    """A run and what it is called."""
+    """A run with its name."""
 
     run: Run
     name: str
@@ -29,7 +29,11 @@ class Named(NamedTuple):
 def read_runs(folders: Sequence[str | Path]) -> list[Named]:
     """Read runs, the later ones in the units of the first.
 
-    They are called by the names of their folders, by their paths where two names are the same.
+    Their names are those of `names_of`.
+
+    Parameters
+    ----------
+    folders : output folders of runs, one or more
 
     Raises
     ------
@@ -42,7 +46,7 @@ def read_runs(folders: Sequence[str | Path]) -> list[Named]:
     runs = [first]
     for folder in map(Path, folders[1:]):
         run = read_run(folder, first.own_units if all(first.own_units) else None)
-        if bool(all(run.own_units)) != bool(all(first.own_units)):
+        if all(run.own_units) != all(first.own_units):
             raise InputError(
                 "one run has units and another has none, so nothing can be converted",
                 where=str(folder),
@@ -54,20 +58,22 @@ def read_runs(folders: Sequence[str | Path]) -> list[Named]:
 
 
 def names_of(runs: Sequence[Run]) -> list[str]:
-    """What runs are called: their folders' names, with the values of a case of a study; their
-    paths where two names are the same."""
+    """Return the names of runs: those of their folders, with the values of a case of a study.
+
+    Where two names are the same, all are paths.
+    """
     paths = [run.folder.resolve() for run in runs]
     names = [SEPARATOR.join([path.name, *_values_of(path)]) for path in paths]
     return names if len(set(names)) == len(names) else [str(path) for path in paths]
 
 
 def _values_of(folder: Path) -> list[str]:
-    """Values of the variables of a case of a study, the first of them; none of another run."""
+    """Return the first values of a case of a study as texts; empty for any other run."""
     try:
         values = json.loads((folder / _ROW).read_text(encoding="utf-8"))["values"]
     except (OSError, ValueError, KeyError, TypeError):
         return []
     return [
         f"{key.rpartition('.')[2]} {number(value) if isinstance(value, int | float) else value}"
-        for key, value in list(values.items())[:_VALUES]
+        for key, value in list(values.items())[:_MAX_VALUES]
     ]

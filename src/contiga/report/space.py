@@ -7,12 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.io.units import with_unit
 from contiga.records import FloatArray
 from contiga.rendering.shading import sharp_mesh
 from contiga.report.coloured import ColouredField, fields_of, region_colours
 from contiga.report.figure import Figure, Trace
 from contiga.report.frames import Frames, closed, packed, parted
-from contiga.report.lines import CONFIG, FONT, with_unit
+from contiga.report.lines import CONFIG, FONT
 from contiga.report.peak import Outline, Peak
 from contiga.report.run_folder import Units
 from contiga.report.scene import outside_direction, upwards

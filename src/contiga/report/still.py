@@ -1,6 +1,6 @@
 """The still picture of the peak: both views side by side, with titles and colour bars.
 
-Set with Pillow, for to import matplotlib takes longer than all that is drawn.
+Composed with Pillow: importing matplotlib takes longer than the drawing.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def _save(picture: Image, file: Path | BytesIO) -> None:
 
 
 def put_view(picture: Image, view: shading.Picture, title: str, left: int, top: int = _TOP) -> None:
-    """A view that ends where one from column `left` on does, and its title over it, or in it."""
+    """Paste a view that ends where one from column `left` on does; its title is above or in it."""
     from PIL import Image, ImageDraw
 
     pixels = (255.0 * shading.shrunk(view, SAMPLES)).round().astype(np.uint8)
@@ -115,7 +115,7 @@ def _label_outlines(picture: Image, camera: Camera, peak: Peak) -> None:
 
 
 def put_bar(picture: Image, field: ColouredField, column: int) -> None:
-    """A colour bar of `field`, from `column` on; with a tip where some values are greater."""
+    """Draw a colour bar of `field` from `column` on, with a tip where some values are greater."""
     from PIL import Image, ImageDraw
 
     draw, right = ImageDraw.Draw(picture), column + _BAR_COLUMNS

@@ -1,4 +1,4 @@
-"""The progress of everything that takes long: a bar on a terminal, a line of text in a notebook."""
+"""Progress of long tasks: a bar on a terminal, a line of text in a notebook."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from contiga.display import in_notebook
 from contiga.extras import require
 
 Show = Callable[[int, int, str], None]
-"""Called with how much is done, how much there is, and what is to be said of it."""
+"""Called with the parts done, the number of parts, and a text."""
 _PAUSE = 0.2
-"""Seconds between two states of the line."""
+"""Shortest time between two states of the line, seconds."""
 _WIDTH = 100
-"""Characters of the line at most: a longer one would wrap, and could not be written over."""
+"""Largest length of the line: a longer one would wrap, and could not be written over."""
 
 
 @contextmanager
 def progress_bar(title: str, *, quiet: bool) -> Iterator[Show]:
-    """Show progress on the error stream: parts done, what is said of them, time left.
+    """Show progress on the error stream: parts done, a text, time left.
 
-    It comes with the first part, so that a message about wrong input stands alone.
+    It begins with the first part, so that a message about wrong input stands alone.
     """
     if quiet:
         yield lambda done, total, said: None
@@ -82,7 +82,7 @@ def _bar(title: str) -> Iterator[Show]:
     from rich.text import Text
 
     class TwoLines(Progress):
-        """The bar, and under it what is said: beside it a terminal would have no room for that."""
+        """The bar, and the text below it: beside it a terminal would have no room."""
 
         def get_renderables(self) -> Iterator[RenderableType]:
             yield from super().get_renderables()

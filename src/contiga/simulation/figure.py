@@ -12,7 +12,8 @@ import numpy as np
 from contiga.errors import InputError
 from contiga.extras import require
 from contiga.io.channels import channel_of
-from contiga.io.out.line_figure import Line, Panel, draw_panels, labelled
+from contiga.io.out.line_figure import Line, Panel, draw_panels
+from contiga.io.units import with_unit
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def plot_history(
     x: str | None = None,
     y: str | Sequence[str] | None = None,
 ) -> ShownFigure:
-    """The figure of a history; `purpose` is what a message about a missing package begins with.
+    """Draw a history; `purpose` begins the message about a missing package.
 
     Raises
     ------
@@ -69,16 +70,16 @@ def _over(
     channels = [channel_of(history, summary, name, "y") for name in names]
     panels = []
     for unit in dict.fromkeys(channel.unit for channel in channels):
-        of = [channel for channel in channels if channel.unit == unit]
-        label = labelled(of[0].name if len(of) == 1 else "", unit)
-        lines = tuple(Line(one.name, across.values, one.values) for one in of)
-        panels.append(Panel(labelled(across.name, across.unit), label, lines, (), len(of) > 1))
+        drawn = [channel for channel in channels if channel.unit == unit]
+        label = with_unit(drawn[0].name if len(drawn) == 1 else "", unit)
+        lines = tuple(Line(one.name, across.values, one.values) for one in drawn)
+        panels.append(Panel(with_unit(across.name, across.unit), label, lines, (), len(drawn) > 1))
     return panels
 
 
 def _standard(history: Mapping[str, FloatArray], units: Mapping[str, str]) -> Iterator[Panel]:
     """Panels of what is not zero throughout."""
-    over = _Time(history["time"], labelled("time", units.get("time", "")))
+    over = _Time(history["time"], with_unit("time", units.get("time", "")))
     # Springs and sensors have a force, too: contacts are those with a penetration, and the one
     # without a name where there is one only.
     contacts = {n.rpartition(".")[0] for n in history if n.endswith("max_penetration")}
@@ -128,7 +129,7 @@ def _panel(time: _Time, label: str, unit: str, lines: Mapping[str, FloatArray]) 
 
 def _over_time(time: _Time, label: str, unit: str, lines: Mapping[str, FloatArray]) -> Panel:
     drawn = tuple(Line(name, time.values, values) for name, values in lines.items())
-    return Panel(time.label, labelled(label, unit), drawn, (), list(lines) != [label])
+    return Panel(time.label, with_unit(label, unit), drawn, (), list(lines) != [label])
 
 
 def _chosen(
@@ -146,7 +147,7 @@ def _chosen(
                 allowed=", ".join(list(history)[:12]) + (", …" if len(history) > 12 else ""),
                 remedy=f"Did you mean {near[0]}?" if near else "",
             )
-    over = _Time(history["time"], labelled("time", units.get("time", "")))
+    over = _Time(history["time"], with_unit("time", units.get("time", "")))
     for unit in dict.fromkeys(units.get(name, "") for name in given):
         lines = {name: history[name] for name in given if units.get(name, "") == unit}
         yield _over_time(over, ", ".join(lines) if len(lines) == 1 else "", unit, lines)

@@ -10,16 +10,18 @@ import numpy as np
 from contiga.errors import InputError
 from contiga.extras import require
 from contiga.io.naming import closest
-from contiga.io.out.palette import GRID, LINES, MUTED
+from contiga.io.out.line_figure import finish_axes
+from contiga.io.out.palette import LINES
+from contiga.io.units import with_unit
 from contiga.studies.table import Table
 
 if TYPE_CHECKING:
     from contiga.io.out.shown_figure import ShownFigure
 
-_ACROSS = 3
-"""Panels beside each other at most."""
-_MOST = 9
-"""Panels at most, where no columns are named."""
+_MAX_ACROSS = 3
+"""Largest number of panels in a row."""
+_MAX_PANELS = 9
+"""Largest number of panels where no columns are named."""
 
 
 def plot_table(purpose: str, table: Table, columns: Sequence[str] | None = None) -> ShownFigure:
@@ -28,21 +30,21 @@ def plot_table(purpose: str, table: Table, columns: Sequence[str] | None = None)
     Raises
     ------
     InputError
-        A column that the table does not have, or of text.
+        The table does not have a column, or the column holds text.
     MissingPackageError
         matplotlib is not installed.
     """
     require(purpose, "matplotlib")
     from contiga.io.out.shown_figure import ShownFigure
 
-    names = list(table.quantities[:_MOST] if columns is None else columns)
+    names = list(table.quantities[:_MAX_PANELS] if columns is None else columns)
     for name in names:
         _check_numeric(table, name)
     numeric = [name for name in table.variables if _is_numeric(table, name)]
     over = numeric[0] if len(table.variables) == len(numeric) == 1 else "case"
     x = np.array(table.columns[over], dtype=float)
     order = np.argsort(x, kind="stable")
-    across = min(_ACROSS, max(1, len(names)))
+    across = min(_MAX_ACROSS, max(1, len(names)))
     rows = max(1, -(-len(names) // across))
     size = (3.6 * across, 0.3 + 2.6 * rows)
     figure = ShownFigure(figsize=size, layout="constrained", facecolor="white")
@@ -50,18 +52,9 @@ def plot_table(purpose: str, table: Table, columns: Sequence[str] | None = None)
         axes = figure.add_subplot(rows, across, k + 1)
         values = np.array(table.columns[name], dtype=float)[order]
         axes.plot(x[order], values, "o-" if over != "case" else "o", color=LINES[0], lw=1.4, ms=4)
-        axes.set_xlabel(_with_unit(table, over), color=MUTED)
-        axes.set_ylabel(_with_unit(table, name), color=MUTED)
-        axes.grid(color=GRID)
-        axes.tick_params(colors=MUTED)
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.spines[["left", "bottom"]].set_color(GRID)
+        labels = (with_unit(column, table.units.get(column, "")) for column in (over, name))
+        finish_axes(axes, *labels)
     return figure
-
-
-def _with_unit(table: Table, name: str) -> str:
-    unit = table.units.get(name, "")
-    return f"{name} [{unit}]" if unit else name
 
 
 def _is_numeric(table: Table, name: str) -> bool:

@@ -9,8 +9,8 @@ import numpy as np
 
 from contiga.case.build import build
 from contiga.io.out.files import atomic_write
+from contiga.io.units import with_unit
 from contiga.records import FloatArray, IntArray
-from contiga.report.lines import with_unit
 from contiga.report.space import dots, mesh_trace, space_axis, xyz
 from contiga.report.style import BODY, INK
 from contiga.report.view import View
@@ -141,9 +141,11 @@ def nearest(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatAr
 
 
 def _reach(targets: FloatArray) -> float:
-    """How far from (k, 3) targets their values count: three quarters of the longest way from one to
-    its nearest. So the squares of a grid are whole, and its border is as wide as half of them and
-    a half more."""
+    """Return the distance from targets (k, 3) up to which their values count, length.
+
+    It is three quarters of the longest distance from a target to its nearest one: the squares of a
+    grid are whole, and reach beyond its border by three quarters of a spacing.
+    """
     from scipy.spatial import cKDTree
 
     return _REACH * float(cKDTree(targets).query(targets, k=2)[0][:, 1].max())
@@ -152,9 +154,9 @@ def _reach(targets: FloatArray) -> float:
 def between(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatArray:
     """(n,) values at points, linear between (k, 3) targets as seen along their common normal.
 
-    NaN outside of the targets' convex hull; on the other side of the part, farther from the surface
-    through them than its near side by more than their reach; and everywhere where they are on one
-    line.
+    The value is NaN outside the convex hull of the targets, and everywhere if they are on one line.
+    It is NaN on the far side of the part, too: where a point is farther from the surface through
+    the targets than the nearest point by more than their reach.
 
     >>> corners = np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0]])
     >>> places = np.array([[1.0, 0, 1], [0, 1, 0], [0, 1, 5], [9, 9, 0]])

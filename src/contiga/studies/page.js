@@ -79,7 +79,7 @@
     function of(column) { return whole.map(function (row) { return column.values[row]; }); }
     // Labels that would meet are slanted, and cut where they are long.
     var slanted = drawn.length > 6 || $("parallel").clientWidth < 150 * drawn.length;
-    var most = slanted ? 18 : 60, angle = $("parallel").clientWidth < 90 * drawn.length ? -45 : -20;
+    var most = slanted ? 18 : 22, angle = $("parallel").clientWidth < 90 * drawn.length ? -45 : -20;
     var dimensions = drawn.map(function (column) {
       var cut = column.name.length > most ? "…" + column.name.slice(1 - most) : column.name;
       var made = { label: cut, values: of(column) };

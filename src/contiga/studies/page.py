@@ -29,7 +29,7 @@ _DIGITS = 7
 """Of numbers on the page; the table has all."""
 _FAINT = "#c9ced4"
 _SCALE = SCALE[1:]
-"""Colours of points and lines: the palest is next to white."""
+"""Colours of points and lines; the palest of all is too close to white."""
 _SELECT = '<label>{words} <select id="{name}"></select></label>'
 
 
@@ -149,7 +149,7 @@ def page_of(
     picture: bytes,
     curves: str = "",
 ) -> str:
-    """The page as one text, with its part about curves."""
+    """Return the page as one text; `curves` is its section of curves."""
     room = files("contiga.studies")
     script = room.joinpath("page.js").read_text(encoding="utf-8")
     css = room.joinpath("page.css").read_text(encoding="utf-8")

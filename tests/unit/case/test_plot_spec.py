@@ -87,7 +87,7 @@ def test_a_test_may_be_over_another_channel(tmp_path: Path) -> None:
         (
             'channel = "force"\npoints = [[0, 0], [1, 1]]\nunit = "N"\n',
             TEST,
-            ("unit", "only a file"),
+            ("unit", "is a key of a file"),
         ),
         ('channel = "force"\npoints = [[0, 0], [0, 1]]\n', TEST, ("points", "increase")),
         (

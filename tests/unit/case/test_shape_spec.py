@@ -96,7 +96,7 @@ def test_what_is_wrong_is_told_in_one_message(
         ([0.0, 1.0], np.zeros((2, 4, 2)), "must be control points at each time"),
         ([0.0, 1.0, 2.0], [REST, REST], "one finite time for each row"),
         ([1.0, 0.0], [REST, REST], "times go back or repeat at row 1"),
-        (["a", "b"], [REST, REST], "'times' is of no numbers"),
+        (["a", "b"], [REST, REST], "'times' must hold numbers"),
         ([0.0, 1.0], [REST, np.nan * REST], "must be finite"),
     ],
 )

@@ -27,7 +27,7 @@ def test_two_runs_are_set_beside_each_other(command: Command, case: Path, tmp_pa
     assert page.is_file()
     code, out, _ = command("compare", tmp_path / "a", tmp_path / "a")
     assert code == 0
-    assert "the cases say the same" in out
+    assert "no setting differs" in out
     assert "largest difference none" in out
 
 
@@ -50,3 +50,14 @@ def test_a_wrong_folder_is_one_message(command: Command, tmp_path: Path, name: s
     assert (code, out) == (2, "")
     assert name in one_message(err)
     assert not (tmp_path / "p.html").exists()
+
+
+def test_a_wrong_number_of_runs_and_a_page_that_is_none_are_refused(
+    command: Command, tmp_path: Path
+) -> None:
+    code, _, err = command("compare", tmp_path)
+    assert code == 2
+    assert "DIR: the wrong number of runs; found 1; allowed: 2 to 20" in one_message(err)
+    code, out, err = command("compare", tmp_path, tmp_path, "-o", tmp_path / "p.png")
+    assert (code, out) == (2, "")
+    assert "p.png: the file has another suffix than its format" in one_message(err)

@@ -74,3 +74,13 @@ def test_the_cases_of_a_study_are_drawn_together(
     assert (code, err) == (0, "")
     drawn = picture.read_text(encoding="utf-8")
     assert all(f"<!-- {name} · end" in drawn for name in ("0001", "0002", "0003"))
+
+
+def test_a_zip_has_the_whole_name_of_its_folder(command: Command, tmp_path: Path) -> None:
+    folder = tmp_path / "out_0.5"
+    folder.mkdir()
+    (folder / "report.html").write_text("a page", encoding="utf-8")
+    code, out, _ = command("pack", folder)
+    assert code == 0
+    assert out.startswith(str(tmp_path / "out_0.5.zip"))
+    assert [path.name for path in tmp_path.glob("*.zip")] == ["out_0.5.zip"]

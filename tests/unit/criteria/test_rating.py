@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from contiga.criteria import iso18571
-from contiga.criteria.rating import MOST, Rating
+from contiga.criteria.rating import MAX_SAMPLES, Rating
 from contiga.errors import InputError
 
 pytest.importorskip("objective_rating_metrics.rating")
@@ -120,8 +120,8 @@ def test_both_are_brought_to_the_same_times() -> None:
         ([0.0, 1, 0], [0.0, np.nan, 0], [0.0, 0.01, 0.02], "sample 1 is not finite"),
         ([0.0, 1, 0], [0.0, 1, 0], [0.0, 0.01, 0.01], "times must rise"),
         ([0.0, 1, 0], [0.0, 1, 0], [0.0, 1e-4, 2e-4], "cannot be rated"),
-        ([0.0, 1, 0], [0.0, 1, 0], [0.0, 0.1, 1.1 * MOST * STEP], "cannot be rated"),
-        ([1.0, 1, 1], [0.0, 1, 0], [0.0, 0.01, 0.02], "the same all the time"),
+        ([0.0, 1, 0], [0.0, 1, 0], [0.0, 0.1, 1.1 * MAX_SAMPLES * STEP], "cannot be rated"),
+        ([1.0, 1, 1], [0.0, 1, 0], [0.0, 0.01, 0.02], "constant signal"),
     ],
 )
 def test_what_cannot_be_rated_is_refused(

@@ -168,7 +168,7 @@ def test_many_runs_are_held_against_the_first(tmp_path: Path) -> None:
     assert (force.largest, force.at) == (2.0, 2.0)
     assert result.criteria == {"cg: HIC15": (100.0, 150.0, 50.0)}
     page = page_of(result)
-    for text in ("3 runs", "Peak of r2", "Farthest from r0", "head-pad.force [N]"):
+    for text in ("3 runs", "Peak of r2", "Largest difference from r0", "head-pad.force [N]"):
         assert text in page
     assert ">Change</th>" not in page
 
@@ -198,3 +198,9 @@ def test_cases_of_a_study_are_called_by_their_values(tmp_path: Path) -> None:
     result = cg.compare(*runs)
     assert result.names == ("0001 · thickness 40", "0002 · thickness 60")
     assert result.short_names == ("0001", "0002")
+
+
+@pytest.mark.parametrize(("count", "sideways"), [(8, False), (9, True)])
+def test_many_runs_are_printed_sideways(tmp_path: Path, count: int, sideways: bool) -> None:
+    runs = [write_run(tmp_path / f"r{k}", FINE) for k in range(count)]
+    assert ('<div class="many">' in page_of(cg.compare(*runs))) == sideways

@@ -93,3 +93,17 @@ def test_what_cannot_be_drawn_is_refused_and_nothing_is_written(tmp_path: Path) 
     with pytest.raises(OutputError):
         draw_curves([tmp_path / "a"], tmp_path / "none" / "x.png", y=["force"])
     assert [path.name for path in tmp_path.iterdir()] == ["a"]
+
+
+def test_several_channels_are_labelled_by_their_quantity_and_told_apart_by_dashes(
+    tmp_path: Path,
+) -> None:
+    runs = read_runs([foam(tmp_path / "a"), foam(tmp_path / "b")])
+    several = Curve("time", (FORCE, "head-pad.force_x"))
+    figure = curve_figure(runs, several, [], None)
+    assert figure.layout["yaxis"]["title"]["text"] == "force [N]"
+    named = [trace["name"] for trace in figure.data if trace["showlegend"]]
+    assert named == list(several.y), "the legend names each channel once, for all runs"
+    dashes = [trace["line"]["dash"] for trace in figure.data]
+    assert dashes == ["solid", "dash"] * 2
+    assert "b head-pad.force_x" in figure.data[3]["hovertemplate"]

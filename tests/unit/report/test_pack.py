@@ -50,7 +50,7 @@ def test_links_of_a_study_lead_to_the_reports_in_the_zip(tmp_path: Path) -> None
     ("files", "message"),
     [
         ((), "report.html is missing"),
-        (RUN[1:], "contiga report out"),
+        (RUN[1:], "contiga report .*out"),
         (("study.json",), "study.html"),
     ],
 )
@@ -65,3 +65,15 @@ def test_a_file_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     out = filled(tmp_path / "out", *RUN)
     with pytest.raises(OutputError):
         pack(out, tmp_path / "none" / "x.zip")
+
+
+def test_a_study_without_cases_is_its_page(tmp_path: Path) -> None:
+    out = filled(tmp_path / "st", "study.json", "study.html")
+    assert pack(out, tmp_path / "x.zip") == 2
+
+
+def test_another_suffix_is_refused(tmp_path: Path) -> None:
+    out = filled(tmp_path / "out", *RUN)
+    with pytest.raises(FileError, match=r"x.tar: .*found '.tar'; allowed: .zip"):
+        pack(out, tmp_path / "x.tar")
+    assert not (tmp_path / "x.tar").exists()

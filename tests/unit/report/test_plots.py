@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from tests.figures import checked
 
-from contiga.report.lines import with_unit
+from contiga.io.units import with_unit
 from contiga.report.plots import energy_figure, history_figures
 from contiga.report.run_folder import Run, read_run
 

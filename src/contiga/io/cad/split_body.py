@@ -1,4 +1,4 @@
-"""A body cut in two by a plane, by OpenCASCADE: pieces that close stay closed, by a flat face."""
+"""Cuts of a body by a plane, by OpenCASCADE: parts of closed pieces are closed by a flat face."""
 
 from __future__ import annotations
 
@@ -58,13 +58,13 @@ def _checked(plane: Any) -> tuple[FloatArray, FloatArray]:
             "must be a point and a normal",
             where="Body.split(plane)",
             found=plane,
-            allowed="([x, y, z], [nx, ny, nz]), the normal of a length",
+            allowed="([x, y, z], [nx, ny, nz]), finite, the normal not zero",
         )
     return point, normal / length
 
 
 def _cut(body: Body, point: FloatArray, normal: FloatArray, scale: float) -> list[Any]:
-    """Solids, and faces of what does not close, none of them on both sides of the plane."""
+    """Return solids, and faces of open pieces, each on one side of the plane."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Splitter
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
     from OCP.collections import List_TopoDS_Shape
@@ -93,7 +93,7 @@ def _cut(body: Body, point: FloatArray, normal: FloatArray, scale: float) -> lis
     splitter.SetNonDestructive(True)
     splitter.Build()
     if not splitter.IsDone():
-        raise GeometryError("OpenCASCADE does not split it", where=f"{body.name}.split(plane)")
+        raise GeometryError("OpenCASCADE cannot split the body", where=f"{body.name}.split(plane)")
     whole = splitter.Shape()
     found = subshapes(whole, "SOLID")
     outside = TopExp_Explorer(whole, TopAbs_ShapeEnum.TopAbs_FACE, TopAbs_ShapeEnum.TopAbs_SOLID)
@@ -104,7 +104,7 @@ def _cut(body: Body, point: FloatArray, normal: FloatArray, scale: float) -> lis
 
 
 def _centre(part: Any) -> FloatArray:
-    """Of a solid's volume or a face's area: it is on the side of the plane that the part is on."""
+    """Return the centre of the volume of a solid or of the area of a face."""
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
 
@@ -118,7 +118,7 @@ def _centre(part: Any) -> FloatArray:
 
 
 def _body(body: Body, parts: Sequence[Any], scale: float) -> Body:
-    """Parts of a body as one, named and told of as it."""
+    """Join parts into one body with the name, unit and reference point of the whole."""
     from OCP.BRep import BRep_Builder
     from OCP.TopoDS import TopoDS, TopoDS_Compound
 

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from contiga.errors import OutputError
+from contiga.errors import FileError, OutputError
 from contiga.io.out.full_disk import full_disk, telling_of_full_disks
 
 _TOKEN = 4
@@ -62,6 +62,23 @@ def atomic_write(path: str | Path, before: Path | None = None) -> Iterator[Path]
             temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def check_suffix(path: str | Path, suffix: str) -> None:
+    """Refuse a file to be written whose name does not end in `suffix`, such as ".zip".
+
+    Raises
+    ------
+    FileError
+        It has another suffix, or none.
+    """
+    if Path(path).suffix.lower() != suffix:
+        raise FileError(
+            "the file has another suffix than its format",
+            where=str(path),
+            found=Path(path).suffix or "no suffix",
+            allowed=suffix,
+        )
 
 
 def clear_temporaries(folder: Path, names: Iterable[str]) -> None:

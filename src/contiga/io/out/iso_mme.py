@@ -171,20 +171,24 @@ def read_mme(path: Path, code: str | None = None) -> MmeChannel:
 
     Parameters
     ----------
-    path : the file of a channel, or that of a test (.mme), whose channels are in ``Channel``
-    code : of the channel, or how it begins; needed where a test has several
+    path : file of a channel, or of a test (.mme), whose channels are in the folder ``Channel``
+    code : code of the channel, or its first characters; needed for a test of several channels
 
     Raises
     ------
     FileError
-        A file cannot be read or is none of the format; the test has no such channel, or several.
+        A file cannot be read or has another format; the test has no such channel, or several.
     """
     if path.suffix.lower() != ".mme":
         return _read_channel(path)
     folder = next((one for one in path.parent.iterdir() if one.name.lower() == "channel"), None)
     files = [] if folder is None else sorted(folder.glob(f"{path.stem}.[0-9][0-9][0-9]"))
     if not files:
-        raise FileError("the test has no files of channels", where=str(path), allowed="Channel/…")
+        raise FileError(
+            "the test has no channel files",
+            where=str(path),
+            allowed=f"Channel/{path.stem}.001 and so on",
+        )
     channels = [_read_channel(one) for one in files]
     found = [one for one in channels if code is None or one.code.startswith(code.upper())]
     if len(found) != 1:
@@ -199,7 +203,7 @@ def read_mme(path: Path, code: str | None = None) -> MmeChannel:
 
 
 def _read_channel(path: Path) -> MmeChannel:
-    """A file of "name :value" lines, then a number a line."""
+    """Read a file of lines "name :value", followed by one number in each line."""
     try:
         lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError as error:
@@ -243,6 +247,6 @@ def _read_channel(path: Path) -> MmeChannel:
 
 
 def _told(line: str) -> tuple[str, str]:
-    """Name and value of a line of a head; "" of what has none."""
+    """Return name and value of a line of the head; a missing value is ""."""
     name, _, value = (part.strip() for part in line.partition(":"))
     return name.lower(), "" if value.upper() == _NONE else value

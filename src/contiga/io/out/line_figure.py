@@ -1,4 +1,4 @@
-"""Panels of lines as a matplotlib figure, without a window: what `plot` draws."""
+"""Panels of lines as a matplotlib figure without a window."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from contiga.io.out.palette import GRID, INK, LINES, MUTED
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from contiga.io.out.shown_figure import ShownFigure
 
 
@@ -25,13 +27,13 @@ class Line(NamedTuple):
     """One line of a panel."""
 
     name: str
-    """What the legend calls it."""
+    """Name in the legend."""
     x: FloatArray
     """(n,)."""
     y: FloatArray
-    """(n,); rows where either is NaN are passed over."""
+    """(n,); rows where `x` or `y` is NaN are not drawn."""
     measured: bool = False
-    """Whether it is the curve of a test: it is drawn dashed, in the colour of text."""
+    """Whether it is the curve of a test, which is drawn dashed in the colour of text."""
 
 
 class Panel(NamedTuple):
@@ -43,11 +45,17 @@ class Panel(NamedTuple):
     bands: tuple[FloatArray, ...] = ()
     """Corridors (k, 3): abscissa, lower and upper value."""
     legend: bool = True
+    """Whether a legend names the lines."""
 
 
-def labelled(label: str, unit: str) -> str:
-    """``label [unit]``, or the one of both that there is."""
-    return f"{label} [{unit}]".strip() if unit else label
+def finish_axes(axes: Axes, x_label: str, y_label: str) -> None:
+    """Label axes, and give them the look of all figures."""
+    axes.set_xlabel(x_label, color=MUTED)
+    axes.set_ylabel(y_label, color=MUTED)
+    axes.grid(color=GRID)
+    axes.tick_params(colors=MUTED)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["left", "bottom"]].set_color(GRID)
 
 
 def draw_panels(panels: Sequence[Panel], title: str, path: str | Path | None = None) -> ShownFigure:
@@ -60,7 +68,7 @@ def draw_panels(panels: Sequence[Panel], title: str, path: str | Path | None = N
     Raises
     ------
     InputError
-        A suffix of no format.
+        No picture format has the suffix of `path`.
     OutputError
         `path` cannot be written.
     """
@@ -77,19 +85,14 @@ def draw_panels(panels: Sequence[Panel], title: str, path: str | Path | None = N
             axes.fill_between(x, low, high, color=INK, alpha=0.1, lw=0.0)
         ours = 0
         for line in panel.lines:
-            # Areas and the like are measured at some steps only: the line goes on between them.
+            # Some columns, such as areas, have values at some steps only: the line connects them.
             known = np.isfinite(line.x) & np.isfinite(line.y)
             style = "--" if line.measured or ours >= len(LINES) else "-"
             colour = INK if line.measured else LINES[ours % len(LINES)]
             ours += not line.measured
             width = 1.2 if line.measured else 1.6
             axes.plot(line.x[known], line.y[known], style, color=colour, lw=width, label=line.name)
-        axes.set_xlabel(panel.x_label, color=MUTED)
-        axes.set_ylabel(panel.y_label, color=MUTED)
-        axes.grid(color=GRID)
-        axes.tick_params(colors=MUTED)
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.spines[["left", "bottom"]].set_color(GRID)
+        finish_axes(axes, panel.x_label, panel.y_label)
         axes.margins(x=0.0)
         if panel.legend:
             look: dict[str, Any] = {"frameon": False, "fontsize": 8, "labelcolor": INK}
