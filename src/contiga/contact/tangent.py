@@ -210,10 +210,11 @@ def _control_slopes(
     rows = points.rows
     if shape is None:
         return no_slopes(sampling.n_nodes)
-    assert asked.half is not None
     feet = SurfacePlaces(state.patch[rows], state.uv[rows])
     net = dependence_of(shape.body, shape.now, feet)
-    gap = asked.half[rows] + row_products(state.points_B[rows] - points.foot, points.normal)
+    gap = row_products(state.points_B[rows] - points.foot, points.normal)
+    if asked.half is not None:
+        gap += asked.half[rows]
     turning = _in_world(Terms.of(both.slopes.normal.copy()), pose).blocks
     normal, shares = turn_to_world(pose, points.normal), sampling.shares(rows)
     pressed = state.normal_force[rows]

@@ -33,7 +33,7 @@ from contiga.rigid.rigid_lanes import FORCE, MASS, MOMENTUM, SPINS, TORQUE, VELO
 from contiga.rigid.twist import still
 from contiga.simulation.clock import Clock
 from contiga.simulation.critical import check_stable, limit_of
-from contiga.simulation.joints import joint_states, reacting
+from contiga.simulation.joints import joint_states, react_joints
 from contiga.simulation.model import BodyPart, Model, SlavePart
 from contiga.simulation.settle import Rest, Settle
 from contiga.simulation.step import (
@@ -273,12 +273,12 @@ def _taken_up(
         for k, law in enumerate(model.linkage.laws):
             if (own := remembered.get((law.joint, law.coordinate))) is not None:
                 still_law = own._replace(force=own.force - own.damper, damper=0.0)
-                joints.laws[k] = law.law.begun(still_law)
+                joints.laws[k] = law.law.without_losses(still_law)
     between = Acting(contacts, springs, gas, rings, joints)
     acting = wrenches(model, between, standing)
     kinetic = kicked(placed, system.fixed, acting[system.free], 0.0)
     if joints is not None:
-        kinetic, joints = reacting(model, None, joints, placed, bodies, start, acting)
+        kinetic, joints = react_joints(model, None, joints, placed, bodies, start, acting)
         between = between._replace(joints=joints)
     inside = [nodes.energy(slaves[name]) for name, nodes in system.nodes.items()]
     energy = energy_of(between, inside, kinetic, 0.0, None)

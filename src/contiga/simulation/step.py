@@ -38,7 +38,7 @@ from contiga.rigid.pose import as_pose, to_quaternion
 from contiga.rigid.twist import Twist
 from contiga.simulation.clock import Clock
 from contiga.simulation.gas import ChamberState, covered_by
-from contiga.simulation.joints import close_joints, joint_states, reacting
+from contiga.simulation.joints import close_joints, joint_states, react_joints
 from contiga.simulation.load_forces import add_loads, foresee_loads, work_of_loads
 from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import Model
@@ -211,7 +211,7 @@ def advance(
     kinetic = kicked(standing.free, system.fixed, total[system.free], now.dt)
     if joints is not None:
         moving = standing.free, standing.bodies
-        kinetic, joints = reacting(model, last, joints, *moving, now.time, total)
+        kinetic, joints = react_joints(model, last, joints, *moving, now.time, total)
         acting = acting._replace(joints=joints)
     external, initial, peak = 0.0, None, 0.0
     if last is not None:
