@@ -233,7 +233,8 @@ class Contact(Displayed):
 
     @property
     def follows_feet(self) -> bool:
-        """Whether points are pushed by the walls that they came in by, not by the nearest."""
+        """Whether contact is at the tracked foot on the wall that a point entered by, and not at
+        its closest point."""
         return self.half_thickness is None and not self._options.nearest
 
     @cached_property
