@@ -233,8 +233,7 @@ class Contact(Displayed):
 
     @property
     def follows_feet(self) -> bool:
-        """Whether contact is at the tracked foot on the wall that a point entered by, and not at
-        its closest point."""
+        """Whether contact is at tracked feet on the walls entered, not at closest points."""
         return self.half_thickness is None and not self._options.nearest
 
     @cached_property

@@ -142,7 +142,7 @@ class JointLaw:
     def begin(self, value: float, rate: float) -> JointLawState:
         """Return the state at the start, at a coordinate and its rate; no energy is lost yet."""
         state = self.step(_AT_REST, value, rate)
-        return self.without_losses(
+        return self.begun(
             state._replace(  # friction sticks where it starts
                 force=state.force - state.stuck,
                 stuck=0.0,
@@ -151,7 +151,7 @@ class JointLaw:
         )
 
     @staticmethod
-    def without_losses(state: JointLawState) -> JointLawState:
+    def begun(state: JointLawState) -> JointLawState:
         """Return a state with its energy losses set to zero."""
         return state._replace(hysteresis=0.0, damping=0.0, friction=0.0)
 

@@ -273,7 +273,7 @@ def _taken_up(
         for k, entry in enumerate(model.linkage.laws):
             if (law := settled_laws.get((entry.joint, entry.coordinate))) is not None:
                 at_standstill = law._replace(force=law.force - law.damper, damper=0.0)
-                joints.laws[k] = entry.law.without_losses(at_standstill)
+                joints.laws[k] = entry.law.begun(at_standstill)
     between = Acting(contacts, springs, gas, rings, joints)
     acting = wrenches(model, between, standing)
     kinetic = kicked(placed, system.fixed, acting[system.free], 0.0)
