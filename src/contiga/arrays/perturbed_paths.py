@@ -24,17 +24,18 @@ class Paths(NamedTuple):
     """Straight paths of n points, or parts of them."""
 
     start: FloatArray
-    """(n, 3) with the next, the frame of the surface."""
+    """(n, 3) in the frame of the surface, length."""
     end: FloatArray
+    """(n, 3) in the frame of the surface, length."""
     between: FloatArray
-    """(n, 2) share of the whole path that is gone at the start, and at the end."""
+    """(n, 2) shares of the whole path at the start and at the end."""
     loose: tuple[float, float]
-    """By how many widths of an edge beyond start and end a crossing at that edge may lie."""
+    """Widths of an edge by which a crossing at that edge may lie beyond the start and the end."""
 
 
 Crossings = Callable[[Paths, Hit, FloatArray], None]
-"""Write the last crossing of each path, and how it goes: 1 where it enters, −1 where it leaves,
-0 for none; and the width within which its answer hangs on rounding."""
+"""Function that writes the last crossing of each path into a `Hit`, and into (n, 2) numbers its
+sense, 1 for an entry, −1 for an exit, 0 for none, and the width within which rounding decides."""
 
 
 def settled(search: Crossings, a_B: FloatArray, b_B: FloatArray) -> tuple[Hit, ByteArray]:
@@ -89,7 +90,7 @@ def _by_way_of(
 
 
 def _between(start: FloatArray, end: FloatArray) -> FloatArray:
-    """(n, 2) C-ordered: kernels that are called straight read it by rows."""
+    """Return (n, 2), C-ordered: kernels that are called straight check no layout."""
     return np.stack([start, end], axis=1)
 
 

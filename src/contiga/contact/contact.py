@@ -233,7 +233,7 @@ class Contact(Displayed):
 
     @property
     def follows_feet(self) -> bool:
-        """Whether points are pushed by the walls that they came in by, not by the nearest."""
+        """Whether contact is at tracked feet on the walls entered, not at closest points."""
         return self.half_thickness is None and not self._options.nearest
 
     @cached_property

@@ -86,7 +86,7 @@ def detect(
     workspace, columns = memory or (Workspace.of(len(now)), Columns.of(len(now)))
     detected = Detected.into(workspace, columns)
     if shape is not None:
-        last = last._replace(holds=_turned(last, shape))
+        last = last._replace(holds=_turn_guards(last, shape))
     old = last.last_patch, last.uv, last.holds
     step = Step(last.points_B, now, workspace.way, workspace.ignored, *old)
     surface_way = 0.0 if shape is None else shape.way
@@ -103,8 +103,8 @@ def detect(
     return with_feet(detected, rows)
 
 
-def _turned(last: Last, shape: ChangedShape) -> Holds:
-    """What holds the points in contact, with guards that have turned with the surface."""
+def _turn_guards(last: Last, shape: ChangedShape) -> Holds:
+    """Return the holds of the points in contact, with guards rotated with the surface."""
     rows, guard = last.holds.rows, last.holds.guard
     feet = SurfacePlaces(last.patch[rows], last.uv[rows])
     return last.holds._replace(guard=shape.turned(feet, last.points_B[rows], guard))

@@ -119,7 +119,7 @@ def changes_over_velocities(grown: FloatArray) -> FrictionChange:
 
 
 def changes_over_normals(k: int) -> FrictionChange:
-    """How the input of k points changes with their normals, along the three axes."""
+    """Return the change of the input of k points by rotations of their normals, by three axes."""
     stays, turns = np.zeros((k, 3, 3)), np.tile(np.eye(3), (k, 1, 1))
     return FrictionChange(np.zeros((k, 3)), np.zeros((k, 3)), turns, stays, np.zeros((0, 3, 3)))
 

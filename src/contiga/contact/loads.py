@@ -35,8 +35,8 @@ class Column(NamedTuple):
         return out
 
     def add_to(self, total: FloatArray) -> None:
-        """Add the values to those of all points (n, …)."""
-        if len(self.rows) == len(total):  # of all of them: in a tenth of the time
+        """Add the values to `total` (n, …), an array over all points."""
+        if len(self.rows) == len(total):  # all rows, in order: a tenth of the time
             total += self.values
         else:
             total[self.rows] += self.values

@@ -308,8 +308,8 @@ def _have_come_out(search: StepSearch, asked: Asked) -> BoolArray:
 
 
 def _come_in(search: StepSearch, let_go: IntArray, share: FloatArray, free: IntArray) -> Guards:
-    """Take the points of an open body into contact whose paths come in last: those that were let go
-    of after a `share` (k,) of their ways, and free ones."""
+    """Take the points of an open body into contact whose paths enter last: points released after a
+    `share` (k,) of their paths, and free points."""
     surface, step, _, detected, options, _ = search
     rows = np.concatenate((let_go, free))
     end, all_of_them = step.now[rows], np.arange(len(rows), dtype=np.int32)

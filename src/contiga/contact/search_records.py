@@ -303,8 +303,8 @@ class ShapedSurface(Protocol):
     """A surface in one of its shapes."""
 
     def closest_from(self, starts: SurfacePlaces, p_B: FloatArray, out: Projection) -> None:
-        """Closest points of p_B (k, 3) into `out`, from feet on another shape, patch −1 where there
-        is none."""
+        """Write the closest points of p_B (k, 3) into `out`, starting from feet on another shape,
+        patch −1 where there is none."""
 
 
 class ChangedShape(Protocol):
@@ -323,14 +323,14 @@ class ChangedShape(Protocol):
         """How far any of its points has gone at most, body axes, length."""
 
     def moved(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
-        """(k, 3) where points (k, 3) of before the step are that it has carried along."""
+        """Return points (k, 3), given before the step, after the surface has carried them along."""
 
     def turned(self, feet: SurfacePlaces, points: FloatArray, directions: FloatArray) -> FloatArray:
-        """(k, 3) unit vectors that were `directions` (k, 3) at such points."""
+        """Return unit vectors `directions` (k, 3) at such points, rotated with the surface."""
 
     def last_crossings(self, a_B: FloatArray, b_B: FloatArray) -> tuple[Hit, ByteArray]:
-        """Last crossings of points that go from `a_B` to `b_B` (k, 3) while it changes, told by
-        places on it as it is now; see `Surface.last_crossings`."""
+        """Return the last crossings of points that move from `a_B` to `b_B` (k, 3) while the
+        surface changes, by places on its shape now; see `Surface.last_crossings`."""
 
 
 class StepSearch(NamedTuple):
@@ -347,15 +347,15 @@ class StepSearch(NamedTuple):
     """How the surface has changed; None of one that keeps its shape."""
 
     def last_crossings(self, rows: IntArray) -> tuple[Hit, ByteArray]:
-        """Last crossings of some points with the surface, which may change meanwhile."""
+        """Return the last crossings of some points with the surface, which may change meanwhile."""
         before, now = self.step.before, self.step.now
         if self.shape is None:
             return self.surface.last_crossings(before, now, rows)
         return self.shape.last_crossings(before[rows], now[rows])
 
     def begins(self, rows: IndexArray) -> FloatArray:
-        """(len(rows), 3) where points were before the step, carried along by their feet to where
-        these are now: from there their ways lead over the surface as it is now."""
+        """Return points (len(rows), 3) before the step, carried along to where their feet are now:
+        their paths relative to the surface in its shape now begin there."""
         before = self.step.before[rows]
         if self.shape is None:
             return before

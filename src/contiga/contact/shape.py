@@ -16,9 +16,9 @@ from contiga.masters.protocol import Master
 from contiga.records import ByteArray, FloatArray, Hit, SurfacePlaces
 from contiga.search.deformable import Deformable, DeformedSurface, deformable_of
 
-TURNS = 5
-"""Rounds in which points are carried: each leaves the share of half the angle that the surface
-turns by in the step."""
+CARRY_ITERATIONS = 5
+"""Fixed-point iterations that carry points; each reduces the error by a factor of half the angle
+that the surface rotates by in the step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,23 +63,24 @@ class Shape:
         return NetMotion(self.body, self.before, self.change).carry(feet, points)
 
     def moved(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
-        """(k, 3) where points (k, 3) of before the step are that the surface has carried along with
-        their feet: stiffly, so that their distances from these stay the same."""
+        """Return points (k, 3), given before the step, after the surface has carried them along
+        rigidly with their feet: the distances from the feet stay the same."""
         half_way = NetMotion(self.body, 0.5 * (self.before + self.now), self.change)
-        # x₁ − x₀ = δS + ω × (½ (x₀ + x₁) − S) turns by ω exactly (Cayley); found step by step.
+        # x₁ − x₀ = δS + ω × (½ (x₀ + x₁) − S) is an exact rotation (Cayley), solved by iteration.
         out = points
-        for _ in range(TURNS):
+        for _ in range(CARRY_ITERATIONS):
             out = points + half_way.carry(feet, 0.5 * (points + out))
         return out
 
     def turned(self, feet: SurfacePlaces, points: FloatArray, directions: FloatArray) -> FloatArray:
-        """(k, 3) unit vectors that were `directions` (k, 3) at `points` (k, 3) before the step,
-        turned with the surface at their feet."""
-        turned = self.moved(feet, points + directions) - self.moved(feet, points)
-        return np.asarray(turned / row_lengths(turned)[:, None])
+        """Return unit vectors `directions` (k, 3) at `points` (k, 3), given before the step,
+        rotated with the surface at their feet."""
+        rotated = self.moved(feet, points + directions) - self.moved(feet, points)
+        return np.asarray(rotated / row_lengths(rotated)[:, None])
 
     def last_crossings(self, a_B: FloatArray, b_B: FloatArray) -> tuple[Hit, ByteArray]:
-        """Last crossings of points that go from `a_B` to `b_B` (k, 3) while the surface changes."""
+        """Return the last crossings of points that move from `a_B` to `b_B` (k, 3) while the
+        surface changes its shape."""
         return self.surface.last_crossings_from(self.surface_before, a_B, b_B)
 
     def velocities(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:

@@ -79,7 +79,7 @@ class Asked(NamedTuple):
 
     surface: Surface
     shape: Shape | None
-    """Of a master whose control points were given."""
+    """Shape of the master, if its control points were given."""
     law: Law
     friction: Friction | None
     sampling: Sampling
@@ -120,13 +120,13 @@ class Linearisation(NamedTuple):
     """(3 n, 3 n) over velocities that a step was given; without entries where it was given none, as
     rates then follow from the points."""
     force_by_control: csr_array
-    """(3 n, 3 m) over the master's m control points, body axes; m = 0 where a step was given none.
-    With the next two it leaves out how the surface turns and stretches below a point within the
-    step, which friction and dampers of points that come in see."""
+    """(3 n, 3 m) over the master's m control points, body axes; m = 0 if the step was given none.
+    This and the next two neglect the rotation and stretch of the surface below a point within the
+    step, which affect friction, and dampers of points that enter."""
     control_by_points: csr_array
-    """(3 m, 3 n) of `State.control_force`."""
+    """(3 m, 3 n) derivatives of `State.control_force` over the slave's points."""
     control_by_control: csr_array
-    """(3 m, 3 m) of the same over the control points, body axes."""
+    """(3 m, 3 m) derivatives of `State.control_force` over the control points, body axes."""
 
 
 class _NormalTangent(NamedTuple):
@@ -152,9 +152,9 @@ class _Tangents(NamedTuple):
     velocities: Terms
     """Over these velocities; zero where none were given."""
     turns: Terms
-    """Over a turn of the normal alone; zero of a master that keeps its shape."""
+    """Over a rotation of the normal alone; zero for a master that keeps its shape."""
     slopes: FootSlopes
-    """Of the feet, body axes."""
+    """Derivatives of the feet, body axes."""
 
 
 def tangent_of(asked: Asked, state: State, inputs: StepInputs) -> csr_array:
@@ -205,21 +205,21 @@ def linearisation_of(asked: Asked, state: State, inputs: StepInputs) -> Linearis
 def _control_slopes(
     asked: Asked, state: State, inputs: StepInputs, both: _Tangents, force_W: FloatArray
 ) -> ControlSlopes:
-    """Derivatives over the master's control points, of none where it has none."""
+    """Return the derivatives over the master's control points; empty ones if none were given."""
     points, pose, shape, sampling = inputs.points, state.pose, asked.shape, asked.sampling
     rows = points.rows
     if shape is None:
         return no_slopes(sampling.n_nodes)
-    assert asked.half is not None
     feet = SurfacePlaces(state.patch[rows], state.uv[rows])
     net = dependence_of(shape.body, shape.now, feet)
-    gap = asked.half[rows] + row_products(state.points_B[rows] - points.foot, points.normal)
+    gap = row_products(state.points_B[rows] - points.foot, points.normal)
+    if asked.half is not None:
+        gap += asked.half[rows]
     turning = _in_world(Terms.of(both.slopes.normal.copy()), pose).blocks
     normal, shares = turn_to_world(pose, points.normal), sampling.shares(rows)
     pressed = state.normal_force[rows]
     traction = force_W - pressed[:, None] * normal if len(state.traction_B) else 0.0 * force_W
-    forces = force_W, pressed, traction
-    at = AtFeet(*forces, normal, gap, turning, both.places, both.turns, shares)
+    at = AtFeet(force_W, pressed, traction, normal, gap, turning, both.places, both.turns, shares)
     return control_slopes(at, net, pose[:3, :3], len(shape.now))
 
 
@@ -262,18 +262,19 @@ def _point_tangents(asked: Asked, state: State, inputs: StepInputs) -> _Tangents
         own = changes_over_places(seen.points, carried, getattr(friction, "has_rate", True))
         places = places.plus(friction_terms(friction, seen, carried, own))
     places = _in_world(places, state.pose)
-    still = carried._replace(slopes=FootSlopes(np.zeros((k, 3)), np.zeros((k, 3, 3))))
+    no_slopes_of_feet = FootSlopes(np.zeros((k, 3)), np.zeros((k, 3, 3)))
+    fixed_feet = carried._replace(slopes=no_slopes_of_feet)
     turns = velocities = Terms.of(np.zeros((k, 3, 3)))
     if asked.shape is not None:
         turns = Terms.of(force[:, None, None] * np.eye(3))
         if friction is not None and seen is not None and k:
-            turns = turns.plus(friction_terms(friction, seen, still, changes_over_normals(k)))
+            turns = turns.plus(friction_terms(friction, seen, fixed_feet, changes_over_normals(k)))
     if inputs.twist is not None:
         by_speed = -rate[:, None] * points.normal
         velocities = Terms.of(points.normal[:, :, None] * by_speed[:, None, :])
         if friction is not None and seen is not None and k:
             own = changes_over_velocities(by_speed)
-            velocities = velocities.plus(friction_terms(friction, seen, still, own))
+            velocities = velocities.plus(friction_terms(friction, seen, fixed_feet, own))
     turns, velocities = _in_world(turns, state.pose), _in_world(velocities, state.pose)
     return _Tangents(places, velocities, turns, slopes)
 

@@ -109,8 +109,8 @@ def _leave_from_behind(
 
 
 def _feet(search: StepSearch, rows: IntArray, *, before: bool = False) -> Projection:
-    """Find the closest points of where points are now, or were before the step; on a surface that
-    changes its shape those of the last step are gone on with."""
+    """Find the closest points of points `rows`, now or before the step; on a surface that changes
+    its shape the search starts from the feet of the last step."""
     step, shape, last = search.step, search.shape, search.last
     points = step.before if before else step.now
     if shape is None:
@@ -121,7 +121,7 @@ def _feet(search: StepSearch, rows: IntArray, *, before: bool = False) -> Projec
 
 
 def reach(feet: Projection, p_B: FloatArray, rows: IntArray, options: Options) -> Reached:
-    """Tell by the closest points of p_B[rows] which points half the thickness reaches."""
+    """Find from the closest points of p_B[rows] which points are within half the thickness."""
     assert options.half is not None
     half = options.half[rows]
     on_border = (feet.status == Status.BORDER) | (feet.status == Status.TRIMMED)

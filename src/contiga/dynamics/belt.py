@@ -26,33 +26,39 @@ from contiga.slaves.strip import Strip
 
 KINDS = ("bars", "ribbon", "membrane")
 LIFT = 1e-7
-"""Share of its length that a belt is laid above a surface, for its nodes to enter it."""
-SPARE = 1.1
-"""Factor on what nodes of a membrane lack, as it is raised."""
-TWIST, AROUND = 3.0, 15
-"""Widths of a belt along which its normal is the mean of so many of the bodies'."""
-STEEP = 0.2
-"""Cosine of a body's normal and the belt's from which on moves off the body are no longer."""
+"""Height of a belt above a surface as a share of its path, so that its nodes start outside."""
+OVERSHOOT = 1.1
+"""Factor on the missing clearance by which a membrane is raised."""
+SMOOTHING_WIDTHS, SMOOTHING_POINTS = 3.0, 15
+"""Widths of a belt over which its normal is averaged, and number of normals in this mean."""
+MIN_COSINE = 0.2
+"""Lower bound of the cosine between the normals of body and belt that a lift is divided by."""
 GROUND, FREE = "ground", "free"
-"""Anchors that are no body."""
+"""Anchors other than bodies."""
 ENDS = "start", "end"
-STRAIGHT = 1e-6
-"""Share of the length of the webbing at an end by which it may bend: it is one straight spring."""
+STRAIGHT_TOL = 1e-6
+"""Share of its length by which the chord of the webbing at an end may be shorter: the webbing is
+one straight spring."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BeltEnd:
     """Webbing between an anchor and the first row of nodes of a belt, with the devices at it.
 
-    A spring with one tension, which may be reeled in, paid out and slip through a ring, where the
-    nodes of a belt cannot go.
+    It is a spring with one tension, which can be reeled in, paid out and pulled through a slip
+    ring, unlike the nodes of a belt.
 
     Parameters
     ----------
-    length : length of the path that it takes, at least as long as what is ever pulled in there
-    curve : force over elongation; that of the belt's material if omitted, which is for bars
-    unloading, hysteresis_slope, filter : as of a `Spring`
-    retractor, limiter, pretensioner, release : as of a `Spring`
+    length : length of path that it replaces, > 0; at least the length ever pulled in at this end
+    curve : force over elongation; that of the belt's material if omitted, for bars only
+    unloading, hysteresis_slope, filter : as in `Spring`
+    retractor, limiter, pretensioner, release : as in `Spring`
+
+    Raises
+    ------
+    InputError
+        A length that is not positive, an unloading without a curve.
 
     Examples
     --------
@@ -74,48 +80,48 @@ class BeltEnd:
     def __post_init__(self) -> None:
         positive(self.length, "length")
         if self.curve is None and (self.unloading, self.hysteresis_slope) != (None, None):
-            raise InputError("is missing: an unloading was given", where="curve")
+            raise InputError("is missing: an unloading needs it", where="curve")
 
     @property
     def devices(self) -> Devices:
-        """Devices at its anchor."""
+        """The devices at its anchor."""
         return Devices(self.retractor, self.limiter, self.pretensioner, self.release)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Belt:
-    """A belt along a `Path`: bars, or a membrane whose width is tangent to the bodies, of triangles
-    or of one NURBS patch.
+    """A belt along a `Path`: bars, or a membrane of triangles or of one NURBS patch.
 
-    The nodes of the belt are evenly spaced along the path. A membrane at rest lies flat, along x,
-    with its width along y: the warp of a `Fabric` along the belt is ``direction=[1, 0, 0]``.
+    The nodes are evenly spaced along the path, and the width of a membrane is tangent to the
+    bodies. A membrane at rest lies flat along x, with its width along y: the warp of a `Fabric`
+    along the belt is ``direction=[1, 0, 0]``.
 
     Parameters
     ----------
     path : from `contiga.route`
-    material : of bars `contiga.materials.Belt` or `Elastic`, of the others `Fabric`, `Elastic` or
-        another of membranes
-    density : mass over volume
-    width, thickness : length; of bars their product is the section
-    kind : "bars", "ribbon" of triangles, or "membrane", a patch of degree 2 without stiffness in
-        bending
-    segments : elements along the belt
-    across : elements across a ribbon or membrane
-    shortening : share of its length that the belt is shorter at rest than the path: its strain at
-        the start is shortening/(1 − shortening)
-    anchors : what holds its start and its end: "ground", the name of a body, or "free", for springs
-        that end there
-    start, end : webbing and devices between that and its nodes; `Belt.springs` are these
-    velocity : (3,) of its nodes at the start
+    material : `contiga.materials.Belt` or `Elastic` for bars; `Fabric`, `Elastic` or another
+        material of membranes for the other kinds
+    density : mass over volume, > 0
+    width, thickness : length, > 0; their product is the cross-section of bars
+    kind : "bars", "ribbon" of triangles, or "membrane", a patch of degree 2 without bending
+        stiffness
+    segments : number of elements along the belt
+    across : number of elements across a ribbon or membrane
+    shortening : 1 − length at rest over length of the path, 0 ≤ shortening < 1: the strain at the
+        start is shortening/(1 − shortening)
+    anchors : supports of the start and of the end: "ground", the name of a body, or "free" for an
+        end without support or on springs of your own
+    start, end : webbing and devices between an anchor and the nodes; see `Belt.springs`
+    velocity : (3,) velocity of the nodes at the start, world axes
     damping : α of a force −α m v on each node, 1/time
-    name : what messages and results call it
+    name : name in messages and results
 
     Raises
     ------
     InputError
         A width, thickness or density that is not positive, fewer than one element, a shortening
-        outside 0 to 1, an unknown kind; webbing at an end that is held by nothing, longer than the
-        path, or not straight.
+        outside its range, an unknown kind; webbing at a free end, longer than the path, or not
+        straight.
 
     Examples
     --------
@@ -153,65 +159,68 @@ class Belt:
         for key in ("segments", "across"):
             if not (isinstance(getattr(self, key), int) and getattr(self, key) >= 1):
                 raise InputError(
-                    "must be a whole number", where=key, found=getattr(self, key), allowed="≥ 1"
+                    "must be a whole number",
+                    where=key,
+                    found=getattr(self, key),
+                    allowed="1 or more",
                 )
         if not 0.0 <= self.shortening < 1.0:
             raise InputError(
-                "is a share of the length", where="shortening", found=self.shortening,
-                allowed="0 up to, not including, 1",
+                "must be a share of the length", where="shortening", found=self.shortening,
+                allowed="0 ≤ shortening < 1",
             )  # fmt: skip
         self._check_ends()
 
     def _check_ends(self) -> None:
-        """Refuse webbing at an end that nothing holds, or that is no straight part of the path."""
-        whole, span = self.path.length, self._span
+        """Refuse webbing at a free end, or along a part of the path that is not straight."""
+        path_length, span = self.path.length, self._span
         if not span[0] < span[1]:
             raise InputError(
                 "the webbing at its ends leaves nothing of the belt between",
                 where="start.length",
                 found=[end.length for end in (self.start, self.end) if end is not None],
-                allowed=f"less in all than the path, which is {whole:.6g} long",
+                allowed=f"a sum below the length of the path, {path_length:.6g}",
             )
         for name, end, anchor, near, far in zip(
-            ENDS, (self.start, self.end), self.anchors, (0.0, whole), span, strict=True
+            ENDS, (self.start, self.end), self.anchors, (0.0, path_length), span, strict=True
         ):
             if end is None:
                 continue
             if anchor == FREE:
                 raise InputError(
-                    "webbing that ends at nothing holds nothing",
+                    "webbing needs a support at its anchor",
                     where=f"anchors[{ENDS.index(name)}]",
                     found=FREE,
                     allowed=f'"{GROUND}" or a body, or no webbing at its {name}',
                 )
-            between = self.path.at([near, far])
-            if np.linalg.norm(between[1] - between[0]) < (1.0 - STRAIGHT) * end.length:
+            tips = self.path.at([near, far])
+            if np.linalg.norm(tips[1] - tips[0]) < (1.0 - STRAIGHT_TOL) * end.length:
                 raise InputError(
-                    "this webbing would lie on a body, and is to be straight",
+                    "this webbing would lie on a body, but it must be straight",
                     where=f"{name}.length",
                     found=end.length,
-                    allowed=f"up to {self._free_length(name):.6g}, where the path meets it",
+                    allowed=f"up to {self._free_length(name):.6g}, where the path meets the body",
                 )
 
     def _free_length(self, end: str) -> float:
-        """Length of the path from an end to where it first lies on a body."""
+        """Return the length of the path from an end to its first contact with a body."""
         wraps = self.path.wraps
         return wraps[0].start if end == "start" else self.path.length - wraps[-1].end
 
     @property
     def _span(self) -> tuple[float, float]:
-        """Arc lengths of the path between which the nodes of the belt lie."""
+        """Arc lengths of the path at the first and at the last row of nodes."""
         before, after = (0.0 if end is None else end.length for end in (self.start, self.end))
         return before, self.path.length - after
 
     @property
     def laid_length(self) -> float:
-        """Length of the path between its first and its last row of nodes."""
+        """Length of the path between the first and the last row of nodes."""
         return self._span[1] - self._span[0]
 
     @cached_property
     def slave(self) -> Slave:
-        """The nodes of the belt, row by row across it, where the path lies."""
+        """The slave: nodes along the path, row by row across the belt."""
         if self.kind == "membrane":
             patch = self._strip.through(self._rows_of_strip)
             return Slave(surfaces=patch, thickness=self.thickness, name=self.name)
@@ -225,16 +234,16 @@ class Belt:
                 elements={"line": lines},
             )  # fmt: skip
         a, b, c, d = rows[:-1, :-1], rows[1:, :-1], rows[1:, 1:], rows[:-1, 1:]
-        # Diagonals cross, so that the ribbon is no stiffer towards one side.
-        odd = (np.indices(a.shape).sum(axis=0) % 2 == 1)[..., None, None]
-        one = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], axis=-2)
-        other = np.stack([np.stack([a, b, d], -1), np.stack([b, c, d], -1)], axis=-2)
-        facets = np.where(odd, one, other).reshape(-1, 3)
+        # Alternating diagonals: the ribbon is equally stiff towards both sides.
+        is_odd = (np.indices(a.shape).sum(axis=0) % 2 == 1)[..., None, None]
+        cut_a_c = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], axis=-2)
+        cut_b_d = np.stack([np.stack([a, b, d], -1), np.stack([b, c, d], -1)], axis=-2)
+        facets = np.where(is_odd, cut_a_c, cut_b_d).reshape(-1, 3)
         return Slave(points, facets, thickness=self.thickness, name=self.name)
 
     @cached_property
     def motion(self) -> Deforming:
-        """How the belt moves: by the forces of its elements."""
+        """The motion: a slave that deforms by the forces of its elements."""
         ends = [
             (anchor if end is None else FREE, rows)
             for anchor, end, rows in zip(
@@ -259,31 +268,31 @@ class Belt:
 
     @property
     def springs(self) -> dict[str, Spring]:
-        """Webbing between its anchors and its nodes, by name: "<belt> start" and "<belt> end".
+        """Springs of the webbing at the ends, by name: "<belt> start" and "<belt> end".
 
         Raises
         ------
         InputError
-            A curve that is no webbing's, or missing where the material has none for it.
+            A curve that webbing cannot have, or no curve where the material gives none.
         """
         springs = {}
-        spots = self.path.points[[0, -1]]
-        for name, end, anchor, spot, rows in zip(
-            ENDS, (self.start, self.end), self.anchors, spots, self.ends, strict=True
+        anchor_points = self.path.points[[0, -1]]
+        for name, end, anchor, anchor_point, rows in zip(
+            ENDS, (self.start, self.end), self.anchors, anchor_points, self.ends, strict=True
         ):
             if end is None:
                 continue
             shares = np.ones(len(rows))
-            if len(rows) > 1:  # by the widths of the elements beside them
+            if len(rows) > 1:  # proportional to the tributary widths
                 shares[[0, -1]] = 0.5
             spread = Spread(rows, shares / shares.sum())
-            called = f"{self.name} {name}"
-            springs[called] = Spring(
+            spring_name = f"{self.name} {name}"
+            springs[spring_name] = Spring(
                 (anchor, self.name),
-                at=np.array([spot, spread.shares @ self.slave.points[rows]]),
+                at=np.array([anchor_point, spread.shares @ self.slave.points[rows]]),
                 **self._webbing(name, end),
                 length=(1.0 - self.shortening) * end.length,
-                name=called,
+                name=spring_name,
                 filter=end.filter,
                 retractor=end.retractor,
                 limiter=end.limiter,
@@ -294,30 +303,30 @@ class Belt:
         return springs
 
     def _webbing(self, name: str, end: BeltEnd) -> dict[str, Any]:
-        """Curves of the webbing at an end, as `Spring` takes them."""
+        """Return the curves of the webbing at an end, as arguments of `Spring`."""
         if end.curve is not None:
             keys = "curve", "unloading", "hysteresis_slope"
             return {key: getattr(end, key) for key in keys}
         material, length = self.material, (1.0 - self.shortening) * end.length
         if isinstance(material, Webbing):
-            per_length = [length, 1.0]
-            lower, slope = material.unloading, material.hysteresis_slope
+            to_elongation = [length, 1.0]  # rows of strain and force
+            unloading, slope = material.unloading, material.hysteresis_slope
             return {
-                "curve": np.asarray(material.loading) * per_length,
-                "unloading": None if lower is None else np.asarray(lower) * per_length,
+                "curve": np.asarray(material.loading) * to_elongation,
+                "unloading": None if unloading is None else np.asarray(unloading) * to_elongation,
                 "hysteresis_slope": None if slope is None else slope / length,
             }
         if isinstance(material, Elastic) and self.kind == "bars":
             return {"curve": material.young * self.width * self.thickness / length}
         raise InputError(
-            "is missing: the force over the elongation of the webbing there",
+            "is missing: force over elongation of the webbing at this end",
             where=f"{name}.curve",
-            allowed="a stiffness or a table; bars of the material belt or elastic need none",
+            allowed="a stiffness or a table; bars of material belt or elastic need none",
         )
 
     @property
     def ends(self) -> tuple[IntArray, IntArray]:
-        """Nodes of its start and of its end."""
+        """Nodes (k,) of its start and of its end, each across the belt."""
         if self.kind == "membrane":
             surfaces = self.slave.surfaces
             assert surfaces is not None
@@ -326,19 +335,20 @@ class Belt:
 
     @property
     def rest_length(self) -> float:
-        """Length of the belt without force, with the webbing at its ends."""
+        """Length of the belt at zero force, including the webbing at its ends."""
         return (1.0 - self.shortening) * self.path.length
 
     @cached_property
     def _rows(self) -> IntArray:
         """(segments + 1, nodes across) numbers of the nodes."""
-        wide = 1 if self.kind == "bars" else self.across + 1
-        count = (self.segments + 1) * wide
-        return np.arange(count, dtype=np.int32).reshape(-1, wide)
+        nodes_across = 1 if self.kind == "bars" else self.across + 1
+        count = (self.segments + 1) * nodes_across
+        return np.arange(count, dtype=np.int32).reshape(-1, nodes_across)
 
     @cached_property
     def _offsets(self) -> FloatArray:
-        """(nodes across,) from the middle of the belt; of a membrane control points."""
+        """(nodes across,) signed distances of nodes from the middle of the belt; of control points
+        for a membrane."""
         if self.kind == "bars":
             return np.zeros(1)
         if self.kind == "membrane":
@@ -353,102 +363,101 @@ class Belt:
 
     @property
     def _strip(self) -> Strip:
+        """The spline patch of a membrane."""
         return Strip(self.segments, self.across)
 
     @cached_property
     def _rows_of_strip(self) -> FloatArray:
-        """(n, k, 3) rows that the patch of a membrane goes through: on the path, so far above the
-        bodies that its nodes between are outside."""
+        """(n, k, 3) rows of points that the patch of a membrane interpolates, on the path, and high
+        enough above the bodies for the nodes between them to be outside."""
         start, end = self._span
         arc = start + (end - start) * self._strip.along
-        least = gap = LIFT * self.path.length
+        min_gap = gap = LIFT * self.path.length
         for _ in range(MOVES):
             rows = self._laid(arc, gap)
             nodes = Splines.of(self._strip.through(rows)).points
-            short = least - self.path.over.clearances(nodes).gap.min()
-            if short <= 0.0:
+            shortage = min_gap - self.path.over.clearances(nodes).gap.min()
+            if shortage <= 0.0:
                 break
-            gap += SPARE * short
+            gap += OVERSHOOT * shortage
         return rows
 
     def _laid(self, arc: FloatArray, gap: float) -> FloatArray:
-        """(n, k, 3) rows at arc lengths, on the path and beside it, `gap` above the bodies.
-
-        They are straight, and stand off where a body is hollow across the path, as in a crease.
-        """
+        """Return straight rows (n, k, 3) across the path at arc lengths (n,), at least `gap` above
+        the bodies; they bridge a body that is concave across the path, as in a crease."""
         normal, step = self._normals(arc), 0.5 * self.laid_length / self.segments
         middle = self.path.at(arc)
         ahead, behind = (np.clip(arc + x, 0.0, self.path.length) for x in (step, -step))
         along = self.path.at(ahead) - self.path.at(behind)
-        # Width and normal in this order: facets face away from the bodies.
-        wide = np.cross(normal, along)
-        sizes = np.linalg.norm(wide, axis=1)
-        if self.kind != "bars" and not (sizes > 1e-6 * step).all():
+        # In this order the facets face away from the bodies.
+        across = np.cross(normal, along)
+        norms = np.linalg.norm(across, axis=1)
+        if self.kind != "bars" and not (norms > 1e-6 * step).all():
             raise InputError(
-                f"a {self.kind} cannot be laid straight towards a body",
+                f"a {self.kind} cannot run straight towards a body",
                 where=f"{self.name}: path",
-                found=middle[int(np.argmin(sizes))].tolist(),
+                found=middle[int(np.argmin(norms))].tolist(),
                 allowed="a path that passes beside the nearest body",
-                remedy="Move the end aside, or lay it as bars",
+                remedy="Move the end aside, or use bars",
             )
-        wide /= np.maximum(sizes, 1e-300)[:, None]
-        rows = middle[:, None] + self._offsets[None, :, None] * wide[:, None]
+        across /= np.maximum(norms, 1e-300)[:, None]
+        rows = middle[:, None] + self._offsets[None, :, None] * across[:, None]
         if self.kind == "bars":
             return self.path.outside(rows[:, 0], gap)[:, None]
         return rows + self._lift(rows, normal, gap)[:, None]
 
     def _normals(self, arc: FloatArray) -> FloatArray:
-        """(n, 3) normals of the belt at arc lengths.
+        """Return unit normals (n, 3) of the belt at arc lengths (n,).
 
-        Those of the bodies that it lies on, between two of them by its way from one to the other;
-        of these the means over `TWIST` widths, as a belt that turns faster is stretched at its
-        edges by more than a per cent.
+        They are those of the bodies below it, interpolated along the path between two bodies, and
+        averaged over `SMOOTHING_WIDTHS` widths: a belt that twists faster is stretched by more than
+        one per cent at its edges.
         """
         path = self.path
-        lies = np.flatnonzero(path.body >= 0)
-        if self.kind == "bars" or len(lies) == 0:
+        on_body = np.flatnonzero(path.body >= 0)
+        if self.kind == "bars" or len(on_body) == 0:
             return path.normal_at(arc)
-        around = TWIST * self.width * np.linspace(-0.5, 0.5, AROUND)
-        near = (arc[:, None] + around).ravel()
-        columns = [np.interp(near, path.arc[lies], one) for one in path.normal[lies].T]
-        normals = np.stack(columns, axis=1).reshape(len(arc), AROUND, 3).mean(axis=1)
+        window = SMOOTHING_WIDTHS * self.width * np.linspace(-0.5, 0.5, SMOOTHING_POINTS)
+        at = (arc[:, None] + window).ravel()
+        columns = [np.interp(at, path.arc[on_body], axis) for axis in path.normal[on_body].T]
+        normals = np.stack(columns, axis=1).reshape(len(arc), SMOOTHING_POINTS, 3).mean(axis=1)
         return np.asarray(normals / np.linalg.norm(normals, axis=1)[:, None])
 
     def _lift(self, rows: FloatArray, normal: FloatArray, gap: float) -> FloatArray:
-        """(n, 3) moves of rows (n, k, 3) along their normals until all their nodes are `gap`
-        outside, and the edges of facets of a ribbon, no less than that and even over its width."""
+        """Return displacements (n, 3) of rows (n, k, 3) along their normals (n, 3), smooth over the
+        belt's width, that put all nodes, and edges of a ribbon's facets, at least `gap` outside."""
         lift = np.zeros(len(rows))
         for _ in range(MOVES):
             lifted = rows + (lift[:, None] * normal)[:, None]
-            short = self._shortage(lifted, normal, gap)
+            shortage = self._shortage(lifted, normal, gap)
             if self.kind == "ribbon":
-                first, then = lifted[:-1], lifted[1:]
-                middles = first + then, first[:, 1:] + then[:, :-1], first[:, :-1] + then[:, 1:]
-                of_facets = 0.5 * np.concatenate(middles, axis=1)
-                between = self._shortage(of_facets, normal[1:], gap)
-                short[1:] = np.maximum(short[1:], between)
-                short[:-1] = np.maximum(short[:-1], between)
-            if not short.any():
+                first, second = lifted[:-1], lifted[1:]
+                sums = first + second, first[:, 1:] + second[:, :-1], first[:, :-1] + second[:, 1:]
+                edge_middles = 0.5 * np.concatenate(sums, axis=1)
+                of_edges = self._shortage(edge_middles, normal[1:], gap)
+                shortage[1:] = np.maximum(shortage[1:], of_edges)
+                shortage[:-1] = np.maximum(shortage[:-1], of_edges)
+            if not shortage.any():
                 break
-            lift += short
-        # What is no less than the largest near by on both sides is so in their mean, too.
+            lift += shortage
+        # The mean of running maxima over the same window is never below the values themselves.
         size = 2 * round(0.5 * self.width * self.segments / self.laid_length) + 1
-        even = uniform_filter1d(maximum_filter1d(lift, size), size)
-        return np.asarray(even[:, None] * normal)
+        smooth = uniform_filter1d(maximum_filter1d(lift, size), size)
+        return np.asarray(smooth[:, None] * normal)
 
     def _shortage(self, rows: FloatArray, normal: FloatArray, gap: float) -> FloatArray:
-        """(n,) lengths that rows (n, k, 3) must move along their normals to be `gap` outside."""
-        near = self.path.over.clearances(np.ascontiguousarray(rows.reshape(-1, 3)))
-        short = np.maximum(gap - near.gap, 0.0).reshape(rows.shape[:2])
-        along = np.abs((near.normal.reshape(rows.shape) * normal[:, None]).sum(axis=2))
-        return np.asarray((short / np.maximum(along, STEEP)).max(axis=1))
+        """Return the lengths (n,) by which rows (n, k, 3) must move along normals (n, 3) to be
+        `gap` outside."""
+        nearest = self.path.over.clearances(np.ascontiguousarray(rows.reshape(-1, 3)))
+        shortage = np.maximum(gap - nearest.gap, 0.0).reshape(rows.shape[:2])
+        cosine = np.abs((nearest.normal.reshape(rows.shape) * normal[:, None]).sum(axis=2))
+        return np.asarray((shortage / np.maximum(cosine, MIN_COSINE)).max(axis=1))
 
     @cached_property
     def _rest(self) -> FloatArray:
-        """(n, 3) nodes without strain, of a membrane control points: flat, along x.
+        """(n, 3) nodes at rest, control points for a membrane, flat and along x.
 
-        Between two rows it is as long as the mean distance of their nodes, a chord's, less the
-        shortening.
+        The distance of two rows is the mean distance of their nodes, less the shortening.
         """
         if self.kind == "membrane":
             return self._strip.flat(self._rows_of_strip, self.width, 1.0 - self.shortening)

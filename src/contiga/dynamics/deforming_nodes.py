@@ -56,7 +56,7 @@ EPS = float(np.finfo(np.float64).eps)
 NODES = 16384
 """Below which a second thread does not pay; a multiple of the nodes of a block."""
 NOTHING, NO_ROWS = np.zeros((0, 3)), np.zeros(0, np.int32)
-"""Of what does not act."""
+"""Forces of a kind that does not act, and rows of none."""
 
 
 @pass_by_pointer
@@ -80,7 +80,7 @@ class Acting(NamedTuple):
     contacts: FloatArray
     """(k, 3) of contacts."""
     everywhere: FloatArray
-    """Of contacts, springs and gas where they act on all nodes."""
+    """(n, 3) forces of contacts, springs and gas if they act on all nodes, else (0, 3)."""
     elements: FloatArray
     loads: FloatArray
     drag: FloatArray

@@ -4,18 +4,18 @@ A chamber holds ideal gases, mixed, at one pressure and temperature:
 
     dU = Σ ṁ_in h(T_in) dt − ṁ_out h(T) dt − p dV,    p V = Σ m_k R_k T,    U = Σ m_k u_k(T),
 
-with h = ∫ c_p dT and u = h − R T of each gas (Wang & Nefske, SAE 880654). U and the masses are what
-is kept; the temperature is found from them. Through an opening of area A goes
+with h = ∫ c_p dT and u = h − R T of each gas (Wang & Nefske, SAE 880654). U and the masses are the
+state; the temperature follows from them. The mass flow through an opening of area A is
 
     ṁ = C A p √(2γ/((γ−1) R T) (π^{2/γ} − π^{(γ+1)/γ})),
 
-with π the ratio of the pressures after and before it, and no less than that at which the flow is as
-fast as sound, (2/(γ+1))^{γ/(γ−1)}.
+with π the ratio of the pressures downstream and upstream, bounded below by the critical ratio
+(2/(γ+1))^{γ/(γ−1)} of choked flow.
 
-A step is split (Strang 1968): half of the change of volume, adiabatic and exact; half of what flows
-through each opening, one after the other; all that inflators give; the openings in reverse, and the
-other half of the volume. It is of order two, exact where nothing flows, and stable for any opening:
-what flows through one evens out the pressures and does not pass that.
+A step is split (Strang 1968): half of the change of volume, adiabatic and exact; half of the flow
+through each opening, one after the other; all of the inflow from inflators; the openings in reverse
+order; and the other half of the change of volume. It is of second order, exact where nothing flows,
+and stable for any opening: the flow through one equalises the pressures and never overshoots.
 """
 
 from __future__ import annotations
@@ -53,20 +53,21 @@ AMBIENT = "ambient"
 
 @dataclass(frozen=True, init=False, eq=False)
 class Inflator:
-    """What blows gas into a chamber.
+    """A gas generator of a chamber.
 
     Parameters
     ----------
-    mass_rate : mass / time, a number, or rows t, ṁ with nothing before the first and after the last
-    temperature : kelvin, a number or rows t, T, which stay at both ends
-    gas : what comes, a gas or a `Mixture`; that of the surroundings if omitted
-    trigger : name of the sensor whose trigger fires it, from when its times count; if omitted they
-        are those of the run
+    mass_rate : mass / time: a number, or rows (t, ṁ) with no flow before the first and after the
+        last
+    temperature : kelvin: a number, or rows (t, T), constant beyond both ends
+    gas : a gas or a `Mixture`; that of the surroundings if omitted
+    trigger : name of the sensor whose trigger fires it, at which its times start; if omitted they
+        are times of the run
 
     Raises
     ------
     InputError
-        A rate below zero, a temperature that is not above zero.
+        A negative rate, a temperature that is not positive, tables whose times do not rise.
     """
 
     mass_rate: Series
@@ -92,7 +93,7 @@ class Inflator:
 
     @property
     def kinks(self) -> FloatArray:
-        """Times at which what comes bends or jumps; since it is fired where a trigger does it."""
+        """(k,) times at which the inflow has kinks or jumps; since firing if it has a trigger."""
         return np.concatenate([self.mass_rate.x, self.temperature.x])
 
 
@@ -102,23 +103,22 @@ class Vent:
 
     Parameters
     ----------
-    area : a number, or rows over the excess pressure p − p_after or, with `over` = "time", over
-        time; these stay at both ends
-    coefficient : of discharge, C, above zero
+    area : length²: a number, or rows over the excess pressure p − p_downstream or, with `over` =
+        "time", over time; constant beyond both ends
+    coefficient : discharge coefficient C, > 0
     over : "pressure" or "time"
-    to : name of another chamber; the surroundings if omitted
-    opens_at : excess pressure from which on it is open, and stays so
-    opens_after : time from which on it is open
-    trigger : name of the sensor whose trigger lets it open, from when its times count; until then
-        it is shut. If omitted they are those of the run
-    on : the facets that it is in: a table of one place as `Deforming(fixed=…)` has them; facets all
-        of whose corners are there. As much of it is closed as bodies cover of these; without it
-        nothing ever covers it
+    to : name of the chamber that it leads to; the surroundings if omitted
+    opens_at : excess pressure at which it opens for good
+    opens_after : time before which it is shut
+    trigger : name of the sensor whose trigger lets it open, at which its times start; if omitted
+        they are times of the run
+    on : the facets that it is in, a place as in `Deforming(fixed=…)`: facets with all corners
+        there. The share of them that bodies cover is closed; if omitted nothing covers the vent
 
     Raises
     ------
     InputError
-        A number below zero, another word, a table that is no place.
+        A negative area, an unknown word, a table that is no place.
     """
 
     area: Series
@@ -143,7 +143,7 @@ class Vent:
         on: Mapping[str, Any] | None = None,
     ) -> None:
         if over not in ("pressure", "time"):
-            raise InputError("is not known", where="over", found=over, allowed="pressure, time")
+            raise InputError("is unknown", where="over", found=over, allowed="pressure, time")
         put = object.__setattr__
         put(self, "area", _series("area", area, over="t" if over == "time" else "p"))
         put(self, "coefficient", positive(coefficient, "coefficient"))
@@ -158,16 +158,18 @@ class Vent:
 
     @property
     def kinks(self) -> FloatArray:
-        """Times at which its area bends or jumps; since it may open where a trigger does that."""
+        """(k,) times at which its area has kinks or jumps; since firing if it has a trigger."""
         times = [self.opens_after] if math.isfinite(self.opens_after) else []
         return np.array([*times, *(self.area.x if self.over == "time" else ())], np.float64)
 
 
 class Surroundings(NamedTuple):
-    """What is around all chambers."""
+    """State of the gas outside a chamber, which is also that inside at the start."""
 
     pressure: float
+    """Absolute pressure, force over area."""
     temperature: float
+    """Kelvin."""
     gas: Gas | Mixture
 
 
@@ -177,19 +179,18 @@ class Chamber:
 
     Parameters
     ----------
-    slave : its name; its facets close a space, and their normals point out of it
-    surroundings : `Surroundings`: pressure, temperature and gas outside, and of the chamber at the
-        start
-    inflators, vents : what gas comes and goes by
-    leak : C A of fabric over its area: what leaks through a unit of area that no body covers; a
-        number, or rows over the excess pressure
-    name : how results call it; "gas" if empty
+    slave : name of the slave; its facets close the space, and their normals point outwards
+    surroundings : pressure, temperature and gas outside, and inside at the start
+    inflators, vents : inflow and openings
+    leak : effective leak area C A of the fabric per area that no body covers: a number, or rows
+        over the excess pressure
+    name : name in the results; "gas" if empty
 
     Raises
     ------
     InputError
-        A pressure or temperature that is not above zero, a leak below it, parts of another kind, a
-        name that means the surroundings.
+        A pressure or temperature that is not positive, a negative leak, parts of another kind, the
+        name "ambient", which stands for the surroundings.
     """
 
     slave: str
@@ -211,7 +212,7 @@ class Chamber:
     ) -> None:
         if name == AMBIENT:
             raise InputError(
-                "is what vents call the surroundings", where="name", found=name, allowed="another"
+                "stands for the surroundings", where="name", found=name, allowed="another name"
             )
         all_of(Surroundings, (surroundings,), "surroundings", "must be", "contiga.gas.Surroundings")
         positive(surroundings.pressure, "surroundings: pressure")
@@ -229,30 +230,31 @@ class Chamber:
 
     @property
     def open_at_start(self) -> FloatArray:
-        """(v,) 1 of vents that no pressure opens."""
+        """(v,) 1 for vents that need no pressure to open, else 0."""
         return np.array([vent.opens_at == -math.inf for vent in self.vents], np.float64)
 
     @property
     def leaks(self) -> bool:
-        """Whether its fabric does, at any pressure."""
+        """Whether its fabric leaks at any pressure."""
         return bool(self.leak.y.any())
 
     @property
     def waiting(self) -> dict[str, Inflator | Vent]:
-        """Inflators and vents that wait for a trigger, by their places."""
-        places: dict[str, Inflator | Vent] = {}
-        places |= {f"inflators[{k}]": one for k, one in enumerate(self.inflators)}
-        places |= {f"vents[{k}]": one for k, one in enumerate(self.vents)}
-        return {place: one for place, one in places.items() if one.trigger is not None}
+        """Inflators and vents that wait for a trigger, by their place: "inflators[0]" and so on."""
+        devices: dict[str, Inflator | Vent] = {}
+        devices |= {f"inflators[{k}]": inflator for k, inflator in enumerate(self.inflators)}
+        devices |= {f"vents[{k}]": vent for k, vent in enumerate(self.vents)}
+        return {place: device for place, device in devices.items() if device.trigger is not None}
 
     @property
     def kinks(self) -> FloatArray:
-        """Times at which what flows bends or jumps."""
-        every: list[Inflator | Vent] = [*self.inflators, *self.vents]
-        return np.concatenate([np.zeros(0), *(one.kinks for one in every if one.trigger is None)])
+        """(k,) times at which inflators or vents without a trigger have kinks or jumps."""
+        devices: list[Inflator | Vent] = [*self.inflators, *self.vents]
+        kinks = (device.kinks for device in devices if device.trigger is None)
+        return np.concatenate([np.zeros(0), *kinks])
 
     def resting(self) -> Chamber:
-        """The same gas with nothing that comes or goes."""
+        """Return a copy without inflow, open vents or leaks."""
         still = copy(self)
         nothing = Series(np.zeros(1), np.zeros(1))
         for key, openings, flow in (
@@ -267,76 +269,79 @@ class Chamber:
         return still
 
     def called(self, name: str) -> Chamber:
-        """A copy of another name."""
-        other = copy(self)
-        object.__setattr__(other, "name", name)
-        return other
+        """Return a copy with another name."""
+        renamed = copy(self)
+        object.__setattr__(renamed, "name", name)
+        return renamed
 
 
 class GasState(NamedTuple):
-    """What is in a chamber at one time."""
+    """State of a chamber at one time."""
 
     masses: FloatArray
-    """(k,) of each gas of all chambers."""
+    """(k,) mass of each gas of all chambers."""
     energy: float
-    """U."""
+    """Internal energy U."""
     volume: float
+    """Volume, length³."""
     pressure: float
+    """Absolute pressure."""
     temperature: float
+    """Kelvin."""
     is_open: FloatArray
-    """(v,) 1 of vents that have opened."""
+    """(v,) 1 for vents that have opened, else 0."""
     came: float
     """Enthalpy that came in since the start."""
     left: float
-    """And that went out."""
+    """Enthalpy that went out since the start."""
     stored: float
-    """U + p_a V since the start: the energy of the gas, and what the surroundings did on it."""
+    """Change of U + p_a V since the start: energy of the gas, and work against the surroundings."""
     at_start: float
-    """U + p_a V then."""
+    """U + p_a V at the start."""
 
 
 class Exposed(NamedTuple):
     """Fabric and vents of a chamber that no body covers."""
 
     area: float
-    """Area of its facets that leak, length²."""
+    """Uncovered area of its facets, length²."""
     vents: FloatArray
-    """(v,) shares of its vents."""
+    """(v,) uncovered share of each vent."""
 
 
 class Opening(NamedTuple):
-    """A vent of a chamber, or all of its fabric that leaks."""
+    """A vent of a chamber, or its leaking fabric."""
 
     here: int
     """Number of the chamber."""
     there: int | None
     """Number of the chamber that it leads to; None for the surroundings."""
     vent: int | None
-    """Number of the vent; None of fabric."""
+    """Number of the vent; None for fabric."""
 
 
 class Around(NamedTuple):
     """A unit of mass of the gas around each of c chambers."""
 
     masses: list[FloatArray]
-    """(k,) of each gas of all chambers, for each of them."""
+    """(k,) mass of each gas, for each chamber."""
     volumes: list[float]
-    """(c,)."""
+    """(c,) volume of this mass, length³."""
     temperatures: list[float]
     """(c,) kelvin."""
 
 
 class Chambers:
-    """Chambers that gas may flow between.
+    """All chambers of a simulation, with the gas flow between them.
 
     Parameters
     ----------
-    chambers : of names of their own
+    chambers : chambers with different names
 
     Raises
     ------
     InputError
-        A vent to a chamber that is not there, or to its own; vents of two chambers to each other.
+        A vent to an unknown chamber or to its own; two chambers with vents to each other.
     """
 
     def __init__(self, chambers: Sequence[Chamber]) -> None:
@@ -345,7 +350,7 @@ class Chambers:
         gases: list[Gas] = []
         for chamber in self.chambers:
             mixtures = [chamber.surroundings.gas]
-            mixtures += [one.gas for one in chamber.inflators if one.gas is not None]
+            mixtures += [inflator.gas for inflator in chamber.inflators if inflator.gas is not None]
             gases += [gas for mixture in mixtures for gas, _ in parts_of(mixture)]
             for k, vent in enumerate(chamber.vents):
                 if vent.to != AMBIENT and (vent.to not in index or vent.to == chamber.name):
@@ -359,8 +364,8 @@ class Chambers:
                 back = () if there is None else self.chambers[there].vents
                 if any(other.to == chamber.name for other in back):
                     raise InputError(
-                        f"gas {vent.to!r} has a vent to this chamber, too: gas flows both ways "
-                        "through one, and the areas of both would count",
+                        f"gas {vent.to!r} has a vent to this chamber as well: gas flows both ways "
+                        "through each vent, so both areas would add up",
                         where=f"gas {chamber.name!r}: vents[{k}]: to",
                         found=vent.to,
                         remedy="Keep one of them",
@@ -372,23 +377,25 @@ class Chambers:
                 self._openings.append(Opening(c, index.get(vent.to), k))
             if chamber.leaks:
                 self._openings.append(Opening(c, None, None))
-        self._fired_by = [one.trigger for chamber in self.chambers for one in chamber.inflators]
+        self._fired_by = [
+            inflator.trigger for chamber in self.chambers for inflator in chamber.inflators
+        ]
         self._opened_by = [
-            None if k is None else self.chambers[here].vents[k].trigger
-            for here, _, k in self._openings
+            None if vent is None else self.chambers[here].vents[vent].trigger
+            for here, _, vent in self._openings
         ]
         self._tables = FlowTables(
             gas_table(self.gases), self._opening_table(), self._inflator_table()
         )
-        around = [chamber.surroundings for chamber in self.chambers]
+        every = [chamber.surroundings for chamber in self.chambers]
         self._around = Around(
-            [np.array(shares_of(self.gases, one.gas)) for one in around],
-            [one.gas.constant * one.temperature / one.pressure for one in around],
-            [one.temperature for one in around],
+            [np.array(shares_of(self.gases, outside.gas)) for outside in every],
+            [outside.gas.constant * outside.temperature / outside.pressure for outside in every],
+            [outside.temperature for outside in every],
         )
 
     def start(self, volumes: FloatArray) -> list[GasState]:
-        """Return what is in volumes (c,) at the start: gas as around them."""
+        """Return the states of chambers with volumes (c,) at the start: gas as around them."""
         states = []
         for chamber, volume in zip(self.chambers, volumes.tolist(), strict=True):
             pressure, temperature, gas = chamber.surroundings
@@ -420,25 +427,26 @@ class Chambers:
         dt: float,
         fired: Mapping[str, float] | None = None,
     ) -> list[GasState]:
-        """Return what is in chambers after a step of length `dt` that ends at `time`.
+        """Return the states of the chambers after a step of length `dt` that ends at `time`.
 
         Parameters
         ----------
-        volumes : (c,) of the chambers at its end
-        exposed : (c,) what is open of their fabric and vents then
-        fired : times at which triggers fire, by their sensors; those that are missing have not
+        states : (c,) states before the step
+        volumes : (c,) volumes at its end, length³
+        exposed : (c,) uncovered fabric and vents at its end
+        fired : times at which triggers fired, by their sensors
         """
         now = self._contents(states, exposed, fired or {})
         volumes = np.ascontiguousarray(volumes, np.float64)
         straight(gas_nb.flow)(self._tables, now, volumes, float(time), float(dt))
-        vents: list[list[float]] = [[] for _ in self.chambers]
+        opened_vents: list[list[float]] = [[] for _ in self.chambers]
         for opening, is_open in zip(self._openings, now.is_open.tolist(), strict=True):
             if opening.vent is not None:
-                vents[opening.here].append(is_open)
+                opened_vents[opening.here].append(is_open)
         after = []
         for c, (chamber, state) in enumerate(zip(self.chambers, states, strict=True)):
             energy, volume = float(now.energy[c]), float(volumes[c])
-            whole = energy + chamber.surroundings.pressure * volume
+            total = energy + chamber.surroundings.pressure * volume
             after.append(
                 GasState(
                     now.masses[c].copy(),
@@ -446,10 +454,10 @@ class Chambers:
                     volume,
                     float(now.pressure[c]),
                     float(now.temperature[c]),
-                    np.array(vents[c], np.float64),
+                    np.array(opened_vents[c], np.float64),
                     float(now.came[c]),
                     float(now.left[c]),
-                    whole - float(state.at_start),
+                    total - float(state.at_start),
                     state.at_start,
                 )
             )
@@ -473,8 +481,8 @@ class Chambers:
     def _contents(
         self, states: Sequence[GasState], exposed: Sequence[Exposed], fired: Mapping[str, float]
     ) -> Contents:
-        """Return the contents of chambers as a step begins, in arrays of their own: a step may be
-        refused, and asked for again."""
+        """Return the contents of the chambers at the beginning of a step, in new arrays: a step may
+        be rejected and repeated."""
         c = len(states)
         masses = np.empty((2 * c + 2, len(self.gases)))
         energy, volume, temperature = np.empty((3, 2 * c + 2))
@@ -485,11 +493,11 @@ class Chambers:
             *(state.temperature for state in states),
             *self._around.temperatures,
         ]
-        is_open, free = np.ones(len(self._openings)), np.empty(len(self._openings))
-        for o, (here, _, k) in enumerate(self._openings):
-            free[o] = exposed[here].area if k is None else exposed[here].vents[k]
-            if k is not None:
-                is_open[o] = states[here].is_open[k]
+        is_open, uncovered = np.ones(len(self._openings)), np.empty(len(self._openings))
+        for o, (here, _, vent) in enumerate(self._openings):
+            uncovered[o] = exposed[here].area if vent is None else exposed[here].vents[vent]
+            if vent is not None:
+                is_open[o] = states[here].is_open[vent]
         return Contents(
             masses,
             energy,
@@ -499,65 +507,70 @@ class Chambers:
             np.array([state.came for state in states], np.float64),
             np.array([state.left for state in states], np.float64),
             is_open,
-            free,
-            _begin(self._opened_by, fired),
-            _begin(self._fired_by, fired),
+            uncovered,
+            _clock_starts(self._opened_by, fired),
+            _clock_starts(self._fired_by, fired),
             np.empty(len(self.gases)),
         )
 
     def _opening_table(self) -> OpeningTable:
-        """Return what kernels know of vents and fabric."""
+        """Return the table of vents and fabric for kernels."""
         areas: list[Series] = []
         over_time, opens_at, opens_after = [], [], []
-        for here, _, k in self._openings:
+        for here, _, number in self._openings:
             chamber = self.chambers[here]
-            if k is None:
+            if number is None:
                 areas.append(chamber.leak)
                 over_time.append(False)
                 opens_at.append(-math.inf)
                 opens_after.append(-math.inf)
             else:
-                vent = chamber.vents[k]
+                vent = chamber.vents[number]
                 areas.append(Series(vent.area.x, vent.coefficient * vent.area.y))
                 over_time.append(vent.over == "time")
                 opens_at.append(vent.opens_at)
                 opens_after.append(vent.opens_after)
         count = len(self.chambers)
-        there = [count + one.here if one.there is None else one.there for one in self._openings]
+        there = [
+            count + opening.here if opening.there is None else opening.there
+            for opening in self._openings
+        ]
         return OpeningTable(
-            np.array([one.here for one in self._openings], np.int32),
+            np.array([opening.here for opening in self._openings], np.int32),
             np.array(there, np.int32),
             np.array(over_time, np.bool_),
-            np.array([one is not None for one in self._opened_by], np.bool_),
+            np.array([trigger is not None for trigger in self._opened_by], np.bool_),
             np.array(opens_at, np.float64),
             np.array(opens_after, np.float64),
             joined(areas),
         )
 
     def _inflator_table(self) -> InflatorTable:
-        """Return what kernels know of inflators."""
+        """Return the table of inflators for kernels."""
         every = [
-            (c, one, one.gas or chamber.surroundings.gas)
+            (c, inflator, inflator.gas or chamber.surroundings.gas)
             for c, chamber in enumerate(self.chambers)
-            for one in chamber.inflators
+            for inflator in chamber.inflators
         ]
         shares = [shares_of(self.gases, gas) for _, _, gas in every]
         return InflatorTable(
             np.array([c for c, _, _ in every], np.int32),
-            np.array([one is not None for one in self._fired_by], np.bool_),
+            np.array([trigger is not None for trigger in self._fired_by], np.bool_),
             np.array(shares, np.float64).reshape(len(every), len(self.gases)),
-            joined([one.mass_rate for _, one, _ in every]),
-            joined([one.temperature for _, one, _ in every]),
+            joined([inflator.mass_rate for _, inflator, _ in every]),
+            joined([inflator.temperature for _, inflator, _ in every]),
         )
 
 
-def _begin(triggers: Sequence[str | None], fired: Mapping[str, float]) -> FloatArray:
-    """Return when times begin to count that wait for triggers, or for none."""
-    return np.array([fired.get(one, math.inf) if one else 0.0 for one in triggers], np.float64)
+def _clock_starts(triggers: Sequence[str | None], fired: Mapping[str, float]) -> FloatArray:
+    """Return the times (n,) at which clocks start: with their triggers, at 0 without one; infinite
+    until a trigger fires."""
+    starts = [fired.get(trigger, math.inf) if trigger else 0.0 for trigger in triggers]
+    return np.array(starts, np.float64)
 
 
 def _threshold(name: str, given: float) -> float:
-    """A pressure or a time from which on a vent is open."""
+    """Return the pressure or time at which a vent opens, which may be infinite."""
     try:
         value = float(real(given, name))
     except (TypeError, ValueError) as error:
@@ -568,12 +581,12 @@ def _threshold(name: str, given: float) -> float:
 
 
 def _series(name: str, given: ArrayLike, over: str, above: bool = False) -> Series:
-    """Return a number, or rows over "t" or "p", of which none is below zero, or all are above it.
+    """Return the `Series` of a number, or of rows over "t" or "p".
 
     Raises
     ------
     InputError
-        Neither a number nor rows, or less.
+        Neither a number nor rows, a negative value, or with `above` a value that is not positive.
     """
     try:
         rows = np.asarray(real(given, name), dtype=np.float64)

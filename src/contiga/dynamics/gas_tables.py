@@ -1,4 +1,4 @@
-"""Gases, openings and inflators of chambers as kernels take them."""
+"""Tables of gases, openings and inflators for kernels."""
 
 from __future__ import annotations
 
@@ -15,54 +15,58 @@ from contiga.records import FloatArray, IntArray
 
 
 class Series(NamedTuple):
-    """Values over something, linear between rows; those of the ends stay beyond them."""
+    """A piecewise linear function, constant beyond its ends."""
 
     x: FloatArray
+    """(r,) abscissae that rise: time, or excess pressure."""
     y: FloatArray
+    """(r,) ordinates."""
 
 
 @pass_by_pointer
 class Joined(NamedTuple):
-    """Tables one after the other, each a `Series`."""
+    """n concatenated `Series`."""
 
     rows: IntArray
-    """(n + 1,) where each begins."""
+    """(n + 1,) first row of each, and the number of all rows."""
     x: FloatArray
+    """(r,) abscissae of all."""
     y: FloatArray
+    """(r,) ordinates of all."""
 
 
 @pass_by_pointer
 class GasTable(NamedTuple):
-    """k gases, each with its c_p as polynomials one after the other."""
+    """k gases, with p polynomials of c_p over consecutive ranges of temperature."""
 
     constant: FloatArray
-    """(k,) R, energy by mass and kelvin."""
+    """(k,) gas constant R, energy by mass and kelvin."""
     first: IntArray
-    """(k,) the first polynomial of each."""
+    """(k,) first polynomial of each gas."""
     highest: FloatArray
-    """(p,) temperature up to which a polynomial holds, infinite of the last one of a gas."""
+    """(p,) highest temperature of each polynomial, kelvin; infinite for the last one of a gas."""
     coefficients: FloatArray
-    """(p, d) a₀, a₁, … of c_p = Σ a_i T^i."""
+    """(p, d) coefficients a₀, a₁, … of c_p = Σ a_i T^i, energy by mass and kelvin."""
 
 
 @pass_by_pointer
 class OpeningTable(NamedTuple):
-    """o vents, and fabric that leaks."""
+    """o openings: vents, and the leaking fabric of each chamber."""
 
     here: IntArray
     """(o,) number of the chamber."""
     there: IntArray
-    """(o,) row of `Contents` that it leads to: another chamber, or its surroundings."""
+    """(o,) row of `Contents` on the other side: another chamber, or the surroundings."""
     over_time: NDArray[np.bool_]
-    """(o,) whether the area is a table over time; else over the excess pressure."""
+    """(o,) whether the area is a function of time; else of the excess pressure."""
     waits: NDArray[np.bool_]
     """(o,) whether it is shut until a trigger fires."""
     opens_at: FloatArray
-    """(o,) excess pressure from which on it is open, and stays so."""
+    """(o,) excess pressure at which it opens for good."""
     opens_after: FloatArray
-    """(o,) time from which on it is open."""
+    """(o,) time before which it is shut."""
     areas: Joined
-    """C A over time or excess pressure; of fabric by its area."""
+    """Effective area C A over time or excess pressure; for fabric per area of fabric."""
 
 
 @pass_by_pointer
@@ -70,20 +74,20 @@ class InflatorTable(NamedTuple):
     """i inflators."""
 
     chamber: IntArray
-    """(i,)."""
+    """(i,) number of the chamber that each one fills."""
     waits: NDArray[np.bool_]
     """(i,) whether a trigger fires it."""
     shares: FloatArray
-    """(i, k) of the gases in what comes, by mass."""
+    """(i, k) mass fractions of the gases."""
     rates: Joined
-    """Mass by time over time."""
+    """Mass flow, mass by time, over time."""
     temperatures: Joined
-    """Kelvin over time."""
+    """Temperature, kelvin, over time."""
 
 
 @pass_by_pointer
 class FlowTables(NamedTuple):
-    """All that says how gas flows."""
+    """Gases, openings and inflators of all chambers."""
 
     gases: GasTable
     openings: OpeningTable
@@ -92,37 +96,39 @@ class FlowTables(NamedTuple):
 
 @pass_by_pointer
 class Contents(NamedTuple):
-    """Contents of c chambers in the course of a step, of their surroundings and two rows to work
-    in: r = 2 c + 2 rows. Kernels change them in place."""
+    """Contents during a step, changed in place by kernels.
+
+    The r = 2 c + 2 rows are c chambers, the surroundings of each, and two rows to work in.
+    """
 
     masses: FloatArray
-    """(r, k) of each gas."""
+    """(r, k) mass of each gas."""
     energy: FloatArray
-    """(r,) internal."""
+    """(r,) internal energy."""
     volume: FloatArray
-    """(r,)."""
+    """(r,) volume, length³."""
     temperature: FloatArray
-    """(r,) that these masses have with this energy, kelvin."""
+    """(r,) temperature by masses and energy, kelvin."""
     pressure: FloatArray
-    """(c,) at the end of the step."""
+    """(c,) absolute pressure at the end of the step."""
     came: FloatArray
-    """(c,) enthalpy since the start."""
+    """(c,) enthalpy that came in since the start."""
     left: FloatArray
-    """(c,) and that went out."""
+    """(c,) enthalpy that went out since the start."""
     is_open: FloatArray
-    """(o,) 1 of openings that have opened."""
+    """(o,) 1 for openings that have opened, else 0."""
     exposed: FloatArray
-    """(o,) share of a vent that no body covers; of fabric the area."""
+    """(o,) share of a vent that no body covers; for fabric its uncovered area."""
     opened: FloatArray
-    """(o,) times from which those of openings count, infinite before a trigger's are known."""
+    """(o,) time at which the clock of each opening starts; infinite until its trigger fires."""
     fired: FloatArray
-    """(i,) the same of inflators."""
+    """(i,) time at which the clock of each inflator starts; infinite until its trigger fires."""
     moved: FloatArray
-    """(k,) masses that flow, to work in."""
+    """(k,) masses that flow: a work array."""
 
 
 def joined(tables: Sequence[Series]) -> Joined:
-    """Join tables to one."""
+    """Concatenate tables."""
     rows = np.cumsum([0, *(len(table.x) for table in tables)]).astype(np.int32)
     none = np.zeros(0)
     return Joined(
@@ -133,7 +139,7 @@ def joined(tables: Sequence[Series]) -> Joined:
 
 
 def gas_table(gases: Sequence[Gas]) -> GasTable:
-    """Return what kernels know of gases."""
+    """Return the table of gases for kernels."""
     first: list[int] = []
     highest: list[float] = []
     pieces: list[tuple[float, ...]] = []
@@ -153,6 +159,6 @@ def gas_table(gases: Sequence[Gas]) -> GasTable:
 
 
 def shares_of(gases: Sequence[Gas], gas: Gas | Mixture) -> list[float]:
-    """(k,) shares of `gases` in one of them, or in a mixture."""
-    parts: Mapping[Gas, float] = dict(parts_of(gas))
-    return [parts.get(one, 0.0) for one in gases]
+    """Return the mass fractions (k,) of `gases` in a gas or a mixture."""
+    fractions: Mapping[Gas, float] = dict(parts_of(gas))
+    return [fractions.get(component, 0.0) for component in gases]

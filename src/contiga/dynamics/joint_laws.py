@@ -1,4 +1,4 @@
-"""Laws of joints: moment over an angle, or force over a travel, with stops and friction."""
+"""Laws of joints: moment over angle, or force over travel, with stops, damping and friction."""
 
 from __future__ import annotations
 
@@ -19,23 +19,31 @@ from contiga.laws.law import above_zero, as_curve, not_negative
 
 
 class JointLawState(NamedTuple):
-    """What a law of a joint has come to. Energies but `stored` add up since the start."""
+    """State of a law at one time. Forces are moments where the coordinate is an angle."""
 
     value: float
-    """Of the coordinate: radians, or length."""
+    """Coordinate: radians, or length."""
     force: float
-    """Moment or force that works against the coordinate, all parts together."""
+    """Total force that opposes the coordinate: curve, stops, friction and damper."""
     memory: float
-    """Part of the curve, from which hysteresis goes on."""
+    """Force of the curve, from which hysteresis continues."""
     stuck: float
-    """Part of friction."""
+    """Force of friction."""
     damper: float
-    """Part of the damper."""
+    """Force of the damper."""
     stored: float
-    """Energy of curve, stops and sticking friction."""
+    """Energy stored in the curve, the stops and sticking friction."""
     hysteresis: float
+    """Energy lost by the curve since the start."""
     damping: float
+    """Energy lost by the damper since the start."""
     friction: float
+    """Energy lost by friction since the start."""
+
+
+_AT_REST = JointLawState(*(0.0 for _ in JointLawState._fields))
+"""State of a law at the coordinate 0, without force."""
+_NO_RESPONSE = Axial(0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -44,28 +52,29 @@ class JointLaw:
 
     Parameters
     ----------
-    curve : moment (or force) against the coordinate: a number is a stiffness for both signs, a
-        table is moment over coordinate
-    unloading, hysteresis_slope : as of a `Spring`; the curves are then for both senses alike, over
-        the size of the coordinate
-    damping : moment by the rate, ≥ 0
-    friction : moment that the joint slides at, ≥ 0
-    friction_slope : stiffness with which it sticks, moment over coordinate
-    stops : (low, high) values beyond which the stops push back
-    stop_curve : moment of a stop over how far it is passed
-    start : value of the coordinate at the start
+    curve : moment (or force) over the coordinate: a number is a stiffness for both signs, a table
+        has rows (coordinate, moment)
+    unloading, hysteresis_slope : unloading curve and slope of a `Spring`; the curves are then
+        symmetric, over the absolute value of the coordinate
+    damping : moment over rate, ≥ 0
+    friction : moment at which the joint slides, ≥ 0
+    friction_slope : stiffness of sticking, moment over coordinate, > 0
+    stops : (low, high) values of the coordinate beyond which the stops push back
+    stop_curve : moment of a stop over its depth, the coordinate beyond the stop: a stiffness or a
+        table
+    start : coordinate at the start
 
     Notes
     -----
-    The force is F(x) + c x' + stop + friction. Friction sticks elastically up to its limit, as
-    springs in series with sliders do: its work is stored or lost exactly. The damper's energy is
-    counted by the trapezoidal rule, as of springs.
+    The force is F(x) + c x' + stop + friction. Friction sticks elastically up to its limit, like a
+    spring in series with a slider, so its work is stored or lost exactly. The energy of the damper
+    is integrated by the trapezoidal rule, as for springs.
 
     Raises
     ------
     InputError
-        Nothing given, a part without the other that it needs, stops that do not rise, a start
-        beyond them, curves that break the rules of `Characteristic` and `Hysteresis`.
+        A part without the other that it needs, stops that do not rise, a start beyond them,
+        curves that break the rules of `Characteristic` and `Hysteresis`.
 
     Examples
     --------
@@ -99,7 +108,7 @@ class JointLaw:
     ) -> None:
         if curve is None and (unloading is not None or hysteresis_slope is not None):
             raise InputError(
-                "is missing: a law that unloads has a curve that it loads by", where="curve"
+                "is missing: an unloading curve or slope needs a loading curve", where="curve"
             )
         _check_pair("friction", friction or None, "friction_slope", friction_slope)
         _check_pair("stops", stops, "stop_curve", stop_curve)
@@ -131,49 +140,48 @@ class JointLaw:
             )
 
     def begin(self, value: float, rate: float) -> JointLawState:
-        """Return the state at the start, with a coordinate and its rate; nothing is lost yet."""
-        state = self.step(JointLawState(0.0, *8 * (0.0,)), value, rate)
+        """Return the state at the start, at a coordinate and its rate; no energy is lost yet."""
+        state = self.step(_AT_REST, value, rate)
         return self.begun(
             state._replace(  # friction sticks where it starts
                 force=state.force - state.stuck,
                 stuck=0.0,
-                stored=state.stored - self._sticking(state.stuck),
+                stored=state.stored - self._sticking_energy(state.stuck),
             )
         )
 
     @staticmethod
     def begun(state: JointLawState) -> JointLawState:
-        """Return a state with nothing lost yet."""
+        """Return a state with its energy losses set to zero."""
         return state._replace(hysteresis=0.0, damping=0.0, friction=0.0)
 
     def step(self, last: JointLawState, value: float, rate: float) -> JointLawState:
         """Return the state after a step from `last` to a coordinate `value`, at `rate`."""
-        way = value - last.value
-        own = self._moved(last, value)
-        stop, stored = self._stop(value)
-        trial = last.stuck + self.friction_slope * way
+        change = value - last.value
+        curve, stop = self._curve_response(last, value), self._stop_response(value)
+        trial = last.stuck + self.friction_slope * change
         stuck = min(max(trial, -self.friction), self.friction)
-        slid = abs(trial - stuck) / self.friction_slope if self.friction_slope else 0.0
+        slip = abs(trial - stuck) / self.friction_slope if self.friction_slope else 0.0
         damper = self.damping * rate
         return JointLawState(
-            value,
-            own.force + stop + stuck + damper,
-            own.force,
-            stuck,
-            damper,
-            own.stored + stored + self._sticking(stuck),
-            last.hysteresis + own.lost,
-            last.damping + 0.5 * (last.damper + damper) * way,
-            last.friction + abs(stuck) * slid,
+            value=value,
+            force=curve.force + stop.force + stuck + damper,
+            memory=curve.force,
+            stuck=stuck,
+            damper=damper,
+            stored=curve.stored + stop.stored + self._sticking_energy(stuck),
+            hysteresis=last.hysteresis + curve.lost,
+            damping=last.damping + 0.5 * (last.damper + damper) * change,
+            friction=last.friction + abs(stuck) * slip,
         )
 
     def stiffness_bound(self, value: float) -> float:
-        """Return a bound of the slope that a step from `value` may come upon, ≥ 0."""
+        """Return an upper bound of the slope dF/dx in a step from `value`, ≥ 0."""
         bound = self.friction_slope
         if self._law is not None:
             bound += self._law.max_slope(value if self.hysteresis is None else abs(value))
         if self._stop_law is not None:
-            bound += self._stop_law.max_slope(self._beyond(value))
+            bound += self._stop_law.max_slope(self._stop_depth(value))
         return bound
 
     @cached_property
@@ -184,40 +192,42 @@ class JointLaw:
     def _stop_law(self) -> SpringLaw | None:
         return None if self.stop_curve is None else spring_law(self.stop_curve, None)
 
-    def _moved(self, last: JointLawState, value: float) -> Axial:
-        """The curve's part; with hysteresis either sense is loaded from nothing."""
+    def _curve_response(self, last: JointLawState, value: float) -> Axial:
+        """Return force and energies of the curve; hysteresis loads each sign from zero."""
         if self._law is None:
-            return Axial(0.0, 0.0, 0.0, 0.0)
+            return _NO_RESPONSE
         if self.hysteresis is None:
             return self._law.move(last.value, last.memory, value)
-        sense = math.copysign(1.0, value)
-        own = self._law.move(sense * last.value, max(sense * last.memory, 0.0), abs(value))
-        return own._replace(force=sense * own.force)
+        sign = math.copysign(1.0, value)
+        response = self._law.move(sign * last.value, max(sign * last.memory, 0.0), abs(value))
+        return response._replace(force=sign * response.force)
 
-    def _beyond(self, value: float) -> float:
-        """How far a stop is passed, ≥ 0."""
+    def _stop_depth(self, value: float) -> float:
+        """Return the depth beyond a stop, ≥ 0."""
         return max(self.stops[0] - value, value - self.stops[1], 0.0)
 
-    def _stop(self, value: float) -> tuple[float, float]:
-        """Force of the stops and the energy in them."""
-        beyond = self._beyond(value)
-        if self._stop_law is None or beyond == 0.0:
-            return 0.0, 0.0
-        pushed = self._stop_law.move(0.0, 0.0, beyond)
-        return math.copysign(pushed.force, value - self.stops[0]), pushed.stored
+    def _stop_response(self, value: float) -> Axial:
+        """Return force and energies of the stops."""
+        depth = self._stop_depth(value)
+        if self._stop_law is None or depth == 0.0:
+            return _NO_RESPONSE
+        response = self._stop_law.move(0.0, 0.0, depth)
+        return response._replace(force=math.copysign(response.force, value - self.stops[0]))
 
-    def _sticking(self, stuck: float) -> float:
+    def _sticking_energy(self, stuck: float) -> float:
+        """Return the energy stored by friction that sticks with a force."""
         return 0.5 * stuck * stuck / self.friction_slope if self.friction_slope else 0.0
 
 
 def _check_pair(first: str, one: object, second: str, other: object) -> None:
-    """Refuse one of two options that only work together."""
+    """Refuse one of two options, by their names and values, without the other."""
     if (one is None) != (other is None):
         missing, given = (first, second) if one is None else (second, first)
-        raise InputError(f"is missing: {given} does nothing without it", where=missing)
+        raise InputError(f"is missing: {given} has no effect without it", where=missing)
 
 
 def _stops(stops: Sequence[float]) -> tuple[float, float]:
+    """Return (low, high) of two finite numbers that rise."""
     values = np.asarray(real(stops, "stops"), np.float64)
     if values.shape != (2,) or not np.isfinite(values).all() or not values[0] < values[1]:
         raise InputError(

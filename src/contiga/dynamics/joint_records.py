@@ -1,4 +1,4 @@
-"""Joints as kernels take them: markers on bodies, rows of constraints, and work arrays."""
+"""Arrays of joints for kernels: markers on bodies, constraint rows, and work arrays."""
 
 from __future__ import annotations
 
@@ -23,94 +23,96 @@ AXES = 2
 
 # Kinds of coordinates.
 ANGLE = 0
-"""Turn of b₁ about a₃, from a₁."""
+"""Angle of b₁ from a₁ about a₃."""
 SECOND_ANGLE = 1
-"""Turn of the second body about b₁, from where b₃ is a₃."""
+"""Rotation of the second body about b₁, zero where b₃ is a₃."""
 TRAVEL = 2
-"""d · a₃."""
+"""Translation d · a₃."""
 CONE = 3
 """Angle between a₃ and b₃."""
 TWIST = 4
-"""Turn about a₃ that is left when b₃ is turned back to a₃ the shortest way."""
+"""Rotation about a₃ that remains when b₃ is rotated to a₃ the shortest way."""
 
 
 @pass_by_pointer
 class JointTable(NamedTuple):
-    """What never changes of g joints, m constraint rows and c coordinates."""
+    """Constants of g joints with m constraint rows and c coordinates."""
 
     bodies: IntRows
     """(g, 2) numbers of the bodies; −1 for the ground."""
     rows: IntRows
-    """(g, 2) rows of free bodies; −1 where forces move nothing."""
+    """(g, 2) rows of free bodies; −1 for driven bodies and the ground."""
     points_B: FloatArray
-    """(g, 2, 3) the markers' points, axes of the bodies."""
+    """(g, 2, 3) points of the markers, length, body axes; world axes on the ground."""
     axes_B: FloatArray
-    """(g, 2, 3, 3) the markers' axes, one a row, axes of the bodies."""
+    """(g, 2, 3, 3) axes of the markers, one a row, body axes; world axes on the ground."""
     constraints: IntRows
-    """(m, 4) joint, kind, i, j; those of a joint stand together."""
+    """(m, 4) joint, kind, i, j; the rows of a joint are consecutive."""
     first: IntRows
-    """(m,) first row that each one is coupled with, by bodies or in the factor: its envelope."""
+    """(m,) envelope: first column of each row of the matrix and of its factor that may not be
+    zero."""
     full: IntRows
-    """(m,) the same of a full matrix."""
+    """(m,) envelope of a full matrix: zeros."""
     couples: IntRows
-    """(p, 6) rows i0 to i1 at their side of a free body, and rows j0 to j1 at theirs, j0 ≤ i0."""
+    """(p, 6) i0, i1, side, j0, j1, side: constraint rows i0 … i1 and j0 … j1, j0 ≤ i0, that share
+    a free body, each with its side of the joint."""
     coordinates: IntRows
     """(c, 2) joint, kind."""
     size: FloatArray
-    """(1,) length that misfits of points are measured by."""
+    """(1,) size of the mechanism, length, which scales misfits of points."""
 
 
 @pass_by_pointer
 class JointWork(NamedTuple):
-    """Arrays that kernels work in; nothing of them outlives a call."""
+    """Work arrays of kernels; no content outlives a call."""
 
     points: FloatArray
-    """(g, 2, 3) the markers' points, world."""
+    """(g, 2, 3) points of the markers, world coordinates."""
     arms: FloatArray
-    """(g, 2, 3) from the centres of mass of free bodies to them; zero of others."""
+    """(g, 2, 3) from the centre of mass of a free body to its marker; zero for other bodies."""
     axes: FloatArray
-    """(g, 2, 3, 3) the markers' axes, one a row, world axes."""
+    """(g, 2, 3, 3) axes of the markers, one a row, world axes."""
     rates: FloatArray
     """(g, 2, 6) velocity of each marker's point, and its spin."""
     accelerations: FloatArray
     """(g, 2, 6) acceleration of each marker's point, and its angular acceleration."""
     inverse: FloatArray
-    """(b, 3, 3) spin by angular momentum, world axes."""
+    """(b, 3, 3) inverse inertia tensors of the free bodies, world axes."""
     jacobian: FloatArray
-    """(m, 2, 6) derivative of each row by velocity of the centre and spin of both bodies."""
+    """(m, 2, 6) G: derivative of each row by the velocity of the centre and the spin of the two
+    bodies."""
     weighted: FloatArray
-    """(m, 2, 6) the same over the masses."""
+    """(m, 2, 6) M⁻¹ Gᵀ, transposed."""
     matrix: FloatArray
-    """(m, m) G M⁻¹ Gᵀ, scaled to a diagonal of ones; then its factor."""
+    """(m, m) G M⁻¹ Gᵀ, scaled to a diagonal of ones; then its Cholesky factor L."""
     gram: FloatArray
-    """(m, m) Lᵀ L of that factor, where rows depend on others; then its own."""
+    """(m, m) Lᵀ L where rows depend on others; then its Cholesky factor."""
     scale: FloatArray
-    """(m,) of rows and columns of the matrix."""
+    """(m,) factors that scale rows and columns of the matrix."""
     right: FloatArray
     """(m,) residuals of the rows."""
     multipliers: FloatArray
-    """(m,)."""
+    """(m,) Lagrange multipliers."""
     shift: FloatArray
-    """(b, 6) what multipliers move each free body by."""
+    """(b, 6) impulse on each free body, or its displacement, by the multipliers."""
 
 
-class _Kept(threading.local):
-    """Work arrays that a thread keeps from one call to the next, by their sizes."""
+class _WorkBySize(threading.local):
+    """Work arrays that a thread keeps from one call to the next, by their sizes (g, m, b)."""
 
     def __init__(self) -> None:
         self.by_size: dict[tuple[int, int, int], JointWork] = {}
 
 
-_kept = _Kept()
+_work = _WorkBySize()
 
 
 def work_for(table: JointTable, b: int) -> JointWork:
-    """Return work arrays for the joints between `b` free bodies and others, the thread's until it
-    asks for the next."""
+    """Return work arrays for the joints of `b` free bodies, valid until this thread's next call."""
     g, m = len(table.bodies), len(table.constraints)
-    if (work := _kept.by_size.get((g, m, b))) is not None:
+    if (work := _work.by_size.get((g, m, b))) is not None:
         return work
-    work = _kept.by_size[g, m, b] = JointWork(
+    work = _work.by_size[g, m, b] = JointWork(
         np.empty((g, 2, 3)),
         np.empty((g, 2, 3)),
         np.empty((g, 2, 3, 3)),

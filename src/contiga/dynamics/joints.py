@@ -1,4 +1,4 @@
-"""Joints between two bodies: which of their motions against each other they allow."""
+"""Joints between two bodies: kinds, markers, and the relative motions that they allow."""
 
 from __future__ import annotations
 
@@ -28,44 +28,57 @@ from contiga.errors import InputError
 from contiga.records import FloatArray
 from contiga.rigid.frames import cross
 
-_POINT = tuple((OFFSET_W, k, 0) for k in range(3))
-_LINE = ((OFFSET_A, 0, 0), (OFFSET_A, 1, 0))
-_PARALLEL = ((AXES, 0, 2), (AXES, 1, 2))
-_NO_TURN = (*_PARALLEL, (AXES, 0, 1))
+
+class Constraint(NamedTuple):
+    """One scalar constraint of a joint; see `contiga.dynamics.joint_records`."""
+
+    kind: int
+    """OFFSET_W, OFFSET_A or AXES."""
+    i: int
+    """Number of a world axis, or of an axis of the first marker."""
+    j: int = 0
+    """Number of an axis of the second marker; AXES alone uses it."""
+
+
+_SAME_POINT = tuple(Constraint(OFFSET_W, k) for k in range(3))
+_SAME_LINE = (Constraint(OFFSET_A, 0), Constraint(OFFSET_A, 1))
+_PARALLEL = (Constraint(AXES, 0, 2), Constraint(AXES, 1, 2))
+_NO_ROTATION = (*_PARALLEL, Constraint(AXES, 0, 1))
 
 
 class JointKind(NamedTuple):
-    """What a kind of joint holds, and what it leaves free."""
+    """The constraints of a kind of joint, and the coordinates that it leaves free."""
 
-    rows: tuple[tuple[int, int, int], ...]
-    """Constraint rows: kind, i, j."""
+    constraints: tuple[Constraint, ...]
     coordinates: Mapping[str, int]
-    """Coordinates that it leaves free and tells, and their kinds."""
+    """Kind of each free coordinate that results report, by name."""
     axes: int
-    """Axes that it needs: 0 none, 1 one for both bodies or one each, 2 one each."""
+    """Axes that it needs: 0 none, 1 one on both bodies or one on each, 2 one on each."""
 
 
 KINDS: Mapping[str, JointKind] = {
-    "spherical": JointKind(_POINT, {"cone": CONE, "twist": TWIST}, 0),
-    "revolute": JointKind((*_POINT, *_PARALLEL), {"angle": ANGLE}, 1),
-    "universal": JointKind((*_POINT, (AXES, 2, 0)), {"angle_1": ANGLE, "angle_2": SECOND_ANGLE}, 2),
-    "cylindrical": JointKind((*_LINE, *_PARALLEL), {"angle": ANGLE, "travel": TRAVEL}, 1),
-    "translational": JointKind((*_LINE, *_NO_TURN), {"travel": TRAVEL}, 1),
-    "weld": JointKind((*_POINT, *_NO_TURN), {}, 0),
+    "spherical": JointKind(_SAME_POINT, {"cone": CONE, "twist": TWIST}, 0),
+    "revolute": JointKind((*_SAME_POINT, *_PARALLEL), {"angle": ANGLE}, 1),
+    "universal": JointKind(
+        (*_SAME_POINT, Constraint(AXES, 2, 0)), {"angle_1": ANGLE, "angle_2": SECOND_ANGLE}, 2
+    ),
+    "cylindrical": JointKind((*_SAME_LINE, *_PARALLEL), {"angle": ANGLE, "travel": TRAVEL}, 1),
+    "translational": JointKind((*_SAME_LINE, *_NO_ROTATION), {"travel": TRAVEL}, 1),
+    "weld": JointKind((*_SAME_POINT, *_NO_ROTATION), {}, 0),
 }
-"""The joints there are, by name."""
+"""All kinds of joints, by name."""
 
-_ALONG = 1e-3
-"""Sine of the angle between the axes of a universal joint below which it has one axis."""
+_MIN_SINE = 1e-3
+"""Least sine of the angle between the two axes of a universal joint."""
 
 
 class Marker(NamedTuple):
-    """The frame of a joint on one of its bodies, world axes at the start."""
+    """The frame of a joint on one of its bodies at the start."""
 
     point: FloatArray
-    """(3,)."""
+    """(3,) world coordinates, length."""
     axes: FloatArray
-    """(3, 3) one a row."""
+    """(3, 3) unit axes, one a row, world axes."""
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -74,31 +87,33 @@ class Joint:
 
     Parameters
     ----------
-    kind : "spherical" (one point in common), "revolute" (turns about an axis), "universal" (turns
-        about an axis of the first body and one of the second, which are at right angles),
-        "cylindrical" (turns about an axis and slides along it), "translational" (slides along an
-        axis) or "weld"
-    first, second : names of the bodies; one may be "ground"
-    at : (3,) point of the joint, world coordinates at the start; (2, 3) where it is on either
-        body, if these do not yet stand where the joint has them
-    axis : (3,) direction of its axis, world axes at the start; (2, 3) that on either body, as a
-        universal joint needs; a spherical one measures its cone from it, z if omitted
-    name : how results call it; "<first>-<second>" if empty
-    angle, travel, angle_1, angle_2, cone, twist : `JointLaw` of the coordinates that the kind has:
-        an angle of a revolute and a cylindrical joint, the travel of a translational and a
-        cylindrical one, the angles about both axes of a universal one, the cone of a spherical one
-        (angle between the axes on both bodies) and its twist about them
+    kind : "spherical" (both bodies share a point), "revolute" (rotation about an axis),
+        "universal" (rotation about an axis of the first body and one of the second, at right
+        angles to each other), "cylindrical" (rotation about an axis and translation along it),
+        "translational" (translation along an axis) or "weld" (no relative motion)
+    first, second : names of the bodies; one of them may be "ground"
+    at : (3,) point of the joint, length, world coordinates at the start; (2, 3) one point on each
+        body if the bodies do not yet meet there
+    axis : (3,) direction of the joint's axis, world axes at the start; (2, 3) one direction on
+        each body, which a universal joint needs. A spherical joint measures its cone from it, z
+        if omitted
+    name : name in the results; "<first>-<second>" if empty
+    angle, travel, angle_1, angle_2, cone, twist : `JointLaw` of a coordinate that the kind has:
+        angle for revolute and cylindrical joints, travel for translational and cylindrical ones,
+        angle_1 and angle_2 about the two axes of a universal joint, cone (angle between the axes
+        on the two bodies) and twist (about them) of a spherical joint. Angles in radians, travels
+        in length
 
     Notes
     -----
-    Coordinates are of the second body against the first, by the right hand about the axis, and
-    begin with the `start` of their law.
+    Coordinates describe the second body relative to the first, positive by the right-hand rule
+    about the axis. Each begins with the `start` of its law, 0 without one.
 
     Raises
     ------
     InputError
-        No such kind, both ends on one body, points or axes that are not finite, an axis of no
-        length, axes that point apart, a law of a coordinate that the kind does not have.
+        An unknown kind, two ends on the same body, points or axes that are not finite, an axis
+        without length, axes more than 90° apart, a law of a coordinate that the kind does not have.
 
     Examples
     --------
@@ -113,7 +128,7 @@ class Joint:
     axis: FloatArray
     name: str
     laws: Mapping[str, JointLaw]
-    """By coordinate."""
+    """Laws by the name of their coordinate."""
 
     def __init__(
         self,
@@ -138,7 +153,7 @@ class Joint:
                 raise InputError("must be the name of a body", where=key, found=end)
         if first == second:
             raise InputError(
-                "both ends are of one body: the joint would hold nothing",
+                "both ends are of one body: the joint would constrain nothing",
                 where="second",
                 found=second,
                 allowed=f'two bodies, or one and "{GROUND}"',
@@ -149,14 +164,14 @@ class Joint:
         put(self, "name", name or f"{first}-{second}")
         given = {"angle": angle, "travel": travel, "angle_1": angle_1, "angle_2": angle_2}
         given |= {"cone": cone, "twist": twist}
-        own = KINDS[self.kind].coordinates
+        coordinates = KINDS[self.kind].coordinates
         laws = {key: law for key, law in given.items() if law is not None}
         for key, law in laws.items():
-            if key not in own:
+            if key not in coordinates:
                 raise InputError(
-                    f"a {self.kind} joint does not have it",
+                    f"a {self.kind} joint does not have this coordinate",
                     where=key,
-                    allowed=", ".join(own) or "none",
+                    allowed=", ".join(coordinates) or "none",
                 )
             if not isinstance(law, JointLaw):
                 raise InputError(
@@ -164,41 +179,43 @@ class Joint:
                 )
         if "cone" in laws and laws["cone"].start != 0.0:
             raise InputError(
-                "a cone starts as the axes on both bodies do",
+                "the axes on both bodies already set the cone at the start",
                 where="cone: start",
                 found=laws["cone"].start,
-                allowed="0; axis = (2, 3) says where it starts",
+                allowed="0; give the start by axis = (2, 3)",
             )
         put(self, "laws", laws)
 
     def markers(self) -> tuple[Marker, Marker]:
-        """Return the frames of the joint on both bodies.
+        """Return the frames of the joint on the first and on the second body, axes a and b.
 
-        The axes a_3 and b_3 are that of the joint; a_1 and b_1 are one direction at a right angle
-        to it, turned apart by the `start` of an angle. Of a universal joint a_3 is the first axis,
-        b_1 the second one, and a_1 and b_3 are nearest to the respective other.
+        The axes a_3 and b_3 are the joint's axis. The axes a_1 and b_1 are one direction
+        perpendicular to it, rotated apart by the angle at the start. On a universal joint a_3 is
+        the axis on the first body and b_1 the axis on the second; a_1 is nearest to b_1, and b_3
+        nearest to a_3.
         """
-        one, two = self.axis
-        first = "angle_1" if self.kind == "universal" else "angle"
-        turned = self._start(first) + self._start("twist")
+        axis_1, axis_2 = self.axis
         if self.kind == "universal":
-            a = _axes_with(one, two)
-            near = _axes_with(two, one)
-            b = np.array([near[2], cross(near[0], near[2]), near[0]])
-            b = _turned(b, b[0], self._start("angle_2"))
+            angle = self._start("angle_1")
+            a = _axes_with(axis_1, axis_2)
+            beside = _axes_with(axis_2, axis_1)
+            b = np.array([beside[2], cross(beside[0], beside[2]), beside[0]])
+            b = _rotate(b, b[0], self._start("angle_2"))
         else:
-            a = _axes_with(one, _across(one))
-            b = _axes_with(two, a[0])
-        a = _turned(a, a[2], -turned)
-        return Marker(self.at[0] - self._start("travel") * one, a), Marker(self.at[1], b)
+            angle = self._start("angle") + self._start("twist")
+            a = _axes_with(axis_1, _least_parallel(axis_1))
+            b = _axes_with(axis_2, a[0])
+        a = _rotate(a, a[2], -angle)
+        return Marker(self.at[0] - self._start("travel") * axis_1, a), Marker(self.at[1], b)
 
     def _start(self, coordinate: str) -> float:
+        """Return a coordinate at the start: radians, or length."""
         law = self.laws.get(coordinate)
         return 0.0 if law is None else law.start
 
 
 def _pair_of(where: str, given: ArrayLike) -> FloatArray:
-    """(2, 3) of one vector for both bodies, or one each."""
+    """Return (2, 3) from one vector for both bodies, or one for each."""
     allowed = "(3,) for both bodies, or (2, 3) one each"
     values = as_numbers(given, where, "must be three numbers, or three for each body", allowed)
     if values.shape not in ((3,), (2, 3)) or not np.isfinite(values).all():
@@ -212,31 +229,36 @@ def _pair_of(where: str, given: ArrayLike) -> FloatArray:
 
 
 def _axes_of(kind: str, axis: ArrayLike | None) -> FloatArray:
-    """(2, 3) unit axes of a joint on both bodies."""
-    needed = KINDS[kind].axes
-    if axis is None and needed:
+    """Return the unit axes (2, 3) of a joint on both bodies."""
+    axes_needed = KINDS[kind].axes
+    if axis is None and axes_needed:
         raise InputError(
             f"is missing: a {kind} joint needs it",
             where="axis",
             allowed="(3,) for both bodies, or (2, 3) one each",
         )
     pair = _pair_of("axis", (0.0, 0.0, 1.0) if axis is None else axis)
-    sizes = np.array([length(one) for one in pair])
-    if not (sizes > 0.0).all():
-        raise InputError("has no length", where="axis", found=np.asarray(axis).tolist())
-    units = pair / sizes[:, None]
-    cosine = float(product(units[0], units[1]))
-    if needed == 2 and length(cross(units[0], units[1])) < _ALONG:
+    lengths = np.array([length(vector) for vector in pair])
+    if not (lengths > 0.0).all():
         raise InputError(
-            "a universal joint turns about two axes, and these are one",
+            "has no length",
+            where="axis",
+            found=np.asarray(axis).tolist(),
+            allowed="a direction: not all components zero",
+        )
+    units = pair / lengths[:, None]
+    cosine = float(product(units[0], units[1]))
+    if axes_needed == 2 and length(cross(units[0], units[1])) < _MIN_SINE:
+        raise InputError(
+            "the two axes of a universal joint must differ, and these are parallel",
             where="axis",
             found=pair.tolist(),
             allowed="(2, 3) the axis on the first body and the one on the second, at a right angle",
         )
-    if needed == 1 and cosine <= 0.0:
+    if axes_needed == 1 and cosine <= 0.0:
         raise InputError(
             f"the axes on the two bodies are {math.degrees(math.acos(max(cosine, -1.0))):.0f}° "
-            "apart: it is not known which way round they are to meet",
+            "apart: the direction in which they are to be aligned is ambiguous",
             where="axis",
             found=pair.tolist(),
             allowed="two axes less than 90° apart",
@@ -244,22 +266,22 @@ def _axes_of(kind: str, axis: ArrayLike | None) -> FloatArray:
     return read_only(units)
 
 
-def _across(axis: FloatArray) -> FloatArray:
-    """A direction at a right angle to a unit axis."""
-    other = np.zeros(3)
-    other[int(np.argmin(np.abs(axis)))] = 1.0
-    return other
+def _least_parallel(axis: FloatArray) -> FloatArray:
+    """Return the coordinate axis (3,) that is least parallel to an axis."""
+    direction = np.zeros(3)
+    direction[int(np.argmin(np.abs(axis)))] = 1.0
+    return direction
 
 
 def _axes_with(third: FloatArray, towards: FloatArray) -> FloatArray:
-    """Right-handed axes, one a row: the third is given, the first is nearest to a direction."""
+    """Return right-handed axes, one a row, with a given third and the first nearest a direction."""
     first = towards - float(product(towards, third)) * third
     first = first / length(first)
     return np.array([first, cross(third, first), third])
 
 
-def _turned(axes: FloatArray, about: FloatArray, angle: float) -> FloatArray:
-    """Axes, one a row, turned about a unit axis (Rodrigues)."""
+def _rotate(axes: FloatArray, about: FloatArray, angle: float) -> FloatArray:
+    """Rotate axes, one a row, about a unit axis by an angle (Rodrigues)."""
     c, s = math.cos(angle), math.sin(angle)
     along = product(axes, about)[:, None] * about
     return np.asarray(along + c * (axes - along) + s * cross(np.tile(about, (3, 1)), axes))

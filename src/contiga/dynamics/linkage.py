@@ -1,4 +1,4 @@
-"""All joints between bodies together: how they start, and what they do in a step."""
+"""The joints of a mechanism as one system of constraints: assembly at the start, steps, laws."""
 
 from __future__ import annotations
 
@@ -22,30 +22,30 @@ from contiga.rigid import quaternion
 from contiga.rigid import rigid_lanes as lanes
 
 OPEN = 1e-10
-"""Misfit, over the size of a mechanism, beyond which its joints are not closed."""
-_RANK = 1e-9
+"""Misfit, over the size of a mechanism, above which a joint is open."""
+_RANK_TOL = 1e-9
 """Singular value, over the largest, below which constraints depend on others."""
-_PART = 1e-6
-"""Of the largest entry: what takes part in a dependence."""
-LAW_NUMBERS = len(JointLawState._fields)
+_DEPENDENT_SHARE = 1e-6
+"""Entry of a null vector, over the largest, above which its row takes part in a dependence."""
+_LAW_FIELDS = len(JointLawState._fields)
 
 
 class JointStates(NamedTuple):
-    """All joints at one time: g joints, c coordinates, l laws."""
+    """State of all joints at one time: g joints, c coordinates, l laws."""
 
     values: FloatArray
     """(c,) coordinates: radians, or length."""
     rates: FloatArray
-    """(c,)."""
+    """(c,) their time derivatives."""
     ways: FloatArray
-    """(c, 6) force on the second body and moment on it about its marker of a unit force of each
-    coordinate, world axes."""
+    """(c, 6) generalised direction of each coordinate: force on the second body, and moment about
+    its marker, per unit of the coordinate's force, world axes."""
     points: FloatArray
-    """(g, 3) markers of the second bodies, world."""
+    """(g, 3) points of the second markers, world coordinates."""
     reactions: FloatArray
     """(g, 6) force of each joint on its second body and moment about its marker, world axes."""
     laws: FloatArray
-    """(l, 9) as `JointLawState`."""
+    """(l, 9) fields of `JointLawState`."""
 
     def law(self, k: int) -> JointLawState:
         """Return the state of a law by its number."""
@@ -53,36 +53,67 @@ class JointStates(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """How bodies were made to fit their joints at the start."""
+    """Assembly of the b free bodies at the start, with their joints closed."""
 
     rows: FloatArray
     """(b, 19) free bodies, columns by `contiga.rigid.rigid_lanes`."""
     moved: FloatArray
-    """(b,) how far the centre of each was moved, length."""
+    """(b,) displacement of each centre of mass, length."""
     turned: FloatArray
-    """(b,) and by which angle, radians."""
+    """(b,) rotation of each body, radians."""
     misfit: float
-    """Largest that is left, over the size of the mechanism."""
+    """Largest misfit that remains, over the size of the mechanism."""
     gaps: Mapping[str, float]
-    """Largest misfit of each joint that does not close: length, or sine of an angle."""
+    """Largest misfit of each joint that stays open: length, or sine of an angle."""
     redundant: int
     """Number of constraint rows that depend on others."""
     dependent: tuple[str, ...]
-    """Joints of which such rows are."""
+    """Joints whose rows take part in such a dependence."""
+
+
+class Misfit(NamedTuple):
+    """The joint that is farthest from closed."""
+
+    joint: str
+    gap: float
+    """Length, or sine of an angle."""
+
+
+class Reaction(NamedTuple):
+    """Result of a kick with constraints."""
+
+    kinetic: float
+    """Kinetic energy of the free bodies."""
+    reactions: FloatArray
+    """(g, 6) as in `JointStates`."""
+
+
+class Coordinate(NamedTuple):
+    """Names of a coordinate."""
+
+    joint: str
+    name: str
 
 
 class Law(NamedTuple):
-    """A law of a coordinate of a joint."""
+    """The law of a coordinate of a joint."""
 
     joint: str
     coordinate: str
-    of: int
-    """Number of the coordinate."""
+    number: int
+    """Row of the coordinate in `JointStates`."""
     law: JointLaw
 
 
+class _Redundancy(NamedTuple):
+    """Constraints that depend on others: fields of a `Fit`."""
+
+    redundant: int
+    dependent: tuple[str, ...]
+
+
 class _Constraints(NamedTuple):
-    """The constraint rows of all joints, as the fields of a `JointTable`."""
+    """The constraint rows of all joints: fields of a `JointTable`."""
 
     constraints: NDArray[np.int32]
     first: NDArray[np.int32]
@@ -91,16 +122,16 @@ class _Constraints(NamedTuple):
 
 
 def _constraints(joints: Mapping[str, Joint], rows: NDArray[np.int32]) -> _Constraints:
-    """Constraint rows in an order that keeps the envelope of their matrix small (E. Cuthill and
-    J. McKee, 1969), and which of them free bodies couple, by their `rows` (g, 2)."""
+    """Order the constraint rows so that the envelope of their matrix is small (E. Cuthill and
+    J. McKee, 1969), and find which of them free bodies couple, by their `rows` (g, 2)."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import reverse_cuthill_mckee
 
     shared = (rows[:, None, :, None] == rows[None, :, None, :]) & (rows >= 0)[:, None, :, None]
     order = reverse_cuthill_mckee(csr_array(shared.any(axis=(2, 3))), symmetric_mode=True)
-    kinds = [KINDS[joint.kind].rows for joint in joints.values()]
-    constraints = [(g, *row) for g in order.tolist() for row in kinds[g]]
-    counts = np.array([len(kinds[g]) for g in order], np.intp)
+    of_joint = [KINDS[joint.kind].constraints for joint in joints.values()]
+    constraints = [(g, *constraint) for g in order.tolist() for constraint in of_joint[g]]
+    counts = np.array([len(of_joint[g]) for g in order], np.intp)
     ends = np.concatenate([[0], np.cumsum(counts)])
     first, couples = np.zeros(len(constraints), np.int32), []
     for p, g in enumerate(order):
@@ -120,17 +151,18 @@ def _constraints(joints: Mapping[str, Joint], rows: NDArray[np.int32]) -> _Const
 def joint_ends(
     joints: Mapping[str, Joint], index: Mapping[str, int], root: NDArray[np.intp]
 ) -> NDArray[np.int32]:
-    """Return the numbers (g, 2) of the bodies that joints are between in the end; −1 of the ground.
+    """Return the numbers (g, 2) of the bodies that carry the ends of the joints; −1 for the ground.
 
     Parameters
     ----------
-    index : number of each body
-    root : (n,) number of the body that each is fixed to, itself where it is not
+    joints : by name
+    index : number of each body, by name
+    root : (n,) number of the body that each body is attached to; its own if it is not
 
     Raises
     ------
     InputError
-        A body that is not there, one called "ground", a joint between two bodies that are one.
+        An unknown body, a body named "ground", a joint between bodies attached to each other.
     """
     ends = np.full((len(joints), 2), -1, np.int32)
     for g, (name, joint) in enumerate(joints.items()):
@@ -139,7 +171,7 @@ def joint_ends(
             if body == GROUND:
                 if GROUND in index:
                     raise InputError(
-                        "means the world, and is also the name of a body",
+                        "stands for the world, but a body has this name",
                         where=where,
                         found=GROUND,
                         remedy="Rename the body",
@@ -155,7 +187,7 @@ def joint_ends(
             ends[g, side] = root[index[body]]
         if ends[g, 0] == ends[g, 1]:
             raise InputError(
-                "one of its bodies is attached to the other: the joint holds nothing",
+                "one of its bodies is attached to the other: the joint constrains nothing",
                 where=f"joint {name!r}: between",
                 found=list(joint.between),
                 remedy="Remove the joint, or give both bodies motions of their own",
@@ -169,10 +201,10 @@ class Linkage:
     Parameters
     ----------
     joints : by name
-    bodies : (g, 2) numbers of the bodies that they are between in the end; −1 of the ground
-    rows : (g, 2) their rows among free bodies; −1 of others
+    bodies : (g, 2) numbers of the bodies that carry their ends; −1 for the ground
+    rows : (g, 2) rows of these bodies among the free ones; −1 for others
     origins : (n, 4, 4) poses of all bodies at the start
-    fixed : (b, 22) what never changes of free bodies
+    fixed : (b, 22) constants of the free bodies, columns by `contiga.rigid.rigid_lanes`
     """
 
     def __init__(
@@ -185,9 +217,9 @@ class Linkage:
     ) -> None:
         self.joints, self.names, self.fixed = joints, list(joints), fixed
         points, axes = np.empty((len(joints), 2, 3)), np.empty((len(joints), 2, 3, 3))
-        coordinates: list[tuple[int, int]] = []
-        self.coordinates: list[tuple[str, str]] = []
-        """(joint, coordinate) by the numbers of the coordinates."""
+        kinds_of_coordinates: list[tuple[int, int]] = []
+        self.coordinates: list[Coordinate] = []
+        """Names of the coordinates, by their numbers."""
         self.laws: list[Law] = []
         starts = []
         for g, (name, joint) in enumerate(joints.items()):
@@ -198,95 +230,92 @@ class Linkage:
                     points[g, side] = product(R.T, marker.point - origin)
                     axes[g, side] = product(marker.axes, R)
             kind = KINDS[joint.kind]
-            for coordinate, number in kind.coordinates.items():
+            for coordinate, kind_of_coordinate in kind.coordinates.items():
                 law = joint.laws.get(coordinate)
                 if law is not None:
-                    self.laws.append(Law(name, coordinate, len(coordinates), law))
-                self.coordinates.append((name, coordinate))
-                coordinates.append((g, number))
+                    self.laws.append(Law(name, coordinate, len(self.coordinates), law))
+                self.coordinates.append(Coordinate(name, coordinate))
+                kinds_of_coordinates.append((g, kind_of_coordinate))
                 starts.append(0.0 if law is None else law.start)
         self._starts = np.array(starts, np.float64)
         self.bodies = frozenset(bodies.ravel().tolist())
-        """Numbers of the bodies that have joints; −1 of the ground."""
-        # Arms of the bodies' centres and distances of the joints, whichever are larger.
+        """Numbers of the bodies that have joints; −1 for the ground."""
+        # Size: the largest arm from a centre of mass, or extent of all joints, whichever is larger.
         size = 0.0
         for g in range(len(joints)):
             for side in range(2):
                 if (row := rows[g, side]) >= 0:
                     arm = points[g, side] - fixed[row, lanes.CENTRE_B : lanes.CENTRE_B + 3]
                     size = max(size, length(arm))
-        every = np.array([joint.at for joint in joints.values()]).reshape(-1, 3)
-        size = max(size, float(np.ptp(every, axis=0).max())) or 1.0
+        joint_points = np.array([joint.at for joint in joints.values()]).reshape(-1, 3)
+        size = max(size, float(np.ptp(joint_points, axis=0).max())) or 1.0
         self.table = JointTable(
             bodies,
             rows,
             points,
             axes,
             *_constraints(joints, rows),
-            np.array(coordinates, np.int32).reshape(-1, 2),
+            np.array(kinds_of_coordinates, np.int32).reshape(-1, 2),
             np.array([size]),
         )
 
     def fit(self, start: FloatArray, poses: FloatArray) -> Fit:
-        """Free bodies from rows (b, 19) with all joints closed, moved as little as possible.
+        """Close all joints by the smallest motions of the free bodies, weighted by their masses.
 
-        Their velocities and spins are as given: `react` makes these fit.
+        Velocities and spins stay as given: `react` makes them compatible with the joints.
 
         Parameters
         ----------
-        poses : (n, 4, 4) of all bodies at the start; those of free ones are not used
+        start : (b, 19) free bodies as placed
+        poses : (n, 4, 4) of all bodies at the start; those of free bodies are not used
         """
         rows, fixed, table = start.copy(), self.fixed, self.table
         work = work_for(table, len(rows))
         misfit = float(joints_nb.fit(rows, poses, fixed, table, work))
         before, after = started(start, fixed), started(rows, fixed)
-        turned = np.zeros(len(rows))
+        turned, turn = np.zeros(len(rows)), slice(lanes.TURN, lanes.TURN + 4)
         for b, row in enumerate(rows):
-            # The angular momenta are those of the spins given, in the new orientations.
-            own = slice(lanes.TURN, lanes.TURN + 4)
-            turned[b] = length(quaternion.rotation_vector(start[b, own], row[own]))
+            turned[b] = length(quaternion.rotation_vector(start[b, turn], row[turn]))
+            # The spins stay as given, so the angular momenta follow the new orientations.
             axes = product(
                 after.poses[b, :3, :3], fixed[b, lanes.AXES : lanes.AXES + 9].reshape(3, 3)
             )
             moments = fixed[b, lanes.MOMENTS : lanes.MOMENTS + 3]
             momenta = moments * product(axes.T, before.twists[b, 3:])
             row[lanes.MOMENTUM : lanes.MOMENTUM + 3] = product(axes, momenta)
-        way = rows[:, lanes.CENTRE : lanes.CENTRE + 3] - start[:, lanes.CENTRE : lanes.CENTRE + 3]
+        centre = slice(lanes.CENTRE, lanes.CENTRE + 3)
+        moved = np.sqrt(np.square(rows[:, centre] - start[:, centre]).sum(axis=1))
         gaps: dict[str, float] = {}
         joints_nb.misfits(rows, poses, fixed, table, work)
-        for (g, kind, _, _), off in zip(
+        for (g, kind, _, _), misfit_of_row in zip(
             table.constraints.tolist(), work.right.tolist(), strict=True
         ):
             size = 1.0 if kind == AXES else float(table.size[0])
-            if not abs(off) <= OPEN * size:
-                gaps[self.names[g]] = max(gaps.get(self.names[g], 0.0), abs(off))
-        # Rows that depend on others, by the derivatives over the roots of the masses.
-        spread = np.zeros((len(table.constraints), len(rows), 6))
+            if not abs(misfit_of_row) <= OPEN * size:
+                gaps[self.names[g]] = max(gaps.get(self.names[g], 0.0), abs(misfit_of_row))
         joints_nb.derive(rows, fixed, table, work)
+        return Fit(rows, moved, turned, misfit, gaps, *self._redundancy(work.jacobian))
+
+    def _redundancy(self, jacobian: FloatArray) -> _Redundancy:
+        """Find dependent constraints from the rank of their derivatives (m, 2, 6), each divided by
+        the root of its mass or moment of inertia and normalised."""
+        table, fixed = self.table, self.fixed
+        weighted = np.zeros((len(table.constraints), len(fixed), 6))
         for m, (g, *_) in enumerate(table.constraints):
             for side in range(2):
                 if (row := table.rows[g, side]) >= 0:
-                    spread[m, row] += work.jacobian[m, side]
-        ways = fixed[:, lanes.WAYS : lanes.WAYS + 6].astype(bool)
-        moves = spread * ways
-        moves[..., :3] /= np.sqrt(fixed[:, lanes.MASS])[:, None]
-        moves[..., 3:] /= np.sqrt(fixed[:, lanes.MOMENTS + 1])[:, None]
-        flat = moves.reshape(len(moves), -1)
-        sizes = np.sqrt(np.square(flat).sum(axis=1, keepdims=True))
-        left, singular, _ = np.linalg.svd(flat / np.where(sizes > 0.0, sizes, 1.0))
-        rank = int((singular > _RANK * singular.max(initial=0.0)).sum())
+                    weighted[m, row] += jacobian[m, side]
+        weighted *= fixed[:, lanes.WAYS : lanes.WAYS + 6].astype(bool)
+        weighted[..., :3] /= np.sqrt(fixed[:, lanes.MASS])[:, None]
+        weighted[..., 3:] /= np.sqrt(fixed[:, lanes.MOMENTS + 1])[:, None]
+        matrix = weighted.reshape(len(weighted), -1)
+        norms = np.sqrt(np.square(matrix).sum(axis=1, keepdims=True))
+        left, singular, _ = np.linalg.svd(matrix / np.where(norms > 0.0, norms, 1.0))
+        rank = int((singular > _RANK_TOL * singular.max(initial=0.0)).sum())
         null = np.abs(left[:, rank:]).max(axis=1, initial=0.0)
-        among = null > _PART * null.max(initial=1.0)
-        dependent = [self.names[g] for g in np.unique(table.constraints[among, 0])]
-        return Fit(
-            rows,
-            np.sqrt(np.square(way).sum(axis=1)),
-            turned,
-            misfit,
-            gaps,
-            len(flat) - rank,
-            tuple(dependent),
-        )
+        dependent = null > _DEPENDENT_SHARE * null.max(initial=1.0)
+        joints = (self.names[g] for g in np.unique(table.constraints[dependent, 0]))
+        return _Redundancy(len(matrix) - rank, tuple(joints))
 
     def close(
         self,
@@ -296,18 +325,19 @@ class Linkage:
         poses: FloatArray,
         dt: float,
     ) -> float:
-        """Correct a drift of free bodies so that all joints are closed; `free` is changed.
+        """Correct the drift of the free bodies in place so that all joints are closed.
 
         Parameters
         ----------
-        last, last_poses : (b, 19) and (n, 4, 4) before the step
-        poses : (n, 4, 4) after it, of driven bodies
-        dt : length of the step, > 0
+        last, last_poses : (b, 19) free bodies and (n, 4, 4) poses of all bodies before the step
+        free : free bodies after the drift; changed
+        poses : (n, 4, 4) after the step; those of driven bodies are used
+        dt : length of the step, time, > 0
 
         Returns
         -------
         float
-            Largest misfit that is left, over the size of the mechanism.
+            Largest misfit that remains, over the size of the mechanism.
         """
         work = work_for(self.table, len(last))
         return float(
@@ -316,96 +346,96 @@ class Linkage:
             )
         )
 
-    def worst(self, free: Placed, poses: FloatArray) -> tuple[str, float]:
-        """Return the joint that is farthest from closed, and by how much: length, or the sine of
-        an angle."""
+    def worst(self, free: Placed, poses: FloatArray) -> Misfit:
+        """Return the joint that is farthest from closed, for `free` bodies and `poses` (n, 4, 4) of
+        driven ones."""
         work = work_for(self.table, len(free.rows))
         joints_nb.misfits(free.rows, poses, self.fixed, self.table, work)
         m = int(np.argmax(np.where(np.isfinite(work.right), np.abs(work.right), np.inf)))
-        return self.names[self.table.constraints[m, 0]], abs(float(work.right[m]))
+        return Misfit(self.names[self.table.constraints[m, 0]], abs(float(work.right[m])))
 
     def react(
         self, free: Placed, poses: FloatArray, twists: FloatArray, accelerations: FloatArray
-    ) -> tuple[float, FloatArray]:
-        """Give free bodies the velocities that their joints allow, and add reactions to the forces
-        on them; `free` is changed.
+    ) -> Reaction:
+        """Project the velocities of the free bodies onto the constraints, and add the reactions to
+        the forces on them, both in place.
 
         Parameters
         ----------
-        poses, twists, accelerations : (n, 4, 4), (n, 6), (n, 6) of driven bodies
-
-        Returns
-        -------
-        tuple
-            The kinetic energy, and the reactions (g, 6).
+        free : free bodies after their kick; changed
+        poses, twists, accelerations : (n, 4, 4), (n, 6), (n, 6); those of driven bodies are used
         """
         work = work_for(self.table, len(free.rows))
         reactions = np.empty((len(self.names), 6))
         kinetic = straight(joints_nb.react)(
             free, poses, twists, accelerations, self.fixed, self.table, work, reactions
         )
-        return float(kinetic), reactions
+        return Reaction(float(kinetic), reactions)
 
     def measured(
         self, last: JointStates | None, poses: FloatArray, twists: FloatArray
     ) -> JointStates:
-        """Return the joints where bodies at poses (n, 4, 4) with twists (n, 6) have them, laws and
-        reactions as they were; `last` is None at the start."""
+        """Return the joints measured from poses (n, 4, 4) and twists (n, 6) of all bodies, with the
+        laws and reactions of `last`, or zeros at the start, where `last` is None."""
         g, c = len(self.names), len(self.coordinates)
         values = self._starts.copy() if last is None else last.values.copy()
         rates, ways, points = np.empty(c), np.empty((c, 6)), np.empty((g, 3))
         straight(joints_nb.measure)(poses, twists, self.table, points, values, rates, ways)
-        none = np.zeros((g, 6)), np.zeros((len(self.laws), LAW_NUMBERS))
-        reactions, laws = none if last is None else (last.reactions, last.laws)
+        if last is None:
+            reactions, laws = np.zeros((g, 6)), np.zeros((len(self.laws), _LAW_FIELDS))
+        else:
+            reactions, laws = last.reactions, last.laws
         return JointStates(values, rates, ways, points, reactions, laws)
 
     def with_laws(self, last: JointStates | None, now: JointStates) -> JointStates:
-        """Return the joints after a step from `last`, with what their laws have come to."""
-        laws = np.empty((len(self.laws), LAW_NUMBERS))
-        for k, (_, _, c, law) in enumerate(self.laws):
-            value, rate = float(now.values[c]), float(now.rates[c])
+        """Return the joints `now` with their laws advanced from `last`; None at the start."""
+        laws = np.empty((len(self.laws), _LAW_FIELDS))
+        for k, entry in enumerate(self.laws):
+            value, rate = float(now.values[entry.number]), float(now.rates[entry.number])
             if last is None:
-                laws[k] = law.begin(value, rate)
+                laws[k] = entry.law.begin(value, rate)
             else:
-                laws[k] = law.step(last.law(k), value, rate)
+                laws[k] = entry.law.step(last.law(k), value, rate)
         return now._replace(laws=laws)
 
     def add_laws(self, states: JointStates, poses: FloatArray, total: FloatArray) -> None:
-        """Add what the laws do to the wrenches (n, 6) on bodies at `poses` (n, 4, 4)."""
+        """Add the forces of the laws to the wrenches `total` (n, 6) on bodies at `poses`
+        (n, 4, 4)."""
         wrenches = np.zeros(states.reactions.shape)
-        for k, (_, _, c, _) in enumerate(self.laws):
-            wrenches[self.table.coordinates[c, 0]] -= states.laws[k, 1] * states.ways[c]
+        for k, entry in enumerate(self.laws):
+            joint = self.table.coordinates[entry.number, 0]
+            wrenches[joint] -= states.law(k).force * states.ways[entry.number]
         straight(joints_nb.add_wrenches)(self.table, states.points, wrenches, poses, total)
 
     def add_reactions(self, states: JointStates, poses: FloatArray, total: FloatArray) -> None:
-        """Add the reactions to the wrenches (n, 6) on bodies at `poses` (n, 4, 4)."""
+        """Add the reactions to the wrenches `total` (n, 6) on bodies at `poses` (n, 4, 4)."""
         straight(joints_nb.add_wrenches)(self.table, states.points, states.reactions, poses, total)
 
 
 def check_fit(linkage: Linkage, fit: Fit) -> None:
-    """Refuse joints that nothing moves, and those that cannot be closed at the start.
+    """Refuse joints without a free body, and joints that cannot be closed at the start.
 
     Raises
     ------
     InputError
-        Names the joints that are open, how far, and those of them that contradict each other.
+        Such a joint, with the misfit that remains and the joints that contradict each other.
     """
     for name, rows in zip(linkage.names, linkage.table.rows.tolist(), strict=True):
         if max(rows) < 0:
             raise InputError(
-                "no force moves either of its bodies: the joint would do nothing",
+                "no force moves either of its bodies: the joint would have no effect",
                 where=f"joint {name!r}: between",
                 found=list(linkage.joints[name].between),
-                allowed="a free body at one end at least",
+                allowed="a free body at one end or at both",
             )
     if not fit.gaps:
         return
     worst = max(fit.gaps, key=lambda name: fit.gaps[name])
-    among = [name for name in fit.dependent if name in fit.gaps]
-    against = f"joints {', '.join(map(repr, among))} contradict each other: " if among else ""
+    opposed = [name for name in fit.dependent if name in fit.gaps]
+    conflict = f"joints {', '.join(map(repr, opposed))} contradict each other: " if opposed else ""
     raise InputError(
-        f"{against}it cannot be closed at the start: {fit.gaps[worst]:.4g} is left (length, or "
-        "sine of an angle) wherever its bodies are put",
+        f"{conflict}it cannot be closed at the start: a misfit of {fit.gaps[worst]:.4g} (length, "
+        "or sine of an angle) remains wherever its bodies are placed",
         where=f"joint {worst!r}: at",
         found=linkage.joints[worst].at.tolist(),
         remedy="Move the points and axes of these joints, or remove one of them",

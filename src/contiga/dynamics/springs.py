@@ -38,12 +38,12 @@ _SAME_POINT = 1e-12
 
 
 class Spread(NamedTuple):
-    """Nodes of a slave that share an end of a spring, as the last row of a belt does."""
+    """Nodes of a slave that share an end of a spring, such as the last row of a belt."""
 
     nodes: IntArray
-    """(k,)."""
+    """(k,) numbers of the nodes."""
     shares: FloatArray
-    """(k,) of the force on the end; their sum is 1."""
+    """(k,) share of each node in the force on the end; they sum to 1."""
 
 
 class SpringState(NamedTuple):

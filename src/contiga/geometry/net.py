@@ -25,7 +25,7 @@ one."""
 Rows: TypeAlias = IndexArray | slice
 NO_ROWS = np.zeros(0, np.int64)
 POINTS = 1024
-"""Below so many a second thread does not pay."""
+"""Number of points below which a second thread does not pay."""
 
 
 class ControlNet(NamedTuple):
@@ -125,9 +125,9 @@ class NetMotion(NamedTuple):
 
 
 def _on_patches(body: Faces, feet: SurfacePlaces) -> Iterator[tuple[NetPatch, Rows]]:
-    """Each patch that has any of the feet, and the rows of these."""
+    """Yield each patch that has any of the feet, with the rows of these feet."""
     patches = _patches_of(body)
-    if len(patches) == 1 and (feet.patch == 0).all():  # no copies are made of what is all there is
+    if len(patches) == 1 and (feet.patch == 0).all():  # a slice copies nothing
         yield patches[0], slice(None)
         return
     for k, patch in enumerate(patches):
@@ -137,7 +137,7 @@ def _on_patches(body: Faces, feet: SurfacePlaces) -> Iterator[tuple[NetPatch, Ro
 
 
 def _rows_of(rows: Rows, *arrays: FloatArray) -> tuple[FloatArray, ...]:
-    """Some rows of arrays, as kernels take them."""
+    """Return some rows of arrays, C-ordered for kernels."""
     return tuple(np.ascontiguousarray(array[rows]) for array in arrays)
 
 
@@ -154,20 +154,20 @@ def spread(
 
 
 class Dependence(NamedTuple):
-    """How places on a body depend on its control points, as entries of matrices."""
+    """Dependence of k places on the control points of a body, as e entries of sparse matrices."""
 
     place: IndexArray
     """(e,) row of the place."""
     control: IndexArray
     """(e,) row of the control point."""
     value: FloatArray
-    """(e,) its basis function there."""
+    """(e,) basis function of the control point at the place."""
     gradient: FloatArray
-    """(e, 3) of that along the surface, one over length, body axes."""
+    """(e, 3) its gradient along the surface, one over length, body axes."""
 
 
 def dependence_of(body: Faces, shape: FloatArray, feet: SurfacePlaces) -> Dependence:
-    """Return how places (k,) depend on the control points `shape` (m, 3)."""
+    """Return the dependence of places `feet` (k,) on the control points `shape` (m, 3)."""
     parts = [Dependence(NO_ROWS, NO_ROWS, np.zeros(0), np.zeros((0, 3)))]
     every = np.arange(len(feet.patch))
     for patch, rows in _on_patches(body, feet):

@@ -19,7 +19,7 @@ CONTACT = 1e-9
 """Gap up to which a point lies on a body, as a share of the length."""
 
 MOVES = 30
-"""Times that points beside several bodies are moved off the nearest at most."""
+"""Largest number of moves that take points off the nearest of several bodies."""
 
 
 class Wrap(NamedTuple):
@@ -53,8 +53,8 @@ class Path(Displayed):
     points: FloatArray
     """(n, 3) from start to end, length."""
     normal: FloatArray
-    """(n, 3) unit normals: of the body that the path lies on, the mean of those in a crease, and of
-    the nearest where it lies on none."""
+    """(n, 3) unit normals of the body that the path lies on; in a crease the mean of both, and off
+    all bodies the normal of the nearest."""
     body: IndexArray
     """(n,) number of the body that each point lies on, −1 where it lies on none."""
     over: Obstacles
@@ -110,12 +110,12 @@ class Path(Displayed):
         """(k, 3) `points` with those that are nearer to the bodies than `gap`, a length, moved to
         that distance: what lies on chords of the path, or beside it, may be inside."""
         moved = as_points(points).copy()
-        for _ in range(MOVES):  # in a crease what is moved off one body may come into another
-            near = self.over.clearances(moved)
-            short = np.maximum(gap - near.gap, 0.0)
-            if not short.any():
+        for _ in range(MOVES):  # in a crease a move off one body may lead into another
+            nearest = self.over.clearances(moved)
+            shortage = np.maximum(gap - nearest.gap, 0.0)
+            if not shortage.any():
                 break
-            moved += short[:, None] * near.normal
+            moved += shortage[:, None] * nearest.normal
         return moved
 
     def _along(self, values: FloatArray, arc: ArrayLike) -> FloatArray:
@@ -150,7 +150,7 @@ def path_of(obstacles: Obstacles, tight: Tight) -> Path:
     body = np.full(len(tight.points), -1)
     nearest = np.argmin(gap, axis=0)
     for i in range(len(body)):
-        # In a crease a string lies on two bodies: it stays on the one that it came along.
+        # In a crease a string lies on two bodies: it is assigned to the one before.
         before = body[i - 1]
         if before >= 0 and lies[before, i]:
             body[i] = before

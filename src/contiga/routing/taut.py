@@ -32,24 +32,24 @@ SHRINK = 0.25
 """Factor on that radius from one level to the next."""
 PENALTY = 1e4
 """Stiffness of an active constraint over that of the two chords beside it."""
-SETS = 50
-"""Active sets that a step tries over sharp edges, where none may be right; elsewhere as many as
-there are points."""
-STEPS, STEPS_ON_THE_WAY = 100, 20
-"""At the last radius of edges, or without any, and before."""
+MAX_SETS = 50
+"""Largest number of active sets in a step over sharp edges, where none may be right; elsewhere it
+is the number of points."""
+STEPS, EARLY_STEPS = 100, 20
+"""Relaxation steps at the last radius of edges, or without edges, and at earlier radii."""
 SETTLED, SETTLED_AT_EDGES = 1e-11, 1e-2
 """Largest move of a string at rest, as a share of its length and of the radius of edges."""
 CHANGE = 1e-5
-"""Share of the length that a string over sharp edges may still change by in the end, and that
-chords may cut off there: points next to an edge may go to and fro over it without end."""
+"""Largest final change of a string's length over sharp edges, and largest length that its chords
+cut off, as shares of the length: points next to an edge may alternate across it without end."""
 BENDING = 1.0, 0.9, 0.0
 """Shares of the curvature that a step is tried with: the second for strings that may lie on either
 side, as over a ball through its middle, to which curvature leaves no stiffness sideways."""
-ADDED, ADDED_ON_THE_WAY = 8, 3
-"""Times that points are added at the last radius, and before."""
-FIRST = 0.25
-"""Largest radius of edges, as a share of the spacing: a larger one does not get into grooves and
-holes, and is gone to and fro with."""
+DIVISIONS, EARLY_DIVISIONS = 8, 3
+"""Divisions of chords at the last radius, and at earlier radii."""
+FIRST_RADIUS = 0.25
+"""Largest radius of edges, as a share of the spacing: a larger one does not fit into grooves and
+holes, and points alternate across it."""
 PIECES = 8
 """Parts that a chord which cuts off an edge is split into."""
 
@@ -81,16 +81,16 @@ def pull_tight(obstacles: Obstacles, points: FloatArray) -> Tight:
     points, at_rest = _relaxed(obstacles, points, 0.0, _even(points))
     if len(_cutting(obstacles, points, 0.0).chords) == 0:
         return Tight(points, 0.0, at_rest)
-    first = FIRST * spacing
+    first = FIRST_RADIUS * spacing
     levels = ceil(log(first / (SHARP * length), 1.0 / SHRINK)) + 1
     radii = np.geomspace(first, SHARP * length, levels)
     for i, radius in enumerate(radii):
         if i > 0:
             points = _shrunk(obstacles, _thinned(points, spacing), radii[i - 1], radius)
         is_last = i == len(radii) - 1
-        for _ in range(ADDED if is_last else ADDED_ON_THE_WAY):
+        for _ in range(DIVISIONS if is_last else EARLY_DIVISIONS):
             before = _length(points)
-            steps = STEPS if is_last else STEPS_ON_THE_WAY
+            steps = STEPS if is_last else EARLY_STEPS
             points, at_rest = _relaxed(obstacles, points, radius, _chords(points), steps)
             at_rest |= abs(_length(points) - before) <= CHANGE * length
             cutting = _cutting(obstacles, points, radius)
@@ -142,8 +142,9 @@ class _Cutting(NamedTuple):
     """Chords that cut off an edge."""
 
     chords: NDArray[np.intp]
+    """(k,) numbers of the chords."""
     shortened: float
-    """Length that the way round these edges is longer by: over the triangles on the chords."""
+    """Length that the chords save against the paths around these edges."""
 
 
 def _cutting(obstacles: Obstacles, points: FloatArray, radius: float) -> _Cutting:
@@ -154,8 +155,8 @@ def _cutting(obstacles: Obstacles, points: FloatArray, radius: float) -> _Cuttin
     # Ends may lie on a surface: the first and last chord come off it.
     depth[[0, -1]] -= radius
     cut = np.flatnonzero(depth > TURN / 8.0 * chords)
-    round_it = 2.0 * np.hypot(0.5 * chords[cut], depth[cut])
-    return _Cutting(cut, float((round_it - chords[cut]).sum()))
+    around = 2.0 * np.hypot(0.5 * chords[cut], depth[cut])  # two sides of a triangle on the chord
+    return _Cutting(cut, float((around - chords[cut]).sum()))
 
 
 def _thinned(points: FloatArray, spacing: float) -> FloatArray:
@@ -233,8 +234,8 @@ def _step(
     for share in BENDING:
         tried: set[bytes] = set()
         # The string lifts off a chord at a time.
-        most = SETS if radius > 0.0 else len(active)
-        while active.tobytes() not in tried and len(tried) < most:
+        max_sets = MAX_SETS if radius > 0.0 else len(active)
+        while active.tobytes() not in tried and len(tried) < max_sets:
             tried.add(active.tobytes())
             rows = np.flatnonzero(active)
             at = outside.point[rows]

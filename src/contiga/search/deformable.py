@@ -4,7 +4,7 @@ Neighbours, openings, trims, joints and the map from control points to elements 
 body at rest, worked out once. Elements, boxes and hierarchy are those of each shape, so all that a
 search over them proves holds for it. What is worked out for a shape that stays (touching balls,
 grids of sides, lists of pieces, neighbourhoods) is neither used nor made: a shape is one of many,
-and no more than the last two are kept.
+and no more than the last two are cached.
 """
 
 from __future__ import annotations
@@ -67,10 +67,18 @@ class DeformedSurface(ExactSurface):
         return surroundings_of(self.blocks, self.tables.leaves)
 
     def closest_from(self, starts: SurfacePlaces, p_B: FloatArray, out: Projection) -> None:
-        """Closest points of p_B (k, 3) into `out`, guessed from feet on another shape (patch −1
-        where there is none): quicker than `closest`, and proved as well."""
-        given = self.tables, self._surroundings, p_B, starts, out
-        run_ranges(nearest_nb.project_from, len(p_B), POINTS, *given)
+        """Write the closest points of p_B (k, 3) into `out`, starting from feet on another shape,
+        patch −1 where there is none: faster than `closest`, with the same proof."""
+        run_ranges(
+            nearest_nb.project_from,
+            len(p_B),
+            POINTS,
+            self.tables,
+            self._surroundings,
+            p_B,
+            starts,
+            out,
+        )
 
     def closest(
         self, p_B: FloatArray, rows: IntArray, out: Projection, within: FloatArray | None = None
@@ -113,19 +121,21 @@ class DeformedSurface(ExactSurface):
     def last_crossings_from(
         self, before: DeformedSurface, a_B: FloatArray, b_B: FloatArray
     ) -> tuple[Hit, ByteArray]:
-        """Last crossings of points that go from `a_B` to `b_B` (n, 3) while the surface goes from
-        the shape `before` to this one; see `moving_nb`. As `last_crossings`, with one row a point;
-        where they are is told by places on this shape."""
+        """Return the last crossings of points that move from `a_B` to `b_B` (n, 3) while the
+        surface moves from the shape `before` to this one, one row a point; see `moving_nb`. The
+        result is that of `last_crossings`, by places on this shape."""
         table, coefs = self.tables.elements
         change = (coefs - before.tables.elements.coefs).reshape(-1, 4)
         change[:, 3] = coefs.reshape(-1, 4)[:, 3]
         way = float(row_lengths(self.control_points - before.control_points).max(initial=0.0))
-        given = self.tables, before.tables.elements, Elements(table, change.ravel()), way
+        surface = MovingSurface(
+            self.tables, before.tables.elements, Elements(table, change.ravel()), way
+        )
 
         def search(paths: Paths, out: Hit, verdict: FloatArray) -> None:
             start, end, between, _ = paths
-            asked = MovingSurface(*given), start, end, between, out, verdict
-            run_ranges(moving_nb.last_moving_crossings, len(start), POINTS, *asked)
+            arguments = surface, start, end, between, out, verdict
+            run_ranges(moving_nb.last_moving_crossings, len(start), POINTS, *arguments)
 
         return settled(search, a_B, b_B)
 
@@ -150,19 +160,19 @@ class Deformable:
     slit: float
     blocks: Blocks
     _last: list[DeformedSurface] = field(default_factory=list, repr=False)
-    """The last two shapes: several contacts ask for one, and a step for that before it."""
+    """Cache of the last two shapes: several contacts use one, and a step the shape before it."""
 
     def at(self, control_points: FloatArray) -> DeformedSurface:
-        """The search on the shape of control points (m, 3), body axes.
+        """Return the search on the shape of control points (m, 3), body axes, length.
 
         Raises
         ------
         GeometryError
             A shape that is a point, or so large or small that products of lengths are lost.
         """
-        for known in self._last:
-            if np.array_equal(known.control_points, control_points):
-                return known
+        for shape in self._last:
+            if np.array_equal(shape.control_points, control_points):
+                return shape
         growth = extent_of(control_points) / extent_of(self.net.points)
         scale = self.rest.scale * growth
         check_extent(float(scale[0]), self.name)
@@ -177,10 +187,11 @@ class Deformable:
             seeds=empty_seeds(hierarchy.tree),
             scale=scale,
         )
-        shape = read_only(control_points)
-        made = DeformedSurface(tables, self.closed, self.slit, shape, self.blocks)
-        self._last[:] = [made, *self._last[:1]]
-        return made
+        shape = DeformedSurface(
+            tables, self.closed, self.slit, read_only(control_points), self.blocks
+        )
+        self._last[:] = [shape, *self._last[:1]]
+        return shape
 
 
 def extent_of(points: FloatArray) -> float:

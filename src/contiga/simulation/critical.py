@@ -199,14 +199,15 @@ def _couplings(model: Model, state: SystemState, of: Of) -> list[tuple[str, list
 def _add_joint_laws(
     couplings: list[tuple[str, list[_End]]], model: Model, state: SystemState
 ) -> None:
-    """Add the laws of joints. Joints themselves make no vibration faster: of what is held the
-    fastest one is not above that of what is free (Rayleigh)."""
+    """Add the laws of joints. The constraints themselves raise no highest frequency: that of a
+    constrained system is at most that of the free one (Rayleigh)."""
     if state.joints is None:
         return
     system, linkage = model.mechanism, model.linkage
-    for joint, coordinate, c, law in linkage.laws:
+    for entry in linkage.laws:
+        c = entry.number
         g = int(linkage.table.coordinates[c, 0])
-        stiffness = law.stiffness_bound(float(state.joints.values[c]))
+        stiffness = entry.law.stiffness_bound(float(state.joints.values[c]))
         ends = []
         for row in linkage.table.rows[g].tolist():
             if row >= 0:
@@ -216,19 +217,20 @@ def _add_joint_laws(
                     state.joints.points[g],
                     state.joints.ways[c],
                 )
-                rates = Rates(stiffness * mobility, law.damping * mobility)
+                rates = Rates(stiffness * mobility, entry.law.damping * mobility)
                 ends.append(_End(row, rates, rates))
-        couplings.append((f"{coordinate} of joint {joint!r}", ends))
+        couplings.append((f"{entry.coordinate} of joint {entry.joint!r}", ends))
 
 
-def _mobility(row: FloatArray, one: FloatArray, point: FloatArray, way: FloatArray) -> float:
-    """JᵀM⁻¹J of a force and moment `way` (6,) on a body at a point (3,): the acceleration along it
-    by a unit of it. Held rotations may only make it too large."""
+def _mobility(row: FloatArray, fixed: FloatArray, point: FloatArray, way: FloatArray) -> float:
+    """Return JᵀM⁻¹J of a force and moment `way` (6,) at a point (3,) of a free body with lanes
+    `row` (19,) and `fixed` (22,): the acceleration along `way` by a unit of it. Held rotations
+    are ignored, which can only make it too large."""
     moment = way[3:] + cross(point - row[CENTRE : CENTRE + 3], way[:3])
     turn = quaternion.to_matrix(row[TURN : TURN + 4])
-    own = product(one[AXES : AXES + 9].reshape(3, 3).T, product(turn.T, moment))
-    square = np.square(way[:3] * one[WAYS : WAYS + 3]).sum() / one[MASS]
-    return float(square + (own * own / one[MOMENTS : MOMENTS + 3]).sum())
+    principal = product(fixed[AXES : AXES + 9].reshape(3, 3).T, product(turn.T, moment))
+    linear = np.square(way[:3] * fixed[WAYS : WAYS + 3]).sum() / fixed[MASS]
+    return float(linear + (principal * principal / fixed[MOMENTS : MOMENTS + 3]).sum())
 
 
 def _add_gas(couplings: list[tuple[str, list[_End]]], model: Model, state: SystemState) -> None:

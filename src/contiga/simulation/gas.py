@@ -28,7 +28,7 @@ from contiga.slaves.slave import Slave
 OF_GAS = ("pressure", "temperature", "volume", "mass", "flow_in", "flow_out")
 """Columns of a chamber; the last two are the enthalpies that came in and went out so far."""
 BLOCKS, NODES = 32, 4096
-"""Grains of threads."""
+"""Fewest blocks of facets, and nodes, for one thread."""
 MOST_TOLD = 4
 """Places that a message names."""
 Covered = Callable[[str], FloatArray]
@@ -56,12 +56,12 @@ class Closed(NamedTuple):
 
 
 class SkinTables(NamedTuple):
-    """The facets around a chamber as kernels take them."""
+    """Tables of the facets around a chamber for kernels."""
 
     corners: IntArray
-    """(b, 3, LANES) nodes of the slave; facets of one node fill the last block."""
+    """(b, 3, LANES) nodes of the slave; the last block is filled up with facets of one node."""
     sums: NodeSums
-    """Facets that are summed at each node."""
+    """Facets at each node."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,8 @@
-"""Joints of a simulation: where a step has them, and what the history says of them."""
+"""Joints of a simulation: their part in a step, and their columns in the history."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,38 +15,49 @@ from contiga.simulation.model import Model
 from contiga.simulation.system_state import BodyStates, SystemState
 
 OF_REACTIONS = ("fx", "fy", "fz", "mx", "my", "mz")
-"""Columns of a joint: the force that it puts on its second body, and the moment about its point,
-world axes, without its laws; and each coordinate under its own name."""
+"""Columns of a joint, ``<joint>.<column>``: reaction force on its second body, and moment about its
+point there, world axes, without its laws."""
 OF_JOINT_LAWS = ("force", "energy_stored", "energy_hysteresis", "energy_damping", "energy_friction")
-"""Columns of a law, ``<joint>.<coordinate>_<column>``: moment or force against the coordinate, what
-it would give back, and what it has lost since the start."""
-NUDGE = 1e-6
-"""Part of the time of a run over which the acceleration of a driven body is taken at its start."""
+"""Columns of a law, ``<joint>.<coordinate>_<column>``: moment or force that opposes the coordinate,
+energy stored, and energies lost since the start."""
+START_STEP = 1e-6
+"""Step of the difference, as a share of the run's duration, for the acceleration of a driven body
+at the start."""
+
+
+class Reacted(NamedTuple):
+    """Joints at the end of a step."""
+
+    kinetic: float
+    """Kinetic energy of the free bodies."""
+    states: JointStates
+    """Joints with their reactions, and rates at the end of the step."""
 
 
 def close_joints(
     model: Model, last: SystemState, free: Placed, poses: FloatArray, time: float
 ) -> None:
-    """Correct a drift of free bodies from `last` so that all joints are closed at `time`.
+    """Correct the drift of the free bodies from `last`, in place, so that all joints are closed at
+    `time`; `poses` (n, 4, 4) are those of driven bodies then.
 
     Raises
     ------
     RunError
-        They do not close: a driven body pulls its joints apart, or the step is too long.
+        A joint stays open: a driven body pulls it apart, or the step is too long.
     """
-    off = model.linkage.close(last.rigid, last.bodies.poses, free, poses, time - last.time)
-    if not off <= OPEN:
-        name, gap = model.linkage.worst(free, poses)
+    misfit = model.linkage.close(last.rigid, last.bodies.poses, free, poses, time - last.time)
+    if not misfit <= OPEN:
+        worst = model.linkage.worst(free, poses)
         raise RunError(
-            f"t = {time:g}: joint {name!r} does not close, {gap:.4g} is left (length, or sine of "
-            "an angle): its bodies are driven or held where it cannot follow, or the step of "
-            f"{time - last.time:.4g} is too long for how fast they turn"
+            f"t = {time:g}: joint {worst.joint!r} does not close, a misfit of {worst.gap:.4g} "
+            "(length, or sine of an angle) remains: its bodies are driven or held where it cannot "
+            f"follow, or they turn too fast for the step of {time - last.time:.4g}"
         )
 
 
 def joint_states(model: Model, last: SystemState | None, bodies: BodyStates) -> JointStates:
-    """Return all joints where their bodies are now, with what their laws do; reactions are those
-    before. Without laws nothing is asked before the forces are known, and all is as it was."""
+    """Return all joints with their bodies as now and their laws advanced; reactions are those of
+    `last`. Without laws the state of `last` is returned: no force depends on it."""
     before = None if last is None else last.joints
     if before is not None and not model.linkage.laws:
         return before
@@ -54,7 +65,7 @@ def joint_states(model: Model, last: SystemState | None, bodies: BodyStates) -> 
     return model.linkage.with_laws(before, now)
 
 
-def reacting(
+def react_joints(
     model: Model,
     last: SystemState | None,
     states: JointStates,
@@ -62,37 +73,31 @@ def reacting(
     bodies: BodyStates,
     time: float,
     total: FloatArray,
-) -> tuple[float, JointStates]:
-    """End the kick of a step: velocities that joints allow, and their reactions, which are added to
-    the wrenches `total` (n, 6).
-
-    Returns
-    -------
-    tuple
-        The kinetic energy, and the joints with reactions and rates at the end of the step.
-    """
+) -> Reacted:
+    """End the kick of a step: project the velocities of the `free` bodies onto the constraints, and
+    add the reactions to the wrenches `total` (n, 6)."""
     linkage, system = model.linkage, model.mechanism
     accelerations = np.zeros((len(system.index), 6))
     for i in linkage.bodies & system.driven.keys():
         accelerations[i] = driven_acceleration(model, i, last, bodies, time)
-    kinetic, reactions = linkage.react(free, bodies.poses, bodies.twists, accelerations)
+    reaction = linkage.react(free, bodies.poses, bodies.twists, accelerations)
     twists = bodies.twists.copy()
     twists[system.free] = free.twists
     now = linkage.measured(states, bodies.poses, twists[system.root])
-    now = now._replace(reactions=reactions)
+    now = now._replace(reactions=reaction.reactions)
     linkage.add_reactions(now, bodies.poses, total)
-    return kinetic, now
+    return Reacted(reaction.kinetic, now)
 
 
 def driven_acceleration(
     model: Model, i: int, last: SystemState | None, bodies: BodyStates, time: float
 ) -> FloatArray:
-    """(6,) acceleration of the frame of a driven body, and its angular acceleration.
+    """Return the acceleration (6,) of the frame of driven body i, linear and angular, world axes.
 
-    A motion that does not tell it is asked for its twists half a step before and after, so that
-    accelerations add up to what velocities change by, also where these jump; at the end of the run
-    and at its start on one side. One that may not be asked at other times has the mean of the last
-    step.
+    A motion without a known acceleration is differenced over its twists half a step before and
+    after, so that the accelerations add up to the change of velocity even across a jump; at the
+    start and at the end of the run the difference is one-sided. A motion that is known only up to
+    now has the mean acceleration of the last step.
     """
     motion, now = model.mechanism.driven[i], bodies.twists[i]
     if hasattr(motion, "acceleration"):
@@ -100,9 +105,9 @@ def driven_acceleration(
     if last is None:
         if not is_told(motion):
             return np.zeros(6)
-        way = NUDGE * (model.stepping.end - model.stepping.start)
-        after = np.concatenate(motion.twist(time + way))
-        return np.asarray((after - now) / way)
+        step = START_STEP * (model.stepping.end - model.stepping.start)
+        after = np.concatenate(motion.twist(time + step))
+        return np.asarray((after - now) / step)
     dt = time - last.time
     if not is_told(motion):
         return np.asarray((now - last.bodies.twists[i]) / dt)
@@ -112,7 +117,7 @@ def driven_acceleration(
 
 
 def joint_columns(model: Model, state: SystemState) -> dict[str, float]:
-    """What a row of the history says of all joints: ``<joint>.fx`` and so on."""
+    """Return the history columns of all joints by name, ``<joint>.fx`` and so on."""
     joints, columns = state.joints, dict[str, float]()
     if joints is None:
         return columns
@@ -120,18 +125,18 @@ def joint_columns(model: Model, state: SystemState) -> dict[str, float]:
     for name, reaction in zip(linkage.names, joints.reactions.tolist(), strict=True):
         for column, value in zip(OF_REACTIONS, reaction, strict=True):
             columns[f"{name}.{column}"] = value
-    for (name, coordinate), value in zip(linkage.coordinates, joints.values.tolist(), strict=True):
-        columns[f"{name}.{coordinate}"] = value
-    for k, (name, coordinate, _, _) in enumerate(linkage.laws):
+    for coordinate, value in zip(linkage.coordinates, joints.values.tolist(), strict=True):
+        columns[f"{coordinate.joint}.{coordinate.name}"] = value
+    for k, entry in enumerate(linkage.laws):
         law = joints.law(k)
         values = law.force, law.stored, law.hysteresis, law.damping, law.friction
         for column, value in zip(OF_JOINT_LAWS, values, strict=True):
-            columns[f"{name}.{coordinate}_{column}"] = value
+            columns[f"{entry.joint}.{entry.coordinate}_{column}"] = value
     return columns
 
 
 def joint_summary(model: Model) -> dict[str, dict[str, Any]]:
-    """Return what a reader of the files needs to know of joints, by name."""
+    """Return the kind and the bodies of each joint, by name, for the summary file."""
     return {
         name: {"kind": joint.kind, "between": list(joint.between)}
         for name, joint in model.joints.items()

@@ -58,22 +58,23 @@ class SpringEnd(NamedTuple):
     nodes: IntArray = NO_NODES
     """(k,) nodes of the slave that share the end."""
     shares: FloatArray = NO_SHARES
-    """(k,) what each of them has of its force; the end is the mean of their places by these."""
+    """(k,) share of each node in the force on the end, and in its position; they sum to 1."""
 
 
 class TiedEnd(NamedTuple):
     """An end of a spring on a slave."""
 
     spring: str
+    """Name of the spring."""
     sign: float
-    """1 of the first end, which feels the spring's pull; −1 of the second."""
+    """1 for the first end, on which the pull acts; −1 for the second."""
     nodes: IntArray
-    """(k,) nodes that share it."""
+    """(k,) nodes of the slave that share it."""
     shares: FloatArray
-    """(k,)."""
+    """(k,) share of each node in the force; they sum to 1."""
 
     def forces(self, pull: FloatArray) -> FloatArray:
-        """(k, 3) forces on its nodes by the pull (3,) of the spring."""
+        """Return the forces (k, 3) on the nodes by the pull (3,) of the spring, world axes."""
         return np.asarray(self.sign * self.shares[:, None] * pull)
 
 
@@ -169,13 +170,15 @@ class Mechanism:
 
     @cached_property
     def tied(self) -> Mapping[str, list[TiedEnd]]:
-        """Ends of springs on nodes of each slave."""
+        """Ends of springs on each slave, by its name."""
         tied: dict[str, list[TiedEnd]] = {}
         for name, ends in self.ends.items():
             for k, end in enumerate(ends):
                 if end.slave is not None:
-                    one = TiedEnd(name, 1.0 if k == 0 else -1.0, end.nodes, end.shares)
-                    tied.setdefault(end.slave, []).append(one)
+                    sign = 1.0 if k == 0 else -1.0
+                    tied.setdefault(end.slave, []).append(
+                        TiedEnd(name, sign, end.nodes, end.shares)
+                    )
         return tied
 
     @cached_property
@@ -423,9 +426,9 @@ def _segments(
         devices = springs[name].devices
         on_a_belt = springs[name].spread != (None, None)
         if (count == 2 or on_a_belt) and any(one is not None for one in devices[:3]):
-            both = "slip rings at both ends" if count == 2 else "a slip ring at its anchor"
+            rings_found = "slip rings at both ends" if count == 2 else "a slip ring at its anchor"
             raise InputError(
-                f"has {both}, and no end left for its devices",
+                f"has {rings_found}, and no end left for its devices",
                 where=f"spring {name!r}",
                 allowed="one device at an end",
             )

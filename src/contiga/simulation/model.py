@@ -211,8 +211,8 @@ class Model(Displayed):
             if (pretensioner := spring.devices.pretensioner) is not None:
                 kinks[pretensioner.trigger].append(pretensioner.kinks)
         for chamber in self.gas.values():
-            for one in chamber.waiting.values():
-                kinks[str(one.trigger)].append(one.kinks)
+            for device in chamber.waiting.values():
+                kinks[str(device.trigger)].append(device.kinks)
         return {name: np.unique(np.concatenate(times)) for name, times in kinks.items()}
 
     @cached_property
@@ -250,7 +250,7 @@ class Model(Displayed):
 
     @cached_property
     def linkage(self) -> Linkage:
-        """The joints."""
+        """All joints as one system of constraints."""
         system = self.mechanism
         bodies = joint_ends(self.joints, system.index, system.root)
         rows = np.array([[system.row.get(i, -1) for i in pair] for pair in bodies.tolist()])
@@ -260,7 +260,7 @@ class Model(Displayed):
 
     @cached_property
     def joint_fit(self) -> Fit:
-        """How bodies are made to fit their joints at the start."""
+        """The free bodies at the start, moved so that all joints are closed."""
         return self.linkage.fit(self.mechanism.start, self.origins)
 
     @cached_property
@@ -324,7 +324,7 @@ def check_settle(model: Model) -> None:
 
 
 def check_shapes(model: Model) -> None:
-    """Refuse bodies that cannot change their shape as they are told to.
+    """Refuse bodies that cannot change their shape as their motion prescribes.
 
     Raises
     ------
@@ -441,26 +441,26 @@ def check_gas(model: Model) -> None:
 
 
 def check_joints(model: Model) -> None:
-    """Refuse joints that are called as what else has columns in the history, that nothing moves, or
-    that cannot be closed at the start.
+    """Refuse joints that share a name with other columns of the history, that have no free body,
+    or that cannot be closed at the start.
 
     Raises
     ------
     InputError
-        As said.
+        Such a joint; a body that its joints move at the start, though it is not to settle.
     """
     if not model.joints:
         return
-    taken = {*model.bodies, *(part.name for part in model.contacts), "energy"}
-    taken |= {*model.springs, *model.slip_rings, *model.gas}
-    taken |= {sensor.name for sensor in model.sensors}
+    other_names = {*model.bodies, *(part.name for part in model.contacts), "energy"}
+    other_names |= {*model.springs, *model.slip_rings, *model.gas}
+    other_names |= {sensor.name for sensor in model.sensors}
     for name in model.joints:
-        if name in taken:
+        if name in other_names:
             raise InputError(
-                "must have a name of its own: columns of the history are called by it",
+                "must have a name of its own: it names columns of the history",
                 where=f"joint {name!r}: name",
                 found=name,
-                allowed="not that of a body, a contact, a spring, a slip ring, a gas or a sensor",
+                allowed="a name that no body, contact, spring, slip ring, gas or sensor has",
             )
     fit = model.joint_fit
     check_fit(model.linkage, fit)
@@ -469,19 +469,19 @@ def check_joints(model: Model) -> None:
     size = float(model.linkage.table.size[0])
     for k, i in enumerate(model.mechanism.free):
         name = list(model.bodies)[i]
-        off = max(fit.moved[k] / size, fit.turned[k])
-        if name not in model.settling.bodies and off > OPEN:
+        displacement = max(fit.moved[k] / size, fit.turned[k])
+        if name not in model.settling.bodies and displacement > OPEN:
             raise InputError(
-                "its joints have it elsewhere than it stands, and it is not to settle: "
-                f"{fit.moved[k]:.4g} away, turned by {fit.turned[k]:.4g} rad",
+                "closing its joints moves it, and it is not to settle: it is moved by "
+                f"{fit.moved[k]:.4g} and turned by {fit.turned[k]:.4g} rad",
                 where="settle: bodies",
                 found=name,
-                remedy="Place it where its joints have it, or let it come to rest as well",
+                remedy="Place it so that its joints are closed, or let it settle as well",
             )
 
 
 def check_triggers(model: Model) -> None:
-    """Refuse what waits for a sensor that is not there or fires nothing.
+    """Refuse devices that wait for an unknown sensor, or for one without a trigger.
 
     Raises
     ------
@@ -494,9 +494,9 @@ def check_triggers(model: Model) -> None:
         for device, trigger in spring.devices.triggers.items()
     ]
     waiting += [
-        (f"gas {name!r}: {place}", str(one.trigger))
+        (f"gas {name!r}: {place}", str(device.trigger))
         for name, chamber in model.gas.items()
-        for place, one in chamber.waiting.items()
+        for place, device in chamber.waiting.items()
     ]
     there, fire = {one.name for one in model.sensors}, {one.name for one in model.triggered}
     for where, trigger in waiting:

@@ -33,7 +33,7 @@ from contiga.rigid.rigid_lanes import FORCE, MASS, MOMENTUM, SPINS, TORQUE, VELO
 from contiga.rigid.twist import still
 from contiga.simulation.clock import Clock
 from contiga.simulation.critical import check_stable, limit_of
-from contiga.simulation.joints import joint_states, reacting
+from contiga.simulation.joints import joint_states, react_joints
 from contiga.simulation.model import BodyPart, Model, SlavePart
 from contiga.simulation.settle import Rest, Settle
 from contiga.simulation.step import (
@@ -55,11 +55,11 @@ what begins far from its place goes astray."""
 STEERED, FADING = 0.1, 0.99
 """Share of the velocities that turns to the forces in the step after a stop, and what of it is left
 for the next one."""
-JOINTED = 0.2
-"""The same where there are joints: a mechanism has few vibrations, each of which has to be stopped
-near its peak, and not a step later on the other side."""
-TURNED = 0.2
-"""Angle, radians, by which bodies with joints turn in a step at most: larger ones do not close."""
+JOINTED_SAFETY = 0.2
+"""Share of the critical step with joints: a mechanism has few modes, and each must be stopped close
+to its peak of kinetic energy."""
+MAX_ROTATION = 0.2
+"""Largest rotation in a step with joints, radians: beyond it the joints may not close."""
 GRAINS = 200
 """Parts of the time of the run that a step takes where nothing bounds it."""
 
@@ -96,10 +96,10 @@ def settled(model: Model, clock: Clock, on_settle: OnSettle | None = None) -> St
         before = state
         # A step near the critical one, shorter where points go too far.
         critical = limit_of(resting, before).critical
-        safety = JOINTED if resting.joints else SAFETY
+        safety = JOINTED_SAFETY if resting.joints else SAFETY
         length_of_step = safety * critical if math.isfinite(critical) else most
         if resting.joints and (spin := float(row_lengths(before.bodies.twists[:, 3:]).max())) > 0.0:
-            length_of_step = min(length_of_step, TURNED / spin)
+            length_of_step = min(length_of_step, MAX_ROTATION / spin)
         while True:
             state = advance(resting, before, before.time + length_of_step, clock).state
             shorter = gone_too_far(resting, before, state)
@@ -266,19 +266,19 @@ def _taken_up(
     joints = None
     if model.joints:
         joints = joint_states(model, None, bodies)
-        remembered = {}  # by hysteresis and friction
+        settled_laws = {}  # hysteresis and friction continue from these
         if at_rest.joints is not None:
-            for k, law in enumerate(resting.linkage.laws):
-                remembered[law.joint, law.coordinate] = at_rest.joints.law(k)
-        for k, law in enumerate(model.linkage.laws):
-            if (own := remembered.get((law.joint, law.coordinate))) is not None:
-                still_law = own._replace(force=own.force - own.damper, damper=0.0)
-                joints.laws[k] = law.law.begun(still_law)
+            for k, entry in enumerate(resting.linkage.laws):
+                settled_laws[entry.joint, entry.coordinate] = at_rest.joints.law(k)
+        for k, entry in enumerate(model.linkage.laws):
+            if (law := settled_laws.get((entry.joint, entry.coordinate))) is not None:
+                at_standstill = law._replace(force=law.force - law.damper, damper=0.0)
+                joints.laws[k] = entry.law.begun(at_standstill)
     between = Acting(contacts, springs, gas, rings, joints)
     acting = wrenches(model, between, standing)
     kinetic = kicked(placed, system.fixed, acting[system.free], 0.0)
     if joints is not None:
-        kinetic, joints = reacting(model, None, joints, placed, bodies, start, acting)
+        kinetic, joints = react_joints(model, None, joints, placed, bodies, start, acting)
         between = between._replace(joints=joints)
     inside = [nodes.energy(slaves[name]) for name, nodes in system.nodes.items()]
     energy = energy_of(between, inside, kinetic, 0.0, None)

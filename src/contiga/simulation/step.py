@@ -38,7 +38,7 @@ from contiga.rigid.pose import as_pose, to_quaternion
 from contiga.rigid.twist import Twist
 from contiga.simulation.clock import Clock
 from contiga.simulation.gas import ChamberState, covered_by
-from contiga.simulation.joints import close_joints, joint_states, reacting
+from contiga.simulation.joints import close_joints, joint_states, react_joints
 from contiga.simulation.load_forces import add_loads, foresee_loads, work_of_loads
 from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import Model
@@ -137,10 +137,11 @@ def advance(
     clock: Clock,
     fired: Mapping[str, float] | None = None,
 ) -> Stepped:
-    """The simulation at `time`, from the state `last` before it; None at the start.
+    """Return the simulation at `time`, advanced from the state `last`; None at the start.
 
-    `fired` are times at which triggers fire; those that are known from `last` if omitted. A trigger
-    that turns out to fire within the step has it taken once more, for devices to act in it.
+    `fired` are the times at which triggers fire, by sensor; those known in `last` if omitted. If
+    another trigger fires within the step, the step is repeated with it, so that its devices act in
+    the same step.
     """
     if fired is None:
         fired = {} if last is None else firing_times(last.triggers)
@@ -210,8 +211,9 @@ def advance(
     total = wrenches(model, acting, standing)
     kinetic = kicked(standing.free, system.fixed, total[system.free], now.dt)
     if joints is not None:
-        moving = standing.free, standing.bodies
-        kinetic, joints = reacting(model, last, joints, *moving, now.time, total)
+        kinetic, joints = react_joints(
+            model, last, joints, standing.free, standing.bodies, now.time, total
+        )
         acting = acting._replace(joints=joints)
     external, initial, peak = 0.0, None, 0.0
     if last is not None:

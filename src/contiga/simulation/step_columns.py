@@ -13,7 +13,7 @@ from contiga.simulation.reasons import Choice, Cut, Reason
 REASON, OF, TRIES, ENERGY_ERROR = "step.reason", "step.of", "step.tries", "step.energy_error"
 SINGLE, LAG, LATE = "step.single", "step.lag", "step.late"
 COLUMNS = (REASON, OF, TRIES, ENERGY_ERROR, SINGLE, LAG, LATE)
-"""Of automatic steps: number of the `Reason`, of what in `names_of` (−1 of nothing),
+"""Columns of automatic steps: number of the `Reason`, of its part in `names_of` (−1 for none),
 steps worked out, energy balance error that no shorter one would have reduced, ω h of single
 points that swing and are not followed, radians of phase that they are off by, and the time by which
 free nodes hand on a force that they share early or late."""
@@ -87,7 +87,7 @@ def single_warnings(history: dict[str, FloatArray]) -> list[str]:
 
 
 def steps_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, Any]:
-    """Of automatic steps: each reason, how often it had the last word, by whom.
+    """Return how often each reason, by its part, determined an automatic step.
 
     Keys: `least` step and `when`, `tries` worked out, `let_pass` steps with an energy
     balance error that shorter ones would not reduce, its sum `energy_error`, and `reasons`, a list

@@ -714,7 +714,7 @@ def _room(model: Model, part: ContactPart, before: State, wanted: FloatArray) ->
     half = part.contact.half_thickness
     span = np.full(len(known), SPAN * model.mechanism.sides[part.name].size)
     if len(before.control_points) and half is not None:
-        # What was out of reach of half a thickness is not past the wall after that way.
+        # A point that half a thickness did not reach cannot pass the wall within that length.
         span = np.where(half > 0.0, np.minimum(half, span), span)
     room = np.where(known < 0.0, math.inf, np.maximum(span, known))
     rows = np.flatnonzero((wanted > room) & (before.patch < 0)).astype(np.int32)
@@ -733,7 +733,7 @@ def _room(model: Model, part: ContactPart, before: State, wanted: FloatArray) ->
 
 
 def _speed(model: Model, part: ContactPart, at: SystemState) -> float:
-    """The largest speed of a node against the master, at most."""
+    """Return an upper bound of the speed of all nodes relative to the master."""
     slave, body = at.slaves[part.slave], at.bodies[part.master]
     against = slave.velocities - body.twist.at(body.pose[:3, 3], slave.points)
     shape = model.shapes.velocity(part.master, at.time, at.slaves)
@@ -742,7 +742,8 @@ def _speed(model: Model, part: ContactPart, at: SystemState) -> float:
 
 
 def _ways(part: ContactPart, before: State, now: State, rows: IndexArray) -> FloatArray:
-    """(k, 3) ways of some points in contact against the surface between two states, body axes."""
+    """Return displacements (k, 3) of points in contact relative to the surface between two states,
+    body axes."""
     points = now.points_B[rows]
     ways = points - before.points_B[rows]
     if len(now.control_points):

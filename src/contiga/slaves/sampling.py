@@ -111,7 +111,7 @@ class _OnFaces(NamedTuple):
     area: FloatArray
     """(f n,) of the faces at rest, as the rule shares it."""
     share: FloatArray
-    """(f n,) of that of the face."""
+    """(f n,) share of each point in the area of its face."""
 
     @property
     def stop(self) -> int:
@@ -294,8 +294,8 @@ class Sampling:
         return bsr_array((values, column, start), shape=(3 * n, 3 * n)).tocsr()
 
     def shares(self, rows: IndexArray) -> csr_array:
-        """(n, len(rows)) sparse: what each of the points `rows`, ascending, has of the nodes: x_q =
-        Σ_a N_qa x_a."""
+        """Return the weights N (n, len(rows)), sparse, of the nodes at points `rows`, ascending:
+        x_q = Σ_a N_aq x_a."""
         from scipy.sparse import coo_array
 
         each = np.arange(len(rows))

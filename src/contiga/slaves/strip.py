@@ -13,7 +13,7 @@ from contiga.records import FloatArray
 DEGREE = 2
 """Degree along a strip and across."""
 SAMPLES = 20
-"""Chords of an element by which it is measured."""
+"""Number of chords per element that measure its length."""
 
 
 class Strip(NamedTuple):
@@ -25,8 +25,9 @@ class Strip(NamedTuple):
     """
 
     segments: int
-    """Elements along it."""
+    """Number of elements along it."""
     across: int
+    """Number of elements across it."""
 
     @property
     def knots(self) -> tuple[FloatArray, FloatArray]:
@@ -47,20 +48,21 @@ class Strip(NamedTuple):
         return greville(self.knots[1], DEGREE)
 
     def interpolated(self, values: FloatArray) -> FloatArray:
-        """Coefficients (n, …) along the strip of what has `values` (n, …) at `along`."""
+        """Return spline coefficients (n, …) along the strip that interpolate `values` (n, …) at
+        `along`."""
         matrix = basis(self.knots[0], DEGREE, self.along)[:, 0]
         flat = np.linalg.solve(matrix, values.reshape(len(values), -1))
         return np.asarray(flat.reshape(values.shape))
 
     def through(self, rows: FloatArray) -> NurbsSurface:
-        """The patch whose rows at `along` are straight, and are (n, k, 3) `rows` at `beside`."""
+        """Return the patch with straight lines across at `along` through control points `rows`
+        (n, k, 3) at `beside`."""
         return NurbsSurface((DEGREE, DEGREE), self.knots, self.interpolated(rows))
 
     def flat(self, rows: FloatArray, width: float, share: float) -> FloatArray:
-        """(m, 3) control points of a flat patch along x, its width along y.
+        """Return control points (m, 3) of a flat patch along x, with its `width` along y.
 
-        Its elements are `share` times as long as the mean of the lines along those of the patch
-        through `rows`.
+        The length of an element is `share` times its mean length in the patch through `rows`.
         """
         laid = self.through(rows)
         u = np.linspace(0.0, 1.0, SAMPLES * self.segments + 1)

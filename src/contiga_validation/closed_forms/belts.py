@@ -106,9 +106,13 @@ def tensions(segments: int, kind: str) -> FloatArray:
     )
     loose, held = belt.ends
     speed = math.sqrt(STIFF / DENSITY)
-    lasts = 60.0 * path.length / speed
-    pull = [[0.0, 0.0, 0.0, -TAUT], [0.1 * lasts, 0.0, 0.0, -TAUT], [0.6 * lasts, 0.0, 0.0, -1.0]]
-    pull.append([lasts, 0.0, 0.0, -1.0])
+    duration = 60.0 * path.length / speed
+    pull = [
+        [0.0, 0.0, 0.0, -TAUT],
+        [0.1 * duration, 0.0, 0.0, -TAUT],
+        [0.6 * duration, 0.0, 0.0, -1.0],
+    ]
+    pull.append([duration, 0.0, 0.0, -1.0])
     motion = cg.motion.Deforming(
         material=belt.material,
         density=belt.density,
@@ -135,7 +139,7 @@ def tensions(segments: int, kind: str) -> FloatArray:
             bodies={"drum": drum},
             slaves={"belt": (belt.slave, motion)},
             contacts=[press],
-            end=lasts,
+            end=duration,
             step="auto",
         )
         .run()
@@ -177,11 +181,11 @@ def _capstan() -> Answer:
 
 WIDTH, THICK = 0.2, 0.05
 PAID = 4e-3
-"""How far the held end of a belt of splines is pulled: just so much that all of it slides."""
+"""Displacement of the held end of a belt of splines, length: just enough for all of it to slide."""
 
 
 def _ribbon(elements: int) -> cg.NurbsSurface:
-    """One patch of degree 2 along the way of the belt, its sites on it."""
+    """Return one patch of degree 2 along the belt's path, with its Greville points on the path."""
     knots = np.concatenate([np.zeros(2), np.linspace(0.0, 1.0, elements + 1), np.ones(2)])
     at = cg.knots.greville(knots, 2)
     way = (2.0 * DOWN + math.pi) * at - DOWN
@@ -195,11 +199,11 @@ def _ribbon(elements: int) -> cg.NurbsSurface:
 
 
 def _pulls(elements: int) -> FloatArray:
-    """Pulls on the loose end, which is 1, and on the held one, which has been pulled along."""
+    """Return the tensions (2,) at the loose end, which is 1, and at the end that is pulled."""
     belt, length = cg.Slave(surfaces=[_ribbon(elements)]), 2.0 * DOWN + math.pi
     speed, section = math.sqrt(STIFF / DENSITY), WIDTH * THICK
-    lasts = 60.0 * length / speed
-    along = [[0.0, 0.0], [0.3 * lasts, 0.0], [0.8 * lasts, -PAID], [lasts, -PAID]]
+    duration = 60.0 * length / speed
+    along = [[0.0, 0.0], [0.3 * duration, 0.0], [0.8 * duration, -PAID], [duration, -PAID]]
     motion = cg.motion.Deforming(
         material=cg.materials.Elastic(young=STIFF / section),
         density=DENSITY / section,
@@ -217,7 +221,7 @@ def _pulls(elements: int) -> FloatArray:
             "motion": cg.motion.Translate([[t, 0.0, 0.0, z] for t, z in along]),
         },
         loads=cg.motion.NodalForce(
-            [[0.0, 0.0, 0.0, 0.0], [0.2 * lasts, 0.0, 0.0, -1.0], [lasts, 0.0, 0.0, -1.0]],
+            [[0.0, 0.0, 0.0, 0.0], [0.2 * duration, 0.0, 0.0, -1.0], [duration, 0.0, 0.0, -1.0]],
             on={"edge": "u0"},
             smooth=True,
         ),
@@ -236,7 +240,7 @@ def _pulls(elements: int) -> FloatArray:
         bodies={"drum": drum},
         slaves={"belt": (belt, motion)},
         contacts=[press],
-        end=lasts,
+        end=duration,
         step="auto",
     ).run()
     force = run.state.slaves["belt"].matter["force"]

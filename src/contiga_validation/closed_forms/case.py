@@ -14,7 +14,7 @@ TOLERANCE = 1e-4
 ROUNDING = 1e-11
 """Relative error of what is exact but for rounding, over hundreds of steps."""
 LEAST_ORDER = 1.9
-"""Of convergence where nothing else is said; the method is of second order in the step."""
+"""Least order of convergence by default; the method is of second order in the step."""
 
 
 class Check(NamedTuple):
@@ -34,7 +34,7 @@ class Check(NamedTuple):
 
 
 class Order(NamedTuple):
-    """How an error falls with the step, or with the size of elements."""
+    """Convergence of an error with the step, or with the size of elements."""
 
     of: str
     steps: tuple[float, ...]
@@ -51,7 +51,7 @@ class Order(NamedTuple):
 
     @property
     def holds(self) -> bool:
-        """Whether it is at least `least`."""
+        """Whether the observed order is at least `least`."""
         return self.observed >= self.least
 
 

@@ -1,4 +1,4 @@
-"""Shells of splines that swing, bodies that change their shape, and shells on both sides."""
+"""Vibrating shells of splines, bodies that change their shape, and contact between shells."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ CASES = Cases(GROUP)
 
 
 def _slowest(shell: Shell, free: IntArray, q: FloatArray) -> tuple[float, FloatArray]:
-    """The first circular frequency of a shell that stands at q, and (m, 3) ways of its mode."""
+    """Return the first circular frequency of a shell at q, and its mode (m, 3)."""
     state = shell.start()._replace(points=q)
     stiffness = shell.tangent(state)[free][:, free].toarray()
     masses = np.diag(shell.mass[free // 3])
@@ -43,7 +43,7 @@ YOUNG, DENSITY, THIN, LENGTH = 3.0, 2.0, 0.1, 10.0
 
 
 def _strip(count: int) -> tuple[Shell, float, FloatArray]:
-    """A cantilever of so many elements of degree 2, its frequency, and its mode."""
+    """Return a cantilever of `count` elements of degree 2, its frequency, and its mode."""
     shell = assemble_shell(
         [plate(2, (count, 1), (LENGTH, 1.0))],
         material=cg.materials.Elastic(young=YOUNG),
@@ -83,11 +83,11 @@ def _swing() -> Answer:
 
 
 STRAIN, POISSON = 1e-3, 0.3
-"""How far the drum is stretched, evenly."""
+"""Uniform strain of the drum, and Poisson's ratio."""
 
 
 def _drum_of(count: int) -> float:
-    """The frequency of a stretched drum of splines of radius 1."""
+    """Return the frequency of a stretched drum of splines of radius 1."""
     shell = assemble_shell(
         [disc(2, count)],
         material=cg.materials.Elastic(young=YOUNG, poisson=POISSON),
@@ -123,17 +123,17 @@ def _drum() -> Answer:
     return Answer(checks, draw, order)
 
 
-RADIUS, GROWS, HALF, STIFF, MASS, BREATH = 1.0, 0.2, 0.05, 50.0, 2.0, 2.0
-"""Of the sphere that breathes: radius, by how much it grows, half its thickness; spring and mass of
-each point on it, and its circular frequency."""
+RADIUS, GROWTH, HALF, STIFF, MASS, BREATH = 1.0, 0.2, 0.05, 50.0, 2.0, 2.0
+"""Breathing sphere: radius, growth of the radius, half thickness; spring and mass of each point on
+it; circular frequency."""
 
 
 def _breathing(step: float) -> cg.Result:
-    """24 masses on a sphere whose control points grow as a table says."""
+    """Run 24 masses on a sphere whose control points grow by a table."""
     ball = cg.Body([cg.shapes.sphere(radius=RADIUS)])
     end = math.pi / BREATH
     times = np.linspace(0.0, end, 81)
-    radii = RADIUS + 0.5 * GROWS * (1.0 - np.cos(BREATH * times))
+    radii = RADIUS + 0.5 * GROWTH * (1.0 - np.cos(BREATH * times))
     breath = cg.motion.ControlPoints(times, radii[:, None, None] / RADIUS * ball.net.points)
     ways = np.random.default_rng(1).normal(size=(24, 3))
     ways /= np.sqrt((ways**2).sum(axis=1))[:, None]
@@ -150,11 +150,11 @@ def _breathing(step: float) -> cg.Result:
 
 
 def _breath(t: FloatArray) -> FloatArray:
-    """Way out of each mass: ÿ = Ω² (r(t) − y) with r = G (1 − cos ω t)/2, from rest."""
+    """Return the radial displacement of a mass from rest: ÿ = Ω² (r − y), r = G (1 − cos ω t)/2."""
     w, W = BREATH, math.sqrt(STIFF / MASS)
     share = 1.0 / (W**2 - w**2)
     way = 1.0 - share * (W**2 * np.cos(w * t) - w**2 * np.cos(W * t))
-    return np.asarray(0.5 * GROWS * way)
+    return np.asarray(0.5 * GROWTH * way)
 
 
 @CASES.add(
@@ -170,7 +170,7 @@ def _sphere() -> Answer:
     def missed(step: float) -> float:
         history = runs[step].history
         out = np.sqrt(sum(history[f"node.{axis}"] ** 2 for axis in "xyz"))
-        return float(np.abs(out - _breath(history["time"])).max() / GROWS)
+        return float(np.abs(out - _breath(history["time"])).max() / GROWTH)
 
     order = order_of("largest error of the way, by how far it grows", 0.02, missed)
     fine = runs[0.005].history
@@ -179,12 +179,12 @@ def _sphere() -> Answer:
     energy = float(np.abs(fine["energy.error"]).max() / fine["energy.external"].max())
     checks = (
         zero("largest error of the way", missed(0.005), 2e-4),
-        zero("how much the masses differ", float(np.ptp(ways)) / GROWS, 1e-9),
+        zero("how much the masses differ", float(np.ptp(ways)) / GROWTH, 1e-9),
         zero("energy balance error, by the work done", energy, 1e-3),
     )
     t = np.linspace(0.0, fine["time"][-1], 200)
     out = np.sqrt(sum(fine[f"node.{axis}"] ** 2 for axis in "xyz"))
-    sphere = 0.5 * GROWS * (1.0 - np.cos(BREATH * t))
+    sphere = 0.5 * GROWTH * (1.0 - np.cos(BREATH * t))
     draw = compared(
         ("t", "way"),
         [("formula", t, _breath(t)), ("sphere", t, sphere)],
@@ -244,7 +244,7 @@ def _torus() -> Answer:
 
 
 def _carried(along: float) -> dict[str, FloatArray]:
-    """History of 25 masses that fall on a free plate whose control points are the master's."""
+    """Return the history of 25 masses falling on a free plate that moves the master."""
     flat = refined(cg.shapes.plane(width=100.0, length=100.0), 2, (4, 4))
     line = np.linspace(-14.0, 14.0, 5)
     places = np.stack([*np.meshgrid(line, line), np.full((5, 5), 0.7)], axis=-1).reshape(-1, 3)
@@ -296,11 +296,11 @@ def _along() -> Answer:
 
 
 FIRM, TOUCH, GAP = 3.0, 0.06, 0.05
-"""Of two shells: stiffness of their contact, distance at which it begins, and at which they are."""
+"""Two shells: contact stiffness, distance at which contact begins, and their distance."""
 
 
 def _sheet(radius: float, count: int, *, inward: bool) -> tuple[Shell, cg.Body]:
-    """An eighth of a sphere with its normals to the contact."""
+    """Return an eighth of a sphere, as shell and as body, with its normals towards the contact."""
     patches = [refined(patch, 4, (count, count)) for patch in octant(radius)]
     patches = [patch.flipped() for patch in patches] if inward else patches
     shell = assemble_shell(

@@ -44,19 +44,19 @@ GROUP = "Shells of splines"
 CASES = Cases(GROUP)
 
 STIFF_SLOPES = 1e4
-"""Of the springs that keep slopes: they give way by no more than a solver sees."""
+"""Relative stiffness of the springs that keep slopes: their compliance is below solver accuracy."""
 BENCHMARK = 1e-3
 """Relative error allowed of the benchmarks."""
 
 ROOF, CYLINDER, HEMISPHERE = 0.300588, 1.8249e-5, 0.092404
 INNER, OUTER = 13.891, 17.528
-"""Of the loaded end of the slit annulus, at its inner and its outer radius (Sze, Liu and Lo)."""
+"""Deflection of the slit annulus' loaded end at inner and outer radius (Sze, Liu and Lo)."""
 
 Counts = tuple[int, int]
 
 
 def refined(surface: cg.NurbsSurface, degree: int, counts: Counts) -> cg.NurbsSurface:
-    """The same surface of a degree in u and v, with so many elements."""
+    """Return the surface refined to a degree in u and v and to `counts` elements."""
     inner = [
         low + (high - low) * np.arange(1, n) / n
         for (low, high), n in zip(surface.domain, counts, strict=True)
@@ -66,7 +66,7 @@ def refined(surface: cg.NurbsSurface, degree: int, counts: Counts) -> cg.NurbsSu
 
 
 def plate(degree: int, counts: Counts, size: tuple[float, float]) -> cg.NurbsSurface:
-    """A rectangle from 0 to `size` in x and y."""
+    """Return a rectangle from 0 to `size` in x and y."""
     width, length = size
     middle = (0.5 * width, 0.5 * length, 0.0)
     return refined(cg.shapes.plane(width=width, length=length, centre=middle), degree, counts)
@@ -75,14 +75,14 @@ def plate(degree: int, counts: Counts, size: tuple[float, float]) -> cg.NurbsSur
 def tube(
     radius: float, length: float, angles: tuple[float, float], degree: int, counts: Counts
 ) -> cg.NurbsSurface:
-    """A part of a cylinder about y, from z towards x by the angles: u along them, v along y."""
+    """Return a part of a cylinder about y: u between the angles from z towards x, v along y."""
     start, end = angles
     arc = cg.shapes.arc(radius=radius, start=start, end=end, axis="y")
     return refined(cg.shapes.extruded(arc, (0.0, length, 0.0)), degree, counts)
 
 
 def unheld(shell: Shell, *held: tuple[IntArray, str]) -> IntArray:
-    """Numbers of the degrees of freedom that are free, but for control points held in ways."""
+    """Return the numbers of the free degrees of freedom, given held control points and axes."""
     free = np.ones(shell.nodes.shape, np.bool_)
     for rows, ways in held:
         for way in ways:
@@ -91,16 +91,16 @@ def unheld(shell: Shell, *held: tuple[IntArray, str]) -> IntArray:
 
 
 def row_at(points: FloatArray, place: Sequence[float]) -> int:
-    """The point at a place.
+    """Return the row of the point at a place.
 
     Raises
     ------
     ValueError
-        None is there.
+        No point is there.
     """
-    apart = np.abs(points - place).sum(axis=1)
-    row = int(np.argmin(apart))
-    if apart[row] > 1e-9 * np.abs(points).max():
+    distances = np.abs(points - place).sum(axis=1)
+    row = int(np.argmin(distances))
+    if distances[row] > 1e-9 * np.abs(points).max():
         raise ValueError(f"no point at {place}")
     return row
 
@@ -169,7 +169,7 @@ def _over_elements(what: str, found: dict[int, float], exact: float) -> Drawing:
 
 
 def roof(degree: int, count: int, rule: int | None = None) -> float:
-    """How far the middle of a free edge of Scordelis and Lo's roof goes down."""
+    """Return the deflection of the middle of a free edge of Scordelis and Lo's roof."""
     half = math.radians(40.0)
     arch = tube(25.0, 50.0, (-half, half), degree, (count, count))
     shell = assemble_shell(
@@ -204,7 +204,7 @@ def _roof() -> Answer:
 
 
 def _pinched_cylinder(count: int) -> float:
-    """How far two loads of one on a cylinder between diaphragms go in, by an eighth of it."""
+    """Return the deflection under two unit loads on a cylinder between diaphragms, by an eighth."""
     part = tube(300.0, 300.0, (0.0, 0.5 * math.pi), 3, (count, count))
     x, y, z = np.eye(3)
     shell = assemble_shell(
@@ -273,7 +273,7 @@ def octant(radius: float) -> list[cg.NurbsSurface]:
 
 
 def _pinched_hemisphere(count: int) -> float:
-    """How far two pairs of loads of two on the equator of a hemisphere go, by a quarter of it."""
+    """Return the deflection under two pairs of loads on a hemisphere's equator, by a quarter."""
     patches = [refined(patch, 4, (count, count)) for patch in octant(10.0)]
     x, y, _ = np.eye(3)
     planes = [("v0", y, 0), ("u0", x, 0), ("v0", y, 1), ("v1", x, 2)]
@@ -317,11 +317,11 @@ def _along_edge(shell: Shell, strip: cg.NurbsSurface, force: float) -> FloatArra
 
 
 LENGTH, FLEXURE, TENSION, PULL = 10.0, 100.0, 1.2e5, 4.0
-"""Of Sze's cantilever: length, E I, E A, and the load at its end."""
+"""Sze's cantilever: length, E I, E A, and the load at its end."""
 
 
 def _elastica() -> FloatArray:
-    """(k, 2) along and up, from the clamp to the end, of a strip of the shell's own energy.
+    """Return points (k, 2), along and up, from clamp to end of a strip with the shell's energy.
 
     With its angle θ(s) and stretch λ(s) that is E I (λ θ′)²/2 + E A ((λ² − 1)/2)²/2: M = E I λ² θ′,
     M′ = −P λ cos θ, and λ from P sin θ = E A λ (λ² − 1)/2 + E I λ θ′².
@@ -505,7 +505,7 @@ def _drumhead() -> Answer:
 
 
 def _blown_up(count: int) -> tuple[FloatArray, FloatArray]:
-    """(k, 3) nodes of a quarter of one side of the square airbag, flat, and their ways."""
+    """Return flat nodes (k, 3) of a quarter of one airbag side, and their displacements (k, 3)."""
     slave = cg.Slave(surfaces=[plate(2, (count, count), (HALF, HALF))])
     motion = cg.motion.Deforming(
         material=cg.materials.Elastic(young=YOUNG, poisson=POISSON, compression=False),

@@ -144,7 +144,7 @@ def test_a_study_may_set_what_stands_in_a_joint(tmp_path: Path) -> None:
         ("axis = [0, 1, 0]", "axis = [0, 1]", "joint[1].axis", "must be a vector"),
         ("start = -0.4", "start = 0.25", "joint[1].angle.stops", "0.25 beyond its stop"),
         ('kind = "revolute"', 'kind = "revolut"', "joint[1].kind", "revolute"),
-        ('kind = "revolute"', 'kind = "weld"', "joint[1].angle", "does not have it"),
+        ('kind = "revolute"', 'kind = "weld"', "joint[1].angle", "does not have this"),
         ("friction_slope = 100.0", "slope = 1.0", "joint[1].angle.slope", "unknown key"),
         ('name = "knee"', 'name = "hip"', "joint[1].name", "used 2 times"),
         ('name = "shin"', 'name = "ground"', "body[1].name", "means the world in joint[0]"),

@@ -115,6 +115,14 @@ def test_of_points_beside_edges_of_a_solid_and_held_on_a_border() -> None:
     assert max(found.values()) < SAME, found
 
 
+def test_of_points_inside_a_solid_without_a_thickness() -> None:
+    ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+    ways = np.array([[0.3, 0.2, 0.9], [-0.5, 0.6, 0.1], [0.2, -0.7, -0.4]])
+    points = 0.9 * ways / np.linalg.norm(ways, axis=1)[:, None]
+    found = misses(*pressed(ball, points, shell_thickness=None))
+    assert max(found.values()) < SAME, found
+
+
 def test_of_points_between_nodes() -> None:
     rows = np.array([[-0.3, -0.2, 0.1], [0.4, -0.3, 0.09], [0.5, 0.5, 0.12], [-0.4, 0.3, 0.06]])
     law = cg.PenaltyLaw(7.0, per_area=True)

@@ -278,7 +278,7 @@ def test_gas_comes_in_where_the_pressure_is_lower() -> None:
         (lambda: alone(vents=[Vent(1.0, to="gas")]), "leads to no other chamber"),
         (lambda: alone(vents=[0.1]), "vents"),
         (lambda: Chamber("bag", Surroundings(0.0, 293.0, AIR)), "pressure"),
-        (lambda: Chamber("bag", AROUND, name="ambient"), "what vents call the surroundings"),
+        (lambda: Chamber("bag", AROUND, name="ambient"), "stands for the surroundings"),
         (
             lambda: Chambers(
                 [
@@ -286,7 +286,7 @@ def test_gas_comes_in_where_the_pressure_is_lower() -> None:
                     Chamber("b", AROUND, vents=[Vent(1.0, to="one")], name="two"),
                 ]
             ),
-            "gas flows both ways through one",
+            "gas flows both ways through each vent",
         ),
     ],
 )

@@ -300,7 +300,7 @@ def test_two_welds_that_contradict_each_other_are_named_and_how_far_apart() -> N
     one = Joint("weld", "a", "b", at=AT, name="one")
     two = Joint("weld", "a", "b", at=[AT, [1.0, 0.2, 0.5]], name="two")
     linkage, rows, poses = linkage_of([one, two])
-    with pytest.raises(InputError, match=r"'one', 'two' contradict each other: .*0\.2 is left"):
+    with pytest.raises(InputError, match=r"'one', 'two' contradict each other: .*misfit of 0\.2 "):
         check_fit(linkage, linkage.fit(rows, poses))
 
 

@@ -387,8 +387,8 @@ def take_nearest(asked, way, limits):
             gone, depth = way[asked.rows[i]], -truth.gap[i] - band
             there = not math.isfinite(gone) or depth > gone
             if there and turns(truth, i, asked.guard, i):
-                # On an open body a wall that is come under by its border must not take over, and
-                # nowhere one that is opposite to what the guard has turned to.
+                # On an open body a wall entered around its border must not take over, and on no
+                # body a wall opposite to the rotated guard.
                 there = gone <= PART * depth and limits.closed
                 there = there and not is_opposite(truth, i, feet.normal, i)
             # What could not be followed is a closest point already.

@@ -116,9 +116,11 @@ def _distance(feet, i, points):
 
 @inner()
 def _may_have_come_under(ways, i, gone, limits):
-    """Tell whether a border of a wall, no nearer than the wall that held the point where a part of
-    way i begins, may have been nearer when the foot came off it: both distances change by no more
-    than has been `gone`."""
+    """Return whether the border of a wall may have been nearer when the foot left it than the wall
+    that held the point, though it is not at the beginning of a part of way i.
+
+    Each distance changes by no more than the length `gone`.
+    """
     if not _is_beyond_border(ways.followed, i, ways.point):
         return False
     more = _distance(ways.followed, i, ways.point) - ways.depth[i] + 2.0 * limits.band
@@ -246,7 +248,7 @@ def answered(ways, limits, i):
         if question in (CLOSEST, STILL_ON_WALL, GUARD_TURNS):
             pushes = _has_behind(nearest, i, limits) and -nearest.gap[i] >= least
             pushes = pushes and not is_opposite(nearest, i, ways.guard, i)
-            # The guard may have turned with its wall before this one was as near.
+            # The guard may have rotated with its wall before this wall became as near.
             may_turn = not ways.opposed[i] and ways.patch[i] >= 0 and ways.part[i] > SHORTEST
             if pushes and may_turn:
                 if question == GUARD_TURNS and is_opposite(nearest, i, ways.followed.normal, i):

@@ -1,8 +1,8 @@
-"""The volume that facets close, and what is asked of it in every step.
+"""The volume that facets enclose, with its gradient and bounds of its second derivatives.
 
-V = ⅙ Σ x₀·(x₁ × x₂). A node moves the volume by a sixth of the area vectors 2 A n of its facets,
-as their other sides close a ring. Facets in blocks of lanes, then sums at nodes in a fixed order:
-the same bits on any number of threads.
+V = ⅙ Σ x₀·(x₁ × x₂). The gradient at a node is a sixth of the sum of the area vectors 2 A n of its
+facets. Facets are measured in blocks of lanes and summed at nodes in a fixed order, which gives the
+same bits on any number of threads.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from contiga.jit.scratch import scratch
 from contiga.matter.kernels.lanes_nb import LANES, gather, total
 
 NORMAL, SIDES, AREA, VOLUME = 9, 12, 13, 14
-"""Rows of a bank behind the three corners: a sixth of 2 A n, a sixth of the length of all sides, A,
-and the volume of a tetrahedron on the facet."""
+"""First rows of a bank after the three corners: 2 A n/6, a sixth of the perimeter, A, and the
+volume of a tetrahedron on the facet."""
 SIZE = (VOLUME + 1) * LANES
 SIXTH = 1.0 / 6.0
-"""To multiply by: divisions take half of the time of a block."""
+"""Multiplied by: divisions would take half of the time of a block."""
 AT_NODES = 4
-"""What is summed at nodes: three numbers of NORMAL, and SIDES."""
+"""Numbers that are summed at nodes: the three of NORMAL, and SIDES."""
 
 
 @inner(linked=False)
@@ -50,7 +50,7 @@ def _measure(bank, x, y, z):
 
 @inner()
 def _put(bank, facets, areas):
-    """Write what nodes sum facet by facet, and areas."""
+    """Copy the numbers that nodes sum, facet by facet, and the areas."""
     for lane in range(LANES):
         for k in range(AT_NODES):
             facets[lane, k] = bank[(NORMAL + k) * LANES + lane]
@@ -61,8 +61,8 @@ def _put(bank, facets, areas):
 def measure_facets(points, corners, facets, areas, volumes, start, stop):
     """Measure blocks start … stop of facets with `corners` (b, 3, LANES), rows of the points.
 
-    Fills `facets` (b, LANES, AT_NODES), `areas` (b, LANES), and `volumes` (b,) of tetrahedra that
-    all have one corner in common: the first node, so that all is counted from near.
+    Fills `facets` (b, LANES, AT_NODES), `areas` (b, LANES) and `volumes` (b,), the volumes of
+    tetrahedra that share the first node as a corner, which keeps rounding errors small.
     """
     bank = scratch(SIZE)
     first = corners[0, 0, 0]
@@ -76,8 +76,11 @@ def measure_facets(points, corners, facets, areas, volumes, start, stop):
 
 @kernel()
 def sum_at_nodes(facets, starts, rows, gradient, stiffness, start, stop):
-    """Sum what `facets` (f, AT_NODES) have at nodes start … stop: ∂V/∂x (k, 3), and bounds (k,) of
-    the row sums of ∂²V/∂x². The facets of node n are `rows` starts[n] … starts[n + 1]."""
+    """Sum `facets` (f, AT_NODES) at nodes start … stop into the `gradient` ∂V/∂x (k, 3) and the
+    `stiffness` (k,), bounds of the row sums of ∂²V/∂x².
+
+    The facets of node n are `rows` starts[n] … starts[n + 1].
+    """
     for n in range(start, stop):
         x, y, z, sides = 0.0, 0.0, 0.0, 0.0
         for m in range(starts[n], starts[n + 1]):

@@ -1,13 +1,14 @@
-"""A step of gas in chambers: squeezed, blown in, let through openings.
+"""One step of the gas in chambers: compression, inflow from inflators, flow through openings.
 
-`now` are `Contents`, changed in place, whose rows are the c chambers, the surroundings of each of
-them (a unit of mass, in as much room as it takes there), and two to work in. `tables` are
+`now` are `Contents`, changed in place. Their rows are the c chambers, the surroundings of each of
+them (a unit of mass at the volume that it takes there), and two rows to work in. `tables` are
 `FlowTables`.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from contiga.dynamics.kernels.gases_nb import (
     capacity_of,
@@ -19,21 +20,31 @@ from contiga.dynamics.kernels.gases_nb import (
 )
 from contiga.jit import inner, kernel
 
-SHARE = 0.02
-"""Of what is in a chamber, that flows in one part of a step at most."""
+MAX_SHARE = 0.02
+"""Largest share of a chamber's mass that flows in one substep."""
 NEAR = 1e-3
-"""Part of a pressure by which two differ where the flow is as the root of the difference."""
+"""Relative pressure difference below which the flow is proportional to its square root."""
 EVEN = 1e-14
-"""Part by which pressures differ where nothing flows any more."""
-FOUND = 1e-9
-"""Part of a temperature by which Newton's last correction of it differs from nothing: what is left
-after that is its square."""
-ITERATIONS = 50
+"""Relative pressure difference below which nothing flows."""
+TEMPERATURE_TOL = 1e-9
+"""Relative correction of a temperature at which Newton's method ends: the error is its square."""
+MAX_ITERATIONS = 50
+
+
+class Flow(NamedTuple):
+    """Flow through an opening."""
+
+    rate: float
+    """Mass by time, negative where gas comes in."""
+    excess: float
+    """Pressure inside minus pressure outside."""
+    source: int
+    """Row whose gas flows."""
 
 
 @inner(error_model="numpy")
 def _value(tables, k, at):
-    """Return a value of table k of some `Joined`: linear between rows; those of the ends stay."""
+    """Interpolate table k of a `Joined` linearly at `at`; constant beyond its ends."""
     x, y, first, stop = tables.x, tables.y, tables.rows[k], tables.rows[k + 1]
     if at <= x[first]:
         return y[first]
@@ -45,63 +56,67 @@ def _value(tables, k, at):
 
 @inner(error_model="numpy")
 def _pressure(gases, now, row):
+    """Return the pressure p = Σ m R T / V of a row."""
     return constant_of(gases, now.masses[row]) * now.temperature[row] / now.volume[row]
 
 
 @inner(error_model="numpy")
 def _add(gases, now, row, sign, heat):
-    """Add the masses `now.moved` with their enthalpy to a row, or take both out where `sign` is −1;
-    Newton's method finds its temperature."""
+    """Add the masses `now.moved` and their enthalpy `heat` to a row, or remove both if `sign` is
+    −1, and find its temperature by Newton's method."""
     masses = now.masses[row]
     for g in range(masses.shape[0]):
         masses[g] += sign * now.moved[g]
     now.energy[row] += sign * heat
     t = now.temperature[row]
-    for _ in range(ITERATIONS):
+    for _ in range(MAX_ITERATIONS):
         change = (now.energy[row] - energy_of(gases, masses, t)) / capacity_of(gases, masses, t)
         t = max(t + change, 0.1 * t)
-        if abs(change) <= FOUND * t:
+        if abs(change) <= TEMPERATURE_TOL * t:
             break
     now.temperature[row] = t
 
 
 @inner(error_model="numpy")
 def _squeeze(gases, now, row, volume):
-    """Bring the same gas into another volume: its entropy stays."""
+    """Change the volume of a row at constant entropy."""
     if volume == now.volume[row]:
         return
     masses, start = now.masses[row], now.temperature[row]
     constant = constant_of(gases, masses)
-    swelling = constant * math.log(now.volume[row] / volume)
-    t = start * math.exp(swelling / capacity_of(gases, masses, start))
-    for _ in range(ITERATIONS):
+    rise = constant * math.log(now.volume[row] / volume)  # ∫ c_v/T dT of the compression
+    t = start * math.exp(rise / capacity_of(gases, masses, start))
+    for _ in range(MAX_ITERATIONS):
         capacity = capacity_of(gases, masses, t)
-        gained = entropy_of(gases, masses, start, t) - constant * math.log(t / start) - swelling
-        t *= math.exp(-gained / capacity)
-        if abs(gained) <= FOUND * capacity:
+        residual = entropy_of(gases, masses, start, t) - constant * math.log(t / start) - rise
+        t *= math.exp(-residual / capacity)
+        if abs(residual) <= TEMPERATURE_TOL * capacity:
             break
     now.energy[row] += energy_of(gases, masses, t) - energy_of(gases, masses, start)
     now.temperature[row], now.volume[row] = t, volume
 
 
 @inner(error_model="numpy")
-def flux(before, behind, temperature, gamma, constant):
-    """Return the mass by area and time through an opening from one pressure to a lower one."""
+def flux(upstream, downstream, temperature, gamma, constant):
+    """Return the mass flux, mass / (area time), through an opening between two pressures.
+
+    `temperature` (kelvin), `gamma` and gas `constant` (energy by mass and kelvin) are those
+    upstream. The flow is choked below the critical pressure ratio.
+    """
     critical = (2.0 / (gamma + 1.0)) ** (gamma / (gamma - 1.0))
-    ratio = max(behind / before, critical)
-    swing = ratio ** (2.0 / gamma) - ratio ** ((gamma + 1.0) / gamma)
-    root = 2.0 * gamma / ((gamma - 1.0) * constant * temperature) * max(swing, 0.0)
-    return before * math.sqrt(root)
+    ratio = max(downstream / upstream, critical)
+    factor = ratio ** (2.0 / gamma) - ratio ** ((gamma + 1.0) / gamma)
+    square = 2.0 * gamma / ((gamma - 1.0) * constant * temperature) * max(factor, 0.0)
+    return upstream * math.sqrt(square)
 
 
 @inner(error_model="numpy")
 def _flow(tables, now, o, here, there, time):
-    """Return the flow through opening o from one row to another: mass by time, below zero where it
-    comes in; the excess pressure; and the row whose gas flows. Marks a vent that opens."""
+    """Find the `Flow` through opening o from row `here` to row `there`; marks a vent that opens."""
     gases, openings = tables.gases, tables.openings
-    inside, behind = _pressure(gases, now, here), _pressure(gases, now, there)
-    excess = inside - behind
-    source, high, low = (here, inside, behind) if excess >= 0.0 else (there, behind, inside)
+    inside, outside = _pressure(gases, now, here), _pressure(gases, now, there)
+    excess = inside - outside
+    source, high, low = (here, inside, outside) if excess >= 0.0 else (there, outside, inside)
     since = time - now.opened[o]
     area = 0.0
     if not openings.waits[o] or since >= 0.0:
@@ -111,29 +126,29 @@ def _flow(tables, now, o, here, there, time):
             at = since if openings.over_time[o] else excess
             area = now.exposed[o] * _value(openings.areas, o, at)
     if area == 0.0 or abs(excess) <= EVEN * high:
-        return 0.0, excess, source
+        return Flow(0.0, excess, source)
     masses, temperature = now.masses[source], now.temperature[source]
     constant = constant_of(gases, masses)
     gamma = 1.0 + constant / capacity_of(gases, masses, temperature)
     rate = area * flux(high, low, temperature, gamma, constant / mass_of(masses))
-    return (rate if excess >= 0.0 else -rate), excess, source
+    return Flow(rate if excess >= 0.0 else -rate, excess, source)
 
 
 @inner(error_model="numpy")
-def _evening(gases, now, row, source):
-    """Return how much the pressure of a chamber changes by mass of another row's gas."""
+def _pressure_by_mass(gases, now, row, source):
+    """Return the derivative of a chamber's pressure by the mass added from the gas of `source`."""
     flowing, temperature = now.masses[source], now.temperature[source]
     mass, masses, t = mass_of(flowing), now.masses[row], now.temperature[row]
-    brought = enthalpy_of(gases, flowing, temperature) - energy_of(gases, flowing, t)
-    warmed = brought / capacity_of(gases, masses, t)
-    swollen = constant_of(gases, flowing) * t + constant_of(gases, masses) * warmed
-    return swollen / mass / now.volume[row]
+    heat = enthalpy_of(gases, flowing, temperature) - energy_of(gases, flowing, t)
+    warming = heat / capacity_of(gases, masses, t)
+    growth = constant_of(gases, flowing) * t + constant_of(gases, masses) * warming
+    return growth / mass / now.volume[row]
 
 
 @inner(error_model="numpy")
 def _move(gases, now, sides, mass, source):
-    """Move a mass of the gas of row `source` from the first of `sides` to the second; returns its
-    enthalpy. The surroundings, where the second is −1, stay as they are."""
+    """Move a mass of the gas of row `source` from the first row of `sides` to the second, and
+    return its enthalpy. A second row of −1 stands for the surroundings, which do not change."""
     flowing = now.masses[source]
     part = mass / mass_of(flowing)
     for g in range(flowing.shape[0]):
@@ -147,7 +162,7 @@ def _move(gases, now, sides, mass, source):
 
 @inner(error_model="numpy")
 def _copy(now, row, to):
-    """Write a row into another."""
+    """Copy a row of the contents to another."""
     for g in range(now.masses.shape[1]):
         now.masses[to, g] = now.masses[row, g]
     now.energy[to], now.volume[to] = now.energy[row], now.volume[row]
@@ -155,63 +170,64 @@ def _copy(now, row, to):
 
 
 @inner(error_model="numpy")
-def _let_through(tables, now, o, time, dt):
-    """Let flow through opening o what does in a part of a step; returns the enthalpy that went.
+def _flow_through(tables, now, o, time, dt):
+    """Advance the flow through opening o by a time `dt`; returns the enthalpy that flowed out.
 
-    With nothing else flowing the pressures even out in a finite time, and never pass each other.
-    Near that the flow is as the root of their difference, which then goes as the square of the time
-    that is left. Farther from it a part of the step is taken by its middle.
+    Without other flows the pressures equalise in a finite time and never cross. Close to that the
+    flow is proportional to the square root of their difference, which falls as the square of the
+    remaining time. Farther away the midpoint method takes substeps.
     """
     gases, chambers = tables.gases, now.came.shape[0]
     here, there = tables.openings.here[o], tables.openings.there[o]
     half_here, half_there = 2 * chambers, 2 * chambers + 1
-    inner_vent = there < chambers
-    sides = (here, there if inner_vent else -1)
-    halves = (half_here, half_there if inner_vent else -1)
-    went, left = 0.0, dt
-    while left > 0.0:
+    is_internal = there < chambers
+    sides = (here, there if is_internal else -1)
+    half_sides = (half_here, half_there if is_internal else -1)
+    enthalpy, remaining = 0.0, dt
+    while remaining > 0.0:
         rate, excess, source = _flow(tables, now, o, here, there, time)
         if rate == 0.0:
             break
-        falling = _evening(gases, now, here, source)
-        least = mass_of(now.masses[here])
-        if inner_vent:
-            falling += _evening(gases, now, there, source)
-            least = min(least, mass_of(now.masses[there]))
-        falling *= abs(rate)
-        even = abs(excess) / falling if falling > 0.0 else math.inf
+        fall = _pressure_by_mass(gases, now, here, source)
+        least_mass = mass_of(now.masses[here])
+        if is_internal:
+            fall += _pressure_by_mass(gases, now, there, source)
+            least_mass = min(least_mass, mass_of(now.masses[there]))
+        fall *= abs(rate)
+        linear_time = abs(excess) / fall if fall > 0.0 else math.inf
         if abs(excess) <= NEAR * _pressure(gases, now, here):
-            span = 0.5 * left / even  # of the time in which they even out
-            mass = rate * (even if span >= 1.0 else 0.5 * left * (2.0 - span))
-            went += _move(gases, now, sides, mass, source)
+            # By the square root law the pressures equalise after twice the linear time.
+            share = 0.5 * remaining / linear_time
+            mass = rate * (linear_time if share >= 1.0 else 0.5 * remaining * (2.0 - share))
+            enthalpy += _move(gases, now, sides, mass, source)
             break
-        part = min(left, SHARE * least / abs(rate), 0.25 * even)
+        substep = min(remaining, MAX_SHARE * least_mass / abs(rate), 0.25 * linear_time)
         _copy(now, here, half_here)
         _copy(now, there, half_there)
-        _move(gases, now, halves, 0.5 * part * rate, source)
+        _move(gases, now, half_sides, 0.5 * substep * rate, source)
         rate, excess, source = _flow(tables, now, o, half_here, half_there, time)
-        went += _move(gases, now, sides, part * rate, source)
-        left = left - part if part < left else 0.0
-    return went
+        enthalpy += _move(gases, now, sides, substep * rate, source)
+        remaining = remaining - substep if substep < remaining else 0.0
+    return enthalpy
 
 
 @inner(error_model="numpy")
-def _open(tables, now, o, time, dt):
-    """Let flow through opening o, and note what went to the surroundings and came from there."""
-    went, here = _let_through(tables, now, o, time, dt), tables.openings.here[o]
+def _vent(tables, now, o, time, dt):
+    """Advance the flow through opening o, and add the enthalpy exchanged with the surroundings."""
+    enthalpy, here = _flow_through(tables, now, o, time, dt), tables.openings.here[o]
     if tables.openings.there[o] >= now.came.shape[0]:
-        now.left[here] += max(went, 0.0)
-        now.came[here] += max(-went, 0.0)
+        now.left[here] += max(enthalpy, 0.0)
+        now.came[here] += max(-enthalpy, 0.0)
 
 
 @inner(error_model="numpy")
 def _blow_in(tables, now, i, time, dt):
-    """Blow in what inflator i gives in a step about a time."""
+    """Add the gas of inflator i in a step `dt` with its middle at `time`."""
     gases, inflators = tables.gases, tables.inflators
     at, rates = time - now.fired[i], inflators.rates
     first, last = rates.rows[i], rates.rows[i + 1] - 1
     if first < last and not rates.x[first] <= at <= rates.x[last]:
-        return  # a table ends; one number goes on for ever
+        return  # nothing flows beyond the ends of a table; a single number holds at all times
     if inflators.waits[i] and at < 0.0:
         return
     mass = dt * _value(rates, i, at)
@@ -227,17 +243,20 @@ def _blow_in(tables, now, i, time, dt):
 
 @kernel(error_model="numpy")
 def flow(tables, now, volumes, time, dt):
-    """Advance the contents of chambers by a step of length `dt` that ends at `time`, with these
-    volumes (c,) at its end: halves of a step forth and back, about what is blown in."""
+    """Advance the contents of the chambers by a step `dt` that ends at `time`, with `volumes` (c,)
+    at its end.
+
+    The parts of the step are symmetric about the inflow from inflators (Strang splitting).
+    """
     gases, chambers, openings = tables.gases, volumes.shape[0], now.is_open.shape[0]
     for c in range(chambers):
         _squeeze(gases, now, c, 0.5 * (now.volume[c] + volumes[c]))
     for o in range(openings):
-        _open(tables, now, o, time - 0.75 * dt, 0.5 * dt)
+        _vent(tables, now, o, time - 0.75 * dt, 0.5 * dt)
     for i in range(now.fired.shape[0]):
         _blow_in(tables, now, i, time - 0.5 * dt, dt)
     for o in range(openings - 1, -1, -1):
-        _open(tables, now, o, time - 0.25 * dt, 0.5 * dt)
+        _vent(tables, now, o, time - 0.25 * dt, 0.5 * dt)
     for c in range(chambers):
         _squeeze(gases, now, c, volumes[c])
         now.pressure[c] = _pressure(gases, now, c)

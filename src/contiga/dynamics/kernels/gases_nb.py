@@ -1,6 +1,7 @@
-"""Heat capacities of gases by pieces of polynomials, and what a mixture of them has by its masses.
+"""Heat capacity, enthalpy and entropy of gases by piecewise polynomials, and sums over a mixture.
 
-`gases` is a `GasTable`; `gases.py` has the same of one gas for Python, in the same form.
+`gases` is a `GasTable`, temperatures are in kelvin. `gases.py` has the same functions of one gas
+for Python, in the same form.
 """
 
 from __future__ import annotations

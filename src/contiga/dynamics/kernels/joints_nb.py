@@ -9,14 +9,18 @@ With G their derivative by the velocities of the bodies, a step kicks the moment
 that the constraints hold where the drift ends, and once the forces there have kicked them by
 Gᵀ(q₁) μ so that the velocities fulfil G v = 0 (H. C. Andersen, J. Comput. Phys. 52, 1983; for rigid
 bodies Leimkuhler and Reich, Simulating Hamiltonian Dynamics, 2004, ch. 7 and 8). λ is found by
-Newton's method with the symmetric matrix G M⁻¹ Gᵀ of the start of the step. The reactions that are
-told, and with which the next step begins, are those at which the accelerations fulfil the
-constraints, by one more solution with the second matrix.
+Newton's method with the symmetric matrix G M⁻¹ Gᵀ of the start of the step. The reported reactions,
+with which the next step begins, make the accelerations fulfil the constraints; they take one more
+solution with the matrix of the end.
 
 All rows of all joints make one system. It is scaled to a diagonal of ones and factored by Cholesky
-within the envelope of its rows. A row whose pivot vanishes depends on those before it, as in closed
-loops: its column is left out, A = L Lᵀ with fewer columns, and the multipliers are those of least
-squares and of least size, A⁺ = L (Lᵀ L)⁻¹ (Lᵀ L)⁻¹ Lᵀ (P. Courrieu, Neural Inf. Process. 8, 2005).
+within the envelope of its rows. A row whose pivot vanishes depends on the rows before it, as in
+closed loops: its column is left out, A = L Lᵀ with fewer columns, and the multipliers are the least
+squares solution of least norm, A⁺ = L (Lᵀ L)⁻¹ (Lᵀ L)⁻¹ Lᵀ (P. Courrieu, Neural Inf. Process. 8,
+2005).
+
+`table` is a `JointTable` and `work` a `JointWork`; `rows` (b, 19) and `fixed` (b, 22) are the free
+bodies, columns by `contiga.rigid.rigid_lanes`.
 """
 
 from __future__ import annotations
@@ -24,6 +28,7 @@ from __future__ import annotations
 import math
 
 import contiga.jit  # noqa: F401 (before any kernel: how they are kept)
+from contiga.arrays.kernels.vector_nb import dot
 from contiga.dynamics.joint_records import (
     ANGLE,
     CONE,
@@ -61,46 +66,42 @@ from contiga.rigid.rigid_lanes import (
 )
 
 DEPENDENT = 1e-10
-"""Pivot of the scaled matrix below which a row depends on those before it."""
-ROUNDS = 50
-"""Of Newton's method, which gains digits by the angle of a step."""
-FITTED = 200
-"""Rounds at the start, where bodies may be far from where joints have them."""
+"""Pivot of the scaled matrix below which a row depends on the rows before it."""
+MAX_ITERATIONS = 50
+"""Newton iterations of a step; each reduces the misfit by about the angle of the step."""
+MAX_FIT_ITERATIONS = 200
+"""Newton iterations at the start, where bodies may be far from their joints."""
 CLOSED = 1e-15
 """Misfit, over the size of the mechanism, below which joints are closed."""
 ROUNDING = 1e-12
-"""Misfit below which a round that gains nothing is the last one."""
+"""Misfit below which an iteration that does not reduce it is the last."""
 
 
 @inner(error_model="numpy")
 def _cross(a, b, out):
+    """Write a × b into `out` (3,)."""
     out[0] = a[1] * b[2] - a[2] * b[1]
     out[1] = a[2] * b[0] - a[0] * b[2]
     out[2] = a[0] * b[1] - a[1] * b[0]
 
 
-@inner(error_model="numpy")
-def _dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
 @inner(linked=False, error_model="numpy")
 def _place_markers(table, work, rows, fixed, poses):
-    """Where the markers are: on free bodies by their `rows`, on others by `poses`."""
+    """Place the markers: on free bodies by their `rows`, on driven ones by `poses` (n, 4, 4)."""
     for g in range(table.bodies.shape[0]):
         for side in range(2):
             row, body = table.rows[g, side], table.bodies[g, side]
             point, arm = work.points[g, side], work.arms[g, side]
-            given = table.points_B[g, side]
+            point_B = table.points_B[g, side]
             for k in range(3):
                 arm[k] = 0.0
             if row >= 0:
                 q, one = rows[row, TURN : TURN + 4], fixed[row]
                 d = direction(
                     q,
-                    given[0] - one[CENTRE_B],
-                    given[1] - one[CENTRE_B + 1],
-                    given[2] - one[CENTRE_B + 2],
+                    point_B[0] - one[CENTRE_B],
+                    point_B[1] - one[CENTRE_B + 1],
+                    point_B[2] - one[CENTRE_B + 2],
                 )
                 for k in range(3):
                     arm[k] = d[k]
@@ -113,13 +114,13 @@ def _place_markers(table, work, rows, fixed, poses):
             elif body >= 0:
                 pose = poses[body]
                 for k in range(3):
-                    point[k] = pose[k, 3] + _dot(pose[k], given)
+                    point[k] = pose[k, 3] + dot(pose[k], point_B)
                 for j in range(3):
                     for k in range(3):
-                        work.axes[g, side, j, k] = _dot(pose[k], table.axes_B[g, side, j])
+                        work.axes[g, side, j, k] = dot(pose[k], table.axes_B[g, side, j])
             else:
                 for k in range(3):
-                    point[k] = given[k]
+                    point[k] = point_B[k]
                 for j in range(3):
                     for k in range(3):
                         work.axes[g, side, j, k] = table.axes_B[g, side, j, k]
@@ -127,31 +128,34 @@ def _place_markers(table, work, rows, fixed, poses):
 
 @inner(linked=False, error_model="numpy")
 def _misfits(table, work):
-    """Residuals of all constraints, into `work.right`; answers the largest, over the size."""
+    """Write the residuals of all constraints into `work.right`.
+
+    Returns the largest misfit, over the size of the mechanism.
+    """
     worst = 0.0
     for m in range(table.constraints.shape[0]):
         g, kind, i, j = table.constraints[m]
         if kind == AXES_ROW:
-            value = _dot(work.axes[g, 0, i], work.axes[g, 1, j])
-            off = abs(value)
+            value = dot(work.axes[g, 0, i], work.axes[g, 1, j])
+            misfit = abs(value)
         else:
             value = 0.0
             for k in range(3):
-                way = work.points[g, 1, k] - work.points[g, 0, k]
+                difference = work.points[g, 1, k] - work.points[g, 0, k]
                 along = 1.0 * (k == i)
                 if kind == OFFSET_A:
                     along = work.axes[g, 0, i, k]
-                value += way * along
-            off = abs(value) / table.size[0]
+                value += difference * along
+            misfit = abs(value) / table.size[0]
         work.right[m] = value
-        if not off <= worst:  # NaN counts as the worst
-            worst = off
+        if not misfit <= worst:  # NaN counts as the worst
+            worst = misfit
     return worst
 
 
 @inner(linked=False, error_model="numpy")
 def _derive(table, work, rows, fixed):
-    """G and M⁻¹ Gᵀ where the markers are, and the inverse inertias of free bodies."""
+    """Write G, M⁻¹ Gᵀ and the inverse inertia tensors of the free bodies into `work`."""
     tensor, unit = scratch(3, 3), scratch(3)
     for b in range(rows.shape[0]):
         q, one, inverse = rows[b, TURN : TURN + 4], fixed[b], work.inverse[b]
@@ -171,8 +175,7 @@ def _derive(table, work, rows, fixed):
             d = spin_of(q, one, unit, tensor)
             for i in range(3):
                 inverse[i, k] = d[i]
-    force, moment, way = scratch(3), scratch(3), scratch(3)
-    turn = scratch(3)
+    force, moment, difference, arm_moment = scratch(3), scratch(3), scratch(3), scratch(3)
     for m in range(table.constraints.shape[0]):
         g, kind, i, j = table.constraints[m]
         a, b = work.axes[g, 0, i], work.axes[g, 1, j]
@@ -187,25 +190,25 @@ def _derive(table, work, rows, fixed):
             else:
                 for k in range(3):
                     force[k] = a[k]
-                    way[k] = work.points[g, 1, k] - work.points[g, 0, k]
+                    difference[k] = work.points[g, 1, k] - work.points[g, 0, k]
                 if side == 0:
-                    _cross(way, a, moment)
-            _cross(work.arms[g, side], force, turn)
-            own, weighted = work.jacobian[m, side], work.weighted[m, side]
+                    _cross(difference, a, moment)
+            _cross(work.arms[g, side], force, arm_moment)
+            jacobian, weighted = work.jacobian[m, side], work.weighted[m, side]
             row = table.rows[g, side]
             for k in range(3):
-                own[k] = sign * force[k]
-                own[3 + k] = sign * (turn[k] + moment[k])
+                jacobian[k] = sign * force[k]
+                jacobian[3 + k] = sign * (arm_moment[k] + moment[k])
                 weighted[k] = weighted[3 + k] = 0.0
             if row >= 0:
                 for k in range(3):
-                    weighted[k] = own[k] / fixed[row, MASS] * fixed[row, WAYS + k]
-                    weighted[3 + k] = _dot(work.inverse[row, k], own[3:])
+                    weighted[k] = jacobian[k] / fixed[row, MASS] * fixed[row, WAYS + k]
+                    weighted[3 + k] = dot(work.inverse[row, k], jacobian[3:])
 
 
 @inner(linked=False, error_model="numpy")
 def _factor(table, work):
-    """The factor of G M⁻¹ Gᵀ, scaled; answers its rank."""
+    """Scale G M⁻¹ Gᵀ to a diagonal of ones, factor it, and return its rank."""
     n, matrix, scale = table.constraints.shape[0], work.matrix, work.scale
     for i in range(n):
         for j in range(table.first[i], i + 1):
@@ -216,7 +219,7 @@ def _factor(table, work):
             a = work.jacobian[i, side]
             for j in range(j0, min(j1, i + 1)):
                 b = work.weighted[j, other]
-                matrix[i, j] += _dot(a, b) + _dot(a[3:], b[3:])
+                matrix[i, j] += dot(a, b) + dot(a[3:], b[3:])
     for i in range(n):
         scale[i] = 1.0 / math.sqrt(matrix[i, i]) if matrix[i, i] > 0.0 else 0.0
     rank = 0
@@ -244,7 +247,7 @@ def _factor(table, work):
 
 @inner(linked=False, error_model="numpy")
 def _factor_gram(table, work):
-    """The factor of Lᵀ L; of columns that are left out it is one."""
+    """Factor Lᵀ L by Cholesky; columns that are left out of L get a diagonal of one."""
     matrix, gram = work.matrix, work.gram
     n = matrix.shape[0]
     for i in range(n):
@@ -266,7 +269,7 @@ def _factor_gram(table, work):
 
 @inner(error_model="numpy")
 def _substitute(lower, first, x):
-    """The solution of L Lᵀ x = x, in place; rows of L begin at their `first` (m,)."""
+    """Solve L Lᵀ y = x in place of x (m,); `first` (m,) is the envelope of L."""
     n = x.shape[0]
     for i in range(n):
         total = x[i]
@@ -281,7 +284,7 @@ def _substitute(lower, first, x):
 
 @inner(linked=False, error_model="numpy")
 def _solve(table, work, rank):
-    """Multipliers of G M⁻¹ Gᵀ λ = −right."""
+    """Solve G M⁻¹ Gᵀ λ = −right for the multipliers; `work.right` is overwritten."""
     n, right, out = work.right.shape[0], work.right, work.multipliers
     for i in range(n):
         right[i] *= -work.scale[i]
@@ -312,7 +315,8 @@ def _solve(table, work, rank):
 
 @inner(error_model="numpy")
 def _shift(table, work, columns):
-    """What the multipliers do to free bodies, by the rows `columns` (m, 2, 6), into `shift`."""
+    """Write Σ λ columns over the constraints into `work.shift`, for `columns` (m, 2, 6) that are G
+    or M⁻¹ Gᵀ."""
     for b in range(work.shift.shape[0]):
         for k in range(6):
             work.shift[b, k] = 0.0
@@ -326,28 +330,29 @@ def _shift(table, work, columns):
 
 @inner(error_model="numpy")
 def _kick(table, work, rows, fixed, part):
-    """Kick the momenta by `part` of what the multipliers do."""
+    """Kick the velocities and angular momenta by Gᵀ λ times `part`."""
     _shift(table, work, work.jacobian)
     for b in range(rows.shape[0]):
         for k in range(3):
-            way = work.shift[b, k] / fixed[b, MASS] * fixed[b, WAYS + k]
-            rows[b, VELOCITY + k] += part * way
+            change = work.shift[b, k] / fixed[b, MASS] * fixed[b, WAYS + k]
+            rows[b, VELOCITY + k] += part * change
             rows[b, MOMENTUM + k] += part * work.shift[b, 3 + k] * fixed[b, SPINS + k]
 
 
 @kernel(error_model="numpy")
 def fit(rows, poses, fixed, table, work):
-    """Move free bodies to where all joints close: Gauss's least motion, each by its mass.
+    """Move free bodies so that all joints close, each iteration by the least motion weighted by
+    mass (Gauss); `rows` (b, 19) are changed.
 
-    Answers the misfit that is left, over the size of the mechanism.
+    Returns the misfit that remains, over the size of the mechanism.
     """
-    before, off = math.inf, math.inf
-    for _ in range(FITTED):
+    before, misfit = math.inf, math.inf
+    for _ in range(MAX_FIT_ITERATIONS):
         _place_markers(table, work, rows, fixed, poses)
-        off = _misfits(table, work)
-        if off <= CLOSED or (off <= ROUNDING and off >= before):
+        misfit = _misfits(table, work)
+        if misfit <= CLOSED or (misfit <= ROUNDING and misfit >= before):
             break
-        before = off
+        before = misfit
         _derive(table, work, rows, fixed)
         _solve(table, work, _factor(table, work))
         _shift(table, work, work.weighted)
@@ -356,32 +361,32 @@ def fit(rows, poses, fixed, table, work):
                 rows[b, CENTRE + k] += work.shift[b, k]
             q = rows[b, TURN : TURN + 4]
             turn_by(q, work.shift[b, 3], work.shift[b, 4], work.shift[b, 5])
-            size = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+            norm = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
             for k in range(4):
-                q[k] /= size
-    return off
+                q[k] /= norm
+    return misfit
 
 
 @kernel(error_model="numpy")
 def close(last, last_poses, free, poses, fixed, h, table, work):
-    """Correct a drift over `h` so that all joints are closed at its end.
+    """Correct a drift over the time `h` so that all joints are closed at its end.
 
-    `free` are the bodies as `rigid_body_nb.drift` leaves them, from the rows `last` (b, 19); poses
-    (n, 4, 4) of driven bodies are those before the step and after it. Answers the misfit that is
-    left, over the size of the mechanism.
+    `free` are the bodies (`Placed`) after `rigid_body_nb.drift` from the rows `last` (b, 19); they
+    are changed. `last_poses` and `poses` (n, 4, 4) are those of driven bodies before and after the
+    step. Returns the misfit that remains, over the size of the mechanism.
     """
     rows, tensor = free.rows, scratch(3, 3)
     momentum, velocity = scratch(3), scratch(3)
     _place_markers(table, work, last, fixed, last_poses)
     _derive(table, work, last, fixed)
     rank = _factor(table, work)
-    before, off = math.inf, math.inf
-    for _ in range(ROUNDS):
+    before, misfit = math.inf, math.inf
+    for _ in range(MAX_ITERATIONS):
         _place_markers(table, work, rows, fixed, poses)
-        off = _misfits(table, work)
-        if off <= CLOSED or (off <= ROUNDING and off >= before) or not off < math.inf:
+        misfit = _misfits(table, work)
+        if misfit <= CLOSED or (misfit <= ROUNDING and misfit >= before) or not misfit < math.inf:
             break
-        before = off
+        before = misfit
         _solve(table, work, rank)
         _kick(table, work, rows, fixed, 1.0 / h)
         for b in range(rows.shape[0]):
@@ -399,12 +404,13 @@ def close(last, last_poses, free, poses, fixed, h, table, work):
             momentum[k] = row[MOMENTUM + k] + 0.5 * h * last[b, TORQUE + k] * one[SPINS + k]
         place_frame(row, one, free.poses[b])
         twist_of(row, one, free.poses[b], momentum, velocity, free.twists[b], tensor)
-    return off
+    return misfit
 
 
 @inner(linked=False, error_model="numpy")
 def _marker_rates(table, work, rows, fixed, poses, twists):
-    """Velocities and spins of the markers, of driven bodies by `twists` (n, 6)."""
+    """Write velocities and spins of the markers into `work.rates`; `twists` (n, 6) are those of
+    driven bodies."""
     arm, turn = scratch(3), scratch(3)
     for g in range(table.bodies.shape[0]):
         for side in range(2):
@@ -414,7 +420,7 @@ def _marker_rates(table, work, rows, fixed, poses, twists):
             if row >= 0:
                 for k in range(3):
                     rate[k] = rows[row, VELOCITY + k]
-                    rate[3 + k] = _dot(work.inverse[row, k], rows[row, MOMENTUM : MOMENTUM + 3])
+                    rate[3 + k] = dot(work.inverse[row, k], rows[row, MOMENTUM : MOMENTUM + 3])
                     arm[k] = work.arms[g, side, k]
             elif body >= 0:
                 for k in range(6):
@@ -430,29 +436,30 @@ def _marker_rates(table, work, rows, fixed, poses, twists):
 
 @inner(linked=False, error_model="numpy")
 def _row_rates(table, work):
-    """Rates of all constraints, into `work.right`."""
-    turn, way, turned = scratch(3), scratch(3), scratch(3)
+    """Write the rates of all constraints into `work.right`."""
+    a_rate, b_rate, difference = scratch(3), scratch(3), scratch(3)
     for m in range(table.constraints.shape[0]):
         g, kind, i, j = table.constraints[m]
         first, second = work.rates[g, 0], work.rates[g, 1]
         a, b = work.axes[g, 0, i], work.axes[g, 1, j]
-        _cross(first[3:], a, turn)
+        _cross(first[3:], a, a_rate)
         if kind == AXES_ROW:
-            _cross(second[3:], b, turned)
-            work.right[m] = _dot(turn, b) + _dot(a, turned)
+            _cross(second[3:], b, b_rate)
+            work.right[m] = dot(a_rate, b) + dot(a, b_rate)
         elif kind == OFFSET_W:
             work.right[m] = second[i] - first[i]
         else:
             value = 0.0
             for k in range(3):
-                way[k] = work.points[g, 1, k] - work.points[g, 0, k]
+                difference[k] = work.points[g, 1, k] - work.points[g, 0, k]
                 value += (second[k] - first[k]) * a[k]
-            work.right[m] = value + _dot(way, turn)
+            work.right[m] = value + dot(difference, a_rate)
 
 
 @inner(linked=False, error_model="numpy")
 def _marker_accelerations(table, work, rows, fixed, poses, accelerations):
-    """Accelerations of the markers by the forces in `rows`, of driven bodies by `accelerations`."""
+    """Write accelerations of the markers into `work.accelerations`: of free bodies by the forces
+    in `rows`, of driven ones from `accelerations` (n, 6)."""
     arm, turn, again = scratch(3), scratch(3), scratch(3)
     tensor, momentum, torque = scratch(3, 3), scratch(3), scratch(3)
     for g in range(table.bodies.shape[0]):
@@ -465,14 +472,14 @@ def _marker_accelerations(table, work, rows, fixed, poses, accelerations):
                 one = fixed[row]
                 inertia_tensor(rows[row, TURN : TURN + 4], one, tensor)
                 for k in range(3):
-                    momentum[k] = _dot(tensor[k], spin)
+                    momentum[k] = dot(tensor[k], spin)
                 _cross(spin, momentum, turn)
                 for k in range(3):
                     own[k] = rows[row, FORCE + k] / one[MASS] * one[WAYS + k]
                     torque[k] = rows[row, TORQUE + k] - turn[k]
                     arm[k] = work.arms[g, side, k]
                 for k in range(3):
-                    own[3 + k] = _dot(work.inverse[row, k], torque)
+                    own[3 + k] = dot(work.inverse[row, k], torque)
             elif body >= 0:
                 for k in range(6):
                     own[k] = accelerations[body, k]
@@ -489,9 +496,9 @@ def _marker_accelerations(table, work, rows, fixed, poses, accelerations):
 
 @inner(linked=False, error_model="numpy")
 def _row_accelerations(table, work):
-    """Second derivatives of all constraints, into `work.right`."""
-    turn, again, way = scratch(3), scratch(3), scratch(3)
-    other, change = scratch(3), scratch(3)
+    """Write the second time derivatives of all constraints into `work.right`."""
+    a_rate, a_second, difference = scratch(3), scratch(3), scratch(3)
+    b_rate, b_second, change = scratch(3), scratch(3), scratch(3)
     for m in range(table.constraints.shape[0]):
         g, kind, i, j = table.constraints[m]
         first, second = work.accelerations[g, 0], work.accelerations[g, 1]
@@ -499,44 +506,44 @@ def _row_accelerations(table, work):
         if kind == OFFSET_W:
             work.right[m] = second[i] - first[i]
             continue
-        # a' and a''.
         spin = work.rates[g, 0, 3:]
-        _cross(spin, a, turn)
-        _cross(spin, turn, again)
+        _cross(spin, a, a_rate)
+        _cross(spin, a_rate, a_second)
         _cross(first[3:], a, change)
         for k in range(3):
-            again[k] += change[k]
+            a_second[k] += change[k]
         if kind == AXES_ROW:
-            value = _dot(again, b)
+            value = dot(a_second, b)
             spin = work.rates[g, 1, 3:]
-            _cross(spin, b, other)
-            value += 2.0 * _dot(turn, other)
-            _cross(spin, other, again)
+            _cross(spin, b, b_rate)
+            value += 2.0 * dot(a_rate, b_rate)
+            _cross(spin, b_rate, b_second)
             _cross(second[3:], b, change)
-            work.right[m] = value + _dot(a, again) + _dot(a, change)
+            work.right[m] = value + dot(a, b_second) + dot(a, change)
         else:
             value = 0.0
             for k in range(3):
-                way[k] = work.points[g, 1, k] - work.points[g, 0, k]
+                difference[k] = work.points[g, 1, k] - work.points[g, 0, k]
                 value += (second[k] - first[k]) * a[k]
-                value += 2.0 * (work.rates[g, 1, k] - work.rates[g, 0, k]) * turn[k]
-            work.right[m] = value + _dot(way, again)
+                value += 2.0 * (work.rates[g, 1, k] - work.rates[g, 0, k]) * a_rate[k]
+            work.right[m] = value + dot(difference, a_second)
 
 
 @kernel(error_model="numpy")
 def react(free, poses, twists, accelerations, fixed, table, work, reactions):
-    """End the kick of a step: velocities that joints allow, and the reactions of the joints.
+    """End the kick of a step: project the velocities onto the constraints, and find the reactions.
 
-    `free` are the bodies as `rigid_body_nb.kick` leaves them; the reactions (g, 6), force on the
-    second body and moment about its marker, world axes, are added to their forces. Poses, twists
-    and accelerations (n, …) are of driven bodies. Answers the kinetic energy.
+    `free` are the bodies (`Placed`) after `rigid_body_nb.kick`; their velocities, twists and forces
+    are changed. `poses` (n, 4, 4), `twists` (n, 6) and `accelerations` (n, 6) are those of driven
+    bodies. The `reactions` (g, 6), force on the second body and moment about its marker, world
+    axes, are written and added to the forces. Returns the kinetic energy.
     """
     rows, tensor = free.rows, scratch(3, 3)
     moment, along = scratch(3), scratch(3)
     _place_markers(table, work, rows, fixed, poses)
     _derive(table, work, rows, fixed)
     rank = _factor(table, work)
-    for _ in range(2):  # the second takes back the rounding of the first
+    for _ in range(2):  # the second removes the rounding errors of the first
         _marker_rates(table, work, rows, fixed, poses, twists)
         _row_rates(table, work)
         _solve(table, work, rank)
@@ -577,11 +584,12 @@ def react(free, poses, twists, accelerations, fixed, table, work, reactions):
 
 @kernel(error_model="numpy")
 def measure(poses, twists, table, points, values, rates, ways):
-    """The coordinates of joints, from poses (n, 4, 4) and twists (n, 6) of all bodies.
+    """Measure the coordinates of joints from poses (n, 4, 4) and twists (n, 6) of all bodies.
 
-    `points` (g, 3) are the markers of the second bodies, world; `values` (c,) are those before, so
-    that turns are counted; `rates` (c,). A unit of force of a coordinate is a force on the second
-    body at that marker and a moment, `ways` (c, 6), and the opposite on the first body there.
+    Writes `points` (g, 3), markers of the second bodies, world coordinates; `values` (c,), which
+    hold the last values on entry, so that full turns are counted; their `rates` (c,); and `ways`
+    (c, 6), force on the second body at its marker and moment per unit of each coordinate's force,
+    with the opposite on the first body there.
     """
     at, axes = scratch(2, 3), scratch(2, 3, 3)
     rate, turn, way = scratch(2, 6), scratch(3), scratch(3)
@@ -590,7 +598,7 @@ def measure(poses, twists, table, points, values, rates, ways):
         for k in range(3):
             points[g, k] = table.points_B[g, 1, k]
             if body >= 0:
-                points[g, k] = poses[body, k, 3] + _dot(poses[body, k], table.points_B[g, 1])
+                points[g, k] = poses[body, k, 3] + dot(poses[body, k], table.points_B[g, 1])
     for c in range(table.coordinates.shape[0]):
         g, kind = table.coordinates[c]
         for side in range(2):
@@ -605,10 +613,10 @@ def measure(poses, twists, table, points, values, rates, ways):
                 continue
             pose = poses[body]
             for k in range(3):
-                way[k] = _dot(pose[k], table.points_B[g, side])
+                way[k] = dot(pose[k], table.points_B[g, side])
                 at[side, k] = pose[k, 3] + way[k]
                 for j in range(3):
-                    axes[side, j, k] = _dot(pose[k], table.axes_B[g, side, j])
+                    axes[side, j, k] = dot(pose[k], table.axes_B[g, side, j])
             _cross(twists[body, 3:], way, turn)
             for k in range(3):
                 rate[side, k] = twists[body, k] + turn[k]
@@ -621,28 +629,26 @@ def measure(poses, twists, table, points, values, rates, ways):
             for k in range(3):
                 way[k] = at[1, k] - at[0, k]
                 own[k] = a[2, k]
-            value = _dot(way, a[2])
+            value = dot(way, a[2])
         elif kind == ANGLE:
-            value = math.atan2(_dot(b[0], a[1]), _dot(b[0], a[0]))
+            value = math.atan2(dot(b[0], a[1]), dot(b[0], a[0]))
             for k in range(3):
                 own[3 + k] = a[2, k]
         elif kind == SECOND_ANGLE:
-            value = math.atan2(_dot(a[2], b[1]), _dot(a[2], b[2]))
+            value = math.atan2(dot(a[2], b[1]), dot(a[2], b[2]))
             for k in range(3):
                 own[3 + k] = b[0, k]
         elif kind == CONE:
             _cross(a[2], b[2], turn)
-            sine = math.sqrt(_dot(turn, turn))
-            value = math.atan2(sine, _dot(a[2], b[2]))
-            if sine > 0.0:  # straight it has no direction
+            sine = math.sqrt(dot(turn, turn))
+            value = math.atan2(sine, dot(a[2], b[2]))
+            if sine > 0.0:  # parallel axes give no direction
                 for k in range(3):
                     own[3 + k] = turn[k] / sine
         else:
-            value = math.atan2(
-                _dot(a[1], b[0]) - _dot(a[0], b[1]), _dot(a[0], b[0]) + _dot(a[1], b[1])
-            )
+            value = math.atan2(dot(a[1], b[0]) - dot(a[0], b[1]), dot(a[0], b[0]) + dot(a[1], b[1]))
             for k in range(3):
-                own[3 + k] = (a[2, k] + b[2, k]) / (1.0 + _dot(a[2], b[2]))
+                own[3 + k] = (a[2, k] + b[2, k]) / (1.0 + dot(a[2], b[2]))
         if kind in (ANGLE, SECOND_ANGLE, TWIST):
             value += 2.0 * math.pi * math.floor((values[c] - value) / (2.0 * math.pi) + 0.5)
         values[c] = value
@@ -658,8 +664,8 @@ def measure(poses, twists, table, points, values, rates, ways):
 
 @kernel(error_model="numpy")
 def add_wrenches(table, points, wrenches, poses, total):
-    """Add wrenches (g, 6) on second bodies about `points` (g, 3), and the opposite on first ones,
-    to those (n, 6) about the frames' origins of bodies at `poses` (n, 4, 4)."""
+    """Add `wrenches` (g, 6) on second bodies about `points` (g, 3), and the opposite on first ones,
+    to `total` (n, 6), the wrenches about the origins of bodies at `poses` (n, 4, 4)."""
     arm, turn = scratch(3), scratch(3)
     for g in range(table.bodies.shape[0]):
         for side in range(2):
@@ -676,12 +682,15 @@ def add_wrenches(table, points, wrenches, poses, total):
 
 @kernel(error_model="numpy")
 def misfits(rows, poses, fixed, table, work):
-    """Residuals of all constraints, into `work.right`; answers the largest, over the size."""
+    """Place the markers and write the residuals of all constraints into `work.right`.
+
+    Returns the largest misfit, over the size of the mechanism.
+    """
     _place_markers(table, work, rows, fixed, poses)
     return _misfits(table, work)
 
 
 @kernel(error_model="numpy")
 def derive(rows, fixed, table, work):
-    """G and M⁻¹ Gᵀ where `misfits` has placed the markers, into `work`."""
+    """Write G and M⁻¹ Gᵀ into `work`, with the markers that `misfits` has placed."""
     _derive(table, work, rows, fixed)

@@ -45,14 +45,14 @@ class NetPatch(NamedTuple):
 
 @pass_by_pointer
 class Influence(NamedTuple):
-    """What k places on a patch depend on: c control points each."""
+    """Influence of c control points on each of k places on a patch."""
 
     control: np.ndarray
-    """(k, c) rows of these."""
+    """(k, c) rows of the control points."""
     value: np.ndarray
-    """(k, c) basis functions."""
+    """(k, c) their basis functions."""
     gradient: np.ndarray
-    """(k, c, 3) their gradients along the surface, one over length."""
+    """(k, c, 3) gradients of these along the surface, one over length."""
 
 
 class Frame(NamedTuple):
@@ -65,7 +65,7 @@ class Frame(NamedTuple):
 
 @inner()
 def _span(knots, degree, count, t):
-    """As `find_span`, which a guess that knots are even mostly spares."""
+    """Return `find_span`, mostly without a search: a guess for uniform knots is tried first."""
     share = (t - knots[degree]) / (knots[count] - knots[degree])
     k = degree + int(min(max(share, 0.0), 1.0) * (count - degree))
     if k < count and knots[k] <= t < knots[k + 1]:
@@ -140,7 +140,7 @@ class Sums(NamedTuple):
 
 @inner()
 def _sums(points, rows, values, k):
-    """The `Sums` over `points` (m, 3) of the k control points `rows` of a place."""
+    """Return the `Sums` over the k control points of a place, `rows` of `points` (m, 3)."""
     x = y = z = x_u = y_u = z_u = x_v = y_v = z_v = 0.0
     for i in range(k):
         row, N, N_u, N_v = rows[i], values[i, 0], values[i, 1], values[i, 2]
@@ -159,7 +159,7 @@ def _sums(points, rows, values, k):
 
 @inner()
 def _frame(a_u, a_v):
-    """The frame of S_u and S_v; zeros where the surface has no normal."""
+    """Return the `Frame` of S_u and S_v; zeros where the surface has no normal."""
     uu, uv, vv = dot(a_u, a_u), dot(a_u, a_v), dot(a_v, a_v)
     det = uu * vv - uv * uv
     if not det > FLAT * uu * vv:
@@ -247,8 +247,8 @@ def spread(patch, shape, uv, points, forces, out):
 
 @kernel()
 def influence(patch, shape, uv, out, start, stop):
-    """Fill rows start … stop of the `Influence` `out` with what places at parameters `uv` (k, 2) of
-    the surface with control points `shape` (m, 3) depend on."""
+    """Fill rows start … stop of the `Influence` `out` for places at parameters `uv` (k, 2) of the
+    surface with control points `shape` (m, 3)."""
     N_u, N_v = scratch(2, ORDER), scratch(2, ORDER)
     rows, values = stack_int64(MOST), scratch(MOST, 3)
     for k in range(start, stop):

@@ -1,4 +1,4 @@
-"""Bounds of the derivatives of a surface around each of its elements."""
+"""Bounds of a surface's derivatives over each element and its smooth neighbours."""
 
 from __future__ import annotations
 
@@ -12,55 +12,56 @@ from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IndexArray
 
 ORDERS = np.array([[1, 0], [0, 1], [2, 0], [1, 1], [0, 2], [3, 0], [2, 1], [1, 2], [0, 3]])
-"""Orders in s and t of the derivatives that leaves bound."""
+"""(9, 2) orders in s and t of the derivatives that the leaves bound."""
 
 
 @pass_by_pointer
 class Surroundings(NamedTuple):
-    """Each element with those around it, three by three at most, of its patch and without kinks."""
+    """Blocks of up to 3 × 3 elements of one patch without kinks, one around each of n elements."""
 
     reach: FloatArray
-    """(n, 4) how far they go: lowest and highest s, lowest and highest t, in the element's own."""
+    """(n, 4) least and greatest s, least and greatest t of the block, parameters of its element."""
     bound: FloatArray
-    """(n, 9) bounds of the derivatives over all of them by the element's s and t, as of `LEAF`."""
+    """(n, 9) bounds of the derivatives by these s and t over the block, in the order of `ORDERS`;
+    infinite where an element of the block is trimmed away."""
 
 
 class Blocks(NamedTuple):
-    """What surroundings are made of, in any shape."""
+    """The part of `Surroundings` that does not depend on the shape."""
 
     elements: IndexArray
-    """(n, 9) the elements; where there is none a number twice."""
+    """(n, 9) elements of each block, with repetitions where it has fewer than nine."""
     reach: FloatArray
-    """(n, 4) as of `Surroundings`."""
+    """(n, 4) as in `Surroundings`."""
     scale: FloatArray
-    """(n, 9) powers of the widths of elements that derivatives by (s, t) have and those by (u, v)
-    have not."""
+    """(n, 9) factors from derivatives by (u, v) to derivatives by (s, t): powers of the element's
+    widths."""
 
 
 def blocks_of(table: Records) -> Blocks:
-    """Find the elements around those of a `table`."""
+    """Find the blocks around the elements of a `table`."""
     n, box = len(table), table["box"]
-    here, widths = np.arange(n), box[:, 1::2] - box[:, ::2]
-    beside, reach = np.tile(here[:, None], 4), np.tile([-0.5, 0.5, -0.5, 0.5], (n, 1))
+    centres, widths = np.arange(n), box[:, 1::2] - box[:, ::2]
+    beside, reach = np.tile(centres[:, None], 4), np.tile([-0.5, 0.5, -0.5, 0.5], (n, 1))
     for side in range(4):
         other, axis = table["neighbour"][:, side], side // 2
-        goes_on = (table["kind"][:, side] == SMOOTH) & (table["patch"][other] == table["patch"])
-        goes_on &= box[other, side ^ 1] == box[:, side]  # not across a seam
-        beside[goes_on, side] = other[goes_on]
-        share = (widths[other, axis] / widths[:, axis])[goes_on]
-        reach[goes_on, side] += share if side % 2 else -share
+        is_smooth = (table["kind"][:, side] == SMOOTH) & (table["patch"][other] == table["patch"])
+        is_smooth &= box[other, side ^ 1] == box[:, side]  # not across a seam
+        beside[is_smooth, side] = other[is_smooth]
+        extent = (widths[other, axis] / widths[:, axis])[is_smooth]
+        reach[is_smooth, side] += extent if side % 2 else -extent
     corners = [beside[beside[:, i], j] for i in (0, 1) for j in (2, 3)]
     scale = widths[:, :1] ** ORDERS[:, 0] * widths[:, 1:] ** ORDERS[:, 1]
-    return Blocks(np.column_stack([here, beside, *corners]), reach, scale)
+    return Blocks(np.column_stack([centres, beside, *corners]), reach, scale)
 
 
 def surroundings_of(blocks: Blocks, leaves: Records) -> Surroundings:
-    """Bound the derivatives around the elements in a shape that has these leaves."""
+    """Bound the derivatives over the blocks in the shape of these leaves."""
     on_face = leaves["element"] >= 0
     elements, bound = leaves["element"][on_face], np.zeros(blocks.scale.shape)
     np.maximum.at(bound, elements, leaves["bound"][on_face])
     trimmed = np.ones(len(bound), np.bool_)
     trimmed[elements] = False
-    bound[trimmed] = np.inf  # trims leave nothing of them, and nothing is known of them
+    bound[trimmed] = np.inf  # elements that are trimmed away have no leaves, so no bounds
     around = (bound / blocks.scale)[blocks.elements].max(axis=1)
     return Surroundings(blocks.reach, around * blocks.scale)

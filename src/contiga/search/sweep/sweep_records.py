@@ -61,45 +61,45 @@ class Queue(NamedTuple):
 
 @pass_by_pointer
 class MovingSurface(NamedTuple):
-    """A surface that goes evenly from one shape to another."""
+    """A surface that moves linearly from one shape to another."""
 
     now: Tables
-    """Of the last shape, to which all parameters and neighbours belong."""
+    """Tables of the last shape, to which all parameters and neighbours refer."""
     before: Elements
-    """Of the first."""
+    """Elements of the first shape."""
     change: Elements
-    """Bernstein coefficients of the displacement from the first to the last; bounds only."""
+    """Bernstein coefficients of the displacement from the first to the last shape; for bounds."""
     way: float
-    """How far any of its points goes, length."""
+    """Largest displacement of any of its points, length."""
 
 
 class MovingSegment(NamedTuple):
-    """A path p → q beside a surface that moves in the same time."""
+    """A straight path p → q near a surface that moves in the same time."""
 
     p: Vector
     q: Vector
     shares: tuple[float, float]
-    """Of the surface's way that is gone as the path begins, and as it ends."""
+    """Shares of the surface's motion at the beginning and at the end of the path."""
     slack: float
-    """Lengths below are none."""
+    """Length below which distances count as zero."""
     spare: float
-    """How far beyond its ends a crossing may lie, length."""
+    """Largest distance of a crossing beyond the ends of the path, length."""
 
 
 class MovingWork(NamedTuple):
-    """Memory to search a leaf of a moving surface in."""
+    """Work arrays of a search in a leaf of a moving surface."""
 
     begin: FloatArray
-    """(4, 6), with the next, derivatives as a segment begins,"""
+    """(4, 6) point and derivatives at the beginning of a segment."""
     end: FloatArray
-    """as it ends,"""
+    """(4, 6) point and derivatives at its end."""
     mid: FloatArray
-    """and half-way, or at a crossing."""
+    """(4, 6) point and derivatives half-way, or at a crossing."""
     bound: FloatArray
-    """(9,) bounds of the derivatives over a cell,"""
+    """(9,) bounds of the surface's derivatives over a cell."""
     change: FloatArray
-    """(9,) and of those of the displacement."""
+    """(9,) bounds of the displacement's derivatives over a cell."""
     stack: FloatArray
-    """(cells, 6) cells that wait, (s0, s1, t0, t1, τ0, τ1)."""
+    """(cells, 6) pending cells (s0, s1, t0, t1, τ0, τ1)."""
     counts: IntArray
-    """(2,) cells opened, and whether the path was given up."""
+    """(2,) number of cells opened; 1 if the search was given up, else 0."""

@@ -1,4 +1,4 @@
-"""Checks of gas: temperatures and gas constants that are most likely in another unit."""
+"""Checks of gas: temperatures and gas constants that are probably in another unit."""
 
 from __future__ import annotations
 
@@ -10,14 +10,16 @@ from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Scene
 
 COLDEST = 150.0
-"""Kelvin below which no bag is filled: temperatures in degrees Celsius are lower than that."""
-SOUND = (100.0, 2000.0)
-"""Speed of sound at room temperature, m/s: of heavy refrigerants, and more than of hydrogen."""
+"""Kelvin, below any filled bag; temperatures given in degrees Celsius are lower."""
+SOUND_SPEEDS = (100.0, 2000.0)
+"""Range of the speed of sound at room temperature, m/s: from heavy refrigerants to beyond
+hydrogen."""
 ROOM = 293.15
+"""Room temperature, kelvin."""
 
 
 def check_gas(scene: Scene) -> Iterator[Finding]:
-    """Temperatures and gases of chambers."""
+    """Report temperatures and gases of chambers that are probably in another unit."""
     for name, chamber in scene.model.gas.items():
         gases: dict[str, Gas | Mixture] = {"the gas around it": chamber.surroundings.gas}
         temperatures = {"the temperature around it": chamber.surroundings.temperature}
@@ -34,8 +36,8 @@ def check_gas(scene: Scene) -> Iterator[Finding]:
         if not scene.said.known:
             continue
         for what, gas in gases.items():
-            speed = _sound(gas) * scene.said.si(1, 0, -1)
-            if not SOUND[0] <= speed <= SOUND[1]:
+            speed = _sound_speed(gas) * scene.said.si(1, 0, -1)
+            if not SOUND_SPEEDS[0] <= speed <= SOUND_SPEEDS[1]:
                 square = f"{scene.said.unit('velocity')} squared"
                 yield Finding(
                     "gas",
@@ -45,8 +47,8 @@ def check_gas(scene: Scene) -> Iterator[Finding]:
                 )
 
 
-def _sound(gas: Gas | Mixture) -> float:
+def _sound_speed(gas: Gas | Mixture) -> float:
     """Return the speed of sound at room temperature, √(γ R T)."""
-    heat = sum(share * one.heat_capacity(ROOM) for one, share in parts_of(gas))
+    heat = sum(share * part.heat_capacity(ROOM) for part, share in parts_of(gas))
     gamma = heat / (heat - gas.constant)
     return math.sqrt(gamma * gas.constant * ROOM)

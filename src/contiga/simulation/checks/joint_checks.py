@@ -1,4 +1,4 @@
-"""Checks of joints: what they move at the start, and constraints that depend on others."""
+"""Checks of joints: bodies that they move at the start, and redundant constraints."""
 
 from __future__ import annotations
 
@@ -17,23 +17,24 @@ from contiga.simulation.step import advance
 
 
 def check_joints(scene: Scene) -> Iterator[Finding]:
-    """Bodies that joints move or set in motion at the start, and redundant constraints."""
+    """Report bodies that joints move or set in motion at the start, and redundant constraints."""
     model, said = scene.model, scene.said
     if not model.joints:
         return
     fit, names = model.joint_fit, list(model.bodies)
     bodies = [names[i] for i in model.mechanism.free]
     size = float(model.linkage.table.size[0])
-    off = np.maximum(fit.moved / size, fit.turned)
-    if (worst := int(np.argmax(off))) >= 0 and off[worst] > OPEN:
-        count = int((off > OPEN).sum())
+    displacement = np.maximum(fit.moved / size, fit.turned)
+    worst = int(np.argmax(displacement))
+    if displacement[worst] > OPEN:
+        count = int((displacement > OPEN).sum())
         yield Finding(
             "joint",
             f"body {bodies[worst]}",
-            f"joints that close have {count} free bodies elsewhere than they stand; this one "
+            f"closing the joints moves {count} free bodies from where they are placed; this one "
             f"is moved by {said(float(fit.moved[worst]))} and turned by "
             f"{np.degrees(fit.turned[worst]):.3g}°",
-            "Place them so that the points and axes of their joints meet, if that was not meant",
+            "Place them so that the points and axes of their joints meet, if that was not intended",
         )
     given = started(fit.rows, model.mechanism.fixed)
     begun = advance(model, None, model.stepping.start, Clock()).state
@@ -45,16 +46,17 @@ def check_joints(scene: Scene) -> Iterator[Finding]:
         yield Finding(
             "joint",
             f"body {bodies[worst]}",
-            "its joints do not allow the velocity and spin that it and its neighbours start with: "
-            f"its centre starts {said(speeds[worst], 'velocity')} from what is given",
-            "Give velocities and spins that go together, if that was not meant",
+            "its joints do not allow the velocities and spins given to it and its neighbours: "
+            f"the velocity of its centre at the start differs by {said(speeds[worst], 'velocity')}",
+            "Give compatible velocities and spins, if that was not intended",
         )
     if fit.redundant:
         yield Finding(
             "redundant",
             f"joints {', '.join(fit.dependent)}",
-            f"{fit.redundant} of their constraints follow from the others: the motion is right, "
-            "and the reactions told are the least of those that have it",
-            "Remove what holds the same twice; where reactions of each are needed in a loop, take "
-            "joints that hold less, as a spherical or cylindrical one in place of a revolute",
+            f"{fit.redundant} of their constraints follow from the others: the motion is "
+            "right, but the reactions are not unique, and the smallest are reported",
+            "Remove constraints that repeat others; where each reaction is needed in a loop, use "
+            "joints with fewer constraints, such as a spherical or cylindrical instead of a "
+            "revolute joint",
         )

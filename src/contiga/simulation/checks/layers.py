@@ -70,8 +70,8 @@ def _layer(law: object, contact: Contact) -> Layer | None:
 
 
 def thickness_of(contact: Contact) -> float | None:
-    """Thickness of the one layer that a stress over strain presses; None where there is another
-    law, several layers, or one whose thickness differs."""
+    """Return the thickness of the layer of a law of stress over strain; None for another law or a
+    layer of varying thickness."""
     if not isinstance(contact.law, StressLaw):
         return None
     if contact.law.thickness is not None:

@@ -1,4 +1,4 @@
-"""From points of facets to corners and back, of some of the points."""
+"""Sums from points on facets to their corners, and interpolation back, for some of the points."""
 
 from __future__ import annotations
 

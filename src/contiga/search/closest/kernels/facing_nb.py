@@ -25,7 +25,7 @@ from contiga.search.hierarchy.kernels.face_nb import in_face
 SAME = 1e-6
 """Share of the distance by which a walk that stays may change it."""
 TRIES = 8
-"""Feet that are looked at, one after the other, where edges are minima of one face only."""
+"""Largest number of candidate feet where edges are minima of one face only."""
 
 
 @inner(linked=False)
@@ -54,8 +54,8 @@ def _write_guarded(tables, k, point, distance, out, nearest, h):
 
 @inner()
 def _leads_on(tables, k, point, out, nearest, h):
-    """Tell whether row k of `out`, a foot on an edge, is no minimum: on the face across the edge
-    the foot goes on, and comes nearer than faces that meet there are apart."""
+    """Return whether row k of `out`, a foot on an edge, is no minimum: on the face across the edge
+    the distance falls by more than the gap between the faces that meet there."""
     start = locate(tables.grid, out.patch[k], out.uv[k, 0], out.uv[k, 1])
     _, e, s, t, _ = continued_foot(tables, start, point, nearest, h)
     evaluate(tables.elements, e, s, t, h)

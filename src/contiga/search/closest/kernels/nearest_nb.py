@@ -7,8 +7,8 @@ the point alone. It is the closest point
   it (Federer 1959, reach of a set; see `ball_nb`);
 * or if branch and bound, which starts with the guess's distance, finds nothing closer.
 
-Both lead to the same numbers: balls only spare work. A shape that is one of many has none: there a
-foot on another shape is gone on with, and proved by what is around it (`proof_nb`).
+Both lead to the same numbers: balls only spare work. One of many shapes of a body has no balls:
+there Newton's method starts from a foot on another shape, and `proof_nb` proves the result.
 """
 
 from __future__ import annotations
@@ -212,10 +212,10 @@ def project_proved(tables, balls, points, rows, within, out, start, stop):
 
 @kernel()
 def project_from(tables, surroundings, points, starts, out, start, stop):
-    """Closest points of points[start:stop] into the same rows of `out`.
+    """Write the closest points of points[start:stop] into the same rows of `out`.
 
-    They are guessed by Newton's method from the feet `starts` (patch, uv) on another shape of the
-    body, where there are any, and searched for where the guess is not plainly the closest point.
+    Newton's method from the feet `starts` (patch, uv) on another shape of the body, patch −1 for
+    none, gives a guess. Points without a guess, or whose guess is not proved, are searched for.
     """
     h = scratch(4, 6)
     nearest = scratch(4)

@@ -1,13 +1,13 @@
-"""Whether a foot is the closest point of a body, told by how f = |S − P|²/2 rises around it.
+"""Proof that a foot is the closest point of a body, by the growth of f = |S − P|²/2 around it.
 
-About a foot with the Hessian H, which is exact there,
+Around a foot, with the exact Hessian H there,
 
     f(Δ) ≥ f + ½ Δᵀ H Δ − ⅙ (d_ss Δ_s² + 2 d_st |Δ_s Δ_t| + d_tt Δ_t²),
 
-d the largest changes of the second derivatives up to Δ, by bounds of the surface's derivatives. So
-no place of a leaf near by is nearer than the foot where H less a third of these is positive
-definite. Leaves farther off are left out by their plates, as in a search, and those of which this
-tells nothing, as across a kink, are searched cell by cell.
+where d bound the changes of the second derivatives up to Δ, by bounds of the surface's derivatives.
+So no point of a nearby leaf is closer than the foot if H minus a third of d is positive definite.
+Distant leaves are excluded by their plates, as in a search. Leaves that neither proves, such as
+leaves across a kink, are searched cell by cell.
 """
 
 from __future__ import annotations
@@ -30,25 +30,28 @@ from contiga.search.hierarchy.kernels.tree_nb import next_leaves
 
 THIRD = 1.0 / 3.0
 MAX_OPENED = 64
-"""Cells after which a search that begins with the nearest leaves is better."""
+"""Number of cells after which a search that begins with the nearest leaves is faster."""
 BORDER = 1e-9
-"""Share of an element that rounding may shift its borders by, in the parameters of the next one."""
+"""Rounding error of an element's borders in the parameters of the next element."""
 
 
 @inner()
-def _across(box, other, first, low, high):
-    """The ends `low` and `high` along s (`first` 0) or t (2) of an element of the parameter box
-    `other`, in those of the element of `box`."""
-    wide = box[first + 1] - box[first]
+def _local_interval(box, other, first, low, high):
+    """Convert an interval `low` … `high` along s (`first` 0) or t (`first` 2) of the element with
+    the parameter box `other` to the parameter of the element with `box`."""
+    width = box[first + 1] - box[first]
     middle = 0.5 * (other[first] + other[first + 1]) - box[first]
-    scale, start = (other[first + 1] - other[first]) / wide, middle / wide - 0.5
+    scale, start = (other[first + 1] - other[first]) / width, middle / width - 0.5
     return start + scale * low, start + scale * high
 
 
 @inner()
 def _rises_over(tables, surroundings, foot, leaf, local, h):
-    """Whether f is nowhere on a leaf less than at the foot = (element, s, t), where `h` are the
-    derivatives of the surface; the point is `local` to that element."""
+    """Return whether f is proved nowhere smaller on a leaf than at the foot (element, s, t).
+
+    `h` (4, 6) are the derivatives of the surface at the foot, and `local` is the point relative to
+    the origin of the foot's element.
+    """
     e, s, t = foot
     table, other = tables.elements.table, leaf["element"]
     s0, s1, t0, t1 = leaf["box"]
@@ -56,8 +59,8 @@ def _rises_over(tables, surroundings, foot, leaf, local, h):
         if table[other]["patch"] != table[e]["patch"]:
             return False
         box, reach = table[e]["box"], surroundings.reach[e]
-        s0, s1 = _across(box, table[other]["box"], 0, s0, s1)
-        t0, t1 = _across(box, table[other]["box"], 2, t0, t1)
+        s0, s1 = _local_interval(box, table[other]["box"], 0, s0, s1)
+        t0, t1 = _local_interval(box, table[other]["box"], 2, t0, t1)
         if s0 < reach[0] - BORDER or s1 > reach[1] + BORDER:
             return False
         if t0 < reach[2] - BORDER or t1 > reach[3] + BORDER:
@@ -69,10 +72,10 @@ def _rises_over(tables, surroundings, foot, leaf, local, h):
 
 @inner(linked=False)
 def is_closest(tables, surroundings, foot, point, distance):
-    """Whether nothing of a body is nearer to a point than the foot = (element, s, t) at this
-    distance; False where that is not told."""
+    """Return whether the foot (element, s, t), at a distance, is proved the closest point of a body
+    to a point; False if the proof fails or takes more than MAX_OPENED cells."""
     nodes, bounds, h = stack_int64(128), scratch(128), scratch(4, 6)
-    nearest, stack, other = scratch(4), scratch(64, 4), scratch(4, 6)
+    nearest, stack, h_cell = scratch(4), scratch(64, 4), scratch(4, 6)
     slack = PRUNE * tables.scale[1]
     limit = distance - slack
     if limit <= 0.0:
@@ -92,14 +95,14 @@ def is_closest(tables, surroundings, foot, point, distance):
         first = tables.tree[node]["first"]
         for k in range(first, first + tables.tree[node]["count"]):
             leaf = tables.leaves[k]
-            # Leaves of trimming curves have no place that those of their faces have not.
+            # Leaves of trimming curves lie on their faces, whose leaves are searched.
             if leaf["element"] < 0 or is_beyond(tables.plates[k], point, limit):
                 continue
             if _rises_over(tables, surroundings, foot, leaf, local, h):
                 continue
             limits = SearchLimits(distance, slack, opened, anywhere())
             best, cells = search_leaf(
-                tables.elements, tables.trims, leaf, point, limits, nearest, stack, other
+                tables.elements, tables.trims, leaf, point, limits, nearest, stack, h_cell
             )
             opened += cells
             if best < limit or nearest[LEFT_OUT] != 0.0 or opened > MAX_OPENED:

@@ -72,10 +72,10 @@ def touch(elements, e, cell, path, length, h):
 
 @inner(error_model="numpy")
 def meet_plane(cell, path, length, h, r, heights):
-    """Where a path meets the tangent plane of a cell, as `touch` answers.
+    """Intersect a path with the tangent plane of a cell; returns as `touch`.
 
-    `r` leads from the cell's middle, whose derivatives are `h`, to the start of the path; `heights`
-    are that of the start above the plane and its growth along the path.
+    `r` (3,) is the vector from the cell's middle, whose derivatives are `h`, to the start of the
+    path; `heights` are the height of the start above the plane and its slope along the path.
     """
     s, t = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3])
     d, slack, room = path.d, path.slack, path.room

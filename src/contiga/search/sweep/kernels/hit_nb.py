@@ -51,6 +51,7 @@ def meets_box(node, p, inverse, span, slack):
 
 @inner()
 def reciprocal(x):
+    """Return 1/x; infinity where x is too small for it."""
     return 1.0 / x if abs(x) > 1e-290 else math.inf
 
 
@@ -214,7 +215,7 @@ def _search(tables, segment, loose, sense, crossings, queue, work):
 
 @inner()
 def write_crossing(elements, out, i, crossing, length, h):
-    """Row i of the hits, but its status, for a crossing."""
+    """Write a crossing into row i of the hits, all but the status."""
     e = int(crossing[ELEMENT])
     evaluate(elements, e, crossing[S], crossing[T], h)
     out.fraction[i] = min(max(crossing[X] / length, 0.0), 1.0)

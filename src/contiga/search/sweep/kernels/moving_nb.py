@@ -1,14 +1,16 @@
 """Crossings of swept points with a surface whose control points move in the same time.
 
-The surface goes evenly from one shape to the other, S(s, t, τ) = S₀ + τ (S₁ − S₀), and the point
-goes straight. A cell is judged as one of a surface at rest (`crossing_nb`), in axes that move with
-its middle: there the point goes straight too, relative to the shape half-way, and the cell leaves
-that shape by no more than half of what its displacement S₁ − S₀ differs over it. The bounds of the
-displacement's derivatives tell how much that is; they are added to those of the bends, and where
-they outweigh these the cell is halved in time. In a cell with one crossing at most, Newton's method
-finds its (s, t, τ).
+The surface moves linearly from one shape to the other, S(s, t, τ) = S₀ + τ (S₁ − S₀), and the
+point on a straight line. A cell is judged like one of a surface at rest (`crossing_nb`), in axes
+that move with its middle: there the point moves straight relative to the mid-shape, and the cell
+departs from that shape by no more than half of the variation of its displacement S₁ − S₀ over the
+cell. Bounds of the displacement's derivatives bound this variation; it is added to the bounds of
+the second derivatives, and a cell in which it is larger than these is halved in time. In a cell
+with at most one crossing, Newton's method finds its (s, t, τ).
 
-Boxes and plates are those of the last shape, taken wider by the way of its control points.
+Boxes and plates are those of the last shape, widened by the displacement of its control points.
+`surface` is a `MovingSurface`, `work` a `MovingWork`, and `shares` are the shares of the surface's
+motion at the beginning and end of a segment.
 """
 
 from __future__ import annotations
@@ -62,8 +64,11 @@ from contiga.search.sweep.sweep_records import LeafPath, MovingSegment, MovingWo
 
 @inner()
 def _shapes_at(surface, e, place, shares, work):
-    """Points and derivatives at `place` (s, t) of element e as the segment begins and as it ends,
-    and half-way, into work.begin, work.end and work.mid; relative to the element's last origin."""
+    """Evaluate element e at `place` (s, t) at the beginning, end and middle of a segment.
+
+    Writes points and derivatives into work.begin, work.end and work.mid, relative to the origin of
+    the element in the last shape.
+    """
     now, before = surface.now.elements, surface.before
     begin, end, mid = work.begin, work.end, work.mid
     evaluate(now, e, place[0], place[1], begin)
@@ -79,33 +84,33 @@ def _shapes_at(surface, e, place, shares, work):
 
 @inner()
 def _bounds_over(surface, e, cell, shares, work):
-    """Bounds of the derivatives over a cell of all shapes between `shares` into work.bound, the
-    second ones increased by what displacements differ over the cell.
+    """Write bounds of the derivatives over a cell, in all shapes between `shares`, to work.bound.
 
-    Whether those outweigh the bends: then the cell is worth halving in time.
+    The bounds of the second derivatives include the variation of the displacement over the cell.
+    Returns whether that variation exceeds the curvature: then halving in time pays.
     """
-    k, change = work.bound, work.change
+    bound, change = work.bound, work.change
     box = (cell[0], cell[1], cell[2], cell[3])
-    cell_bounds(surface.now.elements, e, box, k)
+    cell_bounds(surface.now.elements, e, box, bound)
     cell_bounds(surface.change, e, box, change)
     for c in range(9):
-        k[c] += change[c]
+        bound[c] += change[c]
     hs, ht = 0.5 * (cell[1] - cell[0]), 0.5 * (cell[3] - cell[2])
     part = abs(shares[1] - shares[0])
-    sheared = part * (change[0] * hs + change[1] * ht)
-    bent = k[2] * hs * hs + 2.0 * k[3] * hs * ht + k[4] * ht * ht
-    k[2] += part * change[0] / hs
-    k[4] += part * change[1] / ht
-    return sheared > bent
+    variation = part * (change[0] * hs + change[1] * ht)
+    curvature = bound[2] * hs * hs + 2.0 * bound[3] * hs * ht + bound[4] * ht * ht
+    bound[2] += part * change[0] / hs
+    bound[4] += part * change[1] / ht
+    return variation > curvature
 
 
 @inner(error_model="numpy")
 def _meet(surface, e, box, start, segment, work):
-    """Newton's method for (s, t, τ), held in `box` (s0, s1, t0, t1), from `start` (s, t, τ).
+    """Find a crossing by Newton's method from `start` (s, t, τ), kept in `box` (s0, s1, t0, t1).
 
-    Returns ON where it converged, MISSED where the box holds no root, ENDLESS where the steps ran
-    out; s, t, τ, and the point's speed along the normal, negative where it enters. In work.mid are
-    the derivatives there.
+    Returns ON if it converged, MISSED if the box holds no root, or ENDLESS if the steps ran out;
+    s, t, τ; and the speed of the point along the normal, length per τ, negative where it enters.
+    work.mid holds the derivatives there.
     """
     p, q, slack, shares = segment.p, segment.q, segment.slack, segment.shares
     begin, end, mid = work.begin, work.end, work.mid
@@ -117,7 +122,7 @@ def _meet(surface, e, box, start, segment, work):
             for k in range(6):
                 mid[c, k] = (1.0 - tau) * begin[c, k] + tau * end[c, k]
         rest = 1.0 - tau
-        off = (
+        miss = (
             mid[0, 0] - rest * p[0] - tau * q[0],
             mid[1, 0] - rest * p[1] - tau * q[1],
             mid[2, 0] - rest * p[2] - tau * q[2],
@@ -133,28 +138,29 @@ def _meet(surface, e, box, start, segment, work):
         if c == 0.0:
             return ENDLESS, s, t, tau, speed
         speed = -c / math.sqrt(dot(n, n))
-        ds = min(max(s - dot(off, cross(b, v)) / c, box[0]), box[1]) - s
-        dt = min(max(t - dot(off, cross(v, a)) / c, box[2]), box[3]) - t
-        new = min(max(tau - dot(off, n) / c, -1.0), 2.0)
+        ds = min(max(s - dot(miss, cross(b, v)) / c, box[0]), box[1]) - s
+        dt = min(max(t - dot(miss, cross(v, a)) / c, box[2]), box[3]) - t
+        new = min(max(tau - dot(miss, n) / c, -1.0), 2.0)
         step = new - tau
         s += ds
         t += dt
         tau = new
-        if math.sqrt(dot(off, off)) <= slack:
+        if math.sqrt(dot(miss, miss)) <= slack:
             return ON, s, t, tau, speed
-        moved = (
+        change = (
             a[0] * ds + b[0] * dt + v[0] * step,
             a[1] * ds + b[1] * dt + v[1] * step,
             a[2] * ds + b[2] * dt + v[2] * step,
         )
-        if math.sqrt(dot(moved, moved)) <= 0.0625 * slack:
+        if math.sqrt(dot(change, change)) <= 0.0625 * slack:
             return MISSED, s, t, tau, speed
     return ENDLESS, s, t, tau, speed
 
 
 @inner(error_model="numpy")
 def _unit_normal(surface, e, place, h, work):
-    """The unit normal of derivatives `h`; where they vanish that of the last shape."""
+    """Return the unit normal by the derivatives `h` (4, 6); where they vanish, the normal of the
+    last shape."""
     n = cross(column(h, 1), column(h, 2))
     length = math.sqrt(dot(n, n))
     if length > 0.0:
@@ -163,10 +169,12 @@ def _unit_normal(surface, e, place, h, work):
 
 
 @inner(error_model="numpy")
-def _touch(surface, e, cell, segment, seen, work):
-    """As `flat_cell_nb.touch`: `seen` is (path, length) in the axes of the cell's middle, whose
-    derivatives work.begin, work.end and work.mid hold. The planes turn with the surface."""
-    path, length = seen
+def _touch(surface, e, cell, segment, path, length, work):
+    """Intersect a path with the tangent plane of a cell, which rotates with the surface.
+
+    `path` and its `length` are in the axes of the cell's middle, whose derivatives work.begin,
+    work.end and work.mid hold. Returns as `flat_cell_nb.touch`.
+    """
     if length == 0.0:
         return 0.0, 0.0, 0.0, 0.0
     place = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3])
@@ -182,7 +190,7 @@ def _touch(surface, e, cell, segment, seen, work):
 
 @inner()
 def _keep(crossings, e, place, tau, speed, over, width):
-    """Keep a crossing if it is the first of those that go the same way."""
+    """Keep a crossing if it is the first entry, or the first exit."""
     side = 0 if speed < 0.0 else 1
     if tau < crossings[side, X]:
         crossings[side, X] = tau
@@ -195,7 +203,8 @@ def _keep(crossings, e, place, tau, speed, over, width):
 
 @inner()
 def _halve(stack, top, cell, h, in_time):
-    """Put the halves of a cell on the stack, cut in time or along the longer side."""
+    """Push the halves of a cell onto the stack, cut in time or along the longer side; return its
+    new top."""
     hs, ht = 0.5 * (cell[1] - cell[0]), 0.5 * (cell[3] - cell[2])
     along_s = h[0, 1] ** 2 + h[1, 1] ** 2 + h[2, 1] ** 2
     along_t = h[0, 2] ** 2 + h[1, 2] ** 2 + h[2, 2] ** 2
@@ -212,15 +221,15 @@ def _halve(stack, top, cell, h, in_time):
 
 @inner()
 def _between(p, q, share):
-    """The point after so much of the way from p to q."""
+    """Return p + share (q − p)."""
     rest = 1.0 - share
     return rest * p[0] + share * q[0], rest * p[1] + share * q[1], rest * p[2] + share * q[2]
 
 
 @inner(error_model="numpy")
-def _of_face(surface, e, place, d, slack, mid):
-    """The width of an edge beside a crossing in direction `d`, BESIDE where it is not of the face;
-    `mid` holds the derivatives there."""
+def _face_edge_width(surface, e, place, d, slack, mid):
+    """Return the width of an edge near a crossing in direction `d`, or BESIDE if the crossing is
+    outside the face; `mid` holds the derivatives there."""
     line = LeafPath(column(mid, 0), d, slack, 0.0, NONE)
     tables = surface.now
     width, _, _ = edge_width(
@@ -231,9 +240,10 @@ def _of_face(surface, e, place, d, slack, mid):
 
 @inner(linked=False, error_model="numpy")
 def _cross_leaf(surface, leaf, segment, crossings, work):
-    """Find all crossings of a leaf and keep the first; `segment` is about its element's origin.
+    """Find all crossings of a leaf and keep the first entry and exit.
 
-    Cells are boxes (s0, s1, t0, t1, τ0, τ1).
+    `segment` is relative to the origin of the leaf's element. Cells are boxes (s0, s1, t0, t1, τ0,
+    τ1).
     """
     e, stack, mid, counts = leaf["element"], work.stack, work.mid, work.counts
     slack, spare = segment.slack, segment.spare
@@ -254,7 +264,7 @@ def _cross_leaf(surface, leaf, segment, crossings, work):
         rect = (cell[0], cell[1], cell[2], cell[3])
         place = (0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3]))
         size = (0.5 * (cell[1] - cell[0]), 0.5 * (cell[3] - cell[2]))
-        long = cell[5] - cell[4]
+        duration = cell[5] - cell[4]
         first, last = segment.shares
         part = MovingSegment(
             _between(segment.p, segment.q, cell[4]),
@@ -265,10 +275,10 @@ def _cross_leaf(surface, leaf, segment, crossings, work):
         )
         in_time = _bounds_over(surface, e, cell, part.shares, work)
         _shapes_at(surface, e, place, part.shares, work)
-        # The path as seen by who moves with the middle of the cell.
-        way = minus(column(work.end, 0), column(work.begin, 0))
-        p = (part.p[0] + 0.5 * way[0], part.p[1] + 0.5 * way[1], part.p[2] + 0.5 * way[2])
-        q = (part.q[0] - 0.5 * way[0], part.q[1] - 0.5 * way[1], part.q[2] - 0.5 * way[2])
+        # The path in axes that move with the middle of the cell.
+        shift = minus(column(work.end, 0), column(work.begin, 0))
+        p = (part.p[0] + 0.5 * shift[0], part.p[1] + 0.5 * shift[1], part.p[2] + 0.5 * shift[2])
+        q = (part.q[0] - 0.5 * shift[0], part.q[1] - 0.5 * shift[1], part.q[2] - 0.5 * shift[2])
         length, d = direction(p, q)
         path, span = LeafPath(p, d, slack, 0.0, NONE), (-spare, length + spare)
         verdict, ds, dt = judge_cell(mid, work.bound, size, path, span, False)
@@ -277,14 +287,13 @@ def _cross_leaf(surface, leaf, segment, crossings, work):
         if verdict == SOLVE:
             x = min(max(-dot(minus(p, column(mid, 0)), d), 0.0), length)
             start = (place[0] + ds, place[1] + dt, x / length)
-            held = held_cell(rect, size, path, NONE, mid)
-            state, s, t, tau, speed = _meet(surface, e, held, start, part, work)
+            limits = held_cell(rect, size, path, NONE, mid)
+            state, s, t, tau, speed = _meet(surface, e, limits, start, part, work)
             if state == ON:
-                # In shares of the whole segment.
-                x = cell[4] + long * tau
-                over = long * min(slack / abs(speed), spare / length)
+                x = cell[4] + duration * tau  # share of the whole segment
+                over = duration * min(slack / abs(speed), spare / length)
                 if -over <= x <= 1.0 + over:
-                    width = _of_face(surface, e, (s, t), d, slack, mid)
+                    width = _face_edge_width(surface, e, (s, t), d, slack, mid)
                     if width != BESIDE:
                         _keep(crossings, e, (s, t), x, speed, over, width)
             if state != ENDLESS:
@@ -292,24 +301,24 @@ def _cross_leaf(surface, leaf, segment, crossings, work):
             verdict = HALVE if max(size[0], size[1]) > TINY else POINT
             _shapes_at(surface, e, place, part.shares, work)
         if verdict == POINT:
-            x, ds, dt, slope = _touch(surface, e, rect, part, (path, length), work)
+            x, ds, dt, slope = _touch(surface, e, rect, part, path, length, work)
             if slope != 0.0:
                 s, t = place[0] + ds, place[1] + dt
                 _shapes_at(surface, e, (s, t), part.shares, work)
-                width = _of_face(surface, e, (s, t), d, slack, mid)
+                width = _face_edge_width(surface, e, (s, t), d, slack, mid)
                 if width != BESIDE:
-                    x = cell[4] + long * x / length
-                    _keep(crossings, e, (s, t), x, slope, long * slack / length, width)
+                    x = cell[4] + duration * x / length
+                    _keep(crossings, e, (s, t), x, slope, duration * slack / length, width)
             continue
         if counts[0] > MAX_CELLS or top > DEPTH - 3:
             counts[1] = 1
             continue
-        less = shrunk_cell(mid, work.bound, rect, path, span)
-        if less[0] >= less[1] or less[2] >= less[3]:
+        rect = shrunk_cell(mid, work.bound, rect, path, span)
+        if rect[0] >= rect[1] or rect[2] >= rect[3]:
             continue
-        left = (less[1] - less[0]) * (less[3] - less[2])
-        if left < 0.5 * (cell[1] - cell[0]) * (cell[3] - cell[2]):
-            put(stack, top, (less[0], less[1], less[2], less[3], cell[4], cell[5]))
+        area = (rect[1] - rect[0]) * (rect[3] - rect[2])
+        if area < 0.5 * (cell[1] - cell[0]) * (cell[3] - cell[2]):
+            put(stack, top, (rect[0], rect[1], rect[2], rect[3], cell[4], cell[5]))
             top += 1
         else:
             top = _halve(stack, top, cell, mid, in_time)
@@ -317,7 +326,7 @@ def _cross_leaf(surface, leaf, segment, crossings, work):
 
 @inner(linked=False)
 def _search(surface, segment, crossings, queue, work):
-    """First crossings of a `MovingSegment`: entries in crossings[0], where it leaves in
+    """Find the first crossings of a `MovingSegment`: the entry in crossings[0], the exit in
     crossings[1]."""
     tables = surface.now
     tree, leaves, elements = tables.tree, tables.leaves, tables.elements
@@ -341,24 +350,24 @@ def _search(surface, segment, crossings, queue, work):
             if e < 0 or is_passed(tables.plates[i], p, d, span, wide):
                 continue
             row = elements.table[e]
-            own = slack + row["noise"] + surface.before.table[e]["noise"]
-            here = MovingSegment(
-                minus(p, (row["origin"][0], row["origin"][1], row["origin"][2])),
-                minus(segment.q, (row["origin"][0], row["origin"][1], row["origin"][2])),
+            origin = (row["origin"][0], row["origin"][1], row["origin"][2])
+            local = MovingSegment(
+                minus(p, origin),
+                minus(segment.q, origin),
                 segment.shares,
-                own,
+                slack + row["noise"] + surface.before.table[e]["noise"],
                 spare,
             )
-            _cross_leaf(surface, leaves[i], here, crossings, work)
+            _cross_leaf(surface, leaves[i], local, crossings, work)
 
 
 @kernel(error_model="numpy")
 def last_moving_crossings(surface, p0, p1, between, out, verdict, start, stop):
-    """Crossing nearest the end of each segment p0[i] → p1[i] into row i of `out`.
+    """Write the crossing nearest the end of each segment p0[i] → p1[i] into row i of `out`.
 
-    `surface` is a `MovingSurface`; the segments are gone between the shares `between` (n, 2) of its
-    way from one shape to the other. Points and normals of `out` are of the last shape. `verdict` is
-    as of `hit_nb.last_crossings`.
+    `p0` and `p1` are (n, 3); `between` (n, 2) are the shares of the surface's motion at the
+    beginning and end of each segment. Points and normals of `out` (a `Hit`) belong to the last
+    shape. `verdict` (n, 2) is written as by `hit_nb.last_crossings`.
     """
     elements = surface.now.elements
     crossings = np.empty((2, 6))
@@ -369,7 +378,7 @@ def last_moving_crossings(surface, p0, p1, between, out, verdict, start, stop):
     work = MovingWork(tables[0], tables[1], tables[2], bounds[0], bounds[1], stack, counts)
     size = surface.now.scale[0]
     for i in range(start, stop):
-        # Backwards: what is entered going back is left going on.
+        # Searched backwards in time: an entry there is an exit in fact.
         p = (p1[i, 0], p1[i, 1], p1[i, 2])
         q = (p0[i, 0], p0[i, 1], p0[i, 2])
         verdict[i] = 0.0
