@@ -273,7 +273,7 @@ def test_a_belt_has_devices_of_its_own() -> None:
         ("length = 100.0 }", 'length = 100.0, release = { trigger = "hut" } }',
          "belt[0].start.release.trigger: no sensor of this name"),
         ("[[slip_ring]]", f"{OTHER}\n[[slip_ring]]", "another spring has this name"),
-        ('["sled", "ground"]', '["free", "ground"]', "anchors[0]: webbing that ends at nothing"),
+        ('["sled", "ground"]', '["free", "ground"]', "anchors[0]: webbing needs a support"),
         ("start = { length = 100.0 }", "start = { lenght = 100.0 }", "did you mean"),
         ("start = { length = 100.0 }", "retractor = { lock = { rate = 1.0 } }",
          "belt[0].retractor: unknown key"),

@@ -129,7 +129,7 @@ def test_mixtures_of_the_case_have_heat_capacities_and_vents_a_place(file: Path)
         ("leak = 1e-5", 'gas = "helium"', "must be a gas"),
         ("leak = 1e-5", "leaks = 1e-5", "unknown key"),
         ("opens_at = 0.002", 'to = "other"', "leads to no other chamber"),
-        ('name = "airbag"', 'name = "ambient"', "what vents call the surroundings"),
+        ('name = "airbag"', 'name = "ambient"', "stands for the surroundings"),
         ("[[0, 0.1]", "[[0, nan]", r"inflator\[0\].mass_rate\[0\]\[1\]: must be finite"),
         ("[[0, 0.1]", "[[2, 0.1]", r"inflator\[0\].mass_rate: the times go back or repeat"),
         ("[[0, 0.1]", "[[0, -0.1]", r"inflator\[0\].mass_rate: must not be below zero"),

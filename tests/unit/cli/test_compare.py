@@ -40,7 +40,7 @@ def test_criteria_have_their_units(command: Command, case: Path, tmp_path: Path)
     summary = json.loads(file.read_text(encoding="utf-8")) | {"sensors": sensors}
     file.write_text(json.dumps(summary), encoding="utf-8")
     _, out, _ = command("compare", tmp_path / "a", tmp_path / "a")
-    assert "cg: 3ms [g] 19.5 → 19.5" in out.splitlines()
+    assert "cg: 3ms [g]: 19.5 → 19.5" in out.splitlines()
 
 
 @pytest.mark.parametrize("name", ["nowhere", "empty"])
