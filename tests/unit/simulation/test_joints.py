@@ -291,7 +291,7 @@ def test_check_tells_of_what_joints_move_and_of_rows_that_follow_from_others() -
     found = swinging(joints=joints, **given).check()
     texts = [str(one) for one in found if one.rule in ("joint", "redundant")]
     assert len(texts) == 3
-    assert "moves 2 free bodies from where they are placed" in texts[0]
+    assert "moves 2 free bodies from the places given" in texts[0]
     assert "do not allow the velocities and spins" in texts[1]
     assert "joints one, two: 3 of their constraints follow from the others" in texts[2]
     at_rest = [one for one in swinging(**given, joints=joints[1:2]).check() if one.rule == "joint"]

@@ -28,10 +28,11 @@ def check_joints(scene: Scene) -> Iterator[Finding]:
     worst = int(np.argmax(displacement))
     if displacement[worst] > OPEN:
         count = int((displacement > OPEN).sum())
+        moved = "1 free body" if count == 1 else f"{count} free bodies"
         yield Finding(
             "joint",
             f"body {bodies[worst]}",
-            f"closing the joints moves {count} free bodies from where they are placed; this one "
+            f"closing the joints moves {moved} from the places given; this one "
             f"is moved by {said(float(fit.moved[worst]))} and turned by "
             f"{np.degrees(fit.turned[worst]):.3g}°",
             "Place them so that the points and axes of their joints meet, if that was not intended",
