@@ -11,6 +11,7 @@ from contiga.case.build import build
 from contiga.io.out.files import atomic_write
 from contiga.io.units import with_unit
 from contiga.records import FloatArray, IntArray
+from contiga.rendering.shading import sharp_mesh
 from contiga.report.space import dots, mesh_trace, space_axis, xyz
 from contiga.report.style import BODY, INK
 from contiga.report.view import View
@@ -266,7 +267,8 @@ def map_figure(colour_map: ColourMap, rows: dict[int, int]) -> dict[str, Any]:
     Beside `data` and `layout` it has `back`: how much farther away a narrow page sees it from.
     """
     mesh = mesh_trace(colour_map.vertices, colour_map.triangles, colour_map.body, BODY, 1.0)
-    tints = np.round(255.0 * colour_map.colours).astype(int)
+    rows_of_mesh = sharp_mesh(colour_map.vertices, colour_map.triangles).rows
+    tints = np.round(255.0 * colour_map.colours[rows_of_mesh]).astype(int)
     mesh |= {
         "vertexcolor": [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in tints.tolist()],
         "hoverinfo": "skip",
