@@ -21,7 +21,7 @@ from contiga.matter.iga import Shell, assemble_shell
 SIDE, ROUNDS = 100, 5
 YOUNG, POISSON, THICKNESS = 3.0, 0.3, 0.1
 SAME = 1e-11
-"""Of the largest force, by which those of Kratos may differ."""
+"""Share of the largest force by which those of Kratos may differ."""
 MATERIALS = {
     "elastic": cg.materials.Elastic(young=YOUNG, poisson=POISSON),
     "neo-Hooke, three layers": cg.materials.NeoHooke(young=YOUNG, poisson=POISSON),

@@ -169,7 +169,7 @@ def planar(
 
 
 def end_of(rod: Rod, q: FloatArray, point: Sequence[float]) -> FloatArray:
-    """Where a point of a rod is that was `point`, for (x, z, θ): θ about −y, from x to z."""
+    """Return where the point of a rod is that was at `point`, for (x, z, θ); θ turns x to z."""
     x, z = np.subtract(point, rod.centre)
     c, s = np.cos(q[2]), np.sin(q[2])
     return np.array([q[0] + c * x - s * z, q[1] + s * x + c * z])
@@ -347,7 +347,7 @@ def test_the_reaction_of_a_pendulum_is_that_of_its_closed_form() -> None:
 
 
 def test_energy_of_a_chain_stays_a_hundred_times_better_than_in_mujoco() -> None:
-    """The same chain of 20, the same step, MuJoCo as it comes: its Euler integrator."""
+    """MuJoCo runs the same chain of 20 with the same step and its default integrator (Euler)."""
     mujoco = pytest.importorskip("mujoco")
     step, end = 1e-3, 0.5
     simulation = chain_of(straight_chain(20), step, end)

@@ -39,7 +39,7 @@ class Even(NamedTuple):
     """Mean square of the penetrations about their mean, over that, the root of it."""
     force: float
     moment: float
-    """What is left of all forces of the contacts on both, over the sum of their sizes."""
+    """Return the sum of all forces of the contacts on both, over the sum of their sizes."""
 
 
 def side(radius: float, elements: int, *, inward: bool) -> Side:

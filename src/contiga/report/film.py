@@ -60,7 +60,7 @@ class _Film(NamedTuple):
     field: str
     """Field that colours the slave, by its name in `fields_of`."""
     colours: ColouredField
-    """That field at the peak, whose greatest value ends the colour scale of all frames."""
+    """The field at the peak; its greatest value ends the colour scale of all frames."""
     coloured: bool
     """Whether anything is coloured at the peak."""
 

@@ -233,7 +233,7 @@ def _springs(run: Run, peak_time: float | None) -> str:
 
 
 def _joints(run: Run) -> str:
-    """What joints carry, and how far they go."""
+    """Return the table of joints: largest reactions, and the range of each coordinate."""
     table = joint_table(run)
     return f'<h2>Joints</h2><div class="wide">{table}</div>' if table else ""
 

@@ -144,7 +144,7 @@ class SystemState(Displayed):
     slip_rings: dict[str, SlipRingState] = field(default_factory=dict)
     """By name."""
     joints: JointStates | None = None
-    """Of all joints; None where there are none."""
+    """The states of all joints; None where there are none."""
     triggers: dict[str, TriggerState] = field(default_factory=dict)
     """By the name of their sensor."""
     peak_energy: float = 0.0

@@ -22,7 +22,7 @@ PASSED_OVER = ("vertex", "line")
 
 
 class Exchanged(TriangleArrays):
-    """What `TriMesh` has for meshio, trimesh and pyvista."""
+    """Methods of `TriMesh` that exchange meshes with meshio, trimesh and pyvista."""
 
     @classmethod
     def from_meshio(cls, mesh: meshio.Mesh, *, name: str = "mesh", **options: Any) -> Self:

@@ -340,8 +340,8 @@ def _improve_by_form(tables, e, point, limits, nearest, h):
 
 @inner()
 def _improve_by_item(tables, k, point, limits, nearest, stack, h):
-    """As `search_leaf`, for item k of a body: an element that has a form, or a leaf of a surface
-    or of a trimming curve."""
+    """Search item k of a body as `search_leaf` does: an element that has a form, or a leaf of a
+    surface or of a trimming curve."""
     items = tables.items
     leaf = items.leaves[k]
     e = leaf["element"]
