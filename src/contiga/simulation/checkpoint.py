@@ -1,4 +1,4 @@
-"""Where a run stands, in one HDF5 file: enough to go on with the same bits."""
+"""Write and read where a run stands, in one HDF5 file, so that it goes on with the same bits."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _NUMBERS = ("step", "peak_energy", "shaking", "leak", "place_error", "speed_erro
 
 
 class Onward(NamedTuple):
-    """What is other where a run goes on for longer than it was to: it does not stand at its end."""
+    """What differs where a run goes on beyond its end: its last step is no end then."""
 
     written: int
     """Steps in the fields file: the last is written for being the last."""
@@ -106,7 +106,7 @@ def _write_peak(group: Any, peak: Peak) -> None:
 
 
 def _write_state(file: Any, state: SystemState) -> None:
-    """A group for each body, slave, contact, spring, gas, slip ring and trigger, in order."""
+    """Write a group for each body, slave, contact, spring, gas, slip ring and trigger, in order."""
     file.attrs["time"] = state.time
     for kind in ("bodies", "slaves", "contacts", "springs", "gas", "slip_rings", "triggers"):
         file.create_group(kind, track_order=True)

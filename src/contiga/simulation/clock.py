@@ -1,4 +1,4 @@
-"""Where the time of a run goes: seconds by stage."""
+"""Measure where the time of a run goes: seconds by stage."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from time import perf_counter
 
 
 class Stage:
-    """What is timed; a step times ten, and a generator takes twice as long for each."""
+    """A context that times one stage of a run.
+
+    A step times ten of them, and a generator takes twice as long for each.
+    """
 
     __slots__ = ("_name", "_seconds", "_start")
 

@@ -1,4 +1,4 @@
-"""The critical step: how long a step may be before vibrations grow.
+"""Find the critical step: the longest one at which vibrations do not grow.
 
 A leapfrog with damping that is foreseen by half a step is stable for a vibration ω with the decay
 rate γ = c/m while ω² h²/4 + γ h ≤ 1 (the step matrix has the eigenvalue −1 at the end of that).
@@ -43,7 +43,7 @@ FASTER = 4.0
 
 
 class Rates(NamedTuple):
-    """How fast things happen."""
+    """The square of the highest frequency and the fastest decay of a vibration."""
 
     square: float = 0.0
     """ω², 1/time²."""
@@ -54,7 +54,7 @@ class Rates(NamedTuple):
         return Rates(self.square + other.square, self.decay + other.decay)
 
     def most(self, other: Rates) -> Rates:
-        """The faster of both, each."""
+        """Return the higher frequency and the faster decay of both."""
         return Rates(max(self.square, other.square), max(self.decay, other.decay))
 
     @property
@@ -65,7 +65,7 @@ class Rates(NamedTuple):
 
 
 class Limit(NamedTuple):
-    """What limits the step."""
+    """The critical step, and what has it."""
 
     critical: float
     """Length of the critical step."""
@@ -146,7 +146,7 @@ def find_limit(model: Model, state: SystemState, of: Of = "all") -> Limit:
 
 
 def _couplings(model: Model, state: SystemState, of: Of) -> list[tuple[str, list[_End]]]:
-    """Each contact and spring, with what it does to the free bodies at its two ends."""
+    """Return each contact and spring with its rates on the free bodies and slaves at its ends."""
     system = model.mechanism
     couplings: list[tuple[str, list[_End]]] = []
     for part in model.contacts:
@@ -199,8 +199,11 @@ def _couplings(model: Model, state: SystemState, of: Of) -> list[tuple[str, list
 def _add_joint_laws(
     couplings: list[tuple[str, list[_End]]], model: Model, state: SystemState
 ) -> None:
-    """Add the laws of joints. The constraints themselves raise no highest frequency: that of a
-    constrained system is at most that of the free one (Rayleigh)."""
+    """Add the laws of joints.
+
+    Constraints raise no highest frequency: that of a constrained system is at most that of the free
+    one (Rayleigh).
+    """
     if state.joints is None:
         return
     system, linkage = model.mechanism, model.linkage
@@ -223,9 +226,11 @@ def _add_joint_laws(
 
 
 def _mobility(row: FloatArray, fixed: FloatArray, point: FloatArray, way: FloatArray) -> float:
-    """Return JᵀM⁻¹J of a force and moment `way` (6,) at a point (3,) of a free body with lanes
-    `row` (19,) and `fixed` (22,): the acceleration along `way` by a unit of it. Held rotations
-    are ignored, which can only make it too large."""
+    """Return the acceleration along `way` (6,), a force and a moment at a point, by a unit of it.
+
+    It is JᵀM⁻¹J at a point (3,) of a free body with lanes `row` (19,) and `fixed` (22,). Held
+    rotations are ignored, which can only make it too large.
+    """
     moment = way[3:] + cross(point - row[CENTRE : CENTRE + 3], way[:3])
     turn = quaternion.to_matrix(row[TURN : TURN + 4])
     principal = product(fixed[AXES : AXES + 9].reshape(3, 3).T, product(turn.T, moment))
@@ -317,8 +322,10 @@ def _add_contact(
 def _sums_at_control_points(
     part: ContactPart, state: State, rows: IndexArray, values: FloatArray
 ) -> FloatArray:
-    """(m,) Σ k N_i of values k at points `rows` with their feet: row sums of Nᵀ k N, as Σ N_i is
-    one."""
+    """Return Σ k N_i (m,) of values k at points `rows` by their feet.
+
+    These are the row sums of Nᵀ k N, as Σ N_i is one.
+    """
     body = part.contact.master.faces
     assert body is not None
     feet, along = SurfacePlaces(state.patch[rows], state.uv[rows]), np.zeros((len(rows), 3))
@@ -363,7 +370,7 @@ def check_stable(model: Model, state: SystemState) -> None:
 
 
 def remedy(model: Model, state: SystemState, slave: str) -> str:
-    """Advice about a slave that is unstable."""
+    """Return advice about a slave that is unstable."""
     critical = limit_of(model, state).critical
     if state.step > critical:
         return f'Take steps below {0.9 * critical:.3g}, or step = "auto"'

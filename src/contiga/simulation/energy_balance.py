@@ -1,4 +1,4 @@
-"""The energy balance of a run: how large its error is, and the likely cause of it."""
+"""Judge the energy balance of a run: how large its error is, and its likely cause."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ LARGE = 0.01
 
 
 def energy_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, float]:
-    """The largest energy of a system that forces move, and the error of its balance; else empty.
+    """Return the largest energy of a system that forces move, and the error of its balance.
+
+    Empty where nothing is moved by forces.
 
     Keys: `most` kinetic, stored and lost together, `error` at the end, `worst` the largest
     departure at any step, and `relative`, that over `most`.
@@ -25,7 +27,7 @@ def energy_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, fl
 
 
 def balance_of(history: dict[str, FloatArray]) -> dict[str, float]:
-    """`energy_summary` of any history with the energies of a system."""
+    """Return `energy_summary` for any history that has the energies of a system."""
     total = history["energy.total"]
     losses = ("friction", "damping", "hysteresis", "viscosity")
     lost = sum(history[f"energy.{name}"] for name in losses if f"energy.{name}" in history)
@@ -41,7 +43,7 @@ def balance_of(history: dict[str, FloatArray]) -> dict[str, float]:
 
 
 def energy_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
-    """Names the likely cause of an energy balance error, if it is large."""
+    """Return messages about the likely cause of an energy balance error, if it is large."""
     balance = energy_summary(model, history)
     if not balance or balance["relative"] <= LARGE:
         return []
@@ -54,20 +56,20 @@ def energy_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
 
 
 def _shorter(model: Model) -> str:
-    """What to do for shorter steps."""
+    """Return advice on how to get shorter steps."""
     if isinstance(model.stepping, AutoSteps):
         return 'give shorter ones, as time.largest or a number in place of "auto"'
     return 'take a smaller step, or step = "auto"'
 
 
 def worst_step(history: dict[str, FloatArray]) -> int:
-    """The row in which the energy balance error changes most."""
+    """Return the row in which the energy balance error changes most."""
     error = history["energy.error"]
     return int(np.argmax(np.abs(np.diff(error, prepend=error[0]))))
 
 
 def energy_text(balance: dict[str, float], time: float, cause: str) -> str:
-    """The message: how large the error is, when most of it arose, and the likely cause."""
+    """Return the message: how large the error is, when most of it arose, and its likely cause."""
     return (
         f"energy balance: the error reaches {100.0 * balance['relative']:.3g} % of the largest "
         f"energy of {balance['most']:.4g}, most of it at t = {time:g}; {cause}"
@@ -75,7 +77,7 @@ def energy_text(balance: dict[str, float], time: float, cause: str) -> str:
 
 
 def _blamed(model: Model, history: dict[str, FloatArray], at: int) -> str:
-    """The contact that is the likely cause, with what about it; empty where none is."""
+    """Return the contact that is the likely cause, and what about it; empty where none is."""
     prefixes = column_prefixes(model)
     for part in model.contacts:
         if part.contact.weights == "area":
@@ -105,7 +107,7 @@ def _blamed(model: Model, history: dict[str, FloatArray], at: int) -> str:
 
 
 def _no_gradient(model: Model, name: str) -> str:
-    """Why the forces of a contact keep no energy at any step; empty where they do."""
+    """Return why the forces of a contact conserve no energy at any step; empty where they do."""
     part = next(part for part in model.contacts if part.name == name)
     facts, law = part.contact.master.facts(), part.contact.law
     if facts.get("normals") == "vertex":

@@ -1,4 +1,4 @@
-"""Fields of a simulation for ParaView: all bodies and slaves stacked in one data set.
+"""Write fields of a run for ParaView, with all bodies and slaves in one data set.
 
 Beside it stand the outlines of the regions of contact, where an area method tells them.
 """
@@ -82,7 +82,7 @@ class Fields:
 
     @property
     def n_bytes(self) -> int:
-        """Of a step at most, before it is packed."""
+        """Bytes of a step at most, before compression."""
         columns = sum(6 if field in TENSORS else 1 for field in self._of_elements)
         of_cells = self._writer.n_cells if self._cells else 0
         return (_BYTES_A_POINT + 8 * columns) * len(self._part) + 8 * columns * of_cells
@@ -168,7 +168,7 @@ class Fields:
         self._writer.append(state.time, points, data, stacked)
 
     def flush(self) -> None:
-        """Bring what was appended to the disk."""
+        """Write to the disk what was appended."""
         self._writer.flush()
 
     def close(self) -> None:
@@ -190,7 +190,7 @@ class DrawnShape:
         self._feet, self._rest = SurfacePlaces(feet.patch, feet.uv), feet.point
 
     def at(self, points: FloatArray) -> FloatArray:
-        """(n, 3) body axes, of control points (m, 3)."""
+        """Return vertices (n, 3), body axes, for control points (m, 3)."""
         rest = net_of(self._body).points
         change = NetMotion(self._body, rest, points - rest)
         return self._rest + change.carry(self._feet, self._rest)
@@ -221,5 +221,5 @@ def _drawn(name: str, body: Master, size: float | None) -> TriMesh:
 
 
 def has_outlines(model: Model) -> bool:
-    """Whether any contact tells where its regions end."""
+    """Return whether any contact measures where its regions end."""
     return any(part.contact.has_outlines for part in model.contacts)

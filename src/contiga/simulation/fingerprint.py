@@ -1,4 +1,4 @@
-"""What tells a simulation from another: a digest of all that decides its results.
+"""Identify a simulation by a digest of all that decides its results.
 
 A checkpoint carries it, so that a run never goes on from the steps of another case. File names
 are taken relative to the folder of the case: a folder that was moved is still the same case.
@@ -30,7 +30,7 @@ _TOLD = re.compile(
 
 
 class Identity(NamedTuple):
-    """What tells a simulation from another."""
+    """The digest of a simulation, and what could not be read for it."""
 
     fingerprint: str
     unknown: tuple[str, ...]
@@ -38,12 +38,12 @@ class Identity(NamedTuple):
 
 
 def fingerprint_of(model: Model, end: float | None = None) -> str:
-    """See `identity_of`."""
+    """Return the digest of `identity_of`."""
     return identity_of(model, end).fingerprint
 
 
 def identity_of(model: Model, end: float | None = None) -> Identity:
-    """Of case, times, geometry, slaves, motions, contacts and what is written.
+    """Return the digest of case, times, geometry, slaves, motions, contacts and output.
 
     `end` is taken for that of the run: a case that goes on for longer is the same until then.
     """
@@ -95,15 +95,15 @@ def identity_of(model: Model, end: float | None = None) -> Identity:
 
 
 class _Digest(Things):
-    """Adds things one after the other, each with what tells it from its neighbours."""
+    """A digest that keeps neighbours apart: each item is added with its type and shape."""
 
     def slave(self, slave: Slave) -> None:
-        """All that a contact uses of a slave."""
+        """Add all that a contact uses of a slave."""
         nodal = slave.area, slave.thickness, slave.mass
         self.arrays("slave", slave.points, slave.facets, slave.quads, slave.active, *nodal)
 
     def contact(self, contact: Contact) -> None:
-        """Options, law and area of a contact."""
+        """Add the options, the law and the area method of a contact."""
         options = contact.search, contact.contact_type, contact.on_edge, contact.through
         self.text(
             repr((*options, contact.foot, contact.depth, contact.weights, contact.quadrature))

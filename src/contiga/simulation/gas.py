@@ -1,4 +1,4 @@
-"""Gas of a simulation: the volumes of its chambers, how it pushes nodes, what the history says."""
+"""Couple gas to slaves: volumes of chambers, forces on nodes, and columns of the history."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ Covered = Callable[[str], FloatArray]
 
 
 class ChamberState(NamedTuple):
-    """A chamber at one time."""
+    """The state of a chamber at one time."""
 
     gas: GasState
     force: FloatArray
@@ -44,7 +44,7 @@ class ChamberState(NamedTuple):
 
 
 class Closed(NamedTuple):
-    """The space that facets close, with nodes at one place."""
+    """The volume that facets enclose, and its derivatives by the nodes."""
 
     volume: float
     gradient: FloatArray
@@ -85,7 +85,7 @@ class Skin:
         return SkinTables(nodes_in_lanes(every), NodeSums(starts, facets))
 
     def closed(self, points: FloatArray) -> Closed:
-        """Measure what the facets close with the slave's nodes at points (n, 3)."""
+        """Measure the volume that the facets enclose, with the slave's nodes at points (n, 3)."""
         corners, (starts, rows) = self._tables
         blocks, count = len(corners), len(self.rows)
         facets, areas = np.empty((blocks * LANES, AT_NODES)), np.empty((blocks, LANES))
@@ -99,7 +99,7 @@ class Skin:
         return Closed(volume, gradient, stiffness, areas.reshape(-1)[: len(self.corners)])
 
     def exposed(self, areas: FloatArray, covered: FloatArray) -> Exposed:
-        """Return what is open of facets of areas (f,), of which shares (f,) are covered."""
+        """Return the open part of facets with areas (f,), of which shares (f,) are covered."""
         free = areas * (1.0 - covered)
         shares = [
             1.0 if on is None else float(free[on].sum() / areas[on].sum()) for on in self.vents
@@ -135,12 +135,12 @@ class GasSystem:
 
     @cached_property
     def physics(self) -> Chambers:
-        """What flows between them."""
+        """The gas model: what flows between the chambers."""
         return Chambers(list(self.chambers.values()))
 
     @cached_property
     def of_slave(self) -> Mapping[str, list[str]]:
-        """Chambers in the facets of each slave."""
+        """The chambers in the facets of each slave."""
         names: dict[str, list[str]] = {}
         for name, chamber in self.chambers.items():
             names.setdefault(chamber.slave, []).append(name)
@@ -163,7 +163,7 @@ class GasSystem:
         dt: float,
         fired: Mapping[str, float],
     ) -> dict[str, ChamberState]:
-        """All chambers where their nodes are now, after the `last` states; None at the start.
+        """Return all chambers where their nodes are now, after the `last` states.
 
         `fired` are the times at which triggers fire, by their sensors.
         """
@@ -196,7 +196,7 @@ class GasSystem:
         return states
 
     def taken_up(self, rested: Mapping[str, ChamberState]) -> dict[str, ChamberState]:
-        """The chambers at the start of a run that begins from where they rest."""
+        """Return the chambers at the start of a run that begins from a state at rest."""
         states = {}
         for name, (gas, force) in rested.items():
             chamber = self.chambers[name]
@@ -206,14 +206,14 @@ class GasSystem:
         return states
 
     def came(self, last: Mapping[str, ChamberState], now: Mapping[str, ChamberState]) -> float:
-        """Enthalpy that has come in within a step, less what went out."""
+        """Return the enthalpy that has come in within a step, less what went out."""
         return sum(
             (now[name].gas.came - last[name].gas.came) - (now[name].gas.left - last[name].gas.left)
             for name in self.names
         )
 
     def columns(self, states: Mapping[str, ChamberState]) -> dict[str, float]:
-        """What a row of the history says of all chambers: ``<gas>.pressure`` and so on."""
+        """Return the history columns of all chambers by name: ``<gas>.pressure`` and so on."""
         columns: dict[str, float] = {}
         for name, (gas, _) in states.items():
             values = (
@@ -308,7 +308,7 @@ def _check_closed(where: str, slave: str, corners: IntArray, points: FloatArray)
 
 
 def covered_by(contacts: Iterable[tuple[Contact, State]], slave: Slave) -> FloatArray:
-    """(f,) share of each facet of a slave that its contacts touch, by the points that push."""
+    """Return the share (f,) of each facet of a slave that its contacts cover."""
     assert slave.facets is not None
     shares = np.zeros(len(slave.facets))
     for contact, state in contacts:

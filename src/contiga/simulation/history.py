@@ -1,4 +1,4 @@
-"""The history of a run: one row a step, a column for each thing told."""
+"""Make the history of a run: one row a step, one column a quantity."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ OF_BODIES = (
 def history_row(
     model: Model, stepped: Stepped, last: SystemState | None, *, measured: bool
 ) -> dict[str, float]:
-    """One row of the history; columns carry the contact's name where there are several.
+    """Return one row of the history; columns carry the contact's name where there are several.
 
     `last` is the state before the step, None at the start. Contact areas are measured where
     `measured` is said; else they are NaN.
@@ -99,7 +99,7 @@ def history_row(
 
 
 def measured_columns(model: Model, state: SystemState) -> dict[str, float]:
-    """What a row of `history_row` lacks that was not measured."""
+    """Return the columns that a row of `history_row` lacks, as it was not measured."""
     return {
         prefix + name: value
         for contact, prefix in column_prefixes(model).items()
@@ -108,7 +108,7 @@ def measured_columns(model: Model, state: SystemState) -> dict[str, float]:
 
 
 def unmeasured_names(model: Model) -> list[str]:
-    """Columns that are NaN in a row that was not measured."""
+    """Return the columns that are NaN in a row that was not measured."""
     prefixes = column_prefixes(model)
     return [
         prefixes[part.name] + name
@@ -119,24 +119,24 @@ def unmeasured_names(model: Model) -> list[str]:
 
 
 def total_force(model: Model, row: dict[str, float]) -> float:
-    """Sum of the magnitudes of all contacts' forces in a row."""
+    """Return the sum of the magnitudes of all contacts' forces in a row."""
     return sum(row[prefix + "force"] for prefix in column_prefixes(model).values())
 
 
 def energy_columns(energy: Energy) -> dict[str, float]:
-    """Energies of a whole system."""
+    """Return the energies of a whole system."""
     return {f"energy.{name}": getattr(energy, name) for name in _OF_SYSTEM}
 
 
 def element_columns(energy: Energy) -> dict[str, float]:
-    """What elements alone have."""
+    """Return the energies that only elements have."""
     return {"energy.hourglass": energy.hourglass, "energy.viscosity": energy.viscosity}
 
 
 def contact_columns(
     state: State, last: State | None, wall: float, *, measured: bool
 ) -> dict[str, float]:
-    """What the history says of one contact.
+    """Return the columns of one contact.
 
     `last` is its state before the step, None at the start; `wall` are the seconds the step took;
     contact areas are NaN where not `measured`.
@@ -171,7 +171,7 @@ def contact_columns(
 
 
 def tunnelled(last: State, now: State) -> int:
-    """Number of points that a step released by another wall than the one that held them.
+    """Return how many points a step released through another wall than the one that held them.
 
     A point that leaves by its own wall comes out in front of it; these are behind it by more than
     half of their depth.
@@ -185,6 +185,6 @@ def tunnelled(last: State, now: State) -> int:
 
 
 def _measured(state: State) -> dict[str, float]:
-    """What is measured only where it is asked for, in the order of `_MEASURED`."""
+    """Return what is measured only on request, in the order of `_MEASURED`."""
     values = state.total_area, state.n_clusters, state.mean_pressure
     return dict(zip(_MEASURED, values, strict=True))

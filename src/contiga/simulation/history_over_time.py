@@ -1,4 +1,4 @@
-"""What a history is asked for, of a run that has ended here or was read from its folder."""
+"""Offer what a history is asked for, whether its run has ended here or was read from a folder."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class HistoryOverTime(Displayed):
     summary: dict[str, Any]
 
     def to_pandas(self) -> DataFrame:
-        """The history as a pandas DataFrame by time; `attrs["units"]` has the units of its columns.
+        """Return the history as a pandas DataFrame by time; `attrs["units"]` has its units.
 
         Raises
         ------
@@ -43,7 +43,7 @@ class HistoryOverTime(Displayed):
         columns: Sequence[str] | None = None,
         path: str | Path | None = None,
     ) -> Figure:
-        """A figure over time: contact forces, penetration, energies, speeds and accelerations.
+        """Draw contact forces, penetration, energies, speeds and accelerations over time.
 
         Drawn with matplotlib, without a window; a notebook shows what is returned.
 
@@ -86,7 +86,7 @@ class HistoryOverTime(Displayed):
 
 
 def table_of(purpose: str, history: Mapping[str, FloatArray]) -> DataFrame:
-    """A history as a table of pandas, by time; `purpose` is what the message begins with.
+    """Return a history as a pandas table by time; `purpose` begins the message about pandas.
 
     Raises
     ------

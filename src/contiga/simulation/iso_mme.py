@@ -1,4 +1,4 @@
-"""What sensors and springs of a run have measured, as channels of ISO/TS 13499 (ISO-MME)."""
+"""Turn what sensors and springs have measured into channels of ISO/TS 13499 (ISO-MME)."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _UNFILTERED = "0"
 
 
 class _Kind(NamedTuple):
-    """What a column holds."""
+    """The quantity that a column holds."""
 
     dimension: str
     """Physical dimension in a code."""
@@ -49,7 +49,7 @@ _RESULTANTS = ("a", "v", "f", "filtered_a")
 
 
 def channels_of(history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -> list[MmeChannel]:
-    """The channels of all sensors and springs, in SI units, at even times.
+    """Return the channels of all sensors and springs, in SI units, at even times.
 
     Steps that differ are brought to the fine rate of CFC 1000, no finer than the shortest of them
     unless half of them are. Accelerations, forces and moments keep their integral, the rest goes
@@ -107,7 +107,7 @@ def channels_of(history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -
 
 
 def _columns(history: Mapping[str, FloatArray], name: str) -> Iterator[tuple[str, _Kind, str]]:
-    """Columns of an owner that channels can hold, with their kind and direction."""
+    """Return the columns of an owner that channels can hold, with their kind and direction."""
     for whole in history:
         owner, _, column = whole.rpartition(".")
         if owner != name:
@@ -119,7 +119,7 @@ def _columns(history: Mapping[str, FloatArray], name: str) -> Iterator[tuple[str
 
 
 def _codes(owners: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
-    """The first twelve characters of the codes: as given, else made of the name.
+    """Return the first twelve characters of the codes: as given, else made from the name.
 
     Names that begin alike are counted in the fine locations, the first of them first.
     """

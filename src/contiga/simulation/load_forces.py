@@ -1,4 +1,4 @@
-"""What loads do on bodies, and the velocities that they will give at the end of a step.
+"""Apply loads to bodies, and foresee the velocities that they cause by the end of a step.
 
 Loads are known beforehand, unlike the forces of what touches and pulls: dampers and friction, which
 are asked with foreseen velocities, see those that the loads of then give. They may come and go
@@ -23,20 +23,20 @@ from contiga.simulation.system_state import SystemState
 
 
 def point_of(pose: FloatArray, origin: FloatArray, at: FloatArray) -> FloatArray:
-    """Where a point of a body is that was `at` (3,) when its frame stood at `origin` (4, 4)."""
+    """Return where a point of a body is that was at `at` (3,) when its frame stood at `origin`."""
     own = turned(origin[:3, :3].T, at - origin[:3, 3])
     return turned(pose[:3, :3], own) + pose[:3, 3]
 
 
 def turned(R: FloatArray, v: FloatArray) -> FloatArray:
-    """A vector (3,) turned by a rotation (3, 3)."""
+    """Return a vector (3,) rotated by a matrix (3, 3)."""
     return np.asarray(R[:, 0] * v[0] + R[:, 1] * v[1] + R[:, 2] * v[2])
 
 
 def loaded(
     load: Load, pose: FloatArray, origin: FloatArray, time: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Force and moment of a load on a body, whose frame stood at `origin` first; world axes."""
+    """Return force and moment of a load on a body that first stood at `origin`; world axes."""
     force, moment = load.force_at(time), load.moment_at(time)
     if load.follow:
         R = product(pose[:3, :3], origin[:3, :3].T)
@@ -45,8 +45,10 @@ def loaded(
 
 
 def load_point(model: Model, load: Load, i: int, pose: FloatArray, rows: FloatArray) -> FloatArray:
-    """Where a load acts: a point of the body `i` at `pose`, or its centre of mass, by the `rows`
-    (b, 19) of free bodies."""
+    """Return the point where a load acts.
+
+    It is a point of body `i` at `pose`, or the centre of mass by the `rows` (b, 19) of free bodies.
+    """
     system = model.mechanism
     if load.at is not None:
         return point_of(pose, model.origins[i], load.at)
@@ -58,8 +60,10 @@ def load_point(model: Model, load: Load, i: int, pose: FloatArray, rows: FloatAr
 def add_loads(
     model: Model, poses: FloatArray, rows: FloatArray, time: float, total: FloatArray
 ) -> None:
-    """Add all loads to the wrenches (n, 6) on bodies at `poses` (n, 4, 4); `rows` (b, 19) are
-    those of free bodies."""
+    """Add all loads to the wrenches (n, 6) on bodies at `poses` (n, 4, 4).
+
+    `rows` (b, 19) are those of free bodies.
+    """
     for load in model.mechanism.loads:
         i = model.mechanism.root_of(load.body)
         force, moment = loaded(load, poses[i], model.origins[i], time)
@@ -70,8 +74,10 @@ def add_loads(
 
 
 def foresee_loads(model: Model, last: SystemState, free: Placed, time: float) -> None:
-    """Change the twists of bodies that have drifted to those that the loads at `time` will give,
-    with what else acted in `last`."""
+    """Change the twists of drifted bodies to those that the loads at `time` will cause.
+
+    `last` has what else acts.
+    """
     change = np.zeros((len(free.rows), 6))
     for load in model.mechanism.loads:
         i = model.mechanism.root_of(load.body)
@@ -91,7 +97,7 @@ def foresee_loads(model: Model, last: SystemState, free: Placed, time: float) ->
 def _about_centre(
     model: Model, load: Load, i: int, pose: FloatArray, rows: FloatArray, time: float
 ) -> FloatArray:
-    """(6,) force and moment about the centre of a free body."""
+    """Return force and moment (6,) about the centre of mass of a free body."""
     force, moment = loaded(load, pose, model.origins[i], time)
     k = model.mechanism.row[i]
     arm = load_point(model, load, i, pose, rows) - rows[k, CENTRE : CENTRE + 3]
@@ -101,7 +107,10 @@ def _about_centre(
 def work_of_loads(
     model: Model, last: SystemState, poses: FloatArray, rows: FloatArray, now: Instant
 ) -> float:
-    """Work of loads on free bodies in a step; on others what moves them takes it back."""
+    """Return the work of loads on free bodies in a step.
+
+    On other bodies, what moves them takes it back.
+    """
     system, work = model.mechanism, 0.0
     for load in system.loads:
         i = system.root_of(load.body)
@@ -122,8 +131,7 @@ def work_of_loads(
 def load_work_beyond_way(
     model: Model, last: SystemState, rows: FloatArray, poses: FloatArray, time: float
 ) -> float:
-    """What loads do on the centres of free bodies by their mean velocity in a step to `time`, more
-    than along the way.
+    """Return the work of loads by the mean velocity of centres in a step, less that along the way.
 
     The kinetic energy changes by just the mean force times the mean velocity. Along the way a force
     that sets in within the step does hardly any work yet: it comes with the next steps, as it ends.

@@ -1,4 +1,4 @@
-"""Who moves what: free bodies in rows, what is attached to which body, the nodes of slaves."""
+"""Sort out who moves what: free bodies, attached bodies and slaves, and nodes."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Sides(NamedTuple):
 
 
 class SpringEnd(NamedTuple):
-    """What an end of a spring is on; the ground where neither a body nor a slave is named."""
+    """An end of a spring, on a body, on a slave, or on the ground where neither is named."""
 
     body: int | None = None
     """Number of the body, in the end."""
@@ -79,7 +79,7 @@ class TiedEnd(NamedTuple):
 
 
 class RingSide(NamedTuple):
-    """A segment at a slip ring."""
+    """A segment of webbing at a slip ring."""
 
     spring: str
     end: int
@@ -88,7 +88,7 @@ class RingSide(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Mechanism:
-    """What forces move. Worked out once, from the parts of a simulation."""
+    """All that forces move, worked out once from the parts of a simulation."""
 
     index: Mapping[str, int]
     """Number of each body, in their order."""
@@ -120,32 +120,32 @@ class Mechanism:
 
     @cached_property
     def carried(self) -> Mapping[str, int]:
-        """Slaves that are attached: the body they are fixed to, by its number."""
+        """Bodies by number that carry attached slaves, by the slaves' names."""
         return {k: one.host for k, one in self.nodes.items() if one.host is not None}
 
     @cached_property
     def riding(self) -> tuple[str, ...]:
-        """Slaves of which bodies carry all nodes, or some."""
+        """Slaves of which bodies carry some or all nodes."""
         return tuple(k for k, one in self.nodes.items() if one.host is not None or one.joints)
 
     @cached_property
     def masses(self) -> Mapping[str, FloatArray]:
-        """Slaves whose nodes forces move: (n,) their masses."""
+        """Nodal masses (n,) of slaves whose nodes forces move."""
         return {k: one.mass for k, one in self.nodes.items() if one.mass is not None}
 
     @cached_property
     def loose(self) -> Mapping[str, FloatArray]:
-        """Of these, those whose nodes nothing joins."""
+        """Those of these slaves whose nodes nothing joins."""
         return {name: mass for name, mass in self.masses.items() if not self.nodes[name].joined}
 
     @cached_property
     def joined(self) -> Mapping[str, NodeMover]:
-        """What moves the nodes of slaves that are made of elements."""
+        """Movers of the nodes of slaves that are made of elements."""
         return {name: one for name, one in self.nodes.items() if one.joined}
 
     @cached_property
     def deforms(self) -> bool:
-        """Whether any slave is."""
+        """Whether any slave is made of elements."""
         return len(self.joined) > 0
 
     @cached_property
@@ -160,11 +160,11 @@ class Mechanism:
         return len(self.free) > 0 or len(self.masses) > 0 or devices
 
     def root_of(self, name: str) -> int:
-        """Number of the body that one is fixed to in the end, by its name."""
+        """Return the number of the body that a body is fixed to in the end."""
         return int(self.root[self.index[name]])
 
     def free_ends(self, spring: str) -> list[tuple[int, int]]:
-        """Numbers of the ends of a spring that are on free bodies, and rows of these."""
+        """Return the numbers of a spring's ends on free bodies, and the rows of these."""
         bodies = enumerate(end.body for end in self.ends[spring])
         return [(k, self.row[i]) for k, i in bodies if i is not None and i in self.row]
 
@@ -202,8 +202,7 @@ class Mechanism:
 
     @cached_property
     def followers(self) -> frozenset[str]:
-        """Names of the contacts whose stiffness goes with the step, so that no step is critical for
-        them."""
+        """Names of the contacts whose stiffness follows the step, so that no step is critical."""
         return frozenset(
             part.name
             for part in self.contacts
@@ -212,8 +211,10 @@ class Mechanism:
 
     @cached_property
     def keeps_energy(self) -> bool:
-        """Whether the forces of all contacts belong to an energy: those that are the gradient of
-        none leave some at any step."""
+        """Whether the forces of all contacts have an energy.
+
+        Forces that are the gradient of none leave an error at any step.
+        """
         return all(
             part.contact.weights != "area" and has_energy(part.contact.law)
             for part in self.contacts
@@ -221,7 +222,7 @@ class Mechanism:
 
 
 def has_energy(law: object) -> bool:
-    """Whether a law's forces belong to an energy, so that this can judge a step."""
+    """Return whether a law's forces have an energy, by which a step can be judged."""
     return bool(getattr(law, "has_energy", True))
 
 
@@ -235,7 +236,7 @@ def mechanism_of(
     *,
     gas: bool = False,
 ) -> Mechanism:
-    """The mechanism of bodies and slaves with their motions.
+    """Return the mechanism of bodies and slaves with their motions.
 
     Raises
     ------
@@ -295,7 +296,7 @@ def _ends_of(
     slaves: Mapping[str, Any],
     nodes: Mapping[str, NodeMover],
 ) -> tuple[tuple[SpringEnd, SpringEnd], FloatArray]:
-    """What the ends of a spring are on, and where (2, 3) they are at the start.
+    """Return what the ends of a spring are on, and where (2, 3) they are at the start.
 
     Raises
     ------
@@ -355,7 +356,7 @@ def _ends_of(
 def _ring_sides(
     rings: Mapping[str, SlipRing], springs: Mapping[str, Spring]
 ) -> dict[str, tuple[RingSide, RingSide]]:
-    """The ends of segments that are at slip rings.
+    """Return the ends of segments that are at slip rings.
 
     Raises
     ------
@@ -410,7 +411,7 @@ def _ring_sides(
 def _segments(
     rings: Mapping[str, tuple[RingSide, RingSide]], springs: Mapping[str, Spring]
 ) -> dict[str, Spring]:
-    """The springs in slip rings, as webbing.
+    """Return the springs in slip rings, as webbing.
 
     Raises
     ------
@@ -451,7 +452,7 @@ def _mover(
     motion: SlaveMotion | Dependent,
     bodies: tuple[NDArray[np.intp], Mapping[str, int]],
 ) -> NodeMover:
-    """What moves the nodes of a slave; `bodies` are their roots and numbers."""
+    """Return the mover of a slave's nodes; `bodies` are their roots and numbers."""
     root, index = bodies
     if isinstance(motion, Dependent):
         return motion.nodes(where, slave, lambda name: int(root[_host(where, name, index)]))
@@ -459,7 +460,7 @@ def _mover(
 
 
 def _host(where: str, name: str, known: Mapping[str, int]) -> int:
-    """The number of a body that something names."""
+    """Return the number of a named body."""
     if name not in known:
         raise InputError(
             "no body of this name is there",
@@ -471,7 +472,7 @@ def _host(where: str, name: str, known: Mapping[str, int]) -> int:
 
 
 def _root(name: str, bodies: Mapping[str, Any]) -> str:
-    """What a body is fixed to in the end."""
+    """Return the body that a body is fixed to in the end."""
     way = [name]
     while isinstance(motion := bodies[way[-1]].motion, Attached):
         _host(f"bodies[{way[-1]!r}]: motion", motion.body, dict.fromkeys(bodies, 0))

@@ -1,4 +1,4 @@
-"""What a simulation is made of: bodies, slaves, contacts, steps of time. Never changes in a run."""
+"""Define what a simulation is made of: bodies, slaves, contacts, steps. No run changes it."""
 
 from __future__ import annotations
 
@@ -50,14 +50,14 @@ AnySensor = Sensor | RelativeSensor | SlaveSensor
 
 
 class BodyPart(NamedTuple):
-    """A body and how it moves."""
+    """A body with its motion."""
 
     body: Master
     motion: BodyMotion | Dependent
 
 
 class SlavePart(NamedTuple):
-    """A slave and how it moves."""
+    """A slave with its motion."""
 
     slave: Slave
     motion: SlaveMotion | Dependent
@@ -73,7 +73,7 @@ class ContactPart(NamedTuple):
 
 
 class OutputOptions(NamedTuple):
-    """Which files a run writes, and how often: ``Simulation(output=…)``.
+    """Files that a run writes, and how often: ``Simulation(output=…)``.
 
     Examples
     --------
@@ -100,7 +100,7 @@ class OutputOptions(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Model(Displayed):
-    """What a run needs, checked. `contiga.Simulation` makes it and runs it.
+    """The checked input of a run. `contiga.Simulation` makes it and runs it.
 
     Raises
     ------
@@ -172,7 +172,7 @@ class Model(Displayed):
 
     @cached_property
     def driven_contacts(self) -> frozenset[str]:
-        """Names of the contacts of which a prescribed motion moves one of the two sides."""
+        """Names of the contacts with a side that a prescribed motion moves."""
         system = self.mechanism
         return frozenset(
             part.name
@@ -184,7 +184,7 @@ class Model(Displayed):
 
     @cached_property
     def shapes(self) -> Motions:
-        """How bodies change their shape."""
+        """Motions of the control points of bodies."""
         return Motions({name: part.motion for name, part in self.bodies.items()})
 
     @cached_property
@@ -205,7 +205,7 @@ class Model(Displayed):
 
     @cached_property
     def fired_kinks(self) -> Mapping[str, FloatArray]:
-        """Times, since each sensor's trigger fires, at which what it fires bends."""
+        """Times after a sensor's trigger at which what it fires has a kink."""
         kinks: dict[str, list[FloatArray]] = {one.name: [np.zeros(1)] for one in self.triggered}
         for spring in self.springs.values():
             if (pretensioner := spring.devices.pretensioner) is not None:
@@ -222,7 +222,7 @@ class Model(Displayed):
 
     @cached_property
     def sensor_nodes(self) -> Mapping[str, IndexArray]:
-        """(k,) nodes that each sensor of a slave is of, by its name."""
+        """Nodes (k,) that each sensor of a slave looks at, by its name."""
         return {
             one.name: nodes_of(one, self.slaves[slave_of(one)].slave.points)
             for one in self.slave_sensors
@@ -242,7 +242,7 @@ class Model(Displayed):
 
     @cached_property
     def origins(self) -> FloatArray:
-        """(n, 4, 4) poses of the bodies at the start."""
+        """Poses (n, 4, 4) of the bodies at the start."""
         poses = np.broadcast_to(np.eye(4), (len(self.bodies), 4, 4)).copy()
         for i, motion in self.mechanism.driven.items():
             poses[i] = pose_at(motion, self.stepping.start)
@@ -260,13 +260,12 @@ class Model(Displayed):
 
     @cached_property
     def joint_fit(self) -> Fit:
-        """The free bodies at the start, moved so that all joints are closed."""
+        """Free bodies at the start, moved so that all joints are closed."""
         return self.linkage.fit(self.mechanism.start, self.origins)
 
     @cached_property
     def kinks(self) -> tuple[float, ...]:
-        """Times at which a load, an inflator or a motion bends or jumps: automatic steps end
-        there."""
+        """Times of kinks and jumps of loads, inflators and motions, where automatic steps end."""
         bodies, slaves = self.bodies.values(), self.slaves.values()
         of_parts = [*(p.motion for p in bodies), *(p.motion for p in slaves)]
         movers: list[object] = [*of_parts, *self.loads, *self.gas.values()]
@@ -284,7 +283,7 @@ class Model(Displayed):
 
 
 def column_prefixes(model: Model) -> dict[str, str]:
-    """What stands before the names of a contact's columns in the history, by contact."""
+    """Return what stands before the names of a contact's columns, by contact."""
     several = len(model.contacts) > 1
     return {part.name: f"{part.name}." if several else "" for part in model.contacts}
 
@@ -300,7 +299,7 @@ def _check_name(role: str, name: str, known: Iterable[str], where: str = "") -> 
 
 
 def check_settle(model: Model) -> None:
-    """Refuse bodies that are to come to rest and are not free, or not there, or set off.
+    """Refuse bodies to come to rest that are not free, are not there, or are set in motion.
 
     Raises
     ------
@@ -348,7 +347,7 @@ def check_shapes(model: Model) -> None:
 
 
 def _control_points_at_rest(model: Model, name: str) -> FloatArray:
-    """Control points of a body that are the degrees of freedom of a slave, at rest."""
+    """Return the control points at rest of a body that a slave's degrees of freedom move."""
     slave = model.shapes.slave_of(name)
     where = f"bodies[{name!r}]: motion"
     if slave is None or slave not in model.slaves:
@@ -383,7 +382,7 @@ def _control_points_at_rest(model: Model, name: str) -> FloatArray:
 
 
 def check_springs(model: Model) -> None:
-    """Refuse springs that are called as what else has columns in the history.
+    """Refuse springs that share a name with other columns of the history.
 
     Raises
     ------
@@ -418,8 +417,7 @@ def check_springs(model: Model) -> None:
 
 
 def check_gas(model: Model) -> None:
-    """Refuse chambers that are called as what else has columns in the history, that nodes do not
-    surround, or that nothing moves.
+    """Refuse chambers whose names are taken, that nodes do not enclose, or that nothing moves.
 
     Raises
     ------
@@ -441,8 +439,7 @@ def check_gas(model: Model) -> None:
 
 
 def check_joints(model: Model) -> None:
-    """Refuse joints that share a name with other columns of the history, that have no free body,
-    or that cannot be closed at the start.
+    """Refuse joints whose names are taken, without a free body, or that cannot be closed.
 
     Raises
     ------
@@ -511,7 +508,7 @@ def check_triggers(model: Model) -> None:
 
 
 def check_sensors(model: Model) -> None:
-    """Refuse sensors of what is not there, of one name, or criteria without units.
+    """Refuse sensors of parts that are not there, of equal names, or criteria without units.
 
     Raises
     ------

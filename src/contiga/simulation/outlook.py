@@ -1,5 +1,4 @@
-"""Says after a minute of a run that its end is out of reach, what makes its steps short, and what
-would help."""
+"""Say after a minute of a run how long it will take, if that is very long, and what would help."""
 
 from __future__ import annotations
 
@@ -16,7 +15,7 @@ LONG = 3600.0
 
 
 class Outlook:
-    """How long a run will still take, at the pace of the last minute. It speaks once.
+    """The remaining time of a run at the pace of its last minute. It speaks once.
 
     Parameters
     ----------
@@ -32,7 +31,7 @@ class Outlook:
         self._cuts: Counter[tuple[Reason, str]] = Counter()
 
     def after(self, stepped: Stepped) -> str | None:
-        """What there is to say after a step; None where there is nothing."""
+        """Return what there is to say after a step; None where there is nothing."""
         if self._spoken:
             return None
         now, time = self._now(), stepped.state.time
@@ -67,7 +66,7 @@ class Outlook:
 
 
 def _long(seconds: float) -> str:
-    """A length of time, in words.
+    """Return a duration in words.
 
     >>> _long(7200.0), _long(400000.0), _long(float("inf"))
     ('2 hours', '4.6 days', 'for ever')

@@ -1,4 +1,4 @@
-"""The output folder of a run: names, and what an earlier run left in it."""
+"""Name the files in the output folder of a run, and clear what an earlier run left there."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def _series(outlines: bool) -> tuple[tuple[str, str], ...]:
 
 
 def take_up_fields(folder: Path, *, outlines: bool) -> None:
-    """Have the unfinished fields and outlines of a run there, to go on with.
+    """Open the unfinished fields and outlines of a run, to go on with them.
 
     Where it had gone through these are copies of the finished ones, which stay until it has again.
 

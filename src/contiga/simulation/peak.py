@@ -1,4 +1,4 @@
-"""The greatest force of a run: its step is kept until it is written."""
+"""Keep the step with the greatest force of a run until it is written."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Peak(NamedTuple):
     """To be written before the next that is; None where it is written already."""
 
     def after(self, state: SystemState, force: float, row: int, *, written: bool) -> Peak:
-        """With one more step, which is `written` anyway or not."""
+        """Return the peak after one more step, which is `written` anyway or not."""
         if not force > self.force:  # nor where it is NaN
             return self
         return Peak(force, row, None if written else state)

@@ -1,4 +1,4 @@
-"""A state of a simulation as a `pyvista.MultiBlock`: a block for each body and each slave."""
+"""Turn a state of a simulation into a `pyvista.MultiBlock`: a block for each body and slave."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def scene_of_state(purpose: str, model: Model, state: SystemState) -> pyvista.Mu
 
 
 def _contact_data(model: Model, state: SystemState, slave: str) -> dict[str, FloatArray]:
-    """The deepest penetration and the sum of forces over all contacts, at the points of a slave."""
+    """Return the deepest penetration and the sum of forces over all contacts at slave points."""
     n = len(state.slaves[slave].points)
     penetration, force = np.zeros(n), np.zeros((n, 3))
     for part in model.contacts:

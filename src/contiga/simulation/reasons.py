@@ -1,4 +1,4 @@
-"""What cuts a step: the reasons by name, and a step proposed or rejected with its own."""
+"""Name what cuts a step short, and choose the shortest of the steps proposed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ from typing import NamedTuple
 
 
 class Reason(IntEnum):
-    """Why a step was no longer than it was. Numbers stand in histories: they never change."""
+    """The reason why a step was no longer than it was.
+
+    Numbers stand in histories: they never change.
+    """
 
     LARGEST = 0
     GROWTH = 1
@@ -25,12 +28,12 @@ class Reason(IntEnum):
 
     @property
     def told(self) -> str:
-        """Say it in words."""
+        """Return the reason in words."""
         return _TOLD[self]
 
     @property
     def remedy(self) -> str:
-        """What would let steps be longer."""
+        """Return what would let steps be longer."""
         return _REMEDY.get(self, "")
 
 
@@ -64,7 +67,7 @@ _REMEDY = {
 
 
 class Cut(NamedTuple):
-    """How long a step may be, and why not longer."""
+    """The longest step that is allowed, and the reason why it is not longer."""
 
     step: float
     reason: Reason
@@ -72,7 +75,7 @@ class Cut(NamedTuple):
     """The contact, spring or body that asks for it; empty where none does."""
 
     def said(self) -> str:
-        """Say it in words.
+        """Return the choice in words.
 
         >>> Cut(0.1, Reason.TURN, "body 'wheel'").said()
         "a body turns (body 'wheel')"
@@ -81,7 +84,7 @@ class Cut(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """How a step came to be as long as it is."""
+    """How the length of a step was chosen."""
 
     cut: Cut
     tries: int = 1

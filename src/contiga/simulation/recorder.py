@@ -1,4 +1,4 @@
-"""Keeps what a run makes: history, last states, and on disk fields and checkpoints."""
+"""Keep what a run makes: its history and last states, and fields and checkpoints on disk."""
 
 from __future__ import annotations
 
@@ -55,7 +55,10 @@ Progress = Callable[[int, int, int], Any]
 
 
 class _Stand(NamedTuple):
-    """How far a run has come. Replaced as one, so that a stop at any line leaves a whole step."""
+    """How far a run has come.
+
+    It is replaced as one, so that a stop at any line leaves a whole step.
+    """
 
     done: int
     """Steps recorded, the start counted."""
@@ -72,7 +75,7 @@ class _Stand(NamedTuple):
 
 
 class Recorder:
-    """Takes the steps of a run as they come.
+    """The recorder of a run: it takes the steps as they come.
 
     Parameters
     ----------
@@ -104,12 +107,12 @@ class Recorder:
 
     @property
     def state(self) -> SystemState | None:
-        """After the last step recorded."""
+        """The state after the last step recorded."""
         return self._stand.state
 
     @property
     def ends(self) -> tuple[float, ...]:
-        """When the run had ended before, by steps that are not those of one run."""
+        """Times at which the run had ended before, by steps that are not those of one run."""
         return self._ends
 
     def open(self, folder: Path, *, resume: bool) -> None:
@@ -213,7 +216,7 @@ class Recorder:
             self._progress(part, self._planned, state.n_contact)
 
     def crest(self) -> tuple[Finding, ...]:
-        """What the step of the greatest force shows of the model."""
+        """Findings about the model in the step of the greatest force."""
         crest = self._stand.crest
         return self._told if crest is None else check_crest(self.model, crest)
 
@@ -231,7 +234,7 @@ class Recorder:
         return {name: as_column(name, values[: self.done]) for name, values in self._rows.items()}
 
     def save(self) -> None:
-        """Leave a checkpoint of the last whole step; nothing at all where there is none.
+        """Write a checkpoint of the last whole step; nothing where there is none.
 
         Raises
         ------
@@ -257,12 +260,12 @@ class Recorder:
                             self.folder.rmdir()
 
     def release(self) -> None:
-        """Let others write to the folder."""
+        """Release the folder's lock."""
         if self._lock is not None:
             self._lock.release()
 
     def finish(self, summary: dict[str, Any], history: dict[str, FloatArray]) -> None:
-        """Write what belongs to a run that went through, under its final names."""
+        """Write what belongs to a complete run, under its final names."""
         if self.folder is None:
             return
         names.clear_stale(self.folder, self.model.output.formats)
@@ -303,11 +306,11 @@ class Recorder:
 
 
 def as_column(name: str, values: list[float]) -> FloatArray:
-    """A column of the history; counts of what is not measured at every step hold NaN."""
+    """Return a column of the history; counts that are not measured at every step hold NaN."""
     whole = np.array(values, np.float64)
     return whole.astype(np.int64) if is_count(name) and np.isfinite(whole).all() else whole
 
 
 def is_count(column: str) -> bool:
-    """Whether a column of the history counts something."""
+    """Return whether a column of the history counts something."""
     return column.rpartition(".")[2].startswith("n_")

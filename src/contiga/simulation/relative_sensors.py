@@ -1,5 +1,4 @@
-"""What sensors between two bodies say: how far apart points of them are, how they move and turn,
-and what the springs between them carry."""
+"""Measure between two bodies: distances, relative motion, turns, and the springs between them."""
 
 from __future__ import annotations
 
@@ -25,7 +24,7 @@ from contiga.simulation.system_state import SystemState
 def relative_columns(
     model: Model, state: SystemState, last: SystemState | None
 ) -> dict[str, float]:
-    """What sensors between two bodies say of `state`; `last` is the state before it."""
+    """Return what sensors between two bodies measure in `state`; `last` comes before it."""
     columns: dict[str, float] = {}
     for sensor in model.relative:
         columns |= between_columns(model, sensor, state, last)
@@ -87,8 +86,11 @@ _Step = tuple[SystemState | None, SystemState]
 def _rates(
     model: Model, sensor: RelativeSensor, ends: tuple[list[int], list[FloatArray]], step: _Step
 ) -> dict[str, float]:
-    """How the second point moves: in the axes of the first body as one on it sees it, who turns
-    with it; along those of the world the difference of the two."""
+    """Return the velocity and acceleration of the second point relative to the first.
+
+    In the axes of the first body they are those that an observer on it sees, who turns with it;
+    along those of the world they are the differences of the two.
+    """
     ((i, j), (here, there)), state = ends, step[1]
     values: dict[str, float] = {}
     on_body = sensor.axes == "body"
@@ -112,7 +114,7 @@ def _rates(
 
 
 def _turned(R: FloatArray) -> FloatArray:
-    """(3,) the axis of a rotation times its angle, radians from 0 to π."""
+    """Return the rotation vector (3,): the axis times the angle, from 0 to π."""
     axis = 0.5 * np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     sine, cosine = length(axis), 0.5 * (float(np.trace(R)) - 1.0)
     if sine > 1e-8 or cosine > 0.0:

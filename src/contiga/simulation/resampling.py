@@ -1,4 +1,4 @@
-"""Signals of a run, whose steps may differ, at even times."""
+"""Resample signals of a run, whose steps may differ, at even times."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _EQUAL = 1e-6
 
 
 def even_times(times: FloatArray, longest: float) -> FloatArray:
-    """Times (m,) one step apart: those given (n,) themselves, if they are.
+    """Return times (m,) one step apart: the given ones (n,) themselves, if they are even.
 
     Else the step is their median one, `longest` at most.
     """
@@ -29,14 +29,14 @@ def even_times(times: FloatArray, longest: float) -> FloatArray:
 
 
 def trapezoids(times: FloatArray, signal: FloatArray) -> FloatArray:
-    """(n - 1, k) integrals of a signal (n, k) over each step, by the trapezoidal rule."""
+    """Return the integrals (n - 1, k) of a signal (n, k) over each step (trapezoidal rule)."""
     return np.asarray(0.5 * np.diff(times)[:, None] * (signal[1:] + signal[:-1]))
 
 
 def means(
     grid: FloatArray, times: FloatArray, signal: FloatArray, impulses: FloatArray
 ) -> FloatArray:
-    """(m, k) means of a signal about other times, half way to the neighbours of each.
+    """Return the means (m, k) of a signal about other times, half way to the neighbours of each.
 
     So that none of its integral is lost, however short a part of it is: the trapezoidal rule has
     it again. Between its own times the signal (n, k) goes straight, moved by what its impulse

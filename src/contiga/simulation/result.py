@@ -1,4 +1,4 @@
-"""What a run leaves."""
+"""Hold the results of a run."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Result(HistoryOverTime):
     """Counts, timings, statuses: the content of summary.json."""
 
     def to_pyvista(self, time: float | None = None) -> pyvista.MultiBlock:
-        """The recorded step nearest to `time`, from the output folder: `StoredResult.to_pyvista`.
+        """Return the recorded step nearest to `time`, from the output folder: see `StoredResult`.
 
         Raises
         ------

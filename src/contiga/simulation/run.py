@@ -1,4 +1,4 @@
-"""A whole run: step by step to the end, with history, fields and checkpoints."""
+"""Carry out a whole run: step by step to the end, with history, fields and checkpoints."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from contiga.simulation.system_state import SystemState
 
 
 class RunOptions(NamedTuple):
-    """How a run is carried out. See `Simulation.run`."""
+    """How a run is carried out: see `Simulation.run`."""
 
     resume: bool = False
     strict: bool = False

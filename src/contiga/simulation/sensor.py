@@ -1,4 +1,4 @@
-"""Sensors: what of a body's motion a run tells, as the world or another body sees it."""
+"""Define sensors of bodies: motion of a point, and forces, in the world or relative to a body."""
 
 from __future__ import annotations
 
@@ -228,7 +228,7 @@ class RelativeSensor:
 
 
 def _check_criteria(sensor: Sensor | RelativeSensor) -> None:
-    """Refuse bands of what is not asked for, and criteria without what they are about."""
+    """Refuse bands of what is not asked for, and criteria without their signal."""
     for which in sensor.bands:
         one_of("bands", which, sensor.criteria)
     for one in sensor.criteria:
@@ -243,7 +243,7 @@ def _check_criteria(sensor: Sensor | RelativeSensor) -> None:
 
 
 def channel_of(sensor: Sensor | RelativeSensor) -> str:
-    """The column of a sensor that its trigger looks at."""
+    """Return the column of a sensor that its trigger looks at."""
     given = None if sensor.trigger is None else sensor.trigger.channel
     return given or ("a" if isinstance(sensor, Sensor) else "distance")
 

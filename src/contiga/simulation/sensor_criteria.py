@@ -1,4 +1,4 @@
-"""What sensors say of a whole run: injury criteria, each of the signal that its source asks for."""
+"""Evaluate injury criteria of a whole run, each on the signal that its source asks for."""
 
 from __future__ import annotations
 
@@ -34,8 +34,10 @@ _COLUMNS = {"BrIC": ("wx", "wy", "wz"), "VC": ("distance",), "Nij": ("fz", "my")
 
 
 def sensor_summary(model: Model, history: History) -> dict[str, dict[str, Any]]:
-    """What the sensors say of the whole run, by name: criteria, with values, bands, and the times
-    when they hold, in the time unit of the case."""
+    """Return the criteria of all sensors over the whole run, by name.
+
+    They have values, bands, and the times when they hold, in the time unit of the case.
+    """
     summary = sensors_told(model, history)
     judged: list[Sensor | RelativeSensor] = [*model.point_sensors, *model.relative]
     if len(history["time"]) < 2:
@@ -67,7 +69,7 @@ def sensor_summary(model: Model, history: History) -> dict[str, dict[str, Any]]:
 
 
 def sensors_told(model: Model, history: History) -> dict[str, dict[str, Any]]:
-    """The same of a run that has no criteria yet.
+    """Return the summary of sensors for a run that has no criteria yet.
 
     A trigger has the time of the first row that finds it fired, None where it never does.
     """
@@ -88,7 +90,7 @@ def sensors_told(model: Model, history: History) -> dict[str, dict[str, Any]]:
 
 
 def _of_acceleration(model: Model, sensor: Sensor, history: History) -> Iterator[tuple[str, Found]]:
-    """Criteria of the resultant acceleration, as the sensor filters it."""
+    """Return criteria of the resultant acceleration, as the sensor filters it."""
     asked = [name for name in sensor.criteria if name not in OWN_FILTERS]
     if not asked or f"{sensor.name}.a" not in history:
         return
@@ -123,7 +125,7 @@ def _found(
     grid: FloatArray,
     signal: FloatArray,
 ) -> Found:
-    """One criterion of its signal (m, k) at even times, in units of the case."""
+    """Return one criterion of its signal (m, k) at even times, in units of the case."""
     metre, kilogram, second = (
         base_factor(unit, kind)
         for unit, kind in zip(model.units, ("length", "mass", "time"), strict=True)
@@ -156,7 +158,7 @@ def _found(
 
 
 def _first_axis(model: Model, sensor: RelativeSensor) -> FloatArray:
-    """(3,) from the first point to the second at the start, in the axes of the first body."""
+    """Return the direction (3,) from the first point to the second, in the first body's axes."""
     i = model.mechanism.root_of(sensor.between[0])
     assert sensor.at is not None
     way = model.origins[i, :3, :3].T @ (sensor.at[1] - sensor.at[0])

@@ -1,4 +1,4 @@
-"""What sensors say at each step: how points move, what acts on bodies, what elements carry."""
+"""Measure at each step: how points move, what acts on bodies, what elements carry."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _SUMMED = ("acceleration", "velocity", "force")
 
 
 def sensor_columns(model: Model, state: SystemState, last: SystemState | None) -> dict[str, float]:
-    """What all sensors say of `state`; `last` is the state before it."""
+    """Return what all sensors measure in `state`; `last` is the state before it."""
     columns: dict[str, float] = {}
     for sensor in model.point_sensors:
         columns |= point_columns(model, sensor, state, last)
@@ -64,7 +64,7 @@ def point_columns(
 
 
 def slave_columns(model: Model, state: SystemState) -> dict[str, float]:
-    """What all sensors of slaves say of `state`."""
+    """Return what all sensors of slaves measure in `state`."""
     columns: dict[str, float] = {}
     for sensor in model.slave_sensors:
         name, nodes = slave_of(sensor), model.sensor_nodes[sensor.name]
@@ -86,19 +86,19 @@ def slave_columns(model: Model, state: SystemState) -> dict[str, float]:
 
 
 def measure_columns(owner: str, measure: str, values: FloatArray) -> dict[str, float]:
-    """Columns of a measure (3,), called after `owner`, with the length of most of them."""
+    """Return the columns of a vector (3,), named after `owner`, with its magnitude for most."""
     name = owner + _COLUMNS[measure]
     columns = vector_columns(name, values)
     return columns | {name: length(values)} if measure in _SUMMED else columns
 
 
 def vector_columns(name: str, values: FloatArray) -> dict[str, float]:
-    """The three columns of a vector (3,)."""
+    """Return the three columns of a vector (3,)."""
     return {f"{name}{axis}": float(v) for axis, v in zip("xyz", values, strict=True)}
 
 
 def first_place(model: Model, i: int, at: FloatArray | None) -> FloatArray:
-    """Where the point of a sensor is at the start: `at`, else the centre of mass or the origin."""
+    """Return where the point of a sensor is at the start: `at`, else the centre or the origin."""
     if at is not None:
         return at
     row = model.mechanism.row.get(i)
@@ -108,7 +108,7 @@ def first_place(model: Model, i: int, at: FloatArray | None) -> FloatArray:
 
 
 def point_velocity(state: SystemState, i: int, place: FloatArray) -> FloatArray:
-    """(3,) of a point of a body, world axes."""
+    """Return the velocity (3,) of a point of a body, world axes."""
     pose, twist = state.bodies.poses[i], state.bodies.twists[i]
     return np.asarray(twist[:3] + cross(twist[3:], place - pose[:3, 3]))
 
@@ -116,7 +116,7 @@ def point_velocity(state: SystemState, i: int, place: FloatArray) -> FloatArray:
 def point_acceleration(
     model: Model, i: int, place: FloatArray, step: tuple[SystemState | None, SystemState]
 ) -> FloatArray:
-    """(3,) of a point of a body, world axes, at the end of a step; None before the start."""
+    """Return the acceleration (3,) of a point of a body, world axes; None at the start."""
     last, state = step
     linear, angular = acceleration(model, i, state, last)
     spin, arm = state.bodies.twists[i, 3:], place - state.bodies.poses[i, :3, 3]
@@ -126,7 +126,7 @@ def point_acceleration(
 def acceleration(
     model: Model, i: int, state: SystemState, last: SystemState | None
 ) -> tuple[FloatArray, FloatArray]:
-    """(3,) of the origin of a body's frame, and its angular one, world axes.
+    """Return the acceleration (3,) of the origin of a body's frame, and its angular one.
 
     Of a free body from the forces on it. Of a prescribed one as its motion tells, else from the
     change of its velocity over the step; zero at the start.
@@ -161,6 +161,6 @@ def acceleration(
 
 
 def centre_acceleration(row: FloatArray, one: FloatArray) -> FloatArray:
-    """(3,) of a free body; held ways have none, whatever the force."""
+    """Return the acceleration (3,) of the centre of a free body; held ways have none."""
     force, ways = row[lanes.FORCE : lanes.FORCE + 3], one[lanes.WAYS : lanes.WAYS + 3]
     return np.asarray(force / one[lanes.MASS] * ways)

@@ -1,4 +1,4 @@
-"""How a simulation comes to rest before it runs: what is asked for, and what came of it."""
+"""Define how a simulation comes to rest before it runs, and what came of it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from contiga.errors import InputError
 
 @dataclass(frozen=True, init=False)
 class Settle:
-    """That what deforms comes to rest under gravity, loads and contacts before the run begins.
+    """A request that deforming parts come to rest under gravity, loads and contacts before the run.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class Settle:
 
 
 class Rest(NamedTuple):
-    """What came of it."""
+    """The outcome of coming to rest."""
 
     steps: int
     """It took."""

@@ -1,4 +1,4 @@
-"""Comes to rest before a run: dynamic relaxation with kinetic damping.
+"""Bring a simulation to rest before a run: dynamic relaxation with kinetic damping.
 
 Time stands still for all that is prescribed. What deforms, and free bodies that are named, move by
 the forces on them in steps near the critical one, and lose their velocities whenever their kinetic
@@ -68,7 +68,7 @@ OnSettle = Callable[[int, float], Any]
 
 
 def settled(model: Model, clock: Clock, on_settle: OnSettle | None = None) -> Stepped:
-    """The state at the start of `model`, once it has come to rest as its `settling` says.
+    """Return the state at the start of `model`, once it has come to rest as `settling` asks.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def settled(model: Model, clock: Clock, on_settle: OnSettle | None = None) -> St
 
 
 def _resting(model: Model, settle: Settle) -> Model:
-    """The model with nothing in motion but what is to come to rest."""
+    """Return the model with nothing in motion but what is to come to rest."""
     start = model.stepping.start
     bodies, slaves = {}, {}
     resting: Any
@@ -181,7 +181,7 @@ def _resting(model: Model, settle: Settle) -> Model:
 
 
 def _stopped(model: Model, state: SystemState) -> SystemState:
-    """The same without velocities."""
+    """Return the state without velocities."""
     nodes = model.mechanism.nodes
     slaves = {name: nodes[name].stopped(slave) for name, slave in state.slaves.items()}
     rows, twists = state.rigid.copy(), state.bodies.twists.copy()
@@ -194,7 +194,7 @@ def _stopped(model: Model, state: SystemState) -> SystemState:
 
 
 def _balance(model: Model, state: SystemState) -> Imbalance:
-    """How far all is from rest."""
+    """Return how far the model is from rest."""
     system = model.mechanism
     force = load = reaction = rounding = 0.0
     for name, nodes in system.nodes.items():
@@ -214,8 +214,10 @@ def _balance(model: Model, state: SystemState) -> Imbalance:
 
 
 def _residual(now: Imbalance, first: Imbalance) -> float:
-    """Unbalanced forces over the loads, over reactions where there are none; over those of the
-    start where there are neither."""
+    """Return the unbalanced forces over the loads.
+
+    Over the reactions where there are no loads; over those of the start where there are neither.
+    """
     scale = now.load or now.reaction or first.force
     return now.force / scale if now.force > now.rounding else 0.0
 
@@ -223,7 +225,7 @@ def _residual(now: Imbalance, first: Imbalance) -> float:
 def _taken_up(
     model: Model, resting: Model, state: SystemState, rest: Rest, clock: Clock
 ) -> Stepped:
-    """The run's own state at its start, from one at rest: the ledger begins with it."""
+    """Return the run's own first state from one at rest: the ledger begins with it."""
     system, start = model.mechanism, model.stepping.start
     at_rest = _stopped(resting, state)
     standing = place(model, None, start)

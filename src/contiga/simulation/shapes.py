@@ -1,4 +1,4 @@
-"""Bodies of a simulation that change their shape: by a table, or as a slave of splines deforms."""
+"""Move the control points of bodies: by a table, or as a slave of splines deforms."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from contiga.records import FloatArray
 
 
 class Motions:
-    """How the control points of bodies move; those of other bodies stay."""
+    """Motions of the control points of bodies; those of other bodies stay."""
 
     def __init__(self, motions: Mapping[str, object]) -> None:
         kinds = ControlPoints | ControlPointsOf
         self.of = {name: one for name, one in motions.items() if isinstance(one, kinds)}
 
     def points(self, body: str, time: float, slaves: Mapping[str, SlaveState]) -> FloatArray | None:
-        """(m, 3) control points of a body at a time; None of one that keeps its shape."""
+        """Return the control points (m, 3) of a body at a time; None if it keeps its shape."""
         motion = self.of.get(body)
         if isinstance(motion, ControlPointsOf):
             return slaves[motion.slave].matter["q"]
@@ -26,17 +26,17 @@ class Motions:
     def velocity(
         self, body: str, time: float, slaves: Mapping[str, SlaveState]
     ) -> FloatArray | None:
-        """(m, 3) their velocities."""
+        """Return the velocities (m, 3) of the control points."""
         motion = self.of.get(body)
         if isinstance(motion, ControlPointsOf):
             return slaves[motion.slave].matter["q_velocity"]
         return None if motion is None else motion.control_velocity(time)
 
     def is_told(self, body: str) -> bool:
-        """Whether a table moves the control points of a body, and does work by that."""
+        """Return whether a table moves the control points of a body, and does work by that."""
         return isinstance(self.of.get(body), ControlPoints)
 
     def slave_of(self, body: str) -> str | None:
-        """Name of the slave whose degrees of freedom the control points of a body are."""
+        """Return the name of the slave whose degrees of freedom the control points are."""
         motion = self.of.get(body)
         return motion.slave if isinstance(motion, ControlPointsOf) else None

@@ -1,4 +1,4 @@
-"""Signals after a run: filtered accelerations of sensors and forces of springs."""
+"""Filter signals after a run: accelerations of sensors and forces of springs."""
 
 from __future__ import annotations
 
@@ -20,8 +20,7 @@ _EQUAL = 1e-6
 
 
 def filtered_columns(model: Model, history: dict[str, FloatArray]) -> dict[str, FloatArray]:
-    """Filtered accelerations of sensors that ask for them, with their resultants, and filtered
-    forces of springs, by column."""
+    """Return filtered accelerations of sensors, their resultants, and filtered spring forces."""
     columns: dict[str, FloatArray] = {}
     times = history["time"]
     for name, (cls, raw) in _filtered(model).items():
@@ -37,7 +36,7 @@ def filtered_columns(model: Model, history: dict[str, FloatArray]) -> dict[str, 
 
 
 def _filtered(model: Model) -> dict[str, tuple[str, tuple[str, ...]]]:
-    """Who asks for a filter: its class, and the columns that are filtered."""
+    """Return who asks for a filter: its class, and the columns to be filtered."""
     accelerations = ("ax", "ay", "az")
     sensors = {s.name: (s.filter, accelerations) for s in model.point_sensors if s.filter}
     springs = {name: (s.filter, ("force",)) for name, s in model.springs.items() if s.filter}
@@ -45,7 +44,7 @@ def _filtered(model: Model) -> dict[str, tuple[str, tuple[str, ...]]]:
 
 
 def _classes(model: Model) -> dict[str, list[str]]:
-    """Who asks for filters, and their classes: its own, and those of its criteria."""
+    """Return who asks for filters, with the classes of its own and of its criteria."""
     asked = {name: [cls] for name, (cls, _) in _filtered(model).items()}
     for sensor in model.sensors:
         of_criteria = [OWN_FILTERS[one] for one in sensor.criteria if one in OWN_FILTERS]
@@ -55,13 +54,13 @@ def _classes(model: Model) -> dict[str, list[str]]:
 
 
 def too_coarse(model: Model, cls: str, history: Mapping[str, FloatArray]) -> bool:
-    """Whether the steps are too long for a filter."""
+    """Return whether the steps are too long for a filter."""
     times = history["time"]
     return len(times) < 2 or float(np.diff(times).max()) > (1.0 + _EQUAL) * _sample(model, cls)
 
 
 def longest_sample(model: Model) -> float:
-    """The longest step that all filters can do with; infinite without any."""
+    """Return the longest step that all filters allow; infinite without any."""
     asked = (cls for classes in _classes(model).values() for cls in classes)
     return min((_sample(model, cls) for cls in asked), default=np.inf)
 
@@ -74,7 +73,7 @@ def _sample(model: Model, cls: str) -> float:
 def smooth(
     model: Model, columns: Sequence[str], cls: str, history: Mapping[str, FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Times one step apart (m,) and columns of a history, filtered, there (m, k)."""
+    """Return times one step apart (m,) and columns of a history filtered there (m, k)."""
     times, unit = history["time"], base_factor(model.units[2], "time")
     signal = np.stack([history[column] for column in columns], axis=1)
     grid = even_times(times, 1.0 / (FINE * int(cls.removeprefix("CFC"))) / unit)
@@ -94,7 +93,7 @@ def smooth(
 
 
 def _filtered_evenly(times: FloatArray, signal: FloatArray, how: tuple[float, str]) -> FloatArray:
-    """A signal (n, k) at even times, filtered; `how` is (time unit in seconds, class)."""
+    """Filter a signal (n, k) at even times; `how` is (time unit in seconds, class)."""
     unit, cls = how
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ContigaWarning)  # `signal_warnings` says it of the run
@@ -102,7 +101,7 @@ def _filtered_evenly(times: FloatArray, signal: FloatArray, how: tuple[float, st
 
 
 def signal_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
-    """Filters that the steps of the run are too long for, or the run too short."""
+    """Return warnings: filters that the steps are too long for, or the run too short."""
     warnings = []
     for name, cls in ((n, cls) for n, classes in _classes(model).items() for cls in classes):
         if too_coarse(model, cls, history):

@@ -1,4 +1,4 @@
-"""A simulation: bodies, slaves and contacts that go through time, step by step or in one run."""
+"""Simulate bodies, slaves and contacts through time, step by step or in one run."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 
 class Simulation(Model):
-    """Bodies, slaves, contacts and loads, and the times to simulate.
+    """A simulation of bodies, slaves, contacts and loads over time.
 
     Parameters
     ----------
@@ -174,11 +174,11 @@ class Simulation(Model):
         )
 
     def fingerprint(self) -> str:
-        """Of all that decides the results: see `contiga.simulation.fingerprint`."""
+        """Digest of all that decides the results: see `contiga.simulation.fingerprint`."""
         return fingerprint_of(self)
 
     def check(self) -> tuple[Finding, ...]:
-        """Doubts about the model, as `contiga check` lists them; empty if there are none.
+        """Return doubts about the model, as `contiga check` lists them; empty if there are none.
 
         Sizes, units, sides, placement, masses and laws are looked at, and the motion is gone
         through by the search alone, in few steps, as far as it is foretold: wholly where it is
@@ -188,11 +188,11 @@ class Simulation(Model):
         return check_model(self)
 
     def start(self) -> SystemState:
-        """The state at the start."""
+        """Return the state at the start."""
         return advance(self, None, self.stepping.start, Clock()).state
 
     def settle(self) -> SystemState:
-        """The state at the start once all has come to rest: see `contiga.Settle`.
+        """Return the state at the start once all has come to rest: see `contiga.Settle`.
 
         `run` begins with it where the simulation was made with `settling`.
 
@@ -227,7 +227,7 @@ class Simulation(Model):
         return settled(self, Clock()).state
 
     def step(self, state: SystemState, *, dt: float | None = None) -> SystemState:
-        """The state one step after `state`, which stays as it is.
+        """Return the state one step after `state`, which stays as it is.
 
         Parameters
         ----------
@@ -259,7 +259,7 @@ class Simulation(Model):
         return following(self, state, Clock()).state
 
     def to_pyvista(self, state: SystemState) -> pyvista.MultiBlock:
-        """The bodies and slaves as they stand in `state`, a block each, in a `pyvista.MultiBlock`.
+        """Return bodies and slaves of `state`, a block each, in a `pyvista.MultiBlock`.
 
         Points of slaves have "penetration" (n,) and "force" (n, 3), world axes, of all contacts.
 
@@ -338,7 +338,7 @@ def _stepping(
     equal: tuple[float, float | None, float | str | None],
     safety: float,
 ) -> Stepping:
-    """The one way of stepping that was given."""
+    """Return the way of stepping that was given: exactly one is allowed."""
     start, end, step = equal
     named = {"stepping": own, "times": times, "end": end, "step": step}
     given = [name for name, value in named.items() if value is not None]

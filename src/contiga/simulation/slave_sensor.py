@@ -1,4 +1,4 @@
-"""Sensors of slaves: how a node moves, and what a section through elements carries."""
+"""Define sensors of slaves: the motion of a node, and the force through a section of elements."""
 
 from __future__ import annotations
 
@@ -145,12 +145,12 @@ SlaveSensor = NodeSensor | SectionSensor
 
 
 def slave_of(sensor: SlaveSensor) -> str:
-    """The name of the slave that a sensor is on."""
+    """Return the name of the slave that a sensor is on."""
     return sensor.node if isinstance(sensor, NodeSensor) else sensor.section
 
 
 def nodes_of(sensor: SlaveSensor, points: FloatArray) -> IndexArray:
-    """(k,) numbers of the nodes of a slave with points (n, 3) that a sensor is of.
+    """Return the numbers (k,) of the nodes of a slave with points (n, 3) that a sensor looks at.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Springs of a simulation: where a step has them, and what the history and the summary say."""
+"""Take springs through a step, and write them into the history and the summary."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def spring_states(
     slaves: Mapping[str, SlaveState],
     moment: Moment,
 ) -> Pulled:
-    """All springs where their ends are now, after the state `last`; None at the start."""
+    """Return all springs where their ends are now, after the state `last`; None at the start."""
     system = model.mechanism
     before: dict[str, SpringState] = {}
     ends: dict[str, Ends] = {}
@@ -111,8 +111,9 @@ def spring_states(
 def _slips(
     model: Model, before: Mapping[str, SpringState], ends: Mapping[str, Ends], moment: Moment
 ) -> dict[str, float]:
-    """How far webbing slips in each ring in a step, so that no tension is more than e^{μ θ} of the
-    one on the other side.
+    """Return how far webbing slips in each ring in a step.
+
+    It slips until no tension is more than e^{μ θ} times the one on the other side.
 
     Rings that share a segment are gone through one after the other until none slips any more.
 
@@ -172,7 +173,7 @@ def _angle(sides: tuple[RingSide, RingSide], ends: Mapping[str, Ends]) -> float:
 def add_pulls(
     system: Mechanism, springs: Mapping[str, SpringState], poses: FloatArray, total: FloatArray
 ) -> None:
-    """Add what springs do to the wrenches (n, 6) on bodies at `poses` (n, 4, 4)."""
+    """Add the forces of springs to the wrenches (n, 6) on bodies at `poses` (n, 4, 4)."""
     for name, spring in springs.items():
         for k, end in enumerate(system.ends[name]):
             i = end.body
@@ -183,7 +184,7 @@ def add_pulls(
 
 
 def spring_columns(model: Model, state: SystemState) -> dict[str, float]:
-    """What a row of the history says of all springs: ``<spring>.force`` and so on."""
+    """Return the history columns of all springs by name: ``<spring>.force`` and so on."""
     columns: dict[str, float] = {}
     for name, spring in model.mechanism.springs.items():
         now, rate = state.springs[name], 0.0
@@ -220,8 +221,11 @@ def spring_columns(model: Model, state: SystemState) -> dict[str, float]:
 
 
 def spring_summary(model: Model, history: Mapping[str, FloatArray]) -> dict[str, dict[str, Any]]:
-    """Return what a reader of the files needs of the springs, by name; of devices the times of the
-    first rows that find them locked and released, None where they never are."""
+    """Return what a reader of the files needs of the springs, by name.
+
+    Devices have the times of the first rows that find them locked and released, None where they
+    never are.
+    """
     springs: dict[str, dict[str, Any]] = {}
     for name, spring in model.springs.items():
         told = {"between": list(spring.between), "at": spring.at.tolist(), "filter": spring.filter}
@@ -234,13 +238,13 @@ def spring_summary(model: Model, history: Mapping[str, FloatArray]) -> dict[str,
 
 
 def first_time(history: Mapping[str, FloatArray], column: str) -> float | None:
-    """The time of the first row in which a column is not zero."""
+    """Return the time of the first row in which a column is not zero."""
     rows = np.flatnonzero(history[column])
     return float(history["time"][rows[0]]) if len(rows) else None
 
 
 def slip_ring_summary(model: Model) -> dict[str, dict[str, Any]]:
-    """What a reader of the files needs to know of slip rings, by name."""
+    """Return what a reader of the files needs to know of slip rings, by name."""
     return {
         name: {"between": list(ring.between), "friction": ring.friction}
         for name, ring in model.slip_rings.items()

@@ -1,4 +1,4 @@
-"""One step of a simulation: place what moves, then every contact, then what their forces do.
+"""Take one step of a simulation: place what moves, then every contact, then apply their forces.
 
 Work is counted by the trapezoidal rule over each step, which is what a leapfrog does: its kinetic
 energy changes by just that, up to a term in the square of the step that comes back.
@@ -49,7 +49,7 @@ from contiga.simulation.triggers import firing_times, trigger_states
 
 
 class Stepped(NamedTuple):
-    """What a step has made."""
+    """The outcome of a step."""
 
     state: SystemState
     walls: dict[str, float]
@@ -59,7 +59,7 @@ class Stepped(NamedTuple):
 
 
 class Placement(NamedTuple):
-    """Where all is, before the forces there are known: free velocities are foreseen."""
+    """Where everything is, before the forces there are known: free velocities are foreseen."""
 
     bodies: BodyStates
     slaves: dict[str, SlaveState]
@@ -68,19 +68,18 @@ class Placement(NamedTuple):
 
 
 class ForcesOn(NamedTuple):
-    """What contacts, springs and gas do on the nodes of a slave, summed once it is asked for; see
-    `Forces`."""
+    """Forces of contacts, springs and gas on a slave's nodes: see `Forces`."""
 
     model: Model
     name: str
     acting: Acting
 
     def __call__(self) -> FloatArray:
-        """(n, 3) of all nodes."""
+        """Return the forces (n, 3) on all nodes."""
         return nodal_force(*self)
 
     def on_degrees(self) -> FloatArray | None:
-        """(m, 3) on the degrees of freedom themselves, where the slave is a master, too."""
+        """Return the forces (m, 3) on the degrees of freedom of a slave that is a master, too."""
         forces = [
             self.acting.contacts[part.name].control_force
             for part in self.model.contacts
@@ -89,7 +88,7 @@ class ForcesOn(NamedTuple):
         return np.array(sum(forces[1:], forces[0])) if forces else None
 
     def listed(self) -> Pushes:
-        """Of those they act on."""
+        """Return the forces on those nodes that any act on."""
         columns = []
         for part in self.model.contacts:
             if part.slave == self.name:
@@ -261,7 +260,7 @@ def advance(
 
 
 def place(model: Model, last: SystemState | None, time: float) -> Placement:
-    """Bodies and slaves at `time`, after the state `last`; None at the start."""
+    """Place bodies and slaves at `time`, after the state `last`; None at the start."""
     system = model.mechanism
     dt = 0.0 if last is None else time - last.time
     if last is None:
@@ -305,7 +304,7 @@ def place(model: Model, last: SystemState | None, time: float) -> Placement:
 
 
 def frames(system: Mechanism, standing: Placement) -> BodyStates:
-    """The bodies with the twists that free ones have once they are kicked."""
+    """Return the bodies with the twists that free ones have once they are kicked."""
     twists = standing.bodies.twists.copy()
     twists[system.free] = standing.free.twists
     if system.attached:
@@ -318,7 +317,7 @@ def wrenches(
     acting: Acting,
     standing: Placement,
 ) -> FloatArray:
-    """(n, 6) force and moment on each body about the origin of its frame, world axes.
+    """Return force and moment (n, 6) on each body about the origin of its frame, world axes.
 
     Of a body that others are attached to, with those on these; zero of what is attached. Slaves
     are to be at the end of the step, elements with their forces there.
@@ -358,7 +357,7 @@ def add_forces(
 
 
 def contact_energy(contacts: Mapping[str, State]) -> Energy:
-    """Of the contacts alone: what moves them does their work."""
+    """Return the energies of the contacts alone: what moves them does their work."""
     stored = hysteresis = damping = friction = work = 0.0
     for state in contacts.values():
         energy = state.energy
@@ -377,8 +376,11 @@ def energy_of(
     external: float,
     initial: float | None,
 ) -> Energy:
-    """Of a system: `kinetic` of its bodies, `external` work since the start and the `initial`
-    energy, which is None at the start."""
+    """Return the energies of a system.
+
+    `kinetic` is that of its bodies, `external` the work since the start, `initial` the energy then,
+    None at the start itself.
+    """
     of_contacts = contact_energy(acting.contacts)
     strain, hysteresis, damping = 0.0, of_contacts.hysteresis, of_contacts.damping
     for spring in acting.springs.values():
@@ -417,9 +419,11 @@ def external_work(
     acting: Acting,
     wrenches: FloatArray,
 ) -> float:
-    """Work done from outside in a step: by gravity, loads, pretensioners and what moves prescribed
-    bodies and points, which is against the forces on them; and the enthalpy of gas that comes and
-    goes."""
+    """Return the work done from outside in a step.
+
+    Gravity, loads, pretensioners and what moves prescribed bodies and points do it, and the
+    enthalpy of gas that comes and goes counts.
+    """
     system, slaves, work = model.mechanism, standing.slaves, 0.0
     if model.gravity.any():
         rows = standing.free.rows

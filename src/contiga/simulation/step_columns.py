@@ -1,4 +1,4 @@
-"""What a run says of its steps: why each was as long as it was, and what came of all."""
+"""Write into the history why each step was as long as it was."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ RIGHT = 0.01
 
 
 def names_of(model: Model) -> list[str]:
-    """What asks for short steps, in words, by its number in histories."""
+    """Return what asks for short steps, in words, by its number in histories."""
     return [
         *(f"contact {part.name!r}" for part in model.contacts),
         *(f"viscous friction of contact {part.name!r}" for part in model.contacts),
@@ -40,7 +40,7 @@ def names_of(model: Model) -> list[str]:
 
 
 def step_columns(model: Model, choice: Choice | None) -> dict[str, float]:
-    """The columns of one step; of the start those of none."""
+    """Return the columns of one step; at the start those of none."""
     if choice is None:
         return dict(zip(COLUMNS, (float(Reason.LARGEST), -1.0, *5 * (0.0,)), strict=True))
     names = names_of(model)
@@ -51,8 +51,11 @@ def step_columns(model: Model, choice: Choice | None) -> dict[str, float]:
 
 
 def single_warnings(history: dict[str, FloatArray]) -> list[str]:
-    """Says what single points do that is not right: swings faster than steps follow, or for so long
-    that their phase is off, and forces handed on early or late."""
+    """Return warnings about single points that steps do not follow.
+
+    They swing faster than steps follow, or so long that their phase is off, or forces on them come
+    early or late.
+    """
     if SINGLE not in history:
         return []
     warnings: list[str] = []

@@ -1,4 +1,4 @@
-"""How long the next step is: as given, or as long as named reasons let it be.
+"""Choose how long the next step is: as given, or as long as named reasons allow.
 
 An automatic step is proposed by what is known before it: the critical step, how fast
 forces change, turns, rows of tables, the step before. Then it is worked out and judged by what
@@ -133,7 +133,7 @@ NO_LIMIT = Limit(math.inf, "", Rates())
 
 
 class HandOver(NamedTuple):
-    """What points that share a force do in a step, and what they may be off by after it."""
+    """The motion in a step of points that share a force, and their error after it."""
 
     place: float = 0.0
     """Error of the depths of nodes, length."""
@@ -147,7 +147,7 @@ class HandOver(NamedTuple):
 
 
 class Start(NamedTuple):
-    """Where a step begins, and what is known of it."""
+    """The state where a step begins, and what is known of it."""
 
     state: SystemState
     most: float
@@ -159,7 +159,7 @@ class Start(NamedTuple):
 
 
 class Try(NamedTuple):
-    """A step that was worked out, and what it shows."""
+    """A step that was computed, and what it shows."""
 
     stepped: Stepped
     limit: Limit
@@ -182,7 +182,7 @@ class Try(NamedTuple):
 
 
 def following(model: Model, last: SystemState, clock: Clock) -> Stepped:
-    """The step after `last`.
+    """Return the step after `last`.
 
     Raises
     ------
@@ -213,7 +213,7 @@ def following(model: Model, last: SystemState, clock: Clock) -> Stepped:
 
 
 def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) -> Stepped:
-    """A step as long as it may be."""
+    """Return a step as long as it may be."""
     begun = perf_counter()
     if model.mechanism.followers and model.mechanism.moved and not model.allow_unstable:
         limit = limit_of(model, last, "following")
@@ -273,7 +273,7 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
 
 
 def proposed(model: Model, stepping: AutoSteps, start: Start) -> Cut:
-    """The longest step that is foreseen to be right, and why it is not longer."""
+    """Return the longest step that is foreseen to be right, and why it is not longer."""
     last, most = start.state, start.most
     cuts = [Cut(most, Reason.LARGEST)]
     if model.sensors or model.springs:
@@ -311,7 +311,7 @@ def _met(
     limit: Limit,
     shaking: float,
 ) -> list[Cut]:
-    """Steps by what may be met that was not foreseen at their start: turns and stiffness."""
+    """Limit steps by what may be met without being foreseen at their start: turns and stiffness."""
     cuts: list[Cut] = []
     system = model.mechanism
     for i in (*system.free.tolist(), *system.driven):
@@ -329,18 +329,18 @@ def _met(
 
 
 def _shortest(model: Model, stepping: AutoSteps, most: float, critical: float) -> float:
-    """The step that nothing but stability, ways and kinks goes below."""
+    """Return the step that only stability, ways and kinks go below."""
     part = SHORTEST_OF_ELEMENTS if model.mechanism.deforms else SHORTEST
     return stepping.shortest or part * min(critical, most)
 
 
 def _fastest(rates: Rates) -> float:
-    """The ω that things swing with at most, 1/time."""
+    """Return the highest ω of any vibration, 1/time."""
     return max(math.sqrt(rates.square), DAMPED * rates.decay)
 
 
 def tried(model: Model, stepping: AutoSteps, start: Start, stepped: Stepped) -> Try:
-    """A step with what it shows."""
+    """Return a step with what it shows."""
     last, state = start.state, stepped.state
     limit = limit_of(model, state, "lasting")
     energetic = math.sqrt(2.0 * state.peak_energy)
@@ -370,8 +370,10 @@ def tried(model: Model, stepping: AutoSteps, start: Start, stepped: Stepped) -> 
 def objection(
     model: Model, stepping: AutoSteps, start: Start, now: Try, *, loses: bool
 ) -> Cut | None:
-    """The step to take in place of one, and why; None where it may pass. It `loses` where its
-    energy balance error is larger than it may be."""
+    """Return the step to take in place of one, and why; None where it may pass.
+
+    It `loses` where its energy balance error is larger than allowed.
+    """
     last, state, step = start.state, now.stepped.state, now.stepped.state.step
     if step > LEAST * start.most:
         further = gone_too_far(model, last, state)
@@ -403,12 +405,12 @@ def objection(
 
 
 def _lost(model: Model, state: SystemState) -> float:
-    """The energy that a step may miss in the balance, if shorter ones keep it."""
+    """Return the energy that a step may miss in the balance, if shorter ones keep it."""
     return (LOST_OF_ELEMENTS if model.mechanism.deforms else LOST) * state.peak_energy
 
 
 def leak_of(last: SystemState, now: Try, longer: Try | None) -> float:
-    """Energy balance error a time of steps however short, as it is known after a step.
+    """Return the energy balance error per time that steps have however short they are.
 
     Of what points leave that come in, half as long a step leaves half the energy a time, or less;
     of forces that are the gradient of none all. Between the two lies 1/√2. `longer` is a step that
@@ -424,7 +426,7 @@ def leak_of(last: SystemState, now: Try, longer: Try | None) -> float:
 
 
 def missing_of(model: Model, start: Start, state: SystemState) -> float:
-    """Energy balance error of a step, but for what a leapfrog owes until the next one.
+    """Return the energy balance error of a step, but for what a leapfrog owes until the next one.
 
     The kinetic energy of bodies stands h² F²/(8 m) above what the work of its forces has made it,
     but for the loads', which is told as it is; that of elements does as far as h has changed.
@@ -464,7 +466,7 @@ class _Felt(NamedTuple):
 
 
 def shaking_of(model: Model, last: SystemState, state: SystemState, limit: Limit) -> float:
-    """How fast the forces on bodies and nodes change in the step from `last`, over √mass.
+    """Return how fast the forces on bodies and nodes change in the step from `last`, over √mass.
 
     Where a body turns round, and forces do not change, a swing at ω shakes it by ω F; by no more
     than before, so that a force which stays, as in steady sliding, is forgotten.
@@ -535,7 +537,7 @@ def shaking_of(model: Model, last: SystemState, state: SystemState, limit: Limit
 
 
 def _over_mass(system: Mechanism, k: int, rate: FloatArray, state: SystemState) -> float:
-    """√(ṗᵀ M⁻¹ ṗ) of the rate (6,) of force and moment about the centre of a body."""
+    """Return √(ṗᵀ M⁻¹ ṗ) for the rate (6,) of force and moment about the centre of a body."""
     one, turn = system.fixed[k], state.bodies.poses[int(system.free[k]), :3, :3]
     torque = product(turn.T, rate[3:] * one[SPINS : SPINS + 3])
     moment = product(one[AXES : AXES + 9].reshape(3, 3).T, torque)
@@ -546,8 +548,10 @@ def _over_mass(system: Mechanism, k: int, rate: FloatArray, state: SystemState) 
 def _rates(
     part: ContactPart, last: SystemState, state: SystemState, decay: float
 ) -> tuple[_Felt, ...]:
-    """Rates of what a contact does to its slave: of its normal forces by stiffness alone, since
-    what sets in at once has none, and of friction."""
+    """Return the rates of a contact's forces on its slave: normal ones by stiffness, and friction.
+
+    What sets in at once has no stiffness.
+    """
     before, now = last.contacts[part.name], state.contacts[part.name]
     rows, stiffness = now.kept.stiffness.nonzero()
     if len(rows) == 0 and now.kept.traction_B is None:
@@ -564,7 +568,7 @@ def _rates(
 
 
 def _gripped(before: State, now: State, step: float) -> _Felt:
-    """Rates of friction, of the points that carried before: what others have is their first."""
+    """Return the rates of friction at points that carried before: others have their first."""
     kept, last = now.kept, before.kept
     if kept.traction_B is None or last.traction_B is None:
         return _Felt(kept.normal_force.rows[:0], np.zeros((0, 3)))
@@ -583,16 +587,17 @@ def _add_felt(
     forces: FloatArray,
     state: SystemState,
 ) -> None:
-    """Add what acts on the slave at places (k, 3), and against it on the master, where these are
-    free."""
+    """Add what acts on the slave at places (k, 3), and the reverse on the master, where free."""
     sides = model.mechanism.sides[part.name]
     for k, sign in zip(sides.free, sides.signs, strict=True):
         add_forces(rates[k], places, sign * forces, state.rigid[k, CENTRE : CENTRE + 3])
 
 
 def changes_of_points(model: Model, last: SystemState, state: SystemState) -> float:
-    """The largest change of what single points do in a step, over √mass: the forces on the nodes of
-    a free slave, or of points that share one on the body they stand on."""
+    """Return the largest change of forces on single points in a step, over √mass.
+
+    These are nodes of a free slave, or points that share a force on the body they stand on.
+    """
     system, most = model.mechanism, 0.0
     for name, mass in system.loose.items():
         change = _change_of_nodes(model, name, last, state)
@@ -611,18 +616,18 @@ def changes_of_points(model: Model, last: SystemState, state: SystemState) -> fl
 
 
 def _change_of_nodes(model: Model, name: str, last: SystemState, state: SystemState) -> FloatArray:
-    """(n, 3) by which the forces on the nodes of a slave change."""
+    """Return the change (n, 3) of the forces on the nodes of a slave."""
     return nodal_force(model, name, last.acting) - nodal_force(model, name, state.acting)
 
 
 def _sharing(before: State, now: State) -> IndexArray:
-    """Points with a normal force in either state."""
+    """Return the points with a normal force in either state."""
     both = before.kept.normal_force.nonzero(), now.kept.normal_force.nonzero()
     return np.union1d(both[0].rows, both[1].rows)
 
 
 def hand_over(model: Model, last: SystemState, state: SystemState) -> HandOver:
-    """The errors after a step from `last`, which holds those before it."""
+    """Return the errors after a step from `last`, which holds those before it."""
     system, step = model.mechanism, state.step
     place = last.place_error + step * last.speed_error
     speed, late, parts = last.speed_error, 0.0, []
@@ -669,8 +674,9 @@ def hand_over(model: Model, last: SystemState, state: SystemState) -> HandOver:
 
 
 def gone_too_far(model: Model, last: SystemState, state: SystemState) -> Cut | None:
-    """The step to take in place of one in which points go past a wall that they never felt, or go
-    in and out; None where they do not.
+    """Return the step to take in place of one in which points pass through a wall unnoticed.
+
+    They go past a wall that never pushed them, or in and out; None where they do not.
 
     They may go a small part of the master's size, or as far as they cannot touch it.
     """
@@ -708,7 +714,7 @@ def gone_too_far(model: Model, last: SystemState, state: SystemState) -> Cut | N
 
 
 def _room(model: Model, part: ContactPart, before: State, wanted: FloatArray) -> FloatArray:
-    """(m,) how far each point may go; of those that want to go farther their distance is asked."""
+    """Return how far (m,) each point may go; those that want to go farther are measured."""
     known = np.where(before.patch >= 0, 0.0, before.safe_distance)
     # Points that lie inside since the start touch nothing.
     half = part.contact.half_thickness
@@ -742,8 +748,7 @@ def _speed(model: Model, part: ContactPart, at: SystemState) -> float:
 
 
 def _ways(part: ContactPart, before: State, now: State, rows: IndexArray) -> FloatArray:
-    """Return displacements (k, 3) of points in contact relative to the surface between two states,
-    body axes."""
+    """Return displacements (k, 3) of points in contact relative to the surface, body axes."""
     points = now.points_B[rows]
     ways = points - before.points_B[rows]
     if len(now.control_points):
@@ -755,7 +760,7 @@ def _ways(part: ContactPart, before: State, now: State, rows: IndexArray) -> Flo
 
 
 def _lengths(ways: FloatArray) -> FloatArray:
-    """(n,) of the rows, zero of those that are not finite."""
+    """Return the lengths (n,) of the rows, zero for those that are not finite."""
     square = row_products(ways, ways)
     return np.asarray(np.sqrt(np.where(np.isfinite(square), square, 0.0)))
 
@@ -763,8 +768,10 @@ def _lengths(ways: FloatArray) -> FloatArray:
 def _first_inside(
     surface: Surface, a: FloatArray, b: FloatArray, way: FloatArray, rows: IntArray
 ) -> float:
-    """The least part of its way, from a to b (n, 3), after which one of the points `rows` is inside
-    that is outside at both ends."""
+    """Return the first part of its way, from a to b (n, 3), at which a point is inside.
+
+    Only points count that are outside at both ends.
+    """
     entry = surface.entries(a, b, rows)
     rows, start = rows[entry.patch >= 0], entry.point[entry.patch >= 0]
     if len(rows) == 0:

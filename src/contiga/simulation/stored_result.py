@@ -1,4 +1,4 @@
-"""`contiga.open_result`: what a run has left in its folder, while it goes on and afterwards."""
+"""Read what a run has left in its folder (`contiga.open_result`), during it and afterwards."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class StoredResult(HistoryOverTime):
 
     @property
     def time(self) -> float:
-        """Of the last step of the history."""
+        """Time of the last step of the history."""
         return float(self.history["time"][-1])
 
     @property
@@ -90,12 +90,12 @@ class StoredResult(HistoryOverTime):
         return write_mme(Path(folder), test, channels, title=title, comment=of), len(channels)
 
     def at(self, time: float) -> int:
-        """The recorded step of the fields that is nearest to a time."""
+        """Return the recorded step of the fields that is nearest to a time."""
         times = np.zeros(1) if self.fields is None else self.fields.times
         return int(np.abs(times - time).argmin())
 
     def to_pyvista(self, time: float | None = None) -> pyvista.MultiBlock:
-        """The recorded step nearest to `time`, a block for each body and slave, with its fields.
+        """Return the recorded step nearest to `time`, a block for each body and slave.
 
         Parameters
         ----------

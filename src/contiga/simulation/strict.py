@@ -1,4 +1,4 @@
-"""Stopping a run at the first point whose search is not proved."""
+"""Stop a run at the first point whose search is not proved."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run was: counts, timings, statuses. The content of summary.json."""
+"""Summarise a run: counts, timings, statuses. This is the content of summary.json."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def summarise(
     ends: tuple[float, ...] = (),
     rest: Rest | None = None,
 ) -> dict[str, Any]:
-    """The summary of a finished run, of whose model there are `findings`.
+    """Return the summary of a finished run, of whose model there are `findings`.
 
     `ends` are times at which it had ended before, by steps that are not those of one run; `rest`
     how it had come to rest before it.
@@ -145,7 +145,10 @@ def summarise(
 def summary_so_far(
     model: Model, history: dict[str, FloatArray], clock: Clock, *, stopped: bool
 ) -> dict[str, Any]:
-    """The summary of a run that has not ended; criteria of sensors only where it has `stopped`."""
+    """Return the summary of a run that has not ended.
+
+    It has criteria of sensors only where the run has `stopped`.
+    """
     if stopped:
         history = history | filtered_columns(model, history)
     statuses = _statuses(model, history)
@@ -177,7 +180,7 @@ def summary_so_far(
 
 
 def _statuses(model: Model, history: dict[str, FloatArray]) -> dict[str, dict[str, int]]:
-    """By contact, points that took each status, summed over the steps."""
+    """Return how many points took each status, summed over the steps, by contact."""
     return {
         name: {
             status.name: int(np.sum(history[prefix + column])) for column, status in COUNTED.items()
@@ -187,13 +190,13 @@ def _statuses(model: Model, history: dict[str, FloatArray]) -> dict[str, dict[st
 
 
 def _layers(model: Model) -> dict[str, float]:
-    """Thickness of the layer that a contact presses by a stress over strain, by contact."""
+    """Return the thickness of the layer that a contact presses by stress over strain, by name."""
     found = {part.name: thickness_of(part.contact) for part in model.contacts}
     return {name: thickness for name, thickness in found.items() if thickness is not None}
 
 
 def _depths(model: Model, history: dict[str, FloatArray]) -> dict[str, str]:
-    """Channel that tells how deep a body goes into a slave that deforms, by contact.
+    """Return the channel of the depth of a body in a slave that deforms, by contact.
 
     The penetration of such a contact is what its own law gives way, far less than the slave does.
     """
@@ -220,7 +223,7 @@ def _inputs(model: Model) -> dict[str, dict[str, Any]]:
 
 
 def _told(statuses: dict[str, dict[str, int]], which: tuple[ContactStatus, ...]) -> list[str]:
-    """What the statuses that were counted mean, and what to do."""
+    """Return what the counted statuses mean, and what to do."""
     return [
         f"{name}: {counts[status.name]} times {status.name}. {status.advice}"
         for name, counts in statuses.items()
@@ -230,6 +233,6 @@ def _told(statuses: dict[str, dict[str, int]], which: tuple[ContactStatus, ...])
 
 
 def _advice(statuses: dict[str, dict[str, int]]) -> dict[str, str]:
-    """Of all statuses that were counted, by name."""
+    """Return advice on all statuses that were counted, by name."""
     counted = {name for counts in statuses.values() for name, n in counts.items() if n}
     return {status.name: status.advice for status in ContactStatus if status.name in counted}

@@ -1,4 +1,4 @@
-"""The state of a run: where everything stands at one time, how it moves, what the contacts hold."""
+"""Hold the state of a run: where everything stands at one time, and how it moves."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from contiga.simulation.trigger import TriggerState
 
 
 class BodyState(NamedTuple):
-    """A body at one time."""
+    """The state of a body at one time."""
 
     pose: FloatArray
     """(4, 4) X_WB."""
@@ -32,7 +32,7 @@ class BodyState(NamedTuple):
 
 
 class BodyStates(Mapping[str, BodyState]):
-    """All bodies at one time, by name.
+    """The states of all bodies at one time, by name.
 
     Parameters
     ----------
@@ -88,26 +88,27 @@ class Energy(NamedTuple):
 
     @property
     def total(self) -> float:
-        """Kinetic and stored."""
+        """Kinetic and stored energy."""
         return self.kinetic + self.strain + self.contact + self.hourglass + self.gas
 
     @property
     def lost(self) -> float:
-        """Taken since the start by friction, damping, viscosity and hysteresis."""
+        """Energy taken since the start by friction, damping, viscosity and hysteresis."""
         return self.hysteresis + self.damping + self.friction + self.viscosity
 
     @property
     def error(self) -> float:
-        """Error of the energy balance: what came in and is neither there nor lost.
+        """Error of the energy balance: what came in, less what is there and what is lost.
 
-        It falls with the square of the step, but where forces are no gradient."""
+        It falls with the square of the step, but where forces are no gradient.
+        """
         total = self.kinetic + self.strain + self.contact + self.hourglass + self.gas
         lost = self.hysteresis + self.damping + self.friction + self.viscosity
         return self.initial + self.external - total - lost
 
 
 class Acting(NamedTuple):
-    """What acts between the parts of a model at one time, each by name."""
+    """The forces between the parts of a model at one time, each by name."""
 
     contacts: Mapping[str, State]
     springs: Mapping[str, SpringState]
@@ -173,10 +174,10 @@ class SystemState(Displayed):
 
     @property
     def acting(self) -> Acting:
-        """What acts between the parts."""
+        """The forces between the parts."""
         return Acting(self.contacts, self.springs, self.gas, self.slip_rings, self.joints)
 
     @property
     def n_contact(self) -> int:
-        """Points in contact, over all contacts."""
+        """Number of points in contact, over all contacts."""
         return sum(state.n_contact for state in self.contacts.values())

@@ -1,4 +1,4 @@
-"""What a law or a method is made of, for a fingerprint: its numbers and arrays, and its code.
+"""Add laws, methods and what stands in them to a fingerprint: numbers, arrays and code.
 
 Code is followed wherever it is the user's own: methods, constants of classes, slots, closures, and
 the functions and constants of modules that it names, however far away. Of packages that are
@@ -49,7 +49,7 @@ _OF_PYTHON = {
 
 
 class _Manner(IntEnum):
-    """How something is taken, the more narrowly the higher."""
+    """How something enters a fingerprint, the more narrowly the higher."""
 
     WHOLLY = 0
     UNCALLED = 1
@@ -59,14 +59,14 @@ class _Manner(IntEnum):
 
 
 class _Met(NamedTuple):
-    """A function or class, and how it is taken."""
+    """A function or class, and how it enters."""
 
     value: Any
     manner: _Manner
 
 
 class Things(Digest):
-    """Adds laws, methods and what stands in them."""
+    """Adds laws and methods, with all that they refer to, to a fingerprint."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -78,7 +78,7 @@ class Things(Digest):
         self._manner = _Manner.WHOLLY
 
     def thing(self, value: Any) -> None:
-        """A law, a method or what stands in one: numbers, arrays, functions, objects."""
+        """Add a law, a method or what stands in one: numbers, arrays, functions, objects."""
         self._thing(value, 0)
         while self._taken < len(self._met):
             met, self._taken = self._met[self._taken], self._taken + 1
@@ -165,7 +165,7 @@ class Things(Digest):
                 self._thing(reduced, depth + 1)
 
     def _class(self, kind: type) -> None:
-        """A class and what it comes from."""
+        """Add a class and its bases."""
         for one in kind.__mro__:
             if _is_own(one.__module__):
                 self.text(one.__qualname__)
@@ -174,15 +174,14 @@ class Things(Digest):
                 self._installed(one.__module__)
 
     def _later(self, value: FunctionType | type) -> None:
-        """Have a function or class taken in its turn; here its number stands for it."""
+        """Postpone a function or class; its number stands here for it."""
         number = self._numbers.setdefault(id(value), len(self._met))
         if number == len(self._met):
             self._met.append(_Met(value, self._manner))
         self.text(f"number {number}")
 
     def _code(self, function: FunctionType) -> None:
-        """What a function of Python does: its code, constants, defaults, closure, and what it
-        names."""
+        """Add what a Python function does: its code, constants, defaults, closure and names."""
         cells = []
         for cell in function.__closure__ or ():
             with suppress(ValueError):  # what is named in it was not made yet
@@ -218,7 +217,7 @@ class Things(Digest):
         self._manner = before
 
     def _installed(self, module: str) -> None:
-        """A package by its name, and by its version where that is not one that all need."""
+        """Add a package by its name, and by its version where results may depend on it."""
         top = _top(module)
         version = "" if top in _KNOWN else getattr(sys.modules.get(top), "__version__", "")
         self.text(f"{module} {version}")
@@ -234,7 +233,7 @@ def _name_of(value: Any) -> str:
 
 
 def _is_others(value: Any) -> bool:
-    """Whether an object is Python's or an installed package's, and neither data nor code."""
+    """Return whether an object is Python's or an installed package's, and neither data nor code."""
     kind = type(value)
     data = kind in _PLAIN or isinstance(value, Number) or _top(kind.__module__) == "contiga"
     return not (data or callable(value) or _is_own(kind.__module__))
@@ -245,7 +244,7 @@ def _is_slot(member: Any) -> bool:
 
 
 def _codes(code: CodeType) -> Iterator[CodeType]:
-    """A code and those of the functions that stand in it."""
+    """Return a code and those of the functions inside it."""
     yield code
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
@@ -253,7 +252,7 @@ def _codes(code: CodeType) -> Iterator[CodeType]:
 
 
 def _is_own(module: str | None) -> bool:
-    """Whether a module is the user's: none of Python, of contiga or of an installed package."""
+    """Return whether a module is the user's: none of Python, of contiga or of a package."""
     top = _top(module)
     if top in _KNOWN:
         return False
@@ -262,7 +261,7 @@ def _is_own(module: str | None) -> bool:
 
 
 def _tried(function: Callable[..., Any]) -> str:
-    """What a function answers; the name of the error where it takes other arguments."""
+    """Return what a function answers, or the name of the error where it takes other arguments."""
     try:
         with np.errstate(all="ignore"):
             return repr(np.asarray(function(_TRIED.copy()), dtype=np.float64).tobytes())

@@ -1,4 +1,4 @@
-"""Triggers: what a channel of a sensor fires, and the state of one."""
+"""Define triggers: the channel of a sensor that fires something, and the state of one."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CORNER = 2.0775
 
 
 class TriggerState(NamedTuple):
-    """Where a trigger stands at one time."""
+    """The state of a trigger at one time."""
 
     raw: float
     """The channel."""
@@ -99,7 +99,7 @@ class Trigger:
             raise InputError("must be finite", where="trigger", found=level)
 
     def start(self, raw: float, time: float) -> TriggerState:
-        """The state at the start."""
+        """Return the state at the start."""
         beyond = self.sign * (raw - self.level) > 0.0
         begun = TriggerState(raw, raw, 0.0, time if beyond else math.inf, math.inf)
         return self._fired(begun, time)
@@ -107,7 +107,7 @@ class Trigger:
     def step(
         self, last: TriggerState, raw: float, time: float, dt: float, corner: float | None
     ) -> TriggerState:
-        """The state after a step to `time`.
+        """Return the state after a step to `time`.
 
         Parameters
         ----------

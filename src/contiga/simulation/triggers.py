@@ -1,4 +1,4 @@
-"""Triggers of a simulation: what their channels say at each step, and when they fire."""
+"""Take triggers through a step: read their channels, and tell when they fire."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from contiga.simulation.trigger import CORNER, OF_TRIGGERS, TriggerState
 def trigger_states(
     model: Model, last: SystemState | None, state: SystemState
 ) -> dict[str, TriggerState]:
-    """All triggers by their sensors at `state`, after the state `last`; None at the start."""
+    """Return all triggers by their sensors at `state`, after the state `last`."""
     states = {}
     for sensor in model.triggered:
         if isinstance(sensor, Sensor):
@@ -43,12 +43,12 @@ def _corner(model: Model, sensor: Sensor | RelativeSensor) -> float | None:
 
 
 def firing_times(states: Mapping[str, TriggerState]) -> dict[str, float]:
-    """When triggers fire, of those of which that is known."""
+    """Return when triggers fire, for those of which that is known."""
     return {name: state.fires for name, state in states.items() if math.isfinite(state.fires)}
 
 
 def kinks_of_triggers(model: Model, state: SystemState) -> list[float]:
-    """Times after `state` at which what triggers fire bends: steps end there."""
+    """Return times after `state` at which what triggers fire has a kink: steps end there."""
     nearest = SAME_TIME * (model.stepping.end - model.stepping.start)
     return [
         float(time)
@@ -59,7 +59,7 @@ def kinks_of_triggers(model: Model, state: SystemState) -> list[float]:
 
 
 def trigger_columns(state: SystemState) -> dict[str, float]:
-    """What a row of the history says of triggers."""
+    """Return the history columns of triggers."""
     columns: dict[str, float] = {}
     for name, one in state.triggers.items():
         values = one.value, float(one.fires <= state.time)

@@ -1,1 +1,1 @@
-"""What a model says that its author most likely did not mean, found before a run and after it."""
+"""Find what the author of a model most likely did not mean, before a run and after it."""

@@ -1,4 +1,4 @@
-"""How near a slave comes to a body over its whole way.
+"""Bound the least distance between a slave and a body over a whole motion.
 
 Distance is 1-Lipschitz: at another time a point is nearer by at most the way that it has gone in
 between, as the body sees it, and no point of a rigid slave goes farther than a corner of its box.
@@ -34,7 +34,7 @@ _TURNING = 1.001
 
 
 class Approach(NamedTuple):
-    """Where a slave is nearest to a body."""
+    """The nearest approach of a slave to a body."""
 
     distance: float
     """The least that was seen."""
@@ -46,7 +46,7 @@ class Approach(NamedTuple):
 
 
 class _Ways:
-    """How far points of a slave go, at most, as the body sees them, and how near they are."""
+    """Upper bounds of how far points of a slave go in the body's axes, and their distances."""
 
     def __init__(self, pair: Pair) -> None:
         self._pair = pair
@@ -57,8 +57,9 @@ class _Ways:
         self._box = np.where(pick == 1, high, low)
 
     def along(self, times: FloatArray) -> FloatArray:
-        """(k,) way gone until each of `times` since the first one, at most, by the corner that goes
-        most.
+        """Return upper bounds (k,) of the way of any point from the first of `times` to each one.
+
+        The way is that of the corner of the slave's box that goes farthest.
 
         Between two of them no table has a row and nothing turns far, so that a velocity v is about
         quadratic: ∫|v| dt is at most h (|v₀| + |v₁|)/2 + 2/3 h |v_½ − (v₀ + v₁)/2|.
@@ -74,14 +75,17 @@ class _Ways:
         return np.concatenate([[0.0], np.cumsum(_TURNING * spans * speeds)])
 
     def _corners(self, times: FloatArray) -> FloatArray:
-        """(k, 8, 3) as the body sees them."""
+        """Return the corners of the slave's box (k, 8, 3) in the body's axes."""
         poses = [self._pair.relative_at(time) for time in times.tolist()]
         return np.array([pose.apply(X, self._box) for X in poses if X is not None])
 
     def nearest(self, time: float, gone: float, guess: int, least: float = np.inf) -> Approach:
-        """The nearest point at `time`, with a bound for that time; `gone` is how far points have
-        gone since the first time that was asked for, `guess` one that is near. Where all are
-        clearly farther than `least` the bound stands for the distance."""
+        """Return the nearest point at `time`, with a lower bound of all distances at that time.
+
+        `gone` is the way of points since the first time asked for, `guess` a point that is
+        near. Where all points are clearly farther than `least`, the bound stands in place
+        of the distance.
+        """
         points, X_WB = self._pair.standing(time)
         p_B, surface = to_body(X_WB, points), self._pair.body.surface
         rows = self._rows
@@ -100,7 +104,7 @@ class _Ways:
 
 
 class _Span(NamedTuple):
-    """A part of the time, with bounds of the distances at its ends."""
+    """A part of the run, with lower bounds of the distances at its two ends."""
 
     times: FloatArray
     """(k,) between which the way is taken for even."""
@@ -111,11 +115,11 @@ class _Span(NamedTuple):
 
     @property
     def least(self) -> float:
-        """No point is nearer in between: each distance changes by no more than the way."""
+        """A lower bound of all distances in between: each changes by no more than the way."""
         return 0.5 * (self.first + self.last - (self.gone[-1] - self.gone[0]))
 
     def parted(self, ways: _Ways) -> tuple[FloatArray, FloatArray, int]:
-        """Times and ways with one inside, and the one in the middle of the way."""
+        """Return times and ways with one at least in between, and the row at half of the way."""
         times, gone = self.times, self.gone
         if len(times) == 2:
             times = np.linspace(times[0], times[1], _FINER + 1)
@@ -125,7 +129,10 @@ class _Span(NamedTuple):
 
 
 def closest_approach(pair: Pair) -> Approach | None:
-    """Where the slave's active points are nearest to the body, over all the time of the run.
+    """Return where the slave's active points are nearest to the body in the whole run.
+
+    None where they may touch, since no bound shows that they do not. Where points move apart
+    from each other, it is a sample.
 
     None where they may touch: where no bound shows that they do not. A sample where points move
     apart from each other.

@@ -1,4 +1,4 @@
-"""Checks of facets that are too large for what meets them: a body goes in between their points."""
+"""Find facets that are too coarse: a body passes between their points of contact."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ of the squares' side."""
 
 
 class _Missed(NamedTuple):
-    """A body that goes through a facet before a point of contact around it is touched."""
+    """A body that reaches through a facet before a point of contact around it is touched."""
 
     reach: float
     """How far, along the normal of the facet."""
@@ -48,7 +48,7 @@ class _Missed(NamedTuple):
 
 
 def check_coarse(scene: Scene) -> Iterator[Finding]:
-    """Bodies that are thinner than the facets of a slave, and go in between its points."""
+    """Report bodies that are thinner than the facets of a slave and pass between its points."""
     for pair in scene.pairs:
         near, since = _near(pair, pair.approach)
         times = pair.approach[since:]
@@ -105,8 +105,7 @@ def check_coarse(scene: Scene) -> Iterator[Finding]:
 
 
 def _near(pair: Pair, times: FloatArray) -> tuple[IndexArray, int]:
-    """Facets that the body comes so near to that it may touch them, the first ones, and the number
-    of the last time before that."""
+    """Return the first facets that the body may touch, and the row of the last time before that."""
     slave, surface = pair.slave, pair.body.surface
     near: dict[int, None] = {}
     if slave.facets is None:
@@ -135,7 +134,7 @@ def _near(pair: Pair, times: FloatArray) -> tuple[IndexArray, int]:
 
 
 def _radii(corners: FloatArray) -> FloatArray:
-    """(f,) from the middles of facets (f, 3, 3) to their farthest corners."""
+    """Return the distances (f,) from the centres of facets (f, 3, 3) to their farthest corners."""
     off = corners - corners.mean(axis=1, keepdims=True)
     return np.asarray(row_lengths(off.reshape(-1, 3)).reshape(-1, 3).max(axis=1))
 
@@ -143,8 +142,11 @@ def _radii(corners: FloatArray) -> FloatArray:
 def _followed(
     pair: Pair, times: FloatArray, corners: IndexArray, shape: FloatArray
 ) -> tuple[NDArray[np.bool_], FloatArray]:
-    """Which points of facets are in contact at times (t, f, k), and how deep the deepest of each
-    facet lies (t, f), by the contact's own search."""
+    """Return which points of facets are in contact at `times`, and the depth of each facet.
+
+    Contact is (t, f, k) by the contact's own search, the depth of the deepest point of a facet
+    (t, f).
+    """
     contact, n = pair.contact, len(corners) * len(shape)
 
     def placed(points: FloatArray) -> FloatArray:
@@ -170,8 +172,10 @@ def _followed(
 
 
 def _ends(pair: Pair, time: float, shape: FloatArray, corners: IndexArray) -> FloatArray:
-    """(2, k) how far the body goes on from points of a facet (k, 3), which are in contact, along
-    its normal and against it."""
+    """Return how far the body reaches beyond points of a facet along its normal and against it.
+
+    The points (k, 3) are in contact; the result is (2, k).
+    """
     points, X_WB = pair.standing(time)
     facet = to_body(X_WB, points[corners])
     normal = np.cross(facet[1] - facet[0], facet[2] - facet[0])

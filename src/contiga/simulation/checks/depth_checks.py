@@ -1,4 +1,4 @@
-"""Checks of how deep contact goes: beyond a layer, beyond a table, too far in one step."""
+"""Find contact that goes too deep: beyond a layer, beyond a table, too far in one step."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _CELL_EDGES = {
 
 
 def check_depth(scene: Scene) -> Iterator[Finding]:
-    """Where motions that nothing stops go too deep or too fast."""
+    """Report prescribed motions that go too deep or too fast."""
     for pair in scene.pairs:
         if not pair.free:
             # Penetrations that a law does not know.
@@ -82,7 +82,7 @@ def check_depth(scene: Scene) -> Iterator[Finding]:
 def deeper_than(
     layer: Layer, where: str, reached: tuple[float, float], said: Said
 ) -> Iterator[Finding]:
-    """A penetration beyond a layer's thickness, or beyond the table of its law.
+    """Report a penetration beyond a layer's thickness, or beyond the table of its law.
 
     `reached` is how deep it goes, and when.
     """
@@ -114,7 +114,7 @@ def deeper_than(
 def deeper_than_elements(
     pair: Pair, own: Mapping[str, FloatArray], said: Said
 ) -> Iterator[Finding]:
-    """A penalty on solid elements that is penetrated by more than a tenth of their size.
+    """Report a penalty on solid elements that is penetrated by over a tenth of their size.
 
     It means "do not penetrate": what it gives way by the elements do not, which then are pressed
     and resist less. That is the mean penetration, each point by its force: 2 E/F of the stored
@@ -161,7 +161,7 @@ def deeper_than_elements(
 
 
 def _rounded_up(number: float) -> float:
-    """To two digits.
+    """Round up to two digits.
 
     >>> _rounded_up(0.01234), _rounded_up(20.0)
     (0.013, 20.0)

@@ -1,4 +1,4 @@
-"""Checks of which side of a slave touches: the front, the back, or both."""
+"""Find slaves that touch with the wrong side: the back, or front and back at once."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SAME_SIDE = 0.9
 
 
 def check_facing(scene: Scene) -> Iterator[Finding]:
-    """Skins of solids that are first touched from within."""
+    """Report skins of solids that are first touched from within."""
     for pair in scene.pairs:
         if not any(kind in SOLIDS for kind in pair.slave.cells):
             continue
@@ -46,7 +46,7 @@ def check_facing(scene: Scene) -> Iterator[Finding]:
 
 
 def two_layers(pair: Pair, state: State) -> Iterator[Finding]:
-    """Slaves both of whose sides are in contact."""
+    """Report slaves both of whose sides are in contact."""
     slave, rows = pair.slave, np.flatnonzero(state.in_contact[: len(pair.slave)])
     if slave.facets is None or len(rows) == 0 or pair.contact.quadrature != "nodes":
         return
@@ -69,7 +69,7 @@ def two_layers(pair: Pair, state: State) -> Iterator[Finding]:
 
 
 def _normals(slave: Slave, points: FloatArray, rows: IndexArray) -> FloatArray:
-    """(len(rows), 3) normals of the slave's own facets at its nodes `rows`."""
+    """Return unit normals (len(rows), 3) of the slave's own facets at its nodes `rows`."""
     assert slave.facets is not None
     touched = slave.facets[np.isin(slave.facets, rows).any(axis=1)]
     corners = points[touched]

@@ -1,4 +1,4 @@
-"""A finding: something about a model that its author most likely did not mean."""
+"""Define a finding: something about a model that its author most likely did not mean."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Finding(NamedTuple):
 
 
 def together(told: tuple[Finding, ...], shown: tuple[Finding, ...]) -> tuple[Finding, ...]:
-    """What was told beforehand, and what a run has shown beside that."""
+    """Join findings of the model with those of its run that are new."""
     known = {(one.rule, one.where) for one in told}
     return told + tuple(one for one in shown if (one.rule, one.where) not in known)
 
@@ -49,7 +49,7 @@ def raise_findings(findings: tuple[Finding, ...]) -> NoReturn:
 
 
 class Said:
-    """Quantities as they stand in texts, with the names of their units where these are known.
+    """Quantities in the words of messages, with the names of their units where these are known.
 
     Parameters
     ----------
@@ -62,11 +62,11 @@ class Said:
         self._names = derived_units(*units) if self.known else {}
 
     def __call__(self, value: float, quantity: str = "length") -> str:
-        """`value` in words, of "length", "time", "velocity", "force", "stress", "energy"…"""
+        """Return `value` with its unit; `quantity` is "length", "time", "velocity", "force"…"""
         return f"{value:.4g} {self._name(quantity)}".rstrip()
 
     def si(self, length: int, mass: int, time: int) -> float:
-        """How many SI units one of these powers is; 1 where the units are not known."""
+        """Return how many SI units one unit of these powers is; 1 where the units are not known."""
         if not self.known:
             return 1.0
         factors = [
@@ -76,7 +76,7 @@ class Said:
         return float(factors[0] ** length * factors[1] ** mass * factors[2] ** time)
 
     def unit(self, kind: str) -> str:
-        """The name of a unit, or "units of" it."""
+        """Return the name of a unit, or "units of" its quantity."""
         return self._name(kind) or f"units of {kind}"
 
     def _name(self, quantity: str) -> str:

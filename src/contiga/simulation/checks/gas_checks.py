@@ -1,4 +1,4 @@
-"""Checks of gas: temperatures and gas constants that are probably in another unit."""
+"""Find temperatures and gas constants that are probably in another unit."""
 
 from __future__ import annotations
 

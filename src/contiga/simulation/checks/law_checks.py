@@ -1,4 +1,4 @@
-"""Checks of laws and of what they are given: stresses, thicknesses, weights."""
+"""Find stresses, thicknesses and weights that laws can hardly have."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _OVERDAMPED = 2.0
 
 
 def check_laws(scene: Scene) -> Iterator[Finding]:
-    """Laws whose numbers are most likely in another unit, or of another thing."""
+    """Report laws whose numbers are most likely in another unit or of another quantity."""
     for pair in scene.pairs:
         for layer in layers_of(pair.contact):
             x, y = layer.curve.x, layer.curve.y
@@ -113,14 +113,19 @@ def check_laws(scene: Scene) -> Iterator[Finding]:
 
 
 def in_percent(strains: FloatArray, most: float) -> bool:
-    """Whether strains of a table are most likely percents: more than its last row, which may stand
-    far off to say how it goes on, is beyond `most`."""
+    """Return whether the strains of a table are most likely percents.
+
+    More of them than the last have to be beyond `most`: the last row may stand far off to say
+    how the table goes on.
+    """
     return len(strains) > 2 and bool(strains[-2] > most)
 
 
 def odd_strength(end: float, stress: float, where: str, what: str, said: Said) -> Iterator[Finding]:
-    """A curve of a layer or of foam that ends at a strain, with the stress at half of its thickness
-    or at that end."""
+    """Report a curve of a layer or foam that is too strong or too weak for any.
+
+    `stress` is that at half the thickness, or at `end`, the strain at which the curve ends.
+    """
     pascal = said.si(-1, 1, -2)
     if end >= _STRAIN and not _SOFT_LAYER[0] <= stress * pascal <= _SOFT_LAYER[1] and stress > 0.0:
         yield Finding(
@@ -134,7 +139,7 @@ def odd_strength(end: float, stress: float, where: str, what: str, said: Said) -
 
 
 def _weights(pair: Pair, said: Said) -> Iterator[Finding]:
-    """Areas of a cloud's points that have nothing to do with how far apart they are."""
+    """Report areas of a cloud's points that do not fit the distances between them."""
     contact, slave = pair.contact, pair.slave
     law, method = contact.law, contact.area
     by_area = isinstance(law, StressLaw | FaceLaws) or (

@@ -1,4 +1,4 @@
-"""The layers that the law of a contact deforms: how thick they are, how far their tables go."""
+"""Describe the layers that the law of a contact deforms: thickness, and end of the table."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ BEYOND = {
 
 
 class Layer(NamedTuple):
-    """What gives way in a contact."""
+    """The layer that a contact presses."""
 
     thickness: float | None
     """Of the layer, the greatest where it differs; None where the law knows of none."""
@@ -34,8 +34,7 @@ class Layer(NamedTuple):
 
 
 def layers_of(contact: Contact) -> list[Layer]:
-    """The layers of one contact: none of laws that have no curve, one a law of
-    those by face."""
+    """Return the layers of one contact: one for each law of those by face, none without a curve."""
     if isinstance(contact.law, FaceLaws):
         return [layer for law in contact.law.laws for layer in _layers(law, contact)]
     return _layers(contact.law, contact)
@@ -70,8 +69,10 @@ def _layer(law: object, contact: Contact) -> Layer | None:
 
 
 def thickness_of(contact: Contact) -> float | None:
-    """Return the thickness of the layer of a law of stress over strain; None for another law or a
-    layer of varying thickness."""
+    """Return the thickness of the layer of a law of stress over strain.
+
+    None for another law, or for a layer of varying thickness.
+    """
     if not isinstance(contact.law, StressLaw):
         return None
     if contact.law.thickness is not None:
@@ -84,13 +85,13 @@ def thickness_of(contact: Contact) -> float | None:
 
 
 def end_of(curve: Characteristic) -> float | None:
-    """Where a table ends; None of a straight line, which is the same beyond its rows."""
+    """Return where a table ends; None for a straight line, which goes on beyond its rows."""
     if not curve.is_table or (len(curve.x) == 2 and curve.extrapolation == "linear"):
         return None
     return float(curve.x[-1])
 
 
 def strength(curve: Characteristic, strain: float) -> float:
-    """What a curve gives at a strain, or at the end of its table before that."""
+    """Return what a curve gives at a strain, or at the end of its table before that."""
     at = min(strain, float(curve.x[-1])) if curve.is_table else strain
     return float(np.asarray(curve(at)))

@@ -1,4 +1,4 @@
-"""Checks of how a model is put together: parts that do nothing, contacts that are there twice."""
+"""Find parts of a model that do nothing, and contacts that are there twice."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MANY_STEPS = 150_000
 
 
 def check_layout(scene: Scene) -> Iterator[Finding]:
-    """Slaves and contacts that have no effect, or twice the effect."""
+    """Report slaves, bodies and contacts that have no effect, or twice the effect."""
     model = scene.model
     used = {part.slave for part in model.contacts} | model.mechanism.tied.keys()
     for name, slave in model.slaves.items():

@@ -1,4 +1,4 @@
-"""Checks of what forces move: masses, inertias, velocities, gravity."""
+"""Find masses, inertias, velocities and a gravity that are probably in another unit."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _LIGHTEST = 0.01
 
 
 def check_masses(scene: Scene) -> Iterator[Finding]:
-    """Masses, inertias and velocities that are most likely in another unit.
+    """Report masses, inertias and velocities that are most likely in another unit.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Checks of what deforms is made of: densities, moduli, curves and rates that no matter has."""
+"""Find densities, moduli, curves and rates that no material has."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _LOCKS = 0.47
 
 
 def check_materials(scene: Scene) -> Iterator[Finding]:
-    """Numbers of materials that are most likely in another unit."""
+    """Report numbers of materials that are most likely in another unit."""
     for name, nodes in scene.model.mechanism.nodes.items():
         if not isinstance(nodes, DeformingNodes):
             continue
@@ -82,12 +82,12 @@ def check_materials(scene: Scene) -> Iterator[Finding]:
 
 
 def elements_of(name: str, parts: Sequence[Part]) -> str:
-    """Elements of a part in words, with its name where a slave has several."""
+    """Return the words for the elements of a part, with its name where a slave has several."""
     return "its elements" if len(parts) == 1 else f"the elements of {name.rsplit(': ', 1)[-1]}"
 
 
 def _units(where: str, what: str, part: Part, said: Said) -> Iterator[Finding]:
-    """Densities, moduli and wave speeds."""
+    """Report densities, moduli and wave speeds that no material has."""
     own = part.material.coefficients(part.kind, part.across).wave_modulus
     density, modulus = part.density * said.si(-3, 1, 0), own * said.si(-1, 1, -2)
     # A thickness or a section of one makes it a mass by area or by length.
@@ -119,8 +119,7 @@ def _units(where: str, what: str, part: Part, said: Said) -> Iterator[Finding]:
 
 
 def _rates(where: str, what: str, part: Part, scene: Scene) -> Iterator[Finding]:
-    """Rates nothing reaches or everything exceeds, or that are smoothed over all the "
-    "run."""
+    """Report rates that nothing reaches or everything exceeds, or that are smoothed away."""
     if not (isinstance(part.material, Foam) and part.material.rates):
         return
     said, stepping = scene.said, scene.model.stepping

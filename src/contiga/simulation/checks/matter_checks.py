@@ -1,4 +1,4 @@
-"""Checks of what deforms: steps that are too long for its elements, nodes that are in none."""
+"""Find steps that are too long for elements, and nodes that belong to none."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ MUCH = 0.05
 
 
 def added_masses(nodes: NodeMover) -> tuple[AddedMass, ...]:
-    """What mass scaling gave each part of a slave; nothing of one that has none."""
+    """Return the mass that mass scaling gave each part of a slave; empty without any."""
     matter = getattr(nodes, "matter", None)
     added: tuple[AddedMass, ...] = getattr(matter, "added", ())
     return added
 
 
 def check_matter(scene: Scene) -> Iterator[Finding]:
-    """What a run would refuse at its first step, and what nothing moves."""
+    """Report what a run would refuse at its first step, and nodes that nothing moves."""
     model, stepping = scene.model, scene.model.stepping
     if not model.mechanism.deforms:
         return

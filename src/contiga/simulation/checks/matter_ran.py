@@ -1,4 +1,4 @@
-"""Checks of what deforms after a run: strains beyond tables, energy in hourglass modes."""
+"""Find strains beyond tables and energy in hourglass modes after a run."""
 
 from __future__ import annotations
 
@@ -25,8 +25,7 @@ _NOTHING = 1e-4
 def check_matter_ran(
     scene: Scene, history: Mapping[str, FloatArray], last: SystemState
 ) -> Iterator[Finding]:
-    """Materials that were asked for more than they know, and elements that gave way by modes that
-    their strain does not see."""
+    """Report strains beyond the tables of materials, and much energy in hourglass modes."""
     for name, nodes in scene.model.mechanism.nodes.items():
         if isinstance(nodes, DeformingNodes):
             # The largest strain of each part, by the table that it is farthest beyond.

@@ -1,4 +1,4 @@
-"""Checks of how elements hang together: halves that share no node, elements given twice."""
+"""Find meshes that share no nodes where they meet, and elements that are given twice."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _ONE_PLACE = 1e-4
 
 
 def check_meshes(scene: Scene) -> Iterator[Finding]:
-    """Elements that are not joined where they meet, and elements that are given twice."""
+    """Report elements that are not joined where they meet, and elements given twice."""
     for name, nodes in scene.model.mechanism.nodes.items():
         if isinstance(nodes, DeformingNodes) and nodes.parts:
             points = scene.model.slaves[name].slave.points
@@ -46,8 +46,10 @@ def check_meshes(scene: Scene) -> Iterator[Finding]:
 
 
 def _torn(where: str, points: FloatArray, nodes: DeformingNodes) -> Iterator[Finding]:
-    """Pieces of elements with so many nodes at the places of another's that they have a face, an
-    edge or an end there, which nothing joins."""
+    """Report pieces of a mesh that lie face to face, edge to edge or end to end, but not joined.
+
+    They have as many nodes at the same places as a face, an edge or an end has.
+    """
     # The piece that each node is in, by elements that share nodes, and of each piece the dimension
     # of its elements, the least where they differ.
     ways = [

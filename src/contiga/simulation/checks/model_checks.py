@@ -1,4 +1,4 @@
-"""All checks of a model before it is run."""
+"""Run all checks of a model before it is run."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _CHECKS: tuple[Callable[[Scene], Iterator[Finding]], ...] = (
 
 
 def check_model(model: Model) -> tuple[Finding, ...]:
-    """What about `model` its author most likely did not mean.
+    """Return what the author of `model` most likely did not mean.
 
     The motion is gone through by the search alone, in few steps, as far as it is foretold: wholly
     where it is prescribed, to the first touch where bodies are free.

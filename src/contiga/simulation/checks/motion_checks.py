@@ -1,4 +1,4 @@
-"""Checks of how the sides of a contact come to each other."""
+"""Find slaves that start inside, and slaves that never come near."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _TOUCHING = 1e-6
 
 
 def check_motion(scene: Scene) -> Iterator[Finding]:
-    """Who starts inside, and who never comes near."""
+    """Report who starts inside, and who never comes near."""
     for pair in scene.pairs:
         yield from _starts(pair, scene.said)
         yield from from_behind(pair, scene.said)
@@ -30,7 +30,7 @@ def check_motion(scene: Scene) -> Iterator[Finding]:
 
 
 def _inward(pair: Pair) -> bool:
-    """Whether the normals of a closed body point into it: then all around it counts as inside."""
+    """Return whether the normals of a closed body point into it: outside counts as inside then."""
     if not pair.body.closed:
         return False
     low, high = pair.body.bounds()
@@ -39,7 +39,7 @@ def _inward(pair: Pair) -> bool:
 
 
 def _starts(pair: Pair, said: Said) -> Iterator[Finding]:
-    """Points that are on the contact side from the start."""
+    """Report points that are on the contact side from the start."""
     start = pair.dry_runs[0]
     rows = start.inside
     if len(rows) == 0:
@@ -83,7 +83,7 @@ def _turned(pair: Pair, count: int) -> Finding:
 
 
 def _never(pair: Pair, said: Said) -> Iterator[Finding]:
-    """Sides that never meet, and how near they come."""
+    """Report sides that never meet, and how near they come."""
     if len(pair.dry_runs[0].inside) or not pair.slave.active.any():
         return
     closest = closest_approach(pair)

@@ -1,4 +1,4 @@
-"""What a run shows of its model: contact that never came, went too deep, or lay on few nodes."""
+"""Find in a run contact that never came, went too deep, or lay on few nodes."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ _APART = 0.02
 
 
 def check_run(model: Model, history: Columns, last: SystemState) -> tuple[Finding, ...]:
-    """What the run shows, by its history and its last state."""
+    """Return what the history and the last state of a run show of its model."""
     scene = Scene(model)
     findings: list[Finding] = []
     for pair in scene.pairs:
@@ -64,7 +64,7 @@ def check_run(model: Model, history: Columns, last: SystemState) -> tuple[Findin
 
 
 def check_crest(model: Model, state: SystemState) -> tuple[Finding, ...]:
-    """What the state at the greatest force shows."""
+    """Return what the state at the greatest force shows of the model."""
     scene = Scene(model)
     findings: list[Finding] = []
     for pair in scene.pairs:
@@ -92,8 +92,10 @@ def check_crest(model: Model, state: SystemState) -> tuple[Finding, ...]:
 
 
 def notes_on(model: Model, history: Columns) -> list[str]:
-    """What of its numbers a reader may take for something else: the force that a law sets is a sum
-    of magnitudes, and what is printed is their resultant."""
+    """Return remarks on numbers that a reader may take for something else.
+
+    The force that a law sets is a sum of magnitudes, and what is printed is their resultant.
+    """
     scene, notes = Scene(model), []
     for pair in scene.pairs:
         own = _columns(model, pair, history)
@@ -117,7 +119,7 @@ def notes_on(model: Model, history: Columns) -> list[str]:
 
 
 def _columns(model: Model, pair: Pair, history: Columns) -> dict[str, FloatArray]:
-    """The history of one contact, and the times."""
+    """Return the columns of one contact in the history, and the times."""
     prefix = column_prefixes(model)[pair.part.name]
     names = (
         *("n_contact", "n_tunnelled", "max_penetration", "force"),
@@ -128,8 +130,10 @@ def _columns(model: Model, pair: Pair, history: Columns) -> dict[str, FloatArray
 
 
 def _no_contact(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Contacts that nothing ever came to, where that was not foretold, and open faces that were met
-    or passed from behind."""
+    """Report contacts in which nothing ever touched, unless that was known before the run.
+
+    So it reports open faces that were met or passed from behind.
+    """
     met = bool(own["n_contact"].any())
     from_behind = list(ran_from_behind(pair, last, met=met))
     yield from from_behind
@@ -151,7 +155,7 @@ def _no_contact(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> It
 
 
 def _deep(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Penetrations that a law does not know, and steps in which points went in too far at once."""
+    """Report penetrations beyond a law's table, and steps in which points went in too far."""
     at = int(np.nanargmax(own["max_penetration"]))
     reached = float(own["max_penetration"][at]), float(own["time"][at])
     for layer in layers_of(pair.contact):
@@ -172,7 +176,7 @@ def _deep(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator
 
 
 def _sudden(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Contacts that begin with points deeper than a facet is wide: these had let the body in."""
+    """Report contacts that begin deeper than a facet is wide: the mesh had let the body in."""
     touched = np.flatnonzero(own["n_contact"] > 0)
     if pair.slave.facets is None or len(touched) == 0 or touched[0] == 0:
         return
@@ -193,7 +197,7 @@ def _sudden(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterat
 
 
 def _damped(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Damping that does most of the work of a contact."""
+    """Report damping that does most of the work of a contact."""
     parts = [own[f"energy_{name}"] for name in ("stored", "damping", "hysteresis", "friction")]
     most = float(np.max(sum(parts)))
     lost = float(own["energy_damping"][-1])
@@ -208,7 +212,7 @@ def _damped(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterat
 
 
 def _unfinished(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Impacts that are cut off before what is free comes back.
+    """Report impacts that are cut off before the free side comes back.
 
     What rests does not move, and what swings to and fro has come back before.
     """
@@ -230,7 +234,7 @@ def _unfinished(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> It
 
 
 def _let_go(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Most points in contact leave at once, by another wall than they came in by."""
+    """Report steps in which most points in contact leave through another wall."""
     count, deep, gone = own["n_contact"], own["max_penetration"], own["n_tunnelled"]
     lost = (gone[1:] >= 0.5 * count[:-1]) & (count[:-1] > _LAST * count.max(initial=0.0))
     lost &= deep[:-1] > _DEEP * deep.max()

@@ -1,4 +1,4 @@
-"""A model as the checks see it: where everything stands at any time, as far as that is known.
+"""Work out where everything in a model stands at any time, as far as that is known beforehand.
 
 What is prescribed stands where its motion says. What is free flies on from its start, under gravity
 alone: so it goes until it first touches something, where neither springs nor loads act.
@@ -43,7 +43,7 @@ INSTANT = 1e-3
 
 
 class Pair:
-    """One contact of the model: its two sides, and how they stand to each other over time."""
+    """One contact of the model: its two sides, and their relative motion over time."""
 
     def __init__(self, model: Model, part: ContactPart) -> None:
         self.model = model
@@ -56,23 +56,23 @@ class Pair:
 
     @cached_property
     def _mover(self) -> NodeMover:
-        """What moves the slave."""
+        """The mover of the slave's points."""
         return self.model.mechanism.nodes[self.part.slave]
 
     @cached_property
     def _host(self) -> int:
-        """Number of the master, or of the body it is attached to."""
+        """Number of the master, or of the body that it is attached to."""
         return self.model.mechanism.root_of(self.part.master)
 
     @cached_property
     def free(self) -> bool:
-        """Whether forces move one of the sides: only the way to its first touch is known."""
+        """Whether forces move one of the sides: its way is known only until it first touches."""
         movers = self.model.mechanism.row
         return self._host in movers or self._mover.host in movers or self._mover.mass is not None
 
     @cached_property
     def foretold(self) -> bool:
-        """Whether it is known how the sides stand to each other until they touch."""
+        """Whether the relative motion of the sides is known until they touch."""
         if self.free and self.model.settling is not None:
             return False  # it starts from where it has come to rest
         if self.free and self._devices:
@@ -83,14 +83,16 @@ class Pair:
 
     @property
     def _devices(self) -> bool:
-        """Whether what is free moves by more than gravity before anything touches."""
+        """Whether more than gravity moves free parts before anything touches."""
         model = self.model
         return bool(model.springs or model.joints or model.loads or model.gas)
 
     @cached_property
     def approach(self) -> FloatArray:
-        """(k,) times from the start until the first at which a point touches, as far as the way is
-        foretold; elements stand still until then, where no load and no motion moves them."""
+        """Times (k,) from the start to the first touch, as far as the motion is known.
+
+        Elements stand still until then, where no load and no motion moves them.
+        """
         if self.foretold:
             return self.shown_times[: _until_touched(self.dry_runs)]
         motions = self._motions
@@ -104,7 +106,7 @@ class Pair:
 
     @cached_property
     def _motions(self) -> tuple[object, object]:
-        """What moves the body and the slave, or the bodies that they are attached to."""
+        """The motions of the body and the slave, or of the bodies that they are attached to."""
         slave: object = self.model.slaves[self.part.slave].motion
         if self._mover.host is not None:
             slave = self._body_motion(self._mover.host)
@@ -112,8 +114,10 @@ class Pair:
 
     @cached_property
     def times(self) -> FloatArray:
-        """(k,) times of the run: some that are planned, all rows of the motions' tables, and as
-        many in between as let the sides turn little against each other from one to the next."""
+        """Times (k,) of the run between which the sides turn little against each other.
+
+        Among them are planned steps and all rows of the motions' tables.
+        """
         times = np.union1d(spread(self.model.stepping.planned(), PLANNED), self._turns)
         if len(times) > MOST_TIMES:
             return spread(times, MOST_TIMES)
@@ -126,15 +130,17 @@ class Pair:
 
     @cached_property
     def followed(self) -> bool:
-        """Whether `times` are as close as they have to be for ways between them to be known."""
+        """Whether `times` are close enough for the motion in between to be known."""
         spans = pairwise(self.times.tolist())
         return set(self._turns) <= set(self.times) and all(
             self._turned(first, last) <= 2.0 * TURN for first, last in spans
         )
 
     def _turned(self, first: float, last: float) -> float:
-        """How far the sides turn against each other from one time to another, radians, by how fast
-        they do half way: between two rows of a table that is the same."""
+        """Return the angle between the sides' turns at two times, radians, by their rate half way.
+
+        No table has a row between the two times.
+        """
         middle, instant = 0.5 * (first + last), INSTANT * (last - first)
         X, Y = self.relative_at(middle), self.relative_at(middle + instant)
         if X is None or Y is None:
@@ -144,13 +150,13 @@ class Pair:
 
     @cached_property
     def _turns(self) -> FloatArray:
-        """(k,) times of the run at which a row of the motion's tables stands."""
+        """Times (k,) of the run at which a row of the motion's tables stands."""
         start, end = self.model.stepping.start, self.model.stepping.end
         rows = np.concatenate([rows_in(motion) for motion in self._motions])
         return np.unique(rows[(rows > start) & (rows < end)])
 
     def standing(self, time: float) -> tuple[FloatArray, FloatArray]:
-        """Slave points (n, 3), world axes, and the pose (4, 4) of the master."""
+        """Return slave points (n, 3), world axes, and the pose (4, 4) of the master."""
         slave_pose, points = self._slave_pose(time), self.slave.points
         motion = self.model.slaves[self.part.slave].motion
         if slave_pose is not None:
@@ -163,7 +169,7 @@ class Pair:
         return points, self._body_pose(self._host, time)
 
     def _slave_pose(self, time: float) -> FloatArray | None:
-        """What carries the slave's points from where it was given, None where they move apart."""
+        """Return the motion (4, 4) of the slave from where it was given; None if it deforms."""
         mover, motion = self._mover, self.model.slaves[self.part.slave].motion
         if mover.host is not None:
             return self._body_pose(mover.host, time)
@@ -179,7 +185,7 @@ class Pair:
         return velocity * t + 0.5 * t * t * self.model.gravity
 
     def _body_motion(self, i: int) -> BodyMotion | Dependent:
-        """What moves the body of a number that is attached to none."""
+        """Return the motion of the body with number `i`, which is attached to none."""
         return list(self.model.bodies.values())[i].motion
 
     def _body_pose(self, i: int, time: float) -> FloatArray:
@@ -198,8 +204,7 @@ class Pair:
         return pose.compose(pose.translation(way), turn)
 
     def relative_at(self, time: float) -> FloatArray | None:
-        """(4, 4) of the slave's points as the master sees them; None where they move apart from
-        each other."""
+        """Return the pose (4, 4) of the slave in the master's axes; None where it deforms."""
         if time not in self._relative:
             carried = self._slave_pose(time)
             self._relative[time] = (
@@ -211,8 +216,7 @@ class Pair:
 
     @cached_property
     def relative(self) -> FloatArray | None:
-        """(k, 4, 4) of the slave's points as the master sees them, at `times`; None where the
-        points move apart from each other."""
+        """Poses (k, 4, 4) of the slave in the master's axes at `times`; None where it deforms."""
         poses = [self.relative_at(float(time)) for time in self.times]
         if poses[0] is None:
             return None
@@ -220,15 +224,18 @@ class Pair:
 
     @cached_property
     def shown_times(self) -> FloatArray:
-        """(k,) times at which the motion is gone through: STANDINGS, and where it turns."""
+        """Times (k,) at which the search looks at the motion: STANDINGS, and where it turns."""
         read = self.relative_at(float(self.model.stepping.start)) is None
         times = spread(self.model.stepping.planned(), _FEW_STANDINGS if read else STANDINGS)
         return times if read else np.union1d(times, spread(self._turns, STANDINGS))
 
     @cached_property
     def dry_runs(self) -> list[DryRun]:
-        """The search at `shown_times`, as far as the way is foretold: to the first touch where
-        forces move a side, the start alone where it is not."""
+        """The search at `shown_times`, as far as the motion is known.
+
+        It ends at the first touch where forces move a side, and at the start where nothing
+        is known.
+        """
         standing = (self.standing(time) for time in self.shown_times.tolist())
         seen: list[DryRun] = []
         for one in self.contact.dry_run(standing, most=MOST_POINTS):
@@ -244,7 +251,7 @@ class Pair:
 
     @cached_property
     def touches(self) -> bool:
-        """Whether any point is seen in contact."""
+        """Whether the search finds any point in contact."""
         return any(len(seen.rows) for seen in self.dry_runs)
 
 
@@ -260,7 +267,7 @@ class Scene:
 
 
 def _until_touched(runs: Iterable[DryRun]) -> int:
-    """How many there are up to the first with a point in contact, or in all."""
+    """Return how many searches there are up to the first with a point in contact, or in all."""
     count = 0
     for seen in runs:
         count += 1

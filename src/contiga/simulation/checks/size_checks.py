@@ -1,4 +1,4 @@
-"""Checks of sizes: parts in the wrong unit, places far from what they belong to."""
+"""Find parts in the wrong unit, and places far from the body that they are on."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LOST = 1e6
 
 
 def check_sizes(scene: Scene) -> Iterator[Finding]:
-    """Sides of a contact so different in size that one is likely in another unit, or both."""
+    """Report sides of a contact so different in size that a unit is most likely wrong."""
     metre = scene.said.si(1, 0, 0)
     for pair in scene.pairs if scene.said.known else []:
         name, size = max(
@@ -59,7 +59,7 @@ def check_sizes(scene: Scene) -> Iterator[Finding]:
 
 
 def check_places(scene: Scene) -> Iterator[Finding]:
-    """Loads, springs and sensors at points far from the body they are on.
+    """Report loads, springs and sensors at points far from the body that they are on.
 
     Raises
     ------

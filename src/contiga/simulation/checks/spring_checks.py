@@ -1,4 +1,4 @@
-"""Checks of springs after a run: elongations that their tables do not know."""
+"""Find springs that went beyond their tables in a run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _PAST = 1e-9
 
 
 def check_springs_ran(scene: Scene, history: Mapping[str, FloatArray]) -> Iterator[Finding]:
-    """Springs that went past an end of their tables."""
+    """Report springs that went past an end of their tables."""
     for name, spring in scene.model.mechanism.springs.items():
         elongation = history[f"{name}.elongation"]
         unloading = None if spring.hysteresis is None else spring.hysteresis.unloading

@@ -1,4 +1,4 @@
-"""Checks of surfaces: bodies that were to be closed, and count as open because of a flaw."""
+"""Find bodies that count as open because of a flaw."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _SOME = 3
 
 
 def check_surfaces(scene: Scene) -> Iterator[Finding]:
-    """Bodies in contact that a flaw makes open; sheets, which merely end, are not among them."""
+    """Report bodies in contact that a flaw makes open; sheets, which end, are no flaw."""
     for name in dict.fromkeys(pair.part.master for pair in scene.pairs):
         body = scene.model.bodies[name].body
         if body.faces is None or body.closed:

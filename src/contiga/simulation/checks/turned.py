@@ -1,4 +1,4 @@
-"""Checks of open faces that are turned the wrong way: their free side faces away from the slave."""
+"""Find open faces whose free side faces away from the slave."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from contiga.statuses import Status
 
 
 def behind(pair: Pair, text: str) -> Finding:
-    """That the free side of an open face is the other one, most likely."""
+    """Return the finding that the free side of an open face is most likely the other one."""
     return Finding(
         "behind",
         pair.where,
@@ -28,14 +28,16 @@ def behind(pair: Pair, text: str) -> Finding:
 
 
 def mostly_behind(pair: Pair) -> bool:
-    """Whether of the points that an open face lies over most are behind it at the start."""
+    """Return whether most points that have a foot within an open face start behind it."""
     gaps = _gaps(pair, *pair.standing(float(pair.model.stepping.start)))
     return bool((gaps < 0.0).sum() > (gaps > 0.0).sum())
 
 
 def out_from_behind(pair: Pair, said: Said) -> Iterator[Finding]:
-    """Points that search by penetration takes from behind an open face at the start, and that come
-    out through it: what is pressed in goes deeper first."""
+    """Report points that start in contact behind an open face and come out through it.
+
+    What is pressed in goes deeper first.
+    """
     start, later = pair.dry_runs[0], pair.dry_runs[1:2]
     if pair.body.closed or len(start.rows) == 0 or not later or not mostly_behind(pair):
         return
@@ -49,7 +51,7 @@ def out_from_behind(pair: Pair, said: Said) -> Iterator[Finding]:
 
 
 def from_behind(pair: Pair, said: Said) -> Iterator[Finding]:
-    """Ways on which most points come to an open face from behind, as far as they are foretold."""
+    """Report slaves most of whose points come to an open face from behind."""
     if pair.body.closed or (len(pair.dry_runs[0].inside) and mostly_behind(pair)):
         return
     met = np.concatenate([seen.rows for seen in pair.dry_runs])
@@ -68,8 +70,10 @@ def from_behind(pair: Pair, said: Said) -> Iterator[Finding]:
 
 
 def ran_from_behind(pair: Pair, last: SystemState, *, met: bool) -> Iterator[Finding]:
-    """Runs that were not foretold, in which what was behind an open face at the start has met it,
-    or has passed it; where that turned round they may have met in order."""
+    """Report slaves behind an open face at the start that have met or passed it in a run.
+
+    Where the face has turned round meanwhile, they may have met in order.
+    """
     if pair.foretold or pair.body.closed or not mostly_behind(pair):
         return
     first = pair.standing(float(pair.model.stepping.start))[1]
@@ -86,7 +90,7 @@ def ran_from_behind(pair: Pair, last: SystemState, *, met: bool) -> Iterator[Fin
 
 
 def _gaps(pair: Pair, points: FloatArray, X_WB: FloatArray) -> FloatArray:
-    """(k,) of some active points whose feet are within an open face; those on it left out."""
+    """Return gaps (k,) of active points that have feet within an open face, but for those on it."""
     rows = np.flatnonzero(pair.slave.active & np.isfinite(points).all(axis=1))
     p_B = to_body(X_WB, np.ascontiguousarray(points[spread(rows, MOST_POINTS)]))
     feet = empty_projection(len(p_B))

@@ -1,4 +1,4 @@
-"""Points deep inside that are pushed by one wall, and all at once by another: forces that jump."""
+"""Find forces that jump, since deep points are pushed by one wall and at once by another."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _COMES_AND_GOES = ("n_new", "n_released", "n_through", "n_slid_off", "n_lost")
 
 
 def jump_columns(history: Mapping[str, FloatArray], prefix: str) -> dict[str, FloatArray]:
-    """What `jumped` looks at: of the contact that has `prefix`, and of the steps."""
+    """Return the columns of the contact with `prefix` and of the steps that `jumped` reads."""
     names = [*_COMES_AND_GOES, *(f"{of}_{axis}" for of in ("force", "friction") for axis in _AXES)]
     columns = {name: history[prefix + name] for name in names if prefix + name in history}
     return columns | {name: history[name] for name in (REASON,) if name in history}
@@ -31,7 +31,7 @@ def jump_columns(history: Mapping[str, FloatArray], prefix: str) -> dict[str, Fl
 def jumped(
     scene: Scene, pair: Pair, own: Mapping[str, FloatArray], last: SystemState
 ) -> Iterator[Finding]:
-    """Normal forces that jump while the same points touch, in automatic steps.
+    """Report normal forces that jump while the same points touch, in automatic steps.
 
     A point as near to two walls changes from one to the other at once. When it does decides what
     comes after, and hangs on the last digits of where it stands.
