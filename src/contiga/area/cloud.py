@@ -117,8 +117,11 @@ class CloudArea:
         return Prepared(topology_of(facets, len(rest.points)), graph, line)
 
     def weights(self, rest: Rest, prepared: Prepared) -> FloatArray | None:
-        """(n,) areas at rest where the slave has none: a third of each triangle to its corners, or
-        half the way to each neighbour along a line; None by feet, which are not known at rest."""
+        """Return areas (n,) at rest where the slave has none.
+
+        They are a third of each triangle to its corners, or half the way to each neighbour along a
+        line; None by feet, which are not known at rest.
+        """
         topology, graph, line = prepared
         if rest.area is not None:
             return None
@@ -145,7 +148,7 @@ class CloudArea:
         return Areas(area, clusters, "slave")
 
     def outlines(self, inp: AreaInput) -> Outlines:
-        """Where contact ends, as for `FacetArea`; none for points on a line."""
+        """Return where contact ends, as for `FacetArea`; none for points on a line."""
         topology, graph, line = inp.prepared
         if line or len(inp.rows) == 0:
             return no_outlines()
@@ -163,13 +166,13 @@ class CloudArea:
 
 
 def is_line(points: FloatArray) -> bool:
-    """Whether points (n, 3) lie on a line, or are fewer than three."""
+    """Return whether points (n, 3) lie on a line, or are fewer than three."""
     spread = principal_axes(points - points.mean(axis=0))[0]
     return len(points) < 3 or bool(spread[1] <= LINE * spread[0])
 
 
 def triangles_of(points: FloatArray, bridge: float) -> IntArray:
-    """(m, 3) Delaunay triangles of a cloud (n, 3), no line, in its best-fit plane.
+    """Return (m, 3) Delaunay triangles of a cloud (n, 3), no line, in its best-fit plane.
 
     Raises
     ------
@@ -198,7 +201,7 @@ def triangles_of(points: FloatArray, bridge: float) -> IntArray:
 
 
 def _depth_of(body: Master) -> float:
-    """What points on a line are wide."""
+    """Return the width that points on a line stand for."""
     depth = profile_depth(body.faces)
     if depth is None:
         raise InputError(

@@ -20,7 +20,7 @@ _SEED = 0
 def clusters_of(
     points: FloatArray, method: str = "auto", *, k: int = 1, eps: float = 0.1, min_points: int = 4
 ) -> IntArray:
-    """(n,) number of the cluster of each point (n, d), from 0 as they come; −1 for noise.
+    """Return (n,) number of the cluster of each point (n, d), from 0 as they come; −1 for noise.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def check_options(method: object, k: object, eps: object, min_points: object) ->
 
 
 def is_positive(value: object) -> bool:
-    """Whether a value is a finite number above zero."""
+    """Return whether a value is a finite number above zero."""
     return isinstance(value, Real) and 0.0 < float(value) < np.inf
 
 

@@ -1,4 +1,4 @@
-"""Where contact ends on the edges of facets that touch in part."""
+"""Find where contact ends on the edges of facets that touch in part."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Parts(NamedTuple):
 
 
 class Cut(NamedTuple):
-    """Where facets that touch in part are cut."""
+    """The places where facets that touch in part are cut."""
 
     feet: Projection
     """Of the corners, inner ones first."""
@@ -64,7 +64,7 @@ def parts_of(inp: AreaInput, topology: Topology, part: IntArray, place: IntArray
 
 
 def cut_parts(inp: AreaInput, parts: Parts) -> Cut:
-    """Where contact ends on the edges of facets that touch in part."""
+    """Find where contact ends on the edges of facets that touch in part."""
     nodes, corner = parts.nodes, parts.corner
     n_i, m = len(parts.inner), len(nodes)
     surface = inp.body.surface
@@ -92,7 +92,7 @@ def _feet_around(surface: Surface, inp: AreaInput, parts: Parts) -> Projection:
 def _ends(
     nodes: IntArray, corner: IntArray, border: np.ndarray, n_c: int
 ) -> tuple[IntArray, IntArray, IntArray]:
-    """Of edges: the row of the foot in contact, the node in contact, the node that is not."""
+    """Return for edges the row of the foot in contact, the node in contact, and the other node."""
     facet, k = border // 3, border % 3
     a, b = (facet, k), (facet, (k + 1) % 3)
     turned = corner[b] < n_c
@@ -160,9 +160,11 @@ class _Misses(NamedTuple):
         )
 
     def start(self, edges: IndexArray, low: FloatArray, high: FloatArray) -> FloatArray:
-        """Where to look next on the edges `edges`: beside the place where misses start, on the side
-        that was not looked at last; or in the middle of what is left, where two steps have not
-        halved it."""
+        """Return where to look next on the edges `edges`.
+
+        It is beside the place where misses start, on the side that was not looked at last; or in
+        the middle of what is left, where two steps have not halved it.
+        """
         (t, before), (miss, more) = self.t[edges].T, self.miss[edges].T
         with np.errstate(divide="ignore", invalid="ignore"):
             place = t - miss * (before - t) / (more - miss)
@@ -185,7 +187,7 @@ class _Misses(NamedTuple):
 
 
 def _miss(p_B: FloatArray, feet: Projection) -> FloatArray:
-    """(e,) distances of points from the normals at their feet, infinite where there are none."""
+    """Return distances (e,) of points from the normals at their feet, infinite without any."""
     arm = p_B - feet.point
     off = arm - (arm * feet.normal).sum(axis=1)[:, None] * feet.normal
     length = np.sqrt(np.square(off).sum(axis=1))

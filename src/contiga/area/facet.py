@@ -87,7 +87,7 @@ class FacetArea:
         return measure_facets(inp, inp.prepared, self.on or inp.on)
 
     def outlines(self, inp: AreaInput) -> Outlines:
-        """Where contact ends, on the side that is measured."""
+        """Return where contact ends, on the side that is measured."""
         return facet_outlines(inp, inp.prepared, self.on or inp.on)
 
 
@@ -120,7 +120,7 @@ def measure_facets(inp: AreaInput, topology: Topology, on: str) -> Areas:
 
 
 def _whole_shares(inp: AreaInput, corner: IntArray, on: str) -> FloatArray:
-    """(m, 3) areas of facets whose corners (m, 3) are all in contact, split to those."""
+    """Return (m, 3) areas of facets whose corners (m, 3) are all in contact, split to those."""
     share = np.empty((len(corner), 3))
     if on == "slave":
         slave = (inp.rows, inp.points, corner, share)
@@ -136,7 +136,7 @@ def _whole_shares(inp: AreaInput, corner: IntArray, on: str) -> FloatArray:
 
 
 def _part_areas(inp: AreaInput, parts: Parts, on: str) -> FloatArray:
-    """(i,) areas of the parts of facets that are cut where contact ends, at the inner corners."""
+    """Return areas (i,) of the parts of facets that contact cuts, at their inner corners."""
     nodes, corner = parts.nodes, parts.corner
     n_i, m = len(parts.inner), len(nodes)
     areas = np.zeros(n_i)

@@ -83,7 +83,7 @@ def _around(inp: AreaInput, graph: Graph) -> tuple[IntArray, IntArray]:
 def _charts(
     body: Faces, feet: Projection, region: IntArray
 ) -> Iterator[tuple[IntArray, FloatArray]]:
-    """Of each region, or part of one: its points, and their places (k, 2) in a chart."""
+    """Yield for each region, or part of one, its points and their places (k, 2) in a chart."""
     for k in range(int(region.max(initial=-1)) + 1):
         rows = np.flatnonzero(region == k).astype(np.int32)
         normal = feet.normal[rows]
@@ -99,7 +99,7 @@ def _charts(
 
 
 def _laid_out(body: Faces, feet: Projection, part: IntArray) -> FloatArray:
-    """(u, v) of feet on one patch, unrolled, in lengths: times the mean |S_u| and |S_v|."""
+    """Return (u, v) of feet on one patch, unrolled, in lengths: times the mean |S_u| and |S_v|."""
     patch = patch_of(body, int(feet.patch[part[0]]))
     d = patch.surface.derivatives(feet.uv[part], 1)
     scale = np.linalg.norm([d[:, 1, 0], d[:, 0, 1]], axis=2).mean(axis=1)
@@ -108,7 +108,7 @@ def _laid_out(body: Faces, feet: Projection, part: IntArray) -> FloatArray:
 
 
 def _triangles(chart: FloatArray, points: FloatArray, bridge: float) -> IntArray:
-    """(m, 3) Delaunay triangles in the chart whose sides in space bridge no gap."""
+    """Return (m, 3) Delaunay triangles in the chart whose sides in space bridge no gap."""
     from scipy.spatial import Delaunay, QhullError
 
     none = np.zeros((0, 3), np.int32)

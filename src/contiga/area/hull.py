@@ -30,7 +30,7 @@ SIDE = 8
 
 
 class _Patch(NamedTuple):
-    """What the maps need of a patch."""
+    """The members of a patch that the maps need."""
 
     surface: NurbsSurface
     periods: tuple[float, float]
@@ -185,7 +185,7 @@ def hull_of(points: FloatArray) -> FloatArray:
 
 
 def unrolled(uv: FloatArray, periods: tuple[float, float]) -> FloatArray:
-    """(n, 2) parameters without a jump at a seam: cut where the widest gap is."""
+    """Return (n, 2) parameters without a jump at a seam: cut where the widest gap is."""
     out = uv.copy()
     for axis, period in enumerate(periods):
         if period == 0.0 or len(uv) < 2:
@@ -212,7 +212,7 @@ _BASES: WeakKeyDictionary[Faces, dict[tuple[int, float | None], float]] = WeakKe
 
 
 def patch_of(body: Faces, k: int) -> _Patch:
-    """What is kept about patch `k` of a body."""
+    """Return what is kept about patch `k` of a body."""
     kept = _PATCHES.setdefault(body, {})
     if k not in kept:
         surface = body.patches[k]

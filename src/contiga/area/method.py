@@ -1,4 +1,4 @@
-"""What an area method is given, and what it answers."""
+"""Define what an area method is given, and what it answers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from contiga.records import FloatArray, IntArray, Projection
 
 
 class Rest(NamedTuple):
-    """What never changes about a slave."""
+    """The part of a slave that never changes."""
 
     points: FloatArray
     """(n, 3) at rest."""
@@ -60,7 +60,7 @@ class AreaInput(NamedTuple):
 
 
 def no_patch() -> InputError:
-    """What methods that need (u, v) say of a master of triangles."""
+    """Raise the error of methods that need (u, v) where the master is a mesh of triangles."""
     return InputError(
         "hulls and areas by the feet need the (u, v) of a patch, which a mesh does not have",
         where="area",
@@ -117,19 +117,19 @@ class AreaMethod(Protocol):
 
 
 def prepared(method: AreaMethod, rest: Rest) -> Any:
-    """What `method` keeps about a slave; None for methods that keep nothing."""
+    """Return what `method` keeps about a slave; None for methods that keep nothing."""
     prepare = getattr(method, "prepare", None)
     return None if prepare is None else prepare(rest)
 
 
 def outlines_of(method: AreaMethod, inp: AreaInput) -> Outlines | None:
-    """Where contact ends as `method` sees it; None for methods that do not say."""
+    """Return where contact ends as `method` sees it; None for methods that do not say."""
     outlines = getattr(method, "outlines", None)
     return None if outlines is None else outlines(inp)
 
 
 def weights_of(method: AreaMethod, rest: Rest, kept: Any) -> FloatArray | None:
-    """(n,) fixed areas of a slave's points at rest; None where nothing tells them.
+    """Return (n,) fixed areas of a slave's points at rest; None where nothing tells them.
 
     Those of the method, where it has any of its own; else those of the slave.
     """

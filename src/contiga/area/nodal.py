@@ -63,7 +63,7 @@ class NodalArea:
         object.__setattr__(self, "value", array)
 
     def nodal(self, n: int, slave_area: FloatArray | None) -> FloatArray:
-        """(n,) the area of every point of a slave."""
+        """Return (n,) the area of every point of a slave."""
         if self.value is None:
             if slave_area is None:
                 raise InputError(
@@ -88,7 +88,7 @@ class NodalArea:
         return self.nodal(len(rest.points), rest.area)
 
     def weights(self, _: Rest, prepared: FloatArray) -> FloatArray:
-        """(n,) the same: they never change."""
+        """Return (n,) the same: they never change."""
         return prepared
 
     def measure(self, inp: AreaInput) -> Areas:

@@ -10,7 +10,7 @@ from contiga.statuses import Feature, Status
 
 
 def offset_ratio(master: Master, feet: Projection) -> FloatArray:
-    """(n,) area at the point over area at its foot, for a slave parallel to the master.
+    """Return (n,) area at the point over area at its foot, for a slave parallel to the master.
 
     The surface S + g n at the gap g has the area element (1 − 2 H g + K g²) dA, with the mean
     and Gaussian curvature H, K of S towards n (do Carmo, Differential Geometry of Curves and

@@ -28,7 +28,7 @@ class _Cuts(NamedTuple):
 
 
 def facet_outlines(inp: AreaInput, topology: Topology, on: str) -> Outlines:
-    """Where the parts of facets in contact end, as they lie on the slave or on the master."""
+    """Return where the parts of facets in contact end, on the slave or on the master."""
     n_c = len(inp.rows)
     if n_c == 0:
         return no_outlines()
@@ -56,7 +56,7 @@ def _cut(inp: AreaInput, topology: Topology, part: IntArray, place: IntArray) ->
 
 
 def no_outlines() -> Outlines:
-    """No contact, no outline."""
+    """Return an outline without contact."""
     return Outlines(np.zeros((0, 3)), np.zeros(1, np.int64), np.zeros(0, np.int32))
 
 

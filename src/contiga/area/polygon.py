@@ -125,7 +125,7 @@ def _quartered(triangles: FloatArray) -> FloatArray:
 def _integrals(
     surface: NurbsSurface, triangles: FloatArray, periods: tuple[float, float], count: int
 ) -> FloatArray:
-    """(m,) Gauss values, by the square collapsed to a triangle."""
+    """Return (m,) Gauss values, by the square collapsed to a triangle."""
     x, w = gauss(count)
     s, t = np.meshgrid(x, x, indexing="ij")
     bary = np.stack([(1 - s), s * (1 - t), s * t], -1).reshape(-1, 3)

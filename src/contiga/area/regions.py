@@ -43,7 +43,7 @@ class Graph(NamedTuple):
 
 
 def topology_of(facets: IntArray, n: int) -> Topology:
-    """Which facets meet at each of n points.
+    """Return which facets meet at each of n points.
 
     Raises
     ------
@@ -87,14 +87,14 @@ def neighbours_of(points: FloatArray, reach: float = REACH) -> Graph:
 
 
 def structure_of(rest: Rest, reach: float = REACH) -> Topology | Graph:
-    """What joins the points of a slave: its facets, or else its neighbours."""
+    """Return what joins the points of a slave: its facets, or else its neighbours."""
     if rest.facets is not None and len(rest.facets):
         return topology_of(rest.facets, len(rest.points))
     return neighbours_of(rest.points, reach)
 
 
 def regions(structure: Topology | Graph, rows: IntArray, points: FloatArray) -> IntArray:
-    """(n_c,) number of the connected region of each point `rows`, from 0 as they come."""
+    """Return (n_c,) number of the connected region of each point `rows`, from 0 as they come."""
     place = np.full(len(points), -1, np.int32)
     if isinstance(structure, Graph):
         return components_nb.graph_components(structure.first, structure.neighbour, rows, place)

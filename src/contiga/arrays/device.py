@@ -87,7 +87,7 @@ def resident(record: Any) -> Any:
 
 
 def is_resident(array: Any) -> bool:
-    """Whether an array is on the device already, put there by numba or by another library."""
+    """Return whether an array is on the device already, by numba or another library."""
     return hasattr(array, "copy_to_host") or hasattr(array, "__cuda_array_interface__")
 
 

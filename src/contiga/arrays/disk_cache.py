@@ -1,4 +1,4 @@
-"""What is worked out of a file or a body, kept on the disk for the next process.
+"""Keep on the disk what was computed from a file or a body, for the next process.
 
 An entry is known by the digest of what it was made of, with the sources that made it: it is never
 out of date. It is a pickle, as a kernel that numba keeps is; so one that anybody else may have
@@ -55,7 +55,7 @@ class DiskCache:
         return " ".join((self._kind, *map(stamp_of, self._sources), versions))
 
     def kept(self, key: str | None, build: Callable[[], T]) -> T:
-        """What is there under a key, or else what `build` makes, put there if that took long.
+        """Return what is there under a key, or what `build` makes; keep that if it took long.
 
         Without a key it is built and the disk left alone.
         """
@@ -68,7 +68,7 @@ class DiskCache:
         return value
 
     def get(self, key: str) -> Any | None:
-        """What was put under a key; None where there is nothing, or nothing that can be trusted."""
+        """Return what was put under a key; None where nothing there can be trusted."""
         folder = cache_folder()
         if folder is None:
             return None

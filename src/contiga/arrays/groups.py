@@ -8,7 +8,7 @@ from contiga.records import IndexArray, IntArray
 
 
 def groups_of(first: IndexArray, second: IndexArray, n: int) -> IntArray:
-    """(n,) number of the group of each of n things, of which first[k] and second[k] are joined.
+    """Return the group (n,) of each of n things, of which first[k] and second[k] are joined.
 
     Groups are numbered as the first of their things come. Every thing takes the least number that
     a neighbour has, and then the least of that one (Shiloach & Vishkin, An O(log n) parallel

@@ -42,7 +42,7 @@ def near_pairs(points: FloatArray, reach: float) -> IndexArray:
 
 
 def _named(cell: IndexArray) -> np.ndarray:
-    """(n,) a number for each cell (n, 3); that different cells share one is rare."""
+    """Return (n,) a number for each cell (n, 3); that different cells share one is rare."""
     return (cell.astype(np.uint64) * _MIX).sum(axis=1, dtype=np.uint64)
 
 

@@ -1,4 +1,4 @@
-"""What is worked out once of a thing, and kept as long as that lives."""
+"""Keep what is computed once of an object, as long as that lives."""
 
 from __future__ import annotations
 

@@ -34,7 +34,9 @@ def product(a: ArrayLike, b: ArrayLike) -> FloatArray:
 
 
 def row_products(a: FloatArray, b: FloatArray) -> FloatArray:
-    """(n,) products of the rows of (n, 3): as ``(a * b).sum(axis=1)``, in a fourth of the time.
+    """Return the products (n,) of rows (n, 3).
+
+    It is ``(a * b).sum(axis=1)`` in a fourth of the time.
 
     >>> row_products(np.array([[1.0, 2.0, 3.0]]), np.array([4.0, 5.0, 6.0])).tolist()
     [32.0]
@@ -46,7 +48,7 @@ def row_products(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def row_lengths(a: FloatArray) -> FloatArray:
-    """(n,) lengths of the rows of (n, 3).
+    """Return (n,) lengths of the rows of (n, 3).
 
     >>> row_lengths(np.array([[2.0, 3.0, 6.0]])).tolist()
     [7.0]

@@ -1,4 +1,4 @@
-"""What searches of splines and of triangles hand their kernels of a path."""
+"""Records of paths that searches of splines and of triangles hand to their kernels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is linear between rows of a table and held outside it: pieces and slopes."""
+"""Look up tables that are linear between their rows and constant outside: pieces and slopes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from contiga.records import FloatArray
 
 
 def piece_at(times: FloatArray, t: float) -> int | None:
-    """Which piece between two of `times` says the rate at `t`; None outside, where all is held.
+    """Return the piece between two of `times` that has the rate at `t`; None outside.
 
     At a row it is the piece that begins there, at the last row the one that ends there.
     """

@@ -30,7 +30,7 @@ class Queries:
         return feet
 
     def signed_distance(self, points: ArrayLike) -> FloatArray:
-        """(n,) length from `points` (n, 3) to the surface, negative on the contact side.
+        """Return (n,) length from `points` (n, 3) to the surface, negative on the contact side.
 
         The `gap` of `project`; NaN where a point has no foot.
         """
@@ -38,7 +38,7 @@ class Queries:
         return np.where(feet.patch < 0, np.nan, feet.gap)
 
     def ray(self, origins: ArrayLike, directions: ArrayLike) -> RayHit:
-        """What rays hit first, from whichever side; `first_hit` is of segments that enter.
+        """Return what rays hit first, from whichever side; `first_hit` is for segments that enter.
 
         Parameters
         ----------
@@ -69,7 +69,7 @@ class Queries:
         return out
 
     def _normals_at(self, patch: IntArray, uv: FloatArray) -> FloatArray:
-        """(k, 3) unit normals at places (patch, uv)."""
+        """Return (k, 3) unit normals at places (patch, uv)."""
         raise NotImplementedError
 
 

@@ -1,4 +1,4 @@
-"""What every search asks of its arguments, on exact bodies and on triangles alike."""
+"""Check the arguments of searches, on exact bodies and on triangles alike."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ ROWS = tuple(array.shape[1:] for array in EMPTY)
 
 
 def checked_mode(mode: str) -> bool:
-    """Whether the mode of a projection is "global", and not "track".
+    """Return whether the mode of a projection is "global", and not "track".
 
     Raises
     ------
@@ -102,7 +102,7 @@ def _only_of_feet() -> Callable[..., int] | None:
 
 
 def _is_laid_out(feet: Projection, n: int) -> bool:
-    """Whether all arrays are as kernels take them, with n rows."""
+    """Return whether all arrays are as kernels take them, with n rows."""
     arrays: tuple[Any, ...] = feet
     for array, dtype, row in zip(arrays, DTYPES, ROWS, strict=True):
         # Types that are the same need not be one thing; these are then looked at one by one.
@@ -198,7 +198,7 @@ def check_apart(filled: Sequence[Any], read: Sequence[Any], allowed: str) -> Non
 
 
 def checked_segments(p0: ArrayLike, p1: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """(n, 3) starts and ends of segments.
+    """Return (n, 3) starts and ends of segments.
 
     Raises
     ------

@@ -188,7 +188,7 @@ def _print_ratings(folder: Path) -> None:
 
 
 def _print_energy(summary: dict[str, Any]) -> None:
-    """How the energy of what forces move closes, and the criteria of sensors."""
+    """Print the energy balance of what forces move, and the criteria of sensors."""
     from contiga.io.units import derived_units
     from contiga.report.style import number, span_of
 

@@ -1,4 +1,4 @@
-"""What a command does about kernels that have to be compiled: says so, and takes more cores."""
+"""Tell that kernels have to be compiled, and compile them on more cores."""
 
 from __future__ import annotations
 
@@ -85,8 +85,9 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
 
 
 class Messages:
-    """Says on the error stream that kernels are compiled, and every now and then how many are left:
-    a `CompileListener`, which hears the processes of a `CompilePool`, too.
+    """A `CompileListener` that tells on the error stream how many kernels are left to compile.
+
+    It hears the processes of a `CompilePool`, too.
 
     Which kernels a run will need is not known before: those that are left are at most those of the
     list that nobody has come to.
@@ -136,7 +137,7 @@ class Messages:
 
 
 def _is_first() -> bool:
-    """Whether the kernel of tracking has to be compiled, which every case comes to."""
+    """Return whether the kernel of tracking has to be compiled, which every case comes to."""
     from contiga.jit.preload import is_missing
     from contiga.search.track.kernels.track_nb import track_chunks
 

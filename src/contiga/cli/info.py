@@ -1,4 +1,4 @@
-"""What ``contiga info`` says of a file: rows of a label and a text."""
+"""Describe a file for ``contiga info``: rows of a label and a text."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _POWERS = {"size": "", "area": "²"}
 
 
 def rows_of(file: Path, *, faces: bool = False) -> Iterator[Row]:
-    """What is in a CAD file or a mesh; `faces` adds the faces of CAD, one by one.
+    """Return what is in a CAD file or a mesh; `faces` adds the faces of CAD, one by one.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def _mesh(file: Path) -> Iterator[Row]:
 
 
 def _cad(file: Path, faces: bool) -> list[Row]:
-    """Of a CAD file; of one that was looked at before what was said then."""
+    """Return the rows of a CAD file; those of the first look, where it was looked at before."""
     from contiga.io.cad.formats import expect_cad
 
     expect_cad(file)
@@ -125,7 +125,7 @@ def _box(bounds: FloatArray, unit: str | None) -> str:
 
 
 def _ranges(numbers: Sequence[int]) -> str:
-    """Whole numbers, those in a row as "3-7"."""
+    """Return whole numbers as a text, those in a row as "3-7"."""
     runs: list[list[int]] = []
     for number in numbers:
         if runs and number == runs[-1][-1] + 1:

@@ -1,4 +1,4 @@
-"""What a mesh of a body will be, before it is made: a tolerance that is far off takes minutes."""
+"""Foretell the size of a mesh of a body: a tolerance that is far off takes minutes."""
 
 from __future__ import annotations
 

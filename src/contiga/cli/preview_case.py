@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def preview_path(path: Path) -> Path:
-    """Where a preview is to be written, refused before files are read if it cannot be.
+    """Return where to write a preview; refuse before files are read if that cannot be.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What made the steps of a run as long as they were, in one line."""
+"""Say in one line what made the steps of a run as long as they were."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ MOST = 3
 
 
 def steps_line(summary: dict[str, Any]) -> str:
-    """Of a summary's `step_reasons`; empty of steps that were given.
+    """Return the line for a summary's `step_reasons`; empty for steps that were given.
 
     >>> one = {"told": "a body turns (body 'wheel')", "steps": 30}
     >>> steps_line({"least": 0.01, "when": 2.0, "tries": 60, "reasons": [one], "let_pass": 0})

@@ -126,7 +126,7 @@ def _compiled(jobs: int | None, quiet: bool, environment: Mapping[str, str]) -> 
 
 
 class _Count:
-    """What the processes tell, added up and shown."""
+    """A count of what the processes tell, with its line on the screen."""
 
     def __init__(self, show: Show, names: list[str]) -> None:
         self._show, self._names = show, names

@@ -29,7 +29,7 @@ class Carrier(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """Where a body stands and how it moves."""
+    """The position and the motion of a body."""
 
     pose: FloatArray
     """(4, 4) X_WB."""
@@ -93,7 +93,9 @@ def check_integrator(model: Any) -> None:
 
 
 def carriers(model: Any, where: str, given: Mapping[str, Any]) -> dict[str, Carrier]:
-    """What stands on which body: ``name: thing`` on the body of that name, or ``(thing, body)``.
+    """Return which things stand on which body, given as ``name: thing`` or ``(thing, body)``.
+
+    In the first form the body has that name.
 
     Raises
     ------
@@ -138,7 +140,7 @@ def moving(model: Any, bodies: Iterable[int]) -> dict[str, int]:
 
 
 def frame_of(model: Any, data: Any, body: int, speed: FloatArray) -> Frame:
-    """Where a body stands, and how it moves at the joint velocities `speed` (nv,)."""
+    """Return where a body stands, and how it moves at the joint velocities `speed` (nv,)."""
     import mujoco
 
     pose = np.eye(4)

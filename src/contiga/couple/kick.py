@@ -28,7 +28,7 @@ class Push(NamedTuple):
 
 
 class Kick(NamedTuple):
-    """What the forces at one time did."""
+    """The effect of the forces at one time."""
 
     speed: FloatArray
     """(nv,) velocities of the joints at that time."""
@@ -83,7 +83,7 @@ def kick(model: Any, data: Any, pushes: Iterable[Push], gravity: FloatArray) -> 
 
 
 def gravity_of(model: Any) -> FloatArray:
-    """(3,) acceleration of all masses, which a user may change."""
+    """Return (3,) acceleration of all masses, which a user may change."""
     import mujoco
 
     off = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
@@ -91,7 +91,7 @@ def gravity_of(model: Any) -> FloatArray:
 
 
 def bad_states(data: Any) -> int:
-    """How often MuJoCo has found places, velocities or accelerations to be bad."""
+    """Return how often MuJoCo has found positions, velocities or accelerations to be bad."""
     import mujoco
 
     kinds = mujoco.mjtWarning
@@ -111,7 +111,7 @@ def _strain(model: Any, data: Any, add_gravity: FloatArray) -> float:
 
 
 class Account(NamedTuple):
-    """What has come in and was lost up to a time."""
+    """The energy that has come in and was lost up to a time."""
 
     time: float
     kick: Kick

@@ -285,7 +285,7 @@ class MujocoCoupling(Displayed):
         return result
 
     def result(self) -> MujocoResult:
-        """What there is so far, the time at which MuJoCo's data stand with it.
+        """Return what there is so far, up to the time of MuJoCo's data.
 
         What the forces there do is tried on a copy of the data.
 
@@ -317,7 +317,7 @@ class MujocoCoupling(Displayed):
         return self._masters[part.master].body, self._slaves[part.slave].body
 
     def _reference(self, part: ContactPart, state: State) -> FloatArray:
-        """(3,) where the wrench on the master acts, world axes."""
+        """Return (3,) where the wrench on the master acts, world axes."""
         return product(state.pose[:3, :3], part.contact.master.reference_point) + state.pose[:3, 3]
 
     def _touch(self, last: Kick | None) -> None:
@@ -348,7 +348,7 @@ class MujocoCoupling(Displayed):
         self._time = float(self.data.time)
 
     def _pushes(self) -> list[Push]:
-        """What the contacts do: forces on both sides that balance to the bit."""
+        """Return what the contacts do: forces on both sides that balance to the bit."""
         pushes = []
         for part in self._parts:
             state = self._contacts[part.name]
@@ -364,7 +364,7 @@ class MujocoCoupling(Displayed):
         return self._account.after(self._time, now)
 
     def _is_due(self) -> bool:
-        """Whether areas are measured, and fields written, where the data stand."""
+        """Return whether areas are measured, and fields written, where the data stand."""
         return len(self._rows.get("time", ())) % self.every == 0
 
     def _write(self, data: Any, now: Kick, *, due: bool) -> None:

@@ -64,7 +64,7 @@ def _touched(model: Any, body: int) -> set[int]:
 
 
 def _touching(model: Any, pair: Pair) -> bool:
-    """Whether MuJoCo would let geoms of two bodies touch, by their bits and by their kinship."""
+    """Return whether MuJoCo would let geoms of two bodies touch, by their bits and kinship."""
     first, second = pair
     excluded = {(first << 16) + second, (second << 16) + first} & set(
         model.exclude_signature.tolist()
@@ -78,7 +78,7 @@ def _touching(model: Any, pair: Pair) -> bool:
 
 
 def _akin(model: Any, pair: Pair) -> bool:
-    """Whether two bodies are one, or parent and child, which MuJoCo leaves alone."""
+    """Return whether two bodies are one, or parent and child, which MuJoCo leaves alone."""
     import mujoco
 
     welded = model.body_weldid

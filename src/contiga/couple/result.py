@@ -1,4 +1,4 @@
-"""What a coupled run leaves."""
+"""Hold the results of a coupled run."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _CAUSE = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MujocoResult(Displayed):
-    """What a coupled run leaves."""
+    """The results of a coupled run."""
 
     history: dict[str, FloatArray]
     """Columns by name, one row a step: those of a `Simulation`."""
@@ -43,7 +43,7 @@ class MujocoResult(Displayed):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What is wrong with the run: an energy balance error above 1 % of the largest energy."""
+        """Defects of the run: an energy balance error above 1 % of the largest energy."""
         balance = balance_of(self.history)
         if balance["relative"] <= LARGE:
             return ()

@@ -1,4 +1,4 @@
-"""What contiga sees of a coupled run: masters, slaves, contacts and sensors, by their names."""
+"""Hold contiga's part of a coupled run: masters, slaves, contacts and sensors, by their names."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _SUMMED = ("acceleration", "velocity")
 
 
 class Carriers(NamedTuple):
-    """What stands on bodies of a MuJoCo model, by name."""
+    """The things on bodies of a MuJoCo model, by name."""
 
     masters: Mapping[str, Carrier]
     slaves: Mapping[str, Carrier]
@@ -123,7 +123,7 @@ class Scene:
         contacts: Mapping[str, State],
         time: float,
     ) -> SystemState:
-        """Where everything stands, at the joint velocities `speed`."""
+        """Return where everything stands, at the joint velocities `speed`."""
         bodies = [frame_of(*physics, one.body, speed) for one in self._masters.values()]
         return SystemState(
             time,
@@ -141,7 +141,7 @@ class Scene:
         )
 
     def columns(self, physics: tuple[Any, Any], now: Kick, state: SystemState) -> dict[str, float]:
-        """What sensors say."""
+        """Return what the sensors measure."""
         columns: dict[str, float] = {}
         for sensor in self.model.point_sensors:
             at, first = self._points[sensor.name]
@@ -161,7 +161,7 @@ class Scene:
 
 
 def _own_point(physics: tuple[Any, Any], body: int) -> FloatArray:
-    """(3,) the centre of mass of a body that can move, the origin of the frame of another."""
+    """Return the centre of mass (3,) of a body that can move, else its frame's origin."""
     model, data = physics
     return np.array(data.xipos[body] if model.body_weldid[body] != 0 else data.xpos[body])
 

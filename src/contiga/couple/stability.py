@@ -15,7 +15,7 @@ from contiga.simulation.critical import Rates
 def rates_of(
     model: Any, data: Any, state: State, point: FloatArray, bodies: tuple[int, int]
 ) -> Rates:
-    """How fast a contact makes its two bodies vibrate, with all that hangs on them.
+    """Return how fast a contact makes its two bodies vibrate, with all that hangs on them.
 
     The springs of the contact are a stiffness K (6, 6) of the way that one body goes against the
     other at `point` (3,), world axes; J M⁻¹ Jᵀ says how far unit forces there drive them apart, J
@@ -40,7 +40,7 @@ def rates_of(
 def _springs(
     arms: FloatArray, normals: FloatArray, along: FloatArray, across: FloatArray
 ) -> FloatArray:
-    """(6, 6) force and moment over a small way and turn, of springs along normals and across."""
+    """Return force and moment (6, 6) over a small way and turn, of springs along and across."""
     total = _added(arms, normals, along - across)
     if across.any():
         for axis in np.eye(3):
@@ -54,7 +54,7 @@ def _added(arms: FloatArray, ways: FloatArray, stiffness: FloatArray) -> FloatAr
 
 
 def _mobility(model: Any, data: Any, point: FloatArray, bodies: tuple[int, int]) -> FloatArray:
-    """(6, 6) acceleration of the second body against the first over force and moment between."""
+    """Return the acceleration (6, 6) of the second body against the first by a wrench between."""
     import mujoco
 
     relative = np.zeros((6, model.nv))

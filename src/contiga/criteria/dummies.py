@@ -1,4 +1,4 @@
-"""What of a dummy criteria need: intercepts of its neck, size and scale of its chest."""
+"""Sizes of dummies that criteria need: intercepts of the neck, size and scale of the chest."""
 
 from __future__ import annotations
 

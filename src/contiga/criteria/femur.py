@@ -17,7 +17,7 @@ _DURATIONS = np.linspace(0.0, LONG, 41)
 
 
 class FemurForce(NamedTuple):
-    """What a femur bears."""
+    """The limits of the force on a femur."""
 
     peak: float
     """Largest compression, N."""

@@ -100,17 +100,20 @@ def _checked(signal: ArrayLike) -> FloatArray:
 
 
 def memory(cls: int) -> float:
-    """How long the filter of a class remembers, seconds."""
+    """Return how long the filter of a class remembers, seconds."""
     return MEMORY / cls
 
 
 def is_short(samples: int, dt: float, cls: int) -> bool:
-    """Whether a signal is shorter than the memory of a filter."""
+    """Return whether a signal is shorter than the memory of a filter."""
     return (samples - 1) * dt < memory(cls)
 
 
 def coefficients(cls: int, dt: float) -> tuple[FloatArray, FloatArray]:
-    """(a0, a1, a2) and (b1, b2) of Y_k = a0 X_k + a1 X_k−1 + a2 X_k−2 + b1 Y_k−1 + b2 Y_k−2."""
+    """Return the coefficients (a0, a1, a2) and (b1, b2) of the filter.
+
+    It is Y_k = a0 X_k + a1 X_k−1 + a2 X_k−2 + b1 Y_k−1 + b2 Y_k−2.
+    """
     w = math.tan(0.5 * dt * 2.0 * math.pi * cls * 2.0775)
     below = 1.0 + math.sqrt(2.0) * w + w * w
     a0 = w * w / below

@@ -171,13 +171,13 @@ def _inside(
 
 
 def _on(offset: FloatArray, steps: FloatArray) -> IndexArray:
-    """Whether places lie on their pieces, up to rounding; not where they are NaN."""
+    """Return whether places lie on their pieces, up to rounding; not where they are NaN."""
     with np.errstate(invalid="ignore"):
         return np.asarray((offset >= -1e-6 * steps) & (offset <= (1.0 + 1e-6) * steps))
 
 
 def _roots(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
-    """(2, n) real roots of a x² + b x + c, NaN where there are none."""
+    """Return (2, n) real roots of a x² + b x + c, NaN where there are none."""
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         big = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * a * c), b))
         return np.stack([big / a, c / big])

@@ -35,7 +35,7 @@ class _Runs(NamedTuple):
     end: FloatArray
 
     def held(self, cumulative: bool) -> float:
-        """How long it is there: the longest stretch, or all together."""
+        """Return how long the level is held: the longest stretch, or all together."""
         lengths = self.end - self.start
         if len(lengths) == 0:
             return 0.0
@@ -109,7 +109,7 @@ def _highest(line: Line, wanted: float, cumulative: bool) -> tuple[float, _Runs]
 
 
 def _share(first: _Runs, last: _Runs, wanted: float, cumulative: bool) -> float:
-    """How far one may go from `first` to `last` until no more than `wanted` is held."""
+    """Return how far one may go from `first` to `last` until no more than `wanted` is held."""
     one, other = first.end - first.start, last.end - last.start
     if cumulative:
         one, other = one.sum(keepdims=True), other.sum(keepdims=True)

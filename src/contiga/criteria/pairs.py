@@ -1,4 +1,4 @@
-"""Which pairs of pieces of a signal the best window may start and end on: branch and bound.
+"""Find by branch and bound the pairs of pieces on which the best window starts and ends.
 
 Blocks of 2^k pieces are paired; a pair of blocks is left out, with all pairs of pieces in it, when
 no window from the one to the other can be better than the best known, or when none can have 0.6 of
@@ -114,7 +114,7 @@ def _between_samples(
 def _may_be_better(
     line: Line, blocks: _Blocks, i: IndexArray, j: IndexArray, given: tuple[float, float]
 ) -> IndexArray:
-    """Whether windows from blocks `i` to blocks `j` may be better than the best known."""
+    """Return whether windows from blocks `i` to blocks `j` may be better than the best known."""
     limit, best = given
     p, q, r, s = blocks.first[i], blocks.first[i + 1], blocks.first[j], blocks.first[j + 1]
     shortest = np.maximum(line.t[r] - line.t[q], 0.0)

@@ -32,7 +32,7 @@ class Line(NamedTuple):
         return area
 
     def reversed(self) -> Line:
-        """The same backwards in time, from zero."""
+        """Return the same line backwards in time, from zero."""
         return line_through(self.a[::-1], self.t[-1] - self.t[::-1])
 
 

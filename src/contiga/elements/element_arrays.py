@@ -66,7 +66,7 @@ class Elements(NamedTuple):
 
 @pass_by_pointer
 class Grid(NamedTuple):
-    """Where the elements of each patch stand, and which patches touch."""
+    """The place of each patch's elements among all, and the patches that touch."""
 
     patches: Records
     """(patches,) `PATCH`."""

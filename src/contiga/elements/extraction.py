@@ -35,7 +35,10 @@ ROUNDING = 2.0 * float(np.finfo(float).eps)
 
 
 def monomial_matrix(degree: int, about: float = 0.0) -> FloatArray:
-    """(degree+1, degree+1) from Bernstein coefficients on [0, 1] to powers of x − 1/2 − about."""
+    """Return the map from Bernstein coefficients on [0, 1] to powers of x − 1/2 − about.
+
+    It is (degree + 1, degree + 1).
+    """
     matrix = np.zeros((degree + 1, degree + 1))
     low, high = np.array([0.5 - about, -1.0]), np.array([0.5 + about, 1.0])  # 1 − x and x in them
     for k in range(degree + 1):
@@ -111,7 +114,7 @@ def _halved_between_poles(
 
 
 def _poles(net: FloatArray) -> NDArray[np.bool_]:
-    """(n, 4) the sides of elements whose control points are one point, to what a foot is exact to.
+    """Return which sides (n, 4) of elements have one point as control points, within rounding.
 
     A side that is merely short stays what it is in the file; an element that is as thin all along
     is a line, and has no pole.

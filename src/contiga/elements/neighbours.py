@@ -1,4 +1,4 @@
-"""Which element continues the surface across each side, within a patch, a seam or between patches.
+"""Find the element that continues the surface across each side, in a patch or beyond it.
 
 Sides are matched by what they are in space: the same end points and the same points between.
 Faces that share a CAD edge without lining up element by element are listed as adjacent patches.
@@ -111,7 +111,7 @@ def _joint(normals: FloatArray, neighbour: IntArray, side: IntArray, flip: IntAr
 
 
 def _rings(corner: FloatArray, collapsed: np.ndarray, tolerance: float) -> IntArray:
-    """(n, 4) the next of the sides (element*4 + side) that collapse to the same point."""
+    """Return (n, 4) the next of the sides (element*4 + side) that collapse to the same point."""
     ring = np.full(collapsed.shape, -1)
     e, s = np.nonzero(collapsed)
     if len(e) == 0:
@@ -126,7 +126,7 @@ def _rings(corner: FloatArray, collapsed: np.ndarray, tolerance: float) -> IntAr
 
 
 def _round(table: Records, normals: FloatArray, body: Faces) -> IntArray:
-    """(n, 4) 1 for the sides at whose pole the surface closes in one tangent plane, as a sphere's.
+    """Return 1 (n, 4) for sides at whose pole the surface has one tangent plane, as a sphere has.
 
     There it has a normal as anywhere else, and a foot is none at a vertex. `normals` (n, 4, 5, 3)
     are those along the sides.
@@ -151,8 +151,10 @@ def _round(table: Records, normals: FloatArray, body: Faces) -> IntArray:
 
 
 def _goes_on(table: Records, body: Faces, around: set[int], e: int, pole: int) -> bool:
-    """Whether the face is there beside the pole, and goes on over both sides that start from it to
-    others of those `around` the pole."""
+    """Return whether the face lies beside the pole and goes on to others of those `around` it.
+
+    It goes on over both sides that start from the pole.
+    """
     along = 2 if pole < 2 else 0
     if not around.issuperset(table["neighbour"][e, along : along + 2].tolist()):
         return False

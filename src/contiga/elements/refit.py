@@ -22,7 +22,7 @@ from contiga.records import FloatArray, IndexArray, IntArray
 
 
 class PatchMap(NamedTuple):
-    """How the elements of a patch follow from the control points of a body."""
+    """The map from the control points of a body to the elements of a patch."""
 
     control: IntArray
     """(n, m) rows of its control points."""
@@ -31,7 +31,7 @@ class PatchMap(NamedTuple):
     extraction: Extraction
 
     def coefs(self, control_points: FloatArray) -> FloatArray:
-        """(elements, p + 1, q + 1, 4) homogeneous Bernstein coefficients."""
+        """Return (elements, p + 1, q + 1, 4) homogeneous Bernstein coefficients."""
         points, w = control_points[self.control], self.weights
         coefs = self.extraction.of(np.concatenate([points * w, w], axis=2)).coefs
         return coefs.reshape(-1, *coefs.shape[2:])

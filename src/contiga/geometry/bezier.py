@@ -22,7 +22,7 @@ class BezierGrid(NamedTuple):
     """(nv + 1,) borders of the elements in v."""
 
     def boxes(self) -> FloatArray:
-        """(nu · nv, 4) u0, u1, v0, v1 of each element."""
+        """Return (nu · nv, 4) u0, u1, v0, v1 of each element."""
         u, v = self.u_breaks, self.v_breaks
         boxes = np.empty((len(u) - 1, len(v) - 1, 4))
         boxes[..., 0], boxes[..., 1] = u[:-1, None], u[1:, None]
@@ -105,6 +105,6 @@ def _cut(knots: FloatArray, degree: int, extra: FloatArray | None) -> tuple[Floa
 
 
 def _windows(elements: int, degree: int) -> IndexArray:
-    """(elements, degree + 1) indices of the points of each element; neighbours share one."""
+    """Return (elements, degree + 1) indices of the points of each element; neighbours share one."""
     starts = np.arange(elements, dtype=np.int64) * degree
     return starts[:, None] + np.arange(degree + 1, dtype=np.int64)

@@ -1,4 +1,4 @@
-"""What a body is known by where what is worked out of it is kept on the disk."""
+"""Identify a body on the disk, where what was computed from it is kept."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ _MESHES = DiskCache("meshes", __file__)
 
 
 class _Meshed(NamedTuple):
-    """What a mesh is made of, as it is kept on the disk."""
+    """The parts of a mesh, as they are kept on the disk."""
 
     points: FloatArray
     triangles: IntArray
@@ -124,7 +124,7 @@ class _Mesher:
         self.shares = {e: self._share(e) for e in self.edges}
 
     def _share(self, e: int) -> FloatArray:
-        """Where an edge gets vertices: as the distance asks, and where grids of a net end."""
+        """Return where an edge gets vertices, by the distance and by grids of a net."""
         edge = self.edges[e]
         share = chain_shares(edge, edge.sag, bool(self.ends[e, 0] == self.ends[e, 1]))
         if self.grids is None:
@@ -247,7 +247,7 @@ class _Mesher:
         return Line(uv, ids, np.stack([np.full(len(ids), e), part], axis=1))
 
     def _border_points(self) -> FloatArray:
-        """(n, 3) places of the vertices on edges: at corners that of the first edge there."""
+        """Return places (n, 3) of vertices on edges; corners have the first edge's."""
         number = self._numbered()
         count = max((int(ids.max()) + 1 for ids in number.values()), default=0)
         points = np.zeros((max(count, int(self.ends.max(initial=-1)) + 1), 3))
@@ -274,7 +274,7 @@ class _Mesher:
 
 
 def _is_gap(line: Line, near: FloatArray) -> bool:
-    """Whether a side only closes a gap between two others."""
+    """Return whether a side only closes a gap between two others."""
     small = np.ptp(line.uv, axis=0) <= near / MEET * LARGEST_GAP
     return bool(small.all() and (line.ids == line.ids[0]).all())
 
@@ -340,7 +340,7 @@ def fewest_triangles(body: FacesLike, tol: float) -> float:
 
 
 def too_many(tol: float, number: float) -> GeometryError:
-    """What is said of a tolerance that is too fine."""
+    """Return the message about a tolerance that is too fine."""
     return GeometryError(
         f"this tolerance needs about {number:.2g} triangles or more, and {MOST:.2g} are the most",
         where="tol",

@@ -69,7 +69,7 @@ class Borders(NamedTuple):
 
 
 def path_points(path: Path, patch: NurbsSurface, share: FloatArray) -> FloatArray:
-    """(n, 2) parameters of the patch at shares (n,) of the path from its start."""
+    """Return (n, 2) parameters of the patch at shares (n,) of the path from its start."""
     t = path.start + share * (path.end - path.start)
     t[share == 1.0] = path.end
     uv = np.empty((len(t), 2))
@@ -216,7 +216,7 @@ def _pair(body: FacesLike, result: Borders) -> None:
 
 
 def corners(result: Borders) -> IntArray:
-    """(e, 2) number of the corner at the start and the end of each edge.
+    """Return (e, 2) number of the corner at the start and the end of each edge.
 
     A corner is where one side of a loop ends and the next one starts.
     """

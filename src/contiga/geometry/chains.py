@@ -66,7 +66,7 @@ class EdgeShape:
         return self.curve.evaluate(np.clip(low + share * (high - low), low, high))
 
     def parameters(self, i: int, share: FloatArray) -> FloatArray:
-        """(n, 2) parameters of the patch of side i at shares of the edge's range."""
+        """Return (n, 2) parameters of the patch of side i at shares of the edge's range."""
         match = self._match[i]
         shares = share if match is None else np.interp(share, *match)
         if self.sides[i].reversed:
@@ -74,7 +74,7 @@ class EdgeShape:
         return path_points(self.sides[i].path, self.patches[i], shares)
 
     def _matched(self, i: int) -> tuple[FloatArray, FloatArray] | None:
-        """How the parameter of the edge goes with that of a side; None where they are the same."""
+        """Return the parameter of a side by that of the edge; None where they agree."""
         if self.curve is None:
             return None
         grid = np.linspace(0.0, 1.0, 9)
@@ -91,7 +91,7 @@ class EdgeShape:
         return share[keep], grid[keep]
 
     def missed(self, share: FloatArray, sag: float) -> NDArray[np.bool_]:
-        """(n − 1,) whether a side between neighbours is off the edge or its image in a patch."""
+        """Return which sides (n − 1,) between neighbours are off the edge or its image."""
         between = share[:-1, None] + np.diff(share)[:, None] * WITHIN
         bad = _off(self.evaluate(share), self.evaluate(between.ravel())) > sag
         for i, patch in enumerate(self.patches):
@@ -103,7 +103,7 @@ class EdgeShape:
         return bad
 
     def bend_inside(self, share: FloatArray) -> FloatArray:
-        """(n,) largest curvature (1/length) along an open border of the face inside it.
+        """Return (n,) largest curvature (1/length) along an open border of the face inside it.
 
         A border that is straight while the face beside it is not would be one side for many
         triangles: thin as needles. Zero for edges of several faces, whose bend is the edge's.
@@ -121,7 +121,7 @@ class EdgeShape:
 
 
 def _bend_along(patch: NurbsSurface, uv: FloatArray, along: FloatArray) -> FloatArray:
-    """(n,) normal curvature, without its sign, at (n, 2) parameters in directions (n, 2)."""
+    """Return (n,) normal curvature, without its sign, at (n, 2) parameters in directions (n, 2)."""
     d = patch.derivatives(uv, 2)
     x, y = along.T[:, :, None]
     normal = np.cross(d[:, 1, 0], d[:, 0, 1])
@@ -133,7 +133,7 @@ def _bend_along(patch: NurbsSurface, uv: FloatArray, along: FloatArray) -> Float
 
 
 def _off(ends: FloatArray, between: FloatArray) -> FloatArray:
-    """(n − 1,) largest distance of the places between from the side they belong to."""
+    """Return (n − 1,) largest distance of the places between from the side they belong to."""
     a, step = ends[:-1, None], np.diff(ends, axis=0)[:, None]
     away = between.reshape(len(ends) - 1, -1, 3) - a
     square = np.maximum((step * step).sum(axis=-1), 1e-300)
@@ -142,7 +142,7 @@ def _off(ends: FloatArray, between: FloatArray) -> FloatArray:
 
 
 def _is_flat(patch: NurbsSurface) -> bool:
-    """Whether a patch is an affine image of its rectangle."""
+    """Return whether a patch is an affine image of its rectangle."""
     if patch.degrees != (1, 1) or patch.control_points.shape[:2] != (2, 2) or patch.is_rational:
         return False
     (a, b), (c, d) = patch.control_points

@@ -114,7 +114,7 @@ class NurbsCurve(Spline[CurveArrays]):
     def _from_homogeneous(
         cls, degree: int, knots: FloatArray, points: FloatArray, rational: bool
     ) -> Self:
-        """The same from (n, 4) (wx, wy, wz, w)."""
+        """Return a curve from (n, 4) (wx, wy, wz, w)."""
         return cls._from_net(degree, knots, cartesian(points, rational), rational)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -134,7 +134,7 @@ class NurbsCurve(Spline[CurveArrays]):
 
     @property
     def knots(self) -> FloatArray:
-        """(n + degree + 1,), clamped, read-only."""
+        """Knots (n + degree + 1,), clamped, read-only."""
         return self._arrays.knots
 
     @property
@@ -146,7 +146,7 @@ class NurbsCurve(Spline[CurveArrays]):
         return self.derivatives(u, 0)[:, 0]
 
     def derivatives(self, u: ArrayLike, order: int = 2) -> FloatArray:
-        """(k, order + 1, 3): entry [:, a] is the a-th derivative, [:, 0] the point.
+        """Return (k, order + 1, 3): entry [:, a] is the a-th derivative, [:, 0] the point.
 
         At a knot the derivatives are those of the piece to its right.
 
@@ -162,7 +162,10 @@ class NurbsCurve(Spline[CurveArrays]):
         return out
 
     def insert_knots(self, u: ArrayLike) -> Self:
-        """The same curve with the knots `u` inserted (several at once, existing ones too)."""
+        """Return the same curve with the knots `u` inserted.
+
+        Several may be inserted at once, and existing ones again.
+        """
         refined = refine.with_inserted(self.knots, self.degree, u, "u")
         return self._refined(refined)
 
@@ -171,7 +174,7 @@ class NurbsCurve(Spline[CurveArrays]):
         return self._from_homogeneous(self.degree, refined, points, self.is_rational)
 
     def elevate(self, t: int = 1) -> Self:
-        """The same curve with its degree `t` higher and its smoothness kept."""
+        """Return the same curve with its degree `t` higher and its smoothness kept."""
         kv.check_degree(self.degree + kv.check_order(t), "degree after elevation")
         knots, points = self.knots, self.homogeneous
         for degree in range(self.degree, self.degree + t):
@@ -198,7 +201,7 @@ class NurbsCurve(Spline[CurveArrays]):
         return self.restricted(a, t), self.restricted(t, b)
 
     def reversed(self) -> Self:
-        """The same curve reversed over the same domain: u becomes ``u0 + u1 - u``."""
+        """Return the same curve reversed over the same domain: u becomes ``u0 + u1 - u``."""
         return self._from_net(
             self.degree, kv.mirrored(self.knots), self._arrays.net[::-1], self.is_rational
         )

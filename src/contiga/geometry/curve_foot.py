@@ -36,7 +36,7 @@ class CurveFeet:
         """Length of the domain of a closed curve, else 0."""
 
     def __call__(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """(n,) parameters and (n,) distances."""
+        """Return (n,) parameters and (n,) distances."""
         best = self._nearer_end(points, self._nearest(points))
         low = self._t[np.maximum(best - 1, 0)]
         high = self._t[np.minimum(best + 1, len(self._t) - 1)]
@@ -62,7 +62,7 @@ class CurveFeet:
         return t, np.linalg.norm(self.curve.evaluate(t) - points, axis=1)
 
     def _nearest(self, points: FloatArray) -> np.ndarray:
-        """(n,) the sample that is nearest to each point."""
+        """Return (n,) the sample that is nearest to each point."""
         if len(points) * len(self._p) > MANY:
             from scipy.spatial import cKDTree  # which takes as long to load as numba
 

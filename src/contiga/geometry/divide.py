@@ -75,7 +75,10 @@ def _check_number(points: FloatArray, cells: Ints, limit: float) -> None:
 
 
 def _sides(cells: Ints) -> tuple[Ints, Ints]:
-    """(s, 2) ends of all sides, and the sides (m, 3) of the triangles: k from corner k to k + 1."""
+    """Return the ends (s, 2) of all sides, and the sides (m, 3) of triangles.
+
+    Side k runs from corner k to k + 1.
+    """
     both = np.sort(np.stack([cells, np.roll(cells, -1, axis=1)], axis=-1), axis=-1).reshape(-1, 2)
     ends, sides = np.unique(both, axis=0, return_inverse=True)
     return ends, sides.reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""How well faces meet along the edges of a body, measured on their own images of each edge.
+"""Measure how well faces meet along the edges of a body, on their own images of each edge.
 
 A face ends at its p-curves. What they are in space, on the face's surface, may miss the curve of
 the edge, and so the next face, by as much as the file's tolerance allows or more.

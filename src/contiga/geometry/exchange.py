@@ -122,7 +122,7 @@ def _of_scipy(spline: Any, n_parameters: int) -> SplineParts | None:
 
 
 def _first_slowest(rows: Array, shape: tuple[int, ...]) -> Array:
-    """(n_1, …, n_d, k) from rows (n, k) in which the first index runs fastest, as in splinepy."""
+    """Return (n_1, …, n_d, k) from rows (n, k) whose first index runs fastest (splinepy)."""
     return np.ascontiguousarray(_swapped(rows.reshape(*shape[::-1], -1)))
 
 

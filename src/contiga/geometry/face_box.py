@@ -48,16 +48,16 @@ class _Parts(NamedTuple):
     """(m, 4) u0, u1, v0, v1 of each."""
 
     def heights(self) -> FloatArray:
-        """(m, p + 1, q + 1) of the Bézier points."""
+        """Return (m, p + 1, q + 1) of the Bézier points."""
         return np.asarray(self.coefs[..., 0] / self.coefs[..., 1])
 
     def of(self, rows: NDArray[np.bool_]) -> _Parts:
-        """Some of them."""
+        """Return some of the parts."""
         return _Parts(self.coefs[rows], self.box[rows])
 
 
 class _Inside(NamedTuple):
-    """What tells inside from outside of a patch."""
+    """Tables that tell inside from outside of a patch."""
 
     tables: Callable[[], TrimTables]
     patch: int
@@ -81,7 +81,7 @@ class _Face:
         """(2, 3) box of the Bézier points."""
 
     def known(self) -> FloatArray:
-        """(n, 3) some points of the face: corners of its elements, or of its loops."""
+        """Return (n, 3) some points of the face: corners of its elements, or of its loops."""
         if self.loops is None:
             corners = self.coefs[:, [0, 0, -1, -1], [0, -1, 0, -1]].reshape(-1, 4)
             return np.asarray(corners[:, :3] / corners[:, 3:])
@@ -89,12 +89,12 @@ class _Face:
         return self.at(np.array([curve.control_points[0, :2] for curve in curves]))
 
     def at(self, uv: FloatArray) -> FloatArray:
-        """(n, 3) points at parameters (n, 2), which are moved into the patch's rectangle."""
+        """Return (n, 3) points at parameters (n, 2), which are moved into the patch's rectangle."""
         low, high = np.array(self.patch.domain).T
         return self.patch.evaluate(np.clip(uv, low, high))
 
     def top(self, axis: int, sign: float, known: float, close: float) -> float:
-        """How far the face reaches along an axis (`sign` 1) or against it (−1), beyond `known`.
+        """Return how far the face reaches beyond `known` along an axis times `sign`.
 
         What is less than `close` beyond it is left out.
         """
@@ -128,7 +128,7 @@ class _Face:
         return float(corners.max(initial=-np.inf))
 
     def _with_a_top(self, parts: _Parts) -> _Parts:
-        """Of a trimmed face the parts that are not outside and may have a critical point."""
+        """Return the parts of a trimmed face that are not outside and may have a critical point."""
         if self.loops is None or not len(parts.box):
             return parts
         A, w = parts.coefs[None, ..., :1], parts.coefs[None, ..., 1:]
@@ -168,7 +168,7 @@ def bounds_of(
     trims: Sequence[tuple[Loop, ...] | None],
     tables: Callable[[], TrimTables] | None = None,
 ) -> FloatArray:
-    """(2, 3) low and high corner of the box of faces, to about 1e-14 of its size.
+    """Return (2, 3) low and high corner of the box of faces, to about 1e-14 of its size.
 
     Parameters
     ----------

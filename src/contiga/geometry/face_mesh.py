@@ -101,7 +101,7 @@ class FaceMesh:
         return bad if whole else np.ones(n, dtype=np.bool_), whole
 
     def _mean_metric(self) -> FloatArray:
-        """(3,) squares of the mean lengths of S_u and S_v over the unit square."""
+        """Return (3,) squares of the mean lengths of S_u and S_v over the unit square."""
         share = np.array([0.1, 0.5, 0.9])
         uv = np.stack(np.meshgrid(share, share), axis=-1).reshape(-1, 2)
         first = self.surface.derivatives(uv * self.extent + self.low, 1)
@@ -178,13 +178,13 @@ class FaceMesh:
         enter_all(t, front, USELESS * self.face.sag)
 
     def triangles(self) -> Ints:
-        """(m, 3) own vertices, the first of the polygons being 0."""
+        """Return (m, 3) own vertices, the first of the polygons being 0."""
         if self.ears is not None:
             return self.ears
         return self.t.corners[: self.t.used[TRIANGLES]] - FRAME
 
     def own_points(self) -> FloatArray:
-        """(k, 3) places of the vertices that the face has alone, which follow the polygons'."""
+        """Return places (k, 3) of the face's own vertices, which follow the polygons'."""
         if self.ears is not None:
             return np.empty((0, 3))
         return self.front.points[len(self.ids) : self.t.used[VERTICES]]
@@ -208,7 +208,7 @@ def _order(n: int) -> tuple[Ints, Ints]:
 
 
 def _segments(starts: Ints) -> Ints:
-    """(n, 2) ends of the sides of all polygons."""
+    """Return (n, 2) ends of the sides of all polygons."""
     parts = []
     for a, b in pairwise(starts):
         k = np.arange(a, b)

@@ -132,7 +132,7 @@ class Faces(Displayed, Movable):
 
     @property
     def name(self) -> str:
-        """What reports and messages call the body."""
+        """Name of the body in reports and messages."""
         return self._name
 
     @property
@@ -160,7 +160,7 @@ class Faces(Displayed, Movable):
 
     @property
     def reference_point(self) -> FloatArray:
-        """(3,) point the wrench is taken about."""
+        """Point (3,) that the wrench is taken about."""
         return self._reference_point
 
     @property
@@ -188,7 +188,7 @@ class Faces(Displayed, Movable):
         return self._tables
 
     def bounds(self) -> FloatArray:
-        """(2, 3) low and high corner of the box of all faces, trims obeyed.
+        """Return (2, 3) low and high corner of the box of all faces, trims obeyed.
 
         It is that of the surface, not of control points, up to rounding.
         """
@@ -255,21 +255,21 @@ class Faces(Displayed, Movable):
         return made
 
     def renamed(self, name: str) -> Self:
-        """The same body under another name."""
+        """Return the same body under another name."""
         return self._with(self._patches, edges=self._edges, name=name)
 
     def known_apart(self) -> Self:
-        """The same body, its pieces taken not to touch or overlap: the check is left out."""
+        """Return the same body without the check that its pieces do not touch or overlap."""
         made = self.renamed(self._name)
         made._pieces_apart = True
         return made
 
     def with_reference_point(self, point: ArrayLike) -> Self:
-        """The same body with another reference point (3,)."""
+        """Return the same body with another reference point (3,)."""
         return self._with(self._patches, reference_point=as_points(point, "reference_point")[0])
 
     def flipped(self) -> Self:
-        """The same surface with free and contact side swapped; p-curves are mirrored along."""
+        """Return the same surface with its sides swapped; p-curves are mirrored along."""
         trims, edges = self._mirrored()
         return self._with([patch.flipped() for patch in self._patches], trims, edges)
 

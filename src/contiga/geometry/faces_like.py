@@ -1,4 +1,4 @@
-"""What measures and meshes read of faces: `Faces` stands above them and calls them."""
+"""Describe what measures and meshes read of faces: `Faces` stands above them and calls them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Trims = tuple[tuple[Loop, ...] | None, ...]
 
 
 class FacesLike(Protocol):
-    """What is read of `Faces`."""
+    """The members of `Faces` that measures and meshes read."""
 
     @property
     def name(self) -> str: ...

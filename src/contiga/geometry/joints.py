@@ -1,4 +1,4 @@
-"""Which faces of a body meet along its edges, whether they agree on the free side, where none is.
+"""Find which faces of a body meet along its edges, and whether they agree on the free side.
 
 Every face goes round its edges with itself on the left. Two faces that meet and agree go along
 their edge in opposite senses; an edge that faces go along as far one way as the other is closed.
@@ -40,7 +40,7 @@ class Joint(NamedTuple):
 
 
 class Joints(NamedTuple):
-    """How the faces of a body meet along its edges."""
+    """The joints between faces of a body along its edges."""
 
     joints: list[Joint]
     open: NDArray[np.bool_]
@@ -99,7 +99,7 @@ def _mispaired(body: Faces, senses: list[list[bool]]) -> set[int]:
 
 
 def _coincide(first: NurbsCurve, second: NurbsCurve, reach: float) -> bool | None:
-    """Whether two curves run the same way, if they lie within `reach` of each other; else None."""
+    """Return whether two curves run the same way, if they lie within `reach`; else None."""
     if np.abs(first.bounds() - second.bounds()).max() > reach:
         return None
     low, high = second.domain
@@ -139,7 +139,7 @@ def _opposite(length: FloatArray) -> list[tuple[int, int]]:
 
 
 def _sense(use: EdgeUse, left: list[bool]) -> bool:
-    """Whether a face goes along the edge's curve with itself on the left."""
+    """Return whether a face goes along the edge's curve with itself on the left."""
     if use.loop == UNTRIMMED:
         # Round a rectangle with it on the left: v0 and u1 upward, v1 and u0 downward.
         return (use.index in (1, 2)) != use.reversed
@@ -147,7 +147,7 @@ def _sense(use: EdgeUse, left: list[bool]) -> bool:
 
 
 def _loops_left(body: Faces, patch: int) -> list[bool]:
-    """Whether the face of a patch lies to the left of each of its loops."""
+    """Return whether the face of a patch lies to the left of each of its loops."""
     tables = body.trim_tables
     return [side_of_loop(tables, pieces) > 0 for pieces in loop_pieces(tables, patch)]
 

@@ -1,4 +1,4 @@
-"""What kernels of geometry hand each other: records of arrays."""
+"""Records of arrays that kernels of geometry hand each other."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class CurveWork(NamedTuple):
 
 
 class GaussRule(NamedTuple):
-    """How every element is integrated."""
+    """A rule to integrate every element."""
 
     nodes: FloatArray
     """(n,) in [0, 1]."""

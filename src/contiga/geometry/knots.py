@@ -153,7 +153,7 @@ def breaks(knots: FloatArray) -> FloatArray:
 
 
 def multiplicity(knots: FloatArray, t: float) -> int:
-    """How often `t` is in `knots`."""
+    """Return how often `t` is in `knots`."""
     return int(np.count_nonzero(knots == t))
 
 
@@ -164,7 +164,7 @@ def clamped(knots: FloatArray, degree: int, low: float, high: float) -> FloatArr
 
 
 def is_clamped(knots: FloatArray, degree: int, count: int) -> bool:
-    """Whether both ends carry exactly ``degree + 1`` knots."""
+    """Return whether both ends carry exactly ``degree + 1`` knots."""
     ends_meet = bool(knots[0] == knots[degree] and knots[count] == knots[-1])
     return ends_meet and bool(knots[degree] < knots[degree + 1] and knots[count - 1] < knots[count])
 

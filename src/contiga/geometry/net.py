@@ -29,7 +29,7 @@ POINTS = 1024
 
 
 class ControlNet(NamedTuple):
-    """How the control points of patches stand in one array (m, 3).
+    """The places of the patches' control points in one array (m, 3).
 
     They are numbered patch after patch, along v first. A control point on the border of a patch
     that lies where an earlier one on a border does, of another patch, of a seam or of a pole, is
@@ -89,7 +89,7 @@ def net_of(body: Faces) -> ControlNet:
 
 
 def _border(n: int, m: int) -> np.ndarray:
-    """(n · m,) which control points of a patch are on its border."""
+    """Return which control points of a patch are on its border (n · m,)."""
     border = np.ones((n, m), bool)
     border[1:-1, 1:-1] = False
     return border.ravel()
@@ -104,7 +104,7 @@ def _patches_of(body: Faces) -> tuple[NetPatch, ...]:
 
 
 class NetMotion(NamedTuple):
-    """How a body's control points move from a shape."""
+    """The motion of a body's control points from a shape."""
 
     body: Faces
     shape: FloatArray
@@ -113,8 +113,10 @@ class NetMotion(NamedTuple):
     """(m, 3)."""
 
     def carry(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
-        """(k, 3) how points (k, 3) move that the surface carries along at their feet; see
-        `net_nb`."""
+        """Return the motion (k, 3) of points (k, 3) that the surface carries along at their feet.
+
+        See `net_nb`.
+        """
         out, net = np.zeros((len(points), 3)), (locked(self.shape), locked(self.change))
         for patch, rows in _on_patches(self.body, feet):
             moved = np.empty((len(points[rows]), 3))
@@ -144,8 +146,10 @@ def _rows_of(rows: Rows, *arrays: FloatArray) -> tuple[FloatArray, ...]:
 def spread(
     body: Faces, shape: FloatArray, feet: SurfacePlaces, points: FloatArray, forces: FloatArray
 ) -> FloatArray:
-    """(m, 3) forces on control points that do as `forces` (k, 3) at `points` (k, 3) carried along
-    with their feet: the same work, sum and moment; see `net_nb`."""
+    """Return forces (m, 3) on control points that replace `forces` (k, 3) at `points` (k, 3).
+
+    The points are carried along with their feet; work, sum and moment are the same: see `net_nb`.
+    """
     out = np.zeros(shape.shape)
     for patch, rows in _on_patches(body, feet):
         given = patch, locked(shape), *_rows_of(rows, feet.uv, points, forces)

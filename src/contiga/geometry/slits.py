@@ -1,4 +1,4 @@
-"""What of a body's borders is a slit within its tolerance, and no opening."""
+"""Tell slits within a body's tolerance from openings of its borders."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def stated_tolerance(body: Faces) -> float:
 
 @once
 def gaping_edges(body: Faces) -> NDArray[np.bool_]:
-    """(edges,) shared edges whose faces are too far off them to meet."""
+    """Return (edges,) shared edges whose faces are too far off them to meet."""
     widest = widest_slit(body)
     return locked(np.array([len(e.uses) > 1 and e.gap > widest for e in body.edges], dtype=bool))
 

@@ -1,4 +1,4 @@
-"""How fast a surface runs: rigorous bounds on its first derivatives.
+"""Bound how fast a surface runs: rigorous bounds on its first derivatives.
 
 Those of a rational element are ``N / w²`` with a polynomial N. Its Bernstein coefficients are found
 by exact products, so the largest length is a true bound, with none of the cancellation lost that a

@@ -1,4 +1,4 @@
-"""What curves and surfaces have in common: a net of control points that never changes."""
+"""The common part of curves and surfaces: a net of control points that never changes."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ class Spline(Movable, Generic[Arrays]):
 
     @property
     def control_points(self) -> FloatArray:
-        """(n, 3), of a surface (n, m, 3); read-only."""
+        """Control points (n, 3), for a surface (n, m, 3); read-only."""
         return self._arrays.net[..., :3]
 
     @property
     def weights(self) -> FloatArray | None:
-        """(n,), of a surface (n, m); read-only; None for a B-spline."""
+        """Weights (n,), for a surface (n, m); read-only; None for a B-spline."""
         return self._arrays.net[..., 3] if self.is_rational else None
 
     @property
@@ -45,7 +45,7 @@ class Spline(Movable, Generic[Arrays]):
 
     @property
     def homogeneous(self) -> FloatArray:
-        """(n, 4), of a surface (n, m, 4), control points (wx, wy, wz, w), a new array."""
+        """Return (..., 4) (x, y, z, w) as (wx, wy, wz, w)."""
         return homogeneous(self._arrays.net)
 
     @property
@@ -75,7 +75,7 @@ class Spline(Movable, Generic[Arrays]):
         return exchange.to_splinepy(self._parts)
 
     def bounds(self) -> FloatArray:
-        """(2, 3) lower and upper corner of the control points, which hold the spline."""
+        """Return (2, 3) lower and upper corner of the control points, which hold the spline."""
         points = self.control_points.reshape(-1, 3)
         return np.array([points.min(axis=0), points.max(axis=0)])
 
@@ -88,7 +88,7 @@ def homogeneous(net: FloatArray) -> FloatArray:
 
 
 def cartesian(points: FloatArray, rational: bool = True) -> FloatArray:
-    """(..., 4) (wx, wy, wz, w) as (x, y, z, w); for a B-spline the weights are exactly one."""
+    """Return (..., 4) (wx, wy, wz, w) as (x, y, z, w); a B-spline's weights are exactly one."""
     out = np.array(points)
     if rational:
         out[..., :3] /= points[..., 3:]

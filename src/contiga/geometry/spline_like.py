@@ -1,4 +1,4 @@
-"""What lower files need of a curve and a surface: the classes stand above them and call them."""
+"""Describe what lower files need of a curve and a surface: the classes stand above them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from contiga.records import FloatArray
 
 
 class CurveLike(Protocol):
-    """What is read of a `NurbsCurve`."""
+    """The members of a `NurbsCurve` that are read."""
 
     @property
     def degree(self) -> int: ...
@@ -21,7 +21,7 @@ class CurveLike(Protocol):
 
 
 class SurfaceLike(Protocol):
-    """What is read of a `NurbsSurface`."""
+    """The members of a `NurbsSurface` that are read."""
 
     @property
     def degrees(self) -> tuple[int, int]: ...

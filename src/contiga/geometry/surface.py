@@ -159,12 +159,12 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
 
     @property
     def knots(self) -> Pair:
-        """(U, V), clamped, read-only."""
+        """Knots (U, V), clamped, read-only."""
         return self._arrays.U, self._arrays.V
 
     @property
     def domain(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """((u0, u1), (v0, v1))."""
+        """Ranges of the parameters: ((u0, u1), (v0, v1))."""
         U, V = self.knots
         return (float(U[0]), float(U[-1])), (float(V[0]), float(V[-1]))
 
@@ -215,7 +215,7 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         return out
 
     def _refined(self, U: FloatArray, V: FloatArray) -> Self:
-        """The same surface, or a part of it, on finer clamped knots."""
+        """Return the same surface, or a part of it, on finer clamped knots."""
         points = self.homogeneous
         for axis, old, new in ((0, self.knots[0], U), (1, self.knots[1], V)):
             if new is not old:
@@ -225,12 +225,12 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         )
 
     def insert_knots(self, u: ArrayLike = (), v: ArrayLike = ()) -> Self:
-        """The same surface with knots inserted (several at once, existing ones too)."""
+        """Return the same surface with knots inserted (several at once, existing ones too)."""
         (p, q), (U, V) = self.degrees, self.knots
         return self._refined(refine.with_inserted(U, p, u, "u"), refine.with_inserted(V, q, v, "v"))
 
     def elevate(self, u: int = 0, v: int = 0) -> Self:
-        """The same surface with its degrees `u` and `v` higher and its smoothness kept."""
+        """Return the same surface with its degrees `u` and `v` higher and its smoothness kept."""
         points, degrees, knots = self.homogeneous, list(self.degrees), list(self.knots)
         for axis, steps in enumerate((u, v)):
             kv.check_degree(degrees[axis] + kv.check_order(steps), "degree after elevation")
@@ -285,14 +285,14 @@ class NurbsSurface(Spline[nb.SurfaceArrays]):
         )
 
     def flipped(self) -> Self:
-        """The same surface with its sides swapped: u is reversed over the same domain."""
+        """Return the same surface with its sides swapped: u is reversed over the same domain."""
         U, V = self.knots
         return self._from_net(
             self.degrees, (kv.mirrored(U), V), self._arrays.net[::-1], self.is_rational
         )
 
     def transposed(self) -> Self:
-        """The same surface with u and v exchanged, which swaps its sides too."""
+        """Return the same surface with u and v exchanged, which swaps its sides too."""
         (p, q), (U, V) = self.degrees, self.knots
         return self._from_net((q, p), (V, U), self._arrays.net.transpose(1, 0, 2), self.is_rational)
 

@@ -117,7 +117,9 @@ def _estimated(bend: FloatArray, tol: float) -> tuple[FloatArray, FloatArray]:
 
 
 def _bends(surface: SurfaceLike, u: FloatArray, v: FloatArray) -> FloatArray:
-    """(3, nu, nv) largest sampled bend of each element: across the u-lines, n·S_uv, the v-lines.
+    """Return the largest sampled bend (3, nu, nv) of each element.
+
+    They are across the u-lines, n·S_uv, and across the v-lines.
 
     For parameters that run from 0 to 1 in each element.
     """

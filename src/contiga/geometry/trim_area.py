@@ -47,7 +47,9 @@ def body_volume(body: FacesLike, rtol: float = 1e-9) -> float:
 
 
 def body_moments(body: FacesLike, origin: FloatArray, rtol: float = 1e-9) -> FloatArray:
-    """(10,) moments of the volume that `body` encloses about `origin`, normals outward positive.
+    """Return moments (10,) about `origin` of the volume that `body` encloses.
+
+    They are positive where normals point outward.
 
     ∫ f dV of f = 1, x, y, z, xx, yy, zz, xy, yz, xz; to about `rtol` in the scale of the body.
     """
@@ -58,7 +60,7 @@ def body_moments(body: FacesLike, origin: FloatArray, rtol: float = 1e-9) -> Flo
 
 
 def patch_areas(body: FacesLike, rtol: float = 1e-9) -> FloatArray:
-    """(m,) area of every patch of `body`, trims obeyed."""
+    """Return (m,) area of every patch of `body`, trims obeyed."""
 
     def area(k: int) -> float:
         patch = body.patches[k]
@@ -70,7 +72,7 @@ def patch_areas(body: FacesLike, rtol: float = 1e-9) -> FloatArray:
 
 
 def patch_volumes(body: FacesLike, origin: FloatArray, rtol: float = 1e-9) -> FloatArray:
-    """(m,) signed volume of the cone from `origin` over every patch, trims obeyed."""
+    """Return (m,) signed volume of the cone from `origin` over every patch, trims obeyed."""
     return np.array(_fluxes(body, origin, 1, rtol))[:, 0] / 3.0
 
 

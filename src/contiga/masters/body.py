@@ -255,7 +255,7 @@ class Body(Faces, Queries):
         return first_hit(self, as_points(p0, "p0"), as_points(p1, "p1"))
 
     def _normals_at(self, patch: IntArray, uv: FloatArray) -> FloatArray:
-        """(k, 3) unit normals at places (patch, uv)."""
+        """Return (k, 3) unit normals at places (patch, uv)."""
         out = np.empty((len(patch), 3))
         for index in np.unique(patch):
             rows = patch == index
@@ -263,7 +263,7 @@ class Body(Faces, Queries):
         return out
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """(n,) bool: on the contact side of the closest face; see `contiga.search.inside`."""
+        """Return whether points (n,) are on the contact side of the closest face."""
         from contiga.search.inside import contains
 
         return contains(self, as_points(points))
@@ -314,5 +314,5 @@ class Body(Faces, Queries):
         }
 
     def condition_rows(self) -> list[tuple[str, str]]:
-        """Whether the body is closed, and the faults where its faces meet: (label, text)."""
+        """Return whether the body is closed, and the faults where its faces meet: (label, text)."""
         return self.openings.rows

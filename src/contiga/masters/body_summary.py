@@ -1,4 +1,4 @@
-"""What a body consists of, in numbers and words."""
+"""Describe a body in numbers and words."""
 
 from __future__ import annotations
 

@@ -127,7 +127,7 @@ class ClosestPointSearch(NamedTuple):
         out.certified[rows] = found
 
     def _checked(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """What `closest_points` answers, refused where it is not a point and a normal a row."""
+        """Return what `closest_points` answers; refuse it where a row is no point and normal."""
         answer = self.closest_points(points)
         try:
             foot, normal = (np.asarray(part, dtype=np.float64) for part in answer)
@@ -194,8 +194,11 @@ class ClosestPointSearch(NamedTuple):
     def _first_change(
         self, start: FloatArray, end: FloatArray, *, entries_only: bool
     ) -> tuple[FloatArray, ByteArray]:
-        """Where paths first change sides: the share of the way (n,), NaN where they do not, and
-        whether they come in (1) or go out (−1) there."""
+        """Return where paths first change sides, and which way.
+
+        The first is the share of the way (n,), NaN where they do not; the second 1 where they come
+        in and −1 where they go out.
+        """
         n, length = len(start), row_lengths(end - start)
         share, sense = np.full(n, np.nan), np.zeros(n, np.int8)
         at, gap = np.zeros(n), np.nan_to_num(self._gaps(start), nan=0.0)
@@ -256,7 +259,7 @@ class ClosestPointSearch(NamedTuple):
 
 
 def _along(start: FloatArray, end: FloatArray, rows: IndexArray, share: FloatArray) -> FloatArray:
-    """(k, 3) at shares of the ways of some paths."""
+    """Return (k, 3) at shares of the ways of some paths."""
     return np.asarray(start[rows] + share[:, None] * (end[rows] - start[rows]))
 
 

@@ -1,4 +1,4 @@
-"""How near points are to a surface, which of them is nearest, and which of them lie inside.
+"""Measure how near points are to a surface, which of them is nearest, and which lie inside.
 
 A point lies inside a closed surface by its side of it. It lies inside an open one where its foot is
 within a face, it is behind that, and no deeper than is asked about. Of all others, those past a
@@ -100,7 +100,7 @@ def gaps_of(
 def lower_bounds(
     surface: Surface, p_B: FloatArray, rows: IntArray, depth: float | None
 ) -> FloatArray:
-    """(n,) what the gaps of p_B[rows] are at least; `depth` as of `nearest`."""
+    """Return lower bounds (n,) of the gaps of p_B[rows]; `depth` is that of `nearest`."""
     bounds = np.zeros(len(p_B))
     surface.safe_distance(p_B, rows, bounds)
     if depth is None:

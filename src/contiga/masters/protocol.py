@@ -32,7 +32,7 @@ from contiga.triangles.trimesh import TriMesh
 
 
 class Surface(Protocol):
-    """What can be searched. Points are in the master's frame; rows choose among them."""
+    """A surface that can be searched. Points are in the master's frame; rows choose among them."""
 
     @property
     def closed(self) -> bool:
@@ -114,11 +114,11 @@ class Surface(Protocol):
         """
 
     def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
-        """(len(rows),) True where a_B[rows] → b_B[rows] is known to meet no surface."""
+        """Return (len(rows),) True where a_B[rows] → b_B[rows] is known to meet no surface."""
 
     @property
     def contact_tables(self) -> ContactTables | None:
-        """What kernels of contact may ask themselves; None where there is nothing of the kind."""
+        """Tables that kernels of contact may search themselves; None where there are none."""
 
 
 class Master(Protocol):
@@ -137,16 +137,16 @@ class Master(Protocol):
 
     @abstractmethod
     def bounds(self) -> FloatArray:
-        """(2, 3) low and high corner of a box that holds it."""
+        """Return (2, 3) low and high corner of a box that holds it."""
 
     @property
     def name(self) -> str:
-        """What reports and messages call it."""
+        """Name of the master in reports and messages."""
         return type(self).__name__
 
     @property
     def reference_point(self) -> FloatArray:
-        """(3,) point the wrench is taken about, body axes."""
+        """Point (3,) that the wrench is taken about, body axes."""
         return np.zeros(3)
 
     @property
@@ -202,12 +202,12 @@ class Master(Protocol):
         return feet
 
     def first_hit(self, p0: ArrayLike, p1: ArrayLike) -> Hit:
-        """Where points that move from `p0` to `p1` (n, 3) first enter."""
+        """Return where points that move from `p0` to `p1` (n, 3) first enter."""
         a_B, b_B = as_points(p0, "p0"), as_points(p1, "p1")
         return self.surface.entries(a_B, b_B, np.arange(len(a_B), dtype=np.int32))
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """(n,) which points (n, 3) lie on the contact side."""
+        """Return which points (n, 3) lie on the contact side, as (n,) truths."""
         return np.asarray(self.project(points).gap < 0.0)
 
     def tessellate(self, tol: float) -> TriMesh:
@@ -220,11 +220,11 @@ class Master(Protocol):
         return TriMesh(corners, np.zeros((0, 3), np.int64), name=self.name)
 
     def transformed(self, matrix: PoseLike) -> Master:
-        """The same master moved by a regular affine (4, 4) matrix."""
+        """Return the same master moved by a regular affine (4, 4) matrix."""
         raise _lacks(self, "transformed", "Give the body a motion, or the contact a pose")
 
     def with_reference_point(self, point: ArrayLike) -> Master:
-        """The same master with another reference point (3,)."""
+        """Return the same master with another reference point (3,)."""
         raise _lacks(self, "with_reference_point", "Give its class a reference_point")
 
     def mass_properties(self, density: float) -> MassProperties:
@@ -259,6 +259,6 @@ _ASKED = [name for name in vars(Master) if not name.startswith("_")]
 
 
 def is_master(value: object) -> bool:
-    """Whether a value answers what masters are asked; nothing is worked out."""
+    """Return whether a value answers what masters are asked; nothing is worked out."""
     attributes = getattr(value, "__dict__", {})
     return all(hasattr(type(value), name) or name in attributes for name in _ASKED)

@@ -49,7 +49,7 @@ def least_size(mesh: TriMesh, most: int) -> float:
 
 
 def default_size(body: Master, mesh: TriMesh, others: Iterable[float] = ()) -> float:
-    """How long the sides of triangles are where nothing is said, length.
+    """Return the length of the sides of triangles where none is given.
 
     A tenth of the body's size, and a quarter of the `others`' (of bodies that it is to meet), which
     would else slip through between its points, as long as that takes no more than 20,000 triangles.

@@ -14,23 +14,23 @@ VALUE, U, V, UU, VV, UV = range(6)
 
 
 class Patch(Protocol):
-    """What is asked of a patch: `contiga.NurbsSurface` has it."""
+    """The members of a patch that are read: `contiga.NurbsSurface` has them."""
 
     @property
     def degrees(self) -> tuple[int, int]:
-        """(p, q)."""
+        """Degrees (p, q)."""
 
     @property
     def knots(self) -> tuple[FloatArray, FloatArray]:
-        """(U, V), clamped."""
+        """Knots (U, V), clamped."""
 
     @property
     def control_points(self) -> FloatArray:
-        """(n, m, 3)."""
+        """Control points (n, m, 3)."""
 
     @property
     def weights(self) -> FloatArray | None:
-        """(n, m), or None of a B-spline."""
+        """Weights (n, m), or None for a B-spline."""
 
 
 class BasisAt(NamedTuple):
@@ -42,7 +42,7 @@ class BasisAt(NamedTuple):
     """(k, 6, c) N, N_u, N_v, N_uu, N_vv, N_uv."""
 
     def of(self, order: int, net: FloatArray) -> FloatArray:
-        """(k, 3) a derivative of the surface of control points (r, 3): `VALUE` to `UV`."""
+        """Return (k, 3) a derivative of the surface of control points (r, 3): `VALUE` to `UV`."""
         return np.asarray((self.values[:, order, :, None] * net[self.control]).sum(axis=1))
 
 
@@ -71,7 +71,7 @@ def basis_at(patch: Patch, uv: FloatArray) -> BasisAt:
 
 
 def _rational(values: FloatArray) -> FloatArray:
-    """Of weighted basis functions and their derivatives, by the quotient rule."""
+    """Return rational basis functions and derivatives from weighted ones, by the quotient rule."""
     sums = values.sum(axis=2, keepdims=True)
     w, w_u, w_v, w_uu, w_vv, w_uv = (sums[:, k] for k in range(6))
     n = values[:, VALUE] / w
@@ -98,7 +98,7 @@ def spans_at(knots: FloatArray, degree: int, t: FloatArray) -> _Spans:
 def _derivative(
     knots: FloatArray, degree: int, span: IndexArray, t: FloatArray, order: int
 ) -> FloatArray:
-    """(k, degree + 1) derivatives: the basis is raised, and at last differenced `order` times."""
+    """Return derivatives (k, degree + 1): the basis is raised, then differenced `order` times."""
     values = np.ones((len(t), 1))
     for j in range(1, degree + 1):
         new = np.zeros((len(t), j + 1))
@@ -116,6 +116,6 @@ def _derivative(
 
 
 def elements_of(knots: FloatArray) -> FloatArray:
-    """(e, 2) the intervals between different knots."""
+    """Return (e, 2) the intervals between different knots."""
     breaks = np.unique(knots)
     return np.stack([breaks[:-1], breaks[1:]], axis=1)

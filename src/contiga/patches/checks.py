@@ -1,4 +1,4 @@
-"""What is refused of patches that are to be a shell."""
+"""Refuse patches that cannot be a shell."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def check_whole_edges(pieces: Sequence[Piece], joints: Sequence[Joint], near: fl
 
 
 def _distances(piece: Piece, name: str, points: FloatArray) -> FloatArray:
-    """(k,) of points from an edge, by halving the distance between samples around the nearest."""
+    """Return (k,) distances of points from an edge, by halving between the nearest samples."""
     knots = piece.knots[1 if name[0] == "u" else 0]
     low, high = float(knots[0]), float(knots[-1])
     net = piece.control_points.reshape(-1, 3)

@@ -193,7 +193,7 @@ def _joints(pieces: Sequence[Piece], near: float) -> tuple[Joint, ...]:
 
 
 def _same_curve(pieces: Sequence[Piece], joint: Joint, near: float) -> bool:
-    """Whether two edges that have their ends in common are one, with the same control points."""
+    """Return whether two edges with the same ends are one, with the same control points."""
     both = [(pieces[k], name) for k, name in zip(joint.pieces, joint.edges, strict=True)]
     one, other = (edge_of(piece, name) for piece, name in both)
     if joint.turned:
@@ -219,7 +219,7 @@ def _same_curve(pieces: Sequence[Piece], joint: Joint, near: float) -> bool:
 
 
 def _greville_points(patch: Patch) -> FloatArray:
-    """(n · m, 3) points of the surface at the Greville parameters of its control points."""
+    """Return (n · m, 3) points of the surface at the Greville parameters of its control points."""
     means = [
         np.array([knots[i + 1 : i + p + 1].mean() for i in range(len(knots) - p - 1)])
         for knots, p in zip(patch.knots, patch.degrees, strict=True)

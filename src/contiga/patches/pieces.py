@@ -123,7 +123,7 @@ def _cuts(knots: FloatArray, degree: int) -> list[tuple[slice, FloatArray]]:
 
 
 def edge_parameters(patch: Patch, name: str, along: FloatArray) -> FloatArray:
-    """(k, 2) parameters on an edge, of those along it (k,)."""
+    """Return (k, 2) parameters on an edge, of those along it (k,)."""
     axis = 0 if name[0] == "u" else 1
     end = patch.knots[axis][0 if name[1] == "0" else -1]
     uv = np.empty((len(along), 2))

@@ -30,14 +30,14 @@ class SparseRows(NamedTuple):
     """(e,)."""
 
     def times(self, given: FloatArray) -> FloatArray:
-        """(n, 3), of `given` (m, 3)."""
+        """Return (n, 3) products with `given` (m, 3)."""
         out = np.empty((len(self.starts) - 1, 3))
         rows = locked(np.ascontiguousarray(given, np.float64))
         run_ranges(straight(map_rows), len(out), POINTS, self, rows, out)
         return out
 
     def at(self, rows: IndexArray) -> SparseRows:
-        """Some of the rows."""
+        """Return some of the rows."""
         counts = np.diff(self.starts)[rows]
         starts = np.zeros(len(rows) + 1, np.int32)
         np.cumsum(counts, out=starts[1:])
@@ -45,7 +45,7 @@ class SparseRows(NamedTuple):
         return SparseRows(starts, self.columns[entries], self.values[entries])
 
     def matrix(self, columns: int) -> csr_array:
-        """The same for SciPy."""
+        """Return the matrix for SciPy."""
         shape = len(self.starts) - 1, columns
         return csr_array((self.values, self.columns, self.starts), shape=shape)
 
@@ -103,7 +103,7 @@ def sparse_rows(columns: list[IntArray], values: list[FloatArray]) -> SparseRows
 
 
 def grid_facets(rows: int, columns: int, first: int) -> IntArray:
-    """(f, 3) triangles of a grid of points that begins at `first`; columns are first to run."""
+    """Return triangles (f, 3) of a grid of points from `first` on; columns run first."""
     corner = first + np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
     a, b = corner[:-1, :-1].ravel(), corner[1:, :-1].ravel()
     c, d = corner[1:, 1:].ravel(), corner[:-1, 1:].ravel()

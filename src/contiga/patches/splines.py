@@ -33,11 +33,11 @@ class Splines(NamedTuple):
 
     @property
     def points(self) -> FloatArray:
-        """(n, 3) nodes at rest."""
+        """Nodes (n, 3) at rest."""
         return self.nodes.points(self.net.points)
 
     def transformed(self, matrix: FloatArray) -> Splines:
-        """The same moved by a (4, 4) matrix, nodes and edges in their order."""
+        """Return the same patches moved by a (4, 4) matrix, nodes and edges in their order."""
         given: Sequence[Any] = self.patches
         moved = [patch.transformed(matrix) for patch in given]
         if np.linalg.det(matrix[:3, :3]) < 0.0:

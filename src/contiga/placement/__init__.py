@@ -1,1 +1,1 @@
-"""Where parts stand before a run: put at a gap from one another, aligned, and how near they are."""
+"""Place parts before a run, at a gap or aligned, and measure how near they are."""

@@ -84,7 +84,7 @@ def align(
 def check_choices(
     centres: Iterable[str], lows: Iterable[str], highs: Iterable[str], axes: str | None
 ) -> dict[int, tuple[float, float]]:
-    """What of each axis is brought together: shares of the low and the high end of a box.
+    """Return which parts of two boxes each axis brings together, as shares of low and high end.
 
     Raises
     ------

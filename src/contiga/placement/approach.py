@@ -1,4 +1,4 @@
-"""How far one part is to be moved along a line until its gap to another is a given one."""
+"""Find how far one part is to be moved along a line until its gap to another is a given one."""
 
 from __future__ import annotations
 

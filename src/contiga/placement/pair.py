@@ -31,7 +31,7 @@ class _Leg(NamedTuple):
 
     @property
     def depth(self) -> float | None:
-        """How deep behind an open master is inside, as `contiga.masters.nearness` takes it."""
+        """Depth up to which points behind an open master are inside: see `nearness`."""
         return None if self.both else np.inf
 
     def gaps(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -94,7 +94,7 @@ class Pair:
         """To which gaps are sought, length."""
 
     def gaps(self, rows: IndexArray, shift: float) -> FloatArray:
-        """(len(rows),) signed gaps of the points `rows` with the first part moved by `shift`."""
+        """Return signed gaps (len(rows),) of the points `rows`, the first part moved by `shift`."""
         gaps = np.empty(len(rows))
         self._at[rows] = shift
         for k, leg in enumerate(self._legs):
@@ -106,7 +106,7 @@ class Pair:
         return gaps
 
     def bounds(self, shift: float) -> FloatArray:
-        """(n,) what the gap of each point is at least: what is known less the way since."""
+        """Return lower bounds (n,) of each point's gap: the known one less the way since."""
         return self._gap - np.abs(self._at - shift)
 
     def least(self, shift: float) -> float:
@@ -149,7 +149,7 @@ class Pair:
 
 
 def _bounds(leg: _Leg, points: FloatArray) -> FloatArray:
-    """(n,) what the gaps of points (n, 3) are at least, before any is worked out."""
+    """Return lower bounds (n,) of the gaps of points (n, 3) before any is computed."""
     rows = np.arange(len(points), dtype=np.int32)
     return lower_bounds(leg.master.surface, points, rows, leg.depth)
 

@@ -78,7 +78,7 @@ def place(thing: Part, *, on: Master | Slave, direction: Axis, gap: float = 0.0)
 def _shift(
     thing: Master | Slave, on: Master | Slave, way: FloatArray, least: float
 ) -> float | None:
-    """How far `thing` is to be moved; None if there is no place for it."""
+    """Return how far `thing` is to be moved; None if there is no place for it."""
     span, on_span = _along(thing, way), _along(on, way)
     most = (on_span[1] - span[0] + least, span[1] - on_span[0] + least)
     try:
@@ -93,13 +93,13 @@ def _shift(
 
 
 def _is_sheet(thing: Master | Slave, on: Master | Slave) -> bool:
-    """Whether an open body is to stand by a closed one."""
+    """Return whether an open body is to stand by a closed one."""
     bodies = [part.closed for part in (thing, on) if not isinstance(part, Slave)]
     return sorted(bodies) == [False, True]
 
 
 def _open_side(thing: Master | Slave, on: Master | Slave) -> str:
-    """What of open bodies may be in the way: the end of a sentence."""
+    """Return the end of a sentence: which side of open bodies may be in the way."""
     names = [part.name for part in (thing, on) if not isinstance(part, Slave) and not part.closed]
     if not names:
         return ""

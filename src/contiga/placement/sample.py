@@ -26,7 +26,7 @@ _HOPELESS = 4.0
 
 
 def points_of(part: Master | Slave) -> FloatArray:
-    """(n, 3) points that stand for a part: the active points of a slave, a sample of a body.
+    """Return (n, 3) points that stand for a part: the active points of a slave, a sample of a body.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def points_of(part: Master | Slave) -> FloatArray:
 
 
 def sample(body: Master) -> FloatArray:
-    """(n, 3) points on a body, no place of it farther than `SPACING` of its size from one."""
+    """Return points (n, 3) on a body, of which no place is farther than `SPACING` of its size."""
     mesh = body.tessellate(_CHORD * body.size)
     points = _divided(mesh.vertices, mesh.triangles, SPACING * body.size)
     return np.ascontiguousarray(body.project(points).point)
@@ -101,7 +101,7 @@ def sharpened(
 
 
 def extent(part: Master | Slave) -> FloatArray:
-    """(2, 3) lowest and highest x, y and z that a part reaches: of a slave its active points.
+    """Return the lowest and highest x, y and z (2, 3) of a part; of a slave's active points.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def extent(part: Master | Slave) -> FloatArray:
 
 
 def extent_at(body: Master, pose: FloatArray) -> FloatArray:
-    """(2, 3) lowest and highest x, y and z that a body reaches where it stands at `pose` (4, 4).
+    """Return the lowest and highest x, y and z (2, 3) of a body at `pose` (4, 4).
 
     >>> from contiga.geometry import shapes
     >>> from contiga.masters.body import Body

@@ -1,4 +1,4 @@
-"""Where the eye stands and where a point lands in the picture."""
+"""Place the eye, and project points into the picture."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def look(towards: FloatArray, up: FloatArray, points: FloatArray, size: tuple[in
 
 
 def project(camera: Camera, points: FloatArray) -> FloatArray:
-    """(n, 3) columns, rows and depths of `points` (n, 3) in the picture."""
+    """Return (n, 3) columns, rows and depths of `points` (n, 3) in the picture."""
     local = (points - camera.eye) @ camera.axes.T
     depth = local[:, 2]
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -42,11 +42,11 @@ class Layer(NamedTuple):
 
     @property
     def seen(self) -> NDArray[np.bool_]:
-        """(h, w) pixels this layer covers."""
+        """Pixels (h, w) that this layer covers."""
         return self.buffer.owner >= 0
 
     def at_pixels(self, values: FloatArray) -> FloatArray:
-        """(k,) `values` (n,) of the points, interpolated at the pixels of `seen`."""
+        """Return (k,) `values` (n,) of the points, interpolated at the pixels of `seen`."""
         if self.triangles is None:
             return np.asarray(values[self.buffer.owner[self.seen]])
         values_there = np.empty(np.count_nonzero(self.seen))
@@ -57,7 +57,7 @@ class Layer(NamedTuple):
 
 
 def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
-    """(m, 3, 3) unit normals at the corners: smooth, but sharp across creases.
+    """Return (m, 3, 3) unit normals at the corners: smooth, but sharp across creases.
 
     Corners at one point share a normal where their facets hang together over edges that are no
     creases; a point may stand on several faces, as the meshes of closed bodies have it.
@@ -84,8 +84,10 @@ def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
 
 
 def _smooth_corners(triangles: IntArray, facet: FloatArray) -> tuple[int, IntArray]:
-    """How many groups of corners share a normal, and the group of each: corner c of facet f is
-    3 f + c, and both ends of a smooth edge join the corners that meet there."""
+    """Return how many groups of corners share a normal, and the group of each corner.
+
+    Corner c of facet f is 3 f + c; both ends of a smooth edge join the corners that meet there.
+    """
     inner = _inner_edges(triangles)
     smooth = np.einsum("ei,ei->e", facet[inner.left], facet[inner.right]) >= _CREASE
     pairs = np.concatenate([inner.first[smooth], inner.second[smooth]])
@@ -151,7 +153,7 @@ def _inner_edges(triangles: IntArray) -> _Inner:
 
 
 def crease_edges(points: FloatArray, triangles: IntArray) -> IntArray:
-    """(k, 2) edges over which two facets meet at a sharp angle."""
+    """Return (k, 2) edges over which two facets meet at a sharp angle."""
     inner = _inner_edges(triangles)
     facet = _facet_normals(points, triangles)
     sharp = np.einsum("ei,ei->e", facet[inner.left], facet[inner.right]) < _CREASE
@@ -176,7 +178,7 @@ def cloud_layer(camera: Camera, points: FloatArray, radius: float) -> Layer:
 
 
 def hollows(depth: FloatArray, reach: int, size: float) -> FloatArray:
-    """(h / 2, w / 2) in [−1, 1]: positive where both opposite neighbours are nearer to the eye.
+    """Return (h / 2, w / 2) in [−1, 1], positive where opposite neighbours are nearer to the eye.
 
     Of every other pixel of `depth` (h, w): a soft shade needs no more. Opposite pairs cancel the
     slope of a plane, so that only its bending shows; beyond the outline and the picture nothing is
@@ -219,7 +221,7 @@ def veil(picture: Picture, layer: Layer, colour: FloatArray) -> None:
 
 
 def free_edges(triangles: IntArray) -> IntArray:
-    """(k, 2) edges that belong to one triangle only: the borders of faces and sheets."""
+    """Return (k, 2) edges that belong to one triangle only: the borders of faces and sheets."""
     pairs = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     low, high = pairs.min(axis=1).astype(np.int64), pairs.max(axis=1).astype(np.int64)
     n = int(high.max(initial=0)) + 1
@@ -229,14 +231,14 @@ def free_edges(triangles: IntArray) -> IntArray:
 
 
 def drawn_edges(points: FloatArray, triangles: IntArray) -> IntArray:
-    """(k, 2) edges that a picture draws as lines: borders, and creases between facets."""
+    """Return (k, 2) edges that a picture draws as lines: borders, and creases between facets."""
     return np.concatenate([free_edges(triangles), crease_edges(points, triangles)])
 
 
 def line_ink(
     camera: Camera, points: FloatArray, edges: IntArray, depth: FloatArray, bias: float
 ) -> NDArray[np.bool_]:
-    """(h, w) where one of the `edges` (k, 2) shows."""
+    """Return (h, w) where one of the `edges` (k, 2) shows."""
     ink = np.zeros(camera.size, np.bool_)
     draw_lines(project(camera, points), edges, depth, bias, ink)
     return ink

@@ -29,7 +29,7 @@ def standing(X: PoseLike, where: str = "pose") -> FloatArray:
 
 
 def to_body(X_WB: FloatArray, p_W: FloatArray, out: FloatArray | None = None) -> FloatArray:
-    """(n, 3) points of the world in body axes, written into `out` (n, 3) where there is one."""
+    """Return points (n, 3) of the world in body axes, in `out` (n, 3) if it is given."""
     out = np.empty(p_W.shape) if out is None else out
     rows = locked(np.ascontiguousarray(p_W, np.float64))
     run_ranges(straight(rigid_nb.to_body), len(out), POINTS, rows, X_WB, out)
@@ -37,7 +37,7 @@ def to_body(X_WB: FloatArray, p_W: FloatArray, out: FloatArray | None = None) ->
 
 
 def to_world(X_WB: FloatArray, p_B: FloatArray, shift: float = 1.0) -> FloatArray:
-    """(n, 3) points of the body in world axes; with a `shift` of zero directions."""
+    """Return (n, 3) points of the body in world axes; with a `shift` of zero directions."""
     rows = locked(
         np.ascontiguousarray(p_B, np.float64)
     )  # what friction remembers is some columns of more
@@ -47,7 +47,7 @@ def to_world(X_WB: FloatArray, p_B: FloatArray, shift: float = 1.0) -> FloatArra
 
 
 def turn_to_world(X_WB: FloatArray, n_B: FloatArray) -> FloatArray:
-    """(n, 3) directions in body axes, in world axes."""
+    """Return (n, 3) directions in body axes, in world axes."""
     return to_world(X_WB, n_B, 0.0)
 
 

@@ -17,7 +17,7 @@ ROUNDING = 1e-6
 
 
 def principal_moments(inertia: ArrayLike) -> FloatArray:
-    """(3,) principal moments, rising, of a symmetric tensor (3, 3).
+    """Return (3,) principal moments, rising, of a symmetric tensor (3, 3).
 
     >>> principal_moments([[2.0, 1.0, 0.0], [1.0, 2.0, 0.0], [0.0, 0.0, 2.5]]).round(12).tolist()
     [1.0, 2.5, 3.0]

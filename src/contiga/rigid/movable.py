@@ -1,4 +1,4 @@
-"""What can be moved by an affine map: by vectors, about axes, and larger or smaller."""
+"""Move objects by an affine map: by vectors, about axes, and larger or smaller."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Movable:
         raise NotImplementedError
 
     def transformed(self, matrix: transform.PoseLike) -> Self:
-        """The same moved by a regular affine (4, 4) matrix; the free side stays the free side.
+        """Return it moved by a regular affine (4, 4) matrix; the free side stays the free side.
 
         A scipy `Rotation` or a pair (R, t) will do.
 
@@ -37,7 +37,7 @@ class Movable:
         return self._moved(transform.affine(matrix))
 
     def translated(self, d: ArrayLike) -> Self:
-        """The same moved by the vector `d` (3,), length.
+        """Return it moved by the vector `d` (3,), length.
 
         Raises
         ------
@@ -49,7 +49,7 @@ class Movable:
     def rotated(
         self, axis: transform.Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)
     ) -> Self:
-        """The same turned by `angle` (radians) about `axis` ("x", "y", "z" or a vector).
+        """Return it turned by `angle` (radians) about `axis` ("x", "y", "z" or a vector).
 
         Raises
         ------
@@ -59,7 +59,7 @@ class Movable:
         return self._moved(transform.rotation(axis, angle, origin))
 
     def scaled(self, s: float | ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0)) -> Self:
-        """The same scaled by `s` > 0 about `origin` (3,), one number or one for each axis.
+        """Return it scaled by `s` > 0 about `origin` (3,), one number or one for each axis.
 
         Raises
         ------

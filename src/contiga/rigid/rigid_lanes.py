@@ -1,4 +1,4 @@
-"""Where the numbers of a free rigid body stand in its row, by name: for kernels and for others."""
+"""Name the numbers in the row of a free rigid body, for kernels and for others."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ class Screw(NamedTuple):
     """(3,) of what is at the origin, a unit of s."""
 
     def pose(self, s: float) -> FloatArray:
-        """(4, 4) the frame after the part `s` of the motion, in the frame at s = 0."""
+        """Return (4, 4) the frame after the part `s` of the motion, in the frame at s = 0."""
         turn = s * self.turn
         angle, K = length(turn), cross_matrix(turn)
         K2 = product(K, K)
@@ -44,7 +44,7 @@ class Screw(NamedTuple):
         return X
 
     def field(self, points: FloatArray) -> FloatArray:
-        """(n, 3) velocities of points (n, 3) that go with the frame, axes and place of s = 0."""
+        """Return velocities (n, 3) of points (n, 3) that go with the frame, in axes at s = 0."""
         return np.asarray(self.velocity + np.cross(self.turn, points))
 
 

@@ -78,7 +78,7 @@ def as_matrix(X: PoseLike, where: str) -> Any:
 
 
 def cross_matrix(k: FloatArray) -> FloatArray:
-    """(3, 3) the matrix of k × ."""
+    """Return (3, 3) the matrix of k × ."""
     return np.array([[0.0, -k[2], k[1]], [k[2], 0.0, -k[0]], [-k[1], k[0], 0.0]])
 
 
@@ -213,5 +213,5 @@ def apply(matrix: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def reflects(matrix: FloatArray) -> bool:
-    """Whether the map turns right hands into left ones."""
+    """Return whether the map turns right hands into left ones."""
     return bool(np.linalg.det(matrix[:3, :3]) < 0.0)

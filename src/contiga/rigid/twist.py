@@ -15,7 +15,7 @@ from contiga.records import FloatArray
 
 
 class Twist(NamedTuple):
-    """How a frame moves."""
+    """The velocity of a frame."""
 
     velocity: FloatArray
     """(3,) of the frame's origin, world axes."""

@@ -45,7 +45,7 @@ class Obstacles:
         return feet
 
     def bending(self, points: FloatArray, feet: Projection, body: int) -> FloatArray:
-        """(n, 3, 3) second derivatives of the gap to one master at `feet` of `points`."""
+        """Return (n, 3, 3) second derivatives of the gap to one master at `feet` of `points`."""
         out = FootSlopes(np.empty((len(points), 3)), np.empty((len(points), 3, 3)))
         self.bodies[body].surface.slopes(points, feet, out)
         return 0.5 * (out.normal + out.normal.transpose(0, 2, 1))
@@ -62,7 +62,7 @@ class Obstacles:
         return Clearances(gap, normal, nearest)
 
     def reach(self, points: FloatArray) -> FloatArray:
-        """(n,) length around `points` (n, 3) that surely meets no surface; 0 for points inside."""
+        """Return a radius (n,) around `points` (n, 3) without any surface; 0 inside."""
         reach = np.full(len(points), np.inf)
         rows = np.arange(len(points), dtype=np.int32)
         for body in self.bodies:
@@ -77,7 +77,7 @@ class Obstacles:
         return reach
 
     def blocks(self, starts: FloatArray, ends: FloatArray, skin: float) -> NDArray[np.bool_]:
-        """(n,) which segments enter a master farther than `skin`, a length, from both their ends.
+        """Return which segments (n,) enter a master farther than `skin` from both ends.
 
         Starts are outside or on the surface.
         """

@@ -62,7 +62,7 @@ class Path(Displayed):
 
     @cached_property
     def arc(self) -> FloatArray:
-        """(n,) arc length of the points from the start."""
+        """Arc length (n,) of the points from the start."""
         chords = np.linalg.norm(np.diff(self.points, axis=0), axis=1)
         return np.concatenate([[0.0], np.cumsum(chords)])
 
@@ -73,8 +73,11 @@ class Path(Displayed):
 
     @cached_property
     def turns(self) -> FloatArray:
-        """(n,) radians that the path turns by at each point: between its chords, and at an end
-        that it leaves along a surface between that and the chord."""
+        """Angle (n,), radians, that the path turns by at each point.
+
+        It is that between its chords, and at an end that it leaves along a surface that between the
+        surface and the chord.
+        """
         chords = np.diff(self.points, axis=0)
         a, b = chords[:-1], chords[1:]
         across = np.linalg.norm(np.cross(a, b), axis=1)
@@ -98,17 +101,19 @@ class Path(Displayed):
         return float(self.turns.sum())
 
     def at(self, arc: ArrayLike) -> FloatArray:
-        """(k, 3) points at arc lengths (k,)."""
+        """Return (k, 3) points at arc lengths (k,)."""
         return self._along(self.points, arc)
 
     def normal_at(self, arc: ArrayLike) -> FloatArray:
-        """(k, 3) unit normals of the nearest body at arc lengths (k,)."""
+        """Return (k, 3) unit normals of the nearest body at arc lengths (k,)."""
         normal = self._along(self.normal, arc)
         return np.asarray(normal / np.linalg.norm(normal, axis=1)[:, None])
 
     def outside(self, points: ArrayLike, gap: float = 0.0) -> FloatArray:
-        """(k, 3) `points` with those that are nearer to the bodies than `gap`, a length, moved to
-        that distance: what lies on chords of the path, or beside it, may be inside."""
+        """Return `points` (k, 3), each moved to the distance `gap` from the bodies if it is nearer.
+
+        What lies on chords of the path, or beside it, may be inside.
+        """
         moved = as_points(points).copy()
         for _ in range(MOVES):  # in a crease a move off one body may lead into another
             nearest = self.over.clearances(moved)

@@ -94,7 +94,7 @@ def _count(points: int) -> int:
 
 
 def _stops(obstacles: Obstacles, start: ArrayLike, end: ArrayLike, via: ArrayLike) -> FloatArray:
-    """(k, 3) start, via, end; all of them outside."""
+    """Return (k, 3) start, via, end; all of them outside."""
     named: list[tuple[str, ArrayLike]] = [("start", start)]
     named += [(f"via[{i}]", one) for i, one in enumerate(np.asarray(via, dtype=object))]
     named.append(("end", end))

@@ -30,7 +30,7 @@ SKIN = 1e-6
 
 
 def first_way(obstacles: Obstacles, start: FloatArray, end: FloatArray) -> FloatArray:
-    """(k, 3) corners of a polyline from `start` to `end` (3,) that goes round the obstacles.
+    """Return (k, 3) corners of a polyline from `start` to `end` (3,) that goes round the obstacles.
 
     Raises
     ------
@@ -47,8 +47,10 @@ def first_way(obstacles: Obstacles, start: FloatArray, end: FloatArray) -> Float
 
 
 def _is_free(obstacles: Obstacles, ends: FloatArray) -> bool:
-    """Whether the middle of a segment that enters nothing is outside, as where it starts on a
-    surface and leads inwards."""
+    """Return whether the middle of a segment that enters nothing is outside.
+
+    It is not where the segment starts on a surface and leads inwards.
+    """
     middle = np.array([0.25, 0.5, 0.75])[:, None]
     between = (1.0 - middle) * ends[0] + middle * ends[1]
     return bool(obstacles.clearances(between).gap.min() > -SKIN * obstacles.size)
@@ -78,7 +80,7 @@ class _Grid:
         self._edges: IndexArray = edges[(self._reach[edges] > 0.0).all(axis=1)]
 
     def shortest(self) -> FloatArray:
-        """(k, 3) nodes of the shortest way between the ends."""
+        """Return (k, 3) nodes of the shortest way between the ends."""
         doors = [self._doors(end) for end in self._ends]
         edges = self._edges
         way = self._way(edges, doors)
@@ -132,7 +134,7 @@ def _shut_in(end: FloatArray) -> InputError:
 
 
 def resampled(corners: FloatArray, n: int) -> FloatArray:
-    """(n + 1, 3) points evenly along a polyline with the given corners."""
+    """Return (n + 1, 3) points evenly along a polyline with the given corners."""
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
     keep = np.concatenate([[True], np.diff(arc) > 0.0])
     at = np.linspace(0.0, arc[-1], n + 1)

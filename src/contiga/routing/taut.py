@@ -134,7 +134,7 @@ def _length(points: FloatArray) -> float:
 
 
 def _chords(points: FloatArray) -> FloatArray:
-    """(n − 1,) lengths of the chords."""
+    """Return (n − 1,) lengths of the chords."""
     return np.asarray(np.linalg.norm(np.diff(points, axis=0), axis=1))
 
 

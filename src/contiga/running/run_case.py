@@ -106,7 +106,7 @@ class Progress:
         self._reason = ""
 
     def told_by(self, how: RunOptions, quiet: bool) -> RunOptions:
-        """How a run is carried out that tells this of its steps."""
+        """Return how a run is carried out that tells this of its steps."""
         return how._replace(
             progress=self.step,
             on_check=None if quiet else _warn_of,
@@ -116,7 +116,7 @@ class Progress:
         )
 
     def keep_reason(self, reason: str) -> None:
-        """What set the length of the step, to be shown with it."""
+        """Keep what set the length of the step, to show it with the step."""
         self._reason = f", {reason}"
 
     def settle(self, step: int, residual: float) -> None:

@@ -108,7 +108,7 @@ def limit_of(model: Model, state: SystemState, of: Of = "all") -> Limit:
 
 
 class _End(NamedTuple):
-    """What a coupling does to one body or slave with its other end held."""
+    """The effect of a coupling on one body or slave with its other end held."""
 
     of: object
     """Row of the body, or name of the slave."""

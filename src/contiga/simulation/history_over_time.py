@@ -1,4 +1,4 @@
-"""Offer what a history is asked for, whether its run has ended here or was read from a folder."""
+"""Offer the data of a history, whether its run has ended here or was read from a folder."""
 
 from __future__ import annotations
 

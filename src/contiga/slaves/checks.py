@@ -1,4 +1,4 @@
-"""What a slave is given: arrays that are whole and fit its points, or an error that says which."""
+"""Check what a slave is given: arrays have to be whole and to fit its points."""
 
 from __future__ import annotations
 

@@ -81,7 +81,7 @@ def elements_of(blocks: Sequence[CellBlock]) -> dict[str, IntArray]:
 
 
 def _are_edges(lines: Int64Array, blocks: Sequence[CellBlock]) -> NDArray[np.bool_]:
-    """(n,) which lines (n, 2) are edges of shells or solids, between their corners."""
+    """Return which lines (n, 2) are edges of shells or solids, between their corners (n,)."""
     known = [np.zeros((0, 2), np.int64)]
     for block in blocks:
         if block.kind in SHELLS:

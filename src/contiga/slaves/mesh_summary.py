@@ -1,4 +1,4 @@
-"""What a mesh consists of, in numbers and words."""
+"""Describe a mesh in numbers and words."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ def _has_middles(slave: Slave) -> bool:
 
 
 def _whole_area(slave: Slave) -> float | None:
-    """Of the facets, or the sum of what the points were given; None if neither."""
+    """Return the area of the facets, or the sum of what the points were given; None if neither."""
     if slave.facets is not None:
         return float(tributary_area(slave.points, slave.facets, slave.quads).sum())
     return None if slave.area is None else float(slave.area.sum())
 
 
 def mesh_summary(slave: Slave) -> dict[str, Any]:
-    """What a person wants to know of a mesh: plain numbers and strings, ready to print or dump.
+    """Describe a mesh in plain numbers and strings, ready to print or dump.
 
     Returns
     -------

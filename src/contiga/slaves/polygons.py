@@ -40,7 +40,7 @@ def split_polygon(points: FloatArray) -> list[Triangle]:
 
 
 def _in_plane(points: FloatArray) -> FloatArray:
-    """(k, 2) across the mean normal (Newell), counter-clockwise."""
+    """Return (k, 2) across the mean normal (Newell), counter-clockwise."""
     away = points - points.mean(axis=0)
     normal = np.cross(away, np.roll(away, -1, axis=0)).sum(axis=0)
     drop = int(np.abs(normal).argmax())

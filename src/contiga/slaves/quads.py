@@ -129,7 +129,7 @@ def corners_of(
 
 
 def quad_normals(points: FloatArray, quads: IntArray, rule: QuadRule) -> FloatArray:
-    """(q, k, 3) x_u × x_v at the points of a rule on quadrilaterals (q, 4) of `points` (n, 3)."""
+    """Return x_u × x_v (q, k, 3) at a rule's points on quadrilaterals (q, 4) of `points`."""
     corners = points[quads]
     along_u = np.einsum("kj,qjd->qkd", rule.along_u, corners, optimize=False)
     along_v = np.einsum("kj,qjd->qkd", rule.along_v, corners, optimize=False)
@@ -137,7 +137,7 @@ def quad_normals(points: FloatArray, quads: IntArray, rule: QuadRule) -> FloatAr
 
 
 def triangle_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
-    """(t, 3) twice the areas of triangles (t, 3), along their normals."""
+    """Return (t, 3) twice the areas of triangles (t, 3), along their normals."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     return np.cross(b - a, c - a)
 
@@ -163,7 +163,7 @@ def corner_vectors(points: FloatArray, skin: SkinCorners) -> tuple[FloatArray, F
 
 
 def at_corners(skin: SkinCorners, values: tuple[FloatArray, FloatArray], count: int) -> FloatArray:
-    """(n,) sums at `count` points of what corners of quadrilaterals and of triangles have."""
+    """Return sums (n,) at `count` points over corners of quadrilaterals and of triangles."""
     rows = np.concatenate([skin.quads.ravel(), skin.triangles.ravel()])
     each = np.concatenate([values[0].ravel(), values[1].ravel()])
     return np.bincount(rows, weights=each, minlength=count).astype(np.float64)

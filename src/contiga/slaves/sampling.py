@@ -151,7 +151,7 @@ def _on_faces(first: int, corners: IntArray, shape: FloatArray, area: FloatArray
 
 
 class _Adjacent(NamedTuple):
-    """Which nodes share a face: blocks of a sparse matrix, row after row."""
+    """The nodes that share a face: blocks of a sparse matrix, row after row."""
 
     start: IndexArray
     """(n + 1,) where the blocks of each node begin."""
@@ -219,7 +219,7 @@ class Sampling:
         self.mass = None if slave.mass is None else self._shared(slave.mass)
 
     def points(self, nodal: FloatArray) -> FloatArray:
-        """(n_points, 3) of what (n, 3) is at the nodes: places or velocities."""
+        """Return (n_points, 3) for `values` (n, 3) at the nodes: places or velocities."""
         if not self._faces:
             return nodal
         points = np.empty((self.n_points, 3))
@@ -230,7 +230,7 @@ class Sampling:
         return points
 
     def points_at(self, rows: IndexArray, nodal: FloatArray) -> FloatArray:
-        """(len(rows), 3) of `points` at some of them, ascending."""
+        """Return `points` (len(rows), 3) at some of them, ascending."""
         k = int(np.searchsorted(rows, self.n_nodes))
         out = np.empty((len(rows), 3))
         out[:k] = nodal.take(rows[:k], axis=0)
@@ -242,7 +242,7 @@ class Sampling:
         return out
 
     def nodal(self, rows: IndexArray, values: FloatArray) -> FloatArray:
-        """(n, 3) at the nodes, of `values` (len(rows), 3) at the points `rows`, ascending."""
+        """Return (n, 3) at the nodes for `values` (k, 3) at the points `rows` (k,), ascending."""
         out = np.zeros((self.n_nodes, values.shape[1]))
         if not self._faces:
             out[rows] = values
@@ -254,12 +254,15 @@ class Sampling:
         return out
 
     def nodal_sum(self, rows: IndexArray, values: FloatArray) -> FloatArray:
-        """(n,) at the nodes, of `values` (len(rows),) at the points `rows`, ascending."""
+        """Return (n,) at the nodes for `values` (k,) at the points `rows` (k,), ascending."""
         return self.nodal(rows, values[:, None])[:, 0]
 
     def covered(self, rows: IndexArray, slave: Slave) -> FloatArray:
-        """(f,) share of each facet of `slave`, whose points these are, that the points `rows`,
-        ascending, stand for: by area at rest, of nodes a third for each corner."""
+        """Return the share (f,) of each facet of `slave` that the points `rows` stand for.
+
+        These are points of the slave; shares are by area at rest, for nodes a third for each
+        corner.
+        """
         assert slave.facets is not None
         if not self._faces:
             nodes = np.zeros(self.n_nodes)
@@ -278,7 +281,7 @@ class Sampling:
         return shares
 
     def matrix(self, rows: IndexArray, blocks: FloatArray) -> csr_array:
-        """(3 n, 3 n) sparse, over the nodes, of `blocks` (len(rows), 3, 3) at `rows`, ascending.
+        """Return a sparse (3 n, 3 n) over the nodes for `blocks` (k, 3, 3) at points `rows`.
 
         With x_q = Σ_a N_qa x_a and F_a = Σ_q N_qa f_q it is Σ_q N_qa N_qb K_q between nodes a, b.
         """
@@ -311,7 +314,7 @@ class Sampling:
     def _between(
         self, rows: IndexArray, blocks: FloatArray
     ) -> tuple[IntArray, IntArray, FloatArray]:
-        """Where the rows of nodes start, columns and blocks, of points between the nodes."""
+        """Return first rows of nodes, columns and blocks, for points between the nodes."""
         adjacent = self._adjacent
         used = np.zeros(len(adjacent.column), np.int8)
         parts = []
@@ -345,14 +348,14 @@ class Sampling:
         return _Adjacent(start, (keys % n).astype(np.int32), places)
 
     def _split(self, rows: IndexArray) -> Iterator[tuple[_OnFaces, slice]]:
-        """Which of `rows`, ascending, are on faces of each number of corners."""
+        """Return which of `rows`, ascending, are on faces of each number of corners."""
         for on in self._faces:
             start, stop = np.searchsorted(rows, (on.first, on.stop)).tolist()
             if stop > start:
                 yield on, slice(start, stop)
 
     def _mean(self, nodal: FloatArray) -> FloatArray:
-        """(n_points,) means of the corners that have a value."""
+        """Return (n_points,) means of the corners that have a value."""
         means = [nodal]
         for on in self._faces:
             at = nodal[on.corners]
@@ -364,7 +367,7 @@ class Sampling:
         return np.concatenate(means)
 
     def _shared(self, nodal: FloatArray) -> FloatArray:
-        """(n_points,) shares of what the nodes have, by area, whose sum is theirs."""
+        """Return (n_points,) shares of what the nodes have, by area, whose sum is theirs."""
         assert self.weight is not None
         rows = np.arange(self.n_nodes, self.n_points, dtype=np.int64)
         whole = self.nodal_sum(rows, self.weight[self.n_nodes :])

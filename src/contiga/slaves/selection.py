@@ -20,13 +20,13 @@ ROUNDING = 1e-9
 
 
 def on_curve(points: FloatArray, curve: NurbsCurve, within: float) -> BoolArray:
-    """(n,) which points (n, 3) are no further from a curve than `within`, length."""
+    """Return which points (n, 3) are no further from a curve than `within`, length (n,)."""
     _, distances = CurveFeet(curve)(points)
     return np.asarray(distances <= within)
 
 
 class Surface(NamedTuple):
-    """What is chosen from."""
+    """The points, facets and normals to choose from."""
 
     points: FloatArray
     """(n, 3)."""
@@ -37,7 +37,7 @@ class Surface(NamedTuple):
 
 
 class Selected(NamedTuple):
-    """What is left of a slave's facets and active points."""
+    """The facets and active points that are left of a slave."""
 
     facets: IntArray | None
     """(k, 3) those with all corners chosen; None for a cloud."""
@@ -46,7 +46,7 @@ class Selected(NamedTuple):
 
 
 class Criteria(NamedTuple):
-    """What a point or a facet must fulfil; None asks nothing."""
+    """The conditions on a point or a facet; None asks nothing."""
 
     nodes: ArrayLike | None = None
     """(n,) bool or rows of the points."""
@@ -90,7 +90,7 @@ def select(surface: Surface, active: BoolArray, criteria: Criteria, where: str) 
 
 
 def facets_of(chosen: BoolArray, facets: IntArray, quads: IntArray) -> BoolArray:
-    """(m,) facets all of whose corners are among chosen points, quadrilaterals whole."""
+    """Return (m,) facets all of whose corners are among chosen points, quadrilaterals whole."""
     kept: BoolArray = np.asarray(chosen[facets].all(axis=1))
     kept[quads] = kept[quads].all(axis=1, keepdims=True)
     return kept
@@ -151,7 +151,7 @@ def _rounded(corner: FloatArray) -> list[float]:
 
 
 def faces_to(surface: Surface, side: tuple[ArrayLike, float], where: str) -> BoolArray:
-    """(m,) facets whose normal is within an angle of a direction; of quadrilaterals the mean."""
+    """Return facets (m,) with a normal within an angle of a direction; a quadrilateral's mean."""
     way, angle = _numbers(side[0]), float(side[1])
     length = 0.0 if way is None or way.shape != (3,) else float(np.sqrt((way * way).sum()))
     if way is None or not (0.0 < length < np.inf):

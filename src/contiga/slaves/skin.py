@@ -132,7 +132,7 @@ def _candidates(block: CellBlock, index: int) -> list[_Faces]:
 
 
 def _choose(faces: list[_Faces]) -> list[NDArray[np.bool_]]:
-    """For each set of faces, which of its rows are on the surface."""
+    """Return which rows of each set of faces are on the surface."""
     keys = np.concatenate([_keys(face) for face in faces])
     is_solid = np.concatenate([np.full(len(face.nodes), face.is_solid) for face in faces])
     # The upper two and the lower two ids share a word each: two sorting passes instead of four.
@@ -153,7 +153,7 @@ def _choose(faces: list[_Faces]) -> list[NDArray[np.bool_]]:
 
 
 def _keys(face: _Faces) -> Int64Array:
-    """(m, 4) different corner ids of each face, ascending, led by −1 where there are fewer."""
+    """Return different corner ids (m, 4) of each face, ascending, after −1 if there are fewer."""
     corners = np.sort(face.nodes[:, : face.n_corners], axis=1)
     corners[:, 1:][corners[:, 1:] == corners[:, :-1]] = -1
     corners = np.sort(corners, axis=1)

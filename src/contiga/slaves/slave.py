@@ -43,7 +43,7 @@ class MeshPart(NamedTuple):
 
     @property
     def label(self) -> str:
-        """How a user would ask for it."""
+        """The name that a user would ask for."""
         if self.name is None:
             return str(self.id)
         return self.name if self.id is None else f"{self.id} ({self.name})"
@@ -247,7 +247,7 @@ class Slave(Displayed):
         return _rebuild, (self._values(),)
 
     def bounds(self) -> FloatArray:
-        """(2, 3) lowest and highest coordinates of the active points; of all, if none is active."""
+        """Return the lowest and highest coordinates (2, 3) of active points; else of all."""
         return box_of(self.points, self.active)
 
     def selected(
@@ -291,7 +291,7 @@ class Slave(Displayed):
         return Slave(**(fields | {"facets": facets, "active": active}))
 
     def _shares_its_facets(self) -> bool:
-        """Whether the areas are the points' shares of the facets, and not given otherwise."""
+        """Return whether the areas are shares of the facets, not given ones."""
         if self.area is None or self.facets is None:
             return False
         areas = tributary_area(self.points, self.facets, self.quads)
@@ -348,7 +348,7 @@ class Slave(Displayed):
         return {key: _plain(getattr(self, key)) for key in _FIELDS}
 
     def _copy(self, changed: dict[str, Any], matrix: FloatArray, factor: float) -> Slave:
-        """What a similarity (4, 4) of a scale makes of it, with what is `changed` beside."""
+        """Return a copy moved by a similarity (4, 4) of a scale, with `changed` fields beside."""
         lengths = {
             "area": None if self.area is None else self.area * factor**2,
             "thickness": None if self.thickness is None else self.thickness * factor,
@@ -361,7 +361,7 @@ _FIELDS = tuple(key for key in Slave.__slots__ if key not in ("quads", "__weakre
 
 
 def box_of(points: FloatArray, active: NDArray[np.bool_] | None = None) -> FloatArray:
-    """(2, 3) lowest and highest coordinates of points (n, 3), of the active ones if there are."""
+    """Return the lowest and highest coordinates (2, 3) of points (n, 3); of active ones, if any."""
     chosen = points[active] if active is not None and active.any() else points
     return np.stack([chosen.min(axis=0), chosen.max(axis=0)])
 
@@ -415,7 +415,7 @@ def _rebuild(fields: dict[str, Any]) -> Slave:
 
 
 def own_nodes(slave: Slave) -> IndexArray:
-    """(k,) rows of the points that are the slave's own.
+    """Return (k,) rows of the points that are the slave's own.
 
     Of a mesh file that it is a part of, it has the nodes of other parts, too: these are neither
     counted nor drawn.

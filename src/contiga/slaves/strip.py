@@ -39,12 +39,12 @@ class Strip(NamedTuple):
 
     @property
     def along(self) -> FloatArray:
-        """(n,) Greville parameters of rows of control points."""
+        """Greville parameters (n,) of rows of control points."""
         return greville(self.knots[0], DEGREE)
 
     @property
     def beside(self) -> FloatArray:
-        """(k,) Greville parameters across."""
+        """Greville parameters (k,) across."""
         return greville(self.knots[1], DEGREE)
 
     def interpolated(self, values: FloatArray) -> FloatArray:

@@ -24,7 +24,7 @@ SAME = 1e-9
 
 
 class Refinement(NamedTuple):
-    """How patches become the elements of a shell."""
+    """The refinement of patches to the elements of a shell."""
 
     degree: int = 2
     """Lower ones are raised to it, in u and in v."""

@@ -1,4 +1,4 @@
-"""What is good and what is wrong with a mesh as a master, for people and for refusals."""
+"""Describe what is good and what is wrong with a mesh as a master, for people and for refusals."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Condition(NamedTuple):
 
     @property
     def rows(self) -> list[tuple[str, str]]:
-        """What a person wants to know: (label, text), flaws only where there are some."""
+        """Rows for people: (label, text), flaws only where there are some."""
         texts = [
             (self.without_area, "triangles without area take no part"),
             (self.doubled, "triangles given twice count once"),

@@ -125,7 +125,7 @@ class Exchanged(TriangleArrays):
 
 
 def _triangles_of(kind: str, nodes: IntArray, points: FloatArray, name: str) -> IntArray:
-    """(m, 3) of the cells of one block of meshio's."""
+    """Return (m, 3) triangles from the cells of one block of meshio's."""
     if kind == "triangle":
         return nodes
     if kind != "quad":

@@ -84,7 +84,7 @@ def project(
 
 
 def is_smooth(mesh: TriangleArrays, normals: str | None) -> bool:
-    """Whether normals are those of the vertices, interpolated."""
+    """Return whether normals are those of the vertices, interpolated."""
     kind = mesh.normal_kind if normals is None else normals
     if kind not in NORMALS:
         raise InputError(
@@ -122,7 +122,7 @@ def closest_of_rows(
 
 
 def _is_along_space(p_M: FloatArray, rows: IntArray) -> bool:
-    """Whether points follow each other closely already."""
+    """Return whether points follow each other closely already."""
     step = max(1, len(rows) // SAMPLED)
     at = rows[: len(rows) - 1 : step]
     p, q = p_M[at], p_M[rows[1::step][: len(at)]]
@@ -143,7 +143,7 @@ def _grid(facets: Facets) -> tuple[FloatArray, float]:
 
 
 def contains(mesh: TriangleArrays, points: ArrayLike) -> NDArray[np.bool_]:
-    """(n,) True inside a closed mesh, or behind the nearest facet of an open one.
+    """Return (n,) True inside a closed mesh, or behind the nearest facet of an open one.
 
     Decided by the sign of the gap at the closest point. Points whose closest point is a border of
     an open mesh are behind nothing: False.

@@ -19,7 +19,7 @@ SEGMENTS = 512
 
 
 def first_hit(mesh: TriangleArrays, p0: ArrayLike, p1: ArrayLike) -> Hit:
-    """Where each segment p0 → p1 first enters `mesh` from its free side.
+    """Return where each segment p0 → p1 first enters `mesh` from its free side.
 
     The smallest fraction τ in [0, 1] at which the path crosses a triangle against its normal,
     both ends and all edges included; of triangles at the same fraction the first.
@@ -56,7 +56,7 @@ def hits_of_rows(facets: Facets, a_M: FloatArray, b_M: FloatArray, rows: IntArra
 def last_crossings(
     facets: Facets, a_M: FloatArray, b_M: FloatArray, rows: IntArray
 ) -> tuple[Hit, ByteArray]:
-    """Of all places where a_M[rows] → b_M[rows] goes in or out, the one nearest to its end.
+    """Return where a_M[rows] → b_M[rows] last goes in or out: the crossing nearest to its end.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What kernels hand each other that search a mesh of triangles."""
+"""Records that kernels hand each other to search a mesh of triangles."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Queue(NamedTuple):
 
 
 class WalkStarts(NamedTuple):
-    """Where feet are continued from."""
+    """The places that feet are continued from."""
 
     slots: IndexArray
     """(n,) of the triangles; −1 where there is none."""

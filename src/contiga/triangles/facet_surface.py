@@ -88,7 +88,7 @@ class FacetedSurface(NamedTuple):
         track(self.tables, p_B, (patch, before), self.smooth, out)
 
     def slopes(self, p_B: FloatArray, feet: Projection, out: FootSlopes) -> None:
-        """Of flat triangles: normals turn about edges and corners, or are interpolated."""
+        """Write slopes at feet: normals turn at edges and corners, or are smoothed."""
         given = self.tables.facets, self.tables.slot, self.smooth, p_B, feet, out
         run_ranges(facet_slopes_nb.slopes, len(p_B), POINTS, *given)
 

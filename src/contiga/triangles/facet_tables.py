@@ -100,7 +100,7 @@ def _facets(
 
 
 def unit_normals(p: FloatArray) -> FloatArray:
-    """(m, 3) of triangles (m, 3, 3) with an area.
+    """Return (m, 3) unit normals of triangles (m, 3, 3) with an area.
 
     Taken at the corner between the two shorter sides, where the cross product loses least, and
     put square to the longest side: what is left of the error on a sliver turns it about that side,
@@ -129,7 +129,7 @@ def _duals(p: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def vertex_normals(p: FloatArray, vertex: np.ndarray, normal: FloatArray, count: int) -> FloatArray:
-    """(count, 3) unit sums of the normals around each vertex, weighted by their angles there."""
+    """Return unit sums (count, 3) of the normals around vertices, weighted by angles."""
     total = np.zeros((count, 3))
     for k in range(3):
         a, b = p[:, k - 2] - p[:, k], p[:, k - 1] - p[:, k]

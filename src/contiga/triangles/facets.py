@@ -18,7 +18,7 @@ NORMALS = ("facet", "vertex")
 
 @pass_by_pointer
 class Facets(NamedTuple):
-    """What the search knows of a mesh; m triangles that have an area, v welded vertices."""
+    """The search's tables of a mesh; m triangles that have an area, v welded vertices."""
 
     shape: FloatArray
     """(m, 18) first corner a, duals g1 and g2, unit normal n, corners b and c: barycentric

@@ -12,7 +12,7 @@ Ints = NDArray[np.int64]
 
 
 def turned_triangles(points: FloatArray, triangles: IntArray, where: str) -> IntArray:
-    """(m, 3) `triangles` in one sense on each connected piece.
+    """Return (m, 3) `triangles` in one sense on each connected piece.
 
     Pieces join over edges of two triangles whose ends are the same points. An open piece keeps
     the sense of most of its area, a closed one faces outward.
@@ -45,7 +45,7 @@ def turned_triangles(points: FloatArray, triangles: IntArray, where: str) -> Int
 
 
 def _senses(first: Ints, second: Ints, same: Ints, m: int) -> tuple[int, Ints, Ints]:
-    """How many pieces m triangles form, the piece of each, and 1 where it is to be turned.
+    """Return how many pieces m triangles form, the piece of each, and 1 where it is to be turned.
 
     Each piece is walked from its first triangle, over joints first[i], second[i] whose triangles
     run in the same sense where same[i] says 1.

@@ -1,4 +1,4 @@
-"""Which triangles of a mesh meet where: welded vertices, neighbours across edges, fans, rings."""
+"""Find which triangles of a mesh meet where: welded vertices, neighbours, fans, rings."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Ints = NDArray[np.int64]
 
 
 class Topology(NamedTuple):
-    """Of the triangles of a mesh that count: those with an area, each once."""
+    """The connections of the triangles of a mesh that have an area, each once."""
 
     points: FloatArray
     """(v, 3) welded vertices."""
@@ -44,7 +44,7 @@ class Topology(NamedTuple):
 
 
 def _one_after_another(fans: list[Ints]) -> tuple[IntArray, IntArray]:
-    """Where each of some rows begins, and all of them in one."""
+    """Return where each of some rows begins, and all of them in one."""
     first = np.concatenate([[0], np.cumsum([len(fan) for fan in fans])])
     return first.astype(np.int32), np.concatenate([np.zeros(0, np.int64), *fans]).astype(np.int32)
 
@@ -103,7 +103,7 @@ def welded(mesh: TriangleArrays) -> tuple[FloatArray, Ints]:
 
 
 def is_flat(mesh: TriangleArrays) -> Bools:
-    """(m,) triangles whose corners lie on a line or in a point."""
+    """Return (m,) triangles whose corners lie on a line or in a point."""
     p = mesh.corners()
     longest = np.max([np.square(p[:, i] - p[:, i - 1]).sum(axis=1) for i in range(3)], axis=0)
     flat: Bools = ~(2.0 * mesh.areas() > FLAT * longest)
@@ -126,7 +126,7 @@ def _without_twins(corners: Ints) -> tuple[Ints, Ints]:
 
 
 def _back_to_back(corners: Ints) -> Ints:
-    """(k, 2) rows of the same corners, of triangles that are in no other row in the same sense."""
+    """Return rows (k, 2) of triangles with the same corners, which turn opposite ways."""
     s = np.sort(corners, axis=1)
     order = np.lexsort((s[:, 2], s[:, 1], s[:, 0]))
     again = np.flatnonzero((s[order][1:] == s[order][:-1]).all(axis=1))
@@ -164,7 +164,7 @@ class _HalfEdges(NamedTuple):
         return self.owner[two], self.owner[two + 1]
 
     def neighbours(self, m: int) -> tuple[Ints, list[Ints]]:
-        """(3 m,) neighbours of the first m triangles, and the fans."""
+        """Return (3 m,) neighbours of the first m triangles, and the fans."""
         result = np.full(len(self.owner), NO_TRIANGLE, np.int64)
         a, b = self.pairs()
         result[a] = b // 3

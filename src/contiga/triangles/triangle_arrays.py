@@ -16,7 +16,7 @@ from contiga.triangles.kernels.mesh_sides_nb import side_numbers
 
 
 class TriangleArrays:
-    """What a `TriMesh` holds. The search reads it, so that `TriMesh` can stand above the search."""
+    """The arrays of a `TriMesh`, which the search reads: `TriMesh` stands above the search."""
 
     vertices: FloatArray
     """(n, 3), read-only."""
@@ -67,7 +67,7 @@ class TriangleArrays:
         raise AttributeError(f"a TriMesh cannot be changed: {name}")
 
     def corners(self) -> FloatArray:
-        """(m, 3, 3) the corner points of each triangle."""
+        """Return (m, 3, 3) the corner points of each triangle."""
         return self.vertices[self.triangles]
 
     def _crosses(self) -> FloatArray:
@@ -75,7 +75,7 @@ class TriangleArrays:
         return np.cross(b - a, c - a)
 
     def areas(self) -> FloatArray:
-        """(m,) area of each triangle."""
+        """Return (m,) area of each triangle."""
         return np.asarray(0.5 * np.linalg.norm(self._crosses(), axis=1))
 
     def area(self) -> float:
@@ -83,7 +83,7 @@ class TriangleArrays:
         return float(self.areas().sum())
 
     def bounds(self) -> FloatArray:
-        """(2, 3) lower and upper corner of the triangles; vertices of none do not count."""
+        """Return (2, 3) lower and upper corner of the triangles; vertices of none do not count."""
         if len(self.triangles) == 0:
             raise MeshError("a mesh without triangles has no bounds")
         used = self.vertices[self.triangles].reshape(-1, 3)
@@ -101,13 +101,13 @@ class TriangleArrays:
         return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
     def normals(self) -> FloatArray:
-        """(m, 3) unit normals to the free side; NaN for triangles without area."""
+        """Return (m, 3) unit normals to the free side; NaN for triangles without area."""
         crosses = self._crosses()
         size = np.linalg.norm(crosses, axis=1, keepdims=True)
         return np.divide(crosses, size, out=np.full_like(crosses, np.nan), where=size > 0.0)
 
     def open_edges(self) -> IntArray:
-        """(k, 2) vertices of the edges that belong to one triangle only, in its sense."""
+        """Return (k, 2) vertices of the edges that belong to one triangle only, in its sense."""
         numbers, times = side_numbers(self.triangles, len(self.vertices))
         ends = np.stack([self.triangles, np.roll(self.triangles, -1, axis=1)], axis=2)
         return np.asarray(ends[times[numbers] == 1])
@@ -130,7 +130,7 @@ def _checked_points(vertices: ArrayLike) -> FloatArray:
 
 
 def _checked_triangles(triangles: ArrayLike, n: int) -> IntArray:
-    """(m, 3) rows of n vertices."""
+    """Return (m, 3) checked rows of n vertices."""
     given = np.asarray(real(triangles))
     if given.size == 0:
         return np.zeros((0, 3), dtype=np.int32)

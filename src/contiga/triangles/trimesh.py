@@ -108,21 +108,21 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         return of_volume(moments(self.corners() - middle), middle, rho, self.name)
 
     def flipped(self) -> Self:
-        """The same mesh with its sides swapped."""
+        """Return the same mesh with its sides swapped."""
         return self._with(triangles=self.triangles[:, ::-1])
 
     def renamed(self, name: str) -> Self:
-        """The same mesh under another name."""
+        """Return the same mesh under another name."""
         return self._with(name=name)
 
     def compact(self) -> Self:
-        """The same triangles over the vertices they use."""
+        """Return the same triangles over the vertices they use."""
         used = np.zeros(len(self.vertices), dtype=bool)
         used[self.triangles] = True
         return self._with(self.vertices[used], (np.cumsum(used) - 1)[self.triangles])
 
     def oriented(self) -> Self:
-        """The same triangles, turned so that neighbours face the same way.
+        """Return the same triangles, turned so that neighbours face the same way.
 
         Of each connected piece the way of most area is kept; a closed piece faces outward.
 
@@ -134,11 +134,11 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         return self._with(triangles=turned_triangles(self.vertices, self.triangles, self.name))
 
     def with_reference_point(self, point: ArrayLike) -> Self:
-        """The same mesh with another reference point (3,)."""
+        """Return the same mesh with another reference point (3,)."""
         return self._with(reference_point=point)
 
     def like(self, name: str, unit: str | None, reference_point: ArrayLike) -> Self:
-        """The same mesh with the name, unit and reference point of a body that it replaces."""
+        """Return the same mesh with name, unit and reference point of a body it replaces."""
         return self._with(name=name, unit=unit, reference_point=reference_point)
 
     def tessellate(self, tol: float) -> Self:
@@ -184,7 +184,7 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         return project(self, points, start, mode, normals, out)
 
     def first_hit(self, p0: ArrayLike, p1: ArrayLike) -> Hit:
-        """Where points moving from `p0` to `p1` enter; see `triangles.facet_hits.first_hit`."""
+        """Return where points moving from `p0` to `p1` enter: see `facet_hits.first_hit`."""
         return first_hit(self, p0, p1)
 
     def _normals_at(self, patch: IntArray, uv: FloatArray) -> FloatArray:
@@ -195,7 +195,7 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         return condition_of(self)
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """(n,) bool: on the contact side of the closest triangle."""
+        """Return (n,) bool: on the contact side of the closest triangle."""
         return contains(self, points)
 
     @property
@@ -257,7 +257,7 @@ class TriMesh(Displayed, Movable, Queries, Exchanged):
         }
 
     def condition_rows(self) -> list[tuple[str, str]]:
-        """Where the triangles come from, whether they are closed, faults: (label, text)."""
+        """Return (label, text): where the triangles come from, whether they are closed, faults."""
         made = [("triangles", f"{len(self.triangles)} of {self.source}")] if self.source else []
         # Nodes inside solids are no flaw.
         mesh = self.compact() if "skinned" in self.source else self

@@ -21,7 +21,7 @@ _BOOT = (
 
 
 class Progress(NamedTuple):
-    """What becomes of a kernel that a process is given."""
+    """A receiver of what becomes of a kernel that a process is given."""
 
     row: Row
     done: bool = False
@@ -130,7 +130,7 @@ class CompilePool:
                     return
 
     def _one(self, process: subprocess.Popen[str], row: Row) -> Progress:
-        """What a process says of a kernel, once it is done with it."""
+        """Handle what a process says of a kernel, once it is done with it."""
         assert process.stdout is not None
         self._say(process, str(row))
         line = process.stdout.readline()
@@ -165,5 +165,5 @@ def _started(environment: Mapping[str, str]) -> subprocess.Popen[str]:
 
 
 def _modules() -> list[str]:
-    """Where this process finds its modules."""
+    """Return where this process finds its modules."""
     return [os.path.abspath(entry) for entry in sys.path]

@@ -1,4 +1,4 @@
-"""When Python looks for garbage while a process of ours compiles: seldom."""
+"""Let Python look for garbage seldom while a process of ours compiles."""
 
 from __future__ import annotations
 

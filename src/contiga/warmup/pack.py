@@ -88,7 +88,7 @@ def environment(level: Level, folder: Path) -> dict[str, str]:
 
 
 class Sources(NamedTuple):
-    """What the kernels of the list are compiled from."""
+    """The sources that the kernels of the list are compiled from."""
 
     files: list[str]
     """Names of files of contiga."""
@@ -177,7 +177,7 @@ def _packed(level: Level, kept: Mapping[Row, str], of: Sources) -> tuple[Manifes
 
 
 def _versions(file: Path) -> dict[Any, bytes]:
-    """What is kept of a kernel, by numba's keys, from its index file."""
+    """Return what is kept of a kernel, by numba's keys, from its index file."""
     with file.open("rb") as index:
         pickle.load(index)  # numba's version
         _, names = pickle.loads(index.read())
@@ -206,5 +206,5 @@ def _platform_tag() -> str:
 
 
 def _digest(content: bytes) -> str:
-    """As the list of a wheel's files has it."""
+    """Return a digest in the form of the list of a wheel's files."""
     return base64.urlsafe_b64encode(sha256(content).digest()).rstrip(b"=").decode()

@@ -1,4 +1,4 @@
-"""What of a list of kernels can be compiled now, handed out to those who compile.
+"""Plan what of a list of kernels can be compiled now, and hand it out to those who compile.
 
 Whoever takes a kernel finds all its parts there, so nobody waits for another in the midst of one.
 What a run waits for, and what that is built of, goes first.
@@ -13,7 +13,7 @@ from contiga.warmup.listing import Row
 
 
 class Plan:
-    """Which kernels are there, which are being made, and which could be.
+    """The state of the kernels: which are there, which are being made, and which could be.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class Plan:
         return ready
 
     def _needed(self) -> set[Row]:
-        """What is wanted, and those of its parts that are not there."""
+        """Return what is wanted, and those of its parts that are not there."""
         needed, waiting = set(self._wanted), list(self._wanted)
         while waiting:
             for part in self._parts[waiting.pop()]:

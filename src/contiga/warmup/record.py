@@ -1,4 +1,4 @@
-"""What a warm-up leaves beside the kernels, so that the next one need not go through them."""
+"""Record what a warm-up has left, so that the next one need not go through the kernels."""
 
 from __future__ import annotations
 
@@ -27,8 +27,10 @@ def write(files: Iterable[str]) -> None:
 
 
 def has_all() -> bool:
-    """Whether a warm-up of these sources on such a processor has left all kernels, and they are
-    still there."""
+    """Return whether a warm-up of these sources on such a processor has left all kernels.
+
+    They have to be there still.
+    """
     if (place := _place()) is None:
         return False
     try:

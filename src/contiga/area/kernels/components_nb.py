@@ -10,7 +10,7 @@ from contiga.jit import kernel
 
 @kernel()
 def facet_components(whole, corner, n_c):
-    """(n_c,) regions of the points in contact that facets join, numbered as they come.
+    """Return (n_c,) regions of the points in contact that facets join, numbered as they come.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def facet_components(whole, corner, n_c):
 
 @kernel()
 def graph_components(first, neighbour, rows, place):
-    """(n_c,) regions of the points `rows` in a graph of n points; `place` is (n,), −1."""
+    """Return (n_c,) regions of the points `rows` in a graph of n points; `place` is (n,), −1."""
     for i in range(rows.shape[0]):
         place[rows[i]] = i
     parent = np.arange(rows.shape[0]).astype(np.int32)

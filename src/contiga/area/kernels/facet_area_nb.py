@@ -16,7 +16,7 @@ HALF = 0.5
 
 @kernel()
 def cuts(corner, feet, n_c, fraction):
-    """Where contact ends on the edges of the facets, by the signed gap at their ends.
+    """Find where contact ends on the edges of the facets, by the signed gap at their ends.
 
     `corner` is (m, 3) indices of the corners, those below n_c in contact. `fraction` (m, 3) is
     filled for edge k (corner k to k + 1) with the way from its end in contact. Returns the edges

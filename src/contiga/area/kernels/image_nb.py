@@ -156,7 +156,7 @@ def image_whole(corner, point, normal, share, start, stop):
 
 @kernel()
 def image_pieces(corner, feet, n_c, border, fraction, share, start, stop):
-    """As `image_whole`, for the parts of facets that are cut at the edge of contact.
+    """Do as `image_whole` for the parts of facets that are cut at the edge of contact.
 
     `feet` is a `Projection`: those of the corners, of which the ones below n_c are in contact, and
     those of edges on which the foot leaves the surface; `border` (m, 3) is the row of each such

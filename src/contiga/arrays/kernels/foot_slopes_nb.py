@@ -11,7 +11,10 @@ SQUARE = 1e-6
 
 @inner()
 def is_along(r, normal, small):
-    """Whether the way r to a point is along a normal; one shorter than `small` has no direction."""
+    """Return whether the way r to a point is along a normal.
+
+    One shorter than `small` has no direction.
+    """
     square, along = dot(r, r), dot(r, normal)
     return square - along * along <= max(small * small, SQUARE * SQUARE * square)
 

@@ -1,4 +1,4 @@
-"""What searches of splines and of triangles share: blank rows, and the lengths of paths."""
+"""Kernels that searches of splines and of triangles share: blank rows, and the lengths of paths."""
 
 from __future__ import annotations
 

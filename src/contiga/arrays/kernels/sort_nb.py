@@ -47,7 +47,7 @@ def sort_by(keys, column, rows, spare):
 
 @inner()
 def count_below(values, x):
-    """How many of the ascending `values` are less than x."""
+    """Return how many of the ascending `values` are less than x."""
     low, high = 0, values.size
     while low < high:
         middle = (low + high) // 2
@@ -60,7 +60,7 @@ def count_below(values, x):
 
 @inner()
 def count_up_to(values, x):
-    """How many of the ascending `values` are x or less."""
+    """Return how many of the ascending `values` are x or less."""
     low, high = 0, values.size
     while low < high:
         middle = (low + high) // 2

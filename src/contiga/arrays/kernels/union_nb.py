@@ -31,7 +31,7 @@ def unite(parent, a, b):
 
 @inner()
 def numbered(parent):
-    """(n,) int32 number of the set that holds each, in the order of their first members."""
+    """Return (n,) int32 number of the set that holds each, in the order of their first members."""
     label = np.empty(parent.shape[0], np.int32)
     count = 0
     for i in range(parent.shape[0]):

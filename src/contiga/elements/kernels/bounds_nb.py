@@ -135,7 +135,7 @@ def cell_bounds(elements, e, cell, bound):
 
 @inner()
 def cell_box(elements, e, cell, bound, corner):
-    """As `cell_bounds`; corner (2, 3) takes the box of the cell's control points."""
+    """Do as `cell_bounds`; `corner` (2, 3) takes the box of the cell's control points."""
     table = elements.table[e]
     p = table["degree"][0]
     q = table["degree"][1]
@@ -149,7 +149,7 @@ def cell_box(elements, e, cell, bound, corner):
 
 @inner()
 def _beyond(net, degree, limit):
-    """Whether |A|² − limit² w² > 0 on the whole box whose coefficients are `net`.
+    """Return whether |A|² − limit² w² > 0 on the whole box whose coefficients are `net`.
 
     The Bernstein coefficients of the product of two polynomials are the convolution of theirs,
     each times a binomial (Farouki & Rajan 1988, doi 10.1016/0167-8396(88)90016-7); only their sign
@@ -182,7 +182,7 @@ def _beyond(net, degree, limit):
 
 @kernel()
 def look_closer(elements, e, cell, point, limit, bound):
-    """Whether a cell is all farther than `limit` from `point` (about the element's origin).
+    """Return whether a cell is all farther than `limit` from `point` (about the element's origin).
 
     If not, `bound` takes the derivative bounds over this cell alone.
     """
@@ -209,7 +209,7 @@ def look_closer(elements, e, cell, point, limit, bound):
 
 @inner()
 def split_direction(bound, size, flatness):
-    """Which way to halve a box: 0 in s, 1 in t, -1 when it is flat and square enough.
+    """Return which way to halve a box: 0 in s, 1 in t, -1 when it is flat and square enough.
 
     Flat: the surface leaves its tangent parallelogram by less than `flatness` of the box's
     larger extent. Square: no extent more than thrice the other, unless it is already flat.

@@ -63,7 +63,7 @@ def quotient(n, w):
 
 @inner(inline="never")
 def _cubic_element(k, s, t, h, rational):
-    """As `_horner`, for coefficients kept as a bicubic: 2.5 times as fast, unrolled."""
+    """Do as `_horner` for coefficients kept as a bicubic: 2.5 times as fast, unrolled."""
     x = bicubic(k, 0, 1, s, t)
     y = bicubic(k, 16, 1, s, t)
     z = bicubic(k, 32, 1, s, t)
@@ -246,7 +246,7 @@ def _span(breaks, start, stop, x):
 
 @inner()
 def spans_a_length(breaks, start, stop):
-    """How many spans of breaks[start:stop] there are in a length of one."""
+    """Return how many spans of breaks[start:stop] there are in a length of one."""
     # In bodies of many faces most are one element, and their breaks need not be read.
     if stop - start == 2:
         return 0.0

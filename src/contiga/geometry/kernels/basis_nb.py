@@ -109,7 +109,7 @@ def refinement_rows(knots, degree, count, refined):
 
 @kernel()
 def elevation_rows(knots, degree, count, elevated):
-    """As `refinement_rows`, to degree + 1 on `elevated` (each distinct knot once more).
+    """Do as `refinement_rows`, to degree + 1 on `elevated` (each distinct knot once more).
 
     A point of the elevated spline is the mean over its degree + 1 knots of the points got by
     leaving one knot out (Prautzsch 1984), so the map is again one of convex combinations.

@@ -121,7 +121,7 @@ def around(t, start, v, to):
 
 @inner()
 def is_towards(xy, v, b, to):
-    """Whether b, on the line from v to `to`, is on the side of `to`."""
+    """Return whether b, on the line from v to `to`, is on the side of `to`."""
     along = (xy[b, 0] - xy[v, 0]) * (xy[to, 0] - xy[v, 0])
     return along + (xy[b, 1] - xy[v, 1]) * (xy[to, 1] - xy[v, 1]) > 0.0
 
@@ -213,7 +213,7 @@ def make_side(t, at, v, to, ends):
 
 @inner()
 def crosses(xy, v, to, a, d):
-    """Whether the side ad crosses the way from v to `to` inside both."""
+    """Return whether the side ad crosses the way from v to `to` inside both."""
     if a in (v, to) or d in (v, to):
         return False
     return turn(xy, v, to, a) * turn(xy, v, to, d) < 0.0
@@ -246,7 +246,10 @@ def make_segments(t, at, segments, alias, twice, bad):
 
 @kernel()
 def flooded(t, twice, stack):
-    """(m,) whether each triangle is inside: each segment on the way in from the frame counts."""
+    """Return which triangles (m,) are inside.
+
+    Each segment on the way in from the frame counts.
+    """
     inside = np.full(t.used[TRIANGLES], -1, np.int8)
     for here in range(inside.size):
         # A triangle at the frame is outside.

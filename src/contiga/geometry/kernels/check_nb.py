@@ -72,7 +72,7 @@ def largest_miss(t, face, front, triangle):
 
 @inner()
 def proved(t, face, front, heights, triangle):
-    """Whether the surface over a triangle keeps the distance from its plane, or where not."""
+    """Return whether the surface keeps the distance from a triangle's plane, or where not."""
     c = t.corners[triangle]
     m = heights.middle
     uv = scratch(3, 2)
@@ -91,7 +91,7 @@ def proved(t, face, front, heights, triangle):
 
 @inner()
 def keeps(t, face, front, heights, triangle):
-    """Whether a triangle keeps the distance, and a place for a vertex if not."""
+    """Return whether a triangle keeps the distance, and a place for a vertex if not."""
     miss, x, y = largest_miss(t, face, front, triangle)
     if miss > ALLOWED * face.sag:
         return False, x, y

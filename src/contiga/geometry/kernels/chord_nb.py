@@ -104,7 +104,7 @@ def cutting_plane(quad, plane):
 
 @inner()
 def hull_within(points, quad, tol):
-    """Whether the hull of `points` (n, 3) is within `tol` of the triangles 012 and 023."""
+    """Return whether the hull of `points` (n, 3) is within `tol` of the triangles 012 and 023."""
     n = points.shape[0]
     first = True
     second = True
@@ -168,7 +168,7 @@ def corner_rows(p, q):
 
 @inner()
 def corners_within(points, corners, quad, tol):
-    """Whether the four corners of a piece, which are points of the surface, are within `tol`."""
+    """Return whether the four corners of a piece, points of the surface, are within `tol`."""
     for k in corners:
         if (
             triangle_distance(points[k], quad[0], quad[1], quad[2]) > tol
@@ -180,7 +180,7 @@ def corners_within(points, corners, quad, tol):
 
 @inner()
 def cell_within(net, tol, stack, depth, points):
-    """Whether a piece (p + 1, q + 1, 4) is within `tol` of the two triangles on its corners.
+    """Return whether a piece (p + 1, q + 1, 4) is within `tol` of the two triangles on its corners.
 
     False is also the answer where the proof does not close in MAX_DEPTH quarterings.
     """
@@ -217,7 +217,7 @@ def cell_within(net, tol, stack, depth, points):
 
 @inner()
 def element_within(coefs, rows, columns, tol):
-    """Whether all cells of one element, cut in `rows` × `columns`, are within `tol`."""
+    """Return whether all cells of one element, cut in `rows` × `columns`, are within `tol`."""
     p = coefs.shape[0] - 1
     q = coefs.shape[1] - 1
     stack = np.empty((3 * MAX_DEPTH + 4, p + 1, q + 1, 4))

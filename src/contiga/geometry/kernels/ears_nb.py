@@ -46,7 +46,7 @@ def area2(xy, a, b, c):
 
 @inner()
 def is_empty(xy, ring, after, start, corners):
-    """Whether no other vertex of the ring is in the triangle."""
+    """Return whether no other vertex of the ring is in the triangle."""
     a, b, c = corners
     i = after[start]
     while i != start:
@@ -66,7 +66,7 @@ def is_empty(xy, ring, after, start, corners):
 
 @kernel()
 def ears(xy, ring):
-    """(n − 2, 3) triangles of a ring of n vertices that runs anticlockwise."""
+    """Return (n − 2, 3) triangles of a ring of n vertices that runs anticlockwise."""
     n = ring.size
     out = np.empty((max(n - 2, 0), 3), np.int64)
     before = np.arange(n) - 1

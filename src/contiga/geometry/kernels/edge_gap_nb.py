@@ -1,4 +1,4 @@
-"""How far a face's own image of an edge, its p-curve on its surface, is from the edge's curve."""
+"""Measure how far a face's p-curve on its surface is from the edge's curve."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ def plane_of(a, b, c, plane):
 
 @inner()
 def is_beside(box, uv):
-    """Whether a rectangle is on the far side of one side of the triangle uv."""
+    """Return whether a rectangle is on the far side of one side of the triangle uv."""
     for k in range(3):
         m = (k + 1) % 3
         du, dv = uv[m, 0] - uv[k, 0], uv[m, 1] - uv[k, 1]
@@ -70,7 +70,7 @@ def is_beside(box, uv):
 
 @inner()
 def is_over(uv, u, v):
-    """Whether a place is in the triangle uv."""
+    """Return whether a place is in the triangle uv."""
     for k in range(3):
         m = (k + 1) % 3
         du, dv = uv[m, 0] - uv[k, 0], uv[m, 1] - uv[k, 1]
@@ -81,7 +81,7 @@ def is_over(uv, u, v):
 
 @inner()
 def rest_of(coefs, plane, limit, net):
-    """What is left below `limit`, times the weight, on both sides of a plane."""
+    """Return what is left below `limit`, times the weight, on both sides of a plane."""
     for i in range(net.shape[0]):
         for j in range(net.shape[1]):
             x = coefs[i, j]
@@ -93,7 +93,7 @@ def rest_of(coefs, plane, limit, net):
 
 @inner()
 def is_below(net):
-    """Whether nothing is above the limit for certain."""
+    """Return whether nothing is above the limit for certain."""
     for i in range(net.shape[0]):
         for j in range(net.shape[1]):
             if min(net[i, j, 0], net[i, j, 1]) < 0.0:
@@ -134,7 +134,7 @@ def quarter(h, top):
 
 @inner()
 def element_below(h, uv):
-    """Whether the element in entry 0 is below the limit over a triangle, and a place where not."""
+    """Return whether entry 0 is below the limit over a triangle, and a place where not."""
     top = 1
     while top > 0:
         top -= 1

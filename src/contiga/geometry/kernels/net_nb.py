@@ -1,4 +1,4 @@
-"""How places on a surface move with its control points, and what forces at places do on these.
+"""Carry places on a surface along with its control points, and spread forces at places to these.
 
 A place is carried along by the surface at its foot: with u the parameters of the foot S(u) and
 r = x − S(u), the motion of x is δ = Σ N_i δP_i + ω × r, where ω turns the surface there. With

@@ -52,7 +52,7 @@ A finite surface holds finitely many that are not, so refinement ends."""
 
 @pass_by_pointer
 class Front(NamedTuple):
-    """What is known of the vertices, and what is to be looked at."""
+    """The known state of the vertices, and the triangles to be looked at."""
 
     points: np.ndarray
     """(n, 3) places on the surface."""
@@ -94,7 +94,7 @@ def pop(front):
 
 @inner()
 def is_good(t, front, triangle):
-    """Whether a triangle needs no more vertices, as far as its corners tell."""
+    """Return whether a triangle needs no more vertices, as far as its corners tell."""
     if t.state[triangle] == NEW:
         corners, beside = t.corners[triangle], t.beside[triangle]
         if expected_miss(t.xy, corners, beside, front.forms) <= ALLOWED:
@@ -104,7 +104,7 @@ def is_good(t, front, triangle):
 
 @inner()
 def mean_metric(front, vertices, n):
-    """(E, F, G) of the mean metric of the first n of four vertices."""
+    """Return (E, F, G) of the mean metric of the first n of four vertices."""
     e = f = g = 0.0
     for k in range(n):
         v = vertices[k]
@@ -164,7 +164,7 @@ def enter_all(t, front, side):
 
 @inner()
 def is_near(front, side, p):
-    """Whether a vertex is nearer to p than `side`."""
+    """Return whether a vertex is nearer to p than `side`."""
     x = np.int64(math.floor(p[0] / side))
     y = np.int64(math.floor(p[1] / side))
     z = np.int64(math.floor(p[2] / side))
@@ -180,7 +180,7 @@ def is_near(front, side, p):
 
 @inner(error_model="numpy")
 def foot_on_side(t, metric, a, b, v):
-    """(x, y) of the place nearest to v, in the metric, on the side from a to b."""
+    """Return (x, y) of the place nearest to v, in the metric, on the side from a to b."""
     dx, dy = t.xy[b, 0] - t.xy[a, 0], t.xy[b, 1] - t.xy[a, 1]
     px, py = t.xy[v, 0] - t.xy[a, 0], t.xy[v, 1] - t.xy[a, 1]
     along = metric[0] * dx * px + metric[1] * (dx * py + dy * px) + metric[2] * dy * py
@@ -193,7 +193,7 @@ def foot_on_side(t, metric, a, b, v):
 
 @inner()
 def is_useless(t, face, front, here, v):
-    """Whether v is so near to another vertex, or to the border, that it mends nothing."""
+    """Return whether v is so near to another vertex, or to the border, that it mends nothing."""
     limit = USELESS * face.sag
     p = front.points[v]
     if is_near(front, limit, p):
@@ -250,7 +250,7 @@ def put_vertex(t, face, front, start, x, y, apart):
 
 @inner(error_model="numpy")
 def front_place(t, front, triangle, k):
-    """Where the third corner of a well-sized triangle on side k is."""
+    """Return where the third corner of a well-sized triangle on side k is."""
     c = t.corners[triangle]
     e, f, g = mean_metric(front, (c[0], c[1], c[2], -1), 3)
     # In coordinates p = r11 x + r12 y, q = r22 y the metric is even.
@@ -315,7 +315,7 @@ def halve(t, face, front, triangle):
 
 @inner()
 def full(t, spare):
-    """Whether there is no more room for a vertex."""
+    """Return whether there is no more room for a vertex."""
     return t.used[VERTICES] + spare >= t.xy.shape[0]
 
 

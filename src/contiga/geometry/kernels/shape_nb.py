@@ -1,4 +1,4 @@
-"""What a surface asks of triangles around a place: its bend, and the metric they should be even in.
+"""Evaluate what a surface asks of triangles around a place: its bend, and a metric.
 
 The metric is |II| / 2e, the second fundamental form without its signs: in it the best triangles for
 the distance e have a circle of radius 1 around them (Shewchuk, What is a good linear finite

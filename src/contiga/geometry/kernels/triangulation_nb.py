@@ -83,7 +83,7 @@ def snapped(x):
 
 @inner()
 def corner_of(t, triangle, vertex):
-    """Which corner of `triangle` is `vertex`."""
+    """Return which corner of `triangle` is `vertex`."""
     for k in range(3):
         if t.corners[triangle, k] == vertex:
             return k
@@ -152,7 +152,7 @@ def flip(t, triangle, k):
 
 @inner(linked=False)
 def place_in(t, triangle, v):
-    """Where v, which is not outside the triangle, is: a side, INSIDE or ON_VERTEX."""
+    """Return where v, which is not outside the triangle, is: a side, INSIDE or ON_VERTEX."""
     on = INSIDE
     for k in range(3):
         if turn(t.xy, t.corners[triangle, (k + 1) % 3], t.corners[triangle, (k + 2) % 3], v) == 0.0:

@@ -162,7 +162,7 @@ def cell_of(tables, patch, u, v):
 
 @inner()
 def _crosses_right(tables, piece, u, v):
-    """Whether the ray from (u, v) towards +u crosses a piece (half-open in v)."""
+    """Return whether the ray from (u, v) towards +u crosses a piece (half-open in v)."""
     ends = tables.piece_ends[piece]
     if not (min(ends[1], ends[3]) <= v < max(ends[1], ends[3])):
         return False
@@ -234,7 +234,7 @@ def point_in_trim(tables, patch, u, v):
 
 @inner()
 def _piece_meets_box(tables, piece, u0, u1, v0, v1):
-    """Whether a monotone piece meets a box: exact, since its u over the row is an interval."""
+    """Return whether a monotone piece meets a box: exact, as its u over the row is an interval."""
     ends = tables.piece_ends[piece]
     if max(ends[0], ends[2]) < u0 or min(ends[0], ends[2]) > u1:
         return False

@@ -19,7 +19,7 @@ _ON_EDGE = -1e-9
 
 
 class Buffer(NamedTuple):
-    """What is seen in each pixel of one layer; h rows, w columns."""
+    """The visible points in each pixel of one layer; h rows, w columns."""
 
     depth: FloatArray
     """(h, w) distance from the eye, infinity where nothing is."""
@@ -120,7 +120,7 @@ def draw_lines(screen, segments, depth, bias, ink):
 
 @kernel()
 def values_at_pixels(buffer, triangles, values, found):
-    """(k,) `values` (n,) of the points of a mesh, interpolated at the pixels it covers in turn."""
+    """Return (k,) point `values` (n,) of a mesh at the pixels it covers, in turn."""
     height, width = buffer.depth.shape
     at = 0
     for row in range(height):

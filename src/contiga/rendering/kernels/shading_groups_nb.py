@@ -10,7 +10,7 @@ from contiga.jit import kernel
 
 @kernel()
 def joined(pairs, n):
-    """(n,) sets that (k, 2) `pairs` of 0 … n − 1 join, numbered by their first members in turn.
+    """Return the sets (n,) that `pairs` (k, 2) of 0 … n − 1 join, numbered by first members.
 
     To import scipy.sparse.csgraph takes ten times as long as this with all around it.
     """

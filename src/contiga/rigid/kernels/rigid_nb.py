@@ -41,7 +41,7 @@ def to_world(points, pose, shift, out, start, stop):
 
 @kernel()
 def is_rigid(pose, tolerance):
-    """Whether R Rᵀ = 1 to `tolerance`, det R ≥ 0 and the last row is 0, 0, 0, 1; t finite."""
+    """Return whether R Rᵀ = 1 to `tolerance`, det R ≥ 0, t is finite, the last row 0, 0, 0, 1."""
     turned = 0.0
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3

@@ -119,7 +119,7 @@ def project_global(facets, points, rows, smooth, out, start, stop):
 
 @inner()
 def _may_face(shape, s, point, guard, cosine):
-    """Whether triangle s does not face away from the guard and has the point behind it."""
+    """Return whether triangle s does not face away from the guard and has the point behind it."""
     x, y, z = shape[s, N], shape[s, N + 1], shape[s, N + 2]
     if x * guard[0] + y * guard[1] + z * guard[2] < cosine:
         return False
@@ -130,8 +130,10 @@ def _may_face(shape, s, point, guard, cosine):
 
 @inner()
 def _closest_facing(facets, point, guard, cosine, within, queue):
-    """As `closest`, of the triangles that may face a point with its guard and are `within` =
-    (no nearer than, no farther than); slot −1 where none."""
+    """Do as `closest` for the triangles that may face a point with its guard.
+
+    They are `within` = (no nearer than, no farther than); the slot is −1 where there is none.
+    """
     shape, link, box, child = facets.shape, facets.link, facets.box, facets.child
     near = NEAR * facets.scale[1]
     floor, ceiling = within[0] ** 2, within[1] ** 2
@@ -174,7 +176,7 @@ def _closest_facing(facets, point, guard, cosine, within, queue):
 
 @inner()
 def _leads_on(shape, s, point, foot, guard, cosine, square):
-    """Whether the way to a foot (place, share) on a kink, the normal there, does not face away."""
+    """Return whether the way to a foot (place, share) on a kink does not oppose its normal."""
     u, v = barycentric(foot[0], foot[1], 0.0)
     toward = 0.0
     for c in range(3):
@@ -186,9 +188,11 @@ def _leads_on(shape, s, point, foot, guard, cosine, square):
 
 @inner()
 def _is_square(facets, s, point, foot, square):
-    """Whether a foot (place, share) on a kink is one of the surface: the kink is sharp, or the
-    triangle nearly square to the way there, as it is where triangles stand for a smooth surface.
-    Beyond a border there is none."""
+    """Return whether a foot (place, share) on a kink is one of the surface.
+
+    The kink is sharp, or the triangle nearly square to the way there, as it is where triangles
+    stand for a smooth surface. Beyond a border there is none.
+    """
     shape, link = facets.shape, facets.link
     n = (shape[s, N], shape[s, N + 1], shape[s, N + 2])
     vx, vy, vz = point[0] - shape[s, 0], point[1] - shape[s, 1], point[2] - shape[s, 2]

@@ -51,8 +51,10 @@ def _box_entries(box, node, p, inverse, limits, slack, out):
 
 @inner(error_model="numpy")
 def _crossing(shape, s, segment, sense):
-    """Where the line p + x d passes through triangle s: x (infinite if not), (u, v), how far inside
-    its edges, and the slope n·d."""
+    """Return where the line p + x d passes through triangle s.
+
+    These are x (infinite if it does not), (u, v), how far inside its edges, and the slope n·d.
+    """
     p, d, slack = segment.p, segment.d, segment.slack
     n0, n1, n2 = shape[s, 9], shape[s, 10], shape[s, 11]
     slope = d[0] * n0 + d[1] * n1 + d[2] * n2

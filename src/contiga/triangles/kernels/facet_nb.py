@@ -85,7 +85,7 @@ def closest_on(shape, s, x, y, z):
 
 @inner(pipeline_class=Compiler)
 def is_beyond(shape, s, x, y, z, limit):
-    """Whether triangle s is farther than a squared distance `limit`, told without a division.
+    """Return whether triangle s is farther than a squared distance `limit`, without a division.
 
     By the height over its plane, and within the plane by the distance to the lines of the sides
     at its first corner: a coordinate u < 0 is −u / |g1| away from its side. The third side is left
@@ -110,7 +110,7 @@ def is_beyond(shape, s, x, y, z, limit):
 
 @inner(pipeline_class=Compiler)
 def barycentric(place, a, b):
-    """(u, v) of a place as `closest_on` gives it: foot = (1 − u − v) A + u B + v C."""
+    """Return (u, v) of a place as `closest_on` gives it: foot = (1 − u − v) A + u B + v C."""
     if place == 0:
         u = min(max(a, 0.0), 1.0)
         return u, min(max(b, 0.0), 1.0 - u)

@@ -33,7 +33,7 @@ STEPS = 1 << 20
 # in place of their calls: a walk would take a fifth longer.
 @inner(pipeline_class=Compiler)
 def _nearest_around(facets, number, best, point):
-    """Of the slots around a vertex or crowded edge that which comes closer than `best`, or −1."""
+    """Return the slot around a vertex or crowded edge that comes closer than `best`, or −1."""
     nearest = -1
     place = 0
     a = 0.0
@@ -88,7 +88,7 @@ def walk(facets, s, first, point):
 
 @inner(pipeline_class=Compiler)
 def _was_inside(shape, s, before, k):
-    """Whether the foot of before[k] lies inside triangle s; no, where nothing is known of it."""
+    """Return whether the foot of before[k] lies inside triangle s; no, if nothing is known."""
     if before.shape[0] == 0:
         return False
     # A comparison with NaN is false: what was not finite was not inside.

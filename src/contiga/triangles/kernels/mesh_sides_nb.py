@@ -12,7 +12,7 @@ SPREAD = np.uint64(0x9E3779B97F4A7C15)
 
 @inner()
 def _slot(keys, key, shift):
-    """Where a key is in an open table, or the free slot (−1) that it is to have."""
+    """Return where a key is in an open table, or the free slot (−1) that it is to have."""
     last = keys.size - 1
     k = np.int64((np.uint64(key) * SPREAD) >> shift)
     while keys[k] >= 0 and keys[k] != key:
@@ -22,7 +22,9 @@ def _slot(keys, key, shift):
 
 @kernel()
 def side_numbers(triangles, n):
-    """(m, 3) number of the side from corner j to the next, and (k,) how many triangles have it.
+    """Return the sides' numbers (m, 3), and how many triangles (k,) each side has.
+
+    Side j runs from corner j to the next.
 
     `triangles` (m, 3) have vertices below `n`; sides are one whatever their sense, and are
     numbered as they come.
