@@ -11,7 +11,7 @@ from hashlib import file_digest
 from pathlib import Path
 
 from contiga.cache_folder import cache_folder
-from contiga.io.apart import prepare
+from contiga.io.worker import prepare
 
 SUFFIXES = (".step", ".stp", ".iges", ".igs", ".3dm", ".xml")
 PACKAGES = dict.fromkeys(SUFFIXES[:4], ("OCP",)) | {".3dm": ("rhino3dm",), ".xml": ()}
@@ -22,7 +22,7 @@ _QUOTED = re.compile(r"\"([^\"\n]*)\"|'([^'\n]*)'")
 
 
 def reader(suffix: str, verb: str = "read") -> str:
-    """What `read_apart` is to call for files of a suffix; "read" or "list".
+    """What `read_in_worker` is to call for files of a suffix; "read" or "list".
 
     >>> reader(".igs")
     'contiga.io.cad.step_iges:read_step_iges'

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from contiga.errors import ContigaWarning
-from contiga.io.apart import ask_apart
 from contiga.io.cad.formats import PACKAGES, READERS, kept_as
+from contiga.io.worker import outcome_in_worker
 
 if TYPE_CHECKING:
     from contiga.arrays.disk_cache import DiskCache
@@ -37,17 +37,17 @@ def read_kept(
     needs: str,
     check: Callable[[Any], None],
 ) -> Any:
-    """What `read_apart` gives of a file, or gave of the same bytes before.
+    """Return what `read_in_worker` gives for a file, or gave for the same bytes before.
 
     Parameters
     ----------
-    target, file, args, needs : as for `read_apart`
+    target, file, args, needs : as for `read_in_worker`
     check : called with what was read anew; what it refuses is not kept
 
     Raises
     ------
     ContigaError
-        As `read_apart` and `check`.
+        As `read_in_worker` and `check`.
 
     Warns
     -----
@@ -60,10 +60,10 @@ def read_kept(
         content, said = kept
         _warn(said)
         return content
-    outcome = ask_apart(target, file, *args, needs=needs)
+    outcome = outcome_in_worker(target, file, *args, needs=needs)
     said = list(outcome.warnings)
     _warn(said)
-    content = outcome.value(file)
+    content = outcome.value()
     check(content)
     if kept_as(file) == read:  # nobody has written it anew meanwhile
         files.put(key, (content, said))

@@ -89,7 +89,7 @@ def read_cad(
 
 
 def reader_of(file: Path, verb: str, file_unit: str | None, unit: str | None) -> str:
-    """What `read_apart` is to call for a file, which is there and of a format that can be read.
+    """What `read_in_worker` is to call for a file, which is there and of a format that can be read.
 
     `verb` says which function of the reader: "read" makes a `Body`, "list" an `Inventory`.
 

@@ -13,11 +13,11 @@ import numpy as np
 
 from contiga.errors import FileError, MeshError
 from contiga.extras import require
-from contiga.io.apart import read_apart
 from contiga.io.mesh import abaqus, cloud_files, lsdyna, nastran, polygon_files
 from contiga.io.mesh.layers import Layer, check_layer, peeled, with_middles
 from contiga.io.mesh.raw import RawMesh, Selection, nodes_of, part_of, select
 from contiga.io.naming import PartKeys, as_keys
+from contiga.io.worker import read_in_worker
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.cells import SHELLS
 from contiga.slaves.checks import check_points
@@ -155,7 +155,7 @@ def read_raw(path: Path) -> RawMesh:
         raise FileError("the file is empty", where=str(path), allowed="a mesh or cloud file")
     if path.suffix.lower() in cloud_files.SUFFIXES:
         return cloud_files.read_cloud(path)
-    mesh: RawMesh = read_apart(f"contiga.io.mesh.{_reader(path)}", path)
+    mesh: RawMesh = read_in_worker(f"contiga.io.mesh.{_reader(path)}", path)
     return mesh
 
 
