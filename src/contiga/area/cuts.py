@@ -160,9 +160,11 @@ class _Misses(NamedTuple):
         )
 
     def start(self, edges: IndexArray, low: FloatArray, high: FloatArray) -> FloatArray:
-        """Where to look next on the edges `edges`: beside the place where misses start, on the side
-        that was not looked at last; or in the middle of what is left, where two steps have not
-        halved it."""
+        """Return the next parameters to look at on the edges `edges`.
+
+        They lie beside the place where misses start, on the side that was not looked at last, or in
+        the middle of the rest if two steps have not halved it.
+        """
         (t, before), (miss, more) = self.t[edges].T, self.miss[edges].T
         with np.errstate(divide="ignore", invalid="ignore"):
             place = t - miss * (before - t) / (more - miss)

@@ -1,4 +1,4 @@
-"""What stands elsewhere than it is given: the keys `transform`, `align` and `place`."""
+"""Placed parts of a case: the keys `transform`, `align` and `place`."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class TransformEntry(Spec):
 
     @cached_property
     def matrix(self) -> FloatArray:
-        """The step as a (4, 4) matrix."""
+        """Return the step as a (4, 4) matrix."""
         if self.translate is not None:
             return transform.translation(self.translate)
         if self.rotate is not None:
@@ -62,7 +62,7 @@ class TransformEntry(Spec):
 
 
 class Placed(Spec):
-    """What can be put elsewhere: by the steps of `transform`, then by `align`, then by `place`."""
+    """A part that `transform`, then `align`, then `place` may move."""
 
     transform: list[TransformEntry] = Field(default_factory=list)
     align: AlignSpec | None = None
@@ -70,14 +70,14 @@ class Placed(Spec):
 
     @property
     def matrix(self) -> FloatArray:
-        """All steps as one (4, 4) matrix."""
+        """Return all steps as one (4, 4) matrix."""
         matrix = np.eye(4)
         for entry in self.transform:
             matrix = product(entry.matrix, matrix)
         return matrix
 
     def standing(self, part: Part, parts: Mapping[str, Master | Slave]) -> Part:
-        """`part` where it is to stand among those that stand already."""
+        """Return `part` at its place among the parts placed already."""
         for key, entry in (("align", self.align), ("place", self.place)):
             try:
                 part = part if entry is None else entry.moved(part, parts)

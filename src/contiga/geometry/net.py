@@ -113,8 +113,10 @@ class NetMotion(NamedTuple):
     """(m, 3)."""
 
     def carry(self, feet: SurfacePlaces, points: FloatArray) -> FloatArray:
-        """(k, 3) how points (k, 3) move that the surface carries along at their feet; see
-        `net_nb`."""
+        """Return the motion (k, 3) of points (k, 3) that the surface carries along at their feet.
+
+        See `net_nb`.
+        """
         out, net = np.zeros((len(points), 3)), (locked(self.shape), locked(self.change))
         for patch, rows in _on_patches(self.body, feet):
             moved = np.empty((len(points[rows]), 3))
@@ -144,8 +146,10 @@ def _rows_of(rows: Rows, *arrays: FloatArray) -> tuple[FloatArray, ...]:
 def spread(
     body: Faces, shape: FloatArray, feet: SurfacePlaces, points: FloatArray, forces: FloatArray
 ) -> FloatArray:
-    """(m, 3) forces on control points that do as `forces` (k, 3) at `points` (k, 3) carried along
-    with their feet: the same work, sum and moment; see `net_nb`."""
+    """Return the forces (m, 3) on control points equivalent to `forces` (k, 3) at `points` (k, 3).
+
+    The points are carried along with their feet; work, sum and moment are the same. See `net_nb`.
+    """
     out = np.zeros(shape.shape)
     for patch, rows in _on_patches(body, feet):
         given = patch, locked(shape), *_rows_of(rows, feet.uv, points, forces)

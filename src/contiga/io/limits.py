@@ -56,7 +56,7 @@ def limits_for(path: Path) -> Limits:
 
 
 def physical_memory() -> int:
-    """Memory of the machine, bytes; practically infinite where the system does not say."""
+    """Return the memory of the machine, bytes; practically infinite if the system gives none."""
     try:
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, OSError, ValueError):

@@ -194,8 +194,11 @@ class ClosestPointSearch(NamedTuple):
     def _first_change(
         self, start: FloatArray, end: FloatArray, *, entries_only: bool
     ) -> tuple[FloatArray, ByteArray]:
-        """Where paths first change sides: the share of the way (n,), NaN where they do not, and
-        whether they come in (1) or go out (−1) there."""
+        """Return where paths first change sides, as a share (n,) of the way, and in which sense.
+
+        The share is NaN where a path does not change sides. The sense is 1 on the way in, −1 on the
+        way out.
+        """
         n, length = len(start), row_lengths(end - start)
         share, sense = np.full(n, np.nan), np.zeros(n, np.int8)
         at, gap = np.zeros(n), np.nan_to_num(self._gaps(start), nan=0.0)

@@ -84,8 +84,10 @@ def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
 
 
 def _smooth_corners(triangles: IntArray, facet: FloatArray) -> tuple[int, IntArray]:
-    """How many groups of corners share a normal, and the group of each: corner c of facet f is
-    3 f + c, and both ends of a smooth edge join the corners that meet there."""
+    """Return the number of groups of corners that share a normal, and the group of each corner.
+
+    Corner c of facet f is 3 f + c. Both ends of a smooth edge join the corners that meet there.
+    """
     inner = _inner_edges(triangles)
     smooth = np.einsum("ei,ei->e", facet[inner.left], facet[inner.right]) >= _CREASE
     pairs = np.concatenate([inner.first[smooth], inner.second[smooth]])
@@ -94,8 +96,10 @@ def _smooth_corners(triangles: IntArray, facet: FloatArray) -> tuple[int, IntArr
 
 
 class SharpMesh(NamedTuple):
-    """A mesh whose points are repeated where facets meet at a crease: smooth shading by its own
-    vertices, as a browser does it, keeps the creases sharp."""
+    """Return a mesh whose points are repeated where facets meet at a crease.
+
+    Smooth shading by its own vertices, as a browser does it, then keeps the creases sharp.
+    """
 
     rows: IntArray
     """(k,) the point of the original mesh that each vertex stands at."""

@@ -73,8 +73,11 @@ class Path(Displayed):
 
     @cached_property
     def turns(self) -> FloatArray:
-        """(n,) radians that the path turns by at each point: between its chords, and at an end
-        that it leaves along a surface between that and the chord."""
+        """Return the angles (n,), rad, by which the path turns at its points.
+
+        They are angles between its chords, and at an end that leaves along a surface the angle
+        between the surface and the chord.
+        """
         chords = np.diff(self.points, axis=0)
         a, b = chords[:-1], chords[1:]
         across = np.linalg.norm(np.cross(a, b), axis=1)
@@ -107,8 +110,12 @@ class Path(Displayed):
         return np.asarray(normal / np.linalg.norm(normal, axis=1)[:, None])
 
     def outside(self, points: ArrayLike, gap: float = 0.0) -> FloatArray:
-        """(k, 3) `points` with those that are nearer to the bodies than `gap`, a length, moved to
-        that distance: what lies on chords of the path, or beside it, may be inside."""
+        """Return `points` (k, 3), moved away from the bodies to a distance of `gap` (length).
+
+        Only nearer points move. Points on chords of the path, or beside it, may be inside.
+
+        Points on chords of the path, or beside it, may be inside.
+        """
         moved = as_points(points).copy()
         for _ in range(MOVES):  # in a crease a move off one body may lead into another
             nearest = self.over.clearances(moved)

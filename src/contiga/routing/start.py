@@ -47,8 +47,10 @@ def first_way(obstacles: Obstacles, start: FloatArray, end: FloatArray) -> Float
 
 
 def _is_free(obstacles: Obstacles, ends: FloatArray) -> bool:
-    """Whether the middle of a segment that enters nothing is outside, as where it starts on a
-    surface and leads inwards."""
+    """Whether the middle of a segment that enters nothing is outside.
+
+    It may be inside, for example if the segment starts on a surface and leads inwards.
+    """
     middle = np.array([0.25, 0.5, 0.75])[:, None]
     between = (1.0 - middle) * ends[0] + middle * ends[1]
     return bool(obstacles.clearances(between).gap.min() > -SKIN * obstacles.size)

@@ -27,8 +27,10 @@ def write(files: Iterable[str]) -> None:
 
 
 def has_all() -> bool:
-    """Whether a warm-up of these sources on such a processor has left all kernels, and they are
-    still there."""
+    """Whether a warm-up of these sources on this kind of processor has left all kernels.
+
+    The kernels must still be there.
+    """
     if (place := _place()) is None:
         return False
     try:

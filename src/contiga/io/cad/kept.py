@@ -1,4 +1,4 @@
-"""CAD that was read before: the file's bytes tell what came of it, and its reader is not needed."""
+"""The cache of CAD files: results by the file's bytes, without loading their reader."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _CHECKS = Path(__file__).with_name("read_cad.py")
 
 
 def _files(file: Path, *sources: Path) -> DiskCache:
-    """Where what came of a file's bytes is looked for, made by its reader, checks and `sources`."""
+    """Return the cache of results that depend on a file's reader, checks and `sources`."""
     # What reads is not imported for that; numba comes with the cache, while a reader is loaded.
     from contiga.arrays.disk_cache import DiskCache
 
@@ -71,13 +71,15 @@ def read_kept(
 
 
 def _warn(said: list[str]) -> None:
-    """Warn whoever has called the caller's caller."""
+    """Issue warnings that point at the caller's caller."""
     for text in said:
         warnings.warn(text, ContigaWarning, stacklevel=4)
 
 
 def answer_kept(file: Path, asked: str, source: str, make: Callable[[], T]) -> T:
-    """What `make` tells of a file, or told of the same bytes before; anew where it has warned.
+    """Return the answer of `make`, or the cached one for the same bytes.
+
+    An answer with warnings is not cached.
 
     Parameters
     ----------
@@ -110,7 +112,7 @@ def answer_kept(file: Path, asked: str, source: str, make: Callable[[], T]) -> T
 
 @contextmanager
 def _heard(said: list[str]) -> Iterator[None]:
-    """Add what contiga warns of inside to `said`, in place of saying it; others are said after."""
+    """Collect contiga's warnings raised inside in `said`; issue others afterwards."""
     try:
         with warnings.catch_warnings(record=True) as heard:
             warnings.simplefilter("always", ContigaWarning)
@@ -124,13 +126,13 @@ def _heard(said: list[str]) -> Iterator[None]:
 
 
 def _key(asked: str, file: Path, args: tuple[object, ...]) -> str:
-    """Of all that an answer follows from beside the bytes; it may name the file as given."""
+    """Return the key of an answer: all it depends on besides the bytes, and the file's name."""
     return repr((asked, str(file), args, _package_of(file.suffix.lower())))
 
 
 @lru_cache(maxsize=8)
 def _package_of(suffix: str) -> str:
-    """What tells one version of the package that reads a format from others."""
+    """Return a text that identifies the version of the package that reads a format."""
     said = []
     for name in PACKAGES[suffix]:
         with suppress(ImportError):  # what needs it says so
