@@ -52,6 +52,7 @@ def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
 
     Parameters
     ----------
+    case : the checked case
     parts : bodies and slaves that cases before it had in common with it; none if omitted
 
     Raises
@@ -148,6 +149,7 @@ def run(
 
     Parameters
     ----------
+    case : the checked case
     out : folder for the results; None keeps them in memory only
     how : its clock is that of building, too; its `on_finish` is for a run that is to have a report
     parts : as `build`

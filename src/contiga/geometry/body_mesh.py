@@ -57,6 +57,7 @@ def body_mesh(body: FacesLike, tol: float, method: str = "chord") -> TriMesh:
 
     Parameters
     ----------
+    body : the faces
     tol : for "chord" a length, from the surface to the triangles. For "net" an area, by patch:
         see `contiga.geometry.tessellate.net_grid`.
     method : "chord" or "net"

@@ -133,6 +133,7 @@ def build_trim_tables(
 
     Parameters
     ----------
+    patches : patches of the body
     trims : for each patch None, or its loops
     edges : those that are known
 

@@ -183,6 +183,7 @@ class Sheet:
 
         Parameters
         ----------
+        order : indices of columns of the file
         kinds : what each of them is
         units : of the case; None where there are none to convert to: heads have no units then
         given : units of columns whose heads have none; those of the case if omitted
@@ -269,6 +270,7 @@ def read_sheet(
 
     Parameters
     ----------
+    path : the text file
     header : what heads should be like, for errors
     marks : what may part the columns
     comment : what begins a comment, to the end of the line

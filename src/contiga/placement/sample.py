@@ -77,6 +77,8 @@ def sharpened(
 
     Parameters
     ----------
+    body : the body
+    points : (k, 3) points of it
     value : length, of points (n, 3) on the body, (n,); changes by no more than the way between two
     """
     step = np.full(len(points), 0.5 * SPACING * body.size)

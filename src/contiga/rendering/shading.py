@@ -206,9 +206,12 @@ def paint(
 
     Parameters
     ----------
+    picture : (h, w, 3) picture, changed in place
+    layer : the shaded layer
     colours : (3,), or (k, 3) of the pixels of `layer.seen`
     size : that of the scene: bends of a fiftieth of it are the strongest that are shaded
     nearest : (h, w) depths
+    opacity : opacity of the layer
     """
     hollow = hollows(layer.buffer.depth, max(2, len(picture) // 120), 0.02 * size)
     eye, rgb = np.concatenate([layer.axes, _LAMPS]), np.atleast_2d(colours)

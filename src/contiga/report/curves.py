@@ -97,6 +97,8 @@ def curve_figure(
 
     Parameters
     ----------
+    runs : the runs
+    curve : the curve
     references : tests of any channels, moved to where they are drawn
     peak_time : time that the scene of the page shows; None without a scene
     label : label of the vertical axis without its unit; that of the curve if omitted

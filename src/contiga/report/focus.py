@@ -33,6 +33,7 @@ def focus_of(parts: list[FloatArray], patch: FloatArray, depth: float) -> Focus 
     Parameters
     ----------
     parts : points (n, 3) of each part that can be seen
+    patch : (k, 3) points in contact
     depth : the greatest penetration: how far a point in contact may be from the part it touches
     """
     if len(patch) == 0:

@@ -94,7 +94,11 @@ def frames_of(
 
     Parameters
     ----------
+    series : fields of the run
+    outlines : outlines of the regions of contact; None without them
+    shown : index of the step that is shown first
     peak : the scene at that step
+    units : units of the run
     ties : between bodies, drawn as lines
     """
     chosen = chosen_steps(series.times, shown, MAX_FRAMES)

@@ -54,6 +54,7 @@ def page(run: Run, *, still: bytes | None, view: View | None, peak_time: float |
 
     Parameters
     ----------
+    run : the run
     still : the picture of the peak as PNG, None where the run wrote no fields
     view : the 3D view, None where the run wrote no fields
     peak_time : the recorded time the pictures show

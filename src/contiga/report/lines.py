@@ -61,6 +61,10 @@ def add_line(
 
     Parameters
     ----------
+    figure : the figure, extended in place
+    times, values : (n,) abscissa and ordinate
+    name : name in the legend
+    unit : unit of the values, for the hover text
     look : colour, width and dash of the line; anything else is the trace's
     """
     line = {key: look.pop(key) for key in ("color", "width", "dash") if key in look}
@@ -97,6 +101,9 @@ def vector_figure(
 
     Parameters
     ----------
+    run : the run
+    peak_time : time that the scene of the page shows; None without a scene
+    of : columns (n,) by component
     labels : what it is, and its unit
     """
     if not any(largest(values) > 0.0 for values in of.values()):

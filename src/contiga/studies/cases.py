@@ -125,6 +125,7 @@ def check_keys(study: StudySpec, base: Mapping[str, Any], settings: Mapping[str,
 
     Parameters
     ----------
+    study : the specification of the study
     base : tables of the base case
     settings : of a case of the study
 

@@ -44,6 +44,7 @@ def engine_for(
 
     Parameters
     ----------
+    base : common data of the cases
     scheduler : address of a running Dask scheduler; a cluster on this machine if omitted
     workers : processes of that cluster, a core each if omitted; 0 runs the cases in this process
     retries : how often a case is begun again whose worker was lost

@@ -198,6 +198,8 @@ def run_study(
 
     Parameters
     ----------
+    study : the specification
+    out : folder of the study
     base : the base case, where it is not the file that the study names
     scheduler, workers : as `engines.engine_for`
     resume : run what is missing in `out`

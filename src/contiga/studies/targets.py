@@ -96,8 +96,10 @@ def targets_of(
 
     Parameters
     ----------
-    pose : (4, 4) of the body, as it stands at the start
-    unit : of lengths of the case
+    spec : the specification of the targets
+    body : the body, in its own frame
+    pose : (4, 4) pose of the body at the start
+    unit : unit of lengths of the case
 
     Raises
     ------

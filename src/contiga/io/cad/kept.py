@@ -83,8 +83,10 @@ def answer_kept(file: Path, asked: str, source: str, make: Callable[[], T]) -> T
 
     Parameters
     ----------
+    file : the CAD file
     asked : what is to be told
     source : file of the module that tells it
+    make : function that computes the answer
 
     Raises
     ------

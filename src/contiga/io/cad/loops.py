@@ -60,6 +60,7 @@ def chained(loop: Loop, periods: FloatArray) -> Loop:
 
     Parameters
     ----------
+    loop : the p-curves
     periods : (2,) of the surface in u and v, 0 where it is not periodic
 
     The order of the file is kept where it already closes; else the nearest start follows.
@@ -184,6 +185,7 @@ def rectangle_sides(loop: Loop, box: FloatArray, speed: FloatArray) -> Sides | N
 
     Parameters
     ----------
+    loop : the p-curves
     box : (2, 2) low and high (u, v)
     speed : (2,) largest |S_u| and |S_v| on the face: turns misses in (u, v) into lengths
 

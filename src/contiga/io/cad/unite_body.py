@@ -131,10 +131,12 @@ def united(
 
     Parameters
     ----------
-    pieces : patches of each
+    body : the body
+    pieces : patches of each closed piece
+    solids : treatment of pieces that meet, as for `read_cad`
     where : for messages
-    accuracy : pieces that come nearer than this touch, length
-    told : what to call some pieces, by their patches
+    accuracy : distance up to which pieces touch, length
+    describe : function from patches to the words for their pieces
 
     Raises
     ------

@@ -26,6 +26,7 @@ def assembled(instances: Mapping[str, Scope], names: Mapping[str, str], where: s
     ----------
     instances : by name in lower case; "" is the deck itself
     names : of the instances as they are written
+    where : for messages
 
     Raises
     ------

@@ -108,6 +108,7 @@ def open_folder(folder: Path, ours: Iterable[str], kind: str) -> bool:
 
     Parameters
     ----------
+    folder : the folder, made if it does not exist
     ours : names of files that tell an earlier folder of the same kind
     kind : what the folder is of, in words
 

@@ -86,6 +86,7 @@ def whole_file(path: Path, *, sealed: bool = False, before: Path | None = None) 
 
     Parameters
     ----------
+    path : the file
     sealed : with a checksum of all its bytes in front of them: see `is_sealed`
     before : where an older one is kept
 

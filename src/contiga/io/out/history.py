@@ -32,6 +32,7 @@ def write_history(
 
     Parameters
     ----------
+    path : the CSV file
     columns : (n,) numbers by name
     units : of columns by name, for the header; those without one, or with "", have the name alone
 

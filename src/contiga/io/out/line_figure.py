@@ -63,6 +63,8 @@ def draw_panels(panels: Sequence[Panel], title: str, path: str | Path | None = N
 
     Parameters
     ----------
+    panels : panels in the order of reading
+    title : title of the figure
     path : also write the picture there, in the format of its suffix (.png, .svg, .pdf)
 
     Raises

@@ -322,6 +322,7 @@ class Steps:
 
         Parameters
         ----------
+        number : number of steps with this one
         n_bytes : of its arrays, at most
 
         Raises
