@@ -14,8 +14,8 @@ BIN := $(VENV)/bin
 DEMO := out/demo
 GENERATED := examples/generated
 ONE_THREAD := tests/unit/triangles tests/cases/test_faceted_search.py \
-  $(addprefix tests/unit/search/,track/test_project.py track/test_track.py sweep/test_hit.py \
-  closest/test_global.py)
+  tests/unit/search/track/test_project.py tests/unit/search/track/test_track.py \
+  tests/unit/search/sweep/test_hit.py tests/unit/search/closest/test_global.py
 PYTEST := $(BIN)/python -m pytest -q -p no:cacheprovider
 TWO := -n 2 --dist loadfile --no-loadscope-reorder
 # Without files of bytecode each process of the tests would compile all modules again: half a minute.

@@ -18,8 +18,10 @@ killed process has left is removed."""
 
 
 def cache_folder() -> Path | None:
-    """The folder of what came of files and bodies: that of the environment, or the user's; None
-    where nothing is kept."""
+    """Return the folder of cached results, or None if nothing is cached.
+
+    It is the folder of the environment variable, else the user's.
+    """
     named = os.environ.get(FOLDER)
     if named is not None:
         return None if named in ("", "0") else Path(named)
@@ -55,8 +57,7 @@ def asked_for(path: str | Path) -> None:
 
 
 def trim(folder: Path, endings: tuple[str, ...], limit: int, count: float = inf) -> list[str]:
-    """Remove the entries of a folder that were not asked for the longest, and files that were never
-    written to their end.
+    """Remove the least recently used entries of a folder, and files left half-written.
 
     An entry is all files whose names are the same up to the first point after the last hyphen.
 

@@ -13,7 +13,7 @@ from tests.cases.models import (
 
 import contiga as cg
 from contiga.simulation.checks.approach import closest_approach
-from contiga.simulation.checks.scene import MOST_TIMES, Pair
+from contiga.simulation.checks.scene import MAX_TIMES, Pair
 
 
 @pytest.mark.parametrize(
@@ -135,7 +135,7 @@ def test_a_crash_pulse_that_stays_away_is_told() -> None:
 
 
 def test_a_way_of_more_rows_than_anybody_waits_for_is_not_spoken_of() -> None:
-    far = cg.motion.Translate(many_rows(0.2, MOST_TIMES + 2))
+    far = cg.motion.Translate(many_rows(0.2, MAX_TIMES + 2))
     assert met_by(far, [0, 0, -1.29], 1.0, 0.1) == []
 
 

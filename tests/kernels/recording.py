@@ -19,7 +19,7 @@ from tests.kernels import exercises
 
 import contiga as cg
 from contiga.cache_folder import FOLDER
-from contiga.io import apart
+from contiga.io import worker
 from contiga.jit.dispatcher import KernelDispatcher
 from contiga.jit.reference import Reference
 from contiga.jit.stamps import LOCAL
@@ -79,7 +79,7 @@ def recorded() -> Iterator[Recording]:
     with (
         patch.object(KernelDispatcher, "compile", compiled),
         patch.object(KernelDispatcher, "get_overload", called),
-        patch.object(apart, "_is_python", lambda: False),  # files are read in this process
+        patch.object(worker._pool, "can_start", False),  # files are read in this process
         patch.dict(os.environ, {FOLDER: ""}),  # nothing is read that an earlier run worked out
     ):
         yield recording

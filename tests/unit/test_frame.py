@@ -16,6 +16,7 @@ import contiga
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted((ROOT / "src" / "contiga").rglob("*.py"))
+_VARIABLE = re.compile(r"^(\w+) :=(.+)$", re.M)
 EVIDENCE = sorted((ROOT / "src" / "contiga_validation").rglob("*.py"))
 HEAVY = (
     *("OCP", "rhino3dm", "meshio", "lsdyna_mesh_reader", "h5py", "sklearn", "plotly"),
@@ -63,20 +64,27 @@ def test_version_is_that_of_the_package() -> None:
     assert f"\nversion: {contiga.__version__}\n" in cited
 
 
-def test_the_hosted_workflow_runs_what_make_test_runs() -> None:
+def test_the_hosted_workflow_runs_what_make_runs_on_every_system() -> None:
     workflow = (ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8")
-    make = (ROOT / "Makefile").read_text(encoding="utf-8")
-    two = re.search(r"^TWO := (.+)$", make, re.M)
-    assert two is not None
-    assert workflow.count(f"pytest -q -p no:cacheprovider {two.group(1)}") == 2
-    assert "make test" in workflow
-    lint = re.search(r"^lint:.*\n((?:\t.+\n)+)", make, re.M)
-    assert lint is not None
-    for tool in re.findall(r"\$\(BIN\)/(.+)", lint.group(1)):
-        assert f"          {tool}\n" in workflow
+    make = (ROOT / "Makefile").read_text(encoding="utf-8").replace("\\\n", "")
+    tests = " ".join(workflow[: workflow.index("  installations:")].split())
+    variables = {name: " ".join(value.split()) for name, value in _VARIABLE.findall(make)}
+    assert f"PYTEST: python -m pytest -q -p no:cacheprovider {variables['TWO']} " in tests
+    commands = re.findall(r"^\t(NUMBA\w+=\d) \$\(PYTEST\) \$\(TWO\) (.+)$", make, re.M)
+    assert len(commands) == 4
+    for setting, chosen in commands:
+        selection = chosen.replace("$(ONE_THREAD)", variables["ONE_THREAD"])
+        assert f"{setting} $PYTEST {selection}" in tests
+    assert tests.count("$PYTEST") == len(commands)
+    for tool in re.findall(
+        r"^\t\$\(BIN\)/(\w.+)", make[make.index("\nlint:") : make.index("\nbench:")], re.M
+    ):
+        assert f" {tool} " in tests
+    assert "os: [ubuntu-latest, macos-latest, windows-latest]" in tests
+    assert tests.count("if: ") == 1  # the libraries of Linux: no test is left out anywhere
     with (ROOT / "pyproject.toml").open("rb") as file:
         oldest = tomllib.load(file)["project"]["requires-python"].removeprefix(">=")
-    assert re.findall(r"python: \[\"([\d.]+)\", ", workflow) == [oldest, oldest]
+    assert re.findall(r"python: \[\"([\d.]+)\", ", tests) == [oldest]
 
 
 def test_kernels_import_only_numpy_numba_math_records_and_kernels() -> None:

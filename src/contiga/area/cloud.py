@@ -117,10 +117,10 @@ class CloudArea:
         return Prepared(topology_of(facets, len(rest.points)), graph, line)
 
     def weights(self, rest: Rest, prepared: Prepared) -> FloatArray | None:
-        """Return areas (n,) at rest where the slave has none.
+        """Return areas at rest (n,), or None if the slave has none.
 
-        They are a third of each triangle to its corners, or half the way to each neighbour along a
-        line; None by feet, which are not known at rest.
+        A corner gets a third of each of its triangles, a point of a line half the way to each
+        neighbour. Areas by feet are not known at rest.
         """
         topology, graph, line = prepared
         if rest.area is not None:

@@ -30,6 +30,9 @@ def clusters_of(
         fewer), "dbscan" (radius `eps`, `min_points` within it, the point itself counted),
         "meanshift" (bandwidth estimated from the points), "hdbscan" (clusters of at least
         `min_points`)
+    k : number of clusters of "kmeans"
+    eps : radius of "dbscan", length
+    min_points : smallest number of points of a cluster of "dbscan" and "hdbscan"
 
     Raises
     ------

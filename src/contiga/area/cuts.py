@@ -160,10 +160,10 @@ class _Misses(NamedTuple):
         )
 
     def start(self, edges: IndexArray, low: FloatArray, high: FloatArray) -> FloatArray:
-        """Return where to look next on the edges `edges`.
+        """Return the next parameters to look at on the edges `edges`.
 
-        It is beside the place where misses start, on the side that was not looked at last; or in
-        the middle of what is left, where two steps have not halved it.
+        They lie beside the place where misses start, on the side that was not looked at last, or in
+        the middle of the rest if two steps have not halved it.
         """
         (t, before), (miss, more) = self.t[edges].T, self.miss[edges].T
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -122,8 +122,10 @@ def _triangles(chart: FloatArray, points: FloatArray, bridge: float) -> IntArray
 
 
 def unbridged(points: FloatArray, triangles: IntArray, bridge: float) -> IntArray:
-    """Triangles (m, 3) of points (n, 3) without a side longer than `bridge` times the local
-    spacing, the distance to the third neighbour."""
+    """Return the triangles (m, 3) of points (n, 3) that have no long side.
+
+    A side is long above `bridge` times the local spacing, the distance to the third neighbour.
+    """
     from scipy.spatial import cKDTree
 
     spacing = cKDTree(points).query(points, k=min(4, len(points)))[0][:, -1]

@@ -32,6 +32,8 @@ def area_over(surface: NurbsSurface, polygon: FloatArray, periods: tuple[float, 
 
     Parameters
     ----------
+    surface : the patch
+    polygon : (n, 2) corners in (u, v), anticlockwise
     periods : length of the domain in u and v where the surface closes there, 0 where it does
         not: the polygon may then reach beyond the domain
     """

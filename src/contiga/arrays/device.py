@@ -77,8 +77,10 @@ def _threads_of(row: Callable[..., None]) -> Any:
 
 
 def resident(record: Any) -> Any:
-    """Copies on the device of an array, or of all arrays in (named) tuples of tuples; those that
-    are there already are taken as they are."""
+    """Return copies on the device of an array, or of all arrays in nested (named) tuples.
+
+    Arrays that are on the device already are taken as they are.
+    """
     if isinstance(record, tuple):
         return _like(record, map(resident, record))
     if hasattr(record, "copy_to_host"):

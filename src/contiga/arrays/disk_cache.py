@@ -30,7 +30,7 @@ T = TypeVar("T")
 
 LONG = 0.1
 """Seconds to work something out from which on it is kept: to read it takes a tenth."""
-MOST, MANY = 512 * 1024**2, 2_000
+MAX_BYTES, MAX_ENTRIES = 512 * 1024**2, 2_000
 """Bytes that all entries may take, and how many there may be; those not asked for the longest go
 first."""
 _SEAL = 32
@@ -103,7 +103,7 @@ class DiskCache:
                 temporary.replace(path)
             finally:
                 temporary.unlink(missing_ok=True)
-            trim(folder, (".kept",), MOST, MANY)
+            trim(folder, (".kept",), MAX_BYTES, MAX_ENTRIES)
 
     def _path(self, folder: Path, key: str) -> Path:
         name = sha256(f"{self._made_by}\0{key}".encode()).hexdigest()[:32]
@@ -114,7 +114,7 @@ class _Limited(BytesIO):
     """Takes no more than an entry may be: what is larger is never in memory twice."""
 
     def write(self, data: Any) -> int:
-        if self.tell() + memoryview(data).nbytes > MOST // 4:
+        if self.tell() + memoryview(data).nbytes > MAX_BYTES // 4:
             raise OSError("larger than an entry may be")
         return super().write(data)
 

@@ -18,7 +18,7 @@ Anchors = Annotated[list[Name], Field(min_length=2, max_length=2)]
 
 
 class PathSpec(Spec):
-    """`path = { start, end, via, over, points }`: what `contiga.route` takes."""
+    """`path = { start, end, via, over, points }`: the arguments of `contiga.route`."""
 
     start: Vector
     end: Vector
@@ -40,7 +40,7 @@ class BeltEndSpec(WebbingSpec[BeltEnd]):
 
 
 class BeltSpec(Spec):
-    """A `[[belt]]`: a slave that is laid over bodies where these stand at the start."""
+    """A `[[belt]]`: a slave that is laid over bodies at their places at the start."""
 
     name: Name
     path: PathSpec
@@ -52,7 +52,7 @@ class BeltSpec(Spec):
     segments: Count = 40
     across: Count = 4
     shortening: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
-    """Share that the belt is shorter at rest than its path."""
+    """Shortening of the belt at rest, as a share of its path."""
     anchors: Anchors = Field(default_factory=lambda: [GROUND, GROUND])
     """Holders of its start and its end: "ground", a body, or "free"."""
     start: BeltEndSpec | None = None
@@ -64,19 +64,19 @@ class BeltSpec(Spec):
 
     @property
     def webbing(self) -> dict[str, BeltEndSpec]:
-        """The webbing at its ends, by "start" and "end"."""
+        """Return the webbing at its ends, by "start" and "end"."""
         both = zip(ENDS, (self.start, self.end), strict=True)
         return {name: one for name, one in both if one is not None}
 
     def named_bodies(self) -> Iterator[tuple[str, str]]:
-        """Keys that name a body, and the names."""
+        """Yield the keys that name a body, and the names."""
         yield from ((f"path.over[{k}]", name) for k, name in enumerate(self.path.over))
         for k, name in enumerate(self.anchors):
             if name not in (GROUND, FREE):
                 yield f"anchors[{k}]", name
 
     def laid(self, bodies: Mapping[str, Master]) -> Belt:
-        """The belt over bodies where they are at the start.
+        """Return the belt over bodies at their places at the start.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""From a checked case to a simulation: files are read, shapes made, references resolved."""
+"""Build the simulation of a checked case: read files, make shapes, resolve references."""
 
 from __future__ import annotations
 
@@ -48,10 +48,11 @@ DEFAULT = RunOptions()
 
 
 def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
-    """The simulation a case describes.
+    """Return the simulation that a case describes.
 
     Parameters
     ----------
+    case : the checked case
     parts : bodies and slaves that cases before it had in common with it; none if omitted
 
     Raises
@@ -93,7 +94,7 @@ def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
 
 
 class _Pieces(NamedTuple):
-    """What a simulation is made of; with what could not be made left out."""
+    """The parts of a simulation that could be made."""
 
     springs: dict[str, Spring]
     gas: dict[str, Chamber]
@@ -101,7 +102,7 @@ class _Pieces(NamedTuple):
     slaves: dict[str, SlavePart]
     contacts: tuple[ContactPart, ...]
     findings: tuple[Finding, ...]
-    """About the files, as they were read."""
+    """Findings about the files, in the order in which they were read."""
 
 
 def _output(spec: OutputSpec) -> OutputOptions:
@@ -131,7 +132,7 @@ def _pieces(case: Case, cache: PartCache, wrong: Together) -> _Pieces:
 
 
 def faults_of(case: Case) -> tuple[tuple[Fault, str], ...]:
-    """What is wrong with the parts of a case, each with its key, the cheapest to find first."""
+    """Return the faults in the parts of a case, each with its key, the cheapest to find first."""
     wrong = Together(str(case.file), case.origins)
     _pieces(case, PartCache(), wrong)
     return wrong.errors
@@ -148,6 +149,7 @@ def run(
 
     Parameters
     ----------
+    case : the checked case
     out : folder for the results; None keeps them in memory only
     how : its clock is that of building, too; its `on_finish` is for a run that is to have a report
     parts : as `build`
@@ -172,7 +174,7 @@ def _contacts(
     slaves: Mapping[str, SlavePart],
     wrong: Together,
 ) -> tuple[ContactPart, ...]:
-    """Contacts of the parts there are."""
+    """Return the contacts between the parts that could be made."""
     measured = {spec.name for spec in case.slave if spec.area is not None}
     made = []
     for i, spec in enumerate(case.contact):
@@ -186,7 +188,7 @@ def _contacts(
 
 
 def _told_motions(case: Case, wrong: Together) -> dict[str, BodyMotion]:
-    """Motions that are told beforehand, by the key of the case."""
+    """Return the prescribed motions, by the key of the case."""
     entries: list[tuple[str, Any]] = [
         *((f"body[{i}].motion", spec.motion) for i, spec in enumerate(case.body)),
         *((f"slave[{i}].motion", spec.motion) for i, spec in enumerate(case.slave)),
@@ -202,7 +204,7 @@ def _told_motions(case: Case, wrong: Together) -> dict[str, BodyMotion]:
 def _parts(
     case: Case, cache: PartCache, wrong: Together, findings: list[Finding]
 ) -> dict[str, Master | Slave]:
-    """Bodies and slaves where they stand before any motion, by name; those that can be made.
+    """Return the bodies and slaves that can be made, by name, at their places before any motion.
 
     What is told while files are read is added to `findings`.
     """
@@ -237,7 +239,7 @@ def _parts(
 
 
 def _is_unread(spec: BodySpec) -> bool:
-    """Whether a body is to be read for the first time: of others most is kept as it was made."""
+    """Whether a body's file has not been read before; for others most results are cached."""
     return isinstance(spec.geometry, FileGeometry) and not was_read(Path(spec.geometry.file))
 
 
@@ -247,7 +249,7 @@ def _bodies(
     motions: Mapping[str, BodyMotion],
     wrong: Together,
 ) -> dict[str, BodyPart]:
-    """Bodies with their motions, and with their masses where forces move them."""
+    """Return the bodies with their motions, and with their masses if forces move them."""
     bodies = {}
     for i, spec in enumerate(case.body):
         body, motion, mass = made.get(spec.name), spec.motion, None
@@ -276,7 +278,7 @@ def _slaves(
     motions: Mapping[str, BodyMotion],
     wrong: Together,
 ) -> dict[str, SlavePart]:
-    """Slaves with their motions."""
+    """Return the slaves with their motions."""
     slaves = {}
     for i, spec in enumerate(case.slave):
         slave, key = made.get(spec.name), f"slave[{i}].motion"
@@ -294,7 +296,7 @@ def _belts(
     motions: Mapping[str, BodyMotion],
     wrong: Together,
 ) -> dict[str, Belt]:
-    """Belts over the bodies where these are at the start."""
+    """Return the belts over the bodies at their places at the start."""
     bodies = _at_start(case, made, motions) if case.belt else {}
     belts = {}
     for i, spec in enumerate(case.belt):
@@ -330,7 +332,7 @@ def _at_start(
 
 
 def belts_of(case: Case) -> dict[str, Belt]:
-    """The belts of a case by name.
+    """Return the belts of a case by name.
 
     Raises
     ------
@@ -345,7 +347,7 @@ def belts_of(case: Case) -> dict[str, Belt]:
 
 
 def _body(spec: BodySpec, unit: str, cache: PartCache) -> Body | TriMesh:
-    """The body before it is placed by others."""
+    """Return the body before it is placed relative to others."""
 
     def make() -> Body | TriMesh:
         body = spec.geometry.body(spec.name, unit)
@@ -356,7 +358,7 @@ def _body(spec: BodySpec, unit: str, cache: PartCache) -> Body | TriMesh:
 
 
 def _springs(case: Case, wrong: Together) -> dict[str, Spring]:
-    """Springs by name: their own, or that of the bodies they are between."""
+    """Return the springs by name: their own, or that of the bodies they connect."""
     springs: dict[str, Spring] = {}
     for i, spec in enumerate(case.spring):
         with wrong.at(f"spring[{i}].name"):
@@ -375,7 +377,7 @@ def _add_spring(springs: dict[str, Spring], name: str, spring: Spring) -> None:
 
 
 def _webbing(key: str, belt: Belt | None, wrong: Together) -> dict[str, Spring]:
-    """Springs at the ends of a belt; none of one that could not be laid."""
+    """Return the springs at the ends of a belt; none for a belt that could not be laid."""
     springs: dict[str, Spring] = {}
     if belt is not None:
         with wrong.at(key):
@@ -384,7 +386,7 @@ def _webbing(key: str, belt: Belt | None, wrong: Together) -> dict[str, Spring]:
 
 
 def _gas(case: Case, wrong: Together) -> dict[str, Chamber]:
-    """Chambers of gas by name."""
+    """Return the chambers of gas by name."""
     units = case.units.length, case.units.mass, case.units.time
     slaves = {slave.name: slave for slave in case.slave}
     gas: dict[str, Chamber] = {}
@@ -401,7 +403,7 @@ def _slave(
     met: list[float],
     cache: PartCache,
 ) -> Slave:
-    """The slave under its name in the case, with the nodal values the case gives it.
+    """Return the slave under its name in the case, with the nodal values that the case gives it.
 
     `met` are sizes of the bodies that it has contacts with.
     """
@@ -433,7 +435,7 @@ def _raw_slave(
     met: list[float],
     cache: PartCache,
 ) -> Slave:
-    """The slave before it is placed by others."""
+    """Return the slave before it is placed relative to others."""
     points, geometry, mesh = spec.points, spec.geometry, spec.mesh
     names = spec.name, unit
     if isinstance(points, BodyPoints):

@@ -1,4 +1,4 @@
-"""What the history of a case will tell, known before it is built."""
+"""Columns of the history of a case, known before it is built."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Tables(Protocol):
 
 
 def columns_of_case(case: Tables) -> list[str]:
-    """Columns of the history of a run, but for the time.
+    """Return the columns of the history of a run, without the time.
 
     Those of an only contact are there by their bare names, as the file has them, and by
     ``<contact>.<name>``. Filtered accelerations are, too: a run whose steps are too long for the
@@ -128,7 +128,7 @@ def channels_of_case(case: Tables) -> set[str]:
 
 
 def criteria_of_case(case: Tables) -> list[str]:
-    """Criteria that sensors of a case ask for: ``<sensor>.<criterion>``."""
+    """Return the criteria that the sensors of a case ask for: ``<sensor>.<criterion>``."""
     sensors = [one.made for one in case.sensor]
     return [f"{one.name}.{name}" for one in sensors for name in one.criteria]
 

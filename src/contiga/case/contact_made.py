@@ -1,4 +1,4 @@
-"""From the table of a contact to the contact between the parts it names."""
+"""Make a contact from its table and the parts it names."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from contiga.slaves.slave import Slave
 
 
 def area_of(spec: ContactSpec, slave: Slave, given: bool) -> AreaMethod:
-    """The method the case asks for; facets, unless the case gave the nodes an area."""
+    """Return the area method of the case; facets, unless the case gave the nodes an area."""
     if isinstance(spec.area, FacetAreaSpec | CloudAreaSpec | HullAreaSpec):
         return spec.area.made
     if isinstance(spec.area, ConstantAreaSpec):
@@ -47,7 +47,7 @@ def area_of(spec: ContactSpec, slave: Slave, given: bool) -> AreaMethod:
 
 
 def _scaled(spec: LawSpec | None, slave: SlavePart) -> Law | None:
-    """The law whose stiffness is a multiple of that of the slave's elements; None of others."""
+    """Return the law whose stiffness is a multiple of that of the slave's elements, or None."""
     if not isinstance(spec, PenaltySpec) or spec.scale is None:
         return None
     if not isinstance(slave.motion, Deforming):
@@ -61,7 +61,7 @@ def _scaled(spec: LawSpec | None, slave: SlavePart) -> Law | None:
 
 
 def _thickness_of(spec: ContactSpec, slave: SlavePart) -> ArrayLike | None:
-    """Of the slave as a shell; None where it does not count."""
+    """Return the thickness of the slave as a shell, or None if it does not count."""
     if spec.shell_thickness is not True:
         return spec.shell_thickness or None
     known = slave.slave.thickness
@@ -96,7 +96,7 @@ def _quadrature_of(spec: ContactSpec, slave: SlavePart, law: Law, area: AreaMeth
 def contact_of(
     spec: ContactSpec, sides: Sides, body: Master, slave: SlavePart, area: AreaMethod
 ) -> Contact:
-    """The contact a table asks for, of parts that stand already."""
+    """Return the contact of a table, between parts that are placed already."""
     law, points = _scaled(spec.law, slave) or sides.law, slave.slave
     if isinstance(slave.motion, Deforming) and getattr(law, "needs_mass", False):
         points = slave.motion.with_masses(points)

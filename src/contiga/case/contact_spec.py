@@ -1,4 +1,4 @@
-"""The `contact` tables of a case: who touches whom, over what area; `law_spec` has the laws."""
+"""The `contact` tables of a case: pairs of parts and their areas; `law_spec` has the laws."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from contiga.errors import CaseError
 from contiga.slaves.sampling import QUADRATURES
 
 QUADRATURE = 3
-"""Points a facet of a contact of what deforms, where nothing else is said."""
+"""Points per facet of a contact of a deforming slave, by default."""
 
 
 class ConstantAreaSpec(Spec):
@@ -125,36 +125,44 @@ class ContactSpec(Spec):
     name: Name | None = None
     """How results call the contact; "<master>-<slave>" if omitted."""
     type: Literal["slave", "master", "combined"] | None = None
-    """Who gives way; as `law` and the layers of the bodies say if omitted."""
+    """The deformable side; follows from `law` and the layers of the bodies if omitted."""
     search: Literal["intersection", "penetration"] = "intersection"
     on_edge: Literal["release", "hold"] = "release"
     through: Literal["release", "hold"] = "release"
-    """Whether points that tunnelled are held on the wall they came in by."""
+    """Whether points that tunnelled are released, or held on the wall they came in by."""
     foot: Literal["nearest", "tracked"] = "nearest"
-    """Which wall pushes: the nearest that is not opposite, or the one a point came in by."""
+    """The wall that pushes: the nearest that is not opposite, or the one a point came in by."""
     depth: Positive | None = None
-    """Deepest penetration that search by penetration takes for one; see `Contact`."""
+    """Deepest penetration that the search by penetration accepts; see `Contact`."""
     law: LawSpec | None = None
-    """That of the body's layer if omitted."""
+    """The law of the body's layer if omitted."""
     master_law: LawSpec | None = None
-    """The master's side of a combined contact."""
+    """Law of the master's side of a combined contact."""
     friction: FrictionSpec | None = None
-    """Without, points slide freely."""
+    """Law of friction; without it, points slide freely."""
     area: AreaSpec | None = None
-    """How contact areas are measured: facets cut where contact ends, where the slave has facets and
-    was given no areas; else tributary. Must be given for a cloud without areas."""
+    """Method by which contact areas are measured.
+
+    By default facets are cut where contact ends, if the slave has facets and was given no areas;
+    else areas are tributary. A cloud without areas must have a method.
+    """
     weights: Literal["rest", "area"] = "rest"
-    """Whether fixed areas at rest weigh the force, or contact areas as they are measured."""
+    """Whether areas at rest weigh the force, or contact areas as they are measured."""
     quadrature: Annotated[str | int | None, BeforeValidator(_as_quadrature)] = None
-    """Points of contact: the slave's nodes, or so many on each facet. If omitted `QUADRATURE` on
-    the facets of what deforms, where it has some and law, weights and areas can be on them."""
+    """Points of contact: the slave's nodes, or a number on each facet.
+
+    By default a deforming slave has `QUADRATURE` points on its facets, if it has some and if law,
+    weights and areas can be on them.
+    """
     shell_thickness: Annotated[bool | float, BeforeValidator(_as_thickness)] = False
-    """Of the slave as a shell, half of which stands off its points; true takes that of its
-    membranes, or of its mesh."""
+    """Thickness of the slave as a shell, half of which stands off its points.
+
+    True takes the thickness of its membranes, or of its mesh.
+    """
 
     @property
     def title(self) -> str:
-        """The name, or the one made of master and slave."""
+        """Return the name, or one made from the names of master and slave."""
         return self.name or f"{self.master}-{self.slave}"
 
     @model_validator(mode="after")

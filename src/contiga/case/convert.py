@@ -1,4 +1,4 @@
-"""LS-DYNA keyword decks as cases: rigid parts as masters, what they touch as slaves.
+"""Cases from LS-DYNA keyword decks: rigid parts become masters, their partners slaves.
 
 What is written can be read and changed by hand; what is not understood is listed, not guessed.
 """
@@ -25,7 +25,7 @@ _RESTS = "Deforms in the deck; here its points rest, and give way by the law of 
 _NODES = 4
 """Kind of a side that is a set of nodes."""
 _STATES = 200
-"""States that a case writes at most."""
+"""Largest number of states that a case writes."""
 
 
 class Converted(NamedTuple):
@@ -36,7 +36,7 @@ class Converted(NamedTuple):
     contacts: int
     bodies: int
     unknown: dict[str, list[int]]
-    """What was not understood: keywords, and the lines they stand in."""
+    """Keywords that were not understood, and their lines."""
 
 
 _Soft = dict[tuple[int, ...], SoftSlave | None]
@@ -48,15 +48,15 @@ class _Pair(NamedTuple):
 
     master: int
     parts: tuple[int, ...]
-    """Of the slave; of a set of nodes none, or the rigid one they belong to."""
+    """Parts of the slave; none for a set of nodes, or the rigid one they belong to."""
     nodes: int
-    """The set of nodes, 0 where the slave is parts."""
+    """The set of nodes; 0 if the slave is parts."""
     of: DeckContact
     swapped: bool
 
 
 def convert(deck: str | Path, units: tuple[str, str, str], folder: str | Path) -> Converted:
-    """A case made of a keyword deck.
+    """Return a case made from a keyword deck.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def _told(unknown: dict[str, list[int]]) -> str:
 
 
 def _owners(pair: _Pair, parts: DeckParts) -> list[int]:
-    """Rigid parts that the points of a slave go with."""
+    """Return the rigid parts that the points of a slave move with."""
     return [part for part in pair.parts if parts.is_rigid(part)]
 
 
@@ -127,7 +127,7 @@ def _pairs(model: DeckModel, parts: DeckParts) -> list[_Pair]:
 
 
 def _no_side(side: tuple[int, int], model: DeckModel) -> str:
-    """Why a side is not understood; nothing where it is."""
+    """Return why a side is not understood; empty if it is."""
     kind, number = side
     if kind == _NODES:
         return model.no_set("NODE", number)
@@ -139,7 +139,7 @@ def _no_side(side: tuple[int, int], model: DeckModel) -> str:
 
 
 def _members(side: tuple[int, int], model: DeckModel, parts: DeckParts) -> list[int] | None:
-    """Parts on a side that have elements; None of a set of nodes."""
+    """Return the parts on a side that have elements; None for a set of nodes."""
     kind, number = side
     if kind == _NODES:
         return None
@@ -153,7 +153,7 @@ def _members(side: tuple[int, int], model: DeckModel, parts: DeckParts) -> list[
 def _of_contact(
     contact: DeckContact, sides: list[list[int] | None], parts: DeckParts
 ) -> Iterator[_Pair]:
-    """A contact for each rigid master: with all that deforms, and with each other rigid part."""
+    """Yield the contacts of each rigid master: with all deforming parts, and other rigid parts."""
     a, b = sides
     if a is None or b is None:
         nodes, others = (contact.sides[0][1], b) if a is None else (contact.sides[1][1], a)
@@ -266,7 +266,7 @@ def _contacts(pairs: list[_Pair], parts: DeckParts, soft: _Soft) -> Iterator[str
 
 
 def _slave(pair: _Pair, parts: DeckParts) -> tuple[str, list[str | int], int | None]:
-    """Name of a slave, what it is of the mesh, and the rigid part it goes with."""
+    """Return the name of a slave, its selection from the mesh, and the rigid part it moves with."""
     owner = next(iter(_owners(pair, parts)), None)
     if pair.nodes:
         return parts.nodes_name(pair.nodes), [set_name(pair.nodes)], owner
@@ -316,7 +316,7 @@ def _foot(model: DeckModel) -> list[str]:
 
 
 def parse_units(text: str) -> tuple[str, str, str]:
-    """Length, mass and time unit of a text such as ``mm,kg,ms``.
+    """Return the length, mass and time unit of a text such as ``mm,kg,ms``.
 
     Raises
     ------

@@ -48,7 +48,7 @@ class CurveFile(Spec):
 
 
 def _curve_of(x: Quantity, y: Quantity) -> Any:
-    """A curve between two quantities."""
+    """Return the type of a curve between two quantities."""
     return Annotated[CurveTable, BeforeValidator(_as_table((x, y)))]
 
 
@@ -92,7 +92,10 @@ def _points_of_file(
 
 
 def units_of_case(context: dict[str, Any] | None) -> Units:
-    """The units of the case that is being read; any where they are wrong, which is told apart."""
+    """Return the units of the case that is being read.
+
+    If they are wrong, any units are returned: that error is reported separately.
+    """
     said = (context or {}).get("units")
     dimensions = ("length", "mass", "time")
     try:
@@ -122,7 +125,7 @@ else:
 
 
 def with_characteristics(arguments: dict[str, Any]) -> dict[str, Any]:
-    """Arguments by name, with curves among them as characteristics called so in errors."""
+    """Return arguments by name, their curves as characteristics that errors call by that name."""
     return {
         name: Characteristic(one.points, extrapolation=one.extrapolation, name=name)
         if isinstance(one, CurveTable)

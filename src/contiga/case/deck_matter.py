@@ -1,4 +1,4 @@
-"""Parts of an LS-DYNA deck that deform in a case, too: what they are made of and held by."""
+"""Deforming parts of an LS-DYNA deck in a case: materials and constraints."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from contiga.matter.materials import Elastic, NeoHooke
 from contiga.matter.woven import Fabric
 
 _SMOOTHED = 12
-"""Steps that rates of strain are smoothed over."""
+"""Steps over which strain rates are smoothed."""
 _MATERIALS: dict[str, Callable[..., Any]] = {
     "elastic": Elastic,
     "neo-hooke": NeoHooke,
@@ -37,18 +37,18 @@ _MATERIALS: dict[str, Callable[..., Any]] = {
 
 
 class SoftSlave(NamedTuple):
-    """How a slave deforms."""
+    """Deformation of a slave."""
 
     motion: dict[str, Any]
     """Its table in the case."""
     source: str
-    """Where in the deck it comes from."""
+    """Place in the deck that it comes from."""
     hosts: list[int]
     """Rigid parts that carry nodes of it."""
 
 
 class _Ties(NamedTuple):
-    """What holds nodes of a slave."""
+    """Ties of the nodes of a slave."""
 
     fixed: list[dict[str, Any]]
     attached: list[dict[str, Any]]
@@ -58,11 +58,11 @@ class _Ties(NamedTuple):
     cards: list[NodeTie]
     sources: list[str]
     clashes: list[NodeTie]
-    """Cards of nodes that go with another rigid part already."""
+    """Cards whose nodes move with another rigid part already."""
 
 
 def deforming(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
-    """How a slave of some parts deforms; None where they rest.
+    """Return the deformation of a slave of some parts; None if they rest.
 
     They deform where all of them are of a material that is understood and something holds some of
     their nodes: what nothing holds would fly, and what is in two slaves would be there twice.
@@ -120,7 +120,7 @@ def deforming(parts: DeckParts, numbers: list[int]) -> SoftSlave | None:
 
 
 def _torn(parts: DeckParts, numbers: list[int]) -> str:
-    """Which part that is not rigid nor in the slave has nodes of it; nothing where none has."""
+    """Name a part that deforms apart from the slave but shares its nodes; empty if none."""
     of_slave = _nodes_of(parts, numbers)
     for part in parts.groups:
         apart = part in numbers or parts.is_rigid(part)
@@ -130,7 +130,7 @@ def _torn(parts: DeckParts, numbers: list[int]) -> str:
 
 
 def _problem(parts: DeckParts, numbers: list[int], motion: dict[str, Any]) -> str:
-    """Why a slave cannot deform so; nothing where it can."""
+    """Return why a slave cannot deform; empty if it can."""
     points = {"file": parts.file, "parts": numbers}
     table = {"name": parts.slave_name(tuple(numbers)), "points": points, "motion": motion}
     length, mass, time = parts.units
@@ -152,7 +152,7 @@ def _problem(parts: DeckParts, numbers: list[int], motion: dict[str, Any]) -> st
 def in_several(
     slaves: Iterable[tuple[int, ...]], parts: DeckParts, sets: Iterable[int]
 ) -> set[int]:
-    """Parts that are in several slaves of parts, or have nodes of sets that are slaves."""
+    """Return the parts that are in several slaves, or share nodes with sets that are slaves."""
     different = list(dict.fromkeys(slaves))
     several = {
         part
@@ -172,7 +172,7 @@ def in_several(
 
 
 def _ties_of(parts: DeckParts, numbers: list[int]) -> _Ties:
-    """What holds nodes of some parts: rigid parts they share nodes with, and cards."""
+    """Return the ties of the nodes of some parts: rigid parts that share them, and cards."""
     of_slave = _nodes_of(parts, numbers)
     ties = _Ties([], [], [], [], [], [])
     host = np.full(len(of_slave), -1)
@@ -205,7 +205,7 @@ def _ties_of(parts: DeckParts, numbers: list[int]) -> _Ties:
 
 
 def _alike(ties: Iterable[NodeTie]) -> dict[tuple[str, str, int], list[NodeTie]]:
-    """Cards by the nodes they are of and what becomes of these; those that carry come first."""
+    """Group cards by their nodes and their effect on these; those that carry come first."""
     alike: dict[tuple[str, str, int], list[NodeTie]] = {}
     for tie in sorted(ties, key=lambda tie: tie.part == 0):
         alike.setdefault((tie.nodes, tie.ways, tie.part), []).append(tie)
@@ -213,7 +213,7 @@ def _alike(ties: Iterable[NodeTie]) -> dict[tuple[str, str, int], list[NodeTie]]
 
 
 def _nodes_of(parts: DeckParts, numbers: list[int]) -> NDArray[np.bool_]:
-    """(n,) nodes of the mesh that elements of some parts have."""
+    """Return a mask (n,) of the nodes of the mesh that elements of some parts have."""
     mask = np.zeros(len(parts.mesh.points), np.bool_)
     for number in numbers:
         mask[parts.nodes_of(parts.groups[number])] = True
@@ -221,13 +221,13 @@ def _nodes_of(parts: DeckParts, numbers: list[int]) -> NDArray[np.bool_]:
 
 
 def _numbers(parts: DeckParts) -> NDArray[Any]:
-    """(n,) that the nodes of the mesh have in the deck."""
+    """Return the numbers (n,) of the mesh's nodes in the deck."""
     numbers = parts.mesh.node_ids
     return np.zeros(len(parts.mesh.points), np.int64) if numbers is None else numbers
 
 
 def _members(parts: DeckParts, name: str) -> NDArray[np.bool_]:
-    """(n,) nodes of the mesh that are in a set."""
+    """Return a mask (n,) of the nodes of the mesh that are in a set."""
     mask = np.zeros(len(parts.mesh.points), np.bool_)
     group = next((g for g in parts.mesh.groups if g.name == name), None)
     if group is not None and group.nodes is not None:
@@ -244,7 +244,7 @@ def _bends(shell: bool, material: Material) -> bool:
 
 
 def _made_of(parts: DeckParts, number: int, material: Material) -> dict[str, Any] | None:
-    """`material`, `density` and of shells `thickness`; None of what makes no material."""
+    """Return `material`, `density` and, for shells, `thickness`; None if it makes no material."""
     soft = material.soft
     assert soft is not None
     curves = dict(soft.curves)
@@ -260,7 +260,7 @@ def _made_of(parts: DeckParts, number: int, material: Material) -> dict[str, Any
             return None
 
     def filled(table_of: Callable[[int], Any]) -> dict[str, Any]:
-        """The table with its curves."""
+        """Return the table with its curves."""
         table = soft.table | {key: table_of(curve) for key, curve in curves.items()}
         if len(by_rate) > 1:
             table["rates"] = [
@@ -286,6 +286,6 @@ def _made_of(parts: DeckParts, number: int, material: Material) -> dict[str, Any
 
 
 def _filter(parts: DeckParts, number: int, material: Material) -> float:
-    """Time by which rates are smoothed: some steps of about the size of a facet over wave speed."""
+    """Return the smoothing time of rates: some steps of about facet size over wave speed."""
     speed = (material.modulus / material.density) ** 0.5
     return float(f"{_SMOOTHED * parts.size_of_facets([number]) / speed:.3g}")

@@ -26,15 +26,15 @@ from contiga.slaves.cells import SHELLS
 _AXES = "xyz"
 _RATES = ("vx", "vy", "vz", "a spin about x", "a spin about y", "a spin about z")
 _WAYS = {1: "x", 2: "y", 3: "z", 4: "xy", 5: "yz", 6: "zx", 7: "xyz"}
-"""What CON1 and CON2 of a *MAT_RIGID hold."""
+"""Directions by the values of CON1 and CON2 of a *MAT_RIGID."""
 _PENALTY = 0.1
-"""Share of the bulk modulus that LS-DYNA's penalty takes by default, SLSFAC."""
+"""Share of the bulk modulus that LS-DYNA's penalty uses by default, SLSFAC."""
 _JUST_BEFORE = 1e-6
-"""Share of a run between the two values of a step in a curve."""
+"""Time between the two values of a step in a curve, as a share of the run."""
 
 
 _SAME_THICKNESS = 1e-9
-"""Relative difference of thicknesses that are one."""
+"""Relative difference up to which thicknesses are equal."""
 
 
 class _Facets(NamedTuple):
@@ -43,11 +43,11 @@ class _Facets(NamedTuple):
     corners: FloatArray
     """(m, 3, 3)"""
     thickness: FloatArray
-    """(m,) of shells; 0 where the deck says none."""
+    """(m,) thickness of shells; 0 if the deck gives none."""
 
 
 class DeckParts:
-    """Parts of a deck and what a case says of them.
+    """Parts of a deck and their tables in a case.
 
     Parameters
     ----------
@@ -61,14 +61,14 @@ class DeckParts:
         self.folder = folder
         self.units = units
         self.file = case_name(model.path, folder)
-        """The deck, as the case calls it."""
+        """The deck's file name in the case."""
         self._names: dict[str, str] = {}
         self._skins: dict[tuple[str | int, ...], _Facets] = {}
         self._started: set[int] = set()
         self.in_several: set[int] = set()
         """Parts that are in several slaves of the case."""
         self.tied: set[tuple[str, int, int]] = set()
-        """Keys of what holds nodes of parts that deform, or is told of otherwise."""
+        """Keys of ties of deforming nodes, and of ties reported elsewhere."""
         self.weighed: set[int] = set()
         """Numbers of nodes whose lumped masses slaves that deform have."""
 
@@ -165,7 +165,7 @@ class DeckParts:
         return any(block.kind in SHELLS and len(rows) > 0 for block, rows in blocks)
 
     def thickness(self, part: int) -> float:
-        """The one thickness of the shells of a part.
+        """Return the one thickness of the shells of a part.
 
         Raises
         ------
@@ -181,7 +181,7 @@ class DeckParts:
         return float(f"{most:.12g}")  # the mean of corners ends in rounding
 
     def mass(self, part: int) -> tuple[dict[str, Any], str]:
-        """The `mass` of a rigid part, and where it comes from.
+        """Return the `mass` of a rigid part, and its source.
 
         What *PART_INERTIA says stands alone; else lumped masses on its nodes count as well.
         """
@@ -233,8 +233,9 @@ class DeckParts:
         return "*PART_INERTIA, its own axes taken for those of the world"
 
     def _of_shells(self, part: int) -> MassProperties | None:
-        """Mass properties of shells, with what section and *ELEMENT_MASS_PART add over the area;
-        shells without a thickness as if it were 1.
+        """Return the mass properties of shells, with the area mass of their section and cards.
+
+        The card is *ELEMENT_MASS_PART. Shells without a thickness count as 1 thick.
 
         Three points a facet are exact.
         """
@@ -249,7 +250,7 @@ class DeckParts:
         return of_points(middles, np.repeat(masses / 3.0, 3)) if masses.sum() > 0.0 else None
 
     def _of_solids(self, part: int) -> MassProperties | None:
-        """Mass properties of solids, with what *ELEMENT_MASS_PART adds over the volume."""
+        """Return the mass properties of solids, with those that *ELEMENT_MASS_PART adds."""
         material = self.material(part)
         assert material is not None
         if material.density <= 0.0 and part not in self.model.part_masses:
@@ -262,17 +263,17 @@ class DeckParts:
         return one._replace(mass=share * one.mass, inertia=share * one.inertia)
 
     def _volume(self, part: int) -> MassProperties:
-        """Mass properties of the solids of a part at a density of 1."""
+        """Return the mass properties of the solids of a part at a density of 1."""
         slave = slave_of(self.mesh, self.model.path, chosen=([part], None, "skin"))
         where = f"{self.model.path}: part {part}"
         return master_of(slave, where=where).compact().mass_properties(1.0)
 
     def _over_area(self, part: int) -> float:
-        """Mass over area that the section of a part adds, MAREA."""
+        """Return the mass over area that the section of a part adds, MAREA."""
         return self.model.parts.added.get(self.model.parts.sections.get(part, -1), 0.0)
 
     def _added(self, part: int, own: float) -> float:
-        """Mass that *ELEMENT_MASS_PART adds to a part that weighs `own` without it."""
+        """Return the mass that *ELEMENT_MASS_PART adds to a part whose own mass is `own`."""
         row = self.model.part_masses.get(part)
         if row is None:
             return 0.0
@@ -280,7 +281,7 @@ class DeckParts:
         return final - own if final > 0.0 else added
 
     def density(self, part: int) -> float:
-        """Density of a part that deforms, with what cards add over its area or volume."""
+        """Return the density of a deforming part, with the mass that cards add to it."""
         material = self.material(part)
         assert material is not None
         density = material.density
@@ -296,7 +297,7 @@ class DeckParts:
         return density
 
     def _carried(self, part: int) -> NDArray[np.bool_]:
-        """(n,) nodes of a rigid part: of its elements, and those that cards add to it."""
+        """Return a mask (n,) of the nodes of a rigid part, with those that cards add to it."""
         mask = np.zeros(len(self.mesh.points), np.bool_)
         mask[self.nodes_of(self.groups[part])] = True
         names = {tie.nodes for tie in self.model.ties if tie.part == part}
@@ -306,7 +307,7 @@ class DeckParts:
         return mask
 
     def _lumped(self, part: int) -> MassProperties | None:
-        """Mass properties of the lumped masses on nodes of a rigid part."""
+        """Return the mass properties of the lumped masses on nodes of a rigid part."""
         if self.mesh.mass is None:
             return None
         at = np.flatnonzero(self._carried(part) & (self.mesh.mass > 0.0))
@@ -320,8 +321,10 @@ class DeckParts:
         return of_points(self.mesh.points[at], self.mesh.mass[at])
 
     def masses(self, nodes: NDArray[np.bool_], hosts: Iterable[int]) -> dict[str, Any] | None:
-        """The table of lumped masses on nodes (n,) of what deforms, but those of its rigid hosts;
-        None where there are none."""
+        """Return the table of lumped masses on deforming nodes (n,), or None if there are none.
+
+        Masses on nodes of its rigid hosts are left out.
+        """
         if self.mesh.mass is None or self.mesh.node_ids is None:
             return None
         own = nodes & (self.mesh.mass > 0.0)
@@ -333,7 +336,7 @@ class DeckParts:
         return {"nodes": self.mesh.node_ids[at].tolist(), "mass": self.mesh.mass[at].tolist()}
 
     def leave_masses(self, bodies: Iterable[int]) -> None:
-        """Note the lumped masses on nodes of nothing in the case that has a mass."""
+        """Note the lumped masses on nodes that belong to nothing with a mass in the case."""
         if self.mesh.mass is None or self.mesh.node_ids is None:
             return
         carried = np.zeros(len(self.mesh.points), np.bool_)
@@ -348,7 +351,7 @@ class DeckParts:
                 self.model.leave(block, f"{which}: their masses are left out")
 
     def free_motion(self, part: int) -> dict[str, Any] | None:
-        """The `motion` of a rigid part that forces move; None where all its ways are held."""
+        """Return the `motion` of a rigid part that forces move; None if it is fully held."""
         material = self.material(part)
         assert material is not None
         ways, turns = (_WAYS.get(code, "") for code in material.held)
@@ -364,7 +367,7 @@ class DeckParts:
         return motion
 
     def _start(self, part: int) -> tuple[float, ...]:
-        """Velocity and spin at the start: those of *PART_INERTIA where nothing replaces them."""
+        """Return initial velocity and spin: those of *PART_INERTIA if nothing replaces them."""
         inertia, start = self.model.parts.inertia.get(part), self._start_of_cards(part)
         if inertia is None:
             return (0.0,) * 6 if start is None else start.rates
@@ -382,7 +385,7 @@ class DeckParts:
         return speeds or self.model.velocities.get(0)
 
     def _start_of_nodes(self, part: int) -> Start | None:
-        """The one velocity that *INITIAL_VELOCITY_NODE gives all nodes of a part."""
+        """Return the one velocity that *INITIAL_VELOCITY_NODE gives all nodes of a part."""
         velocities = self.model.node_velocities
         if not velocities or self.mesh.node_ids is None:
             return None
@@ -397,7 +400,7 @@ class DeckParts:
         return Start(rates, (), given[0].block)
 
     def common_velocity(self, parts: list[int]) -> list[float] | None:
-        """That with which some parts start; noted where it is not one for all of them."""
+        """Return the initial velocity of some parts; noted if they do not share one."""
         starts = [self._start_of_cards(part) for part in parts]
         some = [one for one in starts if one is not None and any(one.rates)]
         if not some:
@@ -409,7 +412,7 @@ class DeckParts:
         return list(rates[:3])
 
     def leave_ties(self) -> None:
-        """Note what holds nodes of nothing that deforms."""
+        """Note the ties of nodes that belong to nothing that deforms."""
         for tie in self.model.ties:
             if tie.key not in self.tied:
                 none = "" if tie.one else self.model.no_set("NODE", tie.number)
@@ -417,7 +420,7 @@ class DeckParts:
                 self.model.leave(tie.block, why, tie.line)
 
     def leave_nodes(self) -> None:
-        """Note the nodes whose velocity at the start no body has."""
+        """Note the nodes with an initial velocity that belong to no body."""
         left = [n for n in self.model.node_velocities if n not in self._started]
         if left:
             first = self.model.node_velocities[left[0]]
@@ -426,7 +429,7 @@ class DeckParts:
             self.model.leave(first.block, why, first.line)
 
     def prescribed(self, part: int, end: float) -> dict[str, Any] | None:
-        """The `motion` of a part whose motion the deck tells; None where it tells none."""
+        """Return the `motion` that the deck prescribes for a part; None if it prescribes none."""
         motions = [m for m in self.model.motions if m.part == part]
         if not motions:
             return None
@@ -445,7 +448,7 @@ class DeckParts:
         return motion
 
     def _over_time(self, motions: list[Prescribed], end: float) -> FloatArray:
-        """(n, 4) rows t, x, y, z from the start to the end, the last value held.
+        """Return rows t, x, y, z (n, 4) from the start to the end; the last value is held.
 
         Where a curve has two values at a time, the first of them stands just before it.
         """
@@ -462,7 +465,7 @@ class DeckParts:
         return rows
 
     def law(self, parts: list[str | int], inner: int | None, scale: float) -> str:
-        """The `law` of a contact on a slave, a penalty over its area as LS-DYNA takes it.
+        """Return the `law` of a contact on a slave: a penalty over its area as in LS-DYNA.
 
         `inner` is the part that the slave, or most of its nodes, are of.
         """
@@ -482,23 +485,23 @@ class DeckParts:
         )
 
     def size_of_facets(self, parts: list[str | int]) -> float:
-        """Root of twice the mean area of the facets, length; 0 where there are none."""
+        """Return the root of twice the mean area of the facets, length; 0 if there are none."""
         areas = _areas(self._facets(parts).corners)
         return float(np.sqrt(2.0 * areas.mean())) if len(areas) else 0.0
 
     def has_facets(self, parts: list[str | int]) -> bool:
-        """Whether a contact has areas to weigh forces with."""
+        """Whether a contact has areas to weight forces with."""
         return len(self._facets(parts).corners) > 0
 
 
 def _areas(corners: FloatArray) -> FloatArray:
-    """(m,) of facets (m, 3, 3)."""
+    """Return the areas (m,) of facets (m, 3, 3)."""
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     return np.asarray(0.5 * np.linalg.norm(normals, axis=1))
 
 
 def _table(mass: MassProperties) -> dict[str, Any]:
-    """The `mass` of a case."""
+    """Return the `mass` table of a case."""
     entries = [mass.inertia[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))]
     return {
         "total": float(mass.mass),
@@ -508,7 +511,7 @@ def _table(mass: MassProperties) -> dict[str, Any]:
 
 
 def case_name(path: Path, folder: Path) -> str:
-    """A file as a case in `folder` calls it."""
+    """Return the name of a file in a case in `folder`."""
     try:
         return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
     except ValueError:  # on another drive

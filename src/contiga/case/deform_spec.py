@@ -1,4 +1,4 @@
-"""`motion = { kind = "deform" }` of a slave: its materials, and what its nodes are subject to."""
+"""`motion = { kind = "deform" }` of a slave: its materials, supports and loads."""
 
 from __future__ import annotations
 
@@ -35,25 +35,25 @@ from contiga.records import FloatArray, IntArray
 from contiga.slaves.slave import Slave
 
 ElementsOf = Callable[[str | int], Mapping[str, IntArray]]
-"""Elements by kind, of the set of a name or number."""
+"""Elements by kind of the set with a name or number."""
 
 
 class _MadeOf(Spec):
-    """What elements are made of."""
+    """Material and section of elements."""
 
     material: MaterialSpec | None = None
     density: Positive | None = None
     """Mass over volume."""
     thickness: Positive | None = None
-    """Of membranes; that of the slave if omitted."""
+    """Thickness of membranes; that of the slave if omitted."""
     section: Positive | None = None
-    """Of bars, area."""
+    """Area of the section of bars."""
     hourglass: Positive = 1.0
-    """How stiff the modes of hexahedra are that their mean strain does not see."""
+    """Stiffness of the hourglass modes of hexahedra, those with no mean strain."""
     bulk_viscosity: Annotated[list[NotNegative], Field(min_length=2, max_length=2)] = Field(
         default_factory=lambda: [0.0, 0.0]
     )
-    """Linear and quadratic coefficient, of solids."""
+    """Linear and quadratic coefficient of solids."""
 
     @property
     def _viscosity(self) -> tuple[float, float]:
@@ -62,15 +62,15 @@ class _MadeOf(Spec):
 
 
 class MadeOfSpec(_MadeOf):
-    """A table of `parts`: `set`, `material`, `density` and what else its elements are made of."""
+    """A table of `parts`: `set`, `material`, `density` and other properties of its elements."""
 
     set: str | int
-    """Part, set or group of the mesh file; of a set of nodes the cells with all nodes in it."""
+    """Part, set or group of the mesh file; a set of nodes means the cells with all nodes in it."""
     material: MaterialSpec
     density: Positive
 
     def made(self, elements_of: ElementsOf, thickness: float | None) -> list[Part]:
-        """A part for each kind of elements."""
+        """Return a part for each kind of elements."""
         return [self._part(kind, rows, thickness) for kind, rows in elements_of(self.set).items()]
 
     def _part(self, kind: str, elements: IntArray, thickness: float | None) -> Part:
@@ -93,16 +93,16 @@ class MadeOfSpec(_MadeOf):
 
 
 class ReferenceSpec(Spec):
-    """`reference = { file, unit }` or `{ scale }`: where no element is strained.
+    """`reference = { file, unit }` or `{ scale }`: the shape in which no element is strained.
 
     A mesh with the nodes and elements of the slave, or the slave itself scaled.
     """
 
     file: ExistingFile | None = None
     unit: LengthUnit | None = None
-    """The file's own; that of the slave's mesh, or the case's, if omitted."""
+    """Unit of the file; that of the slave's mesh, or the case's, if omitted."""
     scale: Positive | Annotated[list[Positive], Field(min_length=3, max_length=3)] | None = None
-    """Sizes over those of the slave as it stands: of all, or along x, y and z."""
+    """Scale relative to the slave as placed: one factor, or factors along x, y and z."""
 
     @model_validator(mode="after")
     def _one_mesh(self) -> Self:
@@ -114,7 +114,10 @@ class ReferenceSpec(Spec):
         return self
 
     def nodes(self, slave: Slave, mesh_of: Callable[[str, str | None], Slave]) -> FloatArray:
-        """(n, 3) of the nodes of a slave; `mesh_of` reads a file as the slave's own was read."""
+        """Return the reference nodes (n, 3) of a slave.
+
+        `mesh_of` reads a file as the slave's own was read.
+        """
         if self.scale is not None:
             return slave.points * np.broadcast_to(self.scale, 3)
         assert self.file is not None
@@ -155,23 +158,23 @@ class DeformSpec(_MadeOf, MotionSpec):
     by_forces = True
     kind: Literal["deform"] = "deform"
     parts: list[MadeOfSpec] = Field(default_factory=list)
-    """Elements that are made of something else."""
+    """Elements with other materials or sections."""
     fixed: list[HeldSpec] = Field(default_factory=list)
     velocity: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """Of all nodes at the start that are not held."""
+    """Initial velocity of all nodes that are not held."""
     bending: NotNegative = 1.0
-    """Share of a solid sheet's bending stiffness that a shell of splines has; 0: a membrane."""
+    """Share of a solid sheet's bending stiffness that a shell of splines has; 0 is a membrane."""
     damping: NotNegative = 0.0
-    """α of a force −α m v on each node."""
+    """Coefficient α of a force −α m v on each node, 1 / time."""
     driven: list[DrivenSpec] = Field(default_factory=list)
     attached: list[AttachedSpec] = Field(default_factory=list)
     masses: list[MassesSpec] = Field(default_factory=list)
-    """Lumped masses on nodes, beside those of the elements."""
+    """Lumped masses on nodes, in addition to those of the elements."""
     loads: list[NodalLoadSpec] = Field(default_factory=list)
     reference: ReferenceSpec | None = None
     """Mesh on which no element is strained; the slave's own if omitted."""
     mass_scaling: Positive | None = None
-    """Time that the critical step of the elements at rest is not to be shorter than."""
+    """Lower bound of the critical step of the elements at rest, time."""
 
     @model_validator(mode="before")
     @classmethod
@@ -195,7 +198,7 @@ class DeformSpec(_MadeOf, MotionSpec):
         return self
 
     def named_bodies(self) -> Iterator[tuple[str, str]]:
-        """Those that carry nodes."""
+        """Yield the keys that name bodies that carry nodes, and the names."""
         yield from ((f"attached[{k}].body", one.body) for k, one in enumerate(self.attached))
 
     def moved(
@@ -205,8 +208,11 @@ class DeformSpec(_MadeOf, MotionSpec):
         elements_of: ElementsOf,
         rest: FloatArray | None,
     ) -> Deforming:
-        """The motion; `motion_of` answers motions in the units of the case, `rest` (n, 3) are the
-        nodes of the `reference`."""
+        """Return the motion.
+
+        `motion_of` answers motions in the units of the case, `rest` (n, 3) are the nodes of the
+        `reference`.
+        """
         return Deforming(
             material=None if self.material is None else self.material.made,
             density=self.density,

@@ -1,4 +1,4 @@
-"""What a case would do, in words."""
+"""Descriptions of a case in words."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ _EVEN = 0.05
 
 
 def describe(case: Case) -> list[tuple[str, str]]:
-    """Rows (what, how) for a person to read before a run. Nothing is built and no mesh read."""
+    """Return rows (subject, description) of a case for a person to read before a run.
+
+    Nothing is built and no mesh is read.
+    """
     from contiga.io.units import derived_units
 
     units = case.units
@@ -84,7 +87,7 @@ def describe(case: Case) -> list[tuple[str, str]]:
 
 
 def placed_parts(simulation: Simulation) -> list[tuple[str, str]]:
-    """Rows (part, how large it is and where it stands at the start) of a built case."""
+    """Return rows (part, size and place at the start) of a built case."""
     said = Said(simulation.units)
     start = place(simulation, None, simulation.stepping.start)
     rows = []
@@ -102,7 +105,7 @@ def placed_parts(simulation: Simulation) -> list[tuple[str, str]]:
 
 
 def _box(said: Said, bounds: FloatArray) -> str:
-    """Size of a box and its corners, in words."""
+    """Return the size and the corners of a box in words."""
     size = " × ".join(f"{x:.4g}" for x in np.ptp(bounds, axis=0))
     unit = said.unit("length") if said.known else ""
     low, high = (", ".join(f"{x:.6g}" for x in corner) for corner in bounds)
@@ -110,7 +113,7 @@ def _box(said: Said, bounds: FloatArray) -> str:
 
 
 def _free_side(body: Master, pose: FloatArray) -> str:
-    """Which way an open body faces at `pose`, on the whole."""
+    """Return the mean direction that an open body faces at `pose`."""
     mesh = body.tessellate(_ROUGH * body.size)
     p = mesh.vertices[mesh.triangles]
     vectors = 0.5 * np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
@@ -132,7 +135,7 @@ def _times(case: Case) -> str:
 
 
 def description(case: Case) -> str:
-    """`describe` as plain text in two columns."""
+    """Return `describe` as plain text in two columns."""
     rows = describe(case)
     width = max(len(what) for what, _ in rows)
     return "\n".join(f"{what:<{width}}  {how}" for what, how in rows)

@@ -1,4 +1,4 @@
-"""The devices of belts in a case: what stands at a spring's end, slip rings, and triggers."""
+"""The devices of belts in a case: devices at a spring's end, slip rings, and triggers."""
 
 from __future__ import annotations
 
@@ -44,10 +44,10 @@ class RetractorSpec(MadeSpec[Retractor]):
 
     makes = Retractor
     spool: ForceOrRows = 0.0
-    """Force of its spring, a number or rows [paid out, force]."""
+    """Force of its spring, a number or rows [length paid out, force]."""
     lock: LockSpec
     film: list[list[float]] | None = None
-    """Rows [paid out, force] once it is locked."""
+    """Rows [length paid out, force] after it has locked."""
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments that `Retractor` takes."""
@@ -69,14 +69,14 @@ class PretensionerSpec(MadeSpec[Pretensioner]):
     makes = Pretensioner
     trigger: Name
     pull: list[list[float]] | None = None
-    """Rows [t, pulled in], t since it fires."""
+    """Rows [t, length pulled in], t since it fires."""
     force: list[list[float]] | None = None
     """Rows [t, force]."""
     stroke: Positive | None = None
 
 
 class ReleaseSpec(Spec):
-    """`release = { trigger }`: what lets an end go."""
+    """`release = { trigger }`: the trigger that releases an end."""
 
     trigger: Name
 

@@ -17,7 +17,7 @@ from contiga.errors import CaseError
 from contiga.io.units import base_factor
 
 ATMOSPHERE, ROOM = 101_325.0, 293.15
-"""Pa and K around a chamber, if nothing else is said."""
+"""Pressure, Pa, and temperature, K, around a chamber, by default."""
 AIR = 1.4, 287.05
 """γ and R of dry air, J/(kg K)."""
 
@@ -91,7 +91,7 @@ class OneGasSpec(Spec):
 
     @cached_property
     def made(self) -> Gas:
-        """The gas."""
+        """Return the gas."""
         if self.gamma is not None:
             return IdealGas(self.gamma, self.constant)
         assert self.c_p is not None
@@ -119,10 +119,10 @@ class InflatorSpec(Spec):
 
     mass_rate: NumberOrRows
     temperature: NumberOrRows
-    """Kelvin."""
+    """Temperature, kelvin."""
     gas: GasKind = "air"
     trigger: Name | None = None
-    """Name of the sensor that fires it; its times are those of the run if omitted."""
+    """Name of the sensor that fires it; without one its times are those of the run."""
 
     @model_validator(mode="after")
     def _inflator_is_possible(self) -> Self:
@@ -135,7 +135,7 @@ class InflatorSpec(Spec):
 
 
 class VentSpec(Spec):
-    """A vent of a chamber; `on` says which facets it is in, which bodies may cover."""
+    """A vent of a chamber; `on` gives its facets, which bodies may cover."""
 
     area: NumberOrRows
     coefficient: Positive = 1.0
@@ -144,7 +144,7 @@ class VentSpec(Spec):
     opens_at: float = -math.inf
     opens_after: float = -math.inf
     trigger: Name | None = None
-    """Name of the sensor that lets it open, from when its times count."""
+    """Name of the sensor that opens it; its times count from then."""
     on: NodesSpec | None = None
 
     @model_validator(mode="after")
@@ -153,7 +153,7 @@ class VentSpec(Spec):
         return self
 
     def made(self, nodes_of: NodesOf) -> Vent:
-        """The vent."""
+        """Return the vent."""
         keys = "over", "to", "opens_at", "opens_after", "trigger"
         options = {name: getattr(self, name) for name in keys}
         on = None if self.on is None else self.on.place(nodes_of)
@@ -166,17 +166,19 @@ class GasSpec(Spec):
     name: Name = "gas"
     slave: str
     pressure: Positive | None = None
-    """Around it, and in it at the start; that of the atmosphere if omitted."""
+    """Pressure around it, and in it at the start; that of the atmosphere if omitted."""
     temperature: Positive = ROOM
-    """Kelvin."""
+    """Temperature, kelvin."""
     gas: GasKind = "air"
     inflator: list[InflatorSpec] = Field(default_factory=list)
     vent: list[VentSpec] = Field(default_factory=list)
     leak: NumberOrRows = 0.0
 
     def chamber(self, units: tuple[str, str, str], nodes_of: NodesOf) -> Chamber:
-        """Make the chamber, in these units of length, mass and time; `nodes_of` knows the nodes of
-        its slave."""
+        """Make the chamber, in these units of length, mass and time.
+
+        `nodes_of` finds the nodes of its slave.
+        """
         length, mass, time = (
             base_factor(unit, what)
             for unit, what in zip(units, ("length", "mass", "time"), strict=True)

@@ -43,17 +43,17 @@ Net = list[list[Vector]]
 
 
 class _ShapeSpec(Spec):
-    """`shape = "name"` with the shape's own keyword arguments beside it (angles in radians)."""
+    """`shape = "name"` with the shape's own keyword arguments (angles in radians)."""
 
     model_config = ConfigDict(extra="allow")
     wanted: ClassVar[type] = NurbsSurface
-    """What the shape must make: a curve or a surface."""
+    """Type that the shape must make: a curve or a surface."""
 
     shape: str
 
     @classmethod
     def known_keys(cls, data: dict[str, Any]) -> list[str]:
-        """Keys of the table and arguments of the shape it names."""
+        """Return the keys of the table and the arguments of the shape it names."""
         catalogue = shape_catalogue(cls.wanted)
         name = data.get("shape")
         if not isinstance(name, str) or name not in catalogue:
@@ -73,7 +73,7 @@ class _ShapeSpec(Spec):
         return self
 
     def make(self, context: Any = None) -> Any:
-        """The curve or surface."""
+        """Return the curve or surface."""
         function = shape_catalogue(self.wanted)[self.shape]
         arguments = dict(self.model_extra or {})
         for name, parameter in inspect.signature(function).parameters.items():
@@ -115,7 +115,7 @@ class _CurveNurbs(Spec):
         return self
 
     def make(self, context: Any = None) -> NurbsCurve:
-        """The curve."""
+        """Return the curve."""
         v = self.nurbs
         return NurbsCurve(v.degree, v.knots, v.control_points, v.weights)
 
@@ -138,7 +138,7 @@ class _SurfaceNurbs(Spec):
         return self
 
     def make(self, context: Any = None) -> NurbsSurface:
-        """The surface."""
+        """Return the surface."""
         v = self.nurbs
         degrees, knots = (v.degrees[0], v.degrees[1]), (v.knots[0], v.knots[1])
         return NurbsSurface(degrees, knots, v.control_points, v.weights)
@@ -150,17 +150,17 @@ PatchSpec = Annotated[_ShapeSpec | _SurfaceNurbs, TellApart("shape", "nurbs")]
 
 class _Geometry(Placed):
     flip: bool = False
-    """Swaps the free side and the contact side."""
+    """Whether the free side and the contact side are swapped."""
 
     def body(self, name: str, unit: str) -> Body | TriMesh:
-        """The body, placed and oriented, lengths in `unit`."""
+        """Return the body, placed and oriented, lengths in `unit`."""
         body = self.raw(name, unit)
         if self.transform:
             body = body.transformed(self.matrix)
         return body.flipped() if self.flip else body
 
     def raw(self, name: str, unit: str) -> Body | TriMesh:
-        """The body before it is placed and oriented."""
+        """Return the body before it is placed and oriented."""
         raise NotImplementedError
 
 
@@ -173,14 +173,14 @@ class FileGeometry(_Geometry):
     file: ExistingFile
     unit: LengthUnit | None = None
     parts: Parts | None = None
-    """Names or numbers of parts; with `faces` left out too, all."""
+    """Names or numbers of parts; all if `faces` is omitted too."""
     faces: Annotated[list[Count], Field(min_length=1)] | None = None
-    """Numbers of single faces, beside `parts`."""
+    """Numbers of single faces, in addition to `parts`."""
     solids: Solids | None = None
-    """What becomes of solids that touch or overlap; made one, with a warning, if omitted."""
+    """Treatment of solids that touch or overlap; they are united, with a warning, if omitted."""
 
     def raw(self, name: str, unit: str) -> Body:
-        """The faces of the file."""
+        """Return the faces of the file."""
         from contiga.io.cad.formats import SUFFIXES
         from contiga.io.cad.read_cad import read_cad
 
@@ -209,18 +209,18 @@ class FileGeometry(_Geometry):
 
 
 class MeshGeometry(_Geometry):
-    """`{ mesh, normals, unit, parts, orient }`: the surface of a mesh, triangles as they are."""
+    """`{ mesh, normals, unit, parts, orient }`: the surface of a mesh, with its own triangles."""
 
     mesh: ExistingFile
     normals: Literal["facet", "vertex"] = "facet"
     unit: LengthUnit | None = None
-    """The file's own; the case's if omitted."""
+    """Unit of the file; the case's if omitted."""
     parts: Parts | None = None
     orient: bool = False
-    """Turns triangles that face other ways than their neighbours."""
+    """Whether triangles that face other ways than their neighbours are turned."""
 
     def raw(self, name: str, unit: str) -> TriMesh:
-        """The triangles of the file."""
+        """Return the triangles of the file."""
         from contiga.io.cad.formats import SUFFIXES
         from contiga.io.mesh.read_master import read_master
 
@@ -247,7 +247,7 @@ class ShapeGeometry(_Geometry, _ShapeSpec):
     """`{ shape = "torus", major = 2.0, … }`."""
 
     def raw(self, name: str, unit: str) -> Body:
-        """The shape as a body of one patch."""
+        """Return the shape as a body of one patch."""
         return Body([self.make()], name=name, unit=unit)
 
     def describe(self) -> str:
@@ -260,7 +260,7 @@ class NurbsGeometry(_Geometry, _SurfaceNurbs):
     """`{ nurbs = { degrees, knots, control_points, weights } }`."""
 
     def raw(self, name: str, unit: str) -> Body:
-        """The surface as a body of one patch."""
+        """Return the surface as a body of one patch."""
         return Body([self.make()], name=name, unit=unit)
 
     def describe(self) -> str:
@@ -280,7 +280,7 @@ class ProfileGeometry(_Geometry):
         return self
 
     def raw(self, name: str, unit: str) -> Body:
-        """The profile with its depth."""
+        """Return the profile with its depth."""
         return Body.from_profile(self.profile.make(), self.depth).renamed(name)
 
     def describe(self) -> str:
@@ -294,7 +294,7 @@ class PatchesGeometry(_Geometry):
     patches: Annotated[list[PatchSpec], Field(min_length=1)]
 
     def raw(self, name: str, unit: str) -> Body:
-        """The patches as one body."""
+        """Return the patches as one body."""
         return Body([patch.make() for patch in self.patches], name=name, unit=unit)
 
     def describe(self) -> str:
@@ -309,7 +309,7 @@ GeometrySpec = Annotated[
 
 
 def shape_catalogue(made: type) -> dict[str, Callable[..., Any]]:
-    """Functions of `contiga.geometry.shapes` that make a curve or a surface, by name."""
+    """Return the functions of `contiga.geometry.shapes` that make a curve or a surface, by name."""
     return {
         name: function
         for name, function in vars(shapes).items()
@@ -321,7 +321,7 @@ def shape_catalogue(made: type) -> dict[str, Callable[..., Any]]:
 
 
 def _check_cells(value: Any, where: str) -> None:
-    """Refuse text and truths in a list, which numpy would take for numbers."""
+    """Refuse text and booleans in a list, which numpy would accept as numbers."""
     for i, cell in enumerate(value if isinstance(value, list) else ()):
         _check_cells(cell, f"{where}[{i}]")
         if isinstance(cell, str | bool):
@@ -329,7 +329,7 @@ def _check_cells(value: Any, where: str) -> None:
 
 
 def _nested_curve(name: str, value: dict[str, Any], context: Any) -> NurbsCurve:
-    """A curve given as an argument of a shape, as `curve = { shape = "arc", … }`."""
+    """Return a curve given as an argument of a shape, as `curve = { shape = "arc", … }`."""
     try:
         spec = TypeAdapter(CurveSpec).validate_python(value, context=context)
     except ValidationError as error:

@@ -27,7 +27,7 @@ class _KindSpec(MadeSpec[Made]):
     kind: str
 
     def describe(self) -> str:
-        """In words: what is not as it is by default."""
+        """Describe the keys that differ from their defaults."""
         given = []
         for name, field in type(self).model_fields.items():
             value = getattr(self, name)
@@ -40,7 +40,7 @@ class _KindSpec(MadeSpec[Made]):
 
 class _LawSpec(_KindSpec[Law]):
     def arguments(self) -> dict[str, Any]:
-        """As laws take them."""
+        """Return the arguments that the law takes."""
         return with_characteristics(super().arguments())
 
 
@@ -50,7 +50,7 @@ class ForceSpec(_LawSpec):
     makes = ForceLaw
     kind: Literal["force"] = "force"
     curve: ForceCurve
-    """Force over greatest penetration."""
+    """Force over largest penetration."""
     unloading: ForceCurve | None = None
     hysteresis_slope: Positive | None = None
     share: Literal["deepest", "penetration"] = "deepest"
@@ -87,14 +87,17 @@ class PenaltySpec(_LawSpec):
     damping_ratio: NotNegative = 0.0
 
     def arguments(self, of_slave: float = 1.0) -> dict[str, Any]:
-        """As `PenaltyLaw` takes them; `of_slave` is what `scale` is of, a force over a volume."""
+        """Return the arguments that `PenaltyLaw` takes.
+
+        `scale` is a multiple of `of_slave`, a force over a volume.
+        """
         arguments = super().arguments()
         scale = arguments.pop("scale")
         stiffness = self.stiffness or (scale or 1.0) * of_slave
         return arguments | {"stiffness": stiffness, "per_area": self.per_area or scale is not None}
 
     def scaled(self, of_slave: float) -> Law:
-        """The law, with what `scale` is of."""
+        """Return the law; `of_slave` is the quantity that `scale` multiplies."""
         return PenaltyLaw(**self.arguments(of_slave))
 
     @model_validator(mode="after")
@@ -124,7 +127,7 @@ class CoulombSpec(_KindSpec[Friction]):
     dynamic: NotNegative | None = None
     decay: NotNegative = 0.0
     stiffness: NotNegative = 0.0
-    """0: from the law of normal force."""
+    """Tangential stiffness; 0 takes that of the law of normal force."""
     per_area: bool = False
 
 

@@ -14,16 +14,16 @@ from contiga.records import FloatArray, MassProperties
 from contiga.rigid.inertia import check_inertia
 
 Entries = Annotated[list[float], Field(min_length=6, max_length=6)]
-"""Ixx, Iyy, Izz, Ixy, Iyz, Ixz."""
+"""Entries Ixx, Iyy, Izz, Ixy, Iyz, Ixz."""
 
 
 class DensityMassSpec(Spec):
-    """`{ density }`: of a closed body, in the case's mass a length³."""
+    """`{ density }` of a closed body, mass over length³ in the units of the case."""
 
     density: Positive
 
     def properties(self, body: Master) -> MassProperties:
-        """Those of the placed body.
+        """Return the mass properties of the placed body.
 
         Raises
         ------
@@ -62,7 +62,7 @@ class TotalMassSpec(Spec):
         return check_inertia([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], "inertia")
 
     def properties(self, body: Master) -> MassProperties:
-        """Those of the placed body.
+        """Return the mass properties of the placed body.
 
         Raises
         ------
@@ -80,7 +80,7 @@ class TotalMassSpec(Spec):
         return MassProperties(self.total, centre, inertia)
 
     def _own(self, body: Master) -> MassProperties:
-        """Those of the shape, scaled to the total."""
+        """Return the mass properties of the shape, scaled to the total."""
         if not body.closed:
             lacking = [key for key in ("centre", "inertia") if getattr(self, key) is None]
             raise CaseError(

@@ -1,4 +1,4 @@
-"""The `material` tables of what deforms."""
+"""The `material` tables of deforming slaves."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from contiga.matter.woven import Belt, Fabric
 
 class _MaterialSpec(MadeSpec[Material]):
     def arguments(self) -> dict[str, Any]:
-        """As materials take them: curves as arrays."""
+        """Return the arguments that the material takes, curves as arrays."""
         arguments = super().arguments()
         curves = {k: one for k, one in arguments.items() if isinstance(one, CurveTable)}
         return arguments | {name: np.array(one.points) for name, one in curves.items()}
@@ -52,7 +52,7 @@ class NeoHookeSpec(_MaterialSpec):
 
 
 class RateSpec(Spec):
-    """`{ rate, loading }`: the loading curve of a foam at a rate of strain."""
+    """`{ rate, loading }`: the loading curve of a foam at a strain rate."""
 
     rate: Positive
     loading: StressCurve
@@ -72,7 +72,7 @@ class FoamSpec(_MaterialSpec):
     filter: Positive | None = None
 
     def arguments(self) -> dict[str, Any]:
-        """As `Foam` takes them."""
+        """Return the arguments that `Foam` takes."""
         rates = tuple((one.rate, np.array(one.loading.points)) for one in self.rates)
         return super().arguments() | {"rates": rates}
 
@@ -106,14 +106,14 @@ class FabricSpec(_MaterialSpec):
     weft: StressCurve | None = None
     shear: StressCurve
     direction: Vector
-    """Of the warp at rest, world axes."""
+    """Direction of the warp at rest, world axes."""
     compression: float = 0.0
     warp_unloading: StressCurve | None = None
     weft_unloading: StressCurve | None = None
     hysteresis_slope: Positive | None = None
 
     def arguments(self) -> dict[str, Any]:
-        """As `Fabric` takes them."""
+        """Return the arguments that `Fabric` takes."""
         return super().arguments() | {"direction": np.array(self.direction)}
 
     def describe(self) -> str:

@@ -1,4 +1,4 @@
-"""The `motion` tables of a case: how bodies and slaves move."""
+"""The `motion` tables of a case for bodies and slaves."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from contiga.records import MassProperties
 
 
 class SeriesSpec(MotionSpec):
-    """`{ kind = "series", files = "step_*.vtu" }`: the points as a series of files has them.
+    """`{ kind = "series", files = "step_*.vtu" }`: points read from a series of files.
 
     Without `times` and `step` the files are spread evenly over the run, the first at its start,
     the last at its end. `unit` is the files' length unit, if it is not the case's. A rigid motion
@@ -57,11 +57,11 @@ class FreeSpec(MotionSpec):
     by_forces = True
     kind: Literal["free"] = "free"
     velocity: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """Of the centre of mass, or of all nodes, at the start."""
+    """Initial velocity of the centre of mass, or of all nodes."""
     spin: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """Radians a time, world axes, at the start; bodies only."""
+    """Initial angular velocity, rad over time, world axes; bodies only."""
     hold: list[str] = Field(default_factory=list)
-    """Of x, y, z, rx, ry, rz: world directions it may not move in, axes it may not turn about."""
+    """Fixed world directions x, y, z and axes of rotation rx, ry, rz."""
 
     @model_validator(mode="after")
     def _motion_is_possible(self) -> Self:
@@ -69,7 +69,7 @@ class FreeSpec(MotionSpec):
         return self
 
     def moved(self, mass: float | MassProperties | None) -> Free:
-        """The motion of a body or of nodes with a mass."""
+        """Return the motion of a body or of nodes with a mass."""
         return Free(mass, velocity=self.velocity, spin=self.spin, hold=self.hold)
 
     def describe(self) -> str:
@@ -80,13 +80,13 @@ class FreeSpec(MotionSpec):
 
 
 class AttachedSpec(MotionSpec):
-    """`{ kind = "attached", body = "…" }`: fixed to a body, which feels its forces."""
+    """`{ kind = "attached", body = "…" }`: fixed to a body, which carries its forces."""
 
     kind: Literal["attached"] = "attached"
     body: Name
 
     def named_bodies(self) -> Iterator[tuple[str, str]]:
-        """Its own."""
+        """Yield the key of its body, and the name."""
         yield "body", self.body
 
     def describe(self) -> str:

@@ -1,4 +1,4 @@
-"""Checks of the names by which parts of a case call each other."""
+"""Checks of the names by which parts of a case refer to each other."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ def check_unique(key: str, names: list[str]) -> None:
 
 
 def check_apart(where: str, name: str, others: list[str]) -> None:
-    """Refuse a slave that is called as a body is."""
+    """Refuse a slave that has the name of a body."""
     if name in others:
         raise CaseError("a body and a slave must not have the same name", where=where, found=name)
 
 
 def check_defined(where: str, name: str, kind: str, defined: list[str], other: list[str]) -> None:
-    """Refuse a name that is none of the `defined` ones of a `kind`; `other` are of another."""
+    """Refuse a name that is not `defined` for a `kind`; `other` names are of another kind."""
     if name in defined:
         return
     remedy = suggest(name, defined)
@@ -58,7 +58,7 @@ def check_defined(where: str, name: str, kind: str, defined: list[str], other: l
 
 
 def check_fires(where: str, name: str, fire: list[str], sensors: list[str]) -> None:
-    """Refuse a trigger that is none of the sensors that `fire`."""
+    """Refuse a trigger that is not among the sensors that `fire`."""
     if name in fire:
         return
     there = name in sensors
@@ -72,7 +72,7 @@ def check_fires(where: str, name: str, fire: list[str], sensors: list[str]) -> N
 
 
 class Misnamed(NamedTuple):
-    """A table that names what is not there."""
+    """An unresolved reference: a table that names a part which does not exist."""
 
     key: str
     row: int
@@ -80,8 +80,10 @@ class Misnamed(NamedTuple):
 
 
 def misnamed(data: Mapping[str, Any], places: Sequence[tuple[int | str, ...]]) -> list[Misnamed]:
-    """Tables of a case that name bodies or slaves that are not there, where other things are wrong
-    with it, at `places`, so that its parts are not held against each other.
+    """Find unresolved references to bodies and slaves in a case that also has other errors.
+
+    `places` are the places of these errors, so that the parts there do not count against the
+    others.
 
     None where it cannot be known: where tables or names of bodies and slaves are themselves wrong.
     """
@@ -107,12 +109,12 @@ def misnamed(data: Mapping[str, Any], places: Sequence[tuple[int | str, ...]]) -
 
 
 def _names_of(tables: Any) -> list[Any]:
-    """Of bodies or slaves; None of one that has none."""
+    """Return the names of bodies or slaves; None for one without a name."""
     return [table.get("name") for table in tables or [] if isinstance(table, Mapping)]
 
 
 def _named(table: Any, keys: Mapping[str, str], where: str) -> Iterator[tuple[str, str, str]]:
-    """Names in a table, of what they are, and the keys they stand at."""
+    """Yield the names in a table, the kind of part they name, and their keys."""
     for key, kind in keys.items():
         value = table.get(key) if isinstance(table, Mapping) else None
         if isinstance(value, str):

@@ -1,4 +1,4 @@
-"""What is said of single nodes of what deforms: held, driven, loaded, and where they are."""
+"""Tables about single nodes of a deforming slave: held, driven, loaded, and where they are."""
 
 from __future__ import annotations
 
@@ -21,8 +21,7 @@ Way = Literal["x", "y", "z"]
 _ALL: tuple[Way, ...] = ("x", "y", "z")
 _PLACES = ("box", "plane", "set", "side", "layer", "curve", "edge", "nodes")
 NodesOf = Callable[[str | int | list[int]], Any]
-"""(n,) whether nodes of a slave are in the set of a name or number; (k,) rows of nodes, of their
-numbers in the file."""
+"""Selection of nodes: (n,) mask of a set by name or number; (k,) rows by numbers in the file."""
 
 
 def _number_or_rows(value: Any) -> Any:
@@ -52,10 +51,10 @@ class LayerSpec(Spec):
 
 
 class EdgeSpec(Spec):
-    """`edge = { name, patch }`: of a slave of splines; the name alone where it has one patch."""
+    """`edge = { name, patch }` of a slave of splines; the name alone if it has one patch."""
 
     name: Literal["u0", "u1", "v0", "v1"]
-    """Side of the patch where u or v begins (0) or ends (1)."""
+    """Side of the patch at which u or v begins (0) or ends (1)."""
     patch: Annotated[int, Field(ge=0)] | None = None
     """Number of the patch in the geometry, from 0."""
 
@@ -65,7 +64,7 @@ def _name_alone(value: Any) -> Any:
 
 
 class NodesSpec(Spec):
-    """One of `box`, `plane`, `set`, `side`, `layer`, `curve`, `edge`, `nodes`: which are meant."""
+    """A selection of nodes: `box`, `plane`, `set`, `side`, `layer`, `curve`, `edge` or `nodes`."""
 
     box: Pair | None = None
     """Lowest and highest corner."""
@@ -80,7 +79,7 @@ class NodesSpec(Spec):
     """A curve that nodes lie on."""
     edge: Annotated[EdgeSpec, BeforeValidator(_name_alone)] | None = None
     nodes: Annotated[list[int], Field(min_length=1)] | None = None
-    """Numbers that the mesh file gives its nodes."""
+    """Numbers of nodes in the mesh file."""
 
     @model_validator(mode="after")
     def _one_place(self) -> Self:
@@ -97,7 +96,7 @@ class NodesSpec(Spec):
         return [key for key in _PLACES if getattr(self, key) is not None]
 
     def place(self, nodes_of: NodesOf) -> dict[str, Any]:
-        """As `contiga.motion.Deforming` takes it; nothing where all are meant."""
+        """Return the place as `contiga.motion.Deforming` takes it; empty for all nodes."""
         if self.set is not None:
             return {"nodes": nodes_of(self.set)}
         if self.nodes is not None:
@@ -118,9 +117,9 @@ class HeldSpec(NodesSpec):
     """A table of `fixed`: a place, `hold` and `slope`."""
 
     hold: list[Way] = Field(default_factory=lambda: [*_ALL])
-    """World directions that these nodes do not move along."""
+    """World directions in which these nodes do not move."""
     slope: bool = False
-    """Whether edges of splines that are wholly there do not turn either."""
+    """Whether edges of splines that are selected as a whole do not turn either."""
 
     @model_validator(mode="after")
     def _somewhere(self) -> Self:
@@ -138,7 +137,7 @@ class DrivenSpec(NodesSpec):
 
     motion: ToldMotionSpec
     hold: list[Way] = Field(default_factory=lambda: [*_ALL])
-    """World directions in which these nodes go as the motion says."""
+    """World directions in which these nodes follow the motion."""
 
     def table(self, nodes_of: NodesOf) -> dict[str, Any]:
         """Return it as `Deforming` takes it, without the motion."""
@@ -164,7 +163,7 @@ class MassesSpec(NodesSpec):
     """A table of `masses`: a place (all nodes if omitted), and `mass`."""
 
     mass: Annotated[float | list[float], BeforeValidator(_number_or_each)]
-    """It is that of all nodes together, or of each, in the order of `nodes`."""
+    """Mass of all nodes together, or of each, in the order of `nodes`."""
 
     @model_validator(mode="after")
     def _each_node_has_one(self) -> Self:
@@ -202,7 +201,7 @@ class NodalLoadSpec(NodesSpec):
         return self
 
     def load(self, nodes_of: NodesOf) -> Pressure | NodalForce:
-        """The load."""
+        """Return the load."""
         on = self.place(nodes_of)
         if self.pressure is not None:
             return Pressure(self.pressure, on=on, smooth=self.smooth)

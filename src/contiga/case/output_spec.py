@@ -1,4 +1,4 @@
-"""What a run writes: `[output]`."""
+"""The output of a run: `[output]`."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ class OutputSpec(Spec):
     """`[output]`."""
 
     every: Count = 1
-    """Fields are written at every so many steps; the history always has all."""
+    """Number of steps from one set of fields to the next; the history has all steps."""
     interval: Positive | None = None
     """Time from one set of fields to the next, in place of `every`."""
     formats: list[Literal["vtkhdf", "csv"]] = Field(default=["vtkhdf", "csv"])
     report: bool = True
-    """Needs the history, format "csv"."""
+    """Whether a report is written; it needs the history in format "csv"."""
     size: Positive | None = None
-    """Longest side of the triangles that bodies are drawn by in fields, length."""
+    """Longest side of the triangles that represent bodies in fields, length."""
 
     fields: list[Literal["stress", "von_mises", "strain", "principal_strain", "energy_density"]] = (
         Field(default=["stress", "von_mises", "strain", "principal_strain", "energy_density"])
     )
-    """What is written of the inside of slaves that deform."""
+    """Fields of the inside of deforming slaves."""
     cells: bool = False
-    """Of facets, too, as the elements behind them have it."""
+    """Whether facets also have the values of the elements behind them."""
 
     @model_validator(mode="after")
     def _by_steps_or_by_time(self) -> Self:

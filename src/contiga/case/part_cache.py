@@ -1,4 +1,4 @@
-"""Bodies and slaves that one case after another has in common, read and built once."""
+"""A cache of bodies and slaves that several cases have in common."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Part = TypeVar("Part")
 
 
 class PartCache:
-    """Keeps what was made of a table of a case, with all that was built of it since.
+    """Cache of the parts made from tables of cases, and of everything derived from them.
 
     Bodies and slaves are never changed: what is kept gives the same bits as what is made anew. A
     file that has changed since (its time or its size) is read again.
@@ -36,7 +36,7 @@ class PartCache:
         self._kept: OrderedDict[tuple[Any, ...], Any] = OrderedDict()
 
     def part(self, spec: Spec, name: str, unit: str, make: Callable[[], Part]) -> Part:
-        """What `make` gives of a table, or gave before for the same one.
+        """Return the part that `make` makes from a table, or the cached one of an equal table.
 
         Warns
         -----
@@ -61,7 +61,7 @@ class PartCache:
 
 
 def _stamps(said: Any) -> Iterator[tuple[str, int, int]]:
-    """Times and sizes of the files that a table names, which a case has absolute."""
+    """Yield the times and sizes of the files that a table names by absolute paths."""
     if isinstance(said, dict):
         for value in said.values():
             yield from _stamps(value)

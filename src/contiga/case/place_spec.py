@@ -1,4 +1,4 @@
-"""The `align` and `place` tables of a case: where a body or slave stands relative to others."""
+"""The `align` and `place` tables of a case: places of parts relative to others."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class AlignSpec(Spec):
     lows: list[str] = Field(default_factory=list)
     highs: list[str] = Field(default_factory=list)
     axes: str | None = None
-    """"principal"."""
+    """Axes that are aligned: "principal"."""
 
     @model_validator(mode="after")
     def _something_is_aligned(self) -> Self:
@@ -39,7 +39,7 @@ class AlignSpec(Spec):
         return self
 
     def moved(self, part: Part, parts: Mapping[str, Master | Slave]) -> Part:
-        """`part`, aligned to one of those that stand already."""
+        """Return `part`, aligned to one of the parts placed already."""
         return align(
             part,
             to=None if self.to is None else parts[self.to],
@@ -74,7 +74,7 @@ class PlaceSpec(Spec):
         return self
 
     def moved(self, part: Part, parts: Mapping[str, Master | Slave]) -> Part:
-        """`part` at the gap from one of those that stand already."""
+        """Return `part` at the gap from one of the parts placed already."""
         return place(part, on=parts[self.on], direction=self.direction, gap=self.gap)
 
     def describe(self) -> str:

@@ -1,4 +1,4 @@
-"""What stands elsewhere than it is given: the keys `transform`, `align`, `place` and `then`."""
+"""Placed parts of a case: the keys `transform`, `align`, `place` and `then`."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class TransformEntry(Spec):
 
     @cached_property
     def matrix(self) -> FloatArray:
-        """The step as a (4, 4) matrix."""
+        """Return the step as a (4, 4) matrix."""
         if self.translate is not None:
             return transform.translation(self.translate)
         if self.rotate is not None:
@@ -70,8 +70,7 @@ def matrix_of(steps: Iterable[TransformEntry]) -> FloatArray:
 
 
 class Placed(Spec):
-    """What can be put elsewhere: by the steps of `transform`, by `align`, by `place`, and by the
-    steps of `then`."""
+    """A part that `transform`, then `align`, then `place`, then `then` may move."""
 
     transform: list[TransformEntry] = Field(default_factory=list)
     align: AlignSpec | None = None
@@ -81,11 +80,11 @@ class Placed(Spec):
 
     @property
     def matrix(self) -> FloatArray:
-        """The steps of `transform` as one (4, 4) matrix."""
+        """Return the steps of `transform` as one (4, 4) matrix."""
         return matrix_of(self.transform)
 
     def standing(self, part: Part, parts: Mapping[str, Master | Slave]) -> Part:
-        """`part` where it is to stand before the steps of `then`, among those that stand."""
+        """Return `part` at its place among the placed parts, before the steps of `then`."""
         for key, entry in (("align", self.align), ("place", self.place)):
             try:
                 part = part if entry is None else entry.moved(part, parts)

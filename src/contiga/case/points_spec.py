@@ -33,12 +33,12 @@ from contiga.records import FloatArray, IntArray
 from contiga.slaves.slave import Slave
 from contiga.triangles.trimesh import TriMesh
 
-_MOST_TRIANGLES = 500_000
-"""Of a sampled body: its points are searched for at every step."""
-_COARSEST = 0.1
-"""Share of the size of a body that its triangles may depart from it."""
-_EQUAL = 0.433
-"""Area of a triangle of three equal sides, the largest there is, in squares of the longest."""
+_MAX_TRIANGLES = 500_000
+"""Largest number of triangles of a sampled body: its points are searched at every step."""
+_MAX_TOLERANCE = 0.1
+"""Largest departure of a body's triangles from it, as a share of its size."""
+_MAX_TRIANGLE_AREA = 0.433
+"""Area of an equilateral triangle, the largest possible, over the square of the longest side."""
 _DEFAULT = "A thousandth of the size of the body is the default"
 Corner = Annotated[int, Field(ge=2)]
 PointCount = Annotated[int, Field(ge=1, le=clouds.MAX_CLOUD_POINTS)]
@@ -50,21 +50,21 @@ class SideSpec(Spec):
 
     direction: Vector
     angle: Annotated[float, Field(gt=0.0, le=180.0)] = 60.0
-    """Degrees."""
+    """Largest angle, degrees."""
 
 
 class _Points(Placed):
     box: Pair | None = None
-    """Two corners; of the placed points only those within take part."""
+    """Two corners of a box; only placed points within it take part."""
     side: SideSpec | None = None
-    """Of the placed facets only those that face this way take part."""
+    """Selection of the placed facets that face a direction."""
 
     def slave(self, name: str, unit: str) -> Slave:
-        """The slave, placed and selected, lengths in `unit`."""
+        """Return the slave, placed and selected, lengths in `unit`."""
         return self.chosen(self.raw(name, unit))
 
     def chosen(self, slave: Slave) -> Slave:
-        """The slave moved by the transform, with what `box` and `side` leave active."""
+        """Return the slave moved by the transform; the selection of `box` and `side` is active."""
         if self.transform:
             slave = slave.transformed(self.matrix)
         if self.box is None and self.side is None:
@@ -73,18 +73,18 @@ class _Points(Placed):
         return slave.selected(box=self.box, side=side)
 
     def what(self) -> str:
-        """In words, with what is selected."""
+        """Describe the points and their selection."""
         chosen = "" if self.box is None else f", in the box {self.box[0]} to {self.box[1]}"
         if self.side is not None:
             chosen += f", within {self.side.angle:g}° of {self.side.direction}"
         return self.describe() + chosen
 
     def describe(self) -> str:
-        """In words, without what is selected."""
+        """Describe the points without their selection."""
         raise NotImplementedError
 
     def raw(self, name: str, unit: str) -> Slave:
-        """The slave before it is placed."""
+        """Return the slave before it is placed."""
         raise NotImplementedError
 
 
@@ -96,12 +96,12 @@ class FilePoints(_Points):
     parts: Parts | None = None
     """Parts, sets or groups of the file that take part; all if omitted."""
     sets: Parts | None = None
-    """Of these, facets with all corners in these sets."""
+    """Sets of nodes; only facets with all corners in these sets take part."""
     layer: Literal["skin", "all"] | Count = "skin"
-    """Of solids the skin, a layer below it, or all nodes."""
+    """Nodes of solids that take part: the skin, a layer below it, or all."""
 
     def raw(self, name: str, unit: str) -> Slave:
-        """The nodes of the file."""
+        """Return the nodes of the file."""
         from contiga.io.mesh.read_mesh import read_mesh
 
         return read_mesh(
@@ -121,7 +121,7 @@ class FilePoints(_Points):
 
 
 class SampleValues(_ShapeSpec):
-    """A shape and how many points along u and v, borders included."""
+    """A shape and the numbers of points along u and v, borders included."""
 
     nu: Corner
     nv: Corner
@@ -132,7 +132,7 @@ class SampleValues(_ShapeSpec):
         return self
 
     def points(self) -> FloatArray:
-        """(nu · nv, 3), v runs fastest."""
+        """Return the points (nu · nv, 3); v runs fastest."""
         return clouds.sample(self.make(), self.nu, self.nv)
 
     def describe(self) -> str:
@@ -146,7 +146,7 @@ class SamplePoints(_Points):
     sample: SampleValues
 
     def raw(self, name: str, unit: str) -> Slave:
-        """A cloud without facets."""
+        """Return a cloud without facets."""
         return Slave(self.sample.points(), name=name, unit=unit)
 
     def describe(self) -> str:
@@ -160,7 +160,7 @@ class GridPoints(_Points):
     grid: SampleValues
 
     def raw(self, name: str, unit: str) -> Slave:
-        """A surface mesh; facets that a pole makes flat are left out."""
+        """Return a surface mesh; facets without area at a pole are left out."""
         points = self.grid.points()
         return Slave(points, _grid_facets(points, self.grid.nu, self.grid.nv), name=name, unit=unit)
 
@@ -176,7 +176,7 @@ class RandomOnShape(_ShapeSpec):
     seed: Seed = 0
 
     def points(self) -> FloatArray:
-        """(n, 3)."""
+        """Return the points (n, 3)."""
         return clouds.random_on(self.make(), self.n, seed=self.seed)
 
     def describe(self) -> str:
@@ -197,7 +197,7 @@ class RandomInBox(Spec):
         return self
 
     def points(self) -> FloatArray:
-        """(n, 3)."""
+        """Return the points (n, 3)."""
         return clouds.random_in_box(self.box[0], self.box[1], self.n, seed=self.seed)
 
     def describe(self) -> str:
@@ -214,7 +214,7 @@ class RandomPoints(_Points):
     random: RandomValues
 
     def raw(self, name: str, unit: str) -> Slave:
-        """A cloud without facets."""
+        """Return a cloud without facets."""
         return Slave(self.random.points(), name=name, unit=unit)
 
     def describe(self) -> str:
@@ -223,11 +223,11 @@ class RandomPoints(_Points):
 
 
 class GivenPoints(_Points):
-    """`{ coordinates = [[x, y, z], …], segments }`: a cloud, or the way of a belt."""
+    """`{ coordinates = [[x, y, z], …], segments }`: a cloud, or the path of a belt."""
 
     coordinates: Annotated[list[Vector], Field(min_length=1)]
     segments: PointCount | None = None
-    """Bars that join them one after the other, in all; each leg has one at least."""
+    """Total number of bars that join them in turn; each leg has at least one."""
 
     @model_validator(mode="after")
     def _legs_have_a_length(self) -> Self:
@@ -242,7 +242,7 @@ class GivenPoints(_Points):
         return self
 
     def raw(self, name: str, unit: str) -> Slave:
-        """A cloud without facets, joined by bars where there are segments."""
+        """Return a cloud without facets, joined by bars if there are segments."""
         if self.segments is None:
             return Slave(self.coordinates, name=name, unit=unit)
         points = _along(np.array(self.coordinates), self.segments)
@@ -260,15 +260,15 @@ class GivenPoints(_Points):
 
 
 class Sampling(Spec):
-    """`{ tolerance, size }`: how triangles are made of an exact surface."""
+    """`{ tolerance, size }`: the triangulation of an exact surface."""
 
     tolerance: Positive | None = None
-    """Largest departure of the triangles from the surface; a thousandth of its size if omitted."""
+    """Largest distance of the triangles from the surface; a thousandth of its size if omitted."""
     size: Positive | None = None
-    """Longest side of the triangles; see `contiga.masters.sampling.default_size` if omitted."""
+    """Longest side of the triangles; `contiga.masters.sampling.default_size` if omitted."""
 
     def mesh_of(self, body: Master, met: Iterable[float] = ()) -> TriMesh:
-        """Triangles of a body; `met` are sizes of bodies that it is to meet.
+        """Return the triangles of a body; `met` are sizes of bodies that it will touch.
 
         Raises
         ------
@@ -277,13 +277,13 @@ class Sampling(Spec):
             as large as the body.
         """
         tolerance = 1e-3 * body.size if self.tolerance is None else self.tolerance
-        if tolerance > _COARSEST * body.size:
+        if tolerance > _MAX_TOLERANCE * body.size:
             raise CaseError(
                 f"is {tolerance / body.size:.2g} times the size of the body, which it would leave "
                 "little of",
                 where="tolerance",
                 found=tolerance,
-                allowed=f"up to {_COARSEST * body.size:.4g}",
+                allowed=f"up to {_MAX_TOLERANCE * body.size:.4g}",
                 remedy=_DEFAULT,
             )
         if self.tolerance is not None and body.faces is not None:
@@ -292,12 +292,12 @@ class Sampling(Spec):
         if self.tolerance is not None and body.faces is not None:
             _check_number("tolerance", tolerance, len(mesh.triangles), 1)
         if self.size is not None:
-            _check_number("size", self.size, mesh.area() / (_EQUAL * self.size**2), 2)
+            _check_number("size", self.size, mesh.area() / (_MAX_TRIANGLE_AREA * self.size**2), 2)
         size = default_size(body, mesh, met) if self.size is None else self.size
         return refined(body, mesh, size)
 
     def how(self) -> str:
-        """Say it in words."""
+        """Describe the triangulation."""
         tolerance = "a thousandth of its size" if self.tolerance is None else f"{self.tolerance:g}"
         size = "" if self.size is None else f", no side longer than {self.size:g}"
         return f"sampled to {tolerance}{size}"
@@ -313,7 +313,7 @@ class BodyPoints(_Points, Sampling):
     body: Name
 
     def sampled(self, body: Master, met: Iterable[float] = ()) -> Slave:
-        """Points and triangles of the placed body, moved by the transform.
+        """Return points and triangles of the placed body, moved by the transform.
 
         `met` are sizes of bodies that it is to meet.
 
@@ -337,7 +337,7 @@ PointsSpec = Annotated[
 
 
 def _along(corners: FloatArray, segments: int) -> FloatArray:
-    """Points of a polyline: its corners, and as many between as make its legs so many in all."""
+    """Return the points of a polyline: its corners, and others that make `segments` legs."""
     ways = np.diff(corners, axis=0)
     lengths = np.sqrt((ways * ways).sum(axis=1))
     ends = np.round(segments * np.cumsum(lengths) / lengths.sum()).astype(int)
@@ -350,9 +350,12 @@ def _along(corners: FloatArray, segments: int) -> FloatArray:
 
 
 def _check_number(key: str, given: float, triangles: float, power: int) -> None:
-    """Refuse what takes too many triangles, whose number falls with a power of what is given."""
-    if triangles > _MOST_TRIANGLES:
-        least = given * (triangles / _MOST_TRIANGLES) ** (1.0 / power)
+    """Refuse a value that needs too many triangles.
+
+    Their number falls with a power of the value.
+    """
+    if triangles > _MAX_TRIANGLES:
+        least = given * (triangles / _MAX_TRIANGLES) ** (1.0 / power)
         raise CaseError(
             f"takes about {triangles:.2g} triangles or more",
             where=key,
@@ -363,7 +366,10 @@ def _check_number(key: str, given: float, triangles: float, power: int) -> None:
 
 
 def _grid_facets(points: FloatArray, nu: int, nv: int) -> IntArray:
-    """Two triangles a cell, anticlockwise about S_u × S_v; those without area left out."""
+    """Return two triangles per cell, anticlockwise about S_u × S_v.
+
+    Triangles without area are left out.
+    """
     index = np.arange(nu * nv, dtype=np.int32).reshape(nu, nv)
     a, b = index[:-1, :-1].ravel(), index[1:, :-1].ravel()
     c, d = index[1:, 1:].ravel(), index[:-1, 1:].ravel()

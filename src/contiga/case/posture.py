@@ -43,8 +43,10 @@ class _Step(NamedTuple):
 def postures(
     ties: Sequence[Tie], root: str, given: Mapping[str, Coordinates]
 ) -> dict[str, FloatArray]:
-    """Return the poses (4, 4) that move the bodies of a mechanism from where they are drawn to
-    where joints have the coordinates given: forward kinematics from a root that stays.
+    """Return the poses (4, 4) that bring the bodies of a mechanism into a posture.
+
+    Forward kinematics from a root that stays: bodies move from where they are drawn to where joints
+    have the coordinates given.
 
     Parameters
     ----------
@@ -161,8 +163,10 @@ def _check_coordinates(joint: Joint, coordinates: Coordinates) -> None:
 
 
 def _relative(joint: Joint, given: Coordinates) -> FloatArray:
-    """Return the pose (4, 4) that moves the second body as drawn to where its joint has the
-    coordinates `given`, the first body as drawn."""
+    """Return the pose (4, 4) that moves the second body from where it is drawn.
+
+    Its joint then has the coordinates `given`, with the first body as drawn.
+    """
     first, second = (_frame(marker) for marker in joint.markers())
     drawn = pose.compose(pose.invert(first), second)
     values = {key: law.start for key, law in joint.laws.items()} | dict(given)
@@ -192,8 +196,10 @@ def _travel(values: Coordinates) -> FloatArray:
 
 
 def _swing(joint: Joint, first: FloatArray, drawn: FloatArray, given: Coordinates) -> FloatArray:
-    """Return the rotation (4, 4) by the cone of a spherical joint, in the frame of its first
-    marker; `drawn` is its second marker there."""
+    """Return the rotation (4, 4) by the cone of a spherical joint, in its first marker's frame.
+
+    `drawn` is its second marker there.
+    """
     third = drawn[:3, 2]
     about = np.array([-third[1], third[0], 0.0])
     angle = math.atan2(length(about), third[2])

@@ -1,4 +1,4 @@
-"""What pydantic finds wrong with a case, said in our own way: where, what, found, allowed."""
+"""Errors of pydantic about a case in contiga's own form: place, rule, value, allowed values."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from contiga.errors import CaseError, InputError, MissingPackageError
 from contiga.io.naming import NAMES
 
 Fault = InputError | MissingPackageError
-"""What keeps a part of a case from being made."""
-_LONGEST = 100
-_MOST = 12
+"""An error that keeps a part of a case from being made."""
+_MAX_CHARACTERS = 100
+_MAX_LISTED = 12
 _TABLE = re.compile(r"(\w+)\[(\d+)\]")
 _KEY = re.compile(r"^[A-Za-z_]\w*(\[\d+\])*(\.\w+(\[\d+\])*)*$")
 _TYPES = {
@@ -48,8 +48,10 @@ Origins = Mapping[tuple[str, int], Origin]
 def case_error(
     error: ValidationError, data: object, file: str, origins: Origins | None = None
 ) -> InputError:
-    """One error that tells everything pydantic found wrong in `data`, read from `file` and, some of
-    its tables, from the files of `origins`."""
+    """Return one error with everything that pydantic found wrong in `data`, read from `file`.
+
+    Some of its tables are from the files of `origins`.
+    """
     details = error.errors(include_url=False)
     problems = [problem_of(detail, data) for detail in details]
     problems += [one.error for one in misnamed_in(data, details)]
@@ -59,8 +61,10 @@ def case_error(
 
 
 def traced(error: InputError, origins: Origins, file: str) -> InputError:
-    """Return `error`, which names a key of a case, with the file that this was read from: that of
-    `origins`, else `file`."""
+    """Return `error`, which names a key of a case, with the file that this was read from.
+
+    That is the file of `origins`, else `file`.
+    """
     where = error.where or ""
     match = _TABLE.match(where)
     origin = origins.get((match[1], int(match[2]))) if match else None
@@ -70,21 +74,20 @@ def traced(error: InputError, origins: Origins, file: str) -> InputError:
 
 
 def misnamed_in(data: object, details: Sequence[ErrorDetails]) -> list[Misnamed]:
-    """Tables that name what is not there, which pydantic does not come to where others are
-    wrong."""
+    """Return unresolved references, which pydantic does not check if other tables are wrong."""
     return misnamed(data, [one["loc"] for one in details]) if isinstance(data, Mapping) else []
 
 
 def listed(problems: Sequence[Fault], file: str) -> InputError:
-    """One error that tells several; `file` is the case's."""
-    lines = [str(problem) for problem in problems[:_MOST]]
-    if len(problems) > _MOST:
-        lines.append(f"and {len(problems) - _MOST} more")
+    """Return one error that contains several; `file` is the case's."""
+    lines = [str(problem) for problem in problems[:_MAX_LISTED]]
+    if len(problems) > _MAX_LISTED:
+        lines.append(f"and {len(problems) - _MAX_LISTED} more")
     return CaseError(f"{len(problems)} things are wrong\n  " + "\n  ".join(lines), where=file)
 
 
 class Together:
-    """Keeps what is wrong with the parts of a case, to be told at once.
+    """Collector of the errors of a case, so that all are reported at once.
 
     Parameters
     ----------
@@ -98,7 +101,7 @@ class Together:
 
     @contextmanager
     def at(self, key: str) -> Iterator[None]:
-        """Keeps a `Fault` inside, with the key of the case it belongs to."""
+        """Collect a `Fault` raised inside, with the key of the case it belongs to."""
         try:
             yield
         except (InputError, MissingPackageError) as error:
@@ -106,11 +109,11 @@ class Together:
 
     @property
     def errors(self) -> tuple[tuple[Fault, str], ...]:
-        """What was kept, each with its key."""
+        """Return the collected errors, each with its key."""
         return tuple(self._errors)
 
     def tell(self) -> None:
-        """Raise what was kept, if anything.
+        """Raise the collected errors, if there are any.
 
         Raises
         ------
@@ -129,24 +132,24 @@ class Together:
 
 
 def first_problem(error: ValidationError, data: object, key: str) -> InputError:
-    """The first thing wrong in the table under `key`."""
+    """Return the first error in the table under `key`."""
     return problem_of(error.errors(include_url=False)[0], data, key)
 
 
 def placed(fault: Fault, key: str, file: str, origins: Origins) -> Fault:
-    """`fault` with the key of the case it belongs to, in the file that has it."""
+    """Return `fault` with the key of the case it belongs to, in the file that has it."""
     if isinstance(fault, MissingPackageError):
         return MissingPackageError(f"{_join(file, key)}: {fault}")
     return traced(relocated(fault, key, ""), origins, file)
 
 
 def relocated(error: InputError, key: str, file: str) -> InputError:
-    """`error` with the key of the case it belongs to; a plain `InputError` as a `CaseError`."""
+    """Return `error` with the key of the case it belongs to; an `InputError` as a `CaseError`."""
     return _elsewhere(error, _join(file, _inside(key, error.where)))
 
 
 def _elsewhere(error: InputError, where: str | None) -> InputError:
-    """`error` at another place; a plain `InputError` as a `CaseError`."""
+    """Return `error` at another place; a plain `InputError` as a `CaseError`."""
     kind = CaseError if type(error) is InputError else type(error)
     details: dict[str, Any] = {"allowed": error.allowed, "remedy": error.remedy}
     if error.has_found:
@@ -155,7 +158,7 @@ def _elsewhere(error: InputError, where: str | None) -> InputError:
 
 
 def problem_of(detail: ErrorDetails, data: object, key: str = "", file: str = "") -> InputError:
-    """One thing that pydantic found wrong in `data`, which stands under `key` in `file`."""
+    """Return one error that pydantic found in `data`, which stands under `key` in `file`."""
     path = key_path(detail["loc"], data, key)
     inner = (detail.get("ctx") or {}).get("error")
     if isinstance(inner, InputError):
@@ -171,7 +174,7 @@ def _wrong_length(context: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _words(detail: ErrorDetails) -> dict[str, Any]:
-    """What, found and allowed of an error of pydantic's own."""
+    """Return rule, value and allowed values of an error of pydantic's own."""
     kind, given, context = detail["type"], detail["input"], detail.get("ctx") or {}
     if kind == "missing":
         return {"what": "is missing"}
@@ -202,7 +205,7 @@ def _words(detail: ErrorDetails) -> dict[str, Any]:
 
 
 def key_path(loc: Sequence[int | str], data: object, start: str = "") -> str:
-    """The place of an error as a user would write it: ``contact[0].law.curve[1][0]``.
+    """Return the place of an error as a user would write it: ``contact[0].law.curve[1][0]``.
 
     Tags of unions, and keys that only a long form of the value would have, are left out.
     """
@@ -232,13 +235,13 @@ def _join(file: str, path: str) -> str | None:
 
 
 def _short(value: object) -> object:
-    """`value`, or its kind where it is too long to be read in a message."""
+    """Return `value`, or its kind if it is too long for a message."""
     if isinstance(value, Mapping):
-        return f"a table with {', '.join(map(str, value))}"[:_LONGEST]
-    if isinstance(value, list) and len(repr(value)) > _LONGEST:
+        return f"a table with {', '.join(map(str, value))}"[:_MAX_CHARACTERS]
+    if isinstance(value, list) and len(repr(value)) > _MAX_CHARACTERS:
         return f"a list of {len(value)}"
-    if isinstance(value, int) and len(repr(value)) > _LONGEST:
+    if isinstance(value, int) and len(repr(value)) > _MAX_CHARACTERS:
         return f"a number of {len(repr(value))} digits"
-    if isinstance(value, str) and len(value) > _LONGEST:
-        return value[:_LONGEST] + "…"
+    if isinstance(value, str) and len(value) > _MAX_CHARACTERS:
+        return value[:_MAX_CHARACTERS] + "…"
     return value

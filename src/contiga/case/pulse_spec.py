@@ -1,4 +1,4 @@
-"""Motions of a case by a velocity or an acceleration over time, in units of their own."""
+"""Motions of a case by velocity or acceleration over time, in units of their own."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ class _PulseSpec(MotionSpec):
     table: list[list[float]] | None = None
     file: ExistingFile | None = None
     columns: list[str] | None = None
-    """Of the file: the time's and one or three others."""
+    """Columns of the file: that of the time and one or three others."""
     curve: int | None = None
-    """Of a keyword deck: the number of its curve."""
+    """Number of the curve in a keyword deck."""
     unit: str | None = None
-    """Of the values, if it is not the case's; the header of a file may say it, too."""
+    """Unit of the values, if it is not the case's; the header of a file may give it too."""
     time_unit: TimeUnit | None = None
     direction: Axis | None = None
     smooth: bool = False
 
     def motion_in(self, units: Units) -> BodyMotion:
-        """The motion in the units of the case."""
+        """Return the motion in the units of the case."""
         raise NotImplementedError
 
     @model_validator(mode="after")
@@ -63,7 +63,7 @@ class _PulseSpec(MotionSpec):
     def _rows(
         self, units: Units, quantity: Literal["velocity", "acceleration"]
     ) -> FloatArray | list[list[float]]:
-        """The rows of table or file in the units of the case."""
+        """Return the rows of table or file in the units of the case."""
         length, _, time = units
         factor_of = velocity_factor if quantity == "velocity" else acceleration_factor
         factor = 1.0 if self.unit is None else factor_of(self.unit, length, time, "unit")
@@ -110,20 +110,20 @@ class VelocitySpec(_PulseSpec):
     kind: Literal["velocity"] = "velocity"
 
     def motion_in(self, units: Units) -> Velocity:
-        """The motion in the units of the case."""
+        """Return the motion in the units of the case."""
         rows = self._rows(units, "velocity")
         return Velocity(rows, direction=self.direction, smooth=self.smooth)
 
 
 class AccelerationSpec(_PulseSpec):
-    """`{ kind = "acceleration", …, velocity }`: keys of a velocity, and the velocity at first."""
+    """`{ kind = "acceleration", …, velocity }`: keys of a velocity, and the initial velocity."""
 
     kind: Literal["acceleration"] = "acceleration"
     velocity: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """At the first row, in the units of the case."""
+    """Velocity at the first row, in the units of the case."""
 
     def motion_in(self, units: Units) -> Accelerated:
-        """The motion in the units of the case."""
+        """Return the motion in the units of the case."""
         rows = self._rows(units, "acceleration")
         return Accelerated(
             rows, direction=self.direction, velocity=self.velocity, smooth=self.smooth

@@ -1,4 +1,4 @@
-"""What is told while the files of a case are read: findings about its parts."""
+"""Findings about the parts of a case, collected while its files are read."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from contiga.simulation.checks.finding import Finding
 
 @contextmanager
 def told_of(kind: str, name: str, findings: list[Finding]) -> Iterator[None]:
-    """Keeps what is warned of inside as findings about a body or a slave; other warnings go on."""
+    """Collect warnings raised inside as findings about a body or a slave; pass on others."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ContigaWarning)
         yield

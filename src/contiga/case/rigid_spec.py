@@ -1,4 +1,4 @@
-"""Motions of a case that carry bodies, or nodes that they drive, as they are told."""
+"""Prescribed motions of a case that carry bodies, or nodes that they drive."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class PosesSpec(MadeSpec[Poses], MotionSpec):
 
     @staticmethod
     def makes(file: str | None, table: Table | None, units: tuple[str, str]) -> Poses:
-        """The poses of either."""
+        """Return the poses of either."""
         if (file is None) == (table is None):
             raise CaseError("must have exactly one of the keys file or table")
         if file is None:
@@ -78,7 +78,7 @@ class PosesSpec(MadeSpec[Poses], MotionSpec):
         self._units = units_of_case(context)
 
     def arguments(self) -> dict[str, Any]:
-        """With length and time unit of the case."""
+        """Return the arguments, with length and time unit of the case."""
         length, _, time = self._units
         return {**super().arguments(), "units": (length, time)}
 
@@ -90,14 +90,14 @@ class PosesSpec(MadeSpec[Poses], MotionSpec):
 
 
 class CombineSpec(MadeSpec[BodyMotion], MotionSpec):
-    """`{ kind = "combine", motions = [ … ] }`: applied in their order, about world axes."""
+    """`{ kind = "combine", motions = [ … ] }`: motions applied in their order, about world axes."""
 
     makes = Combine
     kind: Literal["combine"] = "combine"
     motions: Annotated[list[RigidMotionSpec], Field(min_length=1)]
 
     def arguments(self) -> dict[str, Any]:
-        """As `Combine` takes them."""
+        """Return the arguments that `Combine` takes."""
         return {"motions": [spec.made for spec in self.motions]}
 
     def describe(self) -> str:

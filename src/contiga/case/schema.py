@@ -1,4 +1,4 @@
-"""The case file: what it may say, and how it is read and checked.
+"""The tables of the case file; reading and checking a case.
 
 Everything that can be known without reading CAD and meshes is checked here; the rest is checked
 when the case is built.
@@ -79,7 +79,7 @@ def _number_or_auto(value: Any) -> Any:
 
 
 class UnitsSpec(Spec):
-    """`[units]`: what the numbers of the case mean. CAD and mesh files are converted to them."""
+    """`[units]`: the units of all numbers of the case. CAD and mesh files are converted to them."""
 
     length: LengthUnit
     mass: MassUnit
@@ -92,15 +92,15 @@ class TimeSpec(Spec):
     start: float = 0.0
     end: float
     step: Annotated[float | str, BeforeValidator(_number_or_auto)]
-    """A number, or "auto"."""
+    """Time step, or "auto"."""
     safety: Positive = 0.9
-    """Share of the critical step that "auto" takes at most."""
+    """Largest share of the critical step that "auto" takes."""
     largest: Positive | None = None
-    """Of the steps that "auto" takes; a two hundredth of the time if omitted."""
+    """Largest step of "auto"; a two hundredth of the time if omitted."""
     shortest: Positive | None = None
-    """Of "auto", but for stability; a five hundredth of the critical step if omitted."""
+    """Smallest step of "auto", except for stability; 1/500 of the critical step if omitted."""
     allow_unstable: bool = False
-    """Lets a step pass that is longer than the critical one."""
+    """Whether a step longer than the critical one is allowed."""
 
     @model_validator(mode="after")
     def _time_goes_forward(self) -> Self:
@@ -111,7 +111,7 @@ class TimeSpec(Spec):
         return self
 
     def stepping(self) -> EqualSteps | AutoSteps:
-        """The times of the run."""
+        """Return the times of the run."""
         if isinstance(self.step, str):
             bounds = self.largest or 0.0, self.shortest or 0.0
             return AutoSteps(self.start, self.end, self.safety, *bounds)
@@ -119,7 +119,7 @@ class TimeSpec(Spec):
 
 
 class WorldSpec(Spec):
-    """`[world]`: what acts everywhere."""
+    """`[world]`: loads on all parts."""
 
     gravity: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
     """Acceleration of free bodies and nodes, in the units of the case."""
@@ -131,10 +131,10 @@ class BodySpec(LayeredSpec):
     name: Name
     geometry: GeometrySpec
     mass: MassSpec | None = None
-    """Of a free body, or of one attached to it; of others it does nothing."""
+    """Mass of a free body, or of one attached to it; it has no effect on other bodies."""
     motion: BodyMotionSpec = Field(default_factory=FixedSpec)
     reference_point: Vector | None = None
-    """Point of the placed body the moments are taken about; its geometry's origin if omitted."""
+    """Point of the placed body about which moments are taken; its geometry's origin if omitted."""
 
 
 class SlaveSpec(Spec):
@@ -143,33 +143,33 @@ class SlaveSpec(Spec):
     name: Name
     points: PointsSpec | None = None
     geometry: GeometrySpec | None = None
-    """Patches that make the slave a surface of splines; stands in place of `points`."""
+    """Patches that make the slave a surface of splines, in place of `points`."""
     refine: RefineSpec | None = None
     """Degree and elements of a `geometry`."""
     mesh: Sampling | None = None
-    """Has triangles made of a `geometry` in place of splines."""
+    """Triangulation of a `geometry`, in place of splines."""
     motion: SlaveMotionSpec = Field(default_factory=FixedSpec)
     thickness: Positive | None = None
-    """Of every node, in place of the file's."""
+    """Thickness of every node, in place of the file's."""
     area: Positive | None = None
     """Tributary area of every node, in place of that of the facets."""
     mass: NotNegative | None = None
-    """Of every node, in place of the file's."""
+    """Mass of every node, in place of the file's."""
 
     @property
     def source(self) -> Placed:
-        """Source of its points: `points` or `geometry`."""
+        """The source of its points: `points` or `geometry`."""
         source = self.points or self.geometry
         assert source is not None
         return source
 
     @property
     def source_key(self) -> str:
-        """The key of that."""
+        """Return the key of that source."""
         return "geometry" if self.points is None else "points"
 
     def what(self) -> str:
-        """Say in words what its points are made from."""
+        """Describe the source of its points."""
         if self.points is not None:
             return self.points.what()
         assert self.geometry is not None
@@ -218,16 +218,16 @@ def _source_of(part: BodySpec | SlaveSpec) -> Placed:
 
 
 class Case(Spec):
-    """A whole case. File names in it are absolute."""
+    """A whole case. Its file names are absolute."""
 
     title: str = "contiga"
     units: UnitsSpec
     time: TimeSpec
     body: list[BodySpec] = Field(default_factory=list)
-    """None is needed where a slave deforms."""
+    """Rigid bodies; none is needed if a slave deforms."""
     slave: list[SlaveSpec] = Field(default_factory=list)
     belt: list[BeltSpec] = Field(default_factory=list)
-    """Slaves, too: contacts, springs and sensors name them as such."""
+    """Belts are slaves too: contacts, springs and sensors refer to them as such."""
     contact: list[ContactSpec] = Field(default_factory=list)
     world: WorldSpec = Field(default_factory=WorldSpec)
     settle: SettleSpec | None = None
@@ -247,7 +247,7 @@ class Case(Spec):
 
     @property
     def file(self) -> Path:
-        """The file the case was read from."""
+        """Return the file of the case."""
         return self._file
 
     @property
@@ -262,7 +262,7 @@ class Case(Spec):
 
     @property
     def parts(self) -> dict[str, BodySpec | SlaveSpec]:
-        """Bodies and slaves by name."""
+        """Return bodies and slaves by name."""
         bodies: dict[str, BodySpec | SlaveSpec] = {part.name: part for part in self.body}
         return bodies | {part.name: part for part in self.slave}
 
@@ -273,7 +273,7 @@ class Case(Spec):
 
     @property
     def _slaves(self) -> dict[str, str]:
-        """Keys of slaves and belts, and their names."""
+        """Return the keys of slaves and belts, and their names."""
         named = {f"slave[{i}]": slave.name for i, slave in enumerate(self.slave)}
         return named | {f"belt[{i}]": belt.name for i, belt in enumerate(self.belt)}
 
@@ -410,7 +410,7 @@ class Case(Spec):
             )
 
     def _named_bodies(self) -> Iterator[tuple[str, str]]:
-        """Keys that name a body to be moved, pulled or watched, and the names."""
+        """Yield the keys that name a body to be moved, pulled or measured, and the names."""
         keys: dict[tuple[str, str], str] = {}  # by table and name: one that it has twice once
         for i, slave in enumerate(self.slave):
             if isinstance(slave.points, BodyPoints):
@@ -476,7 +476,7 @@ class Case(Spec):
             raise relocated(error, f"contact[{i}]", "") from error
 
     def sides(self, contact: ContactSpec) -> Sides:
-        """Which side of a contact deforms, and by which law."""
+        """Return the deformable side of a contact, and its law."""
         bodies = {body.name: body for body in self.body}
         points = next((one.points for one in self.slave if one.name == contact.slave), None)
         of = bodies[points.body] if isinstance(points, BodyPoints) else None
@@ -552,7 +552,7 @@ def read_text(path: Path) -> str:
 def parse_case(
     text: str, path: str | Path = "case.toml", *, set: Mapping[str, Any] | None = None
 ) -> Case:
-    """The case in `text`; relative file names in it start from the folder of `path`.
+    """Return the case in `text`; relative file names in it start from the folder of `path`.
 
     Raises
     ------

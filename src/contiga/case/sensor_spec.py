@@ -1,4 +1,4 @@
-"""The `sensor` tables of a case: points of bodies and nodes whose motion is told, and sections."""
+"""The `sensor` tables of a case: motion of points of bodies and of nodes, and sections."""
 
 from __future__ import annotations
 
@@ -50,15 +50,15 @@ class PointSensorSpec(MadeSpec[Sensor]):
     name: Name
     body: Name
     at: Vector | None = None
-    """The point, where it is at the start; the centre of mass of a free body if omitted."""
+    """The point, at its place at the start; the centre of mass of a free body if omitted."""
     axes: Axes = "world"
     measures: list[str] = Field(default=["acceleration", "velocity", "displacement"])
     filter: str | None = None
     criteria: list[str] = Field(default_factory=list)
     bands: dict[str, BandsSpec] | None = None
-    """By criterion."""
+    """Bands by criterion."""
     code: str | None = None
-    """Of its channels in ISO-MME files."""
+    """Code of its channels in ISO-MME files."""
     trigger: TriggerSpec | None = None
 
     def describe(self) -> str:
@@ -76,14 +76,14 @@ class RelativeSensorSpec(MadeSpec[RelativeSensor]):
     makes = RelativeSensor
     name: Name
     between: Annotated[list[Name], Field(min_length=2, max_length=2)]
-    """Two bodies, the first of which sees the second."""
+    """Two bodies: the motion of the second is measured in the axes of the first."""
     at: Pair | None = None
     axes: Axes = "body"
     measures: list[str] = Field(default_factory=lambda: list(RELATIVE_MEASURES))
     criteria: list[str] = Field(default_factory=list)
     bands: dict[str, BandsSpec] | None = None
     dummy: str = "HIII-50"
-    """Whose neck and chest criteria are of."""
+    """Dummy whose neck and chest criteria apply."""
     code: str | None = None
     trigger: TriggerSpec | None = None
 
@@ -101,9 +101,9 @@ class NodeSensorSpec(MadeSpec[NodeSensor]):
     makes = NodeSensor
     name: Name
     node: Name
-    """A slave."""
+    """Name of a slave."""
     at: Vector
-    """Near to the node, where the slave stands."""
+    """A point near the node, at its place at the start."""
     measures: list[str] = Field(default_factory=lambda: list(NODE_MEASURES))
     code: str | None = None
 
@@ -118,7 +118,7 @@ class SectionSensorSpec(MadeSpec[SectionSensor]):
     makes = SectionSensor
     name: Name
     section: Name
-    """A slave that deforms."""
+    """Name of a deforming slave."""
     plane: Pair
     """A point and the normal."""
     measures: list[str] = Field(default_factory=lambda: list(SECTION_MEASURES))

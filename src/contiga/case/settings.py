@@ -1,4 +1,4 @@
-"""Settings that stand over those of a case file: ``body.head.motion.velocity = [0, 0, -5]``."""
+"""Settings that override a case file: ``body.head.motion.velocity = [0, 0, -5]``."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _EXAMPLE = "body.head.motion.velocity=[0, 0, -5], contact[0].law.damping=0.2"
 
 
 def parse_settings(given: Iterable[str]) -> dict[str, Any]:
-    """Settings by key from texts ``key=value``, the values written as in TOML.
+    """Return settings by key from texts ``key=value``, whose values are written as in TOML.
 
     A word that is no value of TOML is text: ``time.step=auto``.
 
@@ -62,7 +62,7 @@ def _value(key: str, text: str) -> Any:
 
 
 def with_settings(data: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
-    """The tables of a case with `settings` in place of what they say; `data` stays as it is.
+    """Return the tables of a case with `settings` in place of its values; `data` is not changed.
 
     A key goes from table to table by dots: into a list by a place, ``contact[0]`` or
     ``contact.0``, or into one of named tables by a name, ``body.head``. The last key may be new;
@@ -89,7 +89,7 @@ def with_settings(data: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[
 
 
 def table_of_key(data: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    """The innermost named table of a case that a key leads into; empty where it leads into none."""
+    """Return the innermost named table of a case on the path of a key; empty if there is none."""
     *way, _ = [place or name for place, name in _STEP.findall(key)]
     here: Any = data
     inner: Mapping[str, Any] = {}
@@ -103,7 +103,7 @@ def table_of_key(data: Mapping[str, Any], key: str) -> Mapping[str, Any]:
 
 
 def _entry(here: Any, step: str, key: str, way: list[str]) -> Any:
-    """Where, in a table or a list, a step of the way leads: a key or a place."""
+    """Return the key or index to which a step of the path leads in a table or a list."""
     if isinstance(here, dict):
         return step
     before = ".".join(way)
@@ -128,7 +128,7 @@ def _entry(here: Any, step: str, key: str, way: list[str]) -> Any:
 
 
 def _name(table: Any) -> str | None:
-    """What a table is called: by its name, as results call it without one, or by its prefix."""
+    """Return the name of a table: its own, that in results if it has none, or its prefix."""
     if not isinstance(table, dict):
         return None
     if isinstance(table.get("name"), str):
@@ -142,7 +142,7 @@ def _name(table: Any) -> str | None:
 
 
 def plain(value: Any) -> Any:
-    """Numbers, lists and tables as a case file has them, of arrays too."""
+    """Return numbers, lists and tables as a case file has them, arrays included."""
     if isinstance(value, dict):
         return {key: plain(one) for key, one in value.items()}
     if isinstance(value, np.ndarray | np.generic):

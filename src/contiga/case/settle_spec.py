@@ -1,4 +1,4 @@
-"""`[settle]`: that a case comes to rest before it runs."""
+"""`[settle]`: bring a case to rest before it runs."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ class SettleSpec(MadeSpec[Settle]):
 
     makes = Settle
     tolerance: Positive = 1e-3
-    """Unbalanced forces over loads at which it rests."""
+    """Unbalanced forces over loads, below which it is at rest."""
     steps: Count = 20_000
-    """Most that it may take."""
+    """Largest number of steps."""
     bodies: list[Name] = Field(default_factory=list)
-    """Free bodies that come to rest as well."""
+    """Free bodies that are brought to rest too."""
 
     def describe(self) -> str:
         """Say it in words."""

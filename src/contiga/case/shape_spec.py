@@ -31,7 +31,7 @@ class ShapeSpec(MadeSpec[ControlPoints], MotionSpec):
 
     @staticmethod
     def makes(table: list[list[float]] | None, file: str | None) -> ControlPoints:
-        """The motion of either."""
+        """Return the motion of either."""
         if (file is None) == (table is None):
             raise CaseError("must have exactly one of the keys file or table")
         if file is not None:
@@ -56,7 +56,7 @@ class ShapeSpec(MadeSpec[ControlPoints], MotionSpec):
 
 
 def _arrays_of(file: str) -> tuple[FloatArray, FloatArray]:
-    """Times and control points of a file."""
+    """Return the times and control points of a file."""
     wanted = f"a .npz of NumPy with {ARRAYS[0]} (k,) and {ARRAYS[1]} (k, m, 3)"
     try:
         with np.load(file, allow_pickle=False) as arrays:

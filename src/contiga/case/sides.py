@@ -1,4 +1,4 @@
-"""Which side of a contact gives way, and how: by its own laws, or by the layers of its bodies.
+"""The deformable side of a contact and its law, by its own laws or by the layers of its bodies.
 
 A body may have a `layer`, the law of its own surface, and others on some of its faces. A contact
 that says nothing else takes what its two sides have: in series where both give way.
@@ -29,16 +29,16 @@ class FaceLayerSpec(Spec):
 
 
 class LayeredSpec(Spec):
-    """What of a `[[body]]` says how its surface gives way; a rigid one has none of it."""
+    """The keys of a `[[body]]` that give it a layer; a rigid one has none of them."""
 
     layer: LawSpec | None = None
-    """Of its faces, all or the rest."""
+    """Layer of all its faces, or of the rest."""
     face_layer: Annotated[list[FaceLayerSpec], Field(min_length=1)] | None = None
-    """Of some of them."""
+    """Layers of some faces."""
 
     @cached_property
     def gives_way(self) -> Law | None:
-        """The law of its surface; None of a rigid one."""
+        """Return the law of its surface; None if it is rigid."""
         if self.layer is None or not self.face_layer:
             return None if self.layer is None else self.layer.made
         laws = {tuple(face - 1 for face in one.faces): one.law.made for one in self.face_layer}
@@ -77,14 +77,16 @@ class Sides(NamedTuple):
     """The two sides of a contact."""
 
     type: str
-    """"slave", "master" or "combined": who gives way."""
+    """The deformable side: "slave", "master" or "combined"."""
     law: Law
     master_law: Law | None
-    """Of the master, where both give way."""
+    """Law of the master if both sides deform."""
 
 
 def sides_of(contact: ContactSpec, master: LayeredSpec, slave: LayeredSpec | None) -> Sides:
-    """Of a contact with the body `master`, of points of the body `slave` where they are such.
+    """Return the sides of a contact with the body `master`.
+
+    `slave` is the body whose points touch it, if they belong to one.
 
     Raises
     ------
@@ -122,7 +124,7 @@ def sides_of(contact: ContactSpec, master: LayeredSpec, slave: LayeredSpec | Non
 
 
 def _of_slave(slave: LayeredSpec) -> Law | None:
-    """The layer of points of a body, which do not know what face they are of."""
+    """Return the layer of points of a body; points have no face."""
     if slave.face_layer:
         raise CaseError(
             "is missing: only the master's side tells faces with layers of their own apart",

@@ -1,4 +1,4 @@
-"""How a slave of a case moves: from the table of its motion to a motion of the simulation."""
+"""Make the motion of a slave from its table."""
 
 from __future__ import annotations
 
@@ -34,8 +34,10 @@ from contiga.slaves.slave import Slave
 def slave_motion(
     spec: SlaveSpec, slave: Slave, case: Case, prescribed_motion: BodyMotion | None
 ) -> SlaveMotion | Dependent:
-    """How the points move: as `prescribed_motion` says where that is told beforehand, and not at
-    all where it is wrong."""
+    """Return the motion of a slave's points.
+
+    It is `prescribed_motion` if that is given, and no motion if the table is wrong.
+    """
     motion = spec.motion
     if isinstance(motion, FreeSpec):
         return motion.moved(None)
@@ -64,8 +66,10 @@ def deforming_of(
     motion_of: Callable[[ToldMotionSpec], BodyMotion],
     unit: str,
 ) -> Deforming:
-    """How a slave deforms; what does not fit is told. `motion_of` answers motions in the units of
-    the case, of which `unit` is that of length."""
+    """Return the deformation of a slave; report its errors.
+
+    `motion_of` answers motions in the units of the case, whose unit of length is `unit`.
+    """
 
     def mesh_of(file: str, file_unit: str | None) -> Slave:
         if isinstance(spec.points, FilePoints):
@@ -86,7 +90,7 @@ def deforming_of(
 
 
 def check_elements(name: str, slave: Slave, motion: Deforming) -> None:
-    """Refuse what does not fit of elements, materials and places of a slave called `name`.
+    """Refuse elements, materials and places that do not fit a slave called `name`.
 
     Raises
     ------
@@ -98,7 +102,7 @@ def check_elements(name: str, slave: Slave, motion: Deforming) -> None:
 
 
 def prescribed(spec: ToldMotionSpec, case: Case) -> BodyMotion:
-    """A motion that is told beforehand, in the units of the case."""
+    """Return a prescribed motion in the units of the case."""
     if isinstance(spec, VelocitySpec | AccelerationSpec):
         motion = spec.motion_in((case.units.length, case.units.mass, case.units.time))
         check_covers(motion.span, case.time.start, case.time.end, "table")
@@ -107,7 +111,7 @@ def prescribed(spec: ToldMotionSpec, case: Case) -> BodyMotion:
 
 
 def nodes_named(spec: SlaveSpec, key: str | int | list[int]) -> NDArray[Any]:
-    """(n,) nodes of a set, part or group of the slave's file; (k,) rows of nodes by number."""
+    """Return a mask (n,) of a set of the slave's file, or rows (k,) of nodes by number."""
     if not isinstance(spec.points, FilePoints):
         by_number = isinstance(key, list)
         raise CaseError(
@@ -122,7 +126,7 @@ def nodes_named(spec: SlaveSpec, key: str | int | list[int]) -> NDArray[Any]:
 
 
 def _elements_of_set(spec: SlaveSpec, slave: Slave, key: str | int) -> dict[str, IntArray]:
-    """Elements of the slave by kind that are cells of a part, set or group of its file."""
+    """Return the slave's elements, by kind, that are cells of a part, set or group of its file."""
     if not isinstance(spec.points, FilePoints):
         raise CaseError("only a mesh from a file has parts", where="set", found=key, allowed="none")
     path = Path(spec.points.file)

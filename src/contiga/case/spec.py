@@ -1,4 +1,4 @@
-"""What all tables of a case file share: strict types, known keys, suggestions, file paths."""
+"""Base of all tables of a case file: strict types, known keys, suggestions, file paths."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ Made = TypeVar("Made")
 
 
 class Spec(BaseModel):
-    """A table of the case file. Numbers are not read from text, unknown keys are errors."""
+    """A table of the case file. Text is no number, and unknown keys are errors."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
     @model_validator(mode="wrap")
     @classmethod
     def _keys_are_known(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
-        """Tells of every unknown key, and with them what is wrong under the others."""
+        """Report every unknown key together with the errors under the known ones."""
         strange = unknown_keys(data, cls.known_keys(data)) if isinstance(data, dict) else {}
         if not strange:
             return handler(data)
@@ -61,24 +61,24 @@ class Spec(BaseModel):
 
     @classmethod
     def known_keys(cls, data: dict[str, Any]) -> list[str]:
-        """Keys this table may have."""
+        """Return the keys this table may have."""
         return [field.alias or name for name, field in cls.model_fields.items()]
 
 
 class MadeSpec(Spec, Generic[Made]):
-    """A table that says one object of the library; where it cannot be made, the table is wrong."""
+    """A table that describes one object; it is wrong if the object cannot be made."""
 
     makes: ClassVar[Callable[..., Any]]
-    """Makes it, given what the keys of the table say by their names."""
+    """Constructor of the object; it takes the values of the keys by their names."""
 
     @cached_property
     def made(self) -> Made:
-        """The object, made once."""
+        """Return the object, made once."""
         made: Made = type(self).makes(**self.arguments())
         return made
 
     def arguments(self) -> dict[str, Any]:
-        """What the keys say, but for the kind of table; objects of tables in it."""
+        """Return the values of the keys without `kind`; tables in it as objects."""
         names = (name for name in type(self).model_fields if name != "kind")
         return {name: _object_of(getattr(self, name)) for name in names}
 
@@ -97,7 +97,7 @@ def _object_of(value: Any) -> Any:
 
 
 def unknown_keys(data: dict[str, Any], known: Iterable[str]) -> dict[str, CaseError]:
-    """What is to be said of each key that is not known, with the closest one that is."""
+    """Return an error for each unknown key, with the closest known one."""
     allowed = list(known)
     return {
         key: CaseError(
@@ -109,12 +109,12 @@ def unknown_keys(data: dict[str, Any], known: Iterable[str]) -> dict[str, CaseEr
 
 
 def as_detail(error: InputError, data: object) -> InitErrorDetails:
-    """An error of ours as one of several that pydantic is to tell."""
+    """Return an error of ours as one of several that pydantic reports."""
     return InitErrorDetails(type="value_error", loc=(), input=data, ctx={"error": error})
 
 
 def raise_together(data: object, checks: Iterable[Callable[[], object]]) -> None:
-    """Carry out all checks; what they find wrong is one list, of one place and value once.
+    """Carry out all checks and report their errors as one list, one per place and value.
 
     Raises
     ------
@@ -138,34 +138,34 @@ def raise_together(data: object, checks: Iterable[Callable[[], object]]) -> None
 
 
 def _again(detail: ErrorDetails) -> InitErrorDetails:
-    """What pydantic has told, to be told once more."""
+    """Return an error of pydantic in a form that it reports again."""
     return InitErrorDetails(
         type=detail["type"], loc=detail["loc"], input=detail["input"], ctx=detail.get("ctx", {})
     )
 
 
 def is_number(value: Any) -> bool:
-    """Whether a file has a number there; true and false are none."""
+    """Whether a value of a file is a number; booleans are none."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def suggest(given: object, allowed: Iterable[str]) -> str | None:
-    """A question after the closest of `allowed`, None where nothing is close."""
+    """Return a question that suggests the closest of `allowed`; None if none is close."""
     return closest(given, allowed)
 
 
 def listed_choice(what: str, chosen: Sequence[str | int] | None) -> str:
-    """How a description ends that says what of a file is chosen; "" for all of it."""
+    """Return the end of a description that names the selection from a file; "" for all of it."""
     return "" if chosen is None else f", {what} {', '.join(map(str, chosen))}"
 
 
 def numbers_in(unit: str | None, otherwise: str) -> str:
-    """How a description ends that says which unit the numbers of a file are taken in."""
+    """Return the end of a description that names the unit of a file's numbers."""
     return f"numbers in {otherwise if unit is None else unit}"
 
 
 class TellApart:
-    """In `Annotated` beside a union of tables: how one of them is told from the others.
+    """A rule in `Annotated` by which a union of tables is resolved.
 
     Parameters
     ----------
@@ -186,7 +186,7 @@ BY_KIND = TellApart()
 
 
 def _tables_of(union: Any) -> Iterator[type[Spec]]:
-    """The tables of a union, and of unions in it."""
+    """Yield the tables of a union, and of unions in it."""
     if isinstance(union, type):
         yield union
     for part in get_args(union):
@@ -194,7 +194,7 @@ def _tables_of(union: Any) -> Iterator[type[Spec]]:
 
 
 def _by_kind(models: Sequence[type[Spec]]) -> Any:
-    """A union of tables told apart by their `kind`."""
+    """Return a union of tables resolved by their `kind`."""
     kinds = {model.model_fields["kind"].default: model for model in models}
 
     def check(value: Any) -> Any:
@@ -222,7 +222,7 @@ def _by_kind(models: Sequence[type[Spec]]) -> Any:
 
 
 def _by_key(models: Mapping[str, type[Spec]]) -> Any:
-    """A union of tables told apart by the one key that only they have."""
+    """Return a union of tables resolved by the one key that each has alone."""
 
     def check(value: Any) -> Any:
         if isinstance(value, Spec):
@@ -306,10 +306,10 @@ MassUnit = Annotated[str, AfterValidator(_unit_of("mass"))]
 TimeUnit = Annotated[str, AfterValidator(_unit_of("time"))]
 
 ExistingFile = Annotated[str, AfterValidator(_existing)]
-"""A path, relative to the case file's folder; kept absolute."""
+"""A path, relative to the case file's folder; stored as absolute."""
 
 FilePattern = Annotated[str, AfterValidator(_pattern)]
-"""A pattern such as ``step_*.vtu`` that at least one file fits; kept absolute."""
+"""A pattern such as ``step_*.vtu`` that matches at least one file; stored as absolute."""
 
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
@@ -327,8 +327,8 @@ class MotionSpec(Spec):
     """A `motion` table of a body or slave."""
 
     by_forces: ClassVar[bool] = False
-    """Whether forces decide how it moves, by masses of its own."""
+    """Whether forces move it, by masses of its own."""
 
     def named_bodies(self) -> Iterator[tuple[str, str]]:
-        """Keys that name a body it stands on, and the names."""
+        """Yield the keys that name a body it depends on, and the names."""
         yield from ()

@@ -1,4 +1,4 @@
-"""The `spring` tables of a case, and the keys that they share with the webbing of belt ends."""
+"""The `spring` tables of a case, and the keys they share with the webbing of belt ends."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class WebbingSpec(MadeSpec[Made], Generic[Made]):
     unloading: ForceCurve | None = None
     hysteresis_slope: Positive | None = None
     filter: str | None = None
-    """Of the force that results tell."""
+    """Filter of the force in the results."""
 
     retractor: RetractorSpec | None = None
     """Devices at its end: see `docs/belt-devices.md`."""
@@ -67,7 +67,7 @@ class SpringSpec(WebbingSpec[Spring]):
     at: list[list[float]]
     damping: NotNegative = 0.0
     length: NotNegative | None = None
-    """At rest; the distance of the points at the start if omitted."""
+    """Length at rest; the distance of the points at the start if omitted."""
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments that `Spring` takes."""

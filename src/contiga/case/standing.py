@@ -1,4 +1,4 @@
-"""Which bodies and slaves of a case are placed by which others, and in what order they are made."""
+"""Order in which the bodies and slaves of a case are placed relative to each other."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from contiga.errors import CaseError
 
 
 def references(part: Spec) -> Iterator[tuple[str, str]]:
-    """Keys of a body or slave that name what it is placed by, and the names."""
+    """Yield the keys of a body or slave that name parts it is placed by, and the names."""
     key = "geometry" if getattr(part, "points", None) is None else "points"
     placed = getattr(part, key)
     if isinstance(placed, BodyPoints):
@@ -22,7 +22,7 @@ def references(part: Spec) -> Iterator[tuple[str, str]]:
 
 
 def order_of(parts: Mapping[str, Spec]) -> list[str]:
-    """The names so that each comes after those it is placed by, else as they stand in the file.
+    """Return the names, each after those it is placed by, otherwise in the order of the file.
 
     Raises
     ------

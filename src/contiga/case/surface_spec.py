@@ -1,4 +1,4 @@
-"""A slave with a `geometry`: patches that are a surface of splines, or triangles made of them."""
+"""A slave with a `geometry`: a surface of splines, or its triangles."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class RefineSpec(Spec):
     """`refine = { degree, elements | size }` of the patches of a slave."""
 
     degree: Annotated[int, Field(ge=1, le=5)] = 2
-    """Lower ones are raised to it."""
+    """Degree; lower ones are raised to it."""
     elements: Annotated[list[Count], Field(min_length=2, max_length=2)] | None = None
-    """Equal parts of the parameters of each patch in u and v, beside the lines that it has."""
+    """Number of equal spans of each patch in u and v, in addition to its own knots."""
     size: Positive | None = None
-    """Length of an element at most; a tenth of that of the surface if omitted."""
+    """Largest length of an element; a tenth of that of the surface if omitted."""
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
@@ -52,7 +52,7 @@ class RefineSpec(Spec):
 
 
 def check_surface(geometry: GeometrySpec, refine: RefineSpec | None, mesh: Sampling | None) -> None:
-    """Refuse what a slave cannot be made of."""
+    """Refuse a geometry that a slave cannot be made from."""
     if isinstance(geometry, MeshGeometry):
         raise CaseError(
             "is no surface of splines",
@@ -70,7 +70,7 @@ def check_surface(geometry: GeometrySpec, refine: RefineSpec | None, mesh: Sampl
 
 
 def surface_of(geometry: GeometrySpec, refine: RefineSpec, names: tuple[str, str]) -> Slave:
-    """The slave whose points are on the patches of a geometry; `names` are its own and the unit."""
+    """Return the slave on the patches of a geometry; `names` are its own and the unit."""
     body = cast(Body, geometry.body(*names))  # a mesh is refused before
     return Slave(surfaces=refined(patches_of(body), refine.made), name=names[0], unit=names[1])
 
@@ -78,6 +78,6 @@ def surface_of(geometry: GeometrySpec, refine: RefineSpec, names: tuple[str, str
 def meshed_of(
     geometry: GeometrySpec, mesh: Sampling, names: tuple[str, str], met: Iterable[float]
 ) -> Slave:
-    """The slave of triangles on a geometry."""
+    """Return the slave of triangles on a geometry."""
     made = mesh.mesh_of(geometry.body(*names), met)
     return Slave(made.vertices, made.triangles, name=names[0], unit=names[1])

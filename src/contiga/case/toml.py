@@ -1,4 +1,4 @@
-"""A case written back as TOML, with every default filled in and every path absolute."""
+"""A case written as TOML, with every default filled in and every path absolute."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _LONG = 80
 
 
 def resolved_toml(case: Case) -> str:
-    """The case as TOML text that reads back as the same case, wherever it is put.
+    """Return the case as TOML text that reads back as the same case from any folder.
 
     The standard library reads TOML and does not write it; this writes what a case can hold:
     tables, lists of tables, text, numbers and truth values.
@@ -32,7 +32,7 @@ def resolved_toml(case: Case) -> str:
 
 
 def _is_table(value: Any) -> bool:
-    """Whether it is written as a table, or as several."""
+    """Whether a value is written as a table, or as several."""
     return isinstance(value, dict) or (
         isinstance(value, list) and bool(value) and isinstance(value[0], dict)
     )

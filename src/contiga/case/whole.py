@@ -1,5 +1,4 @@
-"""What is wrong with a case, all at once: tables that say what they may not, and parts that cannot
-be made of the others."""
+"""All errors of a case at once: in its tables, and in parts that cannot be made."""
 
 from __future__ import annotations
 
@@ -23,7 +22,7 @@ _Tables = Mapping[str, Any]
 
 
 def load_whole(path: Path, *, set: Mapping[str, Any] | None = None) -> Case:
-    """The case of a file that is to be built, as `load_case`.
+    """Return the case of a file that is to be built, as `load_case`.
 
     Where its tables are wrong, the parts that other tables describe are made all the same, and what
     is wrong with their files, places and masses ends the list.
@@ -54,7 +53,7 @@ def load_whole(path: Path, *, set: Mapping[str, Any] | None = None) -> Case:
 def _faults_of_the_rest(
     read: Whole, details: Sequence[ErrorDetails], misnamed: Sequence[Misnamed], path: Path
 ) -> list[Fault]:
-    """What is wrong with the parts that no wrong table is of; none where these make up no case."""
+    """Return the errors in the parts without a wrong table; none if these make up no case."""
     data = read.data
     wrong = {(one.key, one.row) for one in misnamed}
     for one in details:
@@ -81,7 +80,10 @@ def _faults_of_the_rest(
 def _without_what_hangs_on_them(
     data: _Tables, places: dict[str, list[int]], names: set[object]
 ) -> dict[str, Any]:
-    """The tables at `places`, but for those that name one that is gone; they are struck off."""
+    """Return the tables at `places` that refer to no missing part.
+
+    Tables that name a missing part are removed, and so are those that name them.
+    """
     gone = {name for name in names if isinstance(name, str)}
     before = -1
     while before != len(gone):
@@ -94,7 +96,7 @@ def _without_what_hangs_on_them(
 
 
 def _names(value: Any) -> set[str]:
-    """All text in a table but for its own name."""
+    """Return all text in a table except its own name."""
     if isinstance(value, str):
         return {value}
     if isinstance(value, Mapping):
@@ -103,5 +105,5 @@ def _names(value: Any) -> set[str]:
 
 
 def _at(key: str, places: Mapping[str, list[int]]) -> str:
-    """The key of the file, of one that counts the tables that were kept."""
+    """Return the key in the file for a key that counts the remaining tables."""
     return _PLACE.sub(lambda m: f"{m[1]}[{places[m[1]][int(m[2])]}]", key)

@@ -85,9 +85,9 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
 
 
 class Messages:
-    """A `CompileListener` that tells on the error stream how many kernels are left to compile.
+    """Print on the error stream that kernels are compiled, and now and then how many are left.
 
-    It hears the processes of a `CompilePool`, too.
+    It is a `CompileListener`, and listens to the processes of a `CompilePool` too.
 
     Which kernels a run will need is not known before: those that are left are at most those of the
     list that nobody has come to.

@@ -13,8 +13,8 @@ COARSE = 1e-4
 """Of the size of a body: a tolerance that takes less than a second, and tells of finer ones."""
 MANY = 2e6
 """Triangles from which on it is told how many there will be."""
-MOST = 2.0 * MAX_CELLS
-"""Triangles that no mesh has more of."""
+MAX_TRIANGLES = 2.0 * MAX_CELLS
+"""Largest number of triangles of a mesh."""
 
 
 def foretell(body: Body, tol: float) -> None:
@@ -41,13 +41,14 @@ def foretell(body: Body, tol: float) -> None:
         """The tolerance at which there are so many."""
         return coarse * (many / most) ** (1.0 / power)
 
-    if count > MOST:
+    if count > MAX_TRIANGLES:
         raise InputError(
             f"about {count:.2g} triangles would be as near to {body.name}, which is "
             f"{body.size:.3g} large",
             where="--tol",
             found=tol,
-            allowed=f"about {takes(MOST):.1g} or more, which makes {MOST:.2g} triangles",
+            allowed=f"about {takes(MAX_TRIANGLES):.1g} or more, "
+            f"which makes {MAX_TRIANGLES:.2g} triangles",
             remedy="Look at its unit: that of the mesh",
         )
     print(

@@ -57,8 +57,10 @@ def _encoded(error: UnicodeError) -> tuple[str, int]:
 
 
 def plain(sign: str) -> str:
-    """A sign in ASCII: the plain one that stands for it, the name of a Greek letter, and of any
-    other sign its number, from which it can be told which file is meant.
+    """Return a sign in ASCII.
+
+    It is the plain sign that stands for it, the name of a Greek letter, or the number of any other
+    sign, which still identifies the file.
 
     >>> [plain(sign) for sign in ("²", "₁", "ω", "é")]
     ['^2', '1', 'omega', '\\\\xe9']

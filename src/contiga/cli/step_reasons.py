@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-MOST = 3
-"""How many reasons the line names, the most frequent ones."""
+MAX_REASONS = 3
+"""Number of reasons that the line names, the most frequent ones."""
 
 
 def steps_line(summary: dict[str, Any]) -> str:
@@ -19,7 +19,8 @@ def steps_line(summary: dict[str, Any]) -> str:
         return ""
     count = sum(one["steps"] for one in summary["reasons"])
     shares = [
-        f"{one['told']} {100.0 * one['steps'] / count:.0f} %" for one in summary["reasons"][:MOST]
+        f"{one['told']} {100.0 * one['steps'] / count:.0f} %"
+        for one in summary["reasons"][:MAX_REASONS]
     ]
     line = f"steps set by: {', '.join(shares)}; the shortest {summary['least']:.3g} at t = "
     line += f"{summary['when']:.4g}"

@@ -15,8 +15,8 @@ from contiga.running.progress import progress_bar
 if TYPE_CHECKING:
     from contiga.studies.study import Study
 
-_MOST = 5
-"""Failed cases whose messages are printed."""
+_MAX_PRINTED = 5
+"""Largest number of failed cases whose messages are printed."""
 
 
 def study(
@@ -70,10 +70,10 @@ def _print(done: Study) -> None:
     from contiga.report.style import number
 
     print(f"{len(done.rows)} cases, {len(done.failed)} failed")
-    for row in done.failed[:_MOST]:
+    for row in done.failed[:_MAX_PRINTED]:
         print(f"case {row.number}: {row.message.splitlines()[0]}")
-    if len(done.failed) > _MOST:
-        print(f"and {len(done.failed) - _MOST} more")
+    if len(done.failed) > _MAX_PRINTED:
+        print(f"and {len(done.failed) - _MAX_PRINTED} more")
     if done.best is not None:
         best = {**done.best.values, **done.best.collected}
         said = ", ".join(

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from contiga.warmup.compile_pool import Progress
     from contiga.warmup.pack import Level
 
-MOST = 16
-"""Processes where none are asked for, at most: each takes some 400 MB, and more help little."""
+MAX_PROCESSES = 16
+"""Largest default number of processes: each takes some 400 MB, and more help little."""
 
 
 def warmup(
@@ -119,7 +119,7 @@ def _compiled(jobs: int | None, quiet: bool, environment: Mapping[str, str]) -> 
     names = [f"{one.module}.{one.name}" for one in listing().kernels]
     with progress_bar("warmup", quiet=quiet) as show:
         count = _Count(show, names)
-        processes = jobs or min(thread_count(), MOST)
+        processes = jobs or min(thread_count(), MAX_PROCESSES)
         with CompilePool(processes, count.hear, environment=environment) as compile_pool:
             compile_pool.wait()
     return count

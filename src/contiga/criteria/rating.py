@@ -40,7 +40,7 @@ class Rating(NamedTuple):
 
     @property
     def grade(self) -> str:
-        """ "excellent" above 0.94, "good" above 0.80, "fair" above 0.58, else "poor"."""
+        """Grade: "excellent" above 0.94, "good" above 0.80, "fair" above 0.58, else "poor"."""
         return next((grade for above, grade in _GRADES if self.overall > above), "poor")
 
 

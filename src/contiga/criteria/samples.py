@@ -56,6 +56,8 @@ def checked_signal(
 
     Parameters
     ----------
+    a, t_s : (n,) values and times, s
+    where : place of the arguments, for messages
     names : of the two arguments, for the message
     what, remedy : what the message calls it, and what to do about another shape
 

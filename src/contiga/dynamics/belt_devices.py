@@ -306,8 +306,11 @@ class Webbing:
 
         Parameters
         ----------
+        old : elongation and tension before the step
+        last : state of the devices before the step
         reach : ℓ − ℓ₀ at its end
         fed : r at its end
+        moment : time and length of the step, and fired triggers
         """
         last = last._replace(fed=fed)
         if moment.since(self._devices.release) >= 0.0:
@@ -455,6 +458,7 @@ def root(falling: Callable[[float], tuple[float, float]], low: float, width: flo
 
     Parameters
     ----------
+    low : lower end of the search
     falling : gives value and slope
     width : a guess of how far the zero is, > 0
     """

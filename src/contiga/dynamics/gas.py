@@ -435,6 +435,8 @@ class Chambers:
         volumes : (c,) volumes at its end, length³
         exposed : (c,) uncovered fabric and vents at its end
         fired : times at which triggers fired, by their sensors
+        time : end of the step
+        dt : length of the step
         """
         now = self._contents(states, exposed, fired or {})
         volumes = np.ascontiguousarray(volumes, np.float64)

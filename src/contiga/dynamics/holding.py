@@ -50,6 +50,7 @@ def held_ways(fixed: Any, slave: Slave, where: str) -> Ways:
         `contiga.dynamics.places` has them, and the ways as ``"hold": ["x", …]``, all if omitted
         (``"slope"`` is for `slopes_kept`); several of them in a list; None holds nothing
     where : for messages
+    slave : slave whose points are held
 
     Raises
     ------
@@ -112,6 +113,9 @@ def drives_of(
     Parameters
     ----------
     driven : tables as of `held_ways` with a ``"motion"``, of `contiga.motion`
+    held : (n, 3) directions that are held
+    slave : slave whose nodes are driven
+    where : for messages
 
     Raises
     ------
@@ -161,6 +165,8 @@ def attached_to(
     attached : tables with a place as of `held_ways` (all nodes without one) and a ``"body"``
     taken : (n, 3) ways that are held or driven
     number : of the body of a name
+    slave : slave whose nodes are attached
+    where : for messages
 
     Raises
     ------

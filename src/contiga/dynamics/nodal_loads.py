@@ -155,6 +155,7 @@ def shares_at(key: str | None, value: Any, slave: Slave, where: str) -> FloatArr
     Parameters
     ----------
     key, value, where : as of `contiga.dynamics.places.nodes_at`
+    slave : slave with the nodes
 
     Raises
     ------

@@ -25,6 +25,7 @@ def lumped_masses(masses: Sequence[Mapping[str, Any]], slave: Slave, where: str)
         ``"mass"``: a number in all, which nodes share as they share a force (`shares_at`), or (k,)
         one for each node of the place, in the order of the numbers that it names, else ascending
     where : for messages
+    slave : slave with the nodes
 
     Raises
     ------

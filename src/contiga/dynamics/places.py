@@ -61,6 +61,7 @@ def nodes_at(key: str | None, value: Any, slave: Slave, where: str) -> Rows:
         `NurbsCurve` that they lie on; "edge" of a slave of splines "u0", "u1", "v0" or "v1", or
         one of these with the number of the patch, from 0
     where : for messages
+    slave : slave with the nodes
 
     Raises
     ------

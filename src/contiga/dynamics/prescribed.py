@@ -250,6 +250,7 @@ class Poses:
 
         Parameters
         ----------
+        path : the CSV file
         units : length and time unit to convert to, such as ("mm", "ms"), where the header says
             units: ``t [s],x [m],…``
 

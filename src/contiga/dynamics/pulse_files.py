@@ -34,6 +34,7 @@ def read_pulse(
 
     Parameters
     ----------
+    path : the CSV file
     units : length and time unit of the case, such as ("mm", "ms")
     columns : names of the time's column and of one or three others, with or without their
         units; needed where the file has not two or four

@@ -138,6 +138,8 @@ def kicked(placed: Placed, fixed: FloatArray, loads: FloatArray, dt: float) -> f
 
     Parameters
     ----------
+    placed : places and velocities from `drifted`, changed in place
+    fixed : (b, …) constants of the bodies, rows of `fixed_of`
     loads : (b, 6) force and moment about the frames' origins, world axes
     dt : length of the step; 0 at the start
     """

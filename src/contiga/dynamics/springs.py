@@ -254,6 +254,7 @@ class Spring:
 
         Parameters
         ----------
+        last : state before the step
         ends_W, velocities_W : (2, 3) of the two points at the end of the step, world axes
         moment : time and length of the step, and which triggers have fired, for its devices
         fed : length of webbing that slip rings bring in within the step

@@ -89,8 +89,11 @@ def elements_of(body: Faces, trims: TrimTables) -> tuple[Elements, Grid]:
 def _halved_between_poles(
     body: Faces, grids: list[bezier.BezierGrid], alike: list[int]
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Coefficients (n, p + 1, q + 1, 4) of the elements of patches that are `alike` in degrees, and
-    their poles; elements with poles on two opposite sides are halved in `grids` before."""
+    """Return the coefficients (n, p + 1, q + 1, 4) and the poles of the elements of some patches.
+
+    The patches are `alike` in degrees. Elements with poles on two opposite sides are halved in
+    `grids` before.
+    """
 
     def net() -> FloatArray:
         parts = [grids[k].coefs for k in alike]

@@ -151,9 +151,9 @@ def _round(table: Records, normals: FloatArray, body: Faces) -> IntArray:
 
 
 def _goes_on(table: Records, body: Faces, around: set[int], e: int, pole: int) -> bool:
-    """Return whether the face lies beside the pole and goes on to others of those `around` it.
+    """Whether the face is there beside the pole and joined to its neighbours around it.
 
-    It goes on over both sides that start from the pole.
+    Both sides that start from the pole must lead to other faces of those `around` it.
     """
     along = 2 if pole < 2 else 0
     if not around.issuperset(table["neighbour"][e, along : along + 2].tolist()):

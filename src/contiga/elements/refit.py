@@ -101,9 +101,11 @@ def refit_of(body: Faces, net: ControlNet, elements: Elements, grid: Grid) -> Re
 def _mark_knots(
     table: Records, patch: int, axis: int, knots: FloatArray, degree: int, breaks: FloatArray
 ) -> None:
-    """Mark the sides of the elements of a patch that have others across them, of either side of one
-    parameter: SMOOTH where that goes on within the patch over a knot of less than the full
-    multiplicity, else CREASE."""
+    """Mark the sides of a patch's elements that have others across them.
+
+    The sides are those of either end of one parameter. A side is SMOOTH where the surface continues
+    within the patch over a knot of less than full multiplicity, else CREASE.
+    """
     rows = np.flatnonzero(table["patch"] == patch)
     times = (knots[:, None] == breaks).sum(axis=0)
     for side in (2 * axis, 2 * axis + 1):

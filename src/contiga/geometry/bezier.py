@@ -68,6 +68,7 @@ def extract(
 
     Parameters
     ----------
+    surface : the patch
     u, v : further borders at which to cut elements, strictly inside the domain
     """
     return extraction_of(surface, u, v).of(surface.homogeneous)

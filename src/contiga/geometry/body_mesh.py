@@ -28,8 +28,8 @@ from contiga.records import FloatArray, IntArray
 from contiga.triangles.kernels.mesh_sides_nb import side_numbers
 from contiga.triangles.trimesh import TriMesh
 
-MOST = 2 * MAX_CELLS
-"""Triangles of the largest mesh."""
+MAX_TRIANGLES = 2 * MAX_CELLS
+"""Largest number of triangles of a mesh."""
 COARSE = 6
 """Places in each direction of a patch from which the number of triangles is estimated."""
 ROUNDS = 16
@@ -57,6 +57,7 @@ def body_mesh(body: FacesLike, tol: float, method: str = "chord") -> TriMesh:
 
     Parameters
     ----------
+    body : the faces
     tol : for "chord" a length, from the surface to the triangles. For "net" an area, by patch:
         see `contiga.geometry.tessellate.net_grid`.
     method : "chord" or "net"
@@ -76,7 +77,7 @@ def body_mesh(body: FacesLike, tol: float, method: str = "chord") -> TriMesh:
     check_request(tol, method)
     if method == "chord":
         number = fewest_triangles(body, tol)
-        if number > MOST:
+        if number > MAX_TRIANGLES:
             raise too_many(tol, number)
     key = key_of(body)
     points, triangles, crossed = _MESHES.kept(
@@ -145,8 +146,8 @@ class _Mesher:
         for k in crossed:
             faces[k].cut_ears()
         map_threads(lambda k: self._fill(k, faces[k]), range(len(faces)))
-        if sum(len(face.triangles()) for face in faces) > MOST:
-            raise too_many(self.tol, MOST)
+        if sum(len(face.triangles()) for face in faces) > MAX_TRIANGLES:
+            raise too_many(self.tol, MAX_TRIANGLES)
         for _ in range(REPAIRS):
             triangles, places = self._joined(faces)
             if not _parted(faces, triangles, places):
@@ -162,8 +163,8 @@ class _Mesher:
             return
         if self.grids is None:
             face.prepare(self.tol)
-            if not face.refined(MOST):
-                raise too_many(self.tol, MOST)
+            if not face.refined(MAX_TRIANGLES):
+                raise too_many(self.tol, MAX_TRIANGLES)
             return
         face.prepare(math.inf)
         grid = np.stack(np.meshgrid(*self.grids[k], indexing="ij"), axis=-1).reshape(-1, 2)
@@ -342,7 +343,8 @@ def fewest_triangles(body: FacesLike, tol: float) -> float:
 def too_many(tol: float, number: float) -> GeometryError:
     """Return the message about a tolerance that is too fine."""
     return GeometryError(
-        f"this tolerance needs about {number:.2g} triangles or more, and {MOST:.2g} are the most",
+        f"this tolerance needs about {number:.2g} triangles or more, "
+        f"and {MAX_TRIANGLES:.2g} are the most",
         where="tol",
         found=tol,
         remedy="Take a larger one",

@@ -17,7 +17,7 @@ from contiga.records import FloatArray
 
 PER_SPAN = 12
 """Samples of each knot span from which the bend is taken, times the degree."""
-MOST_SAMPLES = 4000
+MAX_SAMPLES = 4000
 ROUNDS = 30
 """Halvings of sides that still miss."""
 LOOSE = 3.0
@@ -190,7 +190,7 @@ def _spread(edge: EdgeShape, a: float, b: float, sag: float) -> FloatArray:
     if curve is not None and curve.degree == 1 and len(curve.knots) == 4:
         return np.array([a, b])
     spans = 8 if curve is None else (len(np.unique(curve.knots)) - 1) * curve.degree
-    grid = np.linspace(a, b, min(PER_SPAN * spans, MOST_SAMPLES) + 1)
+    grid = np.linspace(a, b, min(PER_SPAN * spans, MAX_SAMPLES) + 1)
     points = edge.evaluate(grid)
     slope = 0.5 * (points[2:] - points[:-2])
     second = points[2:] - 2.0 * points[1:-1] + points[:-2]

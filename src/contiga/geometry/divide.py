@@ -14,8 +14,8 @@ from contiga.arrays.layout import positive
 from contiga.errors import InputError
 from contiga.records import FloatArray
 
-MOST = 40_000_000
-"""Triangles of the largest mesh."""
+MAX_TRIANGLES = 40_000_000
+"""Largest number of triangles of a mesh."""
 _SLIM = 0.1
 """Area of a triangle that cutting ends with, in squares of the longest side, at least of most."""
 
@@ -65,12 +65,12 @@ def divided(
 def _check_number(points: FloatArray, cells: Ints, limit: float) -> None:
     a, b, c = (points[cells[:, k]] for k in range(3))
     area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
-    if area / (_SLIM * limit) / limit + len(cells) > MOST:
+    if area / (_SLIM * limit) / limit + len(cells) > MAX_TRIANGLES:
         raise InputError(
-            f"would take more than {MOST} triangles",
+            f"would take more than {MAX_TRIANGLES} triangles",
             where="size",
             found=limit,
-            allowed=f"about {np.sqrt(area / (_SLIM * MOST)):.3g} or more",
+            allowed=f"about {np.sqrt(area / (_SLIM * MAX_TRIANGLES)):.3g} or more",
         )
 
 

@@ -29,7 +29,7 @@ from contiga.records import FloatArray
 _CLOSE = 1e-14
 """Share of the size to which a face is followed."""
 _LEVELS = 80
-_MOST = 20_000
+_MAX_PARTS = 20_000
 """Parts of a face that are kept at once: beyond that it has no top that stands out, such as a
 ridge that is no line of parameters, and the box is that of the Bézier points of these parts."""
 _SAMPLES = 32
@@ -109,7 +109,7 @@ class _Face:
             parts = self._with_a_top(parts.of(high))
             if not len(parts.box):
                 return known
-            if len(parts.box) > _MOST:
+            if len(parts.box) > _MAX_PARTS:
                 break
             parts = _halved(parts)
         return max(known, float(parts.heights().max()))

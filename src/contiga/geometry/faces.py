@@ -213,7 +213,8 @@ class Faces(Displayed, Movable):
     def tessellate(self, tol: float, *, method: str = "chord") -> TriMesh:
         """Triangles of the faces, trims obeyed, without cracks at shared edges.
 
-        `tol` is a length for "chord" and an area by patch for "net", as for patches."""
+        `tol` is a length for "chord" and an area by patch for "net", as for patches.
+        """
         from contiga.geometry.body_mesh import body_mesh  # its kernels are not few
 
         return body_mesh(self, tol, method).like(self.name, self.unit, self.reference_point)

@@ -210,6 +210,7 @@ def basis(knots: FloatArray, degree: int, parameters: ArrayLike, order: int = 0)
     Parameters
     ----------
     knots : clamped knot vector
+    degree : degree of the functions
     parameters : (k,) inside the domain
     order : highest derivative
 

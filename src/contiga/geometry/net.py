@@ -146,9 +146,9 @@ def _rows_of(rows: Rows, *arrays: FloatArray) -> tuple[FloatArray, ...]:
 def spread(
     body: Faces, shape: FloatArray, feet: SurfacePlaces, points: FloatArray, forces: FloatArray
 ) -> FloatArray:
-    """Return forces (m, 3) on control points that replace `forces` (k, 3) at `points` (k, 3).
+    """Return the forces (m, 3) on control points equivalent to `forces` (k, 3) at `points` (k, 3).
 
-    The points are carried along with their feet; work, sum and moment are the same: see `net_nb`.
+    The points are carried along with their feet; work, sum and moment are the same. See `net_nb`.
     """
     out = np.zeros(shape.shape)
     for patch, rows in _on_patches(body, feet):

@@ -29,7 +29,11 @@ def refine_points(
 
     Parameters
     ----------
+    knots : clamped knot vector of the points
+    degree : degree of the spline
     points : (..., n along `axis`, ..., 4), homogeneous coordinates
+    refined : clamped knot vector that contains every knot of `knots` in its range
+    axis : axis of the points along which knots are inserted
     """
     return mapped(rows_to(knots, degree, points.shape[axis], refined), points, axis)
 

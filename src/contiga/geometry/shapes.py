@@ -28,7 +28,7 @@ Axis = transform.Axis
 ORIGIN = (0.0, 0.0, 0.0)
 _LINE = np.array([0.0, 0.0, 1.0, 1.0])
 _LARGEST = float(np.finfo(np.float64).max)
-_MOST_WAVES = 100
+_MAX_WAVES = 100
 
 
 # ---------------------------------------------------------------- curves
@@ -327,14 +327,14 @@ def _sizes(values: ArrayLike, count: int, name: str) -> FloatArray:
 def _waves(waves: int | tuple[int, int]) -> tuple[int, int]:
     pair = tuple(waves) if isinstance(waves, tuple | list) else (waves, waves)
     if len(pair) != 2 or any(
-        isinstance(w, bool) or not isinstance(w, int | np.integer) or not 1 <= w <= _MOST_WAVES
+        isinstance(w, bool) or not isinstance(w, int | np.integer) or not 1 <= w <= _MAX_WAVES
         for w in pair
     ):
         raise GeometryError(
             "the number of waves must be a whole number within limits",
             where="waves",
             found=waves,
-            allowed=f"1, 2, 3, ... {_MOST_WAVES} or a pair",
+            allowed=f"1, 2, 3, ... {_MAX_WAVES} or a pair",
         )
     return int(pair[0]), int(pair[1])
 

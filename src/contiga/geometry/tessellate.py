@@ -35,6 +35,7 @@ def tessellate(
 
     Parameters
     ----------
+    surface : the patch
     tol : for ``"chord"`` a length: no point of the surface is farther from the triangles. For
         ``"net"`` an area: see `net_grid`.
     method : ``"chord"`` or ``"net"``

@@ -100,8 +100,10 @@ def _end_points(curve: NurbsCurve) -> FloatArray:
 
 
 def _loop_pieces(loop: Loop, low: FloatArray, high: FloatArray) -> _Pieces:
-    """Monotone pieces of one loop, each of which ends where the next begins, bit by bit; straight
-    pieces are added over gaps."""
+    """Return the monotone pieces of one loop, each ending exactly where the next begins.
+
+    Straight pieces are added over gaps.
+    """
     parts = []
     for curve in loop:
         segments = np.ascontiguousarray(extract_curve(curve).coefs[:, :, [0, 1, 3]])
@@ -131,6 +133,7 @@ def build_trim_tables(
 
     Parameters
     ----------
+    patches : patches of the body
     trims : for each patch None, or its loops
     edges : those that are known
 

@@ -28,8 +28,8 @@ T = TypeVar("T")
 MOMENTS = 10
 """Of degree 0, 1 and 2: 1, x, y, z, xx, yy, zz, xy, yz, xz."""
 _DEGREE = np.repeat([0.0, 1.0, 2.0], [1, 3, 6])
-MOST_PARTS = 64
-_FEW, _MORE = 4, 3
+MAX_PARTS = 64
+_EXTRA_POINTS, _SECOND_EXTRA = 4, 3
 """Points beyond the degree of the first rule, and what the second has on top."""
 
 
@@ -116,12 +116,12 @@ def _integral(
             add_loop(body.trim_tables, group, grid, rule, out)
         return out
 
-    points = max(patch.degrees) + _FEW
+    points = max(patch.degrees) + _EXTRA_POINTS
     parts = 1
     while True:
         # Two rules on the same parts cost half of what one rule on halved parts does.
-        coarse, fine = value(points, parts), value(points + _MORE, parts)
+        coarse, fine = value(points, parts), value(points + _SECOND_EXTRA, parts)
         close = np.maximum(10.0 * rtol * np.abs(fine), floor)
-        if np.all(np.abs(fine - coarse) <= close) or parts >= MOST_PARTS:
+        if np.all(np.abs(fine - coarse) <= close) or parts >= MAX_PARTS:
             return fine
         parts *= 2

@@ -26,7 +26,7 @@ _MAX_LISTED = 6
 
 
 class Channel(NamedTuple):
-    """A channel of a run as it is shown."""
+    """A channel of a run in its displayed unit."""
 
     name: str
     values: FloatArray

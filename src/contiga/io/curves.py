@@ -1,4 +1,4 @@
-"""Curves where they are: columns of CSV files, and ``*DEFINE_CURVE`` of LS-DYNA keyword decks."""
+"""Curves in files: columns of CSV files, and ``*DEFINE_CURVE`` of LS-DYNA keyword decks."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def read_curve(
     curve: int | None = None,
     units: Sequence[str] | None = None,
 ) -> FloatArray:
-    """A curve of a file, in the units of a case.
+    """Return a curve of a file, in the units of a case.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""How much time and memory reading a file may take.
+"""Limits of time and memory on reading a file.
 
-The bounds grow with the file, so that a large one is not refused and a damaged one ends soon.
-Two environment variables set them outright: ``CONTIGA_READ_SECONDS`` and ``CONTIGA_READ_MEMORY``
+They grow with the file, so that a large one is not refused and a damaged one ends soon.
+Two environment variables set them directly: ``CONTIGA_READ_SECONDS`` and ``CONTIGA_READ_MEMORY``
 (in MB), for example for a small deck that includes large ones.
 """
 
@@ -18,24 +18,24 @@ from contiga.errors import FileError, InputError
 
 SECONDS, MEMORY = "CONTIGA_READ_SECONDS", "CONTIGA_READ_MEMORY"
 MB = 1024**2
-_BASE_SECONDS, _SECONDS_A_MB = 60.0, 30.0
+_BASE_SECONDS, _SECONDS_PER_MB = 60.0, 30.0
 # NIST's test parts take 0.7 s and 12 MB a MB of STEP, a deck of solids 0.5 s and 20 MB.
-_BASE_MEMORY, _MEMORY_A_BYTE = 4096 * MB, 100
-_CHECKED_LINES = 4096
-_LONGEST_LINE = 10_000
+_BASE_MEMORY, _MEMORY_PER_BYTE = 4096 * MB, 100
+_LINES_PER_CHECK = 4096
+_MAX_LINE = 10_000
 
 
 class Limits(NamedTuple):
-    """Bounds on reading one file."""
+    """Limits on reading one file."""
 
     seconds: float
-    """Processor time, where the system bounds it; else time by the clock."""
+    """Processor time where the system limits it, else wall-clock time."""
     memory: int
-    """Bytes, beyond what the interpreter and its libraries take."""
+    """Bytes, not counting the interpreter and its libraries."""
 
 
 def limits_for(path: Path) -> Limits:
-    """Bounds for a file: 60 s and 30 s a MB, 4 GB and 100 bytes a byte, no more than there is.
+    """Limits for a file: 60 s and 30 s a MB, 4 GB and 100 bytes a byte, at most all memory.
 
     Raises
     ------
@@ -48,15 +48,15 @@ def limits_for(path: Path) -> Limits:
         size = 0
     seconds = _positive(SECONDS)
     if seconds is None:
-        seconds = _BASE_SECONDS + _SECONDS_A_MB * size / MB
+        seconds = _BASE_SECONDS + _SECONDS_PER_MB * size / MB
     memory = _positive(MEMORY)
     if memory is None:
-        return Limits(seconds, min(_BASE_MEMORY + _MEMORY_A_BYTE * size, physical_memory()))
+        return Limits(seconds, min(_BASE_MEMORY + _MEMORY_PER_BYTE * size, physical_memory()))
     return Limits(seconds, int(memory * MB))
 
 
 def physical_memory() -> int:
-    """Bytes the machine has; a bound that never binds where the system does not say."""
+    """Return the memory of the machine, bytes; practically infinite if the system gives none."""
     try:
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, OSError, ValueError):
@@ -79,50 +79,45 @@ def _positive(name: str) -> float | None:
 
 
 def too_slow(where: str, seconds: float) -> FileError:
-    """What is said of a file whose reading did not end in time."""
-    return FileError(
-        f"reading took more than {seconds:.4g} s and was stopped",
-        where=where,
-        remedy=(
-            "The file is likely to be damaged; if it is only large, allow more seconds with "
-            f"the environment variable {SECONDS}"
-        ),
-    )
+    """Return the error for a file whose reading did not end in time."""
+    return _stopped(where, f"took more than {seconds:.4g} s", "seconds", SECONDS)
 
 
 def too_large(where: str, memory: int) -> FileError:
-    """What is said of a file whose reading asks for too much memory."""
+    """Return the error for a file whose reading needs too much memory."""
+    return _stopped(where, f"needed more than {memory / MB:.4g} MB of memory", "MB", MEMORY)
+
+
+def _stopped(where: str, reason: str, unit: str, variable: str) -> FileError:
     return FileError(
-        f"reading needed more than {memory / MB:.4g} MB of memory and was stopped",
+        f"reading {reason} and was stopped",
         where=where,
-        remedy=(
-            "The file is likely to be damaged; if it is only large, allow more MB with "
-            f"the environment variable {MEMORY}"
-        ),
+        remedy=f"The file is likely to be damaged; if it is only large, allow more {unit} with "
+        f"the environment variable {variable}",
     )
 
 
 def watched_lines(
-    stream: TextIO, path: Path, longest: int = _LONGEST_LINE
+    stream: TextIO, path: Path, max_length: int = _MAX_LINE
 ) -> Iterator[tuple[int, str]]:
-    """Numbered lines of a text, one at a time and none of them endless.
+    """Yield the numbered lines of a text within the limits of time and length.
 
     Raises
     ------
     FileError
-        A line of more than `longest` characters, or reading takes too long.
+        A line of more than `max_length` characters, or reading takes too long.
     """
     seconds = limits_for(path).seconds
     end = time.monotonic() + seconds
     number = 0
-    while line := stream.readline(longest + 1):
+    while line := stream.readline(max_length + 1):
         number += 1
-        if len(line) > longest:
+        if len(line) > max_length:
             raise FileError(
-                f"a line is longer than {longest} characters",
+                f"a line is longer than {max_length} characters",
                 where=f"{path}, line {number}",
                 found=line[:80],
             )
-        if number % _CHECKED_LINES == 0 and time.monotonic() > end:
+        if number % _LINES_PER_CHECK == 0 and time.monotonic() > end:
             raise too_slow(str(path), seconds)
         yield number, line.rstrip("\r\n")

@@ -1,4 +1,4 @@
-"""Names of parts: of a run, what they may be; of files, how they are chosen and listed."""
+"""Names of parts: allowed names in a run, and selection and lists of names in files."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ PartKeys = str | int | Sequence[str | int]
 """One name or number, or several."""
 
 SHOWN = 40
-"""Names a message lists at most."""
+"""Largest number of names in a message."""
 
 NAME = re.compile(r"\w[\w\-]*(?: [\w\-]+)*")
-"""Names become heads of columns, groups and parts of files."""
+"""Pattern of names, which become heads of columns, groups and parts of files."""
 NAMES = "letters, digits, single spaces, _ and -, the first a letter or digit"
 
 
 def check_name(name: object, where: str) -> None:
-    """Refuse what no body, slave, contact, spring or sensor can be called.
+    """Refuse an invalid name of a body, slave, contact, spring or sensor.
 
     Raises
     ------
@@ -34,19 +34,19 @@ def check_name(name: object, where: str) -> None:
 
 
 def as_keys(keys: PartKeys) -> list[str | int]:
-    """The names and numbers, one or several, as a list."""
+    """Return one or several names and numbers as a list."""
     return [keys] if isinstance(keys, str | int | np.integer) else list(keys)
 
 
 def listed(labels: Iterable[str]) -> str:
-    """`labels` in a row, the first `SHOWN` of them."""
+    """Return the first `SHOWN` of `labels` as one text."""
     rows = list(dict.fromkeys(labels))
     more = f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else ""
     return ", ".join(rows[:SHOWN]) + more
 
 
 def closest(key: object, names: Iterable[str]) -> str | None:
-    """A question after the closest of `names`, None where nothing is close.
+    """Return a question that suggests the closest of `names`, None if none is close.
 
     >>> closest("Boxx", ["box", "pin"])
     "Did you mean 'box'?"
@@ -56,7 +56,7 @@ def closest(key: object, names: Iterable[str]) -> str | None:
 
 
 def closest_name(key: object, names: Iterable[str]) -> str | None:
-    """The closest of `names`, None where nothing is close."""
+    """Return the closest of `names`, None if none is close."""
     by_fold = {name.casefold(): name for name in names}
     close = get_close_matches(str(key).casefold(), by_fold, n=1, cutoff=0.6)
     return by_fold[close[0]] if close else None

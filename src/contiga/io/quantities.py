@@ -106,7 +106,7 @@ def consistent_size(quantity: Quantity, units: Units) -> float:
 
 
 def quantity_factor(unit: str, quantity: Quantity, units: Units, where: str | None = None) -> float:
-    """What a number in `unit` is multiplied by to be in the units of a case.
+    """Return the factor that converts numbers in `unit` to the units of a case.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Tables in text files: one reader of whatever has rows of cells under heads with names and units.
+"""Tables in text files: one reader for rows of cells under heads with names and units.
 
 Columns are parted by semicolons, commas, tabs or blanks, whichever part the first two rows alike.
 Quotation marks, a byte order mark and code page 1252 (spreadsheets of Western Europe) are read;
@@ -27,16 +27,16 @@ from contiga.records import FloatArray
 
 MARKS = (";", ",", "\t", " ")
 """Separators of columns, the likeliest first."""
-_LONGEST_LINE = 10_000_000
+_MAX_LINE = 10_000_000
 _AHEAD = 20
-"""Lines from which the mark is told: names in quotation marks may go over several."""
+"""Lines from which the separator is determined; quoted names may span several."""
 _CHUNK = 1 << 20
 # The last bracket may hold one pair of its own: acc (m/(s²)).
 _HEAD = re.compile(
     r"(?P<name>.*?)\s*(?:\[(?P<square>[^\[\]]*)\]|\((?P<round>(?:[^()]|\([^()]*\))*)\))"
 )
 _INDEX = re.compile(r".*\S\[(?!1\])\d+\]")
-"""Keys of a case end in a place, ``velocity[2]``, which is no unit."""
+"""Keys of a case that end in an index, ``velocity[2]``, which is no unit."""
 _INSIDE = re.compile(r"\s\[[^\[\]]*\]")
 _QUOTED = re.compile("(['\"\u2018\u201c\u201e])(.*)['\"\u2019\u201c\u201d]")
 # Where blanks part the columns, those before a unit and within it do not.
@@ -48,9 +48,9 @@ class Head(NamedTuple):
 
     text: str
     name: str
-    """Without the unit."""
+    """Name without the unit."""
     unit: str | None
-    """In brackets or parentheses at its end; None without."""
+    """Unit in brackets or parentheses at its end; None without one."""
 
 
 class Row(NamedTuple):
@@ -62,21 +62,21 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True)
 class Sheet:
-    """A table whose head has been read. Its rows are read once, as they are asked for."""
+    """A table whose head has been read. Its rows are read once, on request."""
 
     path: Path
     line: int
     """Line of the heads."""
     heads: list[Head]
-    """None where the first row is one of numbers."""
+    """Heads of the columns; None if the first row has numbers."""
     mark: str
-    """What parts the columns."""
+    """Separator of the columns."""
     rows: Iterator[Row]
-    """Rows under the heads that are not empty."""
+    """Nonempty rows under the heads."""
 
     @property
     def where(self) -> str:
-        """File and line of the heads."""
+        """Return file and line of the heads."""
         return f"{self.path}:{self.line}"
 
     def with_row_of_units(self) -> Sheet:
@@ -93,7 +93,7 @@ class Sheet:
         )
 
     def check_header(self, header: str) -> None:
-        """Refuse a table without heads; the error says that they should be such as `header`."""
+        """Refuse a table without heads; the error suggests heads such as `header`."""
         if not self.heads:
             first = next(self.rows, Row(1, []))
             raise FileError(
@@ -104,7 +104,7 @@ class Sheet:
             )
 
     def order(self, columns: Sequence[str] | None, counts: tuple[int, ...], told: str) -> list[int]:
-        """Which columns of the file are meant: those named, or all where there are so many.
+        """Return the selected columns: those named, or all if their number is right.
 
         Parameters
         ----------
@@ -134,7 +134,7 @@ class Sheet:
         return [self.column(name) for name in wanted]
 
     def column(self, name: str) -> int:
-        """The place of a column, named with or without its unit."""
+        """Return the index of a column, named with or without its unit."""
         at = [k for k, head in enumerate(self.heads) if name in (head.text, head.name)]
         if len(at) != 1:
             what = "is missing" if not at else f"is there {len(at)} times"
@@ -147,7 +147,7 @@ class Sheet:
         return at[0]
 
     def unit(self, k: int, given: str | None = None) -> str | None:
-        """The unit of a column: that in its head, or the one given where it has none.
+        """Return the unit of a column: that in its head, or the given one.
 
         Raises
         ------
@@ -179,10 +179,11 @@ class Sheet:
         units: Units | None,
         given: Sequence[str | None] | None = None,
     ) -> Numbers:
-        """The columns `order`, all finite, in the units of a case.
+        """Return the columns `order`, all finite, in the units of a case.
 
         Parameters
         ----------
+        order : indices of columns of the file
         kinds : what each of them is
         units : of the case; None where there are none to convert to: heads have no units then
         given : units of columns whose heads have none; those of the case if omitted
@@ -252,9 +253,9 @@ class Numbers(NamedTuple):
     """Columns of a table."""
 
     table: FloatArray
-    """(n, k)."""
+    """(n, k) values."""
     lines: list[int]
-    """(n,) lines of the file that the rows stand in."""
+    """(n,) lines of the rows in the file."""
 
 
 def read_sheet(
@@ -263,12 +264,13 @@ def read_sheet(
     *,
     marks: Sequence[str] = MARKS,
     comment: str | None = None,
-    longest: int = _LONGEST_LINE,
+    longest: int = _MAX_LINE,
 ) -> Sheet:
-    """Read the heads of a table; its rows follow as they are asked for.
+    """Read the heads of a table; its rows follow on request.
 
     Parameters
     ----------
+    path : the text file
     header : what heads should be like, for errors
     marks : what may part the columns
     comment : what begins a comment, to the end of the line
@@ -314,7 +316,7 @@ def check_times(times: FloatArray, lines: Sequence[int], path: str | Path) -> No
 
 
 def as_number(cell: str, mark: str) -> float:
-    """The number in a cell, its decimal mark a point, or a comma where `mark` is none."""
+    """Return the number in a cell; the decimal mark is a point, or a comma if `mark` is none."""
     return float(cell if mark == "," else cell.replace(",", "."))
 
 
@@ -338,7 +340,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _lines(path: Path, header: str, comment: str | None, longest: int) -> Iterator[tuple[int, str]]:
-    """Numbered lines that are not empty."""
+    """Yield the nonempty lines with their numbers."""
     try:
         with path.open(encoding=_encoding(path)) as stream:
             for number, line in watched_lines(stream, path, longest):
@@ -354,7 +356,7 @@ def _lines(path: Path, header: str, comment: str | None, longest: int) -> Iterat
 
 
 def _encoding(path: Path) -> str:
-    """UTF-8 or UTF-16, or code page 1252 of what is no UTF-8."""
+    """Return UTF-8 or UTF-16, or code page 1252 for other bytes."""
     decoder = codecs.getincrementaldecoder("utf-8")()
     with path.open("rb") as stream:
         part = stream.read(_CHUNK)
@@ -371,7 +373,7 @@ def _encoding(path: Path) -> str:
 
 
 def _rows(path: Path, lines: Iterable[tuple[int, str]], mark: str) -> Iterator[Row]:
-    """Rows that are not empty."""
+    """Yield the nonempty rows."""
     number = 0
 
     def texts() -> Iterator[str]:
@@ -396,7 +398,7 @@ def _rows(path: Path, lines: Iterable[tuple[int, str]], mark: str) -> Iterator[R
 
 
 def _without_empty_end(cells: list[str], least: int = 0) -> list[str]:
-    """Cells up to the last that is not empty, `least` of them as far as there are so many."""
+    """Return cells up to the last nonempty one, but at least `least` if there are so many."""
     count = len(cells)
     while count > least and not cells[count - 1]:
         count -= 1
@@ -404,7 +406,7 @@ def _without_empty_end(cells: list[str], least: int = 0) -> list[str]:
 
 
 def _fitting(path: Path, rows: Iterator[Row], count: int, mark: str) -> Iterator[Row]:
-    """Rows that have no more cells than there are heads; as many, where blanks part them."""
+    """Yield rows with no more cells than heads; exactly as many if blanks separate them."""
     for line, given in rows:
         cells = _without_empty_end(given, count)
         if len(cells) > count or (mark == " " and len(cells) < count):

@@ -1,4 +1,4 @@
-"""Units at the door: factors between length, mass and time units, and labels of derived ones.
+"""Conversion of units: factors between length, mass and time units, and derived labels.
 
 The library itself is unit-free. `pint` knows the units; nothing else imports it.
 """
@@ -79,7 +79,7 @@ def _registry() -> Any:
 
 @lru_cache(maxsize=256)
 def base_factor(unit: str, dimension: str, where: str | None = None) -> float:
-    """How many SI base units (m, kg, s) one `unit` is.
+    """Return the number of SI base units (m, kg, s) in one `unit`.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def base_factor(unit: str, dimension: str, where: str | None = None) -> float:
 
 
 def _readings(text: str) -> list[Any]:
-    """One `text` as a quantity, spelt as it is and in lower case ("MM", "INCH" in CAD files)."""
+    """Return one `text` as a quantity, in its own spelling and in lower case ("MM", "INCH")."""
     registry = _registry()
     readings = []
     for spelling in dict.fromkeys((text, text.lower())):
@@ -142,7 +142,7 @@ def _readings(text: str) -> list[Any]:
 
 
 def length_factor(from_unit: str, to_unit: str, where: str | None = None) -> float:
-    """What a length in `from_unit` is multiplied by to be in `to_unit`.
+    """Return the factor from lengths in `from_unit` to `to_unit`.
 
     >>> length_factor("in", "mm")
     25.4
@@ -151,16 +151,17 @@ def length_factor(from_unit: str, to_unit: str, where: str | None = None) -> flo
 
 
 def time_factor(from_unit: str, to_unit: str, where: str | None = None) -> float:
-    """What a time in `from_unit` is multiplied by to be in `to_unit`."""
+    """Return the factor from times in `from_unit` to `to_unit`."""
     return _ratio(from_unit, to_unit, "time", where)
 
 
 def velocity_factor(unit: str, length: str, time: str, where: str | None = None) -> float:
-    """What a velocity in `unit` is multiplied by to be in `length` a `time`.
+    """Return the factor from velocities in `unit` to `length` per `time`.
 
     Parameters
     ----------
     unit : a length by a time ("m/s", "mm/ms", "km/h"), or "mph", "kph"
+    length, time : units of the result
     where : file or key the unit stands in, for the message
 
     Raises
@@ -175,11 +176,12 @@ def velocity_factor(unit: str, length: str, time: str, where: str | None = None)
 
 
 def acceleration_factor(unit: str, length: str, time: str, where: str | None = None) -> float:
-    """What an acceleration in `unit` is multiplied by to be in `length` a `time` squared.
+    """Return the factor from accelerations in `unit` to `length` per `time` squared.
 
     Parameters
     ----------
     unit : "g" (9.80665 m/s²), or a length by the square of a time ("m/s^2", "mm/ms²", "m/s/s")
+    length, time : units of the result
     where : file or key the unit stands in, for the message
 
     Raises
@@ -199,7 +201,9 @@ def _rate_ratio(unit: str, power: int, length: str, time: str, where: str | None
 
 
 def without_noise(factor: float) -> float:
-    """The neighbour of 15 digits, to which units are known, if there is one: 0.001 of 1e6 / 1e9.
+    """Return the neighbour with 15 digits, the accuracy of units, if there is one.
+
+    For example 0.001 for 1e6 / 1e9.
 
     1 / 3.6 is no number of 15 digits, and stays.
     """
@@ -208,7 +212,7 @@ def without_noise(factor: float) -> float:
 
 
 def _rate_in_si(unit: str, power: int, where: str | None) -> float:
-    """One `unit` of velocity (power 1) or acceleration (2) in m and s."""
+    """Return one `unit` of velocity (power 1) or acceleration (2) in m and s."""
     text = unit.strip() if isinstance(unit, str) else ""
     named = _RATES[power].get(text)
     if named is not None:
@@ -228,7 +232,7 @@ def _rate_in_si(unit: str, power: int, where: str | None) -> float:
 
 
 def _rate_parts(text: str) -> tuple[str, str, int] | None:
-    """Length, time and its power of a quotient such as m/s^2 or m/s/s."""
+    """Return length, time and power of time of a quotient such as m/s^2 or m/s/s."""
     # ISO-MME files say m/(s*s).
     match = _RATE.match(_SQUARE.sub(r"\1^2", text))
     if match is None:
@@ -247,7 +251,7 @@ def _ratio(from_unit: str, to_unit: str, dimension: str, where: str | None) -> f
 
 
 def derived_units(length: str, mass: str, time: str) -> dict[str, str]:
-    """Labels of the derived units of a consistent set.
+    """Return the labels of the derived units of a consistent set.
 
     Returns
     -------
@@ -274,7 +278,7 @@ def derived_units(length: str, mass: str, time: str) -> dict[str, str]:
 
 
 def force_size(unit: str) -> float | None:
-    """How many N one `unit` is; None where it is no unit of force.
+    """Return one `unit` in N; None if it is no unit of force.
 
     >>> force_size("kN"), force_size("mm")
     (1000.0, None)
@@ -283,7 +287,7 @@ def force_size(unit: str) -> float | None:
 
 
 def stress_size(unit: str) -> float | None:
-    """How many Pa one `unit` is, such as MPa or N/mm^2; None where it is no unit of stress."""
+    """Return one `unit`, such as MPa or N/mm^2, in Pa; None if it is no unit of stress."""
     return _size(unit, _STRESSES, "[pressure]", "Pa")
 
 
@@ -297,7 +301,7 @@ def with_unit(label: str, unit: str) -> str:
 
 
 def moment_size(unit: str) -> float | None:
-    """How many Nm one `unit` of a moment is, such as Nm or N*mm; None where it is none.
+    """Return one `unit` of a moment, such as Nm or N*mm, in Nm; None if it is none.
 
     >>> moment_size("Nm"), moment_size("N·mm")
     (1.0, 0.001)
@@ -306,17 +310,17 @@ def moment_size(unit: str) -> float | None:
 
 
 def energy_size(unit: str) -> float | None:
-    """How many J one `unit` is; None where it is no unit of energy."""
+    """Return one `unit` in J; None if it is no unit of energy."""
     return _size(unit, _ENERGIES, "[energy]", "J")
 
 
 def area_size(unit: str) -> float | None:
-    """How many m² one `unit` is, such as mm^2; None where it is no unit of area."""
+    """Return one `unit`, such as mm^2, in m²; None if it is no unit of area."""
     return _size(unit.replace("²", "^2"), {"mm^2": 1e-6, "m^2": 1.0}, "[area]", "m^2")
 
 
 def volume_size(unit: str) -> float | None:
-    """How many m³ one `unit` is, such as mm^3; None where it is no unit of volume."""
+    """Return one `unit`, such as mm^3, in m³; None if it is no unit of volume."""
     return _size(unit.replace("³", "^3"), {"mm^3": 1e-9, "m^3": 1.0}, "[volume]", "m^3")
 
 
@@ -330,11 +334,12 @@ def _size(unit: str, known: dict[str, float], dimension: str, base: str) -> floa
 
 
 def consistent_factor(unit: str, length: str, mass: str, time: str, where: str) -> float:
-    """Factor that converts a number in `unit`, of any dimension, to a consistent set of units.
+    """Return the factor from numbers in `unit`, of any dimension, to a consistent set of units.
 
     Parameters
     ----------
     unit : of a product of powers of length, mass and time: "km/h", "kg/m^3", "MPa", "%"
+    length, mass, time : the consistent set of units
     where : file or key the unit stands in, for the message
 
     Raises
@@ -395,7 +400,7 @@ def _named(value: float, names: dict[str, float]) -> str | None:
 
 
 def short_name(unit: str) -> str:
-    """The usual short name of a length: "millimetre" and "MM" are "mm"; others stay as they are.
+    """Return the short name of a length: "mm" for "millimetre" and "MM"; others are unchanged.
 
     >>> short_name("INCH")
     'in'

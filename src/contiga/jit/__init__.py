@@ -1,4 +1,4 @@
-"""How kernels are compiled, kept and called: the one room that knows numba's ways to be extended.
+"""Compilation, caching and calls of kernels: the one room that uses numba's extension points.
 
 numba is as it comes, and stays so: nothing of it, of llvmlite or of Python is changed for others.
 Kernels see the decorators; in reading order, each on those before it:

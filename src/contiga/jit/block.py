@@ -1,4 +1,4 @@
-"""Blocks of numbers, moved as vectors: four rows that become four columns, and a table read anew.
+"""Blocks of numbers moved as vectors: four rows turned into four columns, and a fresh read.
 
 They change nothing but time. The compiler takes one number after another where what it reads lies
 in rows of records and what it writes in rows of lanes. And what does not change within a loop it
@@ -18,15 +18,15 @@ from numba.np.arrayobj import make_array
 
 types: Any = numba_types
 SIZE = 8
-"""Bytes of a number."""
+"""Size of a number, bytes."""
 FOUR = 4
 PAIRS = ((0, 4, 2, 6), (1, 5, 3, 7))
 HALVES = ((0, 1, 4, 5), (2, 3, 6, 7))
-"""Of the numbers of two vectors, one after the other."""
+"""Order of the numbers of two vectors, one after the other."""
 
 
 def turned(source: Any, rows: Any, to: Any, columns: Any) -> None:
-    """Number by number."""
+    """Transpose number by number."""
     a, b = (x.reshape(-1).view(np.uint8).view(np.float64) for x in (source, to))
     block = [[a[row + c] for c in range(FOUR)] for row in rows]
     for c in reversed(range(FOUR)):
@@ -35,7 +35,7 @@ def turned(source: Any, rows: Any, to: Any, columns: Any) -> None:
 
 
 def copied(source: Any, to: Any, n: int) -> None:
-    """Number by number."""
+    """Copy number by number."""
     to[:n] = source[:n]
 
 
@@ -93,7 +93,7 @@ def _copied(typingctx: Any, source: Any, to: Any, n: Any) -> Any:
 
 
 def whole(x: float) -> int:
-    """The same bits."""
+    """Return the same bits as a whole number."""
     return int(np.float64(x).view(np.int64))
 
 

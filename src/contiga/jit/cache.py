@@ -1,4 +1,4 @@
-"""Kernels in files: numba's own cache, with stamps of all sources, and one process at a time.
+"""The cache of kernels: numba's own, with stamps of all sources, and one process at a time.
 
 numba stamps a cached kernel with the text of its own file. A kernel holds the code of the kernels
 it calls, so here the stamp is the text of its file and of all files of the package which that
@@ -45,28 +45,30 @@ from contiga.jit.vectors import numbers_in_vector
 
 DIGITS = 16
 NOWHERE = Path(os.devnull)
-"""The folder of kernels where none can be written to: nothing is looked for in it."""
+"""Folder of kernels if none is writable: nothing is looked for in it."""
 PLACE_IN_MEMORY = re.compile(r"\b0x[0-9a-f]+")
-"""In the names of types of functions: another process has another."""
+"""Addresses in the names of function types, which differ between processes."""
 
 
 class CompileListener(Protocol):
-    """Others who compile, too. They are told of a kernel by its module, its name and the types of
-    its arguments."""
+    """A listener that is notified of the compiling of kernels.
+
+    It gets a kernel's module, name and argument types.
+    """
 
     def before(self, module: str, name: str, arguments: tuple[Any, ...]) -> None:
-        """It is needed and not kept, and will be compiled unless it is kept after this."""
+        """Note that a kernel is needed and not cached; it is compiled if nobody else does that."""
 
     def after(self, module: str, name: str, arguments: tuple[Any, ...]) -> None:
-        """It is kept, or cannot be compiled."""
+        """Note that a kernel is cached, or cannot be compiled."""
 
 
 COMPILE_LISTENERS: list[CompileListener] = []
-"""Of this process."""
+"""Listeners of this process."""
 
 
 class Sourced:
-    """Where a kernel of our packages is kept, by stamps of all sources: a locator of numba's."""
+    """Locator of the cached files of a kernel of our packages, by stamps of all sources."""
 
     def __init__(self, function: Any, file: Path, folder: Path) -> None:
         self._py_file = str(file)
@@ -75,25 +77,25 @@ class Sourced:
         self._folder = folder
 
     def get_cache_path(self) -> str:
-        """The folder."""
+        """Return the folder."""
         return str(self._folder)
 
     def get_source_stamp(self) -> str:
-        """What the index of the function is checked by."""
+        """Return the stamp that the index of the function is checked by."""
         return self._stamp
 
     def get_disambiguator(self) -> str:
-        """What is put after the function's name in the names of its files."""
+        """Return the suffix of the function's name in the names of its files."""
         return self._stamp[:DIGITS]
 
     def ensure_cache_path(self) -> None:
-        """Called before a kernel is written."""
+        """Make the folder before a kernel is written."""
         self._folder.mkdir(mode=PRIVATE, parents=True, exist_ok=True)
         make_room(self._folder)
 
 
 class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
-    """What of a compiled kernel is kept: numba's own, and what it calls by name."""
+    """Serialisation of a compiled kernel: numba's own, and the functions it calls by name."""
 
     def __init__(self, function: Any) -> None:
         file = _file_of_ours(function)
@@ -107,16 +109,16 @@ class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
         )
 
     def check_cachable(self, compiled: Any) -> bool:
-        """Not where it calls what another process would not find."""
+        """Whether a kernel can be cached: not if it calls something that other processes lack."""
         is_known = all(LOCAL not in kernel for _, _, kernel, _ in calls_of(compiled.library))
         return is_known and bool(super().check_cachable(compiled))
 
     def reduce(self, compiled: Any) -> Any:
-        """What is written."""
+        """Return the data to be written."""
         return calls_of(compiled.library), super().reduce(compiled)
 
     def rebuild(self, target: Any, kept: Any) -> Any:
-        """A compiled kernel of what was written, once all that it calls is there (`known_as`).
+        """Rebuild a compiled kernel once all that it calls is available (`known_as`).
 
         None where that has another name by now: it is compiled anew.
         """
@@ -132,7 +134,7 @@ class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
 
 
 class KernelCache(FunctionCache):  # type: ignore[misc]
-    """Compiled kernels in files."""
+    """Cache of compiled kernels in files."""
 
     _impl_class = KernelCacheImpl
 
@@ -151,14 +153,14 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         return {} if prebuilt is None else prebuilt.versions(self._impl.filename_base)
 
     def prebuilt_signatures(self, target: Any) -> list[Any]:
-        """Types of arguments of the versions that were installed."""
+        """Return the argument types of the installed versions."""
         codegen = target.codegen()
         return [
             types for types, _ in self._prebuilt if self._version(types, codegen) in self._prebuilt
         ]
 
     def load_overload(self, signature: Any, target: Any) -> Any:
-        """What was installed or is kept. Else the caller compiles, and alone, until `done`."""
+        """Return an installed or cached version; else the caller compiles, alone, until `done`."""
         overload = self._installed(signature, target) or self._kept(signature, target)
         if overload is None and self._enabled and signature not in self._locks:
             for listener in COMPILE_LISTENERS:
@@ -172,7 +174,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         return overload
 
     def _installed(self, signature: Any, target: Any) -> Any:
-        """A version among those that were installed."""
+        """Return an installed version."""
         if not self._prebuilt:
             return None
         target.refresh()  # the order in which numba's own loading does it
@@ -180,12 +182,12 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         return None if kept is None else self._impl.rebuild(target, pickle.loads(kept))
 
     def _version(self, signature: Any, codegen: Any) -> Version:
-        """numba's key without what it compiles for."""
+        """Return numba's key without the target."""
         types, _, hashes = self._index_key(signature, codegen)
         return types, hashes
 
     def _kept(self, signature: Any, target: Any) -> Any:
-        """What is kept; nothing where records that it was called with have moved since."""
+        """Return a cached version; None if records in its arguments have moved since."""
         try:
             overload = super().load_overload(signature, target)
         except (ImportError, AttributeError):
@@ -196,7 +198,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         return overload
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
-        """Keep a version, where that can be written.
+        """Cache a version, if the folder is writable.
 
         numba's own reads the index of a kernel, and writes it with one line more.
         """
@@ -208,7 +210,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
                 super().save_overload(signature, compiled)
 
     def done(self, signature: Any) -> None:
-        """It is there, or cannot be compiled: others may look."""
+        """Note that a version is cached or cannot be compiled, so that others may look."""
         self._locks.pop(signature, ExitStack()).close()
         for listener in COMPILE_LISTENERS:
             listener.after(*self._home, signature)
@@ -219,11 +221,11 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
 
 
 def _file_of_ours(function: Any) -> Path | None:
-    """The file of a function of our packages; None of any other."""
+    """Return the file of a function of our packages; None for any other."""
     file = Path(inspect.getfile(function)).resolve()
     return file if any(package in file.parents for package in PACKAGES) else None
 
 
 def _waiting() -> AbstractContextManager[None]:
-    """Waiting for the compiler of another process counts as compiling."""
+    """Count waiting for another process's compiler as compiling."""
     return event.trigger_event("numba:compile", data={})

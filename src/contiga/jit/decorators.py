@@ -1,4 +1,4 @@
-"""What makes a function of Python a kernel.
+"""Decorators that turn a Python function into a kernel.
 
 What Python calls is a `kernel`, what only kernels call is an `inner` one: put into its callers, or
 compiled once and called. All are kept in files (`cache`), have one version (`dispatcher`) and count
@@ -40,7 +40,7 @@ def inner(linked: bool = True, **options: Any) -> Decorator:
 
 
 def straight(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a kernel as it is called all the time, without a look at what it is handed.
+    """Return a kernel's entry for frequent calls, which does not check its arguments.
 
     Dispatching looks at the type of every array that a call hands over: of the tables of a body and
     a few arrays 8 µs, where the call itself takes one. So a caller hands it what it has looked at

@@ -1,4 +1,4 @@
-"""Kernels with one version each, which files keep.
+"""Dispatchers of kernels with one version each, cached in files.
 
 numba makes a version for each width of an integer, and for each value where that is a constant.
 Between kernels all integers are 64 bits here: a first run compiles each kernel once.
@@ -23,13 +23,13 @@ types: Any = numba_types
 
 
 class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
-    """A kernel with one version for calls from kernels, whatever integers they hand it."""
+    """A kernel with one version for calls from kernels, for any integer types."""
 
     entries: tuple[Callable[..., Any], ...] = ()
-    """Its versions, without the look at what they are handed: see `contiga.jit.straight`."""
+    """Its versions, called without checks of their arguments: see `contiga.jit.straight`."""
 
     def enable_caching(self) -> None:
-        """Keep what is compiled: in files looked for when there is something to read or to write.
+        """Enable the cache; its files are located at the first read or write.
 
         Most kernels of an import are not called in a process.
         """
@@ -41,7 +41,7 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
         return KernelCache(self.py_func)
 
     def compile(self, signature: Any) -> Any:
-        """Have a version: read, or compiled."""
+        """Return a version, read from the cache or compiled."""
         try:
             return super().compile(signature)
         finally:
@@ -49,17 +49,17 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
                 self._cache.done(signature)
 
     def known_as(self, arguments: Any) -> str:
-        """The name by which callers know a version, once it is there: read, or compiled."""
+        """Return the name by which callers link a version, after it is read or compiled."""
         self.compile(arguments)
         return str(self.overloads[arguments].fndesc.mangled_name)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """What numba asks how a call is to be typed."""
+        """Return numba's template for the types of a call."""
         args = tuple(plain(of) for of in args)
         return super().get_call_template(args, {name: plain(kws[name]) for name in kws})
 
     def add_overload(self, compiled: Any) -> None:
-        """What numba tells of a version that was compiled or read."""
+        """Register a version that numba has compiled or read."""
         super().add_overload(compiled)
         self.entries = *self.entries, compiled.entry_point
         if issubclass(self._compiler.pipeline_class, CalledCompiler):
@@ -69,7 +69,7 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
 
 
 def plain(of: Any) -> Any:
-    """The type that stands for `of` among the arguments of kernels."""
+    """Return the argument type that stands for a type in kernels."""
     of = types.unliteral(of)
     if isinstance(of, types.Integer) and of.bitwidth < types.int64.bitwidth:
         return types.int64
@@ -84,7 +84,7 @@ def decorator(
     pipeline_class: Any = None,
     **options: Any,
 ) -> Callable[[Any], Any]:
-    """A decorator of kernels that a compiler makes and files keep; options are numba's.
+    """Return a decorator of cached kernels of a compiler; options are numba's.
 
     Quotients by zero are infinite or no numbers and raise nothing, unless it is said otherwise.
     A kernel that left that open would take it, and with it its name, from whatever calls it first.

@@ -1,4 +1,4 @@
-"""The folder of compiled kernels, one for all installations: their files are known by stamps.
+"""The folder of compiled kernels of all installations, whose files have stamps in their names.
 
 numba would keep them beside the sources, where they outlive the package: pip removes what it has
 installed and nothing else, and a folder that stays behind can still be imported.
@@ -18,18 +18,20 @@ from numba import config
 from contiga.cache_folder import is_ours, trim, user_folder
 
 RECORD = "warmup"
-"""What the names of files begin with that say what a warm-up has left here."""
+"""Prefix of the names of files that record a warm-up."""
 KEPT = (".nbi", ".nbc", ".json")
-"""Endings of files of kernels, and of such records."""
+"""Suffixes of files of kernels and of such records."""
 SHARED, PRIVATE = 0o777, 0o700
-"""Modes of folders that are made: where the user names one, the system says who may enter."""
+"""Modes of new folders: the system's default if the user named it, else private."""
 LIMIT = 1024**3
-"""Bytes that all kernels may take: those of some 25 versions of the package."""
+"""Largest size of all kernels, bytes: those of some 25 versions of the package."""
 
 
 def kernel_folder() -> Path | None:
-    """The folder that `NUMBA_CACHE_DIR` names, the user's, or one of the user's among temporary
-    files, whichever can be written to first; None where none can."""
+    """Return the folder of kernels, or None if none is writable.
+
+    It is the first writable one of `NUMBA_CACHE_DIR`, the user's cache, and a temporary folder.
+    """
     return _kernel_folder(config.CACHE_DIR)
 
 
@@ -46,7 +48,7 @@ def _kernel_folder(named: str) -> Path | None:
 
 
 def _folders(named: str) -> Iterator[tuple[Path, int]]:
-    """Folders that may be taken, and who may enter those that are made."""
+    """Yield the candidate folders, and the modes of new ones."""
     if named:
         yield Path(named).absolute() / "contiga", SHARED
     user = user_folder()
@@ -59,13 +61,13 @@ def _folders(named: str) -> Iterator[tuple[Path, int]]:
 
 @cache
 def make_room(folder: Path) -> None:
-    """Once in a process, remove what takes more than kernels may: what was not used the longest."""
+    """Remove the least recently used kernels above the limit, once per process."""
     with suppress(OSError):
         trim(folder, KEPT, LIMIT)
 
 
 def remove_kernels() -> int:
-    """Remove all kernels of the folder, whatever they were compiled from, and say how many."""
+    """Remove all kernels of the folder, of any sources; return their number."""
     folder = kernel_folder()
     if folder is None:
         return 0

@@ -1,4 +1,4 @@
-"""What becomes of the code of kernels: it is linked into that of their callers, or called.
+"""Code libraries of kernels: linked into the code of their callers, or called.
 
 numba links the code of a callee into each of its callers and optimises it there, all the way up.
 It also optimises each kernel by itself and makes machine code of it, for calls from Python; for
@@ -20,22 +20,22 @@ import llvmlite.binding as llvm
 from numba.core.codegen import JITCodeLibrary
 
 Call = tuple[str, str, str, Any]
-"""(Name of a function, its module, its kernel, types of its arguments)."""
+"""Name of a function, its module, its kernel, and the types of its arguments."""
 CALLED: dict[str, Call] = {}
-"""Where a function that is called by name comes from."""
+"""Origins of the functions that are called by name."""
 
 
 class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
-    """Code of a kernel and of those that it calls, to be linked into its callers and not run."""
+    """Code of a kernel and its callees that is linked into callers and not run itself."""
 
     _shared_module: Any
     _final_module: Any
 
     def _optimize_final_module(self) -> None:
-        """Nothing: the caller that Python calls does it for all at once."""
+        """Skip the optimisation: the caller that Python calls does it for all at once."""
 
     def _finalize_final_module(self) -> None:
-        """Keep the code for the callers; the engine gets what they share."""
+        """Keep the code for the callers; the engine gets the shared parts."""
         self._shared_module = self._final_module
         for function in self._shared_module.functions:
             if not function.is_declaration and function.linkage == llvm.Linkage.external:
@@ -48,15 +48,15 @@ class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
 
 
 class CalledLibrary(JITCodeLibrary):  # type: ignore[misc]
-    """Code of a kernel that its callers know by name."""
+    """Code of a kernel that its callers call by name."""
 
     def _get_module_for_linking(self) -> Any:
-        """What callers are linked with: nothing."""
+        """Return an empty module for the callers to link."""
         self._ensure_finalized()
         return module_of([], self._final_module)
 
     def serialize_using_object_code(self) -> Any:
-        """What is kept: numba asks the second part which names the first one has."""
+        """Return the serialised code; numba uses the second part to find names of the first."""
         defined = [function.name for function in self.get_defined_functions()]
         names = module_of(
             [f'define void @"{name}"() {{ ret void }}' for name in defined], self._final_module
@@ -65,7 +65,7 @@ class CalledLibrary(JITCodeLibrary):  # type: ignore[misc]
 
 
 def module_of(lines: list[str], like: Any) -> Any:
-    """A module of nothing but `lines`, of the kind of the module `like`."""
+    """Return a module that contains only `lines`, of the kind of the module `like`."""
     head = f'target triple = "{like.triple}"\ntarget datalayout = "{like.data_layout}"\n'
     module = llvm.parse_assembly(head + "\n".join(lines))
     module.name = like.name
@@ -73,7 +73,7 @@ def module_of(lines: list[str], like: Any) -> Any:
 
 
 def calls_of(library: Any) -> list[Call]:
-    """Of `CALLED`, what a library calls by name."""
+    """Return the entries of `CALLED` that a library calls by name."""
     linked = isinstance(library, LinkedLibrary)
     module = library._shared_module if linked else library._final_module
     names = (function.name for function in module.functions if function.is_declaration)

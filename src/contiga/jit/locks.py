@@ -1,4 +1,4 @@
-"""One process at a time for what several would do: locks by name, on the bytes of one file.
+"""Locks by name between processes, on the bytes of one file.
 
 A name is a byte of a file in the folder concerned, and a lock is the operating system's on that
 byte: it goes with the process that holds it, however that ends, and leaves nothing behind but the
@@ -20,9 +20,12 @@ from time import monotonic, sleep
 
 FILE = "kernels.lock"
 BYTES = 1 << 31
-"""Of the file, which stays empty: bytes need not be there to be locked. Windows has no more."""
+"""Range of the file's lockable bytes, the largest of Windows; the file itself stays empty."""
 PATIENCE = 300.0
-"""Seconds after which one who waits goes on without: a process that was stopped holds its locks."""
+"""Time after which a waiting process continues without the lock, seconds.
+
+A stopped process holds its locks.
+"""
 AGAIN = 0.02
 
 Waiting = Callable[[], AbstractContextManager[object]]
@@ -32,7 +35,7 @@ Waiting = Callable[[], AbstractContextManager[object]]
 def alone(
     folder: Path, name: str, waiting: Waiting = nullcontext, patience: float = PATIENCE
 ) -> Iterator[None]:
-    """Within this, no other process is within the same `name` in the same folder.
+    """Hold the lock of a `name` in a folder within this block.
 
     Parameters
     ----------
@@ -52,7 +55,7 @@ def alone(
 
 @cache
 def _opened(path: str) -> int:
-    """The file, open once and for good: to close it would end all locks of the process on it."""
+    """Return the file, opened once: closing it would release all locks of the process."""
     return os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
 
 
@@ -64,7 +67,7 @@ def _file(folder: Path) -> int | None:
 
 
 def _wait(file: int, place: int, waiting: Waiting, patience: float) -> bool:
-    """Wait for the byte; whether it is this process's now."""
+    """Wait for the byte; return whether this process holds it now."""
     taken = _take(file, place)
     if taken is not None:
         return taken
@@ -77,7 +80,7 @@ def _wait(file: int, place: int, waiting: Waiting, patience: float) -> bool:
 
 
 def _take(file: int, place: int) -> bool | None:
-    """Whether the byte is locked for this process, or cannot be; None while another has it."""
+    """Lock the byte: True if it is locked, None if another has it, False if it cannot be."""
     try:
         _lock(file, place)
     except OSError as error:

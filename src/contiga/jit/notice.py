@@ -21,7 +21,7 @@ _said = False
 
 
 def say_once() -> None:
-    """Say that kernels are compiled, the first time this is called in a process."""
+    """Print that kernels are compiled, on the first call in a process."""
     global _said
     if _said:
         return
@@ -41,6 +41,6 @@ def say_once() -> None:
 
 
 def leave_out() -> None:
-    """Leave the line out in this process."""
+    """Suppress the line in this process."""
     global _said
     _said = True

@@ -1,4 +1,4 @@
-"""How a kernel is compiled: by those of numba's passes that it needs, and three of ours.
+"""The compilation pipeline of kernels: the passes of numba that they need, and three of ours.
 
 `Uncounted` takes away counting that counts nothing. `Prepared` chooses before all others what
 becomes of the code (`libraries`), and by what name kernels in other processes call it. `Fused`
@@ -45,19 +45,19 @@ UNUSED = (
     *(WithLifting, DumpParforDiagnostics),  # with, parallel loops
     AnnotateTypes,  # text for inspect_types, which would be kept beside the code
 )
-"""Passes of numba's that kernels are compiled without. What needs one of them does not compile."""
+"""Passes of numba that are left out. Code that needs one of them does not compile."""
 REWRITTEN = "binop", "inplace_binop", "unary", "call"
-"""Expressions that may become a part of a larger one where they make an array."""
+"""Expressions that numba may fuse into a larger one if they make an array."""
 
 
 class KernelCompiler(CompilerBase):  # type: ignore[misc]
-    """For kernels that Python calls, linked into the kernels that do."""
+    """Compiler of kernels that Python calls, linked into the kernels that call them."""
 
     state: Any
     library: type[JITCodeLibrary] | None = None
 
     def define_pipelines(self) -> list[Any]:
-        """numba's passes in nopython mode, and ours."""
+        """Return the passes of numba's nopython mode and ours."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
         passes.passes = [
             (Fused if of is NopythonRewrites else of, name)
@@ -73,20 +73,20 @@ class KernelCompiler(CompilerBase):  # type: ignore[misc]
 
 
 class InnerCompiler(KernelCompiler):
-    """The same, with a library that is linked and not run."""
+    """Compiler of kernels whose library is linked into callers and not run."""
 
     library = LinkedLibrary
 
 
 class CalledCompiler(KernelCompiler):
-    """The same, with a library that is called."""
+    """Compiler of kernels whose library is called."""
 
     library = CalledLibrary
 
 
 @register_pass(mutates_CFG=False, analysis_only=True)
 class Prepared(AnalysisPass):  # type: ignore[misc]
-    """Makes the library of a kernel, and names what is called alike in every process."""
+    """Pass that makes the library of a kernel, with names that are equal in every process."""
 
     _name = "contiga_prepared"
 
@@ -94,7 +94,7 @@ class Prepared(AnalysisPass):  # type: ignore[misc]
         AnalysisPass.__init__(self)
 
     def run_pass(self, state: Any) -> bool:
-        """The kernel itself stays as it is."""
+        """Make the library; the kernel itself is unchanged."""
         kind, known = state.kind_of_library, state.func_id
         state.library = kind(state.targetctx.codegen(), kind.__name__)
         state.library.enable_object_caching()
@@ -106,12 +106,12 @@ class Prepared(AnalysisPass):  # type: ignore[misc]
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class Fused(NopythonRewrites):  # type: ignore[misc]
-    """numba's rewrites of typed kernels, where there is arithmetic with whole arrays."""
+    """Pass of numba's rewrites of typed kernels, for arithmetic with whole arrays."""
 
     _name = "contiga_fused"
 
     def run_pass(self, state: Any) -> bool:
-        """A kernel of numbers stays as it is."""
+        """Run the rewrites unless the kernel only has arithmetic with numbers."""
         made = (
             state.typemap[line.target.name]
             for block in state.func_ir.blocks.values()

@@ -1,4 +1,4 @@
-"""Kernels that were compiled elsewhere: the package `contiga_kernels`, if it is installed.
+"""Prebuilt kernels of the package `contiga_kernels`, if it is installed.
 
 `contiga.warmup.pack` writes it, for levels of processors (x86-64-v3), where kernels of this machine
 are compiled for the processor at hand. A process uses all of the kernels of one level or none:
@@ -39,39 +39,41 @@ from contiga.jit.vectors import Target, numbers_in_vector
 
 NAME = "contiga_kernels"
 SWITCH = "CONTIGA_KERNELS"
-"""Environment variable: "0" where installed kernels are not to be used."""
+"""Environment variable; "0" switches installed kernels off."""
 MANIFEST, CODE = "manifest.json", "kernels.bin"
 Version = tuple[Any, Any]
 """Types of a kernel's arguments, and numba's hashes of its bytecode."""
 VERSION_OF_SYSTEM = re.compile(r"[\d.]+$")
-"""In the name of a system: macOS has it, and its kernels run on others."""
+"""Version in the name of a system; macOS has one, and its kernels run on other versions."""
 OTHERS_MAY_WRITE, GROUP_MAY_WRITE = 0o002, 0o020
 ROOT = 0
 
 
 class Manifest(NamedTuple):
-    """What kernels were compiled by, for and from."""
+    """Versions, target and sources of prebuilt kernels."""
 
     python: str
-    """Its name in the names of compiled files."""
+    """Python's tag in the names of compiled files."""
     numba: str
     llvmlite: str
     target: Target
     features: Sequence[str]
-    """Those that a processor needs."""
+    """Required features of the processor."""
     sources: Sequence[str]
     """Files of contiga that the kernels depend on."""
     stamp: str
     """Hash of the sources."""
     places: Mapping[str, Sequence[int]]
-    """Of each kernel, by the name of its files: where its versions begin in the file of all
-    kernels, and how many bytes they are."""
+    """Offset and number of bytes of each kernel's versions in the file of all kernels.
+
+    The keys are the names of its files.
+    """
     digest: str = ""
     """Hash of all this and of the file of all kernels (`digest_of`)."""
 
     @property
     def level(self) -> str:
-        """The level of processors."""
+        """Return the level of processors."""
         return self.target[1]
 
 
@@ -83,7 +85,7 @@ class Prebuilt:
         self._code = memoryview(code)
 
     def versions(self, name: str) -> dict[Version, bytes]:
-        """The versions of a kernel by the name of its files, none where it is not among these."""
+        """Return the versions of a kernel by the name of its files; empty if not installed."""
         if name not in self.manifest.places:
             return {}
         start, size = self.manifest.places[name]
@@ -94,18 +96,18 @@ class Prebuilt:
 
 
 class Choice(NamedTuple):
-    """Which kernels this process uses."""
+    """The choice of kernels of this process."""
 
     prebuilt: Prebuilt | None
     text: str
-    """A line that says so, and why installed ones are not used."""
+    """A line that describes the choice, and why installed kernels are not used."""
     refused: bool = False
-    """Whether there are installed ones that are not used."""
+    """Whether there are installed kernels that are not used."""
 
 
 @cache
 def choice() -> Choice:
-    """The one choice of this process."""
+    """Return the choice of this process, made once."""
     folder = _installed()
     here = "kernels are compiled on this machine"
     if folder is None:
@@ -118,31 +120,35 @@ def choice() -> Choice:
 
 
 def made_for() -> Target:
-    """What the constants of kernels are made for in this process: the level of prebuilt kernels, or
-    else what numba compiles for."""
+    """Return the target for the constants of kernels in this process.
+
+    It is the level of prebuilt kernels, or else numba's target.
+    """
     prebuilt = choice().prebuilt
     return compiled_for() if prebuilt is None else prebuilt.manifest.target
 
 
 def compiled_for() -> Target:
-    """What numba compiles for in this process."""
+    """Return numba's target in this process."""
     found: Target = cpu_target.target_context.codegen().magic_tuple()
     return found
 
 
 class _UnusableError(Exception):
-    """Why installed kernels are not used."""
+    """Reason why installed kernels are not used."""
 
 
 def _installed() -> Path | None:
-    """The folder of the package; nothing of it is imported."""
+    """Return the folder of the package, without importing it."""
     spec = PathFinder.find_spec(NAME)
     return None if spec is None or spec.origin is None else Path(spec.origin).parent
 
 
 def _checked(package: Path) -> Prebuilt:
-    """The kernels of the highest level that this processor has, which fit this process and are
-    whole; or else `_UnusableError`."""
+    """Return the kernels of the highest level of this processor, if they fit and are whole.
+
+    Raises `_UnusableError` otherwise.
+    """
     if os.environ.get(SWITCH) == "0":
         raise _UnusableError(f"{SWITCH} is 0")
     if config.DISABLE_JIT:
@@ -165,7 +171,7 @@ def _checked(package: Path) -> Prebuilt:
 
 
 def _of_highest_level(package: Path) -> tuple[Path, Manifest]:
-    """The folder and the manifest of the highest level that this processor has: by its name."""
+    """Return folder and manifest of the highest level of this processor, by name."""
     _check_ours(package.parent, package)
     reason = "it holds no kernels"
     for folder in sorted((path for path in package.iterdir() if path.is_dir()), reverse=True):
@@ -178,7 +184,7 @@ def _of_highest_level(package: Path) -> tuple[Path, Manifest]:
 
 
 def _lacking(manifest: Manifest) -> list[str]:
-    """What this processor would need for such kernels, or the compiler does not use on it."""
+    """Return the required features that this processor lacks or the compiler does not use."""
     here = compiled_for()
     lacking = [name for name in manifest.features if f"+{name}" not in here[2].split(",")]
     if not lacking and numbers_in_vector(manifest.target) > numbers_in_vector(here):
@@ -187,14 +193,14 @@ def _lacking(manifest: Manifest) -> list[str]:
 
 
 def digest_of(manifest: Manifest, code: bytes) -> str:
-    """Hash of a manifest, apart from that hash, and of the file of all kernels."""
+    """Return the hash of a manifest, except that hash, and of the file of all kernels."""
     whole = sha256(json.dumps(manifest._replace(digest="")).encode())
     whole.update(code)
     return whole.hexdigest()
 
 
 def _check_fits(manifest: Manifest) -> None:
-    """Compare what kernels were compiled by, for and from with what is here."""
+    """Compare versions, target and sources of prebuilt kernels with those of this process."""
     system = compiled_for()[0]
     for what, theirs, ours in (
         ("Python", manifest.python, python_name()),
@@ -213,19 +219,19 @@ def _check_fits(manifest: Manifest) -> None:
 
 
 def python_name() -> str:
-    """What Python calls itself in the names of files that only it can read."""
+    """Return Python's tag in the names of files that only it can read."""
     return f"{sys.implementation.cache_tag}{getattr(sys, 'abiflags', '')}"
 
 
 def _check_ours(*paths: Path) -> None:
-    """Refuse what others may write to."""
+    """Refuse files that others may write to."""
     for path in paths:
         if _others_may_write(path):
             raise _UnusableError(f"others may write to {path}")
 
 
 def _others_may_write(path: Path) -> bool:
-    """Whether somebody may write to a file or a folder who may not write to contiga itself.
+    """Whether anybody may write to a file or folder who may not write to contiga itself.
 
     Such as may are root, this user, the owner of contiga, and a group that contiga has as well:
     where each user has a group of his own, he makes his files so.

@@ -1,4 +1,4 @@
-"""A row of an array, asked for before it is needed: so it need not be waited for.
+"""Prefetch of a row of an array before it is needed.
 
 It changes nothing but time. Rows that are read at random, with a choice hanging on each, are read
 one by one otherwise.
@@ -17,11 +17,11 @@ from numba.np.arrayobj import make_array
 
 types: Any = numba_types
 LINE = 64
-"""Bytes that are fetched at once."""
+"""Size of a cache line, bytes."""
 
 
 def unfetched(array: Any, row: int, offset: int) -> None:
-    """Nothing: the interpreter cannot."""
+    """Do nothing: the interpreter cannot prefetch."""
 
 
 @intrinsic  # type: ignore[untyped-decorator]

@@ -1,4 +1,4 @@
-"""Kernels taken out of their cache ahead of their first call, while there is nothing else to do."""
+"""Preloading of cached kernels ahead of their first call, in idle time."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from contiga.jit.cache import KernelCache
 
 
 def preload(kernels: Iterable[Any]) -> int:
-    """Load what the cache holds of `kernels`; how many specialisations that are.
+    """Load the cached versions of `kernels`; return their number.
 
     Nothing is compiled: what is not there is left to the first call. Without a compiler
     (``NUMBA_DISABLE_JIT``) there is nothing to load.
@@ -24,13 +24,12 @@ def preload(kernels: Iterable[Any]) -> int:
 
 
 def is_missing(kernel: Any) -> bool:
-    """Whether a kernel would have to be compiled: its cache holds no version of it."""
+    """Whether a kernel would have to be compiled: its cache has no version of it."""
     return getattr(kernel, "_cache", None) is not None and not (kernel.overloads or _kept(kernel))
 
 
 def _kept(kernel: Any) -> list[Any]:
-    """Signatures of a kernel that are installed, or that its cache holds for this processor, and
-    that are not loaded."""
+    """Return the signatures of a kernel that are installed or cached, but not loaded."""
     cache = getattr(kernel, "_cache", None)
     if cache is None:
         return []

@@ -1,4 +1,4 @@
-"""The type of tuples that kernels are passed by pointer (see `contiga.pointer_records`).
+"""The type of tuples that are passed to kernels by pointer (see `contiga.pointer_records`).
 
 A call from Python lays the members of the tuple out in memory of its own, which stays as it is
 until the kernel returns. So what is read from there may be read once and kept: loads are marked as
@@ -25,10 +25,10 @@ from contiga.pointer_records import for_each_marked
 types: Any = numba_types
 DIGITS = 12
 HEAD = ir.LiteralStructType([cgutils.voidptr_t, cgutils.voidptr_t, cgutils.intp_t, cgutils.intp_t])
-"""What the struct of an array begins with, whatever it holds: owner, parent, items, their size."""
+"""Head of the struct of an array, of any type: owner, parent, items, item size."""
 ITEM_SIZE = 3
 BORROWED = "numba_adapt_ndarray"
-"""numba's function that fills the struct of an array, and does not hold it."""
+"""Numba's function that fills the struct of an array without owning it."""
 
 
 class Reference(types.Type):  # type: ignore[misc]
@@ -53,7 +53,7 @@ _of_tuple = typeof_impl.dispatch(tuple)
 
 
 def _type_of(value: tuple[Any, ...], asked: Any) -> Any:
-    """The type of a tuple of a marked class."""
+    """Return the type of a tuple of a marked class."""
     members = _of_tuple(value, asked)
     return None if members is None else Reference(members)
 
@@ -63,7 +63,7 @@ for_each_marked(lambda kind: typeof_impl.register(kind, _type_of))
 
 @unbox(Reference)  # type: ignore[untyped-decorator]
 def lay_out(reference: Reference, value: Any, c: Any) -> NativeValue:
-    """The members of a tuple of Python's in memory, and a pointer to them."""
+    """Lay out the members of a Python tuple in memory; return a pointer to them."""
     place = cgutils.alloca_once(c.builder, _room(c.context, reference.members))
     failed = _laid_out(c.pyapi, reference, value, place)
     # Loads marked as invariant may go up to where their pointer is made, but not before the
@@ -80,15 +80,17 @@ def lay_out(reference: Reference, value: Any, c: Any) -> NativeValue:
 
 
 def _room(context: Any, members: Any) -> Any:
-    """The kind of memory that a tuple is laid out in: its members, and the rooms of those that are
-    passed by pointer too."""
+    """Return the memory type for a tuple.
+
+    It has its members, and room for those members that are passed by pointer too.
+    """
     return ir.LiteralStructType(
         [context.get_value_type(members), *(_room(context, part) for part in _within(members))]
     )
 
 
 def _laid_out(api: Any, reference: Reference, value: Any, place: Any) -> Any:
-    """Code that lays the members of a tuple out in its `_room`; whether that failed."""
+    """Emit code that lays out the members of a tuple in its `_room`; return the error flag."""
     function = shared(api, f"contiga_lay_out_{reference.name}", [place.type])
     if function.is_declaration:
         builder = ir.IRBuilder(function.append_basic_block())
@@ -102,7 +104,7 @@ def _laid_out(api: Any, reference: Reference, value: Any, place: Any) -> Any:
 
 
 def _within(of: Any) -> list[Any]:
-    """The members of those tuples in a tuple that are passed by pointer, in their order."""
+    """Return the members of the tuples in a tuple that are passed by pointer, in order."""
     if isinstance(of, Reference):
         return [of.members]
     parts = of.types if isinstance(of, types.BaseTuple) else ()
@@ -110,7 +112,7 @@ def _within(of: Any) -> list[Any]:
 
 
 def _fill(api: Any, of: Any, value: Any, place: Any, rooms: Iterator[Any]) -> Any:
-    """Code that puts a thing of Python at a place; whether that failed."""
+    """Emit code that writes a Python object to a place; return the error flag."""
     builder, context = api.builder, api.context
     if isinstance(of, types.Array):
         return adapted(api, of, value, place)
@@ -133,7 +135,7 @@ def _fill(api: Any, of: Any, value: Any, place: Any, rooms: Iterator[Any]) -> An
 
 
 def adapted(api: Any, of: Any, value: Any, place: Any) -> Any:
-    """Code that fills the struct of an array at a place; whether that failed.
+    """Emit code that fills the struct of an array at a place; return the error flag.
 
     By one function of the module for all arrays: numba writes it out for each, which in kernels
     that are handed the tables of a body was a fifth of all machine code.
@@ -146,7 +148,7 @@ def adapted(api: Any, of: Any, value: Any, place: Any) -> Any:
 
 
 def _write_adapter(context: Any, function: Any) -> None:
-    """The code of the function that fills the struct of an array."""
+    """Emit the function that fills the struct of an array."""
     builder = ir.IRBuilder(function.append_basic_block())
     api = context.get_python_api(builder)
     value, place, size = function.args
@@ -165,7 +167,7 @@ def _write_adapter(context: Any, function: Any) -> None:
 
 
 def shared(api: Any, name: str, arguments: list[Any]) -> Any:
-    """A function of the module that is given a thing of Python, and tells whether it failed."""
+    """Return a function of the module that takes a Python object and returns an error flag."""
     kind = ir.FunctionType(cgutils.bool_t, [api.pyobj, *arguments])
     function = cgutils.get_or_insert_function(api.module, kind, name)
     if function.is_declaration:
@@ -176,19 +178,19 @@ def shared(api: Any, name: str, arguments: list[Any]) -> Any:
 
 @infer_getattr
 class ReferenceAttributes(AttributeTemplate):  # type: ignore[misc]
-    """The members by their names."""
+    """Access to the members by name."""
 
     key = Reference
 
     def generic_resolve(self, reference: Reference, name: str) -> Any:
-        """The type of a member; none where there is none of the name."""
+        """Return the type of a member; None for an unknown name."""
         fields = reference.members.fields
         return reference.members[fields.index(name)] if name in fields else None
 
 
 @lower_getattr_generic(Reference)  # type: ignore[untyped-decorator]
 def member(context: Any, builder: Any, reference: Reference, place: Any, name: str) -> Any:
-    """Code that reads a member."""
+    """Emit code that reads a member."""
     members = reference.members
     k = members.fields.index(name)
     whole = context.get_value_type(members).as_pointer()
@@ -198,7 +200,7 @@ def member(context: Any, builder: Any, reference: Reference, place: Any, name: s
 
 
 def _uncounted(context: Any, builder: Any, of: Any, value: Any) -> Any:
-    """The same value with arrays that nobody owns, so that counting their references is nothing."""
+    """Return the same value with arrays without owner, whose reference counting does nothing."""
     if isinstance(of, types.Array):
         return builder.insert_value(value, ir.Constant(ir.IntType(8).as_pointer(), None), 0)
     if isinstance(of, types.BaseTuple):
@@ -210,7 +212,7 @@ def _uncounted(context: Any, builder: Any, of: Any, value: Any) -> Any:
 
 
 def _read(builder: Any, pointer: Any, of: Any) -> Any:
-    """The value at a pointer, read number by number."""
+    """Return the value at a pointer, read number by number."""
     if isinstance(of, (ir.LiteralStructType, ir.ArrayType)):
         value = ir.Constant(of, ir.Undefined)
         for k in range(len(of.elements) if isinstance(of, ir.LiteralStructType) else of.count):

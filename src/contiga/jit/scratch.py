@@ -1,4 +1,4 @@
-"""Small arrays that kernels work in, on the stack: nothing is asked for, counted, or given back."""
+"""Small work arrays of kernels on the stack, without allocation and reference counts."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from contiga.records import FloatArray, IndexArray
 
 types: Any = numba_types
 SIZE = 8
-"""Bytes of a number."""
+"""Size of a number, bytes."""
 
 
 def scratch(*shape: int) -> FloatArray:
-    """An array of nothing in particular, that is gone when the kernel returns.
+    """Return an uninitialised array that ends with the kernel's call.
 
     A kernel must not answer it. The shape is of numbers that are written out, or constants.
     """
@@ -29,12 +29,12 @@ def scratch(*shape: int) -> FloatArray:
 
 
 def zero_scratch(*shape: int) -> FloatArray:
-    """The same of zeros."""
+    """Return an array of zeros that ends with the kernel's call."""
     return np.zeros(shape)
 
 
 def stack_int64(*shape: int) -> IndexArray:
-    """The same of whole numbers."""
+    """Return an uninitialised array of int64 that ends with the kernel's call."""
     return np.empty(shape, np.int64)
 
 
@@ -44,13 +44,13 @@ SCRATCH = (scratch, zero_scratch, stack_int64)
 @infer_global(zero_scratch)
 @infer_global(scratch)
 class Scratch(AbstractTemplate):  # type: ignore[misc]
-    """What numba asks for the type of a call of `scratch`."""
+    """Typing template of a call of `scratch`."""
 
     prefer_literal = True
     number = types.float64
 
     def generic(self, shape: tuple[Any, ...], names: dict[str, Any]) -> Any:
-        """An array; nothing where the shape is worked out."""
+        """Return the array type; None if the shape is not constant."""
         if names or not all(isinstance(count, types.IntegerLiteral) for count in shape):
             return None
         return signature(types.Array(self.number, len(shape), "C"), *shape)
@@ -58,7 +58,7 @@ class Scratch(AbstractTemplate):  # type: ignore[misc]
 
 @infer_global(stack_int64)
 class WholeScratch(Scratch):
-    """What it asks for that of `stack_int64`."""
+    """Typing template of a call of `stack_int64`."""
 
     number = types.int64
 
@@ -66,20 +66,20 @@ class WholeScratch(Scratch):
 @lower_builtin(stack_int64, types.VarArg(types.Any))  # type: ignore[untyped-decorator]
 @lower_builtin(scratch, types.VarArg(types.Any))  # type: ignore[untyped-decorator]
 def _on_the_stack(context: Any, builder: Any, asked: Any, _: Any) -> Any:
-    """Code in the kernel that calls it; in one of its own the memory would be gone with that."""
+    """Emit the code in the calling kernel: a function of its own would release the memory."""
     return _array(context, builder, asked)[0]
 
 
 @lower_builtin(zero_scratch, types.VarArg(types.Any))  # type: ignore[untyped-decorator]
 def _zeros_on_the_stack(context: Any, builder: Any, asked: Any, _: Any) -> Any:
-    """The same, and code that makes it zero."""
+    """Emit the code, and code that sets the array to zero."""
     value, place = _array(context, builder, asked)
     builder.store(ir.Constant(place.type.pointee, None), place)
     return value
 
 
 def _array(context: Any, builder: Any, asked: Any) -> tuple[Any, Any]:
-    """An array of the shape and numbers asked for, and where these are."""
+    """Return an array of the given shape and type, and the address of its items."""
     counts = [count.literal_value for count in asked.args]
     number = context.get_data_type(asked.return_type.dtype)
     place = cgutils.alloca_once(builder, ir.ArrayType(number, prod(counts)))

@@ -1,4 +1,4 @@
-"""Hashes of source files and of all that they import: what compiled kernels are known by."""
+"""Stamps of compiled kernels: hashes of source files and of all that they import."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ IMPORT = re.compile(
     re.MULTILINE,
 )
 ASIDE = re.compile(r"#[^\n]*|\\\n")
-"""Comments, and ends of lines that do not end: they are gone when imports are looked for."""
+"""Comments and continued line ends, which are removed before imports are looked for."""
 PACKAGES = [PACKAGE]
-"""Folders of packages whose kernels are kept by such hashes."""
+"""Folders of packages whose kernels have such stamps."""
 LOCAL = "<locals>"
-"""In the names of functions made in functions: there may be several of one name."""
+"""Mark of a local function in a name, which may not be unique."""
 _IMPORTED: dict[str, tuple[Any, str]] = {}
-"""Of a file imported by this process: the import (its specification), and the stamp then."""
+"""Import specification and stamp of each file imported by this process."""
 
 
 def stamp_at_import(function: Callable[..., Any]) -> str:
-    """`stamp_of` the file of a function, taken once for all functions of an import of it.
+    """Return `stamp_of` the file of a function, computed once per import.
 
     What is in memory is what was imported: a file that has changed since has another stamp.
     """
@@ -41,7 +41,10 @@ def stamp_at_import(function: Callable[..., Any]) -> str:
 
 
 def stamp_of(file: str | Path, package: Path = PACKAGE) -> str:
-    """Hash of a source file and of all files of `package` that it imports, directly or not."""
+    """Return the hash of a source file and of all files of `package` that it imports.
+
+    Indirect imports count.
+    """
     whole = sha256()
     for _, content in sorted(_with_imports(file, package).items()):
         whole.update(content)
@@ -49,13 +52,13 @@ def stamp_of(file: str | Path, package: Path = PACKAGE) -> str:
 
 
 def sources_of(files: Iterable[str | Path]) -> list[str]:
-    """Names of files of the package and of all that they import, from the package's folder on."""
+    """Return the files of the package and their imports, relative to its folder."""
     paths = {path for file in files for path in _with_imports(file, PACKAGE)}
     return sorted(Path(path).relative_to(PACKAGE).as_posix() for path in paths)
 
 
 def stamp_of_files(names: Iterable[str]) -> str:
-    """Hash of so named files of the package; OSError where one is not there."""
+    """Return the hash of files of the package; raise OSError if one is missing."""
     whole = sha256()
     for name in names:
         whole.update(_hashed(name, PACKAGE.joinpath(name).read_bytes()))
@@ -63,7 +66,7 @@ def stamp_of_files(names: Iterable[str]) -> str:
 
 
 def _with_imports(file: str | Path, package: Path) -> dict[str, bytes]:
-    """Name and hash of a file and of all files of the package that it imports, by their paths."""
+    """Return name and hash of a file and of its imports in the package, by path."""
     seen: dict[str, bytes] = {}
     waiting = [os.path.realpath(file)]
     while waiting:
@@ -81,7 +84,7 @@ def _hashed(name: str, text: bytes) -> bytes:
 
 @cache
 def _read(path: str, when: int, size: int, package: Path) -> tuple[bytes, tuple[str, ...]]:
-    """Name and hash of a file, and the files of the package that it imports itself.
+    """Return name and hash of a file, and the files of the package that it imports itself.
 
     Time and size are asked for so that a file which changes while this runs is read again.
     """
@@ -97,12 +100,12 @@ def _read(path: str, when: int, size: int, package: Path) -> tuple[bytes, tuple[
 
 
 def _names(listed: str) -> list[str]:
-    """The names of ``a, b as c``, in brackets perhaps."""
+    """Return the names of ``a, b as c``, with or without brackets."""
     return [part.split()[0] for part in listed.strip("() \t\n").split(",") if part.strip()]
 
 
 def _absolute(module: str, path: Path, package: Path) -> str:
-    """The full name of a module that the file `path` names, by dots perhaps."""
+    """Return the full name of a module that the file `path` names, perhaps relatively."""
     name = module.lstrip(".")
     up = len(module) - len(name)
     if up == 0:
@@ -113,7 +116,7 @@ def _absolute(module: str, path: Path, package: Path) -> str:
 
 @cache
 def _file_of(module: str, package: Path) -> str | None:
-    """Source of a module of the package; none for other modules and for names in modules."""
+    """Return the source of a module of the package; None for other modules and names in modules."""
     parts = module.split(".")
     if parts[0] != package.name:
         return None

@@ -1,4 +1,4 @@
-"""Kernels that make no arrays count no references to those that they are handed.
+"""A compiler pass: kernels that make no arrays do not count references to their arguments.
 
 numba counts the references to an array wherever a variable takes it or lets it go, in tuples of
 tables those of every one of its arrays: in kernels that hand tables on, half of their time. Arrays
@@ -24,14 +24,14 @@ BORROWED = (
     *("getattr", "getitem", "static_getitem", "typed_getitem", "build_tuple", "cast", "phi"),
     *("getiter", "iternext", "pair_first", "exhaust_iter"),
 )
-"""Expressions whose arrays are their operands', or parts of them, unless an array is the index."""
+"""Expressions whose arrays are those of their operands, unless an array is the index."""
 PARTS = types.Integer, types.SliceType, types.EllipsisType, types.StringLiteral
 WRITTEN = ir.SetItem, ir.StaticSetItem
 
 
 @register_pass(mutates_CFG=False, analysis_only=True)
 class Uncounted(AnalysisPass):  # type: ignore[misc]
-    """Has a kernel that owns no array compiled without counting."""
+    """Pass that compiles a kernel that owns no array without reference counts."""
 
     _name = "contiga_uncounted"
 
@@ -39,7 +39,7 @@ class Uncounted(AnalysisPass):  # type: ignore[misc]
         AnalysisPass.__init__(self)
 
     def run_pass(self, state: Any) -> bool:
-        """Look through the typed kernel; nothing of it is changed.
+        """Inspect the typed kernel; nothing of it is changed.
 
         Raises numba's TypingError for a kernel that answers an array of its stack.
         """
@@ -52,7 +52,7 @@ class Uncounted(AnalysisPass):  # type: ignore[misc]
 
 
 def _owns(state: Any) -> bool:
-    """Whether a kernel makes, is given by a call, or answers an array."""
+    """Whether a kernel makes an array, gets one from a call, or returns one."""
     holds = _holder(state)
     if holds(state.return_type):
         return True
@@ -69,7 +69,7 @@ def _owns(state: Any) -> bool:
 
 
 def _check_stays(state: Any) -> None:
-    """Refuse a kernel that answers an array of its stack, which is gone by then."""
+    """Refuse a kernel that returns an array of its stack, which has ended by then."""
     holds = _holder(state)
     blocks = state.func_ir.blocks.values()
     made = [line for block in blocks for line in block.find_insts(ir.Assign)]
@@ -88,7 +88,7 @@ def _check_stays(state: Any) -> None:
 
 
 def _holder(state: Any) -> Callable[[Any], bool]:
-    """Tells whether things of a type are arrays, or hold some."""
+    """Return a function that says whether a type is an array, or contains one."""
     models = state.targetctx.data_model_manager
 
     @cache
@@ -106,7 +106,7 @@ def _is_scratch(value: Any, typemap: Any) -> bool:
 
 
 def _parts(value: Any, typemap: Any) -> set[str]:
-    """Names of the variables that a value is, or is a part of, or is made of."""
+    """Return the names of the variables that a value is, is a part of, or is made of."""
     if isinstance(value, ir.Var):
         return {value.name}
     if isinstance(value, ir.Expr) and _is_borrowed(value, typemap):
@@ -115,7 +115,7 @@ def _parts(value: Any, typemap: Any) -> set[str]:
 
 
 def _is_borrowed(value: Any, typemap: Any) -> bool:
-    """Whether an array that a variable takes belongs to another one."""
+    """Whether an array that is assigned to a variable belongs to another one."""
     if not isinstance(value, ir.Expr):
         return isinstance(value, (ir.Arg, ir.Var))
     if value.op == "call":
@@ -128,7 +128,7 @@ def _is_borrowed(value: Any, typemap: Any) -> bool:
 
 
 def _is_basic(index: Any) -> bool:
-    """Whether an index picks a part, not a copy of some."""
+    """Whether an index selects a view, and not a copy."""
     if isinstance(index, types.BaseTuple):
         return all(_is_basic(part) for part in index.types)
     return isinstance(index, PARTS)

@@ -1,17 +1,17 @@
-"""How many numbers a vector holds in kernels: what of their constants depends on the processor."""
+"""Width of vectors in kernels: some of their constants depend on the processor."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 Target = Sequence[str]
-"""What numba compiles for: system, processor, and features of processors, as ``+avx2,-avx512f``."""
+"""Target of numba: system, processor, and features, such as ``+avx2,-avx512f``."""
 WHOLE_VECTORS = "-prefer-256-bit"
-"""The feature by which LLVM makes vectors of 512 bits for processors of several makers."""
+"""Feature by which LLVM uses vectors of 512 bits for processors of several makers."""
 
 
 def numbers_in_vector(target: Target) -> int:
-    """Eight where the compiler makes vectors of 512 bits, four elsewhere.
+    """Return the numbers per vector: eight with vectors of 512 bits, else four.
 
     It does for AMD's processors that have them; for Intel's it takes 256 bits, as their clocks may
     slow down otherwise.

@@ -194,10 +194,10 @@ class ClosestPointSearch(NamedTuple):
     def _first_change(
         self, start: FloatArray, end: FloatArray, *, entries_only: bool
     ) -> tuple[FloatArray, ByteArray]:
-        """Return where paths first change sides, and which way.
+        """Return where paths first change sides, as a share (n,) of the way, and in which sense.
 
-        The first is the share of the way (n,), NaN where they do not; the second 1 where they come
-        in and −1 where they go out.
+        The share is NaN where a path does not change sides. The sense is 1 on the way in, −1 on the
+        way out.
         """
         n, length = len(start), row_lengths(end - start)
         share, sense = np.full(n, np.nan), np.zeros(n, np.int8)

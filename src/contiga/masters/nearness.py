@@ -42,6 +42,7 @@ def nearest(
 
     Parameters
     ----------
+    surface : the searched surface
     p_B : (n, 3), finite at `rows`, frame of the surface
     rows : (k,), at least one
     depth : how deep behind an open surface points count as inside, length; None: nothing counts as

@@ -100,15 +100,19 @@ class Surface(Protocol):
     def last_crossings(
         self, a_B: FloatArray, b_B: FloatArray, rows: IntArray
     ) -> tuple[Hit, ByteArray]:
-        """Crossings of either sense nearest to the ends of a_B[rows] → b_B[rows], and whether the
-        path enters there (1), leaves (−1), or crosses nothing (0)."""
+        """Find the crossings of either sense nearest to the ends of a_B[rows] → b_B[rows].
+
+        Returns too whether the path enters there (1), leaves (−1), or crosses nothing (0).
+        """
 
     def safe_distance(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
         """Lower bounds of the distance of p_B[rows] into lengths[rows]; zero when near."""
 
     def sides(self, p_B: FloatArray, rows: IntArray) -> KnownSides:
-        """Sides of p_B[rows] as far as they are known at once: 1 outside, −1 inside, else 0; and
-        where they are, a length greater than rounding that leads to no surface.
+        """Return the sides of p_B[rows] as far as they are known at once.
+
+        A side is 1 outside, −1 inside, else 0. A known one comes with a length, greater than
+        rounding, over which no surface is reached.
 
         An open surface has none.
         """

@@ -45,6 +45,7 @@ class Net(NamedTuple):
         Parameters
         ----------
         name : "u0", "u1", "v0" or "v1": where u or v begins or ends
+        patch : number of the patch
         rows : of control points, from the edge on; two hold the slope there as well
 
         Raises

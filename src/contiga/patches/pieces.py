@@ -77,8 +77,10 @@ def edge_of(patch: Patch, name: str) -> Edge:
 
 
 def pieces_of(patch: Patch, number: int, first: int) -> list[Piece]:
-    """A patch cut along knots that stand there as often as its degree; control points are counted
-    from `first` on."""
+    """Cut a patch along knots whose multiplicity is its degree.
+
+    Control points are counted from `first` on.
+    """
     n, m = patch.control_points.shape[:2]
     control = first + np.arange(n * m, dtype=np.int32).reshape(n, m)
     points = np.asarray(patch.control_points, np.float64)

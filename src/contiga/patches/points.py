@@ -77,7 +77,7 @@ class SplinePoints(NamedTuple):
     """(f, 3) triangles between the points of each patch."""
 
     def points(self, q: FloatArray) -> FloatArray:
-        """x = N q (n, 3), of control points (m, 3); velocities likewise."""
+        """Return the points N q (n, 3) of control points (m, 3); velocities likewise."""
         return self.rows.times(q)
 
     def normals(self, q: FloatArray) -> FloatArray:

@@ -20,6 +20,7 @@ def shift_to_gap(pair: Pair, gap: float, most: tuple[float, float]) -> float | N
 
     Parameters
     ----------
+    pair : the two parts, moved along the line
     gap : length
     most : how far to look forward and back, length
 

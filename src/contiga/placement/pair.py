@@ -114,8 +114,10 @@ class Pair:
         return least(self.bounds(shift), lambda rows: self.gaps(rows, shift))[0]
 
     def sharpen(self, shift: float) -> bool:
-        """Look again at points past borders, and put the closest places of two bodies among the
-        points; whether one is closer."""
+        """Add the points past borders and the closest places of two bodies.
+
+        Returns whether the smallest gap became smaller.
+        """
         before = self.least(shift)
         past = np.flatnonzero(self._past & (self._at != shift))
         if len(past):

@@ -17,7 +17,7 @@ _CHORD = 1e-3
 """Tolerance of the triangles that are sampled, in parts of a body's size."""
 _FINEST = 3e-7
 """Step, in parts of the size, below which a least value no longer falls by 1e-12 of it."""
-_MOST = 400
+_MAX_ROUNDS = 400
 _STAR = np.concatenate([np.eye(3), -np.eye(3)])
 """Ways of which some lead downward in whatever tangent plane."""
 _WORTH = 1e-2
@@ -77,11 +77,13 @@ def sharpened(
 
     Parameters
     ----------
+    body : the body
+    points : (k, 3) points of it
     value : length, of points (n, 3) on the body, (n,); changes by no more than the way between two
     """
     step = np.full(len(points), 0.5 * SPACING * body.size)
     best, least = points.copy(), value(points)
-    for _ in range(_MOST):
+    for _ in range(_MAX_ROUNDS):
         hopeful = least - least.min() <= _HOPELESS * step
         rows = np.flatnonzero(hopeful & (step > _FINEST * body.size))
         if len(rows) == 0:

@@ -1,1 +1,1 @@
-"""What stands where at the start of a run, as a picture or a page; nothing is run for it."""
+"""Previews: the parts at the start of a run, as a picture or a page; nothing is run."""

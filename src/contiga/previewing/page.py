@@ -16,13 +16,13 @@ from contiga.report.style import INK, LINES, MUTED, SPRING, page
 
 RED = LINES[1]
 _APART = 1e-3
-"""How far the two sides of a surface are drawn from it, in parts of the scene."""
+"""Distance of the two drawn sides of a surface from it, over the size of the scene."""
 _DOTS = 20_000
 _CSS = ".swatch { display: inline-block; width: 12px; height: 12px; margin-right: 8px; }"
 
 
 def page_of(stage: Stage) -> str:
-    """The whole page as one text that reads offline."""
+    """Return the whole page as one text that reads offline."""
     scene = embedded(figure_of(stage), "scene", VIEW_CONFIG)
     body = (
         '<div class="maker"><b>contiga</b> · preview</div>'
@@ -37,7 +37,7 @@ def page_of(stage: Stage) -> str:
 
 
 def figure_of(stage: Stage) -> Figure:
-    """The scene as a figure of plotly, its traces named by what they show."""
+    """Return the scene as a figure of plotly; the traces have the names of the parts."""
     figure = Figure(layout=_layout(stage))
     size = float(np.linalg.norm(np.ptp(stage.box, axis=0)))
     for part in stage.parts:
@@ -57,7 +57,7 @@ def figure_of(stage: Stage) -> Figure:
 
 
 def _drawn(part: Drawn, apart: float) -> list[Trace]:
-    """A body by its two sides, a slave by its facets or points; faint what takes no part."""
+    """Return a body's two sides, or a slave's facets or points; inactive ones are faint."""
     traces = []
     if len(part.triangles) and part.is_body:
         off = apart * _at_points(part)
@@ -79,7 +79,7 @@ def _drawn(part: Drawn, apart: float) -> list[Trace]:
 
 
 def _at_points(part: Drawn) -> FloatArray:
-    """(n, 3) mean unit normals at the points."""
+    """Return the mean unit normals (n, 3) at the points."""
     corners = part.points[part.triangles]
     crosses = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     total = np.zeros_like(part.points)
@@ -89,7 +89,7 @@ def _at_points(part: Drawn) -> FloatArray:
 
 
 def _normals(stage: Stage) -> list[Trace]:
-    """Short lines with cones, one pair a body."""
+    """Return short lines with cones, a pair of traces for each body."""
     traces = []
     for part in stage.parts:
         arrows = [arrow for arrow in stage.normals if arrow.name == part.name]
@@ -135,7 +135,7 @@ def _gap(gap: Gap, stage: Stage) -> Trace:
 
 
 def _layout(stage: Stage) -> dict[str, Any]:
-    """Axes in one scale that hold all parts."""
+    """Return axes of one scale that contain all parts."""
     shown = np.concatenate([stage.box, stage.velocity_ends.reshape(-1, 3)])
     low, high = shown.min(axis=0), shown.max(axis=0)
     room = 0.08 * float((high - low).max())

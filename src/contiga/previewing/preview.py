@@ -1,4 +1,4 @@
-"""`contiga.preview`: what stands where before a run, to be looked at or saved."""
+"""`contiga.preview`: the parts before a run, to be looked at or saved."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Preview:
 
     @property
     def gaps(self) -> dict[str, float]:
-        """The smallest gap of each contact at the start, negative where the slave begins inside."""
+        """Return the smallest gap of each contact at the start, negative inside the body."""
         return {gap.contact: gap.value for gap in self.stage.gaps}
 
     def __repr__(self) -> str:
@@ -75,7 +75,7 @@ class Preview:
 
 
 def check_suffix(path: str | Path) -> Path:
-    """A path that a preview can be saved to.
+    """Return a path that a preview can be saved to.
 
     Raises
     ------

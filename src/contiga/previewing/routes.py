@@ -17,11 +17,11 @@ from contiga.routing.path import Path
 
 _SIZE, _DPI = (9.6, 7.2), 100
 _SAMPLES = 40
-"""Points of a path that decide from where it is looked at, about."""
+"""Approximate number of points of a path that determine the viewing direction."""
 
 
 def check_picture(file: FilePath) -> FilePath:
-    """Return `file`, refused before anything is routed where it is no picture.
+    """Return `file`; refuse a name that is no picture before anything is routed.
 
     Raises
     ------
@@ -37,7 +37,7 @@ def check_picture(file: FilePath) -> FilePath:
 
 
 def draw_routes(paths: Sequence[Path], file: FilePath) -> None:
-    """Write a picture of paths and what they go over; thick where they lie on a body."""
+    """Draw paths and their bodies to a file; contact with a body is drawn thick."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -67,7 +67,7 @@ def draw_routes(paths: Sequence[Path], file: FilePath) -> None:
 
 
 def _towards(paths: Sequence[Path]) -> np.ndarray:
-    """A direction to look in that sees most of what lies on bodies, from above if it may be."""
+    """Return a viewing direction that shows most of the contact, from above if possible."""
     ways = [
         np.array([x, y, z]) for z in (-0.45, 0.45) for x in (-0.55, 0.55) for y in (0.75, -0.75)
     ]

@@ -1,4 +1,4 @@
-"""What a preview shows: parts as they stand at the start, ways they are to go, gaps of contacts."""
+"""Contents of a preview: parts at the start, their prescribed motion, gaps of contacts."""
 
 from __future__ import annotations
 
@@ -23,53 +23,53 @@ from contiga.simulation.step import Placement, place
 from contiga.slaves.slave import box_of
 
 COLOURS = ("#8fa3bd", "#9db89a", "#b8a0c4", "#d2b27c", "#88b4b4", "#a9a9b4")
-"""Of the free sides of bodies, in turn."""
+"""Colours of the free sides of bodies, in turn."""
 CONTACT_SIDE = "#c9806a"
 SLAVES = ("#cfc5aa", "#b9c8ad", "#d6b9a2")
 _DRAWN = 5e-4
 """Largest departure of the drawn triangles from a body, relative to its size."""
 _TRIED = 200
 _ARROWS = 9
-"""Normals shown on each body."""
+"""Number of normals shown on each body."""
 _TIMES = 61
-"""Places that a way is drawn through."""
+"""Number of instants through which a motion is drawn."""
 
 
 class Drawn(NamedTuple):
-    """A part where it stands at the start."""
+    """A part at its place at the start."""
 
     name: str
     is_body: bool
     points: FloatArray
     """(n, 3), world axes."""
     triangles: IntArray
-    """(m, 3) rows of them, none of a bare cloud."""
+    """(m, 3) rows of the points, none for a bare cloud."""
     active: NDArray[np.bool_]
     """(n,) points that take part in contact."""
     colour: str
 
     @property
     def box(self) -> FloatArray:
-        """(2, 3) of what is drawn in full: of a slave its active points, where it has some."""
+        """Return the box (2, 3) of the fully drawn points: of a slave its active ones, if any."""
         return box_of(self.points, self.active)
 
 
 class Arrow(NamedTuple):
-    """A direction at a place: a normal, or the velocity of what is free."""
+    """A direction at a place: a normal, or the velocity of a free part."""
 
     name: str
     at: FloatArray
-    """(3,)."""
+    """(3,) its place."""
     vector: FloatArray
-    """(3,) of length one, or a velocity."""
+    """(3,) a unit vector, or a velocity."""
 
 
 class Way(NamedTuple):
-    """Where a few points of a part go in the run, as its motion prescribes."""
+    """The prescribed paths of a few points of a part."""
 
     name: str
     lines: FloatArray
-    """(k, times, 3)."""
+    """(k, times, 3) paths."""
 
 
 class Gap(NamedTuple):
@@ -79,11 +79,11 @@ class Gap(NamedTuple):
     master: str
     slave: str
     value: float
-    """Negative where the slave begins inside."""
+    """Gap, length; negative if the slave begins inside."""
     ends: FloatArray
     """(2, 3) the point and its foot."""
     approach: tuple[float, float] | None = None
-    """The least distance of all the time, and when it is, of sides that are known never to meet."""
+    """Smallest distance over time, and its time, for sides whose prescribed motions never meet."""
 
 
 class Tie(NamedTuple):
@@ -95,7 +95,7 @@ class Tie(NamedTuple):
 
 
 class Stage(NamedTuple):
-    """All a preview shows."""
+    """The contents of a preview."""
 
     title: str
     units: Units
@@ -108,7 +108,7 @@ class Stage(NamedTuple):
 
     @property
     def velocity_ends(self) -> FloatArray:
-        """(k, 2, 3) start and tip of an arrow for each of `velocities`.
+        """Return start and tip (k, 2, 3) of an arrow for each of `velocities`.
 
         It ends behind the box of its part, so that neither that part hides it nor what it meets.
         """
@@ -123,7 +123,7 @@ class Stage(NamedTuple):
 
     @property
     def box(self) -> FloatArray:
-        """(2, 3) of all parts and springs."""
+        """Return the box (2, 3) of all parts and springs."""
         boxes = np.array(
             [part.box for part in self.parts] + [np.sort(tie.ends, axis=0) for tie in self.ties]
         )
@@ -137,12 +137,12 @@ class Stage(NamedTuple):
         return bool(flat and all(abs(arrow.vector[2]) < 1e-6 for arrow in self.normals))
 
     def part(self, name: str) -> Drawn:
-        """The part of this name."""
+        """Return the part of this name."""
         return next(part for part in self.parts if part.name == name)
 
 
 def stage_of(model: Model) -> Stage:
-    """What a model looks like at its start."""
+    """Return the contents of a preview of a model at its start."""
     start = place(model, None, model.stepping.start)
     parts = tuple(_parts(model, start))
     return Stage(
@@ -174,7 +174,7 @@ def _parts(model: Model, start: Placement) -> Iterator[Drawn]:
 
 
 def _is_skin(model: Model, slave: str) -> bool:
-    """Whether a slave lies on the body it is attached to, which shows its surface already."""
+    """Whether a slave lies on the body it is attached to, which is drawn already."""
     host = model.mechanism.carried.get(slave)
     if host is None:
         return False
@@ -185,7 +185,7 @@ def _is_skin(model: Model, slave: str) -> bool:
 
 
 def _normals(part: Drawn) -> Iterator[Arrow]:
-    """Normals to the free side at triangles far from each other."""
+    """Yield normals to the free side at triangles far from each other."""
     corners = part.points[part.triangles]
     crosses = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     sizes = np.linalg.norm(crosses, axis=1)
@@ -199,7 +199,7 @@ def _normals(part: Drawn) -> Iterator[Arrow]:
 
 
 def _ways(model: Model, parts: tuple[Drawn, ...]) -> Iterator[Way]:
-    """Of the middle of each part that is driven and, where it turns, of two of its ends."""
+    """Yield the path of the middle of each driven part and, if it turns, of two of its ends."""
     times = np.linspace(model.stepping.start, model.stepping.end, _TIMES)
     standings = [place(model, None, float(time)) for time in times]
     for part in parts:
@@ -222,7 +222,7 @@ def _ways(model: Model, parts: tuple[Drawn, ...]) -> Iterator[Way]:
 
 
 def _spread(box: FloatArray) -> FloatArray:
-    """(3, 3) the middle of a box and the two ends of its longest side."""
+    """Return the middle of a box and the two ends of its longest side (3, 3)."""
     ends = np.tile(box.mean(axis=0), (3, 1))
     axis = int(np.ptp(box, axis=0).argmax())
     ends[1:, axis] = box[:, axis]
@@ -235,7 +235,7 @@ def _rows_near(points: FloatArray, places: FloatArray) -> NDArray[np.intp]:
 
 
 def _velocities(model: Model, parts: tuple[Drawn, ...]) -> Iterator[Arrow]:
-    """Of free bodies and nodes at the start."""
+    """Yield the initial velocities of free bodies and nodes."""
     for part in parts:
         entry = model.bodies[part.name] if part.is_body else model.slaves[part.name]
         if isinstance(entry.motion, Free | Deforming):

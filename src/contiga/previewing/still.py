@@ -1,4 +1,4 @@
-"""The still picture of a preview: the whole scene, and beside it the smallest gaps from near by."""
+"""The still picture of a preview: the whole scene, and close-ups of the smallest gaps."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ RED = LINES[1]
 _SIZE, _DPI = (14.4, 8.8), 100
 _WHOLE, _NEAR = (0.01, 0.17, 0.6, 0.73), (0.63, 0.17, 0.36, 0.73)
 _NAME = 32
-"""Characters of the name of a contact over its picture, at most."""
+"""Largest number of characters of a contact's name over its picture."""
 _NEAREST = 3
-"""Gaps that are shown from near by, at most."""
+"""Largest number of close-ups of gaps."""
 _SPRINGS = 12
-"""Springs that are named in the picture, at most."""
+"""Largest number of springs that are named in the picture."""
 _LONG = 12.0
-"""Pixels of a spring that is named, at least: joints of short ones would hide what they join."""
+"""Smallest length of a named spring, pixels: names of shorter ones would hide what they join."""
 _DOTS = 4000
-"""Points of a part that are drawn or looked at for the frame, at most."""
+"""Largest number of points of a part that are drawn or used for the frame."""
 _FAINT = "#c9ced4"
 _CHARACTER = np.array([6.6, 14.5])
 """Width and height of a character of the labels, pixels."""
@@ -67,7 +67,7 @@ def _few(points: FloatArray) -> FloatArray:
 
 
 def _whole(axes: Any, stage: Stage) -> None:
-    """All parts, with normals, ways, velocities and gaps."""
+    """Draw all parts, with normals, paths, velocities and gaps."""
     corners = np.array(list(product(*stage.box.T)))
     framed = [_few(part.points[part.active]) for part in stage.parts]
     framed += [corners, stage.velocity_ends.reshape(-1, 3)]
@@ -98,7 +98,7 @@ def _whole(axes: Any, stage: Stage) -> None:
 
 
 def _draw(view: View, part: Drawn, opacity: float = 1.0, *, nodes: bool = False) -> None:
-    """A part: shaded where it has triangles; points of a cloud; faint what takes no part."""
+    """Draw a part: shaded triangles, or points of a cloud; inactive points are faint."""
     if len(part.triangles):
         mesh = TriMesh(part.points, part.triangles)
         back = CONTACT_SIDE if part.is_body else None
@@ -112,7 +112,7 @@ def _draw(view: View, part: Drawn, opacity: float = 1.0, *, nodes: bool = False)
 
 
 def _profile(axes: Any, view: View, part: Drawn) -> None:
-    """The line of a body of a plane problem, from in front."""
+    """Draw the line of a body of a plane problem, seen from the front."""
     from matplotlib.collections import LineCollection
 
     ends = part.points[free_edges(part.triangles)]
@@ -123,7 +123,7 @@ def _profile(axes: Any, view: View, part: Drawn) -> None:
 
 
 def _arrows(view: View, stage: Stage, towards: FloatArray) -> None:
-    """Normals that nothing hides and that do not point away from the eye."""
+    """Draw visible normals that do not point away from the eye."""
     for arrow in stage.normals:
         part = stage.part(arrow.name)
         length = 0.13 * float(np.linalg.norm(np.ptp(part.box, axis=0)))
@@ -133,7 +133,7 @@ def _arrows(view: View, stage: Stage, towards: FloatArray) -> None:
 
 
 def _way(axes: Any, line: FloatArray, colour: str) -> None:
-    """A dashed line that nothing hides, with a head where it ends or leaves the picture."""
+    """Draw a dashed line over everything, with a head at its end or at the picture's border."""
     axes.plot(*line.T, color=colour, lw=1.4, ls=(0, (4, 2)), zorder=5)
     room = np.array([axes.get_xlim()[1], axes.get_ylim()[0]])
     inside: NDArray[np.bool_] = np.asarray(((line >= 0.0) & (line <= room)).all(axis=1))
@@ -149,7 +149,7 @@ def _way(axes: Any, line: FloatArray, colour: str) -> None:
 
 
 def _edges(view: View, stage: Stage) -> list[tuple[str, FloatArray]]:
-    """Three edges of the box of all, drawn outside of it, and the texts of their lengths."""
+    """Draw three edges of the box around all parts; return the texts of their lengths."""
     box, edges = stage.box, []
     centre = view.placed([box.mean(axis=0)])[0]
     for axis in range(3):
@@ -179,7 +179,7 @@ def _edges(view: View, stage: Stage) -> list[tuple[str, FloatArray]]:
 
 
 def _labels(axes: Any, view: View, stage: Stage, edges: list[tuple[str, FloatArray]]) -> None:
-    """Names, gaps and lengths, off each other; a thin line leads to what was moved far."""
+    """Write names, gaps and lengths apart from each other; a thin line leads to moved ones."""
     texts = [(text, at, MUTED) for text, at in edges]
     for part in stage.parts:
         texts.append((part.name, view.placed([_top(view, part)])[0] - [0.0, 12.0], INK))
@@ -203,7 +203,7 @@ def _labels(axes: Any, view: View, stage: Stage, edges: list[tuple[str, FloatArr
 
 
 def _top(view: View, part: Drawn) -> FloatArray:
-    """The point of a part that is highest in the picture, of those that nothing hides."""
+    """Return the visible point of a part that is highest in the picture."""
     points = _few(part.points[part.active] if part.active.any() else part.points)
     seen = view.sees(points)
     points = points[seen] if seen.any() else points
@@ -211,7 +211,7 @@ def _top(view: View, part: Drawn) -> FloatArray:
 
 
 def _near(axes: Any, stage: Stage, gap: Gap) -> None:
-    """The closest pair of a contact, seen from the side of the line between it."""
+    """Draw the closest pair of a contact, seen from the side of the line between them."""
     master, slave = stage.part(gap.master), stage.part(gap.slave)
     extents = [float(np.linalg.norm(np.ptp(part.box, axis=0))) for part in (master, slave)]
     least = 0.16 * min((size for size in extents if size > 0.0), default=1.0)
@@ -241,7 +241,7 @@ def _short(name: str) -> str:
 
 
 def _square_to(line: FloatArray, towards: FloatArray) -> FloatArray:
-    """A direction near to `towards` that sees `line` from its side."""
+    """Return a direction near `towards` that sees `line` from its side."""
     along = unit(line)
     square = towards - (towards @ along) * along
     if np.linalg.norm(square) < 0.1:
@@ -251,7 +251,7 @@ def _square_to(line: FloatArray, towards: FloatArray) -> FloatArray:
 
 
 def _legend(axes: Any, stage: Stage) -> None:
-    """Parts with their colours and what they do, in columns."""
+    """Draw the parts' colours and descriptions in columns."""
     axes.set_axis_off()
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(1.0, 0.0)

@@ -1,4 +1,4 @@
-"""What the pictures of a preview say: gaps, lengths and speeds with their units."""
+"""Texts of the pictures of a preview: gaps, lengths and speeds with their units."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from contiga.report.style import number
 
 
 def gap_text(gap: Gap, units: Units) -> str:
-    """``gap 2 mm``, or how far the slave begins inside."""
+    """Return ``gap 2 mm``, or the depth at which the slave begins inside."""
     kind = "gap" if gap.value >= 0.0 else "starts inside by"
     return f"{kind} {number(abs(gap.value))} {units.length}".strip()
 
 
 def way_in_text(gap: Gap, units: Units) -> str:
-    """``gap 2 mm``, and of sides that never meet how near they come."""
+    """Return ``gap 2 mm``, and the smallest distance of sides that never meet."""
     if gap.approach is None:
         return gap_text(gap, units)
     distance = f"{number(gap.approach[0])} {units.length}".strip()
@@ -25,26 +25,26 @@ def way_in_text(gap: Gap, units: Units) -> str:
 
 
 def speed_text(arrow: Arrow, units: Units) -> str:
-    """``6.7 mm/ms``."""
+    """Return ``6.7 mm/ms``."""
     return f"{number(float(np.linalg.norm(arrow.vector)))} {units.velocity}".strip()
 
 
 def span_text(axis: int, box: np.ndarray, units: Units) -> str:
-    """``x 300 mm (−150 to 150)``."""
+    """Return ``x 300 mm (−150 to 150)``."""
     low, high = (float(f"{v:.12g}") for v in box[:, axis])
     length = f"{'xyz'[axis]}  {number(high - low)} {units.length}".strip()
     return f"{length}\n{number(low)} to {number(high)}"
 
 
 def way_text(stage: Stage, name: str) -> str:
-    """How far the middle of a part goes from where it starts, at most."""
+    """Return the largest distance of a part's middle from its start."""
     way = next(way for way in stage.ways if way.name == name)
     far = np.linalg.norm(way.lines[0] - way.lines[0, 0], axis=1).max()
     return f"goes {number(float(far))} {stage.units.length}".strip()
 
 
 def legend(stage: Stage) -> list[tuple[str, str]]:
-    """What each part is and does, and its colour."""
+    """Return the description of each part, and its colour."""
     speeds = {arrow.name: speed_text(arrow, stage.units) for arrow in stage.velocities}
     ways = {way.name for way in stage.ways}
     rows = []

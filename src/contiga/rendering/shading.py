@@ -84,9 +84,9 @@ def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
 
 
 def _smooth_corners(triangles: IntArray, facet: FloatArray) -> tuple[int, IntArray]:
-    """Return how many groups of corners share a normal, and the group of each corner.
+    """Return the number of groups of corners that share a normal, and the group of each corner.
 
-    Corner c of facet f is 3 f + c; both ends of a smooth edge join the corners that meet there.
+    Corner c of facet f is 3 f + c. Both ends of a smooth edge join the corners that meet there.
     """
     inner = _inner_edges(triangles)
     smooth = np.einsum("ei,ei->e", facet[inner.left], facet[inner.right]) >= _CREASE
@@ -96,8 +96,10 @@ def _smooth_corners(triangles: IntArray, facet: FloatArray) -> tuple[int, IntArr
 
 
 class SharpMesh(NamedTuple):
-    """A mesh whose points are repeated where facets meet at a crease: smooth shading by its own
-    vertices, as a browser does it, keeps the creases sharp."""
+    """Return a mesh whose points are repeated where facets meet at a crease.
+
+    Smooth shading by its own vertices, as a browser does it, then keeps the creases sharp.
+    """
 
     rows: IntArray
     """(k,) the point of the original mesh that each vertex stands at."""
@@ -204,9 +206,12 @@ def paint(
 
     Parameters
     ----------
+    picture : (h, w, 3) picture, changed in place
+    layer : the shaded layer
     colours : (3,), or (k, 3) of the pixels of `layer.seen`
     size : that of the scene: bends of a fiftieth of it are the strongest that are shaded
     nearest : (h, w) depths
+    opacity : opacity of the layer
     """
     hollow = hollows(layer.buffer.depth, max(2, len(picture) // 120), 0.02 * size)
     eye, rgb = np.concatenate([layer.axes, _LAMPS]), np.atleast_2d(colours)

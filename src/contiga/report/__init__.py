@@ -12,7 +12,7 @@ PAGE = "report.html"
 
 
 def require_packages(purpose: str = "a report") -> None:
-    """Make sure that what a report is drawn with is there.
+    """Check that the packages a report is drawn with are installed.
 
     Raises
     ------

@@ -1,5 +1,7 @@
-"""What the pictures can show in colour: penetration, pressure, and the regions of contact; of
-slaves that deform their inside."""
+"""Fields that the pictures show in colour.
+
+They are penetration, pressure, the regions of contact, and the inside of deforming slaves.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,7 @@ _INSIDE: dict[str, tuple[str, Callable[[Units], str]]] = {
         lambda units: f"{units.energy}/{units.length}³" if units.energy else "",
     ),
 }
-"""What fields of the inside are called, and their units."""
+"""Labels of the fields of the inside, and their units."""
 
 
 class ColouredField(NamedTuple):
@@ -36,18 +38,20 @@ class ColouredField(NamedTuple):
     label: str
     unit: str
     values: FloatArray
-    """(n_s,) of the slave points; of a contact zero outside it."""
+    """(n_s,) values at the slave points; zero outside the contact for fields of a contact."""
     top: float
-    """Where the colours end."""
+    """Value at which the colours end."""
     cut: bool
-    """Whether some values are greater."""
+    """Whether some values are larger."""
     everywhere: bool = False
-    """Whether points that touch nothing have it, too."""
+    """Whether points without contact have it too."""
 
 
 def fields_of(peak: Peak | Touched, units: Units) -> dict[str, ColouredField]:
-    """Fields of the slave by name: penetration always, pressure where there is some, and what is
-    inside of facets."""
+    """Return the fields of the slave by name.
+
+    Penetration is always among them, pressure if there is some, and the inside of facets.
+    """
     fields = {
         "penetration": _coloured("Penetration", units.length, peak.penetration, peak.in_contact)
     }
@@ -62,13 +66,13 @@ def fields_of(peak: Peak | Touched, units: Units) -> dict[str, ColouredField]:
 
 
 def first_field(peak: Peak, units: Units) -> ColouredField:
-    """What is shown first of a contact: the pressure where there is some."""
+    """Return the field of a contact that is shown first: the pressure if there is some."""
     fields = fields_of(peak, units)
     return fields.get("pressure", fields["penetration"])
 
 
 def _coloured(label: str, unit: str, values: FloatArray, where: NDArray[np.bool_]) -> ColouredField:
-    """The field by its values `where` (n_s,) there are some; stresses in MPa in place of GPa."""
+    """Return the field by its values `where` (n_s,) there are some; stresses in MPa, not GPa."""
     if unit == "GPa":
         unit, values = "MPa", 1e3 * values
     greatest = float(values.max(initial=0.0))
@@ -80,6 +84,6 @@ def _coloured(label: str, unit: str, values: FloatArray, where: NDArray[np.bool_
 
 
 def region_colours(outlines: tuple[Outline, ...]) -> dict[tuple[int, int], str]:
-    """A colour for every region, by the numbers of its contact and cluster."""
+    """Return a colour for every region, by the numbers of its contact and cluster."""
     keys = sorted({(line.contact, line.cluster) for line in outlines})
     return {key: REGIONS[k % len(REGIONS)] for k, key in enumerate(keys)}

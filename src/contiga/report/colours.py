@@ -1,4 +1,4 @@
-"""Colours as numbers, without matplotlib: to import that takes as long as a picture to draw."""
+"""Colours as numbers, without matplotlib, whose import takes as long as a picture."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from contiga.records import FloatArray
 from contiga.report.style import SCALE
 
 _STEPS = 256
-"""Colours that a colour map of matplotlib has."""
+"""Number of colours of a colour map of matplotlib."""
 
 
 def channels(colour: str) -> FloatArray:
-    """(3,) red, green and blue from 0 to 1.
+    """Return red, green and blue (3,) from 0 to 1.
 
     >>> channels("#ff0033").tolist()
     [1.0, 0.0, 0.2]
@@ -21,7 +21,7 @@ def channels(colour: str) -> FloatArray:
 
 
 def scale_colours(share: FloatArray) -> FloatArray:
-    """(k, 3) colours at (k,) shares of `SCALE`, as `colour_map` has them.
+    """Return the colours (k, 3) at shares (k,) of `SCALE`, as `colour_map` has them.
 
     What lies below, above or nowhere has the colour of an end.
     """

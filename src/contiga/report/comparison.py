@@ -1,4 +1,4 @@
-"""A comparison of runs: settings that differ, and how far their histories are apart."""
+"""A comparison of runs: settings that differ, and the differences of their histories."""
 
 from __future__ import annotations
 
@@ -75,17 +75,17 @@ class Comparison(Displayed):
 
     @property
     def folders(self) -> tuple[Path, ...]:
-        """The output folders."""
+        """Return the output folders."""
         return tuple(run.folder for run in self.runs)
 
     @property
     def named(self) -> list[Named]:
-        """The runs with their names."""
+        """Return the runs with their names."""
         return [Named(run, name) for run, name in zip(self.runs, self.names, strict=True)]
 
     @property
     def short_names(self) -> tuple[str, ...]:
-        """Names of the runs, without the values of cases of a study."""
+        """Return the names of runs, without the values of cases of a study."""
         return tuple(name.partition(SEPARATOR)[0] for name in self.names)
 
     @property

@@ -43,7 +43,7 @@ _PANELS = {
     "total": "total energy",
     "error": "energy balance error",
 }
-"""Columns that are drawn over time, and the labels of their axes."""
+"""Columns drawn over time, and the labels of their axes."""
 _MAX_CHARACTERS = 60
 """Length at which the value of a setting is cut."""
 _MAX_UPRIGHT = 8
@@ -166,8 +166,10 @@ def _differences(comparison: Comparison) -> str:
 
 
 def _curves(comparison: Comparison) -> str:
-    """Return figures over time and of channels over each other, with a line for each run, and the
-    ratings beside tests."""
+    """Return figures over time and of channels over each other, a line for each run.
+
+    The ratings stand beside the tests.
+    """
     first, references = comparison.runs[0], _references(comparison)
     drawn = [one.moved(first) for one in references]
     over_time = {
@@ -217,7 +219,7 @@ def _ratings(comparison: Comparison, references: Sequence[Reference]) -> list[Ra
 
 
 def criteria_with_units(comparison: Comparison) -> dict[str, Values]:
-    """Values of criteria in each run, by ``<sensor>: <criterion> [<unit>]``."""
+    """Return the values of criteria in each run, by ``<sensor>: <criterion> [<unit>]``."""
     units = {
         f"{sensor}: {name}": str(found.get("unit") or "")
         for run in comparison.runs

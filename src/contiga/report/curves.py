@@ -12,7 +12,7 @@ from contiga.io.channels import Channel, channel_of
 from contiga.io.column_units import column_kind
 from contiga.io.units import with_unit
 from contiga.report.figure import Figure
-from contiga.report.lines import MOST_ROWS, add_line, finish, largest, rows_drawn
+from contiga.report.lines import MAX_ROWS, add_line, finish, largest, rows_drawn
 from contiga.report.references import Reference, references_of, whole_name
 from contiga.report.run_folder import Run
 from contiga.report.runs import Named
@@ -25,7 +25,7 @@ _DASHES = ("solid", "dash", "dot", "dashdot")
 
 
 class Curve(NamedTuple):
-    """Channels of one figure, by their whole names."""
+    """Channels of one figure, by their full names."""
 
     x: str
     y: tuple[str, ...]
@@ -89,7 +89,7 @@ def curve_figure(
     *,
     label: str | None = None,
     colours: Sequence[str] = (),
-    most: int = MOST_ROWS,
+    most: int = MAX_ROWS,
 ) -> Figure:
     """Draw a curve: a line for each run and channel, and the tests of these channels.
 
@@ -97,6 +97,8 @@ def curve_figure(
 
     Parameters
     ----------
+    runs : the runs
+    curve : the curve
     references : tests of any channels, moved to where they are drawn
     peak_time : time that the scene of the page shows; None without a scene
     label : label of the vertical axis without its unit; that of the curve if omitted

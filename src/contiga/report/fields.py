@@ -1,4 +1,4 @@
-"""Fields over time as the report asks for them."""
+"""Fields over time in the form that the report reads."""
 
 from __future__ import annotations
 
@@ -13,35 +13,35 @@ from contiga.records import FloatArray
 
 
 class RecordedFields(Protocol):
-    """What there is at each recorded step: a `FieldSeries`, or one that keeps what it reads."""
+    """Fields at each recorded step: a `FieldSeries`, or one that caches its reads."""
 
     @property
     def times(self) -> FloatArray:
-        """(n,) of the steps."""
+        """Return the times (n,) of the steps."""
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        """Bodies and slaves in the order in which their points are stacked."""
+        """Return bodies and slaves in the order in which their points are stacked."""
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the point data."""
+        """Return the names of the point data."""
 
     def held(self) -> AbstractContextManager[None]:
-        """Holds the file open, for many reads."""
+        """Hold the file open for many reads."""
 
     def points(self, i: int) -> FloatArray:
-        """(N, 3) points of all parts at step `i`."""
+        """Return the points (N, 3) of all parts at step `i`."""
 
     def data(self, i: int, name: str) -> NDArray[Any]:
-        """(N,) or (N, k) point data at step `i`."""
+        """Return the point data (N,) or (N, k) at step `i`."""
 
     def rows(self, part: str) -> slice:
-        """Rows of a part among the stacked points."""
+        """Return the rows of a part among the stacked points."""
 
 
 class ReadOnce:
-    """Fields that read once what is asked for several times in a row, at one step.
+    """Fields that are read once when asked for several times in a row, at one step.
 
     A step of a scene asks five times for the points and three times for the statuses, which took
     two fifths of its time. What is returned is shared, and cannot be written to.
@@ -55,11 +55,11 @@ class ReadOnce:
         self.rows, self.held = series.rows, series.held
 
     def points(self, i: int) -> FloatArray:
-        """(N, 3) points of all parts at step `i`."""
+        """Return the points (N, 3) of all parts at step `i`."""
         return self._once(i, "", lambda: self._series.points(i))
 
     def data(self, i: int, name: str) -> NDArray[Any]:
-        """(N,) or (N, k) point data at step `i`."""
+        """Return the point data (N,) or (N, k) at step `i`."""
         return self._once(i, name, lambda: self._series.data(i, name))
 
     def _once(self, i: int, name: str, read: Callable[[], NDArray[Any]]) -> NDArray[Any]:

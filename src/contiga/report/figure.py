@@ -1,4 +1,4 @@
-"""Figures of plotly as plain data of its published schema, and the HTML that draws them.
+"""Figures of plotly as plain data of its published schema, and their HTML.
 
 Its Python objects check every property of every page anew, which with their import took longer than
 all else of a page: tests hand the figures to them instead.
@@ -20,21 +20,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 Trace = dict[str, Any]
-"""What is drawn at once, as one item of the legend."""
+"""One item of the legend, with all that it draws."""
 _SIZES = {"i": (1, 2, 4), "u": (1, 2, 4), "f": (4, 8)}
-"""Bytes of the numbers that a browser has arrays of, by their kind."""
+"""Bytes of the numbers of a browser's arrays, by their kind."""
 
 
 @dataclass
 class Figure:
-    """What plotly's script is handed."""
+    """The data of one figure for plotly's script."""
 
     data: list[Trace] = field(default_factory=list)
     layout: dict[str, Any] = field(default_factory=dict)
 
 
 def plotly_script() -> str:
-    """The script of plotly, none of whose modules are imported, and what prints its drawings."""
+    """Return the script of plotly, without importing its modules, and a script that prints."""
     spec = find_spec("plotly")
     assert spec is not None
     assert spec.origin is not None
@@ -44,7 +44,7 @@ def plotly_script() -> str:
 
 
 def side_by_side(drawn: Iterable[str]) -> str:
-    """Drawings as HTML, side by side in frames, two in a row; the last of an odd number is as wide.
+    """Return figures as HTML, side by side in frames, two in a row; an odd last one has full width.
 
     The page cannot find that out by itself: while it is read no frame is known to be the last.
     """
@@ -57,7 +57,7 @@ def side_by_side(drawn: Iterable[str]) -> str:
 
 
 def embedded(figure: Figure, name: str, config: dict[str, Any]) -> str:
-    """A figure as HTML of a page that has the script of plotly; `name` becomes its id."""
+    """Return a figure as HTML of a page that has the script of plotly; `name` becomes its id."""
     drawn = ",".join(map(as_json, (figure.data, figure.layout, config)))
     return (
         f'<div style="height:{figure.layout["height"]}px; width:100%;">'
@@ -67,7 +67,7 @@ def embedded(figure: Figure, name: str, config: dict[str, Any]) -> str:
 
 
 def as_json(value: Any) -> str:
-    """JSON that may stand in a script: nothing in it ends that, and what is not finite is null.
+    """Return JSON that may stand in a script: nothing in it ends the script, and NaN is null.
 
     >>> as_json({"name": "</script>", "x": [1.5, float("nan")], "y": np.array([0.0, 2.0])})
     '{"name":"\\\\u003c/script>","x":[1.5,null],"y":{"dtype":"f8","bdata":"AAAAAAAAAAAAAAAAAAAAQA=="}}'
@@ -89,7 +89,7 @@ def _plain(value: Any) -> Any:
 
 
 def _packed(values: NDArray[Any]) -> Any:
-    """Numbers as the bytes of an array of the browser, whole ones as few as hold them."""
+    """Return numbers as bytes of a browser's array; whole ones of the smallest type that fits."""
     if values.size and values.dtype.kind in "iu":
         ends = (np.min_scalar_type(end) for end in (values.min(), values.max()))
         values = values.astype(np.result_type(*ends))

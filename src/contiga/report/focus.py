@@ -1,4 +1,4 @@
-"""What the pictures are framed by: the parts that touch, not those that are far away."""
+"""The frame of the pictures: the parts that touch, without distant ones."""
 
 from __future__ import annotations
 
@@ -9,30 +9,31 @@ import numpy as np
 from contiga.records import FloatArray
 
 _LARGE = 4.0
-"""Times the size of the smallest part that touches, from which of another a piece is enough."""
+"""Relative size, to the smallest touching part, above which only a piece of a part is shown."""
 _AROUND = 1.5
-"""Times the size of the contact that such a piece reaches about it, at least."""
+"""Smallest reach of such a piece around the contact, over the size of the contact."""
 
 
 class Focus(NamedTuple):
-    """What is to be in the pictures."""
+    """The frame of the pictures."""
 
     parts: tuple[int, ...]
-    """Numbers of the parts that are in them whole."""
+    """Numbers of the parts that are shown whole."""
     corners: FloatArray
-    """(k, 3) corners of the pieces of larger ones."""
+    """(k, 3) corners of the pieces of larger parts."""
 
     def points(self, parts: list[FloatArray]) -> FloatArray:
-        """(n, 3) of it, of the points of all parts."""
+        """Return its points (n, 3), from the points of all parts."""
         return np.concatenate([*(parts[k] for k in self.parts), self.corners])
 
 
 def focus_of(parts: list[FloatArray], patch: FloatArray, depth: float) -> Focus | None:
-    """What to look at where points (k, 3) of `patch` are in contact; None where none are.
+    """Return the frame for points (k, 3) of `patch` in contact; None without a contact.
 
     Parameters
     ----------
     parts : points (n, 3) of each part that can be seen
+    patch : (k, 3) points in contact
     depth : the greatest penetration: how far a point in contact may be from the part it touches
     """
     if len(patch) == 0:

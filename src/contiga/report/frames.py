@@ -1,4 +1,4 @@
-"""The scene over time, small enough for a page: what is rigid is kept once, with its poses."""
+"""The scene over time, small enough for a page: rigid parts are stored once, with their poses."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from contiga.io.out.outlines import OutlineSeries
     from contiga.report.fields import RecordedFields
 
-MOST = 40
-"""Steps that a page shows at most."""
+MAX_FRAMES = 40
+"""Largest number of steps that a page shows."""
 BUDGET = 5_000_000
-"""Bytes that they may take, before base64."""
+"""Largest size of them, bytes, before base64."""
 
 
 class Frame(NamedTuple):
@@ -32,19 +32,22 @@ class Frame(NamedTuple):
 
     time: float
     places: tuple[FloatArray, ...]
-    """Of each part, bodies first: (12,) rotation by rows and translation from where it stands at
-    the peak, or (n, 3) its points in single precision."""
+    """Places of the parts, bodies first.
+
+    A place is a rotation by rows and a translation (12,) from its place at the peak, or the points
+    (n, 3) in single precision.
+    """
     rows: NDArray[np.int32]
     """(k,) slave points in contact, all slaves stacked."""
     values: dict[str, NDArray[np.float32]]
-    """(k,) of those points, by field; (n_s,) of all slave points where all have it."""
+    """(k,) values of those points, by field; (n_s,) of all slave points if all have it."""
     outlines: tuple[Outline, ...]
     ties: FloatArray
     """(k, 2, 3) ends of springs."""
 
     @property
     def size(self) -> int:
-        """Bytes."""
+        """Return the size, bytes."""
         lines = sum(line.points.size * 4 for line in self.outlines)
         values = sum(v.nbytes for v in self.values.values())
         return sum(p.nbytes for p in self.places) + self.rows.nbytes + values + lines
@@ -55,26 +58,26 @@ class Frames(NamedTuple):
 
     frames: tuple[Frame, ...]
     first: int
-    """The one that is shown first, the peak."""
+    """Index of the step that is shown first, the peak."""
     recorded: int
-    """Steps recorded in all."""
+    """Number of recorded steps."""
     sizes: tuple[list[int], list[int]]
-    """Points of each body and of each slave."""
+    """Numbers of points of each body and of each slave."""
     tops: dict[str, float]
-    """Where the colours of each field end, for all steps alike."""
+    """Values at which the colours of each field end, for all steps alike."""
     spans: list[list[float]]
-    """Least and greatest x, y and z of all that is seen, over all steps."""
+    """Smallest and largest x, y and z of all visible points, over all steps."""
     near: list[list[float]]
-    """The same of what touches at the peak."""
+    """Smallest and largest x, y and z of the touching parts at the peak."""
 
     @property
     def regions(self) -> tuple[Outline, ...]:
-        """Lines around all regions of all steps."""
+        """Return the lines around all regions of all steps."""
         return tuple(line for frame in self.frames for line in frame.outlines)
 
     @property
     def n_clusters(self) -> int:
-        """The most regions of one contact at any step."""
+        """Return the largest number of regions of one contact at any step."""
         numbers = (frame.values.get("cluster") for frame in self.frames)
         return 1 + int(max((v.max(initial=-1.0) for v in numbers if v is not None), default=-1))
 
@@ -87,14 +90,18 @@ def frames_of(
     units: Units,
     ties: Ties = (),
 ) -> Frames:
-    """Recorded steps of a run, the one `shown` first among them.
+    """Return recorded steps of a run; the one `shown` first is among them.
 
     Parameters
     ----------
+    series : fields of the run
+    outlines : outlines of the regions of contact; None without them
+    shown : index of the step that is shown first
     peak : the scene at that step
+    units : units of the run
     ties : between bodies, drawn as lines
     """
-    chosen = chosen_steps(series.times, shown, MOST)
+    chosen = chosen_steps(series.times, shown, MAX_FRAMES)
     kinds = [rows_of(series, kind) for kind in ("body", "slave")]
     parts = [rows for kind in kinds for rows in kind]
     start = series.points(0) if ties else np.zeros((0, 3))
@@ -140,13 +147,13 @@ def frames_of(
 
 
 def _ends(points: FloatArray) -> list[FloatArray]:
-    """The least and the greatest x, y and z of what is finite; nothing of nothing."""
+    """Return the smallest and the largest finite x, y and z; empty without finite ones."""
     finite = points[np.isfinite(points).all(axis=1)]
     return [finite.min(axis=0), finite.max(axis=0)] if len(finite) else []
 
 
 def spans(points: FloatArray) -> list[list[float]]:
-    """From the least to the greatest x, y and z with some room, where all is flat too."""
+    """Return the ranges of x, y and z with some margin, also if all is flat."""
     low, high = points.min(axis=0), points.max(axis=0)
     room = np.maximum(0.02 * (high - low), 0.01 * float((high - low).max()))
     both: list[list[float]] = np.stack([low - room, high + room], axis=1).tolist()
@@ -156,7 +163,7 @@ def spans(points: FloatArray) -> list[list[float]]:
 def _values(
     touched: Touched, rows: NDArray[np.int32], wanted: Iterable[str]
 ) -> dict[str, NDArray[np.float32]]:
-    """(k,) of those rows, by field; (n_s,) of all where all have it."""
+    """Return the values (k,) at those rows, by field; (n_s,) of all if all have it."""
     fields = touched._asdict()
     values = {
         name: np.asarray(fields[name][rows], np.float32)
@@ -167,7 +174,7 @@ def _values(
 
 
 def chosen_steps(times: FloatArray, shown: int, most: int) -> IndexArray:
-    """At most so many steps, the first, the last and `shown` among them.
+    """Return at most `most` steps, with the first, the last and `shown` among them.
 
     Evenly taken by half over time and by half over the steps, which are short where much happens.
     """
@@ -184,7 +191,7 @@ def chosen_steps(times: FloatArray, shown: int, most: int) -> IndexArray:
 
 
 def within(times: FloatArray, sizes: IndexArray, shown: int, budget: int = BUDGET) -> IndexArray:
-    """Which of the steps are kept so that they take no more bytes than `budget`: `shown` always."""
+    """Return the steps that fit into `budget` bytes; `shown` is always among them."""
     most = len(sizes)
     kept: IndexArray = np.arange(most)
     while most > 3 and sizes[kept].sum() > budget:
@@ -194,7 +201,7 @@ def within(times: FloatArray, sizes: IndexArray, shown: int, budget: int = BUDGE
 
 
 def packed(frames: Frames, peak: Peak, units: Units) -> dict[str, Any]:
-    """what the script of the page gets of the frames; long arrays as base64."""
+    """Return the data of the frames for the script of the page; long arrays as base64."""
     keys = list(region_colours(frames.regions))
     return {
         "first": frames.first,
@@ -234,16 +241,16 @@ def _packed_frame(frame: Frame, keys: list[tuple[int, int]]) -> dict[str, Any]:
 
 
 def closed(points: FloatArray) -> FloatArray:
-    """A closed line and the gap to the next: the first point again, and NaN."""
+    """Return a closed line and the gap to the next: its first point again, and NaN."""
     return np.concatenate([points, points[:1], np.full((1, 3), np.nan)])
 
 
 def parted(lines: FloatArray) -> FloatArray:
-    """(3 k, 3) points of lines (k, 2, 3), each with NaN behind it."""
+    """Return the points (3 k, 3) of lines (k, 2, 3), each followed by NaN."""
     gaps = np.full((len(lines), 1, 3), np.nan)
     return np.concatenate([lines, gaps], axis=1).reshape(-1, 3)
 
 
 def base64(values: NDArray[Any], dtype: Any = np.float32) -> str:
-    """The bytes of an array, little-endian, as text."""
+    """Return the bytes of an array, little-endian, as base64 text."""
     return b64encode(np.asarray(values, np.dtype(dtype).newbyteorder("<")).tobytes()).decode()

@@ -15,7 +15,7 @@ from contiga.report.style import LINES, number
 
 
 def gas_figures(run: Run, peak_time: float | None) -> list[Figure]:
-    """Pressure, temperature and volume over time, a line a chamber."""
+    """Return figures of pressure, temperature and volume over time, a line for each chamber."""
     units, figures = run.units, []
     volume = f"{units.length}³" if units.length else ""
     for label, unit, name in (
@@ -34,7 +34,7 @@ def gas_figures(run: Run, peak_time: float | None) -> list[Figure]:
 
 
 def gas_table(run: Run) -> str:
-    """Of each chamber its largest pressure and when, its volumes, and what came and went."""
+    """Return the table of chambers: largest pressure, its time, volumes, masses in and out."""
     units, rows = run.units, []
     volume = f"{units.length}³" if units.length else ""
     for name, columns in run.gas.items():

@@ -1,4 +1,4 @@
-"""The page itself: plain HTML with everything it needs inside, so that it reads offline."""
+"""The page of a report: plain HTML that contains all it needs, so that it reads offline."""
 
 from __future__ import annotations
 
@@ -50,10 +50,11 @@ aria-valuetext="{label}, the peak">
 
 
 def page(run: Run, *, still: bytes | None, view: View | None, peak_time: float | None) -> str:
-    """The whole report as one text.
+    """Return the whole report as one text.
 
     Parameters
     ----------
+    run : the run
     still : the picture of the peak as PNG, None where the run wrote no fields
     view : the 3D view, None where the run wrote no fields
     peak_time : the recorded time the pictures show
@@ -123,7 +124,7 @@ def _pictures(run: Run, still: bytes | None, view: View | None, peak_time: float
 
 
 def _stills(still: bytes, view: View) -> str:
-    """The picture; of two views, each by itself, so that they can stand one over the other."""
+    """Return the picture; two views as two images, which can stand one over the other."""
 
     def image(picture: bytes, said: str, look: str = "") -> str:
         data = b64encode(picture).decode("ascii")
@@ -137,7 +138,7 @@ def _stills(still: bytes, view: View) -> str:
 
 
 def _view(view: View) -> str:
-    """The scene, its buttons, the steps it has and the script that shows them."""
+    """Return the scene, its buttons, its steps and the script that shows them."""
     script = files("contiga.report").joinpath("view.js").read_text(encoding="utf-8")
     slider = steps = ""
     if view.steps > 1:
@@ -158,7 +159,7 @@ def _view(view: View) -> str:
 
 
 def _still_note(view: View) -> str:
-    """What the still picture shows of the contact."""
+    """Describe the contact in the still picture."""
     marks = "lines go around the regions of contact" if view.outlined else "dots mark the points"
     first = "the von Mises stress of what deforms, in the second picture "
     first = first if "von_mises" in view.data["looks"] else ""
@@ -166,7 +167,7 @@ def _still_note(view: View) -> str:
 
 
 def _field_buttons(view: View) -> str:
-    """A choice of what the colours show, where there is one."""
+    """Return the choice of coloured fields, if there are several."""
     if len(view.data["looks"]) < 2:
         return ""
     buttons = "".join(
@@ -179,7 +180,7 @@ def _field_buttons(view: View) -> str:
 
 
 def _energy(run: Run, peak_time: float | None) -> str:
-    """Where the energy of the system went, and the error of its balance."""
+    """Return the energies of the system over time, and the error of their balance."""
     figure = energy_figure(run, peak_time)
     if figure is None:
         return ""
@@ -198,7 +199,7 @@ def _energy(run: Run, peak_time: float | None) -> str:
 
 
 def _bodies(run: Run, peak_time: float | None) -> str:
-    """How each free body moved."""
+    """Return the motion of each free body."""
     table = extremes_table(run)
     if not table:
         return ""
@@ -211,7 +212,7 @@ def _bodies(run: Run, peak_time: float | None) -> str:
 
 
 def _sensors(run: Run, peak_time: float | None) -> str:
-    """What each sensor measured, and the criteria of it."""
+    """Return the measurements of each sensor, and its criteria."""
     panels = "".join(
         f"<h3>{escape(sensor)}</h3>{_panels(figures, f'sensor-{k}')}"
         for k, sensor in enumerate(run.sensors)
@@ -224,7 +225,7 @@ def _sensors(run: Run, peak_time: float | None) -> str:
 
 
 def _springs(run: Run, peak_time: float | None) -> str:
-    """How springs pull, and what they take."""
+    """Return the forces and energies of springs."""
     if not run.springs:
         return ""
     panels = _panels(spring_figures(run, peak_time), "spring")
@@ -239,7 +240,7 @@ def _joints(run: Run) -> str:
 
 
 def _gas(run: Run, peak_time: float | None) -> str:
-    """What gas is in its chambers."""
+    """Return the state of the gas in its chambers."""
     if not run.gas:
         return ""
     panels = _panels(gas_figures(run, peak_time), "gas")
@@ -247,7 +248,7 @@ def _gas(run: Run, peak_time: float | None) -> str:
 
 
 def _over_time(run: Run, peak_time: float | None) -> str:
-    """Figures of the contacts; what has nothing to show is said in a sentence instead."""
+    """Return the figures of the contacts; quantities without data are named in a sentence."""
     if not run.contacts:
         return ""
     figures = history_figures(run, peak_time)
@@ -269,7 +270,7 @@ def _panels(figures: list[Figure], name: str) -> str:
 
 
 def _curves(run: Run, peak_time: float | None) -> str:
-    """Channels over each other, and the tests beside them."""
+    """Return channels over each other, and the tests beside them."""
     curves, references = curves_of(run), references_of(run)
     if not curves:
         return ""

@@ -19,11 +19,11 @@ STAGES = {
     "forces": "Forces",
     "output": "Writing output",
 }
-"""What the stages of a run are called."""
+"""Labels of the stages of a run."""
 _CRITERIA = 6
-"""Key figures that are criteria, at most."""
+"""Largest number of key figures that are criteria."""
 _APART = ("compile",)
-"""Stages that say nothing about the method: shown, but apart."""
+"""Stages that are unrelated to the method and are shown apart."""
 
 
 def _tile(value: str, unit: str, label: str, when: str = "") -> str:
@@ -34,7 +34,7 @@ def _tile(value: str, unit: str, label: str, when: str = "") -> str:
 
 
 def key_figures(run: Run) -> str:
-    """The row of large numbers under the title."""
+    """Return the row of large numbers under the title."""
     tiles = []
     of_contacts = (
         ("force", run.units.force, "Peak force"),
@@ -55,7 +55,7 @@ def key_figures(run: Run) -> str:
 
 
 def _criteria(run: Run) -> list[str]:
-    """What the criteria of sensors found, the first of them; a table has all."""
+    """Return the first criteria of sensors; a table has all."""
     return [
         _tile(
             number(result["value"]),
@@ -69,7 +69,7 @@ def _criteria(run: Run) -> list[str]:
 
 
 def inputs_table(run: Run) -> str:
-    """Bodies and slaves with their counts."""
+    """Return the table of bodies and slaves with their counts."""
     rows = []
     for name, facts in run.told("inputs").items():
         kind = escape(str(facts.get("kind", "")))
@@ -110,7 +110,7 @@ def _shown(value: Any) -> str:
 
 
 def status_table(run: Run) -> str:
-    """How many points took each status, summed over the steps, and what those counted mean."""
+    """Return the numbers of points by status, summed over steps, and the meanings of statuses."""
     statuses = run.told("statuses")
     if not statuses:
         return ""
@@ -130,7 +130,7 @@ def status_table(run: Run) -> str:
 
 
 def timings_table(run: Run) -> str:
-    """Seconds by stage; what is lost to compiling stands apart."""
+    """Return seconds by stage; compiling stands apart."""
     timings = {k: float(v) for k, v in run.told("timings").items()}
     total = timings.pop("total", sum(timings.values()))
     if not timings or total <= 0.0:
@@ -163,13 +163,13 @@ def _timing_row(label: str, value: float, total: float, apart: bool) -> str:
 
 
 def named_row(first: str, second: str, cells: list[str]) -> str:
-    """A row of two names and of numbers."""
+    """Return a row of two names and of numbers."""
     numbers = "".join(f'<td class="number">{cell.strip()}</td>' for cell in cells)
     return f"<tr><td>{escape(first)}</td><td>{escape(second)}</td>{numbers}</tr>"
 
 
 def named_table(heads: tuple[str, ...], rows: list[str]) -> str:
-    """A table whose columns after the second hold numbers; empty without rows."""
+    """Return a table whose columns after the second hold numbers; empty without rows."""
     if not rows:
         return ""
     cells = "".join(f"<th>{head}</th>" for head in heads[:2])

@@ -8,7 +8,7 @@ from contiga.records import FloatArray
 
 
 def spread(places: FloatArray, sizes: FloatArray, room: FloatArray) -> FloatArray:
-    """Middles of texts near their `places`, inside the picture and off each other.
+    """Return centres of texts near their `places`, inside the picture and off each other.
 
     The higher ones are set first; each goes down until it is free, then up if it must.
 
@@ -40,7 +40,7 @@ def spread(places: FloatArray, sizes: FloatArray, room: FloatArray) -> FloatArra
 def _under(
     at: FloatArray, size: FloatArray, middles: FloatArray, sizes: FloatArray
 ) -> tuple[float, float] | None:
-    """Row and half height of a text that one at `at` would lie on."""
+    """Return row and half height of a text that a text at `at` would overlap."""
     if len(middles) == 0:
         return None
     meet = (np.abs(middles - at) < 0.5 * (sizes + size)).all(axis=1)

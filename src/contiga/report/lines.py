@@ -1,4 +1,4 @@
-"""Figures over time: their look, their lines, and how many rows a line has."""
+"""Figures over time: their style, their lines, and the number of rows of a line."""
 
 from __future__ import annotations
 
@@ -23,25 +23,25 @@ PLOT_CONFIG = {
 }
 """Buttons are named one by one: the standard set has some that send data elsewhere."""
 _AXES = {"x": "#d08a80", "y": "#8fb996", "z": "#9db7d4"}
-MOST_ROWS = 4000
-"""Rows of a line at most: more than a picture has columns of pixels."""
+MAX_ROWS = 4000
+"""Largest number of rows of a line: more than a picture has columns of pixels."""
 _LONG = 28
-"""Characters of an upright label that a figure has room for in one line."""
+"""Largest number of characters of a vertical label in one line."""
 SHOWN = "shown"
 """Name of the line at the time that the scene of the page shows."""
 _NOTHING = 1e-6
-"""Share of the largest component below which one is not drawn: it would lie on the axis."""
+"""Share of the largest component below which a component is not drawn: it would lie on the axis."""
 
 
 def largest(values: FloatArray | None) -> float:
-    """Greatest magnitude of what is finite; 0 of nothing."""
+    """Return the largest finite magnitude; 0 if there is none."""
     if values is None:
         return 0.0
     return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
 
 
-def rows_drawn(*columns: FloatArray, most: int = MOST_ROWS) -> IndexArray:
-    """Rows of columns (n,) to draw: all, or the least and the greatest of each short stretch."""
+def rows_drawn(*columns: FloatArray, most: int = MAX_ROWS) -> IndexArray:
+    """Return the rows of columns (n,) to draw: all, or the extremes of each short stretch."""
     n = len(columns[0])
     if n <= most:
         return np.arange(n)
@@ -57,10 +57,14 @@ def rows_drawn(*columns: FloatArray, most: int = MOST_ROWS) -> IndexArray:
 def add_line(
     figure: Figure, times: FloatArray, values: FloatArray, name: str, unit: str, **look: Any
 ) -> None:
-    """Draw a column over time, told with its unit where the mouse is; NaN is passed over.
+    """Draw a column over time, with its unit in the hover text; NaN is skipped.
 
     Parameters
     ----------
+    figure : the figure, extended in place
+    times, values : (n,) abscissa and ordinate
+    name : name in the legend
+    unit : unit of the values, for the hover text
     look : colour, width and dash of the line; anything else is the trace's
     """
     line = {key: look.pop(key) for key in ("color", "width", "dash") if key in look}
@@ -82,7 +86,7 @@ def add_line(
 def add_components(
     figure: Figure, times: FloatArray, of: Mapping[str, FloatArray], unit: str
 ) -> bool:
-    """Thin lines of what is along x, y and z where there is any; whether one was drawn."""
+    """Draw thin lines of the nonzero components along x, y and z; return whether one was drawn."""
     floor = _NOTHING * max(map(largest, of.values()), default=0.0)
     for axis, values in of.items():
         if largest(values) > floor:
@@ -93,10 +97,13 @@ def add_components(
 def vector_figure(
     run: Run, peak_time: float | None, of: Mapping[str, FloatArray], labels: tuple[str, str]
 ) -> Figure | None:
-    """Components by axis and their resultant over time; None where all is zero.
+    """Draw components by axis and their resultant over time; None if all are zero.
 
     Parameters
     ----------
+    run : the run
+    peak_time : time that the scene of the page shows; None without a scene
+    of : columns (n,) by component
     labels : what it is, and its unit
     """
     if not any(largest(values) > 0.0 for values in of.values()):
@@ -112,7 +119,7 @@ def vector_figure(
 def finish(
     figure: Figure, run: Run, label: str, peak_time: float | None, *, height: int = 310
 ) -> None:
-    """Axes of a figure over time, the peak on it, and the look of all figures."""
+    """Add the axes of a figure over time, the peak, and the common style."""
     axis = {"gridcolor": GRID, "zerolinecolor": "#c5cad0"}
     title = {"text": with_unit("Time", run.units.time), "standoff": 8}
     thin = {"showgrid": False, "linecolor": "#c5cad0", "ticks": "outside", "ticklen": 4}
@@ -140,12 +147,12 @@ def finish(
 
 
 def _in_lines(label: str) -> str:
-    """A label in lines that a figure has room for."""
+    """Return a label broken into lines that fit a figure."""
     return "<br>".join(wrap(label, _LONG, break_long_words=False))
 
 
 def _upright(time: float) -> dict[str, Any]:
-    """A dotted line from the lower end of a figure to the upper."""
+    """Return a vertical dotted line over the height of a figure."""
     return {
         "line": {"color": "#9aa3ad", "width": 1, "dash": "dot"},
         "name": SHOWN,

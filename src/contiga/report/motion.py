@@ -1,4 +1,4 @@
-"""How free bodies move and what sensors measure: figures over time, and tables of extremes."""
+"""Motion of free bodies and measurements of sensors: figures over time, and tables of extremes."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from contiga.report.run_folder import Columns, Run
 from contiga.report.style import INK, LINES, number, span_of
 
 _STILL = 1e-9
-"""Radians below which a body has not turned: rounding."""
+"""Rotation, rad, below which a body has not turned: rounding."""
 
 
 class Quantity(NamedTuple):
-    """A vector over time as it is shown."""
+    """A vector over time in the units of the page."""
 
     label: str
     unit: str
     components: dict[str, FloatArray]
-    """(n,) along x, y and z."""
+    """(n,) components along x, y and z."""
 
     @property
     def whole(self) -> FloatArray:
-        """(n,) magnitudes."""
+        """Return the magnitudes (n,)."""
         return np.asarray(np.sqrt(sum(c**2 for c in self.components.values())))
 
 
 def body_quantities(run: Run, body: str) -> list[Quantity]:
-    """Displacement of the centre, velocity, acceleration and spin of a free body; none of zeros."""
+    """Return displacement of the centre, velocity, acceleration and spin of a body, if not zero."""
     columns, units = run.bodies[body], run.units
     way = {axis: columns[axis] - columns[axis][0] for axis in "xyz" if axis in columns}
     quantities = [
@@ -49,7 +49,10 @@ def body_quantities(run: Run, body: str) -> list[Quantity]:
 
 
 def sensor_quantities(run: Run, sensor: str) -> list[Quantity]:
-    """What a sensor measures beside its acceleration; none of zeros, nor what its body tells."""
+    """Return the measurements of a sensor except its acceleration.
+
+    Zeros are left out, and quantities that its body has already.
+    """
     columns, units = run.sensors[sensor], run.units
     quantities = [
         Quantity("Velocity", units.velocity, _along(columns, "v{}")),
@@ -69,7 +72,7 @@ def sensor_quantities(run: Run, sensor: str) -> list[Quantity]:
 
 
 def _same(one: Quantity, other: Quantity) -> bool:
-    """Whether two say the same, up to rounding."""
+    """Whether two quantities are equal, up to rounding."""
     if one.unit != other.unit or set(one.components) != set(other.components):
         return False
     floor = 1e-9 * largest(other.whole)
@@ -80,12 +83,12 @@ def _same(one: Quantity, other: Quantity) -> bool:
 
 
 def body_figures(run: Run, body: str, peak_time: float | None) -> list[Figure]:
-    """Of each quantity its components and their resultant."""
+    """Return, for each quantity, a figure of its components and their resultant."""
     return _figures(run, body_quantities(run, body), peak_time)
 
 
 def sensor_figures(run: Run, sensor: str, peak_time: float | None) -> list[Figure]:
-    """Acceleration, raw and filtered, with what the criteria found in it; and the rest."""
+    """Return figures of acceleration, raw and filtered, with its criteria, and of the rest."""
     first = _acceleration_figure(run, sensor, peak_time)
     others = _figures(run, sensor_quantities(run, sensor), peak_time)
     measures = ("distance", "Distance", run.units.length), ("angle", "Turn", "rad")
@@ -97,7 +100,7 @@ def sensor_figures(run: Run, sensor: str, peak_time: float | None) -> list[Figur
 def _scalar_figure(
     run: Run, sensor: str, what: tuple[str, str, str], peak_time: float | None
 ) -> Figure | None:
-    """One line of a sensor between two bodies; None where it has none, or all is zero."""
+    """Return one line of a sensor between two bodies; None if it has none, or all is zero."""
     column, label, unit = what
     values = run.sensors[sensor].get(column)
     if values is None or not largest(values) > 0.0:
@@ -125,7 +128,7 @@ def _acceleration(label: str, run: Run, of: dict[str, FloatArray]) -> Quantity:
 
 
 def _acceleration_figure(run: Run, sensor: str, peak_time: float | None) -> Figure | None:
-    """The resultant, thin where a filtered one stands over it, with what the criteria found."""
+    """Return the resultant acceleration and its criteria; thin under a filtered one."""
     columns = run.sensors[sensor]
     if largest(columns.get("a")) == 0.0:
         return None
@@ -149,7 +152,7 @@ def _told(run: Run, sensor: str) -> dict[str, Any]:
 
 
 def _mark_criteria(figure: Figure, criteria: dict[str, dict[str, float]]) -> None:
-    """The window of the head injury criterion, shaded, and the level that is held for 3 ms."""
+    """Mark the window of the head injury criterion, and the level that is held for 3 ms."""
     window = next((name for name in ("HIC15", "HIC36", "HICd") if name in criteria), None)
     if window is not None:
         result = criteria[window]
@@ -165,7 +168,7 @@ def _mark_criteria(figure: Figure, criteria: dict[str, dict[str, float]]) -> Non
 
 
 def _over(figure: Figure, criterion: dict[str, float], shape: dict[str, Any]) -> None:
-    """A shape over the time that a criterion was found in."""
+    """Add a shape over the time at which a criterion holds."""
     figure.layout["shapes"].append({"x0": criterion["start"], "x1": criterion["end"], **shape})
 
 
@@ -184,7 +187,7 @@ def _note(figure: Figure, x: float, y: float, text: str) -> None:
 
 
 def extremes_table(run: Run) -> str:
-    """The largest magnitude of each quantity of each free body, with its time and its end."""
+    """Return the largest magnitudes of quantities of free bodies, with times and end values."""
     rows = []
     for body in run.bodies:
         for quantity in body_quantities(run, body):
@@ -200,7 +203,7 @@ def extremes_table(run: Run) -> str:
 
 
 def criteria_table(run: Run) -> str:
-    """What the criteria of all sensors found, and when."""
+    """Return the criteria of all sensors, with their times."""
     rows = []
     for sensor in run.sensors:
         facts = _told(run, sensor)

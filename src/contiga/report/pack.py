@@ -1,4 +1,4 @@
-"""A run or a study as one zip file to send: what a browser and a spreadsheet open, offline."""
+"""A run or a study as one zip file to send; a browser and a spreadsheet open it offline."""
 
 from __future__ import annotations
 

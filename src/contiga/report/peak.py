@@ -1,4 +1,4 @@
-"""The moment of the greatest force, as points and triangles ready to be drawn."""
+"""The moment of largest force, as points and triangles ready to be drawn."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 INSIDE = ("von_mises", "principal_strain", "energy_density")
-"""Fields of the inside of slaves that deform, one number a node."""
+"""Fields of the inside of deforming slaves, one number per node."""
 _NO_TIES = np.zeros((0, 2, 3))
 
 
@@ -55,23 +55,23 @@ class Peak(NamedTuple):
     pressure: FloatArray | None = None
     """(n_s,) zero outside the contact; None where the run recorded none."""
     cluster: IntArray | None = None
-    """(n_s,) number of the region of contact, −1 outside; None where the run recorded none."""
+    """(n_s,) number of the region of contact, −1 outside; None if the run recorded none."""
     inside: Mapping[str, FloatArray] = MappingProxyType({})
-    """(n_s,) fields of slaves that deform, by name, zero of others; see `INSIDE`."""
+    """(n_s,) fields of deforming slaves, by name, zero for others; see `INSIDE`."""
     outlines: tuple[Outline, ...] = ()
     """Lines around the regions of contact."""
     active: NDArray[np.bool_] | None = None
-    """(n_s,) points that take part in contact; None where all do."""
+    """(n_s,) whether points take part in contact; None if all do."""
     focus: Focus | None = None
-    """What the pictures are framed by; None for all there is."""
+    """Frame of the pictures; None for the whole scene."""
     framed: FloatArray | None = None
-    """(k, 3) the same as points; None for all there is."""
+    """(k, 3) points of the frame; None for the whole scene."""
     ties: FloatArray = _NO_TIES
     """(k, 2, 3) ends of springs."""
 
     @property
     def seen(self) -> FloatArray:
-        """(k, 3) points that are to be in a picture of the scene."""
+        """Return the points (k, 3) that a picture of the scene must contain."""
         if self.framed is not None:
             return self.framed
         active = slice(None) if self.active is None else self.active
@@ -80,7 +80,7 @@ class Peak(NamedTuple):
 
 
 class Touched(NamedTuple):
-    """What is in contact at a recorded time, by the slave points (n_s,); see `Peak`."""
+    """Contact at a recorded time, by the slave points (n_s,); see `Peak`."""
 
     status: IntArray
     in_contact: NDArray[np.bool_]
@@ -88,11 +88,11 @@ class Touched(NamedTuple):
     pressure: FloatArray | None
     cluster: IntArray | None
     inside: Mapping[str, FloatArray]
-    """(n_s,) fields of slaves that deform, by name, zero of others; see `INSIDE`."""
+    """(n_s,) fields of deforming slaves, by name, zero for others; see `INSIDE`."""
 
 
 def stacked(series: RecordedFields, frame: int, kind: str) -> tuple[FloatArray, IntArray, IntArray]:
-    """Points (n, 3), triangles (m, 3) and row numbers (n,) of all parts of one `kind`."""
+    """Return points (n, 3), triangles (m, 3) and row numbers (n,) of all parts of one `kind`."""
     points = np.asarray(series.points(frame), dtype=np.float64)
     triangles, count = [np.zeros((0, 3), dtype=np.int32)], 0
     for part in series.parts:
@@ -105,18 +105,18 @@ def stacked(series: RecordedFields, frame: int, kind: str) -> tuple[FloatArray, 
 
 
 def _chosen(series: RecordedFields, kind: str) -> IndexArray:
-    """(n,) row numbers of all parts of one `kind`."""
+    """Return the row numbers (n,) of all parts of one `kind`."""
     rows = [np.arange(part.start, part.stop) for part in rows_of(series, kind)]
     return np.concatenate([np.zeros(0, dtype=np.int64), *rows])
 
 
 def rows_of(series: RecordedFields, kind: str) -> list[slice]:
-    """Rows among the stacked points of each part of one `kind`."""
+    """Return the rows, among the stacked points, of each part of one `kind`."""
     return [series.rows(part.name) for part in series.parts if part.kind == kind]
 
 
 def peak_frame(series: RecordedFields, times: FloatArray, force: FloatArray) -> int:
-    """The recorded frame with the greatest force; without any force, that of the deepest point.
+    """Return the recorded frame of largest force; without any force, that of the deepest point.
 
     `times` and `force` (n_steps,) come from the history, which has every step.
     """
@@ -129,7 +129,7 @@ def peak_frame(series: RecordedFields, times: FloatArray, force: FloatArray) -> 
 
 
 def touched_at(series: RecordedFields, frame: int) -> Touched:
-    """What is in contact at one recorded frame."""
+    """Return the contact at one recorded frame."""
     rows = _chosen(series, "slave")
     status = np.asarray(series.data(frame, "contact_status"))[rows]
     in_contact = np.isin(status, [int(member) for member in IN_CONTACT])
@@ -150,7 +150,7 @@ def touched_at(series: RecordedFields, frame: int) -> Touched:
 def at_frame(
     series: RecordedFields, frame: int, outlines: OutlineSeries | None = None, ties: Ties = ()
 ) -> Peak:
-    """The scene of one recorded frame; `outlines` has the same frames as `series`."""
+    """Return the scene of one recorded frame; `outlines` has the same frames as `series`."""
     body_points, body_triangles, _ = stacked(series, frame, "body")
     slave_points, slave_triangles, rows = stacked(series, frame, "slave")
     touched = touched_at(series, frame)
@@ -184,7 +184,7 @@ def at_frame(
 
 
 def seen_parts(series: RecordedFields, frame: int) -> list[FloatArray]:
-    """Points (n, 3) of each part at a recorded time, of slaves those that take part in contact."""
+    """Return the points (n, 3) of each part at a recorded time; of slaves, only active points."""
     points = np.asarray(series.points(frame), dtype=np.float64)
     status = np.asarray(series.data(frame, "contact_status"))
     parts = []
@@ -206,7 +206,7 @@ def _focus(
 
 
 def lines_at(outlines: OutlineSeries | None, frame: int) -> tuple[Outline, ...]:
-    """Lines around the regions of contact at a recorded time."""
+    """Return the lines around the regions of contact at a recorded time."""
     if outlines is None or frame >= len(outlines.times):
         return ()
     points, first, cluster, contact = outlines.loops(frame)

@@ -1,4 +1,4 @@
-"""Where rigid parts have come to, and what is tied to points of them."""
+"""Places of rigid parts over time, and of springs tied to points of them."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from contiga.report.fields import RecordedFields
 
 _RIGID = 2e-7
-"""Departure of a part from a rigid motion, relative to its size and place: single precision."""
+"""Largest departure from a rigid motion, over size and distance of a part: single precision."""
 AS_NEAR = 1e-6
-"""Relative difference at which distances count as equal, for single precision."""
+"""Relative difference up to which distances count as equal, for single precision."""
 
 
 class Tie(NamedTuple):
@@ -31,7 +31,7 @@ Ties = Sequence[Tie]
 
 
 def ties_of(summary: dict[str, Any]) -> list[Tie]:
-    """The springs of a run, as its summary tells them."""
+    """Return the springs of a run, from its summary."""
     springs = summary.get("springs") or {}
     return [
         Tie(name, tuple(one["between"]), np.asarray(one["at"], np.float64))
@@ -40,7 +40,7 @@ def ties_of(summary: dict[str, Any]) -> list[Tie]:
 
 
 def ties_at(series: RecordedFields, frame: int, ties: Ties) -> FloatArray:
-    """(k, 2, 3) ends of ties at a recorded step."""
+    """Return the ends (k, 2, 3) of ties at a recorded step."""
     if not ties:
         return np.zeros((0, 2, 3))
     return tie_ends(series, series.points(0), series.points(frame), ties)
@@ -49,7 +49,7 @@ def ties_at(series: RecordedFields, frame: int, ties: Ties) -> FloatArray:
 def tie_ends(
     series: RecordedFields, start: FloatArray, points: FloatArray, ties: Ties
 ) -> FloatArray:
-    """(k, 2, 3) ends of ties where all points have come to `points` (n, 3) from `start`."""
+    """Return the ends (k, 2, 3) of ties after all points moved from `start` to `points` (n, 3)."""
     bodies = {part.name: series.rows(part.name) for part in series.parts if part.kind == "body"}
     moved = {
         name: place_of(start[bodies[name]], points[bodies[name]])
@@ -78,14 +78,14 @@ def _with_nodes(start: FloatArray, points: FloatArray, at: FloatArray) -> FloatA
 
 
 def _moved(place: FloatArray | None, at: FloatArray) -> FloatArray:
-    """A point of a body where that has come to; it stays where the body is none or no rigid one."""
+    """Return a point moved with its body; it stays if there is no body, or no rigid one."""
     if place is None or place.ndim == 2:
         return at
     return np.asarray(place[:9].reshape(3, 3) @ at + place[9:])
 
 
 def place_of(base: FloatArray, points: FloatArray) -> FloatArray:
-    """(12,) the rigid motion from `base` (n, 3) to `points` where it is one, else the points.
+    """Return the rigid motion (12,) from `base` (n, 3) to `points` if it is one, else the points.
 
     The closest rotation by Kabsch (1976).
     """

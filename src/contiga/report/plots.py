@@ -1,4 +1,4 @@
-"""Contacts over time: force, penetration, area, count, and where the work done on them went."""
+"""Contacts over time: force, penetration, area, count, and the energies of the contacts."""
 
 from __future__ import annotations
 
@@ -28,8 +28,9 @@ _OF_SYSTEM = ("kinetic", "strain", "contact", "friction", "damping", "hysteresis
 
 
 def history_figures(run: Run, peak_time: float | None) -> list[Figure]:
-    """Force, penetration, area and count over time, a figure each, one line a contact; and where
-    the work done on all contacts went, if no energies of the whole system say it.
+    """Return figures of force, penetration, area and count over time, a line for each contact.
+
+    A figure shows the energies of all contacts, if there are none of the whole system.
 
     What is zero throughout has no figure, and a contact that never touches no line.
     """
@@ -72,7 +73,7 @@ def _force_components(figure: Figure, run: Run) -> bool:
 
 
 def _contact_energies(run: Run, peak_time: float | None) -> Figure | None:
-    """What is stored and lost, stacked, under the line of the work; None without work.
+    """Return stored and dissipated energies, stacked, under the work; None without work.
 
     What is between the stack and the line is the error.
     """
@@ -90,7 +91,7 @@ def _contact_energies(run: Run, peak_time: float | None) -> Figure | None:
 
 
 def energy_figure(run: Run, peak_time: float | None) -> Figure | None:
-    """Where the energy of the system is and went, stacked, under what it has been given.
+    """Return the energies of the system, stacked, under the energy it has been given.
 
     None where forces move nothing, or nothing moves.
     """
@@ -109,7 +110,7 @@ def energy_figure(run: Run, peak_time: float | None) -> Figure | None:
 
 
 def _stack(run: Run, layers: dict[str, Any], top: Any, name: str = "work") -> Figure:
-    """Layers that are not zero, stacked, and the dashed line of what they are to add up to."""
+    """Draw the layers that are not zero, stacked, and the dashed line of their total."""
     figure, unit = Figure(), run.units.energy
     shown = {name: values for name, values in layers.items() if largest(values) > 0.0}
     rows = rows_drawn(top, *shown.values())  # the layers of a stack have their rows in common

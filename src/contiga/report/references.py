@@ -26,9 +26,9 @@ class Reference(NamedTuple):
     """The curve of a test, in the units of a run as its channels are shown."""
 
     channel: str
-    """Channel of the run that was measured, by its whole name."""
+    """Channel of the run that was measured, by its full name."""
     x: str
-    """Channel of the abscissa, by its whole name."""
+    """Channel of the abscissa, by its full name."""
     name: str
     """Name of the test."""
     points: FloatArray

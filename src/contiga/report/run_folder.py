@@ -1,4 +1,4 @@
-"""What a run left in its folder, read back without the code that wrote it."""
+"""The output of a run, read back without the code that wrote it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _OF_BODIES = frozenset(
 
 
 class Units(NamedTuple):
-    """Names of units as they stand on labels; empty where the run names none."""
+    """Names of units for labels; empty if the run names none."""
 
     length: str
     mass: str
@@ -41,10 +41,10 @@ class Units(NamedTuple):
     spin: str = ""
     energy: str = ""
     gravity: float = 0.0
-    """One g in the units of the run; 0 where it names none."""
+    """One g in the units of the run; 0 if it names none."""
 
     def accelerations(self, values: FloatArray) -> tuple[FloatArray, str]:
-        """Accelerations as they are shown, and their unit: in g where that is known."""
+        """Return accelerations and their unit for display: in g if g is known."""
         return (values / self.gravity, "g") if self.gravity else (values, self.acceleration)
 
 
@@ -54,25 +54,25 @@ class Run(NamedTuple):
     folder: Path
     summary: dict[str, Any]
     times: FloatArray
-    """(n,) of the history."""
+    """(n,) times of the history."""
     contacts: dict[str, Columns]
     """Columns (n,) of the history by contact and name."""
     case_text: str
     units: Units
     bodies: dict[str, Columns]
-    """What is told of free bodies, by body and name."""
+    """Columns of free bodies, by body and name."""
     sensors: dict[str, Columns]
-    """What sensors measure, by sensor and name."""
+    """Columns of sensors, by sensor and name."""
     energy: Columns
-    """Of the whole system, by name; empty where forces move nothing."""
+    """Energies of the whole system, by name; empty if forces move nothing."""
     springs: dict[str, Columns]
-    """What is told of springs, by spring and name."""
+    """Columns of springs, by spring and name."""
     gas: dict[str, Columns]
-    """What is told of chambers of gas, by chamber and name."""
+    """Columns of chambers of gas, by chamber and name."""
     finished: bool = True
     """Whether the run has ended."""
     steps: Columns = {}  # noqa: RUF012 (read only)
-    """Why steps were as long as they were, by name; empty of steps that were given."""
+    """Reasons for the lengths of steps, by name; empty for given steps."""
     slip_rings: dict[str, Columns] = {}  # noqa: RUF012 (read only)
     """Columns of slip rings, by ring and name."""
     joints: dict[str, Columns] = {}  # noqa: RUF012 (read only)
@@ -80,27 +80,27 @@ class Run(NamedTuple):
     history: Columns = {}  # noqa: RUF012 (read only)
     """All columns by their names in the history."""
     own_units: tuple[str, str, str] = ("", "", "")
-    """Length, mass and time unit of its files; empty where it names none."""
+    """Length, mass and time unit of its files; empty if it names none."""
 
     @property
     def case(self) -> dict[str, Any]:
-        """Tables of its case; empty for a run from Python, which may leave any text."""
+        """Return the tables of its case; empty for a run from Python, which may leave any text."""
         try:
             return tomllib.loads(self.case_text)
         except ValueError:
             return {}
 
     def told(self, part: str) -> dict[str, Any]:
-        """A part of the summary; empty where it has none."""
+        """Return a part of the summary; empty if there is none."""
         return self.summary.get(part) or {}
 
     def total(self, column: str) -> FloatArray:
-        """(n,) sum of one column over the contacts."""
+        """Return the sum (n,) of one column over the contacts."""
         columns = [c[column] for c in self.contacts.values() if column in c]
         return np.sum(columns, axis=0) if columns else np.zeros(len(self.times))
 
     def greatest(self, column: str) -> tuple[float, float]:
-        """Largest value of one column in any contact, and the time it is reached."""
+        """Return the largest value of one column in any contact, and its time."""
         best, when = 0.0, float(self.times[0]) if len(self.times) else 0.0
         for columns in self.contacts.values():
             values = columns.get(column)
@@ -179,7 +179,7 @@ def _converted(
 
 
 class Owners(NamedTuple):
-    """Columns of a history by what they are of."""
+    """Columns of a history by their owners."""
 
     contacts: dict[str, Columns]
     bodies: dict[str, Columns]
@@ -201,7 +201,7 @@ def sort_columns(
     slip_rings: Sequence[str] = (),
     joints: Sequence[str] = (),
 ) -> Owners:
-    """Columns ``"<owner>.<name>"`` by their owners; bare names belong to the only contact."""
+    """Sort columns ``"<owner>.<name>"`` by their owners; bare names belong to the only contact."""
     owners = Owners({}, {}, {}, {}, {}, {}, {}, {}, {})
     for label, column in history.items():
         owner, dot, name = label.rpartition(".")
@@ -232,13 +232,13 @@ def sort_columns(
 
 
 def _written(run: Run, name: str) -> Path | None:
-    """A file of the folder, under the name it has until the run has ended; None where it is not."""
+    """Return a file of the folder, by its temporary name during the run; None if missing."""
     path = run.folder / (name if run.finished else f"{name}.part")
     return path if path.is_file() else None
 
 
 def read_fields(run: Run) -> RecordedFields | None:
-    """The fields over time, None where the run wrote none."""
+    """Return the fields over time, or None if the run wrote none."""
     path = _written(run, "fields.vtkhdf")
     if path is None:
         return None
@@ -250,7 +250,7 @@ def read_fields(run: Run) -> RecordedFields | None:
 
 
 def read_outlines(run: Run) -> OutlineSeries | None:
-    """The outlines of the regions of contact over time, None where the run wrote none."""
+    """Return the outlines of the regions of contact over time, or None if the run wrote none."""
     path = _written(run, "outlines.vtkhdf")
     if path is None:
         return None
@@ -260,7 +260,7 @@ def read_outlines(run: Run) -> OutlineSeries | None:
 
 
 def units_of(named: dict[str, str]) -> Units:
-    """All names of units that follow from those of length, mass and time."""
+    """Return all names of units that follow from those of length, mass and time."""
     length, mass, time = (str(named.get(kind) or "") for kind in _BASE)
     if not (length and mass and time):
         return Units(length, mass, time, "", "", "", "")

@@ -12,7 +12,7 @@ from contiga.report.run_folder import Run, read_run
 from contiga.report.style import number
 
 SEPARATOR = " · "
-"""Between the name of a case and its values."""
+"""Separator of the name of a case and its values."""
 _ROW = "row.json"
 """File that a study writes into the folder of each case."""
 _MAX_VALUES = 3

@@ -1,4 +1,4 @@
-"""The two views of the peak: the scene as it stands, and the contact seen through the body."""
+"""The two views of the peak: the scene from outside, and the contact seen through the body."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from contiga.report.style import SPRING
 BODY = np.array([0.56, 0.62, 0.69])
 SLAVE = np.array([0.82, 0.79, 0.72])
 CLOUD = np.array([0.63, 0.55, 0.42])
-"""Points stand out from the white of the page."""
+"""Colour of points that stands out from the white of the page."""
 INK = np.array([0.13, 0.15, 0.18])
 
 
 def upwards(peak: Peak) -> FloatArray:
-    """The world axis that is up in the pictures: z, or y where all is in one plane."""
+    """Return the world axis that is up in the pictures: z, or y if all is in one plane."""
     points = np.vstack([peak.body_points, peak.slave_points])
     flat = np.ptp(points[:, 2]) <= 1e-9 * max(float(np.ptp(points)), 1e-300)
     return np.array([0.0, 1.0, 0.0]) if flat else np.array([0.0, 0.0, 1.0])
@@ -33,19 +33,19 @@ def _sideways(peak: Peak, up: FloatArray) -> FloatArray:
 
 
 def outside_direction(peak: Peak) -> FloatArray:
-    """(3,) where the eye looks that sees the scene from the side and a little from above."""
+    """Return the viewing direction (3,) from the side and a little from above."""
     up = upwards(peak)
     level = peak.direction - (peak.direction @ up) * up
     return unit(-_sideways(peak, up) + 0.45 * level - 0.30 * up)
 
 
 def outside_view(peak: Peak, size: tuple[int, int]) -> Camera:
-    """What touches, or all, from the side, a little from above and from behind the body."""
+    """Return the view of the touching parts, or of all, from the side and above."""
     return look(outside_direction(peak), upwards(peak), peak.seen, size)
 
 
 def through_view(peak: Peak, size: tuple[int, int]) -> Camera:
-    """The contact from inside the body, along the mean normal and a little from the side."""
+    """Return the view of the contact from inside the body, nearly along the mean normal."""
     if not peak.in_contact.any():
         return outside_view(peak, size)
     up = upwards(peak)
@@ -69,7 +69,7 @@ def _slave_layer(camera: Camera, peak: Peak) -> shading.Layer:
 
 
 def slave_colours(layer: shading.Layer, peak: Peak, field: ColouredField) -> FloatArray:
-    """(k, 3) colours of the slave's pixels: by `field` where it is, plain elsewhere."""
+    """Return the colours (k, 3) of the slave's pixels: by `field` if it is defined, else plain."""
     where = field.values > 0.0 if field.everywhere else peak.in_contact
     touching = layer.at_pixels(where.astype(np.float64)) > 0.5
     share = layer.at_pixels(field.values)[touching] / field.top
@@ -80,7 +80,7 @@ def slave_colours(layer: shading.Layer, peak: Peak, field: ColouredField) -> Flo
 
 
 def render(camera: Camera, peak: Peak, field: ColouredField, *, through: bool) -> Picture:
-    """(h, w, 3) picture; with `through` the body is only hinted at."""
+    """Return the picture (h, w, 3); with `through` the body is drawn faintly."""
     picture = np.ones((*camera.size, 3), dtype=np.float32)
     if through:
         nearest = _paint_slave(camera, peak, field, picture)
@@ -112,7 +112,7 @@ def _span(camera: Camera, peak: Peak) -> float:
 # Layers are painted one after the other, and nothing but their depth is kept: memory that a
 # process has not had before costs as much time as what is done with it.
 def _paint_body(camera: Camera, peak: Peak, picture: Picture) -> FloatArray:
-    """Returns its depth (h, w)."""
+    """Draw the body; return its depth (h, w)."""
     body = shading.mesh_layer(camera, peak.body_points, peak.body_triangles)
     shading.paint(picture, body, BODY, _span(camera, peak), body.buffer.depth)
     return body.buffer.depth
@@ -125,7 +125,7 @@ def _paint_slave(
     picture: Picture,
     behind: FloatArray | None = None,
 ) -> FloatArray:
-    """Over what is not nearer than it; returns the depth (h, w) of both."""
+    """Draw the slave over everything farther away; return the depth (h, w) of both."""
     slave = _slave_layer(camera, peak)
     slave_depth = slave.buffer.depth
     nearest = slave_depth if behind is None else behind
@@ -137,7 +137,7 @@ def _paint_slave(
 def _draw_outlines(
     camera: Camera, peak: Peak, picture: Picture, nearest: FloatArray, bias: float
 ) -> None:
-    """Lines around the regions, each region in a colour of its own with a pale rim."""
+    """Draw the lines around the regions, each in a colour of its own with a pale rim."""
     width = max(1, camera.size[0] // 360)
     for key, colour in region_colours(peak.outlines).items():
         for line in peak.outlines:
@@ -154,7 +154,7 @@ def _draw_outlines(
 def _draw_ties(
     camera: Camera, peak: Peak, picture: Picture, nearest: FloatArray, bias: float
 ) -> None:
-    """Springs as lines, where nothing hides them."""
+    """Draw springs as lines where nothing hides them."""
     edges = np.arange(2 * len(peak.ties), dtype=np.int32).reshape(-1, 2)
     if len(edges):
         ink = shading.line_ink(camera, peak.ties.reshape(-1, 3), edges, nearest, bias)

@@ -1,4 +1,4 @@
-"""The 3D view, at the peak first and at other recorded steps when asked for."""
+"""The 3D view, at the peak first and at other recorded steps on request."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ VIEW_CONFIG = {
 }
 """Buttons are named one by one: the standard set has some that send data elsewhere."""
 GLASS = 0.25
-"""Opacity of the body at first."""
+"""Initial opacity of the body."""
 
 Look = tuple[dict[str, Any], dict[str, Any]]
-"""Of the slave's mesh and of the markers in contact."""
+"""Attributes of the slave's mesh and of the markers in contact."""
 
 
 class View(NamedTuple):
-    """The scene at the peak, and what its page needs to show it otherwise."""
+    """The scene at the peak, and the data with which its page shows other steps."""
 
     figure: Figure
-    """Traces are the body, the slave, its points in contact, and a line a region."""
+    """Its traces are the body, the slave, its points in contact, and a line for each region."""
     data: dict[str, Any]
-    """what the script of the page gets: steps, and the looks of the fields."""
+    """Data for the script of the page: steps, and the styles of the fields."""
     steps: int
-    """Steps that can be shown."""
+    """Number of steps that can be shown."""
     recorded: int
-    """Steps recorded."""
+    """Number of recorded steps."""
     note: str
-    """What colours the figure first."""
+    """Label of the colours that are shown first."""
     outlined: bool
     """Whether the peak has lines around its regions."""
     touches: bool
@@ -52,7 +52,7 @@ class View(NamedTuple):
 
 
 def view_of(peak: Peak, frames: Frames, units: Units, ties: Sequence[str] = ()) -> View:
-    """Body, slave, contact, its outlines, and springs of these names, as a 3D view."""
+    """Return body, slave, contact, its outlines, and springs of these names, as a 3D view."""
     figure = Figure()
     figure.data.append(mesh_trace(peak.body_points, peak.body_triangles, "body", BODY, GLASS))
     fields = {
@@ -98,7 +98,7 @@ def view_of(peak: Peak, frames: Frames, units: Units, ties: Sequence[str] = ()) 
 
 
 def _slave_trace(peak: Peak, look: dict[str, Any]) -> Trace:
-    """The slave's facets as `look` colours them, or the points of a cloud that touch nothing."""
+    """Return the slave's facets in the style of `look`, or the free points of a cloud."""
     if not len(peak.slave_triangles):
         free = ~peak.in_contact if peak.active is None else peak.active & ~peak.in_contact
         return dots(peak.slave_points[free], "slave", 2.0, {"color": MUTED})
@@ -110,7 +110,7 @@ def _slave_trace(peak: Peak, look: dict[str, Any]) -> Trace:
 
 
 def _look(peak: Peak, field: ColouredField) -> Look:
-    """Of the slave's mesh and of the markers in contact, coloured by one field."""
+    """Return the style of the slave's mesh and of the markers in contact, coloured by one field."""
     # two stops so close that they lie in neighbouring entries of the 256 a browser keeps
     scale = [[0.0, SLAVE], [0.004, SLAVE], [0.008, SCALE[0]]]
     plain = [[k / (len(SCALE) - 1), c] for k, c in enumerate(SCALE)]
@@ -132,7 +132,7 @@ def _look(peak: Peak, field: ColouredField) -> Look:
 
 
 def _cluster_look(peak: Peak, count: int) -> Look:
-    """As `_look`, by the number of the region: one colour each, a facet at a time."""
+    """Return the style by region: one colour each, a facet at a time."""
     assert peak.cluster is not None
     colours = [REGIONS[k % len(REGIONS)] for k in range(count)]
     stops: list[tuple[float, str]] = [
@@ -170,7 +170,7 @@ def _bar(title: str) -> dict[str, Any]:
 
 
 def _restyle(mesh: dict[str, Any], marker: dict[str, Any]) -> dict[str, Any]:
-    """What a look sets beside the values, as a browser's `restyle` names it."""
+    """Return the attributes of a style except the values, in the names of `Plotly.restyle`."""
     return {
         "mesh": {name: value for name, value in mesh.items() if name != "intensity"},
         "marker": {f"marker.{name}": value for name, value in marker.items() if name != "color"},
@@ -178,7 +178,7 @@ def _restyle(mesh: dict[str, Any], marker: dict[str, Any]) -> dict[str, Any]:
 
 
 def _outline(peak: Peak, regions: tuple[Outline, ...], key: tuple[int, int], colour: str) -> Trace:
-    """All lines around one region at the peak; its name has the region's number."""
+    """Return all lines around one region at the peak; its name contains the region's number."""
     lines = [closed(o.points) for o in peak.outlines if (o.contact, o.cluster) == key]
     several = len({o.contact for o in regions}) > 1
     name = f"cluster {key[0]}.{key[1]}" if several else f"cluster {key[1]}"
@@ -187,20 +187,20 @@ def _outline(peak: Peak, regions: tuple[Outline, ...], key: tuple[int, int], col
 
 
 def _ties(peak: Peak, names: Sequence[str]) -> Trace:
-    """Springs, each a line with its name."""
+    """Return the springs, each a line with its name."""
     text = [name for name in names for _ in range(3)]
     look = {"color": SPRING, "width": 5}
     return line_in_space("springs", parted(peak.ties), look, text=text, hoverinfo="text")
 
 
 def line_in_space(name: str, points: FloatArray, look: dict[str, Any], **more: Any) -> Trace:
-    """A line through points (n, 3), broken at NaN; the mouse tells its name."""
+    """Return a line through points (n, 3), broken at NaN; the hover text is its name."""
     trace = {"type": "scatter3d", "name": name, "mode": "lines", "line": look, "hoverinfo": "name"}
     return trace | columns(points) | more
 
 
 def columns(points: FloatArray, names: str = "xyz") -> Trace:
-    """The columns of (n, 3) points or vectors by name, as exact as a screen needs."""
+    """Return the columns of (n, 3) points or vectors by name, rounded for a screen."""
     return dict(zip(names, points.astype(np.float32).T, strict=True))
 
 
@@ -211,7 +211,7 @@ def xyz(vector: Any) -> dict[str, float]:
 def space_layout(
     unit: str, spans: list[list[float]], camera: dict[str, Any], *, height: int
 ) -> dict[str, Any]:
-    """Axes in one scale that hold x, y and z from the least to the greatest, and the look."""
+    """Return axes of one scale that contain the ranges of x, y and z, and the style."""
     return {
         "height": height,
         "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
@@ -241,7 +241,7 @@ def space_axis(title: str) -> dict[str, Any]:
 
 
 def mesh_trace(points: Any, triangles: Any, name: str, colour: str, opacity: float) -> Trace:
-    """A mesh with sharp creases: its points are those of `sharp_mesh`."""
+    """Return a mesh with sharp creases: its points are those of `sharp_mesh`."""
     sharp = sharp_mesh(points, triangles)
     return {
         "type": "mesh3d",

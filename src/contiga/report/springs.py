@@ -1,4 +1,4 @@
-"""Springs over time: their forces, how far they are drawn out, and what they hold and lose."""
+"""Springs over time: forces, elongations, and energies stored and dissipated."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LOST = ("energy_hysteresis", "energy_damping")
 
 
 def spring_figures(run: Run, peak_time: float | None) -> list[Figure]:
-    """Force and elongation over time, a line a spring."""
+    """Return figures of force and elongation over time, a line for each spring."""
     units = run.units
     figures = []
     for label, unit, told in (
@@ -42,15 +42,17 @@ def spring_figures(run: Run, peak_time: float | None) -> list[Figure]:
 
 
 def spring_table(run: Run) -> str:
-    """Of each spring its largest force and elongation, when, and its energies."""
+    """Return the table of springs: largest force and elongation, their times, and energies."""
     rows = [_row(run, name, columns) for name, columns in run.springs.items()]
     heads = ("Spring", "Between", "Largest force", "at t =", "Longest by", "Shortest by")
     return named_table((*heads, "Stored at most", "Lost"), rows)
 
 
 def device_table(run: Run) -> str:
-    """Tabulate what the devices of springs let out and pulled in, and when they changed; else
-    empty."""
+    """Return the table of the devices of springs; empty without devices.
+
+    It has the lengths they let out and pulled in, and the times of their changes.
+    """
     units, rows = run.units, []
     for name, columns in run.springs.items():
         if "paid_out" not in columns:
@@ -69,14 +71,14 @@ def device_table(run: Run) -> str:
 
 
 def _when(facts: Mapping[str, Any], event: str, unit: str) -> str:
-    """The time of an event; a dash of what has none."""
+    """Return the time of an event; a dash if there is none."""
     if event not in facts:
         return "–"
     return "never" if facts[event] is None else f"{number(float(facts[event]))} {unit}"
 
 
 def slip_ring_table(run: Run) -> str:
-    """Tabulate how far webbing slipped through rings, and the energy that took; else empty."""
+    """Return the table of slip through rings, and its energy; empty without rings."""
     units, rows = run.units, []
     for name, columns in run.slip_rings.items():
         facts = run.told("slip_rings").get(name) or {}
@@ -112,5 +114,5 @@ def _row(run: Run, name: str, columns: Columns) -> str:
 
 
 def _force(columns: Columns) -> FloatArray:
-    """Filtered where it is."""
+    """Return the force, filtered if there is a filter."""
     return columns["filtered_force"] if "filtered_force" in columns else columns["force"]

@@ -1,4 +1,4 @@
-"""Automatic steps, as a strip over time: which reason set each, and how often."""
+"""Automatic steps, as a strip over time: the reason for each, and its frequency."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from contiga.report.run_folder import Run
 from contiga.report.style import LINES, number
 
 LANE = 24
-"""Pixels of a lane."""
+"""Height of a lane, pixels."""
 PIXEL = 5e-4
-"""Part of the time between two stretches below which they are drawn as one."""
+"""Gap between two stretches, as a share of the time, below which they are drawn as one."""
 
 
 def steps_section(run: Run, peak_time: float | None) -> str:
-    """The strip and the table of reasons; empty of steps that were given."""
+    """Return the strip and the table of reasons; empty for given steps."""
     reasons = run.told("step_reasons")
     if not reasons or not run.steps:
         return ""
@@ -43,7 +43,7 @@ def steps_section(run: Run, peak_time: float | None) -> str:
 
 
 def steps_figure(run: Run, step_reasons: dict[str, Any], peak_time: float | None) -> Figure:
-    """A lane for each reason, the most frequent at the top."""
+    """Return a lane for each reason, the most frequent at the top."""
     figure, lanes = Figure(), step_reasons["reasons"]
     reasons, of = run.steps["reason"][1:], run.steps["of"][1:]
     for k, one in enumerate(lanes):
@@ -65,7 +65,7 @@ def steps_figure(run: Run, step_reasons: dict[str, Any], peak_time: float | None
 
 
 def _stretches(times: FloatArray, mask: NDArray[np.bool_]) -> FloatArray:
-    """(3 k,) begin, end, NaN of each stretch of steps that are marked in `own` (n − 1,)."""
+    """Return begin, end, NaN (3 k,) of each stretch of the steps in a mask (n − 1,)."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
     begins, ends = times[edges[::2]], times[edges[1::2]]
     apart = begins[1:] - ends[:-1] > PIXEL * (times[-1] - times[0])
@@ -74,7 +74,7 @@ def _stretches(times: FloatArray, mask: NDArray[np.bool_]) -> FloatArray:
 
 
 def _table(reasons: dict[str, Any], run: Run) -> str:
-    """Reasons with their steps and the time that these went through."""
+    """Return the table of reasons with their steps and durations."""
     rows = "".join(
         f"<tr><td>{escape(one['told'])}</td>"
         f'<td class="number">{one["steps"]}</td><td class="number">{number(one["time"])}</td></tr>'

@@ -29,17 +29,17 @@ if TYPE_CHECKING:
 
 # All in pixels.
 _HEIGHT, _ONE_VIEW, _TWO_VIEWS = 840, 770, 1640
-"""Height of the picture, and its widths."""
+"""Height of the picture, and its widths, pixels."""
 _COLUMNS, _ROWS, _TOP, _LEFT, _RIGHT = 760, 720, 95, 8, 772
-"""Width and height of a view, the row where views begin, and the columns where they do."""
+"""Width and height of a view, the row where views begin, and the columns where they do, pixels."""
 _BAR_COLUMNS, _BAR_ROWS, _BAR_TOP, _BAR_ROOM = 18, 437, 235, 80
-"""Width, height and upper end of a colour bar, and what it takes with its numbers."""
+"""Width, height and upper end of a colour bar, and its width with its numbers, pixels."""
 SAMPLES = 2
 """Pixels drawn per pixel shown, in each direction."""
 _TICKS, _ROUND = 5, (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
-"""Numbers beside a colour bar at most, zero not counted, and the digits of the least of them."""
+"""Largest number of ticks of a colour bar without zero, and the digits of the smallest."""
 _LABELS = 12
-"""Regions that are named in the picture; more names would hide it."""
+"""Largest number of regions that are named in the picture; more names would hide it."""
 
 
 def draw_still(peak: Peak, path: Path, units: Units) -> None:
@@ -67,7 +67,7 @@ def draw_still(peak: Peak, path: Path, units: Units) -> None:
 
 
 def halves(picture: bytes) -> list[bytes]:
-    """Both views of a still picture (PNG), to stand side by side or one over the other."""
+    """Return both views of a still picture (PNG), to stand side by side or one over the other."""
     from PIL import Image
 
     parts = []
@@ -84,7 +84,7 @@ def _save(picture: Image, file: Path | BytesIO) -> None:
 
 
 def put_view(picture: Image, view: shading.Picture, title: str, left: int, top: int = _TOP) -> None:
-    """Paste a view that ends where one from column `left` on does; its title is above or in it."""
+    """Paste a view whose first column becomes `left`; its title is above or in it."""
     from PIL import Image, ImageDraw
 
     pixels = (255.0 * shading.shrunk(view, SAMPLES)).round().astype(np.uint8)
@@ -93,7 +93,7 @@ def put_view(picture: Image, view: shading.Picture, title: str, left: int, top: 
 
 
 def _label_outlines(picture: Image, camera: Camera, peak: Peak) -> None:
-    """The number of each region beside the line around it, in the right view."""
+    """Write the number of each region beside its outline, in the right view."""
     from PIL import ImageDraw
 
     draw, font = ImageDraw.Draw(picture), _font(17)
@@ -115,7 +115,7 @@ def _label_outlines(picture: Image, camera: Camera, peak: Peak) -> None:
 
 
 def put_bar(picture: Image, field: ColouredField, column: int) -> None:
-    """Draw a colour bar of `field` from `column` on, with a tip where some values are greater."""
+    """Draw a colour bar of `field` from `column` on, with a tip if some values are larger."""
     from PIL import Image, ImageDraw
 
     draw, right = ImageDraw.Draw(picture), column + _BAR_COLUMNS
@@ -136,7 +136,7 @@ def put_bar(picture: Image, field: ColouredField, column: int) -> None:
 
 
 def _ticks(top: float) -> list[float]:
-    """Round numbers from 0 to `top`, a few.
+    """Return a few round numbers from 0 to `top`.
 
     >>> _ticks(2.5), _ticks(6e-5)
     ([0.0, 0.5, 1.0, 1.5, 2.0, 2.5], [0.0, 1.5e-05, 3e-05, 4.5e-05, 6e-05])
@@ -149,7 +149,7 @@ def _ticks(top: float) -> list[float]:
 
 @cache
 def _font(size: int) -> FreeTypeFont:
-    """The letters that matplotlib brings: those of Pillow lack squares, Greek and accents."""
+    """Return a font of matplotlib: those of Pillow lack squares, Greek and accents."""
     from PIL import ImageFont
 
     spec = find_spec("matplotlib")

@@ -20,20 +20,22 @@ from contiga.io.out.palette import MUTED as MUTED
 
 BODY, SLAVE, SPRING = "#8f9eb0", "#d1c9b8", "#b07d1e"
 SCALE = ("#ffe9a8", "#fdbf5a", "#f4813f", "#d9433f", "#a01c5b", "#4a0f57")
-"""From little to much; lightness falls all the way, so it reads without colour."""
+"""Colours from small to large; lightness falls throughout, so that it reads without colour."""
 REGIONS = ("#12708f", "#5b3fa8", "#2f7d3b", "#b0306a", "#8a5a00", "#3a4d8f", "#00796b", "#7a4a2a")
-"""Regions of contact in turn: cool and dark, apart from `SCALE`."""
+"""Colours of regions of contact, in turn: cool and dark, apart from `SCALE`."""
 
 
 def colour_map() -> Any:
-    """`SCALE` as a matplotlib colour map."""
+    """Return `SCALE` as a matplotlib colour map."""
     from matplotlib.colors import LinearSegmentedColormap
 
     return LinearSegmentedColormap.from_list("contact", SCALE)
 
 
 def number(value: float, digits: int = 4) -> str:
-    """`value` to `digits` significant digits, without needless zeros; thousands set apart.
+    """Return `value` with `digits` significant digits; thousands are grouped.
+
+    Trailing zeros are left out.
 
     >>> number(12345.678), number(0.00012345), number(3.0)
     ('12\N{NARROW NO-BREAK SPACE}346', '1.234e-04', '3')
@@ -50,7 +52,7 @@ def number(value: float, digits: int = 4) -> str:
 
 
 def page(title: str, body: str, *, css: str = "", script: str = "") -> str:
-    """A whole HTML page in the look of the report, which reads offline.
+    """Return a whole HTML page in the style of the report, which reads offline.
 
     Parameters
     ----------
@@ -70,7 +72,7 @@ def page(title: str, body: str, *, css: str = "", script: str = "") -> str:
 
 
 def span_of(criterion: Mapping[str, float]) -> str:
-    """When a criterion holds: from `start` to `end`, or the one time.
+    """Return when a criterion holds: from `start` to `end`, or the one time.
 
     >>> span_of({"start": 1.0, "end": 2.5}), span_of({"start": 2.0, "end": 2.0})
     ('1 to 2.5', '2')

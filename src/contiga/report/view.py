@@ -1,4 +1,4 @@
-"""Pictures in space: shaded surfaces, with lines, dots and arrows that they hide from the eye."""
+"""Pictures in space: shaded surfaces with lines, dots and arrows, and hidden parts."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 _SAMPLES = 2
 """Pixels drawn per pixel shown, in each direction."""
 _BEHIND = 0.22
-"""Opacity of what a surface hides, against what it does not."""
+"""Opacity of lines behind a surface, over that in front of it."""
 _TOLERANCE = 4e-4
-"""Chord tolerance of what is drawn, in parts of the scene's size."""
+"""Chord tolerance of the drawing, over the scene's size."""
 
 
 class View:
@@ -103,13 +103,13 @@ class View:
         return self
 
     def _turned_away(self, mesh: TriMesh) -> NDArray[np.bool_]:
-        """(m,) triangles whose contact side the eye sees."""
+        """Return the triangles (m,) whose contact side the eye sees."""
         corners = mesh.corners()
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         return np.asarray(((corners[:, 0] - self._camera.eye) * normals).sum(axis=1) > 0.0)
 
     def lines(self, points: ArrayLike, **style: Any) -> View:
-        """A polyline through (k, 3) `points`, with matplotlib's line styles."""
+        """Draw a polyline through `points` (k, 3), with matplotlib's line styles."""
         fine = _fine(np.asarray(points, dtype=np.float64), 0.01 * self._span)
         at, seen = self._placed(fine)
         look_ = {"color": INK, "lw": 1.0, "solid_capstyle": "round", **style}
@@ -125,7 +125,7 @@ class View:
         return self
 
     def net(self, surface: NurbsSurface, **style: Any) -> View:
-        """The control net of a surface: its points, joined along both directions."""
+        """Draw the control net of a surface: its points, joined along both directions."""
         net = surface.control_points
         look_ = {"color": LINES[1], "lw": 0.9, "ls": (0, (4, 3)), **style}
         for row in [*net, *net.transpose(1, 0, 2)]:
@@ -133,7 +133,7 @@ class View:
         return self.dots(net.reshape(-1, 3), color=look_["color"], ms=3.6)
 
     def iso_lines(self, surface: NurbsSurface, count: int = 11, **style: Any) -> View:
-        """Iso-parametric lines, `count` in each direction."""
+        """Draw iso-parametric lines, `count` in each direction."""
         (u0, u1), (v0, v1) = surface.domain
         along_u, along_v = np.linspace(u0, u1, 121), np.linspace(v0, v1, 121)
         look_ = {"color": "white", "lw": 0.5, "alpha": 0.75, **style}
@@ -144,7 +144,7 @@ class View:
         return self
 
     def dots(self, points: ArrayLike, **style: Any) -> View:
-        """Markers at (k, 3) `points`, with matplotlib's marker styles."""
+        """Draw markers at `points` (k, 3), with matplotlib's marker styles."""
         at, seen = self._placed(np.asarray(points, dtype=np.float64).reshape(-1, 3))
         look_ = {"color": LINES[0], "ls": "", "marker": "o", "ms": 3.0, "mew": 0.0, **style}
         label = look_.pop("label", None)
@@ -155,14 +155,14 @@ class View:
         return self
 
     def arrow(self, start: ArrayLike, end: ArrayLike, **style: Any) -> View:
-        """Draw an arrow in front of all else."""
+        """Draw an arrow in front of everything."""
         a, b = self._placed(np.array([start, end], dtype=np.float64))[0]
         look_ = {"color": INK, "lw": 1.4, "shrinkA": 0.0, "shrinkB": 0.0, **style}
         self._axes.annotate("", b, a, arrowprops={"arrowstyle": "-|>", **look_})
         return self
 
     def text(self, at: ArrayLike, text: str, **style: Any) -> View:
-        """A text beside a point."""
+        """Write a text beside a point."""
         (place,) = self._placed(np.array([at], dtype=np.float64))[0]
         look_ = {"textcoords": "offset points", "xytext": (5, 3), "fontsize": 8.5, **style}
         self._axes.annotate(text, place, **look_)
@@ -186,15 +186,18 @@ class View:
                 self._axes.text(x, y, name, ha="center", va="center", fontsize=7.5, color=MUTED)
 
     def placed(self, points: ArrayLike) -> FloatArray:
-        """(n, 2) where (n, 3) points are in the picture: columns and rows from the upper left."""
+        """Return the places (n, 2) of points (n, 3) in the picture.
+
+        They are columns and rows from the upper left.
+        """
         return self._placed(np.asarray(points, dtype=np.float64).reshape(-1, 3))[0]
 
     def sees(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """(n,) which of (n, 3) points are visible, not hidden by a shaded surface."""
+        """Return a mask (n,) of the points (n, 3) that no shaded surface hides."""
         return self._placed(np.asarray(points, dtype=np.float64).reshape(-1, 3))[1]
 
     def _placed(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """(n, 2) places in the picture and (n,) whether nothing hides them."""
+        """Return places (n, 2) in the picture and a mask (n,) of the points that nothing hides."""
         screen = project(self._camera, points)
         rows, columns = self._depth.shape
         column = np.clip(np.nan_to_num(np.rint(screen[:, 0])), 0, columns - 1).astype(np.intp)
@@ -205,7 +208,7 @@ class View:
 
 
 def _fine(points: FloatArray, step: float) -> FloatArray:
-    """The polyline with points no further apart than `step`, so that parts of it can be hidden."""
+    """Return the polyline with points at most `step` apart, so that parts of it can be hidden."""
     pieces = [points[:1]]
     for a, b in pairwise(points):
         count = max(1, int(np.ceil(np.linalg.norm(b - a) / step)))

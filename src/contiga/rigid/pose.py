@@ -125,8 +125,8 @@ def as_pose(X: PoseLike, where: str = "pose") -> FloatArray:
 def _off_rigid(rows: list[list[float]]) -> float:
     """Return how far a finite (4, 4) matrix is from a pose.
 
-    It is the largest entry of R Rᵀ − 1, infinite for a mirror, and where the last row is not 0, 0,
-    0, 1. It is in plain numbers: one matrix is too few for arrays to pay.
+    It is the largest entry of R Rᵀ − 1; infinite for a mirror, and where the last row is not 0, 0,
+    0, 1. It is computed in plain numbers, because one matrix is too few for arrays to pay.
     """
     (a, b, c, _), (d, e, f, _), (g, h, i, _), last = rows
     turned = a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)

@@ -24,6 +24,7 @@ def as_unit(quaternion: ArrayLike, *, tolerance: float | None = None) -> FloatAr
 
     Parameters
     ----------
+    quaternion : (..., 4) w, x, y, z
     tolerance : largest accepted relative distance of the length from 1; None accepts any
 
     Raises

@@ -73,10 +73,10 @@ class Path(Displayed):
 
     @cached_property
     def turns(self) -> FloatArray:
-        """Angle (n,), radians, that the path turns by at each point.
+        """Return the angles (n,), rad, by which the path turns at its points.
 
-        It is that between its chords, and at an end that it leaves along a surface that between the
-        surface and the chord.
+        They are angles between its chords, and at an end that leaves along a surface the angle
+        between the surface and the chord.
         """
         chords = np.diff(self.points, axis=0)
         a, b = chords[:-1], chords[1:]
@@ -110,9 +110,11 @@ class Path(Displayed):
         return np.asarray(normal / np.linalg.norm(normal, axis=1)[:, None])
 
     def outside(self, points: ArrayLike, gap: float = 0.0) -> FloatArray:
-        """Return `points` (k, 3), each moved to the distance `gap` from the bodies if it is nearer.
+        """Return `points` (k, 3), moved away from the bodies to a distance of `gap` (length).
 
-        What lies on chords of the path, or beside it, may be inside.
+        Only nearer points move. Points on chords of the path, or beside it, may be inside.
+
+        Points on chords of the path, or beside it, may be inside.
         """
         moved = as_points(points).copy()
         for _ in range(MOVES):  # in a crease a move off one body may lead into another

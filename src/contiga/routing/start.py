@@ -47,9 +47,9 @@ def first_way(obstacles: Obstacles, start: FloatArray, end: FloatArray) -> Float
 
 
 def _is_free(obstacles: Obstacles, ends: FloatArray) -> bool:
-    """Return whether the middle of a segment that enters nothing is outside.
+    """Whether the middle of a segment that enters nothing is outside.
 
-    It is not where the segment starts on a surface and leads inwards.
+    It may be inside, for example if the segment starts on a surface and leads inwards.
     """
     middle = np.array([0.25, 0.5, 0.75])[:, None]
     between = (1.0 - middle) * ends[0] + middle * ends[1]

@@ -119,8 +119,10 @@ def _even(points: FloatArray) -> FloatArray:
 
 
 def _divided(points: FloatArray, chords: NDArray[np.intp], radius: float) -> FloatArray:
-    """The polyline with some of its chords cut into pieces that turn by `TURN` at an edge of a
-    `radius`, `PIECES` at most."""
+    """Return the polyline with chords cut into pieces that turn by `TURN` at an edge of a `radius`.
+
+    There are at most `PIECES` of them.
+    """
     pieces = np.ones(len(points) - 1, dtype=int)
     lengths = np.linalg.norm(points[chords + 1] - points[chords], axis=1)
     pieces[chords] = np.clip(np.ceil(lengths / (TURN * radius)), 2, PIECES)
@@ -254,8 +256,10 @@ def _step(
 
 
 def _solved(blocks: FloatArray, k: FloatArray, right: FloatArray) -> FloatArray | None:
-    """Solve the block tridiagonal system with 3 × 3 blocks and −k beside the diagonal; None where
-    it is not positive definite."""
+    """Solve the block tridiagonal system with 3 × 3 blocks and −k beside the diagonal.
+
+    Returns None if the matrix is not positive definite.
+    """
     n = len(blocks)
     bands = np.zeros((4, n, 3))
     bands[0, 1:] = -k[:, None]

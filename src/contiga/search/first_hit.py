@@ -30,6 +30,7 @@ def first_hit(body: Faces, p0: ArrayLike, p1: ArrayLike) -> Hit:
 
     Parameters
     ----------
+    body : the faces
     p0, p1 : (n, 3) float64, length, body frame
 
     Returns

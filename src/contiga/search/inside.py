@@ -28,6 +28,7 @@ def contains(body: Faces, points: ArrayLike) -> NDArray[np.bool_]:
 
     Parameters
     ----------
+    body : the faces
     points : (n, 3) float64, length, body frame
 
     Warns

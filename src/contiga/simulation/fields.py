@@ -27,8 +27,8 @@ from contiga.triangles.trimesh import TriMesh
 
 # Largest departure of the drawn triangles from a body, relative to its size.
 DRAWN = 2e-3
-MOST = 1_000_000
-"""Triangles that a body is drawn by, where a size is given."""
+MAX_TRIANGLES = 1_000_000
+"""Largest number of triangles of a body in fields with a given size."""
 _BYTES_A_POINT = 200
 """Of points and fields, and of lines around regions."""
 
@@ -209,10 +209,10 @@ def _drawn(name: str, body: Master, size: float | None) -> TriMesh:
     mesh = body.tessellate(DRAWN * body.size)
     if size is None or body.faces is None:
         return mesh
-    least = least_size(mesh, MOST)
+    least = least_size(mesh, MAX_TRIANGLES)
     if size < least:
         raise InputError(
-            f"would draw {name} by more than {MOST:,} triangles in every set of fields",
+            f"would draw {name} by more than {MAX_TRIANGLES:,} triangles in every set of fields",
             where="output.size",
             found=size,
             allowed=f"{least:.3g} or more",

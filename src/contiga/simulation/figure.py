@@ -19,8 +19,8 @@ from contiga.records import FloatArray
 if TYPE_CHECKING:
     from contiga.io.out.shown_figure import ShownFigure
 
-MOST_LINES = 8
-"""Lines that a panel has at most, the largest: more could not be told apart."""
+MAX_LINES = 8
+"""Largest number of lines of a panel, by size: more could not be told apart."""
 _ENERGIES = ("kinetic", "strain", "contact", "friction", "damping", "hysteresis", "total")
 _OF_CONTACT = ("stored", "friction", "damping", "hysteresis")
 _VECTORS = (("v", "speed"), ("a", "acceleration"))
@@ -122,7 +122,7 @@ def _panel(time: _Time, label: str, unit: str, lines: Mapping[str, FloatArray]) 
         for name, values in lines.items()
     }
     largest = sorted((name for name in sizes if sizes[name] > 0.0), key=lambda n: -sizes[n])
-    kept = {name: lines[name] for name in lines if name in largest[:MOST_LINES]}
+    kept = {name: lines[name] for name in lines if name in largest[:MAX_LINES]}
     if kept:
         yield _over_time(time, label, unit, kept)
 

@@ -29,8 +29,8 @@ OF_GAS = ("pressure", "temperature", "volume", "mass", "flow_in", "flow_out")
 """Columns of a chamber; the last two are the enthalpies that came in and went out so far."""
 BLOCKS, NODES = 32, 4096
 """Fewest blocks of facets, and nodes, for one thread."""
-MOST_TOLD = 4
-"""Places that a message names."""
+MAX_PLACES = 4
+"""Largest number of places that a message names."""
 Covered = Callable[[str], FloatArray]
 """(f,) share of each facet of a slave, by its name, that bodies touch."""
 
@@ -297,8 +297,10 @@ def _check_closed(where: str, slave: str, corners: IntArray, points: FloatArray)
         )
         label = holes[ends[wrong, 0]]
         places = [ends[wrong][label == one] for one in np.unique(label)]
-        told = [f"{len(some)} {box_told(points[some.ravel()])}" for some in places[:MOST_TOLD]]
-        more = f", and at {len(places) - MOST_TOLD} more places" if len(places) > MOST_TOLD else ""
+        told = [f"{len(some)} {box_told(points[some.ravel()])}" for some in places[:MAX_PLACES]]
+        more = (
+            f", and at {len(places) - MAX_PLACES} more places" if len(places) > MAX_PLACES else ""
+        )
         raise InputError(
             f"its facets do not close a space: {wrong.sum()} sides {what}: {'; '.join(told)}{more}",
             where=where,

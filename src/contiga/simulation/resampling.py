@@ -10,9 +10,9 @@ from contiga.records import FloatArray
 FINE = 8 * LEAST_RATE
 """Samples a second for each Hz of a filter's class, where steps are of several lengths. The mean
 over one of them is less than the signal by a part in 4,000 where the filter takes 3 dB."""
-MOST = 2_000_000
-"""Samples a signal is brought to at most."""
-_EQUAL = 1e-6
+MAX_SAMPLES = 2_000_000
+"""Largest number of samples of a resampled signal."""
+_EQUAL_TOL = 1e-6
 
 
 def even_times(times: FloatArray, longest: float) -> FloatArray:
@@ -21,10 +21,10 @@ def even_times(times: FloatArray, longest: float) -> FloatArray:
     Else the step is their median one, `longest` at most.
     """
     steps = np.diff(times)
-    if len(steps) == 0 or np.ptp(steps) <= _EQUAL * steps.max():
+    if len(steps) == 0 or np.ptp(steps) <= _EQUAL_TOL * steps.max():
         return times
     step = min(longest, float(np.median(steps)))
-    count = min(int(np.ceil((times[-1] - times[0]) / step - _EQUAL)), MOST)
+    count = min(int(np.ceil((times[-1] - times[0]) / step - _EQUAL_TOL)), MAX_SAMPLES)
     return np.linspace(times[0], times[-1], count + 1)
 
 

@@ -16,7 +16,7 @@ from contiga.simulation.model import Model
 from contiga.simulation.resampling import FINE, even_times, means, trapezoids
 from contiga.simulation.sensor import OWN_FILTERS
 
-_EQUAL = 1e-6
+_EQUAL_TOL = 1e-6
 
 
 def filtered_columns(model: Model, history: dict[str, FloatArray]) -> dict[str, FloatArray]:
@@ -56,7 +56,7 @@ def _classes(model: Model) -> dict[str, list[str]]:
 def too_coarse(model: Model, cls: str, history: Mapping[str, FloatArray]) -> bool:
     """Return whether the steps are too long for a filter."""
     times = history["time"]
-    return len(times) < 2 or float(np.diff(times).max()) > (1.0 + _EQUAL) * _sample(model, cls)
+    return len(times) < 2 or float(np.diff(times).max()) > (1.0 + _EQUAL_TOL) * _sample(model, cls)
 
 
 def longest_sample(model: Model) -> float:

@@ -231,6 +231,7 @@ class Simulation(Model):
 
         Parameters
         ----------
+        state : state before the step
         dt : length of the step, > 0; to the next time of the simulation if omitted
 
         Raises

@@ -111,6 +111,9 @@ class Trigger:
 
         Parameters
         ----------
+        last : state before the step
+        raw : value of the channel at the end of the step
+        time, dt : end and length of the step
         corner : ω of the filter, radians / time; None without one
         """
         value, slope = raw, 0.0

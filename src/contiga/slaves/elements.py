@@ -64,8 +64,11 @@ def mirrored(elements: Mapping[str, IntArray]) -> dict[str, IntArray]:
 
 
 def elements_of(blocks: Sequence[CellBlock]) -> dict[str, IntArray]:
-    """Cells by kind: all solids; shells but those that lie on solids, and lines but those that are
-    edges of shells or solids, as mesh generators write the borders of what they mesh."""
+    """Return the cells that count, by kind.
+
+    These are all solids, the shells that do not lie on solids, and the lines that are no edges of
+    shells or solids: mesh generators write the borders of their meshes as such lines.
+    """
     cells: dict[str, list[Any]] = {}
     solid = [block.nodes for block in blocks if block.kind in SOLIDS and len(block.nodes)]
     corners = np.unique(np.concatenate([np.zeros(0, int), *(nodes.ravel() for nodes in solid)]))

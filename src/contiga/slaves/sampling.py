@@ -258,10 +258,10 @@ class Sampling:
         return self.nodal(rows, values[:, None])[:, 0]
 
     def covered(self, rows: IndexArray, slave: Slave) -> FloatArray:
-        """Return the share (f,) of each facet of `slave` that the points `rows` stand for.
+        """Return the share (f,) of each facet of `slave` that some of its points represent.
 
-        These are points of the slave; shares are by area at rest, for nodes a third for each
-        corner.
+        `rows` are numbers of points, ascending. Shares are by area at rest; those of nodes are a
+        third for each corner.
         """
         assert slave.facets is not None
         if not self._faces:
@@ -297,8 +297,12 @@ class Sampling:
         return bsr_array((values, column, start), shape=(3 * n, 3 * n)).tocsr()
 
     def shares(self, rows: IndexArray) -> csr_array:
-        """Return the weights N (n, len(rows)), sparse, of the nodes at points `rows`, ascending:
-        x_q = Σ_a N_aq x_a."""
+        """Return the sparse weights N (n, len(rows)) of the nodes at points: x_q = Σ_a N_aq x_a.
+
+        `rows` are numbers of points, ascending.
+
+        The rows are ascending.
+        """
         from scipy.sparse import coo_array
 
         each = np.arange(len(rows))

@@ -61,7 +61,9 @@ def select(surface: Surface, active: BoolArray, criteria: Criteria, where: str) 
 
     Parameters
     ----------
+    surface : points and facets
     active : (n,) points that take part so far; others are never chosen
+    criteria : sets of nodes and directions of normals
     where : whose points they are, for messages
 
     Raises

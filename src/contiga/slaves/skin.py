@@ -40,8 +40,10 @@ class _Faces(NamedTuple):
 
 
 def facet_width(points: FloatArray, facets: IntArray) -> float:
-    """Length: how wide facets (f, 3) of points (n, 3) are, the median of their shortest sides;
-    infinite of none."""
+    """Return the median of the shortest sides of facets (f, 3) of points (n, 3), a length.
+
+    It is infinite without facets.
+    """
     if len(facets) == 0:
         return np.inf
     corners = points[facets]

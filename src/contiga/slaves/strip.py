@@ -48,15 +48,19 @@ class Strip(NamedTuple):
         return greville(self.knots[1], DEGREE)
 
     def interpolated(self, values: FloatArray) -> FloatArray:
-        """Return spline coefficients (n, …) along the strip that interpolate `values` (n, …) at
-        `along`."""
+        """Return spline coefficients (n, …) along the strip that interpolate `values` (n, …).
+
+        The values are those at `along`.
+        """
         matrix = basis(self.knots[0], DEGREE, self.along)[:, 0]
         flat = np.linalg.solve(matrix, values.reshape(len(values), -1))
         return np.asarray(flat.reshape(values.shape))
 
     def through(self, rows: FloatArray) -> NurbsSurface:
-        """Return the patch with straight lines across at `along` through control points `rows`
-        (n, k, 3) at `beside`."""
+        """Return the patch through control points `rows` (n, k, 3) at `beside`.
+
+        The lines across at `along` are straight.
+        """
         return NurbsSurface((DEGREE, DEGREE), self.knots, self.interpolated(rows))
 
     def flat(self, rows: FloatArray, width: float, share: float) -> FloatArray:

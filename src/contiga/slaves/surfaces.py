@@ -18,7 +18,7 @@ SAMPLES = 5
 """Lines across a patch, and points in an element along them, by which its elements are measured."""
 OF_ITSELF = 0.1
 """Share of the size of all patches that an element is long at most, where nothing is said."""
-MOST_ELEMENTS = 100_000
+MAX_ELEMENTS = 100_000
 SAME = 1e-9
 """Part of the parameters of a patch within which a line and a knot are the same."""
 
@@ -90,12 +90,12 @@ def refined(patches: Sequence[NurbsSurface], how: Refinement) -> list[NurbsSurfa
         )
         for one, each in zip(raised, cuts, strict=True)
     )
-    if count > MOST_ELEMENTS:
+    if count > MAX_ELEMENTS:
         raise InputError(
             "are more elements than a run can be waited for",
             where="elements" if how.elements is not None else "size",
             found=count,
-            allowed=f"up to {MOST_ELEMENTS}",
+            allowed=f"up to {MAX_ELEMENTS}",
         )
     return [one.insert_knots(*each) for one, each in zip(raised, cuts, strict=True)]
 

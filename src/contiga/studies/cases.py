@@ -19,7 +19,7 @@ from contiga.records import FloatArray
 from contiga.studies.spec import MAX_CASES, SampleSpec, StudySpec, VariableSpec
 
 _UNIT_KEYS = ("unit", "units", "time_unit")
-"""Of tables of a case whose numbers are in units of their own."""
+"""Keys of tables of a case whose numbers are in units of their own."""
 _HOLES = ("", "nan", "inf", "-inf", "+inf")
 
 
@@ -27,15 +27,15 @@ class StudyCase(NamedTuple):
     """One case of a study."""
 
     number: int
-    """From 1 on."""
+    """Number of the case, from 1."""
     values: dict[str, Any]
-    """Of the variables, by what the table calls them."""
+    """Values of the variables, by their labels in the table."""
     settings: dict[str, Any]
-    """Over the base case, by key."""
+    """Settings that override the base case, by key."""
 
     @property
     def name(self) -> str:
-        """Of its folder."""
+        """Return the name of its folder."""
         return f"{self.number:04d}"
 
 
@@ -44,7 +44,7 @@ def cases_of(
     targets: Sequence[Mapping[str, Any]] | None = None,
     base: Mapping[str, Any] | None = None,
 ) -> list[StudyCase]:
-    """The cases of a study without a goal, in order: the last variable changes fastest.
+    """Return the cases of a study without a goal, in order: the last variable changes fastest.
 
     Rows of the table, or of `targets` by column, go slowest, samples fastest. Columns of the table
     whose heads say a unit are converted to those of the `base` case, given by its tables.
@@ -96,7 +96,7 @@ def cases_of(
 
 
 def case_of(study: StudySpec, number: int, values: Mapping[str, Any]) -> StudyCase:
-    """A case by the values of its variables: what is set for all, variables, then rules."""
+    """Return a case from the values of its variables: common settings, variables, then rules."""
     settings: dict[str, Any] = dict(study.set)
     for variable in study.variable:
         settings |= dict.fromkeys(variable.key, values[variable.label])
@@ -109,7 +109,7 @@ def case_of(study: StudySpec, number: int, values: Mapping[str, Any]) -> StudyCa
 
 
 def listed_values(variable: VariableSpec) -> list[Any]:
-    """The values of a variable that has some of its own: a list, or evenly from low to high."""
+    """Return the values of a variable that has some: a list, or evenly from low to high."""
     if variable.values is not None:
         return list(variable.values)
     assert variable.low is not None
@@ -125,6 +125,7 @@ def check_keys(study: StudySpec, base: Mapping[str, Any], settings: Mapping[str,
 
     Parameters
     ----------
+    study : the specification of the study
     base : tables of the base case
     settings : of a case of the study
 
@@ -169,7 +170,7 @@ def _fulfils(study: StudySpec, values: Mapping[str, Any]) -> bool:
 
 
 def _samples(sample: SampleSpec, ranged: list[VariableSpec]) -> list[dict[str, Any]]:
-    """Points in the box of the variables."""
+    """Return points in the box of the variables."""
     from scipy.stats import qmc
 
     if sample.kind == "sobol":
@@ -184,7 +185,7 @@ def _samples(sample: SampleSpec, ranged: list[VariableSpec]) -> list[dict[str, A
 
 
 def _scaled(variable: VariableSpec, unit: FloatArray) -> list[float]:
-    """Numbers of [0, 1) between the ends of a variable."""
+    """Return numbers of [0, 1) scaled to the range of a variable."""
     low, high = variable.low, variable.high
     assert low is not None
     assert high is not None
@@ -193,7 +194,7 @@ def _scaled(variable: VariableSpec, unit: FloatArray) -> list[float]:
 
 
 def _rows_of_table(study: StudySpec, base: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Rows of the table: values of those variables that are columns of it."""
+    """Return the rows of the table: values of the variables that are columns of it."""
     assert study.table is not None
     sheet = read_sheet(Path(study.table), "x, y, speed")
     sheet.check_header("x, y, speed")
@@ -214,7 +215,7 @@ def _rows_of_table(study: StudySpec, base: Mapping[str, Any]) -> list[dict[str, 
 
 
 def _factor(sheet: Sheet, k: int, variable: VariableSpec, case: Mapping[str, Any]) -> float | None:
-    """What numbers of a column are multiplied by; None where its head says no unit."""
+    """Return the factor for the numbers of a column; None if its head names no unit."""
     unit, where = sheet.unit(k), f"{sheet.where}: {sheet.heads[k].text}"
     if unit is None:
         return None
@@ -241,7 +242,7 @@ def _factor(sheet: Sheet, k: int, variable: VariableSpec, case: Mapping[str, Any
 
 
 def _value(sheet: Sheet, row: Row, k: int, factor: float | None) -> Any:
-    """A whole number, a number in the units of the case, or text."""
+    """Return a whole number, a number in the units of the case, or text."""
     where, found = f"{sheet.path}:{row.line}", sheet.mark.join(row.cells)
     if len(row.cells) < len(sheet.heads) or row.cells[k].lower() in _HOLES:
         raise FileError(
@@ -265,7 +266,7 @@ def _value(sheet: Sheet, row: Row, k: int, factor: float | None) -> Any:
 
 
 def shown_value(value: Any) -> Any:
-    """A value as a table shows it: numbers and text as they are, tables and lists as text."""
+    """Return a value as a table shows it: numbers and text unchanged, tables and lists as text."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         return json.dumps(value, ensure_ascii=False)
     return value

@@ -1,4 +1,4 @@
-"""How what is collected converges over ever finer meshes."""
+"""Convergence of collected quantities over finer meshes."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ class Line(NamedTuple):
     """Numbers of the cases, coarse to fine."""
     values: list[float]
     errors: list[float]
-    """Distances from the finest, of all but that."""
+    """Distances from the finest value, of all others."""
     order: float
-    """The power of the size by which they fall; NaN where that cannot be said."""
+    """Order of convergence in the mesh size; NaN if it cannot be determined."""
 
 
 def sizes_of(levels: list[float]) -> list[float]:
-    """Sizes of meshes against the coarsest, which comes first, of sizes or of counts of elements.
+    """Return sizes of meshes over the coarsest, which comes first; from sizes or element counts.
 
     >>> sizes_of([10.0, 20.0, 40.0]), sizes_of([4.0, 2.0, 1.0])
     ([1.0, 0.5, 0.25], [1.0, 0.5, 0.25])
@@ -37,7 +37,7 @@ def sizes_of(levels: list[float]) -> list[float]:
 
 
 def lines_of(study: StudySpec, rows: list[Row], quantity: str) -> list[Line]:
-    """A line for each choice of the other variables of which every mesh has been run."""
+    """Return a line for each choice of the other variables for which every mesh has been run."""
     refined = refined_variable(study)
     assert refined is not None
     assert refined.values is not None
@@ -56,7 +56,7 @@ def lines_of(study: StudySpec, rows: list[Row], quantity: str) -> list[Line]:
 
 
 def refined_variable(study: StudySpec) -> Any:
-    """The variable whose values are meshes from coarse to fine; None where there is none."""
+    """Return the variable whose values are meshes from coarse to fine; None if there is none."""
     for variable in study.variable:
         numeric = variable.values is not None and all(
             isinstance(value, int | float) and value > 0 for value in variable.values
@@ -73,7 +73,7 @@ def _line(label: str, rows: list[Row], quantity: str, sizes: list[float]) -> Lin
 
 
 def order_of(values: list[float], sizes: list[float]) -> float:
-    """The order p of values c + a h^p, from the last three of them (Roache 1998, 5.4).
+    """Return the order p of values c + a h^p, from the last three of them (Roache 1998, 5.4).
 
     NaN where they do not approach anything from one side, or there are not three.
 
@@ -99,7 +99,7 @@ def order_of(values: list[float], sizes: list[float]) -> float:
 
 
 def said(line: Line) -> str:
-    """A line in words."""
+    """Describe a line in words."""
     text = f"{line.label}: {number(line.values[-1])} at the finest"
     if line.values[-1] != 0.0 and line.errors:
         text += (

@@ -1,4 +1,4 @@
-"""What runs the cases of a study: Dask, or this process one after the other.
+"""Engines that run the cases of a study: Dask, or this process in turn.
 
 Both answer the same rows: which engine, how many workers and which of them died does not show.
 """
@@ -21,17 +21,17 @@ class Engine(Protocol):
     """Runs cases."""
 
     def run(self, cases: Sequence[StudyCase]) -> Iterator[Row]:
-        """The rows of cases as they come, in any order."""
+        """Yield the rows of cases as they finish, in any order."""
 
 
 class InTurn:
-    """The cases one after the other in this process: the plain rival of Dask."""
+    """Engine that runs the cases in turn in this process: the plain rival of Dask."""
 
     def __init__(self, base: Base) -> None:
         self._base = base
 
     def run(self, cases: Iterable[StudyCase]) -> Iterator[Row]:
-        """The rows in the order of the cases."""
+        """Yield the rows in the order of the cases."""
         for case in cases:
             yield run_one(self._base, case)
 
@@ -40,10 +40,11 @@ class InTurn:
 def engine_for(
     base: Base, *, scheduler: str | None, workers: int | None, retries: int
 ) -> Iterator[Engine]:
-    """What is to run the cases; its processes are gone when the block ends.
+    """Provide the engine for the cases; its processes have ended when the block ends.
 
     Parameters
     ----------
+    base : common data of the cases
     scheduler : address of a running Dask scheduler; a cluster on this machine if omitted
     workers : processes of that cluster, a core each if omitted; 0 runs the cases in this process
     retries : how often a case is begun again whose worker was lost
@@ -79,7 +80,7 @@ def engine_for(
 
 
 def cores() -> int:
-    """Cores that this process may use."""
+    """Return the number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

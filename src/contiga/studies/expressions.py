@@ -48,14 +48,14 @@ _CONSTANTS = {"pi": math.pi, "true": True, "false": False}
 _KNOWN = (ast.Expression, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.Call, ast.Name)
 _ALLOWED = "numbers, names of variables, + - * / % **, comparisons, and, or, not, and functions: "
 _ALLOWED += ", ".join(_FUNCTIONS)
-_LONGEST = 500
-"""Characters: what is longer is no rule that a person wrote."""
-_GREATEST_POWER = 64
-"""Whole numbers are exact however large: a power beyond this takes for ever."""
+_MAX_CHARACTERS = 500
+"""Largest number of characters of a rule."""
+_MAX_POWER = 64
+"""Largest exponent: whole numbers are exact, and a larger power would take for ever."""
 
 
 class Expression:
-    """An expression of numbers and names, checked when it is made, worked out later.
+    """An expression of numbers and names, checked when it is made and evaluated later.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ class Expression:
     def __init__(self, text: str, where: str) -> None:
         self.text, self.where = text, where
         try:
-            tree = ast.parse(text if len(text) <= _LONGEST else "?", mode="eval")
+            tree = ast.parse(text if len(text) <= _MAX_CHARACTERS else "?", mode="eval")
         except (SyntaxError, ValueError, RecursionError) as error:
             raise self._error("is not an expression") from error
         self._tree = tree.body
@@ -94,7 +94,7 @@ class Expression:
                 )
 
     def value(self, names: Mapping[str, Any]) -> Any:
-        """What it comes to for values of the variables.
+        """Return the value for values of the variables.
 
         Raises
         ------
@@ -114,7 +114,7 @@ class Expression:
         return CaseError(what, where=self.where, found=self.text, allowed=_ALLOWED)
 
     def _check(self, node: ast.AST) -> list[str]:
-        """Names in a part of the tree, all of which must be of kinds that are known."""
+        """Return the names in a part of the tree; refuse nodes of unknown kinds."""
         if isinstance(node, ast.Constant):
             if not isinstance(node.value, int | float | str):
                 raise self._error("is not an expression")
@@ -161,7 +161,7 @@ class Expression:
             return _UNARY[type(node.op)](self._value(node.operand, names))
         if isinstance(node, ast.BinOp):
             left, right = self._value(node.left, names), self._value(node.right, names)
-            if isinstance(node.op, ast.Pow) and abs(right) > _GREATEST_POWER:
+            if isinstance(node.op, ast.Pow) and abs(right) > _MAX_POWER:
                 left = float(left)
             return _BINARY[type(node.op)](left, right)
         assert isinstance(node, ast.Compare)

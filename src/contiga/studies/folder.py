@@ -1,4 +1,4 @@
-"""The folder of a study: what it was, the rows of its cases, the table made of them."""
+"""The folder of a study: its definition, the rows of its cases, and their table."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from contiga.studies.table import Table, table_of
 MANIFEST, PAGE, MAP = "study.json", "study.html", "map.png"
 OPTUNA = "optuna.log"
 _PATIENCE = 20.0
-"""The table is written anew when so many times as long has gone by as writing it took."""
+"""Time between two writings of the table, over the time of the last writing."""
 _LEAST_SECONDS = 2.0
 _MISSING = "nothing"
 _TOLD = re.compile(
     r"(base: )?title|map(\..+)?|retries|goal\.trials|base: (output\.report|plot.*|reference.*)"
 )
-"""Keys that do not tell one study from another: what is drawn, and how far it goes."""
+"""Keys that do not distinguish studies: they change the drawings, or the extent of the study."""
 
 
 class StudyFolder:
@@ -45,11 +45,11 @@ class StudyFolder:
         self.path, self.base = path, base
         self._study, self._said = study, _said(study, case)
         self.rows: dict[int, Row] = {}
-        """By number."""
+        """Rows by number."""
         self._written, self._took = perf_counter(), 0.0
 
     def check(self, *, resume: bool) -> None:
-        """Refuse a folder that the study cannot have. Nothing is written.
+        """Refuse a folder that belongs to something else. Nothing is written.
 
         Raises
         ------
@@ -67,7 +67,7 @@ class StudyFolder:
             )
 
     def open(self, rows: Iterable[Row]) -> None:
-        """Make the folder, with the rows that are there already.
+        """Make the folder, with the rows that exist already.
 
         Raises
         ------
@@ -99,7 +99,7 @@ class StudyFolder:
                 )
 
     def take(self, row: Row) -> None:
-        """Keep a row as it comes; now and then the table is written anew."""
+        """Store a row as it comes; now and then the table is rewritten."""
         self.rows[row.number] = row
         since = perf_counter() - self._written
         if since > max(_LEAST_SECONDS, _PATIENCE * self._took):
@@ -115,13 +115,13 @@ class StudyFolder:
         return table
 
     def table(self) -> Table:
-        """Of the rows so far."""
+        """Return the table of the rows so far."""
         units = {v.label: v.unit for v in self._study.variable} | self.base.units
         return table_of(self.rows.values(), self._study.labels, list(self.base.quantities), units)
 
 
 def _said(study: StudySpec, case: Case) -> dict[str, Any]:
-    """All that decides the rows of a study, by key; of files their content."""
+    """Return everything that determines the rows of a study, by key; files by their content."""
     said = study.model_dump(mode="json", exclude_none=True, exclude={"base", "table"})
     flat = dict(_flat(said, ""))
     base = case.model_dump(mode="json", exclude_none=True)
@@ -145,5 +145,5 @@ def _flat(value: Any, key: str) -> Iterator[tuple[str, Any]]:
 
 
 def _content(file: str) -> str:
-    """Name and digest of a file: a folder that was moved is still the same study."""
+    """Return name and digest of a file: a study keeps its identity when its folder is moved."""
     return f"{Path(file).name}, sha256 {sha256(Path(file).read_bytes()).hexdigest()[:16]}"

@@ -1,4 +1,4 @@
-"""The `map` of a study: what is drawn over which part, and by what colours."""
+"""The `map` of a study: its quantity, its part, and its colours."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from contiga.errors import CaseError
 
 
 class MapSpec(Spec):
-    """`map`: a quantity as colours over a body, at the points that three variables say."""
+    """`map`: a quantity as colours over a body, at points given by three variables."""
 
     body: str
     at: Annotated[list[str], Field(min_length=3, max_length=3)]
     """Names of the variables x, y, z."""
     colour: str | None = None
-    """The first quantity that is collected if omitted."""
+    """Column that is shown; the first collected quantity if omitted."""
     limits: Annotated[list[float], Field(min_length=2, max_length=2)] | None = None
-    """Values the colours begin and end at."""
+    """Values at which the colours begin and end."""
     bands: Annotated[list[float], Field(min_length=1, max_length=11)] | None = None
-    """Values at which one colour gives way to the next, in place of `limits`."""
+    """Values at which one colour ends and the next begins, in place of `limits`."""
     between: Literal["linear", "nearest"] = "linear"
-    """What is drawn between the points: linear between them, or the value of the nearest."""
+    """Interpolation between the points: linear, or the value of the nearest."""
 
     @model_validator(mode="after")
     def _colours_come_one_way(self) -> Self:

@@ -1,4 +1,4 @@
-"""A quantity as a coloured map over a part: at the points where the cases hit it, and between."""
+"""A quantity as a coloured map over a part: at the points that the cases hit, and between."""
 
 from __future__ import annotations
 
@@ -26,46 +26,48 @@ from contiga.triangles.trimesh import TriMesh
 _SIZE, _DPI = (11.0, 6.4), 110
 _SIDEWAYS = np.array([-0.6, 0.8, 0.0])
 _FINE = 1.0 / 90.0
-"""Longest edge of the triangles that are coloured, of the size of the part."""
+"""Longest edge of the coloured triangles, over the size of the part."""
 _REACH = 0.75
 _BETWEEN = {
     "linear": "colours between them are linear",
     "nearest": "colours about them are those of the nearest",
 }
 _TOLERANCE = 3e-4
-_MOST = 400_000
-"""Triangles at most."""
+_MAX_TRIANGLES = 400_000
+"""Largest number of triangles."""
 _BACK = 0.75
-"""Of a part's longest side, in the camera's units: how much farther away than usual all of it is
-seen in a figure no wider than high."""
+"""Additional distance of the camera of a figure, over the longest side of the part.
+
+All of the part is then visible in a figure that is no wider than high.
+"""
 _BUTTONS = 34
-"""Pixels above the figure that its buttons have for themselves."""
+"""Height above the figure for its buttons, pixels."""
 
 
 class ColourMap(NamedTuple):
-    """What is drawn."""
+    """The data of a coloured map."""
 
     body: str
     label: str
-    """Of the quantity."""
+    """Label of the quantity."""
     vertices: FloatArray
-    """(n, 3) of the part."""
+    """(n, 3) vertices of the part."""
     triangles: IntArray
     values: FloatArray
-    """(n,) between the targets; NaN outside of them."""
+    """(n,) values between the targets; NaN outside of them."""
     targets: FloatArray
-    """(k, 3)."""
+    """(k, 3) targets."""
     hit: FloatArray
-    """(k,) the values at the targets; NaN of cases that failed."""
+    """(k,) values at the targets; NaN for failed cases."""
     cases: list[int]
-    """Their numbers."""
+    """Numbers of the cases."""
     shades: Shades
     between: str
-    """What is drawn between the targets, in words."""
+    """Interpolation between the targets, in words."""
 
     @property
     def colours(self) -> FloatArray:
-        """(n, 3) red, green and blue of the vertices."""
+        """Return red, green and blue (n, 3) of the vertices."""
         from matplotlib.colors import to_rgb
 
         rgb = self.shades.colours(self.values)
@@ -73,7 +75,7 @@ class ColourMap(NamedTuple):
 
     @property
     def towards(self) -> FloatArray:
-        """(3,) where the eye looks: onto the side that is hit, a little from the front of it."""
+        """Return the viewing direction (3,) onto the side that is hit, a little from its front."""
         p = self.vertices[self.triangles]
         facets = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
         known = np.isfinite(self.values)[self.triangles].all(axis=1)
@@ -86,7 +88,7 @@ class ColourMap(NamedTuple):
 
 
 def map_of(study: StudySpec, base: Base, rows: tuple[Row, ...]) -> ColourMap | None:
-    """The map a study asks for; None where it asks for none, or no case gave a value.
+    """Return the map of a study; None if the study has none, or no case gave a value.
 
     Where several cases hit one point, the greatest of their values is drawn.
     """
@@ -126,7 +128,7 @@ def map_of(study: StudySpec, base: Base, rows: tuple[Row, ...]) -> ColourMap | N
 
 
 def nearest(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatArray:
-    """(n,) values at points: those of the nearest of the (k, 3) targets, NaN beyond their reach.
+    """Return values (n,) at points: those of the nearest of the targets (k, 3), NaN out of reach.
 
     >>> row = np.array([[0.0, 0, 0], [2, 0, 0]])
     >>> nearest(row, np.array([1.0, 3.0]), np.array([[0.9, 0, 0], [1.1, 1, 0], [0, 1.6, 0]]))
@@ -153,7 +155,7 @@ def _reach(targets: FloatArray) -> float:
 
 
 def between(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatArray:
-    """(n,) values at points, linear between (k, 3) targets as seen along their common normal.
+    """Return values (n,) at points, linear between targets (k, 3) along their common normal.
 
     The value is NaN outside the convex hull of the targets, and everywhere if they are on one line.
     It is NaN on the far side of the part, too: where a point is farther from the surface through
@@ -180,11 +182,11 @@ def between(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatAr
 
 
 def refined(points: FloatArray, triangles: IntArray, longest: float) -> tuple[FloatArray, IntArray]:
-    """Triangles whose edges are no longer than `longest`, as far as `_MOST` allows.
+    """Return triangles whose edges are at most `longest`, as far as `_MAX_TRIANGLES` allows.
 
     Long edges are halved, on both sides alike: no gaps come of it.
     """
-    while len(triangles) < _MOST // 4:
+    while len(triangles) < _MAX_TRIANGLES // 4:
         edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
         unique, back = np.unique(edges, axis=0, return_inverse=True)
         far = np.linalg.norm(points[unique[:, 0]] - points[unique[:, 1]], axis=1) > longest
@@ -198,7 +200,7 @@ def refined(points: FloatArray, triangles: IntArray, longest: float) -> tuple[Fl
 
 
 def _split(triangles: IntArray, middle: IntArray) -> IntArray:
-    """Triangles (m, 3) cut at the middles (m, 3) of their edges, −1 where one is not cut."""
+    """Split triangles (m, 3) at the middles (m, 3) of their edges; −1 is an edge without one."""
     made = []
     cut = middle >= 0
     for k in range(4):
@@ -262,7 +264,7 @@ def _beyond(colour_map: ColourMap) -> str:
 
 
 def map_figure(colour_map: ColourMap, rows: dict[int, int]) -> dict[str, Any]:
-    """The map as a 3D view, as plotly's script takes it; `rows` are those of the cases.
+    """Return the map as a 3D view for plotly's script; `rows` are those of the cases.
 
     Beside `data` and `layout` it has `back`: how much farther away a narrow page sees it from.
     """

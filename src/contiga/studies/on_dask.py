@@ -1,4 +1,4 @@
-"""Cases on Dask distributed: a cluster on this machine, or any scheduler that runs already."""
+"""Cases on Dask distributed: a cluster on this machine, or any running scheduler."""
 
 from __future__ import annotations
 
@@ -25,7 +25,10 @@ from contiga.studies.row import DONE, LOST, Row
 from contiga.version import __version__
 
 _ENVIRONMENT = {"NUMBA_NUM_THREADS": "1", "DASK_LOGGING__DISTRIBUTED": "critical"}
-"""Of local workers: the kernels run on one thread each, and who was killed is told in rows."""
+"""Environment of local workers.
+
+Kernels run on one thread each, and killed workers are reported in rows, not in the log.
+"""
 _SETTINGS = {
     "distributed.worker.daemon": False,  # readers of CAD have processes of their own
     "distributed.scheduler.allowed-failures": 0,  # retries are counted here
@@ -33,14 +36,14 @@ _SETTINGS = {
 _ANSWER_SECONDS = 5
 _LOOK_SECONDS = 1.0
 _STRANDED_SECONDS = 3.0
-"""The scheduler has told of a worker that was lost by then."""
+"""Time after which the scheduler has reported a lost worker, seconds."""
 QUIET_SECONDS = 10.0
-"""A machine whose first case has compiled nothing for so long has its kernels."""
+"""Time without compiling after which the first case of a machine has all kernels, seconds."""
 
 
 @contextmanager
 def local_client(workers: int) -> Iterator[Client]:
-    """A cluster on this machine for as long as the block lasts.
+    """Provide a cluster on this machine for the duration of the block.
 
     Raises
     ------
@@ -69,7 +72,7 @@ def local_client(workers: int) -> Iterator[Client]:
 
 @contextmanager
 def remote_client(address: str) -> Iterator[Client]:
-    """A client of a scheduler that runs already.
+    """Provide a client of a running scheduler.
 
     Raises
     ------
@@ -100,15 +103,15 @@ async def _reach(address: str) -> None:
 
 
 class _Sent(NamedTuple):
-    """A case on its way."""
+    """A submitted case."""
 
     case: StudyCase
     workers: frozenset[str]
-    """Addresses of those that may run it."""
+    """Addresses of workers that may run it."""
 
 
 class OnDask:
-    """The cases on the workers of a scheduler, the next to whoever is free.
+    """Engine that sends each case to the next free worker of a scheduler.
 
     Parameters
     ----------
@@ -121,17 +124,17 @@ class OnDask:
         self._client, self._base, self._retries = client, base, retries
         self._lost: Counter[int] = Counter()
         self._token = token_hex(4)
-        """In the names of its tasks: others may use the same scheduler."""
+        """Part of the names of its tasks: others may use the same scheduler."""
         self._cold: dict[str, Event] | None = None
-        """Hosts whose kernels may have to be compiled, once they are known."""
+        """Hosts whose kernels may have to be compiled, or None before they are known."""
         self._fit: dict[str, bool] = {}
-        """Whether a worker may be used, by address, of those that have been asked."""
+        """Whether a worker may be used, by address, for all workers asked so far."""
         self._tries = count()
         self._stranded: dict[Future, float] = {}
-        """Since when nobody is there who may run it."""
+        """Time since which no worker may run a case."""
 
     def run(self, cases: Sequence[StudyCase]) -> Iterator[Row]:
-        """The rows as they come. While a machine may compile kernels it runs one case."""
+        """Yield the rows as they come. A machine that compiles kernels runs one case at a time."""
         waiting, running = deque(cases), dict[Future, _Sent]()
         try:
             while waiting or running:
@@ -148,7 +151,7 @@ class OnDask:
             self._client.cancel(list(running), force=True)
 
     def _wait(self, running: dict[Future, _Sent]) -> None:
-        """Until a case is done, or it is time to look whether more may run."""
+        """Wait until a case is done, or until it is time to look for new workers."""
         if not running:  # no worker is there just now
             sleep(_LOOK_SECONDS)
             return
@@ -156,7 +159,7 @@ class OnDask:
             wait(list(running), timeout=_LOOK_SECONDS, return_when="FIRST_COMPLETED")
 
     def _submit(self, waiting: deque[StudyCase], running: dict[Future, _Sent]) -> None:
-        """As many as there are free threads: who dies takes no other case with it."""
+        """Submit as many cases as there are free threads: a dying worker loses no other case."""
         there = self._workers()
         if self._cold is None:
             self._cold = self._hosts(there)
@@ -183,7 +186,7 @@ class OnDask:
         waiting: deque[StudyCase],
         running: dict[Future, _Sent],
     ) -> None:
-        """Cases whose workers have all gone before they began; a lost one is told as such."""
+        """Take back cases whose workers left before they began; report lost cases."""
         workers = {address for addresses in there.values() for address in addresses}
         now = perf_counter()
         self._stranded = {
@@ -197,7 +200,7 @@ class OnDask:
                 waiting.append(running.pop(future).case)
 
     def _first(self, case: StudyCase, host: str, warm: Event, workers: list[str]) -> Future:
-        """The first case of a machine, on a worker of it."""
+        """Submit the first case of a machine to a worker of it."""
         return self._client.submit(
             _first_on_host,
             self._base,
@@ -212,7 +215,7 @@ class OnDask:
         return f"|{self._token}|{case.name}|{next(self._tries)}"
 
     def _hosts(self, there: dict[str, list[str]]) -> dict[str, Event]:
-        """The machines there are; waits for the first of them."""
+        """Return the machines; wait for the first of them."""
         while not there:
             self._client.wait_for_workers(1)
             there.update(self._workers())
@@ -221,7 +224,7 @@ class OnDask:
         return {host: Event(f"contiga-{self._token}-{host}", client=self._client) for host in there}
 
     def _workers(self) -> dict[str, list[str]]:
-        """Addresses of workers that may be used, by host; those that are new are asked."""
+        """Return the addresses of usable workers, by host; new workers are asked first."""
         infos = self._client.scheduler_info(n_workers=-1)["workers"]
         new = [address for address in infos if address not in self._fit]
         if new:
@@ -253,7 +256,7 @@ class OnDask:
                 warnings.warn(f"{wrong}. It gets no case", ContigaWarning, stacklevel=2)
 
     def _row(self, future: Future, case: StudyCase) -> Row | None:
-        """What came of a case; None where it is to be begun again."""
+        """Return the row of a case; None if the case is to be restarted."""
         if future.status == "finished":
             row: Row = future.result()
             host = _host_of(future)
@@ -279,12 +282,12 @@ class OnDask:
 
 
 def _host_of(future: Future) -> str:
-    """The machine that a first case was given to; "" of others."""
+    """Return the machine of a first case; "" for other cases."""
     return str(future.key).partition("|")[0]
 
 
 def _unfit(address: str, answer: Any, folder: str) -> InputError | None:
-    """What is wrong with a worker, by what it has answered."""
+    """Return the error for a worker, from its answer."""
     if isinstance(answer, BaseException):
         return InputError(
             f"a worker cannot load contiga ({answer})",
@@ -305,7 +308,7 @@ def _unfit(address: str, answer: Any, folder: str) -> InputError | None:
 
 
 def _sees(folder: str) -> tuple[bool, str]:
-    """Whether a worker sees the folder of the study, and its version of contiga."""
+    """Return whether a worker sees the folder of the study, and its version of contiga."""
     try:
         return Path(folder).is_dir(), __version__
     except OSError:  # a folder above it may not be entered, a network drive does not answer
@@ -313,7 +316,7 @@ def _sees(folder: str) -> tuple[bool, str]:
 
 
 def _first_on_host(base: Base, case: StudyCase, event: str) -> Row:
-    """Run a case, and tell once it seems that no kernel has to be compiled any more."""
+    """Run a case, and signal when no kernel seems to be left to compile."""
     from numba.core import event as numba_event
 
     class Compiling(numba_event.Listener):  # type: ignore[misc]

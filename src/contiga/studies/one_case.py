@@ -1,4 +1,4 @@
-"""Running one case of a study, in whatever process: its folder, its row."""
+"""One case of a study, run in any process: its folder and its row."""
 
 from __future__ import annotations
 
@@ -27,32 +27,32 @@ if TYPE_CHECKING:
 
 Progress = Callable[[int, int, int], Any]
 CASES = "cases"
-"""The folder in that of a study which has one for each case."""
+"""Folder in that of a study with a folder for each case."""
 _TURN = Lock()
-"""Workers with several threads run one case at a time: what cases have in common is not theirs."""
+"""Lock of a worker with several threads, which runs one case at a time: its parts are shared."""
 
 
 @cache
 def parts_of_process() -> PartCache:
-    """Bodies and slaves this process has read: geometry is read once a worker."""
+    """Return the cache of bodies and slaves of this process: a worker reads geometry once."""
     return PartCache()
 
 
 class Base(NamedTuple):
-    """What all cases of a study have in common."""
+    """The common data of all cases of a study."""
 
     text: str
-    """Of the base case."""
+    """Text of the base case."""
     path: str
-    """Of its file: names of files in it start from there."""
+    """Path of its file, from which its file names start."""
     folder: str
-    """Of the study."""
+    """Folder of the study."""
     quantities: dict[str, Quantity]
-    """By column."""
+    """Collected quantities, by column."""
 
     @property
     def units(self) -> dict[str, str]:
-        """Of the quantities, by column; none where the base case names no units."""
+        """Return the units of the quantities, by column; empty if the base case names no units."""
         named = tomllib.loads(self.text).get("units") or {}
         units = (named.get("length", ""), named.get("mass", ""), named.get("time", ""))
         return {name: quantity.unit(units) for name, quantity in self.quantities.items()}
@@ -63,16 +63,16 @@ class Base(NamedTuple):
         return tomllib.loads(self.text) | tables_of(self.text, Path(self.path)).data
 
     def case(self, settings: dict[str, Any]) -> Case:
-        """The base case with what one of the study sets."""
+        """Return the base case with the settings of one case."""
         return parse_case(self.text, self.path, set=settings)
 
     def folder_of(self, case: StudyCase) -> Path:
-        """Of one case."""
+        """Return the folder of one case."""
         return Path(self.folder) / CASES / case.name
 
 
 def row_of(base: Base, case: StudyCase) -> Row | None:
-    """The row of a case that has been run before; None of one that is to be run."""
+    """Return the row of a case that has been run before; None if it is to be run."""
     row = read_row(base.folder_of(case))
     if row is None or row.status == LOST:
         return None
@@ -80,7 +80,7 @@ def row_of(base: Base, case: StudyCase) -> Row | None:
 
 
 def run_one(base: Base, case: StudyCase, progress: Progress | None = None) -> Row:
-    """Run a case into its folder and leave its row there; a row that is there already is taken.
+    """Run a case into its folder and write its row there; an existing row is returned instead.
 
     Nothing but an interruption gets out of it: a case that fails is a row with its message.
     """
@@ -90,7 +90,7 @@ def run_one(base: Base, case: StudyCase, progress: Progress | None = None) -> Ro
 
 
 def _carried_out(base: Base, case: StudyCase, progress: Progress | None) -> Row:
-    """The row of a case that is run now."""
+    """Run a case and return its row."""
     folder, begun = base.folder_of(case), perf_counter()
     # What a killed process left there is none of a whole run.
     shutil.rmtree(folder, ignore_errors=True)
@@ -111,7 +111,7 @@ def _carried_out(base: Base, case: StudyCase, progress: Progress | None) -> Row:
 
 
 def _run(case: Case, folder: Path, progress: Progress | None) -> Result:
-    """As `contiga.run`, but for the parts that cases have in common."""
+    """Run a case as `contiga.run` does, with the parts that cases have in common."""
     with warnings.catch_warnings():  # told in the summary, not on the stream of each worker
         warnings.simplefilter("ignore", ContigaWarning)
         how = RunOptions(progress=progress, on_finish=write_report)

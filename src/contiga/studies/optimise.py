@@ -1,4 +1,4 @@
-"""Optimisation: Optuna says which cases to run next, and is told what came of them.
+"""Optimisation: Optuna chooses the next cases and gets their results.
 
 Cases are asked for in batches, and each batch is told in the order of its numbers: what is asked
 for next depends on what was found, never on which case was done first or by how many workers. A
@@ -20,13 +20,13 @@ from contiga.studies.row import DONE, Row
 from contiga.studies.spec import GoalSpec, StudySpec, VariableSpec
 
 _RANDOM = 10
-"""Cases that are chosen at random before any is chosen by what was found."""
+"""Number of cases chosen at random before the search begins."""
 _NONE = 1e300
-"""How far a quantity that there is none of is beyond its limit."""
+"""Excess of a missing quantity over its limit."""
 
 
 def optimised(study: StudySpec, engine: Engine, folder: StudyFolder) -> Iterator[Row]:
-    """The rows of the cases that Optuna asks for, as they come."""
+    """Yield the rows of the cases that Optuna asks for, as they come."""
     goal = study.goal
     assert goal is not None
     sampler = _optuna_study(study, folder.path / OPTUNA)
@@ -48,13 +48,13 @@ def optimised(study: StudySpec, engine: Engine, folder: StudyFolder) -> Iterator
 
 
 def excesses(goal: GoalSpec, row: Row) -> list[float]:
-    """How far a row is beyond each limit of the goal; zero or less is within."""
+    """Return the excess of a row over each limit of the goal; zero or less is within."""
     values = [(limit, row.collected[limit.quantity]) for limit in goal.limits]
     return [_NONE if value != value else limit.excess(value) for limit, value in values]
 
 
 def best_of(goal: GoalSpec, rows: Iterable[Row]) -> Row | None:
-    """The best of the rows within all limits, the first of equal ones; None where none is."""
+    """Return the best row within all limits, the first of equal ones; None if there is none."""
     sign = 1.0 if goal.minimise is not None else -1.0
     within = [
         row
@@ -67,7 +67,7 @@ def best_of(goal: GoalSpec, rows: Iterable[Row]) -> Row | None:
 
 
 def _run(engine: Engine, folder: StudyFolder, cases: list[StudyCase]) -> Iterator[Row]:
-    """Rows of a batch: those that are there, and those of the cases that are run."""
+    """Yield the rows of a batch: existing ones, and those of the cases that are run."""
     known = [row_of(folder.base, case) for case in cases]
     yield from (row for row in known if row is not None)
     missing = [case for case, row in zip(cases, known, strict=True) if row is None]
@@ -76,7 +76,7 @@ def _run(engine: Engine, folder: StudyFolder, cases: list[StudyCase]) -> Iterato
 
 
 def _optuna_study(study: StudySpec, path: Path) -> Any:
-    """A study of Optuna that begins, kept in a file."""
+    """Return a new study of Optuna, stored in a file."""
     import optuna
     from optuna.storages import JournalStorage
     from optuna.storages.journal import JournalFileBackend
@@ -92,7 +92,7 @@ def _optuna_study(study: StudySpec, path: Path) -> Any:
 
 
 def _sampler(seed: int) -> Any:
-    """What chooses a batch: by nothing but the seed and what was found before."""
+    """Return the sampler of a batch; it depends on the seed and the earlier results alone."""
     import optuna
 
     with warnings.catch_warnings():
@@ -106,7 +106,7 @@ def _sampler(seed: int) -> Any:
 
 
 def _suggested(trial: Any, variable: VariableSpec) -> Any:
-    """The value of a variable that Optuna chooses: between two ends, or one of a list."""
+    """Return the value that Optuna chooses for a variable: between two ends, or from a list."""
     if variable.ranged:
         low, high, log = variable.low, variable.high, variable.scale == "log"
         if variable.whole:

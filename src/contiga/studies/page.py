@@ -26,15 +26,15 @@ from contiga.studies.spec import StudySpec
 from contiga.studies.table import Table
 
 _DIGITS = 7
-"""Of numbers on the page; the table has all."""
+"""Digits of numbers on the page; the table has all."""
 _FAINT = "#c9ced4"
 _SCALE = SCALE[1:]
-"""Colours of points and lines; the palest of all is too close to white."""
+"""Colours of points and lines, without the palest, which is too close to white."""
 _SELECT = '<label>{words} <select id="{name}"></select></label>'
 
 
 def write_page(study: StudySpec, base: Base, table: Table, rows: tuple[Row, ...]) -> None:
-    """Write the page, and the picture of the map where the study asks for one."""
+    """Write the page, and the picture of the map if the study has one."""
     folder = Path(base.folder)
     data = page_data(study, base, table, rows)
     drawn = map_of(study, base, rows)
@@ -50,7 +50,7 @@ def write_page(study: StudySpec, base: Base, table: Table, rows: tuple[Row, ...]
 
 
 def page_data(study: StudySpec, base: Base, table: Table, rows: Sequence[Row]) -> dict[str, Any]:
-    """What the script of the page draws: plain lists and numbers."""
+    """Return the data for the script of the page: plain lists and numbers."""
     names = [f"{CASES}/{row.number:04d}" for row in rows]
     reports = [(Path(base.folder) / name / "report.html").is_file() for name in names]
     data = {
@@ -79,7 +79,7 @@ def page_data(study: StudySpec, base: Base, table: Table, rows: Sequence[Row]) -
 
 
 def _column(study: StudySpec, base: Base, table: Table, name: str) -> dict[str, Any]:
-    """A column: its role, and numbers, or the numbers of texts."""
+    """Return a column: its role, and its numbers, or the numbers of its texts."""
     role = "other"
     if name in table.variables:
         role = "variable"
@@ -102,7 +102,7 @@ def _short(value: float) -> float | int | None:
 
 
 def _goal(study: StudySpec, rows: Sequence[Row]) -> dict[str, Any]:
-    """Which cases are within the limits, and the best so far."""
+    """Return the cases within the limits, and the best so far."""
     goal = study.goal
     assert goal is not None
     within = [row.status == DONE and max(excesses(goal, row), default=0.0) <= 0.0 for row in rows]
@@ -116,7 +116,7 @@ def _goal(study: StudySpec, rows: Sequence[Row]) -> dict[str, Any]:
 
 
 def _convergence(study: StudySpec, base: Base, rows: list[Row]) -> dict[str, Any]:
-    """Lines over the meshes of each quantity that is collected."""
+    """Return the lines over the meshes of each collected quantity."""
     refined = convergence.refined_variable(study)
     levels = [float(value) for value in refined.values]
     place = {row.number: k for k, row in enumerate(rows)}
@@ -180,7 +180,7 @@ def _under(study: StudySpec, rows: Sequence[Row]) -> str:
 
 
 def _figures(study: StudySpec, rows: Sequence[Row]) -> str:
-    """The row of large numbers."""
+    """Return the row of large numbers."""
     tiles = [(number(len(rows)), "Cases", ""), (number(_failed(rows)), "Failed", "")]
     if rows:
         seconds = sum(row.seconds for row in rows)

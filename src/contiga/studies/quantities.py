@@ -1,4 +1,4 @@
-"""What is kept of a case: criteria of sensors, and numbers of the columns of its history."""
+"""Quantities collected from a case: criteria of sensors, and numbers of history columns."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _OF_COLUMN: dict[str, Callable[[FloatArray, FloatArray], float]] = {
     "time_of_min": lambda times, values: float(times[np.argmin(values)]),
     "time_of_peak": lambda times, values: float(times[np.argmax(np.abs(values))]),
 }
-"""Numbers of a column over time; `peak` is the value of the greatest magnitude."""
+"""Numbers of a column over time; `peak` is the value of largest magnitude."""
 
 
 class Quantity(NamedTuple):
@@ -50,12 +50,12 @@ class Quantity(NamedTuple):
     kind: str
     """"criterion", "at", one of `_OF_COLUMN`, or one of `_PLAIN`."""
     name: str = ""
-    """Of the column, or of the sensor."""
+    """Name of the column, or of the sensor."""
     criterion: str = ""
     time: float = 0.0
 
     def check(self, columns: list[str], criteria: list[str], end: float) -> None:
-        """Refuse what a case will not have.
+        """Refuse columns and criteria that a case will not have.
 
         Parameters
         ----------
@@ -86,7 +86,7 @@ class Quantity(NamedTuple):
             )
 
     def unit(self, units: tuple[str, str, str]) -> str:
-        """Its unit, those of length, mass and time being `units`; empty of what has none."""
+        """Return its unit, from `units` of length, mass and time; empty if it has none."""
         if self.kind == "criterion":
             return CRITERION_UNITS.get(self.criterion, "")
         if self.kind in _PLAIN:
@@ -95,7 +95,7 @@ class Quantity(NamedTuple):
         return column_units([column], units).get(column, "")
 
     def value(self, history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -> float:
-        """The number, of what a run left; NaN where it has none.
+        """Return the number from the results of a run; NaN if it has none.
 
         Parameters
         ----------
@@ -125,7 +125,7 @@ class Quantity(NamedTuple):
 
 
 def quantity_of(text: str) -> Quantity:
-    """A quantity as a study file names it.
+    """Return a quantity from its text in a study file.
 
     ``sensor.CRITERION``; ``max(column)`` and others of a column of the history;
     ``at(column, time)``; ``energy_error``, ``steps``, ``warnings``.

@@ -1,4 +1,4 @@
-"""A row of a study's table: one case, what it was and what came of it."""
+"""A row of a study's table: one case, its values and its results."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from contiga.io.out.files import write_json
 
 ROW = "row.json"
 DONE, FAILED, LOST = "done", "failed", "lost"
-"""What came of a case: all its numbers; a message; its worker died as often as it was begun."""
+"""Outcome of a case: complete; failed with a message; lost with its worker after all retries."""
 
 
 class Row(NamedTuple):
-    """One case. In the file of its folder it is the truth that tables are made of."""
+    """One case. Tables are made from the row in the file of its folder."""
 
     number: int
     status: str
     message: str
-    """Of a case that failed, and of quantities that one lacks."""
+    """Message of a failed case, and of missing quantities."""
     values: dict[str, Any]
-    """Of the variables."""
+    """Values of the variables."""
     collected: dict[str, float]
-    """NaN where there is none."""
+    """Collected quantities; NaN if there is none."""
     seconds: float
-    """It took, compiling of kernels included."""
+    """Duration with the compiling of kernels, seconds."""
 
     def write(self, folder: Path) -> None:
         """Write the row into the folder of its case, whole or not at all."""
@@ -33,12 +33,12 @@ class Row(NamedTuple):
         write_json(folder / ROW, {**self._asdict(), "collected": collected})
 
     def of_case(self, values: dict[str, Any], quantities: list[str]) -> bool:
-        """Whether it is the row of a case with these values, of which this is collected."""
+        """Whether it is the row of a case with these values and these collected quantities."""
         return self.values == values and list(self.collected) == quantities
 
 
 def read_row(folder: Path) -> Row | None:
-    """The row in the folder of a case; None where there is none that can be read."""
+    """Return the row in the folder of a case; None if there is none that can be read."""
     try:
         row: dict[str, Any] = json.loads((folder / ROW).read_text(encoding="utf-8"))
         collected = {k: float("nan") if v is None else v for k, v in row["collected"].items()}

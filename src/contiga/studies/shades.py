@@ -1,4 +1,4 @@
-"""What colour a value has on a map: between two limits, or by bands as protocols of rating do."""
+"""Colours of values on a map: between two limits, or by bands as in rating protocols."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from contiga.records import FloatArray
 from contiga.report.style import SCALE, colour_map, number
 
 RATED = ("#3a9d4f", "#f2d43d", "#f0973a", "#8f5a2a", "#c8352f")
-"""From good to poor, as protocols of pedestrian protection colour their five bands."""
+"""Colours from good to poor, as the five bands of pedestrian protection protocols."""
 
 
 class Shades(NamedTuple):
     """Colours of values."""
 
     limits: tuple[float, float]
-    """Where they begin and end."""
+    """Values at which the colours begin and end."""
     bands: tuple[float, ...] = ()
-    """Where one gives way to the next; none where they change evenly."""
+    """Values at which one colour ends and the next begins; empty for continuous colours."""
 
     @property
     def steps(self) -> list[str]:
-        """A colour a band."""
+        """Return a colour for each band."""
         if len(self.bands) == len(RATED) - 1:
             return list(RATED)
         from matplotlib.colors import LinearSegmentedColormap, to_hex
@@ -32,14 +32,17 @@ class Shades(NamedTuple):
         return [to_hex(rated(share)) for share in np.linspace(0.0, 1.0, len(self.bands) + 1)]
 
     def places(self, values: FloatArray) -> FloatArray:
-        """(n,) of values: their band, which begins with its lower end, or themselves; NaN stays."""
+        """Return the bands (n,) of values, or the values if there are no bands; NaN stays.
+
+        A band includes its lower end.
+        """
         if not self.bands:
             return values
         bands = np.searchsorted(self.bands, values, side="right").astype(np.float64)
         return np.where(np.isnan(values), np.nan, bands)
 
     def colours(self, values: FloatArray) -> FloatArray:
-        """(n, 3) red, green and blue; of NaN that of zero."""
+        """Return red, green and blue (n, 3); NaN has the colour of zero."""
         from matplotlib.colors import to_rgb
 
         if self.bands:
@@ -51,11 +54,11 @@ class Shades(NamedTuple):
 
     @property
     def marks(self) -> tuple[list[float], list[str]]:
-        """Where on the bar of bands one gives way to the next, and what stands there."""
+        """Return the borders of bands on the colour bar, and their labels."""
         return [k + 0.5 for k in range(len(self.bands))], [number(value) for value in self.bands]
 
     def mappable(self) -> Any:
-        """For a colour bar of matplotlib: of values, or of the bands by their number."""
+        """Return a mappable for a colour bar of matplotlib: values, or bands by number."""
         from matplotlib.cm import ScalarMappable
         from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 
@@ -66,7 +69,7 @@ class Shades(NamedTuple):
         return ScalarMappable(norm, ListedColormap(self.steps))
 
     def marker(self, values: FloatArray, label: str) -> dict[str, Any]:
-        """Of dots of plotly, with their colour bar."""
+        """Return the style of dots of plotly, with their colour bar."""
         bar: dict[str, Any] = {
             "title": {"text": label, "side": "right"},
             "thickness": 12,

@@ -1,4 +1,4 @@
-"""The study file: what it may say, and how it is read and checked."""
+"""The tables of the study file; reading and checking a study."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from contiga.studies.targets import TargetsSpec
 
 _LIMIT = re.compile(r"(.+?)\s*(<=|>=)\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)")
 MAX_CASES = 1_000_000
-"""Cases of a study at most: more is a grid of the wrong kind."""
+"""Largest number of cases of a study: more is a mistaken grid."""
 RESERVED = ("case", "status", "message")
 """Columns that every table has."""
 
@@ -34,35 +34,35 @@ VariableName = Annotated[str, Field(pattern=r"^[A-Za-z_]\w*$")]
 
 
 class VariableSpec(Spec):
-    """A `[[variable]]`: what differs from case to case."""
+    """A `[[variable]]`: a value that differs from case to case."""
 
     name: VariableName | None = None
-    """What rules and columns call it; its key if omitted."""
+    """Name in rules and columns; its key if omitted."""
     key: Keys = Field(default_factory=list)
     """Keys of the case, as `--set` takes them, that have its value."""
     values: Annotated[list[Any], Field(min_length=1)] | None = None
     column: str | None = None
-    """Of the table of the study."""
+    """Column in the table of the study."""
     low: float | None = None
     high: float | None = None
     count: Annotated[int, Field(ge=2, le=MAX_CASES)] | None = None
-    """Values from `low` to `high`; without it they are sampled, or the optimiser's."""
+    """Number of values from `low` to `high`; without it they are sampled or optimised."""
     scale: Literal["linear", "log"] = "linear"
     whole: bool = False
-    """Values between `low` and `high` are rounded to whole numbers."""
+    """Whether values between `low` and `high` are rounded to whole numbers."""
     refines: bool = False
-    """Its values are meshes from coarse to fine: the page shows the convergence."""
+    """Whether its values are meshes from coarse to fine: the page shows the convergence."""
     unit: str = ""
-    """For labels."""
+    """Unit for labels."""
 
     @property
     def label(self) -> str:
-        """What the table calls it."""
+        """Return its label in the table."""
         return self.name if self.name is not None else self.key[0]
 
     @property
     def ranged(self) -> bool:
-        """Whether it may be anything between two ends."""
+        """Whether it may be any value between two ends."""
         return self.low is not None and self.count is None
 
     @model_validator(mode="after")
@@ -111,12 +111,12 @@ class SampleSpec(Spec):
 
     kind: Literal["latin-hypercube", "sobol"]
     count: CaseCount
-    """Of Sobol's points best a power of two."""
+    """Number of points; for Sobol's points a power of two is best."""
     seed: Annotated[int, Field(ge=0)] = 0
 
 
 class RuleSpec(Spec):
-    """A `[[rule]]`: a key that follows of variables, or what they must fulfil."""
+    """A `[[rule]]`: a key that depends on variables, or a condition on them."""
 
     key: Keys = Field(default_factory=list)
     value: str | None = None
@@ -137,35 +137,35 @@ class RuleSpec(Spec):
 
     @property
     def expression(self) -> Expression:
-        """What is worked out."""
+        """Return the expression that is evaluated."""
         text = self.value if self.value is not None else self.require
         assert text is not None
         return Expression(text, "value" if self.require is None else "require")
 
 
 class Limit(Spec):
-    """One of `subject_to`, read: a quantity that must stay on a side of a number."""
+    """A condition of `subject_to`: a quantity that must stay on one side of a number."""
 
     quantity: str
     most: bool
-    """Whether the number is the most, or the least."""
+    """Whether the number is an upper bound, or a lower one."""
     bound: float
 
     def excess(self, value: float) -> float:
-        """How far a value is beyond; zero or less is within."""
+        """Return the excess of a value over the bound; zero or less is within."""
         return value - self.bound if self.most else self.bound - value
 
 
 class GoalSpec(Spec):
-    """`goal`: what is to be made small or large, by Optuna."""
+    """`goal`: a quantity that Optuna makes small or large."""
 
     minimise: str | None = None
     maximise: str | None = None
     subject_to: list[str] = Field(default_factory=list)
-    """``quantity <= number`` or ``>=``."""
+    """Conditions ``quantity <= number`` or ``>=``."""
     trials: CaseCount = 50
     batch: CaseCount = 4
-    """Cases that are chosen and run at once: the next follow of all before them."""
+    """Number of cases chosen and run at once; the next depend on all before them."""
     seed: Annotated[int, Field(ge=0)] = 0
 
     @model_validator(mode="after")
@@ -179,14 +179,14 @@ class GoalSpec(Spec):
 
     @property
     def quantity(self) -> str:
-        """What is to be made small or large."""
+        """Return the quantity to be made small or large."""
         text = self.minimise if self.minimise is not None else self.maximise
         assert text is not None
         return text
 
     @property
     def limits(self) -> list[Limit]:
-        """`subject_to`, read."""
+        """Return the parsed `subject_to`."""
         read = []
         for text in self.subject_to:
             match = _LIMIT.fullmatch(text.strip())
@@ -203,44 +203,44 @@ class GoalSpec(Spec):
 
 
 class StudySpec(Spec):
-    """A whole study file. File names in it are absolute."""
+    """A whole study file. Its file names are absolute."""
 
     title: str = "Study"
     base: ExistingFile | None = None
     """The base case; in Python it may be given as a case."""
     set: dict[str, Any] = Field(default_factory=dict)
-    """Values over those of the base case, by key; of all cases."""
+    """Settings of all cases that override the base case, by key."""
     table: ExistingFile | None = None
-    """CSV with a header: a row a case."""
+    """CSV file with a header and a row for each case."""
     targets: TargetsSpec | None = None
-    """In place of a table: points on a body, a row a case."""
+    """Points on a body, a row for each case, in place of a table."""
     variable: Annotated[list[VariableSpec], Field(min_length=1)]
     sample: SampleSpec | None = None
     rule: list[RuleSpec] = Field(default_factory=list)
     collect: (
         Annotated[list[str], Field(min_length=1)] | Annotated[dict[str, str], Field(min_length=1)]
     )
-    """What is kept of each case: a list, or quantities by the names of their columns."""
+    """Quantities collected from each case: a list, or a table by the names of their columns."""
     goal: GoalSpec | None = None
     map: MapSpec | None = None
     retries: Annotated[int, Field(ge=0)] = 3
-    """How often a case is begun again whose worker was lost."""
+    """Number of restarts of a case whose worker was lost."""
 
     _file: Path = PrivateAttr(default=Path("study.toml"))
 
     @property
     def file(self) -> Path:
-        """The file the study was read from."""
+        """Return the file of the study."""
         return self._file
 
     @property
     def labels(self) -> list[str]:
-        """What the table calls the variables."""
+        """Return the labels of the variables in the table."""
         return [variable.label for variable in self.variable]
 
     @property
     def quantities(self) -> dict[str, Quantity]:
-        """What is kept of each case, by column; what the goal asks for too."""
+        """Return the collected quantities of each case, by column, with those of the goal."""
         named = self.collect if isinstance(self.collect, dict) else {q: q for q in self.collect}
         quantities = {name: quantity_of(text) for name, text in named.items()}
         if self.goal is not None:
@@ -344,7 +344,7 @@ class StudySpec(Spec):
 
 
 def study_of(data: Mapping[str, Any], file: Path) -> StudySpec:
-    """The study that tables of a file say; relative names of files start from its folder.
+    """Return the study of the tables of a file; relative file names start from its folder.
 
     Raises
     ------

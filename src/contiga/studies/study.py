@@ -1,4 +1,4 @@
-"""A whole study: from what is asked for to the folder with its table and its page."""
+"""A whole study: from its specification to the folder with its table and its page."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 Progress = Callable[[int, int, str], Any]
-"""Called with cases done, cases in all, and what is to be said of them."""
+"""Callback with the number of finished cases, of all cases, and a message about them."""
 _CHECKED = 200
-"""Cases at most that are checked before any is run: the others are rows with a message."""
+"""Largest number of cases checked before any is run: errors of others become rows."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -46,32 +46,32 @@ class Study(Displayed):
     """The results of a study. See `contiga.study`."""
 
     out: Path
-    """Its folder: ``table.h5``, ``table.csv``, ``study.html``, and ``cases``, a folder each."""
+    """Its folder: ``table.h5``, ``table.csv``, ``study.html``, and ``cases`` with their folders."""
     table: Table
-    """Columns by name, a row a case, in the order of their numbers."""
+    """Columns by name, a row for each case, in the order of their numbers."""
     rows: tuple[Row, ...]
-    """The same, a record a case, with the seconds each took."""
+    """The same as records, with the seconds each case took."""
     best: Row | None
-    """The best case within the limits, of a study with a goal."""
+    """The best case within the limits, if the study has a goal."""
     kept: object = None
-    """Holds a folder that is nobody's, until the study is let go."""
+    """Owner of a temporary folder, which is removed with the study."""
 
     @property
     def failed(self) -> tuple[Row, ...]:
-        """Rows of the cases that failed."""
+        """Return the rows of the cases that failed."""
         return tuple(row for row in self.rows if row.status != DONE)
 
     @property
     def page(self) -> Path:
-        """The page of the study, which reads offline."""
+        """Return the page of the study, which reads offline."""
         return self.out / PAGE
 
     def folder_of(self, number: int) -> Path:
-        """The output folder of a case, by its number."""
+        """Return the output folder of a case, by its number."""
         return self.out / "cases" / f"{number:04d}"
 
     def to_pandas(self) -> DataFrame:
-        """The table of cases as a pandas DataFrame, indexed by case number.
+        """Return the table of cases as a pandas DataFrame, indexed by case number.
 
         Raises
         ------
@@ -81,7 +81,7 @@ class Study(Displayed):
         return self.table.to_pandas()
 
     def plot(self, *, columns: Sequence[str] | None = None) -> Figure:
-        """A figure of the quantities, over the variable or, if there are several, over the cases.
+        """Draw the quantities over the variable or, if there are several, over the cases.
 
         Drawn with matplotlib, without a window; a notebook shows what is returned.
 
@@ -170,7 +170,7 @@ def study(
 def _asked(
     file: str | Path | None, variables: Mapping[str, Any], more: Mapping[str, Any]
 ) -> StudySpec:
-    """What is asked for in Python as the study of a file."""
+    """Return the specification given in Python as the study of a file."""
     asked = [
         {"key": key, **plain(said)}
         if isinstance(said, Mapping)
@@ -197,6 +197,8 @@ def run_study(
 
     Parameters
     ----------
+    study : the specification
+    out : folder of the study
     base : the base case, where it is not the file that the study names
     scheduler, workers : as `engines.engine_for`
     resume : run what is missing in `out`
@@ -248,7 +250,7 @@ def run_study(
 
 
 def _base(study: StudySpec, case: Case, out: Path) -> Base:
-    """What all cases have in common; the text of a file as it stands, so that keys are its own."""
+    """Return the common data of all cases; a file's text is kept, because settings use its keys."""
     text = resolved_toml(case)
     if study.base is not None:
         text = Path(study.base).read_text(encoding="utf-8-sig")
@@ -256,7 +258,7 @@ def _base(study: StudySpec, case: Case, out: Path) -> Base:
 
 
 def _targets(study: StudySpec, base: Base) -> list[dict[str, Any]] | None:
-    """Points on a body of the base case with what is set for all; None where none are asked for."""
+    """Return points on a body of the base case with the common settings; None without targets."""
     if study.targets is None:
         return None
     case = base.case(study.set)
@@ -270,7 +272,7 @@ def _targets(study: StudySpec, base: Base) -> list[dict[str, Any]] | None:
 
 
 def _check_body(study: StudySpec, key: str, name: str, bodies: list[str]) -> None:
-    """Refuse a body that the base case has not."""
+    """Refuse a body that the base case does not have."""
     if name not in bodies:
         raise CaseError(
             "the base case has no such body",
@@ -284,7 +286,7 @@ def _check_body(study: StudySpec, key: str, name: str, bodies: list[str]) -> Non
 def _rows(
     study: StudySpec, engine: Engine, folder: StudyFolder, missing: list[StudyCase]
 ) -> Iterator[Row]:
-    """Rows as they come: of cases that are known, or as an optimiser asks for them."""
+    """Yield the rows as they come: of known cases, or of cases that an optimiser asks for."""
     if study.goal is None:
         yield from engine.run(missing) if missing else ()
         return
@@ -292,7 +294,7 @@ def _rows(
 
 
 def _finished(study: StudySpec, folder: StudyFolder) -> Study:
-    """What is in the folder, with its page."""
+    """Return the contents of the folder, with its page."""
     rows = tuple(folder.rows[number] for number in sorted(folder.rows))
     best = None if study.goal is None else best_of(study.goal, rows)
     done = Study(folder.path, folder.table(), rows, best)
@@ -306,7 +308,7 @@ def _told(rows: Iterable[Row]) -> str:
 
 
 def _ends_of(study: StudySpec) -> list[StudyCase]:
-    """Cases that an optimiser might ask for, to be checked: each variable's ends or values."""
+    """Return cases that an optimiser might ask for: each variable's ends or values."""
     ways = {
         variable.label: [variable.low, variable.high]
         if variable.ranged
@@ -319,7 +321,7 @@ def _ends_of(study: StudySpec) -> list[StudyCase]:
 
 
 def _check(study: StudySpec, base: Base, cases: list[StudyCase]) -> None:
-    """Refuse what is wrong with the cases before any is run.
+    """Refuse errors in the cases before any is run.
 
     Each value that is listed is checked in one case that has it.
     """

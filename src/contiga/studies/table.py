@@ -1,4 +1,4 @@
-"""The table of a study: a row a case, in the order of their numbers."""
+"""The table of a study: a row for each case, in the order of their numbers."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ class Table(NamedTuple):
     variables: tuple[str, ...]
     quantities: tuple[str, ...]
     units: Mapping[str, str]
-    """Of the columns that have one."""
+    """Units of the columns that have one."""
 
     def to_pandas(self) -> DataFrame:
-        """As a table of pandas, by the numbers of the cases; `attrs["units"]` has the units."""
+        """Return it as a table of pandas by case numbers; `attrs["units"]` has the units."""
         require("Study.to_pandas", "pandas")
         from pandas import DataFrame
 
@@ -40,7 +40,7 @@ class Table(NamedTuple):
         return table
 
     def write(self, folder: Path) -> None:
-        """Write it as HDF5 and as CSV, each whole or not at all; the same table, the same bytes."""
+        """Write it as HDF5 and CSV, each whole or not at all; equal tables give equal bytes."""
         self._write_hdf5(folder / HDF5)
         with (
             atomic_write(folder / CSV) as temporary,
@@ -75,7 +75,7 @@ def table_of(
     quantities: Sequence[str],
     units: Mapping[str, str] | None = None,
 ) -> Table:
-    """The table of rows, in the order of their numbers, whatever the order they came in.
+    """Return the table of rows, in the order of their numbers, in whatever order they came.
 
     `units` are of the columns that have one.
     """

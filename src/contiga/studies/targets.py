@@ -1,4 +1,4 @@
-"""Where impacts of a study go: a grid over a body, or points along wrap lines, on its surface."""
+"""Targets of impacts of a study: a grid over a body, or points along wrap lines on its surface."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from contiga.statuses import Status
 PLACE = ("x", "y", "z")
 LINE = "line"
 _HEADER = "line, x, y, z"
-_MOST = 1_000_000
-"""Rays at most."""
+_MAX_RAYS = 1_000_000
+"""Largest number of rays."""
 _NEAR = 1e-9
-"""Of the spacing: what is so near to a multiple of it is on it."""
+"""Distance from a multiple of the spacing, over the spacing, that counts as on it."""
 
 
 class TargetsSpec(Spec):
@@ -34,19 +34,19 @@ class TargetsSpec(Spec):
 
     body: str
     spacing: Positive
-    """Of the points, measured across `direction`."""
+    """Spacing of the points, measured across `direction`."""
     direction: Vector = Field(default=[0.0, 0.0, -1.0])
-    """Of the rays that find the points on the surface."""
+    """Direction of the rays that find the points on the surface."""
     across: Vector = Field(default=[0.0, 1.0, 0.0])
-    """Along which points of a wrap line are apart, such as from side to side of a car."""
+    """Direction in which points of a wrap line are spaced, such as from side to side of a car."""
     origin: Vector = Field(default=[0.0, 0.0, 0.0])
-    """Above which, along `direction`, a point of the grid lies."""
+    """A point that projects, along `direction`, to a point of the grid."""
     lines: ExistingFile | None = None
-    """CSV with the columns line, x, y, z: points of wrap lines in their order."""
+    """CSV file with the columns line, x, y, z: points of wrap lines in their order."""
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """What variables may be columns of."""
+        """Return the columns that variables may have."""
         return PLACE if self.lines is None else (LINE, *PLACE)
 
     def check_columns(self, asked: Mapping[str, str]) -> None:
@@ -62,7 +62,7 @@ class TargetsSpec(Spec):
 
     @property
     def axes(self) -> FloatArray:
-        """(3, 3) rows across, along and down the rays.
+        """Return the rows (3, 3) across, along and down the rays.
 
         Raises
         ------
@@ -89,15 +89,17 @@ class TargetsSpec(Spec):
 def targets_of(
     spec: TargetsSpec, body: Master, pose: FloatArray, unit: str
 ) -> list[dict[str, Any]]:
-    """Rows of `columns`, each a point where a ray first meets the free side of the body.
+    """Return rows of `columns`, each a point where a ray first meets the free side of the body.
 
     Rays that meet nothing, through holes or past the border, give none. Points of a wrap line stand
     where it passes multiples of the spacing, measured across from the origin.
 
     Parameters
     ----------
-    pose : (4, 4) of the body, as it stands at the start
-    unit : of lengths of the case
+    spec : the specification of the targets
+    body : the body, in its own frame
+    pose : (4, 4) pose of the body at the start
+    unit : unit of lengths of the case
 
     Raises
     ------
@@ -148,7 +150,7 @@ def targets_of(
 
 
 def _grid(spec: TargetsSpec, low: FloatArray, high: FloatArray) -> FloatArray:
-    """(n, 2) across and along, multiples of the spacing within the two ends."""
+    """Return points (n, 2) across and along: multiples of the spacing within the two ends."""
     with np.errstate(over="ignore", invalid="ignore"):
         first, last = np.ceil(low[:2] / spec.spacing), np.floor(high[:2] / spec.spacing)
         _check_number(spec, float(np.prod(np.maximum(last - first + 1.0, 0.0))))
@@ -157,18 +159,18 @@ def _grid(spec: TargetsSpec, low: FloatArray, high: FloatArray) -> FloatArray:
 
 
 def _check_number(spec: TargetsSpec, number: float) -> None:
-    """Refuse more points than anyone runs; NaN, of a spacing that no number counts, too."""
-    if not number <= _MOST:
+    """Refuse an excessive number of points; also NaN, from a spacing without a finite number."""
+    if not number <= _MAX_RAYS:
         raise CaseError(
             "so many points that nobody runs them all",
             where="targets.spacing",
             found=spec.spacing,
-            allowed=f"up to {_MOST} points",
+            allowed=f"up to {_MAX_RAYS} points",
         )
 
 
 def _on_lines(spec: TargetsSpec, path: Path, unit: str) -> tuple[list[float], FloatArray]:
-    """Of points on wrap lines the line's number, and (n, 2) across and along."""
+    """Return the line numbers of points on wrap lines, and their places (n, 2) across and along."""
     sheet = read_sheet(path, _HEADER)
     sheet.check_header(_HEADER)
     order = sheet.order([LINE, *PLACE], (4,), _HEADER)
@@ -196,7 +198,7 @@ def _on_lines(spec: TargetsSpec, path: Path, unit: str) -> tuple[list[float], Fl
 
 
 def _passed(points: FloatArray, origin: float, spacing: float) -> FloatArray:
-    """(k, 2) where a line (n, 2) passes origin + n · spacing across, its ends with it.
+    """Return the points (k, 2) where a line (n, 2) passes multiples of the spacing, and its ends.
 
     >>> _passed(np.array([[-1.0, 0.0], [0.5, 1.5], [2.0, 3.0]]), 0.0, 1.0).tolist()
     [[-1.0, 0.0], [0.0, 1.0], [1.0, 2.0], [2.0, 3.0]]

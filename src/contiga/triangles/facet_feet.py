@@ -41,6 +41,7 @@ def project(
 
     Parameters
     ----------
+    mesh : the triangles
     points : (n, 3) float64, length, the mesh's frame
     start : the `Projection` of the same points one step ago; needed by mode "track". Rows without
         a foot (patch −1) are projected globally.
@@ -150,6 +151,7 @@ def contains(mesh: TriangleArrays, points: ArrayLike) -> NDArray[np.bool_]:
 
     Parameters
     ----------
+    mesh : the triangles
     points : (n, 3) float64, length, the mesh's frame
     """
     feet = project(mesh, points)

@@ -26,6 +26,7 @@ def first_hit(mesh: TriangleArrays, p0: ArrayLike, p1: ArrayLike) -> Hit:
 
     Parameters
     ----------
+    mesh : the triangles
     p0, p1 : (n, 3) float64, length, the mesh's frame
 
     Returns

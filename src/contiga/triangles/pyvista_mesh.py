@@ -25,6 +25,7 @@ def pyvista_mesh(
 
     Parameters
     ----------
+    purpose : beginning of the message about a missing package
     points : (n, 3), length
     triangles : (m, 3) rows of `points`; None for a cloud, whose points are its cells
     point_data : arrays (n,) or (n, k) by name

@@ -111,6 +111,7 @@ def write_wheel(kept: Mapping[Level, Mapping[Row, str]], of: Sources, folder: Pa
     ----------
     kept : of each level and each kernel, the index file that its process has named
     of : the sources when compiling began
+    folder : folder of the wheel
 
     Raises
     ------

@@ -44,8 +44,10 @@ class Plan:
             return None
 
     def take_towards(self, row: Row) -> Row | None:
-        """The next kernel for one who needs `row`: one of its parts, or where all of them are being
-        made any other, so as not to wait.
+        """Return the next kernel to compile for a worker that needs `row`.
+
+        It is one of its parts or, if all of these are being compiled, any other, so that nobody
+        waits.
 
         `row` itself where its turn has come, None where it is there by now.
         """

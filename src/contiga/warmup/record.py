@@ -27,9 +27,9 @@ def write(files: Iterable[str]) -> None:
 
 
 def has_all() -> bool:
-    """Return whether a warm-up of these sources on such a processor has left all kernels.
+    """Whether a warm-up of these sources on this kind of processor has left all kernels.
 
-    They have to be there still.
+    The kernels must still be there.
     """
     if (place := _place()) is None:
         return False

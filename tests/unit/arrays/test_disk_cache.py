@@ -104,7 +104,7 @@ def test_what_a_killed_process_has_left_goes_after_a_day(folder: Path) -> None:
 def test_no_more_entries_are_kept_than_may_be(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(disk_cache, "MANY", 3)
+    monkeypatch.setattr(disk_cache, "MAX_ENTRIES", 3)
     for k in range(6):
         DiskCache("some", __file__).put(str(k), k)
     assert len(list(folder.iterdir())) == 3
@@ -128,7 +128,7 @@ class Gone:
 def test_what_was_not_asked_for_the_longest_goes_first(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(disk_cache, "MOST", 4_500)
+    monkeypatch.setattr(disk_cache, "MAX_BYTES", 4_500)
     cache = DiskCache("some", __file__)
     for k, key in enumerate("abcd"):
         cache.put(key, bytes(1_000))
@@ -167,7 +167,7 @@ def test_without_the_variable_it_is_a_folder_of_the_user(monkeypatch: pytest.Mon
 
 
 def test_what_is_too_large_is_not_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(disk_cache, "MOST", 4 * 600_000)
+    monkeypatch.setattr(disk_cache, "MAX_BYTES", 4 * 600_000)
     cache = DiskCache("some", __file__)
     for count, is_kept in ((2, True), (3, False)):
         cache.put(str(count), [np.ones((5, 5_000)) for _ in range(count)])

@@ -17,7 +17,7 @@ from contiga.io.mesh.lsdyna import read_lsdyna
 def _meshes_are_read_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """Not in a process of their own, which takes most of the time."""
     monkeypatch.setattr(
-        "contiga.io.mesh.read_mesh.read_apart", lambda reader, path: read_lsdyna(path)
+        "contiga.io.mesh.read_mesh.read_in_worker", lambda reader, path: read_lsdyna(path)
     )
 
 

@@ -6,7 +6,7 @@ import pytest
 from tests.scenes import box
 
 import contiga as cg
-from contiga.cli.meshing import MANY, MOST, foretell
+from contiga.cli.meshing import MANY, MAX_TRIANGLES, foretell
 from contiga.errors import InputError
 
 BALL = cg.Body([cg.shapes.sphere(radius=1.0)])
@@ -28,7 +28,7 @@ def test_a_tolerance_that_is_far_too_fine_is_told_and_one_beyond_all_is_refused(
     assert count == pytest.approx(2.0 * MANY, rel=0.2)
     assert tol == pytest.approx(each / MANY, rel=0.3)
     with pytest.raises(InputError, match=r"--tol: about .*allowed: about .* 4e\+07 triangles"):
-        foretell(BALL, 0.3 * each / MOST)
+        foretell(BALL, 0.3 * each / MAX_TRIANGLES)
 
 
 def test_flat_faces_have_as_few_at_any_tolerance(capsys: pytest.CaptureFixture[str]) -> None:

@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from contiga.io.out.vtkhdf import read_fields
-from contiga.report.frames import MOST, chosen_steps, frames_of, packed, within
+from contiga.report.frames import MAX_FRAMES, chosen_steps, frames_of, packed, within
 from contiga.report.peak import at_frame, stacked
 from contiga.report.places import place_of
 from contiga.report.run_folder import Units
@@ -37,12 +37,12 @@ def put(base: np.ndarray, place: Any) -> np.ndarray:
 @pytest.mark.parametrize("where", [0.0, 0.013, 0.5, 1.0])
 def test_first_last_and_peak_are_among_the_steps(n: int, where: float) -> None:
     shown = round(where * (n - 1))
-    chosen = chosen_steps(np.arange(n) ** 1.5, shown, MOST)
-    assert len(chosen) <= MOST
+    chosen = chosen_steps(np.arange(n) ** 1.5, shown, MAX_FRAMES)
+    assert len(chosen) <= MAX_FRAMES
     assert (np.diff(chosen) > 0).all()
     assert {0, shown, n - 1} <= set(chosen.tolist())
-    if n > 2 * MOST:
-        assert len(chosen) > MOST // 2
+    if n > 2 * MAX_FRAMES:
+        assert len(chosen) > MAX_FRAMES // 2
 
 
 def test_short_steps_are_not_missed_in_a_long_run() -> None:
@@ -50,7 +50,7 @@ def test_short_steps_are_not_missed_in_a_long_run() -> None:
     times = np.concatenate(
         [np.linspace(0, 999, 50), 999 + np.linspace(0.002, 1, 500), np.linspace(1020, 2000, 50)]
     )
-    taken = times[chosen_steps(times, 0, MOST)]
+    taken = times[chosen_steps(times, 0, MAX_FRAMES)]
     assert ((taken > 999) & (taken <= 1000)).sum() >= 12
     assert (taken <= 999).sum() >= 6
     assert (taken > 1000).sum() >= 6

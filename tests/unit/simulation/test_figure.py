@@ -10,7 +10,7 @@ import pytest
 
 from contiga.display import Facts
 from contiga.errors import InputError, OutputError
-from contiga.simulation.figure import MOST_LINES, plot_history
+from contiga.simulation.figure import MAX_LINES, plot_history
 from contiga.simulation.history_over_time import HistoryOverTime
 
 TIME = np.linspace(0.0, 1.0, 5)
@@ -82,7 +82,7 @@ def test_a_run_that_no_force_moves_shows_the_work_on_its_contacts() -> None:
 
 
 def test_of_many_lines_the_largest_are_drawn() -> None:
-    n = MOST_LINES + 3
+    n = MAX_LINES + 3
     history = {"time": TIME} | {
         f"c{k}.{name}": (k + 1.0) * TIME for k in range(n) for name in ("force", "max_penetration")
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.simulation.resampling import MOST, even_times, means
+from contiga.simulation.resampling import MAX_SAMPLES, even_times, means
 
 
 def test_means_have_the_integral_and_are_those_of_straight_lines() -> None:
@@ -31,4 +31,4 @@ def test_even_times_are_kept_and_others_made() -> None:
     times = np.array([0.0, 1.0, 2.0, 2.5, 4.0])
     np.testing.assert_allclose(even_times(times, np.inf), [0.0, 1.0, 2.0, 3.0, 4.0])
     np.testing.assert_allclose(even_times(times, 0.5), np.linspace(0.0, 4.0, 9))
-    assert len(even_times(times, 1e-9)) == MOST + 1
+    assert len(even_times(times, 1e-9)) == MAX_SAMPLES + 1

@@ -18,7 +18,7 @@ REFINED = 8
 """Golden sections of the interval around the sample that is farthest off."""
 SURE = 0.999
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-MOST = 512
+MAX_SAMPLES = 512
 """Samples of an edge's curve that are all looked at for the nearest one."""
 AROUND = 64
 DENSER = 8
@@ -74,7 +74,7 @@ def _scanned(table, start, stop, step, point):
 def _nearest(table, point, last):
     """Sample nearest to a point: from the best of so many, and of those around the one before."""
     n = table.shape[0]
-    best, _ = _scanned(table, 0, n, 1 + n // MOST, point)
+    best, _ = _scanned(table, 0, n, 1 + n // MAX_SAMPLES, point)
     best, least = _downhill(table, best, point)
     other, _ = _scanned(table, max(last - AROUND, 0), min(last + AROUND + 1, n), 1, point)
     other, square = _downhill(table, other, point)

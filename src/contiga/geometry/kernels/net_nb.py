@@ -28,9 +28,9 @@ from contiga.pointer_records import pass_by_pointer
 FLAT = 1e-14
 """Square of the sine between S_u and S_v below which a surface has no normal: nothing turns."""
 ORDER = 16
-"""One more than the highest degree."""
-MOST = 256
-"""Its square."""
+"""Highest degree plus one."""
+MAX_POINTS = 256
+"""Largest number of control points that a place depends on."""
 
 
 @pass_by_pointer
@@ -188,7 +188,7 @@ def carry(patch, shape, change, uv, points, out, start, stop):
     """Motions of points start … stop (k, 3), carried along from parameters `uv` (k, 2) of feet, as
     control points `shape` (m, 3) change by `change` (m, 3); into `out` (k, 3)."""
     N_u, N_v = scratch(2, ORDER), scratch(2, ORDER)
-    rows, values = stack_int64(MOST), scratch(MOST, 3)
+    rows, values = stack_int64(MAX_POINTS), scratch(MAX_POINTS, 3)
     for k in range(start, stop):
         count = _basis(patch, uv[k, 0], uv[k, 1], N_u, N_v, rows, values)
         place, a_u, a_v = _sums(shape, rows, values, count)
@@ -217,7 +217,7 @@ def spread(patch, shape, uv, points, forces, out):
     """Add to `out` (m, 3) what `forces` (k, 3) at `points` (k, 3) do on the control points `shape`
     (m, 3) of the surface that carries them along, at parameters `uv` (k, 2) of feet."""
     N_u, N_v = scratch(2, ORDER), scratch(2, ORDER)
-    rows, values = stack_int64(MOST), scratch(MOST, 3)
+    rows, values = stack_int64(MAX_POINTS), scratch(MAX_POINTS, 3)
     for k in range(uv.shape[0]):
         count = _basis(patch, uv[k, 0], uv[k, 1], N_u, N_v, rows, values)
         place, a_u, a_v = _sums(shape, rows, values, count)
@@ -250,7 +250,7 @@ def influence(patch, shape, uv, out, start, stop):
     """Fill rows start … stop of the `Influence` `out` for places at parameters `uv` (k, 2) of the
     surface with control points `shape` (m, 3)."""
     N_u, N_v = scratch(2, ORDER), scratch(2, ORDER)
-    rows, values = stack_int64(MOST), scratch(MOST, 3)
+    rows, values = stack_int64(MAX_POINTS), scratch(MAX_POINTS, 3)
     for k in range(start, stop):
         count = _basis(patch, uv[k, 0], uv[k, 1], N_u, N_v, rows, values)
         _, a_u, a_v = _sums(shape, rows, values, count)

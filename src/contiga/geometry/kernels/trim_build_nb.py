@@ -15,7 +15,7 @@ ROOT_WIDTH = 1e-14
 FLAT = 1e-15
 """A derivative below this share of its terms' size is rounding, not a turning point."""
 
-MOST_BREAKS = 16
+MAX_BREAKS = 16
 """Breaks a coefficient of a segment: `roots_inside` tells of four a coefficient of a turning
 polynomial, of which there are two, with twice as many coefficients."""
 
@@ -166,7 +166,7 @@ def monotone_pieces(segments, degrees):
 
     Returns coefficients, the segment each piece comes from and its parameter interval there.
     """
-    breaks = np.empty((segments.shape[0], MOST_BREAKS * segments.shape[1]))
+    breaks = np.empty((segments.shape[0], MAX_BREAKS * segments.shape[1]))
     count = np.empty(segments.shape[0], np.int64)
     total = 0
     for s in range(segments.shape[0]):

@@ -1,4 +1,4 @@
-"""Faces and edges as a file gives them, gathered into a `Body`."""
+"""Faces and edges of a CAD file, assembled into a `Body`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from contiga.masters.body import Body
 BRIDGED = 1e-9
 """Gaps in a loop above this share of the domain get a straight closing piece."""
 MEND = "Mend or delete it in the program that wrote the file"
-"""What to do about a face that cannot be read."""
+"""Remedy for a face that cannot be read."""
 
 
 class Edge(NamedTuple):
@@ -28,9 +28,9 @@ class Edge(NamedTuple):
 
     curve: NurbsCurve
     tolerance: float
-    """How far faces may be off it as the file has it, length."""
+    """Largest distance of its faces from it according to the file, length."""
     corner: float = 0.0
-    """How far ends may be from the corner they meet at as the file has it, length."""
+    """Largest distance of its ends from their corner according to the file, length."""
 
 
 class _Use(NamedTuple):
@@ -55,7 +55,7 @@ class Assembly:
     def add_trimmed(
         self, surface: NurbsSurface, loops: list[Loop], where: str, *, flip: bool = False
     ) -> None:
-        """A face cut out by `loops`; `flip` reverses its free side and mirrors the loops.
+        """Add a face cut out by `loops`; `flip` reverses its free side and mirrors the loops.
 
         `where` is the face's name in messages.
         A face whose loops do not fit is kept whole, with a warning: one bad face is no reason to
@@ -88,7 +88,7 @@ class Assembly:
         *,
         flip: bool = False,
     ) -> None:
-        """A face that is its whole natural rectangle; `loop` and `sides` tell its edges."""
+        """Add a face that is its whole natural rectangle; `loop` and `sides` contain its edges."""
         patch = len(self._patches)
         if loop is not None and sides is not None:
             total = sum(surface.domain[0])
@@ -110,7 +110,10 @@ class Assembly:
             self._uses.setdefault(edge, []).append(use)
 
     def entangled(self, owner: Sequence[int]) -> list[int]:
-        """Which owners of patches share an edge with another, ascending; `owner` by patch."""
+        """Return the owners of patches that share an edge with another, ascending.
+
+        `owner` is by patch.
+        """
         crossed: set[int] = set()
         for uses in self._uses.values():
             owners = {owner[item.use.patch] for item in uses}
@@ -119,7 +122,7 @@ class Assembly:
         return sorted(crossed)
 
     def body(self, name: str, edge_of: Callable[[int], Edge | None], unit: str | None) -> Body:
-        """The body; `edge_of` gives the curve of an edge by its number in the file.
+        """Return the body; `edge_of` gives the curve of an edge by its number in the file.
 
         Raises
         ------
@@ -154,7 +157,7 @@ class Assembly:
 
 
 def bridged(loop: Loop, surface: NurbsSurface) -> Loop:
-    """`loop` clipped to nothing but with straight closing pieces where pcurves do not meet."""
+    """Return `loop` with straight closing pieces where its p-curves do not meet."""
     span = np.array([np.ptp(interval) for interval in surface.domain])
     result: Loop = []
     for pcurve, gap in zip(loop, gaps(loop), strict=True):
@@ -167,7 +170,7 @@ def bridged(loop: Loop, surface: NurbsSurface) -> Loop:
 
 
 def merged(bodies: list[Body], path: Path, unit: str | None) -> Body:
-    """All faces of `bodies` as one body named after the file.
+    """Return all faces of `bodies` as one body named after the file.
 
     Raises
     ------
@@ -190,5 +193,5 @@ def merged(bodies: list[Body], path: Path, unit: str | None) -> Body:
 
 
 def warn(message: str) -> None:
-    """A `ContigaWarning` that points at the caller of `read_cad`."""
+    """Issue a `ContigaWarning` that points at the caller of `read_cad`."""
     warnings.warn(message, ContigaWarning, stacklevel=5)

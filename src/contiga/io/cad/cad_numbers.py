@@ -1,4 +1,4 @@
-"""Numbers of STEP and IGES files that are none: OpenCASCADE never ends on some of them."""
+"""Invalid numbers in STEP and IGES files, some of which make OpenCASCADE loop for ever."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from contiga.errors import FileError
 _SUSPECTS = [
     re.compile(text) for text in (rb"NAN", rb"INF", rb"1\.#", rb"E(?=\+?\d{3})", rb"D(?=\+?\d{3})")
 ]
-"""One by one they are searched for at the speed of memory."""
+"""Patterns of which each is found at the speed of memory."""
 _TOKEN = re.compile(
     rb"[+-]?(?:NAN(?:\(\w*\)?)?|INF|INFINITY|1\.#\w+|[\d.]+[ED]\+?\d+)", re.IGNORECASE
 )
-"""What stands between commas and brackets: a bracket that closes is not part of it."""
+"""Text between commas and brackets, without a closing bracket."""
 _ASIDE = re.compile(rb"'[^']*'|/\*.*?\*/", re.DOTALL)
 """A string or a comment of a STEP file."""
 _ENTITY = re.compile(rb"(?:\s|/\*.*?\*/)*(#\d+)\s*=\s*\(?\s*(\w+)", re.DOTALL)
 _BEFORE, _AFTER = re.compile(rb"[(,;\n]"), re.compile(rb"[),;\n]")
-_LONGEST = 64
+_MAX_TOKEN = 64
 _IGES_PARAMETERS = re.compile(rb"^.{72}P", re.MULTILINE)
 _IGES_DATA, _IGES_ENTRY, _IGES_SECTION = slice(0, 64), slice(64, 72), slice(72, 73)
 
@@ -60,22 +60,22 @@ def check_numbers(path: Path) -> None:
 
 
 def _token(data: bytes, at: int) -> bytes:
-    """What stands around a place, between commas and the like."""
-    before = data[max(at - _LONGEST, 0) : at]
+    """Return the text around a position, between commas and the like."""
+    before = data[max(at - _MAX_TOKEN, 0) : at]
     start = max((match.end() for match in _BEFORE.finditer(before)), default=0)
-    end = _AFTER.search(data, at, at + _LONGEST)
-    return (before[start:] + data[at : end.start() if end else at + _LONGEST]).strip()
+    end = _AFTER.search(data, at, at + _MAX_TOKEN)
+    return (before[start:] + data[at : end.start() if end else at + _MAX_TOKEN]).strip()
 
 
 class _Asides:
-    """The strings and comments of a STEP file, found once and only if they are asked for."""
+    """The strings and comments of a STEP file, located once and only on request."""
 
     def __init__(self, data: bytes) -> None:
         self._data = data
 
     @cached_property
     def _borders(self) -> list[int]:
-        """Where they begin and end, by turns."""
+        """Return the positions where they begin and end, alternating."""
         return [border for match in _ASIDE.finditer(self._data) for border in match.span()]
 
     def __contains__(self, at: int) -> bool:
@@ -83,7 +83,7 @@ class _Asides:
 
 
 def _step_entity(data: bytes, at: int, asides: _Asides) -> str | None:
-    """Number and type of the entity around a place; None within a string or comment."""
+    """Return number and type of the entity around a position; None within a string or comment."""
     if at in asides:
         return None
     entity = _ENTITY.match(data, data.rfind(b";", 0, at) + 1)
@@ -91,7 +91,7 @@ def _step_entity(data: bytes, at: int, asides: _Asides) -> str | None:
 
 
 def _iges_entity(data: bytes, at: int) -> str | None:
-    """Directory entry of the parameters around a place; None in another section."""
+    """Return the directory entry of the parameters around a position; None in other sections."""
     start = data.rfind(b"\n", 0, at) + 1
     line = data[start : start + 80]
     if line[_IGES_SECTION] != b"P" or at - start >= _IGES_DATA.stop:

@@ -1,4 +1,4 @@
-"""`cad_parts`: what a CAD file holds, part by part."""
+"""`cad_parts`: the contents of a CAD file, part by part."""
 
 from __future__ import annotations
 
@@ -27,23 +27,23 @@ class CadPart(NamedTuple):
     """
 
     number: int
-    """From 1, in the file's order."""
+    """Number of the part, from 1, in the file's order."""
     name: str | None
-    """Its own, or that of its product; None where the file gives none."""
+    """Its own name, or that of its product; None if the file gives none."""
     place: str
-    """The names of the instances on the way to it, as "left arm/bolt 2"; "" outside assemblies."""
+    """Names of its instances from the outside in, as "left arm/bolt 2"; "" outside assemblies."""
     kind: str
-    """"solid", "shell", or "faces" that hang together but are no shell."""
+    """"solid", "shell", or "faces" that are connected but are no shell."""
     colour: str | None
-    """"#rrggbb", None where the file gives none."""
+    """Colour "#rrggbb"; None if the file gives none."""
     faces: tuple[FaceLabel, ...]
-    """What the file says of its faces; one without extent is no patch of `body`."""
+    """Its faces in the file; a face without area is no patch of `body`."""
     body: Body
-    """As `read_cad` makes it of this part alone, where it stands."""
+    """The part alone, at its place, as `read_cad` reads it."""
 
     @property
     def title(self) -> str:
-        """Its name and its place in the assembly: "bolt (left arm/bolt 2)"; "" without either."""
+        """Return name and place in the assembly: "bolt (left arm/bolt 2)"; "" without either."""
         return titled(self.name, self.place)
 
     def _facts(self) -> Facts:
@@ -61,18 +61,18 @@ class CadFile(NamedTuple):
     """A CAD file as a whole and part by part."""
 
     body: Body
-    """All of it, as `read_cad` makes it."""
+    """All of it, as `read_cad` reads it."""
     numbers: list[int]
-    """Which face of the file each patch of `body` is."""
+    """Number of the face in the file for each patch of `body`."""
     parts: tuple[CadPart, ...]
     said: str
-    """Of solids that touch or overlap, "" if none do."""
+    """Message about solids that touch or overlap, "" if none do."""
 
 
 def cad_parts(
     path: str | Path, *, unit: str | None = None, file_unit: str | None = None
 ) -> tuple[CadPart, ...]:
-    """The parts of a CAD file: each solid, each shell that bounds none, and loose faces.
+    """Return the parts of a CAD file: solids, shells that bound none, and loose faces.
 
     Parts of an assembly come as often as it has them, where they stand. Loose faces that share
     edges make one part. A part of faces without extent alone is left out. Solids that touch or
@@ -108,7 +108,7 @@ def read_cad_file(
     file_unit: str | None = None,
     solids: Solids | None = None,
 ) -> CadFile:
-    """A whole file with its parts; parameters and errors are those of `read_cad`."""
+    """Return a whole file with its parts; parameters and errors are those of `read_cad`."""
     file = Path(path)
     reader = reader_of(file, "list", file_unit, unit)
     given = file_unit, unit, solids
@@ -124,7 +124,7 @@ def read_cad_file(
 
 
 def _parts(inventory: Inventory) -> tuple[CadPart, ...]:
-    """Cut out of the whole, or as the reader made them where others are joined to them."""
+    """Cut the parts from the whole, or take the reader's if they are joined to others."""
     from contiga.geometry.piece import piece_of
 
     if len(inventory.parts) == 1:

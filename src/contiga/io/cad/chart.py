@@ -1,4 +1,4 @@
-"""Where points are on a surface: its parameters, which go on over the seams of a closed one."""
+"""Parameters of points on a surface, continuous over the seams of a closed one."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ SETTLED = 1e-14
 ON = 1e-7
 """Points nearer to the surface than this share of its size lie on it."""
 POLE = 1e-9
-"""A parameter that moves points by less than this share of what it does elsewhere is at a pole."""
+"""Speed at a pole, as a share of the typical speed of the parameter."""
 TYPICAL = 9
-"""Points in each direction that are looked at for what it does elsewhere."""
+"""Points in each direction at which the typical speed is measured."""
 STARTS = 6
-"""Nearest points of the grid that a search begins at."""
+"""Number of nearest grid points from which a search starts."""
 PER_SPAN = 4
 """Points of the grid for each knot span, times the degree."""
-FEWEST, MOST = 33, 161
-"""Points of the grid in each direction."""
+MIN_GRID, MAX_GRID = 33, 161
+"""Smallest and largest number of grid points in each direction."""
 MEET = 1e-6
 """Sides nearer to each other than this share of the surface's size are one."""
 SIDE = 65
-"""Points of a side, by which it is told whether the surface closes there."""
+"""Points of a side for the test whether the surface closes there."""
 
 
 class Chart:
-    """A surface with its parameters; closed directions are endless.
+    """A surface with its parameters, unbounded in closed directions.
 
     Parameters
     ----------
@@ -52,22 +52,22 @@ class Chart:
         self._typical: FloatArray | None = None
 
     def wrapped(self, uv: FloatArray) -> FloatArray:
-        """Parameters (n, 2) within the domain: by whole turns where it is closed, else the next."""
+        """Return parameters (n, 2) within the domain, shifted by whole turns or clamped."""
         safe = np.where(self.periods > 0.0, self.periods, 1.0)
         turned = self.low + np.mod(uv - self.low, safe)
         return np.clip(np.where(self.periods > 0.0, turned, uv), self.low, self.high)
 
     def points(self, uv: FloatArray) -> FloatArray:
-        """(n, 3) places of parameters, which may be whole turns on."""
+        """Return the points (n, 3) at parameters, which may be shifted by whole turns."""
         return self.surface.evaluate(self.wrapped(uv))
 
     def speed(self, uv: FloatArray) -> FloatArray:
-        """(n, 2) |S_u| and |S_v|."""
+        """Return |S_u| and |S_v| (n, 2)."""
         first = self.surface.derivatives(self.wrapped(uv), 1)
         return np.linalg.norm(np.stack([first[:, 1, 0], first[:, 0, 1]], axis=1), axis=2)
 
     def lost(self, uv: FloatArray) -> np.ndarray:
-        """(n, 2) which parameters say nothing, as those round a pole do at the pole."""
+        """Return a mask (n, 2) of the parameters that are undetermined, as at a pole."""
         if self._typical is None:
             axes = [np.linspace(*ends, TYPICAL) for ends in self.surface.domain]
             grid = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
@@ -75,7 +75,7 @@ class Chart:
         return np.asarray(self.speed(uv) <= POLE * self._typical)
 
     def refined(self, uv: FloatArray, points: FloatArray) -> FloatArray:
-        """Feet of `points` (n, 3) by Gauss-Newton from `uv` (n, 2), which may turn on."""
+        """Return the feet of `points` (n, 3) by Gauss-Newton from `uv` (n, 2), without wrapping."""
         span = self.high - self.low
         open_ways = self.periods == 0.0
         uv = uv.copy()
@@ -94,7 +94,7 @@ class Chart:
         return uv
 
     def located(self, points: FloatArray) -> FloatArray:
-        """(n, 2) parameters of the places nearest to `points`, within the domain."""
+        """Return the parameters (n, 2) of the feet of `points`, within the domain."""
         if self._tree is None:
             from scipy.spatial import cKDTree  # takes long to import, and most files need none
 
@@ -113,7 +113,7 @@ class Chart:
         return places
 
     def continued(self, uv: FloatArray) -> FloatArray:
-        """Parameters (n, 2) along a path, each within half a turn of the one before.
+        """Return parameters (n, 2) along a path, each within half a turn of the one before.
 
         At a pole they go on as beside it.
         """
@@ -129,7 +129,7 @@ class Chart:
         return np.concatenate([uv[:1], uv[0] + np.cumsum(step, axis=0)])
 
     def unrolled(self, box: FloatArray) -> NurbsSurface:
-        """The surface as a patch whose domain holds `box` (2, 2), over as many turns as it takes.
+        """Return the surface as a patch over `box` (2, 2), which may span several turns.
 
         Directions that are not closed, and those within the domain, stay as they are.
         """
@@ -140,7 +140,7 @@ class Chart:
 
 
 def _step(along_u: FloatArray, along_v: FloatArray, way: FloatArray) -> FloatArray:
-    """(n, 2) least squares: how far along two tangents (n, 3) each to go a way (n, 3).
+    """Return the least-squares components (n, 2) of vectors (n, 3) along two tangents (n, 3).
 
     A tangent without length, as at a pole, is not gone along.
     """
@@ -158,7 +158,7 @@ def _step(along_u: FloatArray, along_v: FloatArray, way: FloatArray) -> FloatArr
 
 
 def flat_image(surface: NurbsSurface, edge: NurbsCurve) -> NurbsCurve | None:
-    """The p-curve of `edge` on a parallelogram, exact; None on other patches."""
+    """Return the exact p-curve of `edge` on a parallelogram; None for other patches."""
     points = surface.control_points
     if surface.degrees != (1, 1) or points.shape[:2] != (2, 2) or surface.is_rational:
         return None
@@ -175,7 +175,7 @@ def flat_image(surface: NurbsSurface, edge: NurbsCurve) -> NurbsCurve | None:
 
 
 def cut_down(patch: NurbsSurface, box: FloatArray) -> NurbsSurface:
-    """A patch over `box` (2, 2); bounds within rounding of its own are its own."""
+    """Return a patch over `box` (2, 2); bounds within rounding of its own are its own."""
     low, high = np.array(patch.domain).T
     near = 1e-9 * (high - low)
     a = np.where(box[0] - low <= near, low, box[0])
@@ -199,17 +199,20 @@ def _closes(chart: Chart, axis: int) -> bool:
 
 
 def _grid(surface: NurbsSurface) -> FloatArray:
-    """(k, 2) parameters spread over the knot spans of a patch, denser where these are."""
+    """Return parameters (k, 2) spread over the knot spans of a patch, dense where spans are."""
     axes = []
     for degree, knots in zip(surface.degrees, surface.knots, strict=True):
         breaks = np.unique(knots)
-        count = int(np.clip(PER_SPAN * degree * (len(breaks) - 1) + 1, FEWEST, MOST))
+        count = int(np.clip(PER_SPAN * degree * (len(breaks) - 1) + 1, MIN_GRID, MAX_GRID))
         axes.append(np.interp(np.linspace(0, len(breaks) - 1, count), range(len(breaks)), breaks))
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
 def _turned_on(surface: NurbsSurface, axis: int, low: float, high: float) -> NurbsSurface:
-    """A closed patch over [low, high] of its endless parameter; its own domain if that holds it."""
+    """Return a closed patch over [low, high] of its periodic parameter.
+
+    If its own domain holds the interval, the patch is unchanged.
+    """
     a, b = surface.domain[axis]
     period = b - a
     slack = 1e-9 * period
@@ -235,7 +238,7 @@ def _shifted(surface: NurbsSurface, by: float) -> NurbsSurface:
 
 
 def _joined(one: NurbsSurface, two: NurbsSurface) -> NurbsSurface:
-    """Two patches in one that meet along the end of u of the first."""
+    """Join two patches that meet along the end of u of the first."""
     p = one.degrees[0]
     knots = np.concatenate([one.knots[0][:-1], two.knots[0][p + 1 :]])
     points = np.concatenate([one.control_points, two.control_points[1:]])

@@ -1,4 +1,4 @@
-"""Faces whose edges a file gives in space alone: p-curves drawn, loops closed, the face added.
+"""Faces whose edges are given in space alone: their p-curves are computed and loops closed.
 
 Loops are followed over the seams of closed surfaces: each p-curve goes on where the one before
 ended, whole turns further on if need be. The patch is unrolled as far as the loops go.
@@ -34,16 +34,16 @@ from contiga.io.cad.warp import on_edge
 from contiga.records import FloatArray
 
 PER_SPAN = 6
-"""Points of an edge, for each knot span times its degree, that it is followed by."""
+"""Points of an edge per knot span and degree."""
 FEWEST = 33
 FAR = 100.0
-"""Edges farther off their surface than this many tolerances do not lie on it,"""
+"""Edges farther off their surface than this many tolerances do not lie on it."""
 FARTHEST = 5e-2
-"""nor those farther off than this share of its size."""
+"""Edges farther off their surface than this share of its size do not lie on it either."""
 
 
 class Trim(NamedTuple):
-    """A piece of a loop as a file has it."""
+    """A piece of a loop in the file."""
 
     edge: int
     """Number of the edge, −1 at a pole."""
@@ -51,7 +51,7 @@ class Trim(NamedTuple):
 
 
 class DrawnFace(NamedTuple):
-    """What a file says of a face."""
+    """A face in the file."""
 
     surface: NurbsSurface
     loops: list[list[Trim]]
@@ -59,11 +59,11 @@ class DrawnFace(NamedTuple):
     turned: bool
     """Whether its free side is the surface's other side."""
     where: str
-    """What to call it in messages."""
+    """Label for messages."""
 
 
 class _Runs(NamedTuple):
-    """The pcurves of a loop from pole to pole; all of them where it passes none."""
+    """The p-curves of a loop from pole to pole; all of them if it passes none."""
 
     runs: list[Loop]
     over_poles: bool
@@ -72,7 +72,9 @@ class _Runs(NamedTuple):
 def add_drawn(
     assembly: Assembly, face: DrawnFace, edges: Sequence[NurbsCurve], tolerance: float
 ) -> bool:
-    """Add a face, if it has an extent; `edges` are in space, and `tolerance` how far off, length.
+    """Add a face if it has an area; return whether it has.
+
+    `edges` are in space; `tolerance` is their largest distance from the face, length.
 
     Warns
     -----
@@ -101,7 +103,7 @@ def add_drawn(
 
 
 def _drawn(chart: Chart, edge: NurbsCurve, far: float) -> NurbsCurve | None:
-    """The p-curve of an edge, from any of the turns of the surface on; None if it is off it."""
+    """Return the p-curve of an edge, on any turn of the surface; None if it is off the surface."""
     flat = flat_image(chart.surface, edge)
     if flat is not None:
         return flat
@@ -128,7 +130,7 @@ def _runs(loop: list[Trim], drawn: dict[int, NurbsCurve], tolerance: float) -> _
 
 
 def _closed_up(loops: list[_Runs], chart: Chart) -> list[Loop]:
-    """Loops whose pcurves follow each other, closed over poles and round the surface."""
+    """Return loops of consecutive p-curves, closed over poles and around the surface."""
     periods = chart.periods
     closed: list[Loop] = []
     endless: list[Loop] = []
@@ -151,7 +153,7 @@ def _closed_up(loops: list[_Runs], chart: Chart) -> list[Loop]:
 
 
 def _turns(loop: Loop, periods: FloatArray) -> FloatArray:
-    """By how much of whole periods (2,) a loop ends farther on than it begins."""
+    """Return the whole periods (2,) between the start and the end of a loop."""
     gap = ends(loop[-1])[1] - ends(loop[0])[0]
     near = whole_periods(gap, periods)
     meets = np.abs(gap - near).max() <= 1e-3 * periods.max(initial=0.0)
@@ -159,7 +161,7 @@ def _turns(loop: Loop, periods: FloatArray) -> FloatArray:
 
 
 def _over_poles(runs: list[Loop], periods: FloatArray) -> Loop:
-    """One loop of runs between poles, where any number of turns may lie between them.
+    """Return one loop of runs between poles, which may be any number of turns apart.
 
     Outer loops have their face on the left, so that the smallest positive area is it.
     """
@@ -174,7 +176,7 @@ def _over_poles(runs: list[Loop], periods: FloatArray) -> Loop:
 
 
 def _area(loop: Loop) -> float:
-    """Twice what a loop encloses in (u, v), positive if counter-clockwise, by chords."""
+    """Return twice the area of a loop in (u, v), positive if anticlockwise, by chords."""
     x, y = np.concatenate(
         [s.curve.evaluate(np.linspace(*s.curve.domain, FEWEST))[:, :2] for s in loop]
     ).T
@@ -182,7 +184,7 @@ def _area(loop: Loop) -> float:
 
 
 def _to_the_side(loop: Loop, chart: Chart) -> Loop:
-    """A loop round the surface, closed along the side that its face, on its left, ends at."""
+    """Close a loop around the surface along the side that bounds its face, on its left."""
     start, end = ends(loop[0])[0], ends(loop[-1])[1]
     axis = int(np.argmax(np.abs(end - start)))
     onward = end[axis] > start[axis]
@@ -194,12 +196,12 @@ def _to_the_side(loop: Loop, chart: Chart) -> Loop:
 
 
 def _tied(one: Loop, other: Loop) -> Loop:
-    """What joins the end of some pcurves to the start of others."""
+    """Return the connection from the end of some p-curves to the start of others."""
     return _line(ends(one[-1])[1], ends(other[0])[0])
 
 
 def _line(start: FloatArray, end: FloatArray) -> Loop:
-    """A straight piece of no edge; none between places that are one."""
+    """Return a straight piece without edge; empty between equal points."""
     if not (start != end).any():
         return []
     curve = NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], np.array([start, end]))
@@ -236,7 +238,7 @@ def _added(assembly: Assembly, face: DrawnFace, loops: list[Loop], chart: Chart)
 
 
 def _brought_back(loop: Loop, chart: Chart) -> Loop:
-    """A loop moved by whole turns so that it begins within the domain."""
+    """Return a loop shifted by whole turns so that it begins within the domain."""
     low = exact_box(loop)[0]
     safe = np.where(chart.periods > 0.0, chart.periods, 1.0)
     turns = np.floor((low - chart.low) / safe + 1e-9) * chart.periods
@@ -244,7 +246,7 @@ def _brought_back(loop: Loop, chart: Chart) -> Loop:
 
 
 def _speed(chart: Chart, box: FloatArray) -> FloatArray:
-    """(2,) largest |S_u| and |S_v| over a box."""
+    """Return the largest |S_u| and |S_v| (2,) over a box."""
     axes = [np.linspace(box[0, axis], box[1, axis], 4) for axis in range(2)]
     largest: FloatArray = chart.speed(np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)).max(
         axis=0
@@ -253,7 +255,7 @@ def _speed(chart: Chart, box: FloatArray) -> FloatArray:
 
 
 def _open_by(loop: Loop, chart: Chart) -> float:
-    """Largest gap of a loop in space: none at a pole, however far apart in (u, v)."""
+    """Return the largest gap of a loop in space; poles are no gaps."""
     last = np.array([ends(pcurve)[1] for pcurve in loop])
     apart = chart.points(last) - chart.points(last + gaps(loop))
     return float(np.linalg.norm(apart, axis=1).max())

@@ -1,4 +1,4 @@
-"""The formats of CAD files: suffixes, what reads them, and a reader loaded ahead of its file.
+"""The formats of CAD files: suffixes, readers, and preparation of a reader.
 
 Nothing here takes time to import.
 """
@@ -11,18 +11,18 @@ from hashlib import file_digest
 from pathlib import Path
 
 from contiga.cache_folder import cache_folder
-from contiga.io.apart import prepare
+from contiga.io.worker import prepare
 
 SUFFIXES = (".step", ".stp", ".iges", ".igs", ".3dm", ".xml")
 PACKAGES = dict.fromkeys(SUFFIXES[:4], ("OCP",)) | {".3dm": ("rhino3dm",), ".xml": ()}
-"""What reads files of a suffix and has to be installed."""
+"""Packages that must be installed to read files of a suffix."""
 READERS = dict.fromkeys(SUFFIXES[:4], "step_iges") | {".3dm": "rhino", ".xml": "gismo"}
 """Modules beside this one, with functions `read_<module>` and `list_<module>`."""
 _QUOTED = re.compile(r"\"([^\"\n]*)\"|'([^'\n]*)'")
 
 
 def reader(suffix: str, verb: str = "read") -> str:
-    """What `read_apart` is to call for files of a suffix; "read" or "list".
+    """Return the target of `read_in_worker` for files of a suffix; `verb` is "read" or "list".
 
     >>> reader(".igs")
     'contiga.io.cad.step_iges:read_step_iges'
@@ -31,7 +31,7 @@ def reader(suffix: str, verb: str = "read") -> str:
 
 
 def expect_cad(*files: Path) -> None:
-    """Have OpenCASCADE loaded beside the rest where files need it that were never read before.
+    """Let a worker load OpenCASCADE if files need it that are not cached.
 
     It takes as long to load as all else. Where none is to be read in the end, the process that has
     loaded it ends for want of work.
@@ -44,7 +44,7 @@ def expect_cad(*files: Path) -> None:
 
 
 def cad_files_in(text: str, folder: Path) -> list[Path]:
-    """Files in quotes that a case in `folder` names and that may need OpenCASCADE.
+    """Return the quoted files of a case in `folder` that may need OpenCASCADE.
 
     >>> [file.name for file in cad_files_in('geometry = { file = "a b.STEP" } # "c.stl"', Path())]
     ['a b.STEP']
@@ -54,7 +54,7 @@ def cad_files_in(text: str, folder: Path) -> list[Path]:
 
 
 def was_read(file: Path) -> bool:
-    """Whether what came of a file of the same bytes is kept, whatever was asked of it."""
+    """Whether results of a file with the same bytes are cached, for whatever request."""
     folder = cache_folder()
     try:
         return folder is not None and any(folder.glob(f"{kept_as(file)}-*"))
@@ -63,13 +63,13 @@ def was_read(file: Path) -> bool:
 
 
 def kept_as(file: Path) -> str:
-    """What names of entries begin with, of `contiga.arrays.disk_cache`, of a file's bytes."""
+    """Return the beginning of the names of cache entries for a file's bytes."""
     stat = file.stat()
     return f"cad-{_digest(str(file), stat.st_mtime_ns, stat.st_size)[:32]}"
 
 
 @lru_cache(maxsize=64)
 def _digest(file: str, when: int, size: int) -> str:
-    """Of a file's bytes; time and size are asked for so that one that changes is read again."""
+    """Return the digest of a file's bytes; time and size are the key of this function's cache."""
     with open(file, "rb") as stream:
         return file_digest(stream, "sha256").hexdigest()

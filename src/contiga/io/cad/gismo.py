@@ -39,7 +39,7 @@ def read_gismo(
     choice: Choice = ALL,
     solids: Solids | None = None,
 ) -> Body:
-    """The surfaces of a G+Smo file as one body; see `contiga.io.cad.read_cad.read_cad`.
+    """Return the surfaces of a G+Smo file as one body; see `contiga.io.cad.read_cad.read_cad`.
 
     Patches that share a whole side, with the same parameters up to direction, share an edge.
 
@@ -58,7 +58,7 @@ def read_gismo(
 def list_gismo(
     path: Path, file_unit: str | None, unit: str | None, solids: Solids | None = None
 ) -> Inventory:
-    """All of a G+Smo file, which is one part: the format names none."""
+    """Return the inventory of a G+Smo file: one part, because the format names none."""
     body, label = _gathered(path, file_unit, unit, ALL)
     union = united(body, body.pieces, solids, str(path))
     return Inventory(union.body, [k + 1 for k in union.origin], [label], {}, union.said)
@@ -139,7 +139,7 @@ def _surface(element: ElementTree.Element, scale: float, where: str) -> NurbsSur
 
 
 def _weights(element: ElementTree.Element, shape: tuple[int, int], where: str) -> FloatArray | None:
-    """(n, m) weights of a net whose rows the file gives as (m, n); None where it gives none."""
+    """Return weights (n, m) of a net that the file gives as (m, n); None if it gives none."""
     node = element.find(".//weights")
     if node is None:
         return None

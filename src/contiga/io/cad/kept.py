@@ -1,4 +1,4 @@
-"""CAD that was read before: the file's bytes tell what came of it, and its reader is not needed."""
+"""The cache of CAD files: results by the file's bytes, without loading their reader."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from contiga.errors import ContigaWarning
-from contiga.io.apart import ask_apart
 from contiga.io.cad.formats import PACKAGES, READERS, kept_as
+from contiga.io.worker import outcome_in_worker
 
 if TYPE_CHECKING:
     from contiga.arrays.disk_cache import DiskCache
@@ -22,7 +22,7 @@ _CHECKS = Path(__file__).with_name("read_cad.py")
 
 
 def _files(file: Path, *sources: Path) -> DiskCache:
-    """Where what came of a file's bytes is looked for, made by its reader, checks and `sources`."""
+    """Return the cache of results that depend on a file's reader, checks and `sources`."""
     # What reads is not imported for that; numba comes with the cache, while a reader is loaded.
     from contiga.arrays.disk_cache import DiskCache
 
@@ -37,17 +37,17 @@ def read_kept(
     needs: str,
     check: Callable[[Any], None],
 ) -> Any:
-    """What `read_apart` gives of a file, or gave of the same bytes before.
+    """Return what `read_in_worker` gives for a file, or gave for the same bytes before.
 
     Parameters
     ----------
-    target, file, args, needs : as for `read_apart`
+    target, file, args, needs : as for `read_in_worker`
     check : called with what was read anew; what it refuses is not kept
 
     Raises
     ------
     ContigaError
-        As `read_apart` and `check`.
+        As `read_in_worker` and `check`.
 
     Warns
     -----
@@ -60,10 +60,10 @@ def read_kept(
         content, said = kept
         _warn(said)
         return content
-    outcome = ask_apart(target, file, *args, needs=needs)
+    outcome = outcome_in_worker(target, file, *args, needs=needs)
     said = list(outcome.warnings)
     _warn(said)
-    content = outcome.value(file)
+    content = outcome.value()
     check(content)
     if kept_as(file) == read:  # nobody has written it anew meanwhile
         files.put(key, (content, said))
@@ -71,18 +71,22 @@ def read_kept(
 
 
 def _warn(said: list[str]) -> None:
-    """Warn whoever has called the caller's caller."""
+    """Issue warnings that point at the caller's caller."""
     for text in said:
         warnings.warn(text, ContigaWarning, stacklevel=4)
 
 
 def answer_kept(file: Path, asked: str, source: str, make: Callable[[], T]) -> T:
-    """What `make` tells of a file, or told of the same bytes before; anew where it has warned.
+    """Return the answer of `make`, or the cached one for the same bytes.
+
+    An answer with warnings is not cached.
 
     Parameters
     ----------
+    file : the CAD file
     asked : what is to be told
     source : file of the module that tells it
+    make : function that computes the answer
 
     Raises
     ------
@@ -110,7 +114,7 @@ def answer_kept(file: Path, asked: str, source: str, make: Callable[[], T]) -> T
 
 @contextmanager
 def _heard(said: list[str]) -> Iterator[None]:
-    """Add what contiga warns of inside to `said`, in place of saying it; others are said after."""
+    """Collect contiga's warnings raised inside in `said`; issue others afterwards."""
     try:
         with warnings.catch_warnings(record=True) as heard:
             warnings.simplefilter("always", ContigaWarning)
@@ -124,13 +128,13 @@ def _heard(said: list[str]) -> Iterator[None]:
 
 
 def _key(asked: str, file: Path, args: tuple[object, ...]) -> str:
-    """Of all that an answer follows from beside the bytes; it may name the file as given."""
+    """Return the key of an answer: all it depends on besides the bytes, and the file's name."""
     return repr((asked, str(file), args, _package_of(file.suffix.lower())))
 
 
 @lru_cache(maxsize=8)
 def _package_of(suffix: str) -> str:
-    """What tells one version of the package that reads a format from others."""
+    """Return a text that identifies the version of the package that reads a format."""
     said = []
     for name in PACKAGES[suffix]:
         with suppress(ImportError):  # what needs it says so

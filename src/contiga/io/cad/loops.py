@@ -1,4 +1,4 @@
-"""Trimming loops as files give them: put in order, closed, shifted by periods, recognised.
+"""Trimming loops of CAD files: ordered, closed, shifted by periods, recognised.
 
 Independent of any CAD library: p-curves come in as `NurbsCurve` in (u, v) with the edge they
 belong to and leave as loops ready for a `Body`.
@@ -36,30 +36,31 @@ class PCurve(NamedTuple):
     reversed: bool
     """Whether it runs against the edge's curve in space."""
     tolerance: float
-    """How far the image may be from the edge, length."""
+    """Largest distance of the image from the edge, length."""
 
 
 Loop = list[PCurve]
 
 
 def ends(pcurve: PCurve) -> FloatArray:
-    """(2, 2) start and end in (u, v)."""
+    """Return start and end (2, 2) in (u, v)."""
     points = pcurve.curve.control_points
     return np.array([points[0, :2], points[-1, :2]])
 
 
 def moved(pcurve: PCurve, shift: FloatArray) -> PCurve:
-    """The p-curve translated by `shift` = (du, dv)."""
+    """Return the p-curve translated by `shift` = (du, dv)."""
     if not shift.any():
         return pcurve
     return pcurve._replace(curve=pcurve.curve.translated([shift[0], shift[1], 0.0]))
 
 
 def chained(loop: Loop, periods: FloatArray) -> Loop:
-    """`loop` ordered head to tail, pcurves shifted by whole periods to meet the one before.
+    """Return `loop` ordered head to tail, each p-curve shifted by whole periods to the last.
 
     Parameters
     ----------
+    loop : the p-curves
     periods : (2,) of the surface in u and v, 0 where it is not periodic
 
     The order of the file is kept where it already closes; else the nearest start follows.
@@ -74,7 +75,7 @@ def chained(loop: Loop, periods: FloatArray) -> Loop:
 
 
 def joined(loop: Loop, periods: FloatArray) -> Loop:
-    """`loop` in its order, pcurves shifted by whole periods to meet the one before."""
+    """Return `loop` in its order, each p-curve shifted by whole periods to the last."""
     result = [loop[0]]
     for pcurve in loop[1:]:
         step = ends(result[-1])[1] - ends(pcurve)[0]
@@ -83,7 +84,7 @@ def joined(loop: Loop, periods: FloatArray) -> Loop:
 
 
 def whole_periods(step: FloatArray, periods: FloatArray) -> FloatArray:
-    """The part of `step` that is whole periods."""
+    """Return the part of `step` that is whole periods."""
     safe = np.where(periods > 0.0, periods, 1.0)
     return np.where(periods > 0.0, np.round(step / safe) * periods, 0.0)
 
@@ -100,18 +101,18 @@ def _nearest_order(loop: Loop, periods: FloatArray) -> Loop:
 
 
 def worst_gap(loop: Loop) -> float:
-    """Largest distance in (u, v) between the end of a pcurve and the start of the next."""
+    """Return the largest distance in (u, v) between a p-curve's end and the next start."""
     return max(float(np.abs(gap).max()) for gap in gaps(loop))
 
 
 def gaps(loop: Loop) -> FloatArray:
-    """(n, 2) from the end of each pcurve to the start of the next, round the loop."""
+    """Return the vectors (n, 2) from each p-curve's end to the next start, around the loop."""
     points = np.array([ends(pcurve) for pcurve in loop])
     return np.roll(points[:, 0], -1, axis=0) - points[:, 1]
 
 
 def loop_box(loop: Loop) -> FloatArray:
-    """(2, 2) low and high corner of the control points of a loop's Bézier segments."""
+    """Return the box (2, 2) of the control points of a loop's Bézier segments."""
     lows, highs = [], []
     for pcurve in loop:
         if pcurve.curve.degree == 1:
@@ -125,7 +126,10 @@ def loop_box(loop: Loop) -> FloatArray:
 
 
 def exact_box(pcurves: Loop) -> FloatArray:
-    """(2, 2) box of p-curves themselves, of one loop or several, found at their turning points."""
+    """Return the exact box (2, 2) of the p-curves of one loop or several.
+
+    It is found at their turning points.
+    """
     from contiga.geometry.kernels.trim_build_nb import monotone_pieces
 
     points = []
@@ -139,7 +143,7 @@ def exact_box(pcurves: Loop) -> FloatArray:
 
 
 def aligned(loops: list[Loop], periods: FloatArray) -> list[Loop]:
-    """All loops shifted by whole periods into the box of the largest one."""
+    """Return all loops shifted by whole periods into the box of the largest one."""
     if len(loops) < 2 or not periods.any():
         return loops
     boxes = [loop_box(loop) for loop in loops]
@@ -162,25 +166,26 @@ class Sides(NamedTuple):
     """A loop recognised as the border of a rectangle."""
 
     side: list[int]
-    """Per pcurve 0 … 3 = u0, u1, v0, v1."""
+    """Side 0 … 3 = u0, u1, v0, v1, by p-curve."""
     against: list[bool]
-    """Per pcurve whether it runs against the side's growing parameter."""
+    """Whether it runs against the side's growing parameter, by p-curve."""
     span: list[tuple[float, float]]
-    """Per pcurve the interval of the side's parameter."""
+    """Interval of the side's parameter, by p-curve."""
 
 
 def _nearest_side(points: FloatArray, box: FloatArray, slack: FloatArray) -> tuple[float, int]:
-    """By how many times `slack` (2,) points miss the side of `box` next to them, and that side."""
+    """Return the nearest side of `box`, and the points' distance from it over `slack` (2,)."""
     missed = np.abs(points[:, None, :] - box[None, :, :]).max(axis=0)
     # missed[k, axis]: how far the points are from the low (0) or high (1) line of an axis
     return min((missed[k, axis] / slack[axis], 2 * axis + k) for axis in range(2) for k in range(2))
 
 
 def rectangle_sides(loop: Loop, box: FloatArray, speed: FloatArray) -> Sides | None:
-    """The sides of `box` the pcurves of `loop` lie on, or None if one does not.
+    """Return the sides of `box` that the p-curves of `loop` lie on, or None if one does not.
 
     Parameters
     ----------
+    loop : the p-curves
     box : (2, 2) low and high (u, v)
     speed : (2,) largest |S_u| and |S_v| on the face: turns misses in (u, v) into lengths
 

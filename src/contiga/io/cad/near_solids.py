@@ -1,4 +1,4 @@
-"""Solids that nearly touch: a slit between them that no design has, but rounded placements leave.
+"""Solids that nearly touch: slits that no design has, but rounded placements leave.
 
 A point that slides over such a slit is pushed sideways, out of a face that nobody sees. Slits that
 are narrower are closed as the file is read (`contiga.io.cad.unite`); these are told.
@@ -18,19 +18,23 @@ from contiga.records import FloatArray, IntArray
 from contiga.statuses import Feature
 
 NARROW = 1e-5
-"""Slits narrower than this share of the smaller solid are told: clearances are a hundred times as
-wide."""
+"""Width of slits that are reported, over the size of the smaller solid.
+
+Clearances are a hundred times as wide.
+"""
 TOUCHING = 1e-9
-"""Share of the whole size: solids that are nearer touch, and `Body.flaws` tells it."""
+"""Distance of touching solids, over the whole size; `Body.flaws` reports those."""
 SAMPLES_PER_FACE = 200
 """Random points on each face."""
 MIN_SAMPLES = 3
-"""Number of points that must lie so near the other solid: solids that touch in a point or along a
-line do not lie along each other."""
+"""Smallest number of points so near the other solid.
+
+Solids that touch in a point or along a line have fewer.
+"""
 MAX_SLITS = 4
-"""Number of slits after which no more are looked for."""
+"""Number of slits after which the search ends."""
 FACING = -0.99
-"""Cosine of the angle between normals across a slit, at most."""
+"""Largest cosine of the angle between normals across a slit."""
 
 
 class Slit(NamedTuple):
@@ -39,9 +43,9 @@ class Slit(NamedTuple):
     patches: tuple[int, int]
     """A face of each."""
     point: tuple[float, float, float]
-    """Body frame."""
+    """Its place, body frame."""
     width: float
-    """The largest that was found there, length."""
+    """Largest width found there, length."""
 
     def __str__(self) -> str:
         x, y, z = self.point
@@ -92,7 +96,7 @@ def slits_between(body: Body) -> list[Slit]:
 def _places(
     body: Body, piece: IntArray, bounds: FloatArray, boxes: FloatArray
 ) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Patch, place and normal of places drawn on faces, of those in the box of another piece."""
+    """Return patch, place and normal of random points on faces within another piece's box."""
     rng = np.random.default_rng(0)
     patch, places, normals = [np.zeros(0, int)], [np.zeros((0, 3))], [np.zeros((0, 3))]
     for k, (surface, loops) in enumerate(zip(body.patches, body.trims, strict=True)):

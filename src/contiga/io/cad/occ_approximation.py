@@ -1,4 +1,4 @@
-"""Surfaces without an exact NURBS form (offset surfaces), approximated, and how far that is off."""
+"""Approximations of surfaces without an exact NURBS form (offset surfaces), and their error."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ GRID = 41
 
 
 def approximated(trimmed: Any) -> Any:
-    """A B-spline near `trimmed` with the same parameters, as close as OpenCASCADE gets."""
+    """Return a B-spline near `trimmed` with the same parameters, as close as OpenCASCADE gets."""
     from OCP.GeomAbs import GeomAbs_Shape
     from OCP.GeomConvert import GeomConvert_ApproxSurface
 
@@ -37,7 +37,7 @@ def approximated(trimmed: Any) -> Any:
 
 
 def largest_miss(surface: Any, near: Any) -> float:
-    """How far an approximation with the same parameters is off, on a grid."""
+    """Return the largest error, on a grid, of an approximation with the same parameters."""
     u0, u1, v0, v1 = surface.Bounds()
     places = [(u, v) for u in np.linspace(u0, u1, GRID) for v in np.linspace(v0, v1, GRID)]
     return max(float(surface.Value(u, v).Distance(near.Value(u, v))) for u, v in places)

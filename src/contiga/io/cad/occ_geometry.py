@@ -23,13 +23,13 @@ EXACT = 1e-10
 
 
 class Patch(NamedTuple):
-    """A converted surface with what happened to its parameters."""
+    """A converted surface and the change of its parameters."""
 
     surface: NurbsSurface
     maps: tuple[Map, Map]
-    """Old u → new u, old v → new v."""
+    """Maps old u → new u and old v → new v."""
     off: float = 0.0
-    """How far it is from the surface at most, where it is an approximation, length."""
+    """Largest distance from the surface of an approximation, length."""
 
 
 def _values(array: Any) -> FloatArray:
@@ -43,7 +43,7 @@ def _rational(weights: FloatArray) -> FloatArray | None:
 
 
 def surface_from(spline: Any, shift: FloatArray, scale: float) -> NurbsSurface:
-    """A `Geom_BSplineSurface` that is not periodic; knots plus `shift`, coordinates · `scale`."""
+    """Return a `Geom_BSplineSurface` that is not periodic; knots + `shift`, points · `scale`."""
     n, m = spline.NbUPoles(), spline.NbVPoles()
     points = np.empty((n, m, 3))
     weights = np.ones((n, m))
@@ -60,7 +60,7 @@ def surface_from(spline: Any, shift: FloatArray, scale: float) -> NurbsSurface:
 
 
 def curve_from(spline: Any, scale: float = 1.0) -> NurbsCurve:
-    """A `Geom_BSplineCurve` or `Geom2d_BSplineCurve`; coordinates times `scale`."""
+    """Return a `Geom_BSplineCurve` or `Geom2d_BSplineCurve`; coordinates times `scale`."""
     if spline.IsPeriodic():
         spline = spline.Copy()
         spline.SetNotPeriodic()
@@ -76,7 +76,7 @@ def curve_from(spline: Any, scale: float = 1.0) -> NurbsCurve:
 
 
 def pcurve_from(curve: Any, first: float, last: float) -> NurbsCurve:
-    """A `Geom2d_Curve` over [first, last], by growing parameter; lines get degree 1."""
+    """Return a `Geom2d_Curve` over [first, last], by growing parameter; lines get degree 1."""
     from OCP.Geom2d import Geom2d_BSplineCurve, Geom2d_Line, Geom2d_TrimmedCurve
     from OCP.Geom2dConvert import Geom2dConvert
 
@@ -93,7 +93,7 @@ def pcurve_from(curve: Any, first: float, last: float) -> NurbsCurve:
 
 
 def curve3d_from(curve: Any, first: float, last: float, scale: float) -> NurbsCurve:
-    """A `Geom_Curve` over [first, last], by growing parameter."""
+    """Return a `Geom_Curve` over [first, last], by growing parameter."""
     from OCP.Geom import Geom_BSplineCurve, Geom_TrimmedCurve
     from OCP.GeomConvert import GeomConvert
 
@@ -107,7 +107,7 @@ def curve3d_from(curve: Any, first: float, last: float, scale: float) -> NurbsCu
 
 
 def _part(spline: Any, first: float, last: float, scale: float) -> NurbsCurve:
-    """A B-spline over [first, last]; a periodic one is unrolled as far as the interval goes."""
+    """Return a B-spline over [first, last]; a periodic one is unrolled over the interval."""
     period = spline.Period() if spline.IsPeriodic() else 0.0
     curve = curve_from(spline, scale)
     a, b = curve.domain
@@ -129,7 +129,7 @@ def _shifted(curve: NurbsCurve, by: float) -> NurbsCurve:
 
 
 def _joined(one: NurbsCurve, two: NurbsCurve) -> NurbsCurve:
-    """Two curves of one degree that meet, in one."""
+    """Join two curves of one degree that meet."""
     p = one.degree
     knots = np.concatenate([one.knots[:-1], two.knots[p + 1 :]])
     points = np.concatenate([one.control_points, two.control_points[1:]])
@@ -142,7 +142,7 @@ def _joined(one: NurbsCurve, two: NurbsCurve) -> NurbsCurve:
 
 
 def periods_of(surface: Any) -> FloatArray:
-    """(2,) periods in u and v, 0 where there is none."""
+    """Return the periods (2,) in u and v, 0 if there is none."""
     return np.array(
         [
             surface.UPeriod() if surface.IsUPeriodic() else 0.0,
@@ -152,7 +152,7 @@ def periods_of(surface: Any) -> FloatArray:
 
 
 def base_surface(surface: Any) -> Any:
-    """The surface below any rectangular trimming."""
+    """Return the surface below any rectangular trimming."""
     from OCP.Geom import Geom_RectangularTrimmedSurface
 
     while isinstance(surface, Geom_RectangularTrimmedSurface):
@@ -161,7 +161,7 @@ def base_surface(surface: Any) -> Any:
 
 
 def speed_of(surface: Any, box: FloatArray) -> FloatArray:
-    """(2,) largest |S_u| and |S_v| over a few points of `box`."""
+    """Return the largest |S_u|, |S_v| (2,) at a few points of `box`."""
     from OCP.gp import gp_Pnt, gp_Vec
 
     best = np.zeros(2)
@@ -174,7 +174,7 @@ def speed_of(surface: Any, box: FloatArray) -> FloatArray:
 
 
 def patch_from(surface: Any, box: FloatArray, whole: bool, scale: float) -> Patch:
-    """`surface` as a NURBS patch.
+    """Return `surface` as a NURBS patch.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ def _plane(plane: Any, box: FloatArray, scale: float) -> NurbsSurface:
 
 
 def _opened(surface: Any, box: FloatArray) -> tuple[Any, FloatArray]:
-    """A copy that is not periodic, cut open where `box` begins, and the shift of its knots.
+    """Return a copy that is not periodic, cut where `box` begins, and its knots' shift.
 
     Where a period starts is arbitrary, so the cut goes where the face begins; OpenCASCADE may
     number the cut surface a period further on.
@@ -230,7 +230,7 @@ def _opened(surface: Any, box: FloatArray) -> tuple[Any, FloatArray]:
 
 
 def _unrolled(spline: Any, start: FloatArray, periods: FloatArray) -> FloatArray:
-    """Make a spline not periodic; whole periods that bring its first knots to `start` (u, v)."""
+    """Make a spline not periodic; return whole periods from its first knots to `start` (u, v)."""
     if spline.IsUPeriodic():
         spline.SetUNotPeriodic()
     if spline.IsVPeriodic():
@@ -240,7 +240,7 @@ def _unrolled(spline: Any, start: FloatArray, periods: FloatArray) -> FloatArray
 
 
 def _analytic(surface: Any, box: FloatArray, scale: float) -> Patch:
-    """A surface with circles: exact rational form, a whole turn made of two halves.
+    """Return the exact rational form of a surface with circles; a whole turn is two halves.
 
     OpenCASCADE converts a whole turn by cutting a periodic spline at a parameter that is not the
     angle, so that it starts in the wrong place; halves come out right.
@@ -269,7 +269,7 @@ def _analytic(surface: Any, box: FloatArray, scale: float) -> Patch:
 def _exact_form(
     surface: Any, trimmed: Any, box: FloatArray
 ) -> tuple[Any, FloatArray, tuple[Map, Map]] | None:
-    """Rational form of a trimmed surface, shift of its knots, parameter maps; None if none."""
+    """Return rational form, shift of knots and parameter maps of a trimmed surface, or None."""
     from OCP.GeomConvert import GeomConvert
 
     try:
@@ -284,7 +284,7 @@ def _exact_form(
 
 
 def _joined_patches(one: Patch, two: Patch, axis: int) -> Patch | None:
-    """Two patches that meet at a line of constant u (axis 0) or v, as one; None if unlike."""
+    """Join two patches that meet at a line of constant u (axis 0) or v; None if unlike."""
     a, b = one.surface, two.surface
     other = 1 - axis
     if a.degrees != b.degrees or not np.array_equal(a.knots[other], b.knots[other]):
@@ -309,7 +309,7 @@ def _joined_patches(one: Patch, two: Patch, axis: int) -> Patch | None:
 
 
 def _possible_maps(spline: Any, shift: FloatArray) -> list[tuple[Map, Map]]:
-    """Parameter maps a conversion may have made: angles in both, in u, in v, in none."""
+    """Return the parameter maps a conversion may have made: angles in both, in u, in v, in none."""
     of_u: list[Map] = [identity]
     of_v: list[Map] = [identity]
     if spline.UDegree() == 2:
@@ -345,7 +345,7 @@ def _agrees(
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """OpenCASCADE's messages are kept off the terminal meanwhile."""
+    """Keep OpenCASCADE's messages off the terminal."""
     from OCP.Message import Message
 
     printers = Message.DefaultMessenger_s().ChangePrinters()

@@ -1,4 +1,4 @@
-"""What OpenCASCADE's document of a STEP or IGES file holds: parts, placed, with names and colours.
+"""Contents of OpenCASCADE's document of a file: placed parts with names and colours.
 
 Products stand in assemblies by references with a placement; a product may hold several solids,
 shells and faces. Each of them, where it stands, is a piece here; loose faces that share edges make
@@ -37,7 +37,7 @@ class Piece(NamedTuple):
     """"solid", "shell" or "face"."""
     shape: Any
     faces: list[Any]
-    """Its TopoDS_Face."""
+    """Its faces, TopoDS_Face."""
     called: _Called
     face_called: list[_Called]
     place: tuple[str, ...]
@@ -53,7 +53,7 @@ NAMELESS = _Called(None, None)
 
 
 class _Way(NamedTuple):
-    """From the outermost assembly down to a label."""
+    """The path from the outermost assembly down to a label."""
 
     location: Any
     place: tuple[str, ...] = ()
@@ -62,7 +62,7 @@ class _Way(NamedTuple):
 
 
 def new_document() -> Any:
-    """An empty document for `STEPCAFControl_Reader` or `IGESCAFControl_Reader` to fill."""
+    """Return an empty document for `STEPCAFControl_Reader` or `IGESCAFControl_Reader` to fill."""
     from OCP.TCollection import TCollection_ExtendedString
     from OCP.TDocStd import TDocStd_Document
     from OCP.XCAFApp import XCAFApp_Application
@@ -76,7 +76,7 @@ def new_document() -> Any:
 
 
 def pieces_of(document: Any) -> list[Piece]:
-    """All pieces of a document in the order of the file."""
+    """Return all pieces of a document in the order of the file."""
     from OCP.collections import Sequence_TDF_Label
     from OCP.TopLoc import TopLoc_Location
     from OCP.XCAFDoc import XCAFDoc_DocumentTool
@@ -89,12 +89,12 @@ def pieces_of(document: Any) -> list[Piece]:
 
 
 class _Walk(NamedTuple):
-    """Goes down the labels of a document."""
+    """A traversal of the labels of a document."""
 
     shapes: Any
 
     def under(self, label: Any, way: _Way) -> Iterator[Piece]:
-        """Pieces of a label that may refer to a product which stands elsewhere."""
+        """Yield the pieces of a label that may refer to a product elsewhere."""
         from OCP.TDF import TDF_Label
 
         if not self.shapes.IsReference_s(label):
@@ -109,7 +109,7 @@ class _Walk(NamedTuple):
         yield from self._within(product, way, _colour(label))
 
     def _within(self, product: Any, way: _Way, colour: str | None) -> Iterator[Piece]:
-        """Pieces of a product; `colour` is that of the instance."""
+        """Yield the pieces of a product; `colour` is that of the instance."""
         from OCP.collections import Sequence_TDF_Label
 
         called = _Called(_name(product), colour or _colour(product) or way.colour)
@@ -172,7 +172,7 @@ class _Inner:
 
 
 def _split(shape: Any) -> Iterator[tuple[str, Any]]:
-    """Solids, shells and faces of a shape, each once, what a solid consists of not again."""
+    """Yield the solids, shells and faces of a shape, each once, without the faces of solids."""
     from OCP.TopAbs import TopAbs_ShapeEnum
 
     if shape.IsNull():
@@ -191,7 +191,7 @@ def _split(shape: Any) -> Iterator[tuple[str, Any]]:
 
 
 def compound_of(shapes: Iterable[Any]) -> Any:
-    """One shape of several."""
+    """Return a compound of several shapes."""
     from OCP.BRep import BRep_Builder
     from OCP.TopoDS import TopoDS_Compound
 
@@ -203,7 +203,7 @@ def compound_of(shapes: Iterable[Any]) -> Any:
 
 
 def labelled(pieces: Sequence[Piece], edges: Sewn) -> list[PartLabel]:
-    """The parts that pieces make: each solid and shell, and loose faces as far as they adjoin.
+    """Return the parts that pieces make: solids, shells, and connected loose faces.
 
     `edges` numbers the edges of all pieces, those that coincide alike.
     """
@@ -232,14 +232,17 @@ def labelled(pieces: Sequence[Piece], edges: Sewn) -> list[PartLabel]:
 
 
 def _joined(part: PartLabel, piece: Piece, faces: list[FaceLabel]) -> PartLabel:
-    """A part of loose faces with more of them; a name or a colour not all have is none of it."""
+    """Return a part of loose faces with more of them, with name and colour if all have the same."""
     name = part.name if part.name == piece.called.name else None
     colour = part.colour if part.colour == piece.called.colour else None
     return part._replace(faces=(*part.faces, *faces), name=name, colour=colour)
 
 
 def _groups(pieces: Sequence[Piece], edges: Sewn) -> Iterable[int]:
-    """For each piece a number; loose faces of one place that share an edge have the same."""
+    """Return a group number for each piece.
+
+    Loose faces of one place that share an edge are one group.
+    """
     loose = [k for k, piece in enumerate(pieces) if piece.kind == "face"]
     groups = np.arange(len(pieces))
     if len(loose) < 2:

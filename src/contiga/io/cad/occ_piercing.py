@@ -1,4 +1,4 @@
-"""Surfaces that go through themselves on an axis they are turned about: lemons and apples.
+"""Surfaces of revolution that intersect themselves on their axis: lemons and apples.
 
 A torus whose tube reaches over its axis (STEP's `DEGENERATE_TOROIDAL_SURFACE`), or any meridian
 that crosses the axis it is turned about, makes a surface with an outer and an inner part. A face on
@@ -16,15 +16,15 @@ from contiga.errors import FileError
 from contiga.records import FloatArray
 
 SAMPLES = 257
-"""Places of a meridian."""
+"""Samples of a meridian."""
 WITHIN = 1e-7
-"""Share of an interval by which a face may reach over a crossing: rounding of its bounds."""
+"""Share of an interval by which a face may extend over a crossing: rounding of its bounds."""
 
 Point = tuple[float, float, float]
 
 
 def refuse_pierced(surface: Any, box: FloatArray, scale: float, where: str) -> None:
-    """Refuse a face over `box` that goes through itself; `scale` is that of the lengths told.
+    """Refuse a face over `box` that intersects itself; `scale` is for the lengths in the message.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def refuse_pierced(surface: Any, box: FloatArray, scale: float, where: str) -> N
 
 
 def pierced_at(surface: Any, box: FloatArray) -> Point | None:
-    """A point where a face over `box` (low and high (u, v)) goes through itself; None if nowhere.
+    """Return a point where a face over `box` (low and high (u, v)) intersects itself, or None.
 
     Tori and surfaces of revolution are looked at.
     """
@@ -64,7 +64,7 @@ def pierced_at(surface: Any, box: FloatArray) -> Point | None:
 
 
 def _of_torus(major: float, minor: float, low: float, high: float) -> float | None:
-    """Where major + minor cos(v) changes its sign between `low` and `high`."""
+    """Return where major + minor cos(v) changes its sign between `low` and `high`."""
     if not minor > major:
         return None
     half = math.acos(-major / minor)
@@ -78,7 +78,7 @@ def _of_torus(major: float, minor: float, low: float, high: float) -> float | No
 
 
 def _of_meridian(surface: Any, low: float, high: float) -> float | None:
-    """Where a meridian goes through the axis it is turned about, between `low` and `high`."""
+    """Return where a meridian crosses its axis of revolution, between `low` and `high`."""
     curve, axis = surface.BasisCurve(), surface.Axis()
     origin, direction = axis.Location(), axis.Direction()
     begin = np.array([origin.X(), origin.Y(), origin.Z()])

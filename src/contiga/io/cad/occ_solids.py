@@ -1,4 +1,4 @@
-"""Closed pieces of a body as solids of OpenCASCADE: their own NURBS surfaces, trims and all.
+"""Closed pieces of a body as solids of OpenCASCADE, with their own surfaces and trims.
 
 What OpenCASCADE reads of a STEP file it has as solids. 3DM, G+Smo and bodies made in Python come
 as patches: here they become faces, sewn to a shell. Patches that are flat parallelograms become
@@ -21,17 +21,17 @@ from contiga.io.cad.sew import COINCIDENT, FINEST, subshapes
 from contiga.records import FloatArray
 
 FLAT = 1e-12
-"""Share of its size by which a patch may miss its parallelogram."""
+"""Largest departure of a parallelogram from a patch, over its size."""
 POINT = 1e-9
 """A side shorter than this share of the patch is a point."""
 JOINED = 1e-4
-"""Ends of edges that are nearer than this are one, mm: of what is some thousand in size."""
+"""Distance up to which ends of edges coincide, mm, for a size of some thousand."""
 ALIKE = 1e-6
-"""Share by which the volume of a solid may miss that of the piece."""
+"""Largest relative difference of the volumes of a solid and its piece."""
 
 
 class Solid(NamedTuple):
-    """A solid of OpenCASCADE, and which patch each of its faces is a part of."""
+    """A solid of OpenCASCADE, and the patch of each of its faces."""
 
     shape: Any
     faces: list[Any]
@@ -39,7 +39,7 @@ class Solid(NamedTuple):
 
 
 def solid_of(body: Faces, patches: Sequence[int], scale: float) -> Solid | None:
-    """A closed piece of a body as a solid, coordinates times `scale`; None if it does not close.
+    """Return a closed piece of a body as a solid, points times `scale`; None if it is open.
 
     A piece that bounds a cavity, which faces inward, makes the solid that fills it.
     """
@@ -72,7 +72,7 @@ def solid_of(body: Faces, patches: Sequence[int], scale: float) -> Solid | None:
 
 
 def hollowed(solid: Solid, cavity: Solid) -> Solid | None:
-    """A solid without what another fills; None if that does not lie within it."""
+    """Return a solid with a cavity; None if the cavity does not lie within it."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 
     cut = BRepAlgoAPI_Cut(solid.shape, cavity.shape)
@@ -86,7 +86,7 @@ def hollowed(solid: Solid, cavity: Solid) -> Solid | None:
 
 
 def _traced(solid: Any, parts: Sequence[tuple[int, list[Any]]]) -> Solid:
-    """A solid whose faces are parts of patches."""
+    """Return a solid whose faces are parts of patches."""
     from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher
     from OCP.TopoDS import TopoDS
 
@@ -97,7 +97,7 @@ def _traced(solid: Any, parts: Sequence[tuple[int, list[Any]]]) -> Solid:
 
 
 def volume_of(shape: Any) -> float:
-    """Of a shape, to about 1e-9."""
+    """Return the volume of a shape, to about 1e-9."""
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
 
@@ -107,7 +107,7 @@ def volume_of(shape: Any) -> float:
 
 
 def faces_of(patch: NurbsSurface, loops: Sequence[Sequence[NurbsCurve]] | None) -> list[Any]:
-    """TopoDS_Face of a patch, of an untrimmed closed one in halves."""
+    """Return the TopoDS_Face of a patch; an untrimmed closed one becomes two halves."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 
     if _is_flat(patch):
@@ -127,14 +127,14 @@ def _is_flat(patch: NurbsSurface) -> bool:
 
 
 def _border(patch: NurbsSurface) -> list[NurbsCurve]:
-    """The rectangle of a patch, anticlockwise."""
+    """Return the boundary rectangle of a patch, anticlockwise."""
     (a, b), (c, d) = patch.domain
     corners = [(a, c), (b, c), (b, d), (a, d), (a, c)]
     return [NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], np.array(ends)) for ends in pairwise(corners)]
 
 
 def _opened(patch: NurbsSurface) -> list[NurbsSurface]:
-    """A patch in halves where sides of it meet: faces without seams."""
+    """Return the halves of a patch whose sides meet: faces without seams."""
     for axis, ((a, b), rest) in enumerate(zip(patch.domain, patch.domain[::-1], strict=True)):
         sides = [patch.isocurve(**{"uv"[axis]: end}).control_points for end in (a, b)]
         if np.abs(sides[0] - sides[1]).max() <= POINT * np.ptp(patch.bounds(), axis=0).max():
@@ -145,7 +145,7 @@ def _opened(patch: NurbsSurface) -> list[NurbsSurface]:
 
 
 def _plane(patch: NurbsSurface, loops: Sequence[Sequence[NurbsCurve]]) -> Any:
-    """A plane face, its loops lifted into space."""
+    """Return a plane face, its loops lifted into space."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
     from OCP.gp import gp_Ax3, gp_Dir, gp_Pln, gp_Pnt
 
@@ -175,7 +175,7 @@ def _plane(patch: NurbsSurface, loops: Sequence[Sequence[NurbsCurve]]) -> Any:
 
 
 def _trimmed(surface: Any, loops: Sequence[Sequence[NurbsCurve]]) -> Any:
-    """A face cut out by p-curves."""
+    """Return a face cut out by p-curves."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
     from OCP.BRepLib import BRepLib
 
@@ -188,7 +188,7 @@ def _trimmed(surface: Any, loops: Sequence[Sequence[NurbsCurve]]) -> Any:
 
 
 def _mended(face: Any) -> Any:
-    """A face whose loops run the right way round: the outer one anticlockwise."""
+    """Return a face whose loops run the right way: the outer one anticlockwise."""
     from OCP.ShapeFix import ShapeFix_Face
 
     fix = ShapeFix_Face(face)
@@ -197,7 +197,7 @@ def _mended(face: Any) -> Any:
 
 
 def _edge(curve: Any, *surface: Any) -> Any:
-    """An edge whose ends meet others that are as near as p-curves of one loop should be."""
+    """Return an edge whose ends meet others as near as p-curves of one loop should be."""
     from OCP.BRep import BRep_Builder
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
     from OCP.TopoDS import TopoDS
@@ -229,7 +229,7 @@ def _knots(values: FloatArray) -> tuple[Any, Any]:
 
 
 def _curve(curve: NurbsCurve, dimension: int = 3) -> Any:
-    """A Geom_BSplineCurve, or a Geom2d_BSplineCurve of a p-curve, whose third coordinate is 0."""
+    """Return a Geom_BSplineCurve, or a Geom2d_BSplineCurve of a p-curve (third coordinate 0)."""
     from OCP.collections import Array1_double, Array1_gp_Pnt, Array1_gp_Pnt2d
     from OCP.Geom import Geom_BSplineCurve
     from OCP.Geom2d import Geom2d_BSplineCurve
@@ -247,7 +247,7 @@ def _curve(curve: NurbsCurve, dimension: int = 3) -> Any:
 
 
 def _surface(patch: NurbsSurface) -> Any:
-    """A Geom_BSplineSurface."""
+    """Return a Geom_BSplineSurface."""
     from OCP.collections import Array2_double, Array2_gp_Pnt
     from OCP.Geom import Geom_BSplineSurface
     from OCP.gp import gp_Pnt

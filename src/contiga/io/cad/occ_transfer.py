@@ -1,4 +1,4 @@
-"""STEP and IGES files into OpenCASCADE: shapes with their names and colours, and what unit says."""
+"""Transfer of STEP and IGES files into OpenCASCADE: shapes, names, colours and the unit."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ _UNCERTAINTY = re.compile(
 _IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 5: "mile", 6: "m", 7: "km", 8: "thou", 9: "um"}
 _IGES_UNITS |= {10: "cm", 11: "microinch"}
 _NOT_WANTED = ("Layer", "GDT", "Mat", "Props", "View", "SHUO", "Meta", "ProductMeta")
-"""Modes of a STEP reader: tolerances, materials and views cost time and say nothing here."""
+"""Modes of a STEP reader that are switched off: they take time and are not used here."""
 
 
 class Transferred(NamedTuple):
-    """What OpenCASCADE made of a file."""
+    """The result of OpenCASCADE's transfer."""
 
     pieces: list[Piece]
     unit: str | None
     """Length unit the file states, None if it states none."""
     accuracy: float
-    """How near points must be to be one, as the file states it, its unit; 0 if it states none."""
+    """Distance of equal points according to the file, in its unit; 0 if it states none."""
 
 
 def transferred(path: Path) -> Transferred:
-    """The pieces of a STEP or IGES file, in millimetres.
+    """Return the pieces of a STEP or IGES file, in millimetres.
 
     Raises
     ------
@@ -101,6 +101,6 @@ def _transfer_iges(path: Path) -> Transferred:
 
 
 def _uncertainty(path: Path) -> float:
-    """The largest uncertainty of lengths a STEP file states."""
+    """Return the largest uncertainty of lengths in a STEP file."""
     values = _UNCERTAINTY.findall(path.read_bytes())
     return max((float(number) for number in values), default=0.0)

@@ -1,4 +1,4 @@
-"""Parts and faces of a CAD file: what they are called, and choosing some by name or number.
+"""Parts and faces of a CAD file: their labels, and selection by name or number.
 
 A part is a solid, a shell that bounds none, or faces that hang together. Parts and faces are
 numbered from 1 in the order of the file.
@@ -20,68 +20,68 @@ if TYPE_CHECKING:
 
 
 Solids = Literal["union", "separate", "refuse"]
-"""What becomes of solids of a file that touch or overlap."""
+"""Treatment of solids of a file that touch or overlap."""
 
 
 class FaceLabel(NamedTuple):
-    """What a file says of a face."""
+    """Label of a face in the file."""
 
     number: int
-    """From 1, in the file's order."""
+    """Number of the face, from 1, in the file's order."""
     kind: str
-    """Its surface: "plane", "cylinder", "B-spline" …"""
+    """Type of its surface: "plane", "cylinder", "B-spline" …"""
     name: str | None = None
     colour: str | None = None
-    """"#rrggbb"."""
+    """Colour "#rrggbb"."""
 
 
 class PartLabel(NamedTuple):
-    """What a file says of a part."""
+    """Label of a part in the file."""
 
     number: int
-    """From 1, in the file's order."""
+    """Number of the part, from 1, in the file's order."""
     kind: str
     """"solid", "shell" or "faces"."""
     faces: tuple[FaceLabel, ...]
-    """In the file's order."""
+    """Its faces in the file's order."""
     name: str | None = None
     """Its own name, or that of its product."""
     place: tuple[str, ...] = ()
-    """Names of the instances on the way to it, from the outermost assembly in."""
+    """Names of its instances, from the outermost assembly in."""
     others: tuple[str, ...] = ()
-    """What it answers to besides: products of the assemblies it stands in."""
+    """Other names that select it: products of its assemblies."""
     colour: str | None = None
-    """"#rrggbb"."""
+    """Colour "#rrggbb"."""
 
     @property
     def answers(self) -> list[str]:
-        """All names that choose it; the way to it may be cut short from the left."""
+        """Return all names that select it; its path may be shortened from the left."""
         ways = ["/".join(self.place[k:]) for k in range(len(self.place))]
         names = [] if self.name is None else [self.name]
         return list(dict.fromkeys([*names, *ways, *self.place, *self.others]))
 
     @property
     def title(self) -> str:
-        """What to call it: its name and where it stands, or its number."""
+        """Return its title: its name and place, or its number."""
         return titled(self.name, "/".join(self.place)) or f"part {self.number}"
 
 
 def titled(name: str | None, place: str) -> str:
-    """A part by its name and where it stands: "bolt (left arm/bolt 2)"."""
+    """Return the title of a part by name and place: "bolt (left arm/bolt 2)"."""
     if name is None or place in ("", name):
         return name or place
     return f"{name} ({place})"
 
 
 class Choice(NamedTuple):
-    """Parts and single faces that are wanted; both None for all there is."""
+    """Selected parts and single faces; both None for everything."""
 
     parts: tuple[str | int, ...] | None = None
     faces: tuple[int, ...] | None = None
 
     @property
     def everything(self) -> bool:
-        """Whether all of the file is wanted."""
+        """Whether all of the file is selected."""
         return self.parts is None and self.faces is None
 
 
@@ -89,7 +89,7 @@ ALL = Choice()
 
 
 def checked_solids(solids: Solids | None) -> Solids | None:
-    """`solids`, if it is None or one of `Solids`.
+    """Return `solids` if it is None or one of `Solids`; else raise an error.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def checked_solids(solids: Solids | None) -> Solids | None:
 
 
 def choice_of(parts: PartKeys | None, faces: int | Iterable[int] | None) -> Choice:
-    """What is asked for, checked as far as it can be without the file.
+    """Return the selection, checked as far as possible without the file.
 
     Raises
     ------
@@ -148,21 +148,21 @@ def _number(number: Any, what: str) -> int:
 
 
 class Inventory(NamedTuple):
-    """What a reader hands back of a file that is to be listed."""
+    """The inventory of a file as its reader returns it."""
 
     body: Body
     """All of it."""
     numbers: list[int]
-    """Which face of the file each patch of `body` is."""
+    """Number of the face in the file for each patch of `body`."""
     parts: list[PartLabel]
     apart: dict[int, Body]
-    """By number the parts that share faces or edges with others, as they are alone."""
+    """Parts that share faces or edges with others, alone, by number."""
     said: str = ""
-    """Of solids that touch or overlap, "" if none do."""
+    """Message about solids that touch or overlap, "" if none do."""
 
 
 def chosen_faces(parts: Sequence[PartLabel], choice: Choice, where: str) -> set[int]:
-    """Numbers of the faces of the parts chosen, and of the faces chosen beside them.
+    """Return the numbers of the faces of the selected parts, and of single selected faces.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""`read_cad`: a CAD file becomes a `Body`."""
+"""`read_cad`: read a CAD file as a `Body`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ _BODY = "contiga.masters.body"
 FARTHEST = 1e100
 """Largest coordinate that is read."""
 SPLINE = 3
-"""Degree from which faces are looked at as they are read: those below are arcs and lines."""
+"""Smallest degree of faces that are checked for self-intersection: lower ones are arcs and lines.
+"""
 
 
 def read_cad(
@@ -89,7 +90,7 @@ def read_cad(
 
 
 def reader_of(file: Path, verb: str, file_unit: str | None, unit: str | None) -> str:
-    """What `read_apart` is to call for a file, which is there and of a format that can be read.
+    """Return the target of `read_in_worker` for an existing file of a known format.
 
     `verb` says which function of the reader: "read" makes a `Body`, "list" an `Inventory`.
 
@@ -109,7 +110,7 @@ def reader_of(file: Path, verb: str, file_unit: str | None, unit: str | None) ->
 
 
 def check_body(body: Body, file: Path) -> None:
-    """Refuse what cannot be computed with.
+    """Refuse bodies that cannot be computed with.
 
     Raises
     ------
@@ -121,7 +122,7 @@ def check_body(body: Body, file: Path) -> None:
 
 
 def check_joints(body: Body, file: Path, solids: Solids | None = None) -> None:
-    """Warn of slits in and between pieces, and refuse pieces that meet if asked to.
+    """Warn of slits in and between pieces; refuse pieces that meet if asked to.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Faces held against the render meshes that a 3DM file stores of them.
+"""Faces compared with the render meshes that a 3DM file stores of them.
 
 A render mesh is rough, but the program that wrote the file made it from the face it meant: areas
 tell a face that is cut along the wrong border, and vertices, which lie on the face, where.
@@ -18,30 +18,30 @@ from contiga.masters.body import Body
 from contiga.records import FloatArray, IntArray
 
 SAMPLES = 100
-"""Vertices of each face that are looked at."""
+"""Vertices of each face that are compared."""
 ALONG = 65
-"""Points of a p-curve its border is told by."""
+"""Points of a p-curve in a border."""
 AREA = 0.1
-"""Share by which areas may differ: what flat facets take from a curved face, and some more."""
+"""Largest relative difference of areas; flat facets have less area than a curved face."""
 DISTANCE = 0.01
-"""Share of a face that its vertices may be off it."""
+"""Largest distance of vertices from a face, over its size."""
 
 
 class RenderMesh(NamedTuple):
-    """What a file draws a face as."""
+    """The stored render mesh of a face."""
 
     vertices: FloatArray
     triangles: IntArray
 
     @property
     def area(self) -> float:
-        """Of its triangles."""
+        """Return the area of its triangles."""
         a, b, c = (self.vertices[self.triangles[:, k]] for k in range(3))
         return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
 
 def render_mesh(face: Any) -> RenderMesh | None:
-    """The stored render mesh of a rhino3dm.BrepFace; None where there is none."""
+    """Return the stored render mesh of a rhino3dm.BrepFace; None if there is none."""
     import rhino3dm
 
     mesh = face.GetMesh(rhino3dm.MeshType.Render)
@@ -54,7 +54,7 @@ def render_mesh(face: Any) -> RenderMesh | None:
 
 
 def doubts(body: Body, meshes: list[RenderMesh | None]) -> Iterator[tuple[int, str]]:
-    """Patches of `body` that are not what their render mesh shows, and what differs."""
+    """Yield the patches of `body` that differ from their render mesh, and the difference."""
     if not any(meshes):
         return
     areas = patch_areas(body, 1e-3)
@@ -73,7 +73,7 @@ def doubts(body: Body, meshes: list[RenderMesh | None]) -> Iterator[tuple[int, s
 
 
 def _farthest(body: Body, k: int, mesh: RenderMesh) -> float:
-    """How far some of the vertices are from patch `k`, trims obeyed, at most."""
+    """Return the largest distance of some of the vertices from patch `k` with its trims."""
     used = np.unique(mesh.triangles)
     used = used[np.linspace(0, len(used) - 1, min(SAMPLES, len(used))).astype(int)]
     points = mesh.vertices[used]
@@ -92,7 +92,7 @@ def _farthest(body: Body, k: int, mesh: RenderMesh) -> float:
 
 
 def to_polyline(points: FloatArray, corners: FloatArray) -> FloatArray:
-    """(n,) distances of points (n, 3) to a chain of lines (m, 3)."""
+    """Return the distances (n,) of points (n, 3) from a chain of lines (m, 3)."""
     start, along = corners[:-1], np.diff(corners, axis=0)
     way = points[:, None] - start
     square = np.maximum(np.einsum("mi,mi->m", along, along), 1e-300)

@@ -56,7 +56,7 @@ _Made = TypeVar("_Made")
 
 
 class _Item(NamedTuple):
-    """An object with faces, where it stands."""
+    """An object with faces, at its place."""
 
     label: PartLabel
     geometry: Any
@@ -77,7 +77,7 @@ def read_rhino(
     choice: Choice = ALL,
     solids: Solids | None = None,
 ) -> Body:
-    """The faces of a 3DM file as one body; see `contiga.io.cad.read_cad.read_cad`.
+    """Return the faces of a 3DM file as one body; see `contiga.io.cad.read_cad.read_cad`.
 
     Raises
     ------
@@ -93,12 +93,12 @@ def read_rhino(
 def list_rhino(
     path: Path, file_unit: str | None, unit: str | None, solids: Solids | None = None
 ) -> Inventory:
-    """All of a 3DM file with what it says of its objects."""
+    """Return the inventory of a 3DM file."""
     return _Model(path, file_unit, unit).inventory(ALL, solids)
 
 
 class _Model:
-    """A file as rhino3dm has it, to be converted whole or in part."""
+    """A file of rhino3dm, to be converted whole or in part."""
 
     def __init__(self, path: Path, file_unit: str | None, unit: str | None) -> None:
         import rhino3dm
@@ -120,7 +120,7 @@ class _Model:
         self._items = _items(model, path)
 
     def inventory(self, choice: Choice, solids: Solids | None) -> Inventory:
-        """What is chosen as a body, objects that meet dealt with as asked for."""
+        """Return the selection as a body; objects that meet are treated as requested."""
         labels = [item.label for item in self._items]
         chosen = chosen_faces(labels, choice, str(self._path))
         alone: dict[int, Body] = {}
@@ -155,7 +155,7 @@ class _Model:
         return Inventory(union.body, origin, labels, apart, union.said)
 
     def _body(self, item: _Item, wanted: list[bool]) -> tuple[Body | None, list[int]]:
-        """The faces wanted of an object, unplaced, and which of them have an extent."""
+        """Return the wanted faces of an object, unplaced, and the numbers of those with area."""
         import rhino3dm
 
         if isinstance(item.geometry, rhino3dm.NurbsSurface):
@@ -170,7 +170,7 @@ class _Model:
 
 
 def _items(model: Any, path: Path) -> list[_Item]:
-    """Objects with faces; instances are followed into their definitions."""
+    """Return the objects with faces; instances are resolved to their definitions."""
     by_id = {str(item.Attributes.Id): item for item in model.Objects}
     items: list[_Item] = []
     left_out: set[str] = set()
@@ -200,7 +200,7 @@ def _items(model: Any, path: Path) -> list[_Item]:
 
 
 def _faced(geometry: Any) -> Any:
-    """A Brep or a NurbsSurface of an object; None if it has no faces."""
+    """Return a Brep or a NurbsSurface of an object; None if it has no faces."""
     import rhino3dm
 
     if isinstance(geometry, rhino3dm.Extrusion):
@@ -213,7 +213,7 @@ def _faced(geometry: Any) -> Any:
 def _label(
     model: Any, item: Any, shape: Any, place: tuple[str, ...], before: list[_Item]
 ) -> PartLabel:
-    """What the file says of an object: its name, or its layer, and what it answers to besides."""
+    """Return the label of an object: its name or layer, and other names that select it."""
     import rhino3dm
 
     said = item.Attributes
@@ -234,7 +234,7 @@ def _label(
 
 
 def surface_from(surface: Any) -> NurbsSurface:
-    """A rhino3dm.NurbsSurface. Its knots lack the first and the last, its points are (wx, …, w)."""
+    """Return a rhino3dm.NurbsSurface; it lacks the end knots, and its points are (wx, …, w)."""
     points = surface.Points
     n, m = points.CountU, points.CountV
     net = np.empty((n, m, 4))
@@ -249,7 +249,7 @@ def surface_from(surface: Any) -> NurbsSurface:
 
 
 def curve_from(curve: Any) -> NurbsCurve:
-    """A rhino3dm.NurbsCurve."""
+    """Return a rhino3dm.NurbsCurve."""
     net = np.array(
         [(p.X, p.Y, p.Z, p.W) for p in (curve.Points[i] for i in range(len(curve.Points)))]
     )
@@ -291,7 +291,7 @@ def _brep(
 
 
 def _named(name: str, made: Callable[[Any], _Made], geometry: Any) -> _Made:
-    """What `made` makes of a curve or surface; what is wrong with it is told by its name."""
+    """Return what `made` makes of a curve or surface; errors name it."""
     try:
         return made(geometry)
     except GeometryError as error:
@@ -306,7 +306,7 @@ def _trims(loop: Any) -> list[Trim]:
 def _natural_sides(
     surface: NurbsSurface, trims: list[list[Trim]], curves: list[NurbsCurve], tolerance: float
 ) -> tuple[Loop, Sides] | None:
-    """The four sides as a loop if the trims are just those, else None."""
+    """Return the four sides as a loop if the trims are just those, else None."""
     if len(trims) != 1 or len(trims[0]) != 4:
         return None
     size = float(np.ptp(surface.bounds(), axis=0).max())

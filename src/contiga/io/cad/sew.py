@@ -1,4 +1,4 @@
-"""Faces that a file gives one by one: which of their edges are one edge, and which way they face.
+"""Faces that a file gives one by one: their common edges and their orientation.
 
 IGES has no topology, and STEP files may hold loose faces. OpenCASCADE's sewing finds the edges
 that coincide; surfaces and p-curves stay as the file has them, only edges are given one number.
@@ -18,9 +18,9 @@ from contiga.geometry.joints import Joint, turned_faces
 from contiga.records import FloatArray
 
 COINCIDENT = 1e-6
-"""Edges farther apart than this share of the whole size stay two."""
+"""Edges farther apart than this share of the whole size stay separate."""
 CUT_OFF = 1e-3
-"""Shares of an edge that are cut off its end make it no other edge."""
+"""Largest shares of an edge cut off its ends that still leave the same edge."""
 TANGENT = 0.05
 """Edges that coincide over less than this share of the shorter one touch, but are not the same."""
 FINEST = 1e-7
@@ -28,7 +28,7 @@ FINEST = 1e-7
 
 
 class Sewn:
-    """Numbers the edges of a shape, those that coincide alike, and says which faces must turn.
+    """Numbering of the edges of a shape, with coinciding edges alike, and faces to be reversed.
 
     Parameters
     ----------
@@ -48,12 +48,12 @@ class Sewn:
             self._turn(shape, sewing)
 
     def add(self, edge: Any) -> tuple[int, bool]:
-        """Number of a TopoDS_Edge, and whether that edge runs against the one of the number."""
+        """Return the number of a TopoDS_Edge, and whether it runs against that number's edge."""
         number = self._number(edge)
         return self._leader.get(number, (number, False))
 
     def edge(self, number: int) -> Any:
-        """The TopoDS_Edge of a number."""
+        """Return the TopoDS_Edge of a number."""
         from OCP.TopoDS import TopoDS
 
         return TopoDS.Edge(self._known.FindKey(number))
@@ -63,11 +63,11 @@ class Sewn:
         return self._number(face) in self._turned
 
     def _number(self, shape: Any) -> int:
-        """The same for a shape and its reverse in the same place."""
+        """Return a number that is equal for a shape and its reverse in the same place."""
         return int(self._known.Add(shape))
 
     def _has_loose_edges(self, shape: Any) -> bool:
-        """Whether several faces have edges of their own: then some may be one, given twice."""
+        """Whether several faces have edges of their own, which may be one edge given twice."""
         from OCP.BRep import BRep_Tool
         from OCP.TopoDS import TopoDS
 
@@ -79,7 +79,7 @@ class Sewn:
         return 1 in uses.values()
 
     def _lead(self, shape: Any, sewing: Any) -> None:
-        """Find, for each edge that was joined, the one that stands for it.
+        """Find, for each joined edge, the edge that represents it.
 
         An edge that meets several edges one after the other is cut by the sewing; here it stays
         whole and shares its number with all of them. Whichever of them the file has first, the
@@ -120,7 +120,7 @@ class Sewn:
                 self._crown(group, pieces)
 
     def _crown(self, group: list[int], pieces: dict[int, dict[int, Any]]) -> None:
-        """Give the edges of a group, which are joined, to one that runs along all of them."""
+        """Make one edge that runs along a group of joined edges represent them."""
         every = {number: part for one in group for number, part in pieces[one].items()}
         length = {number: _length(part) for number, part in every.items()}
         along = {one: sum(length[number] for number in pieces[one]) for one in group}
@@ -138,7 +138,7 @@ class Sewn:
             self._leader[one] = leader, self._leader[one][1] != against
 
     def _root(self, edge: int) -> tuple[int, bool]:
-        """The edge at the end of the chain of leaders, and whether `edge` runs against it."""
+        """Return the representative of an edge, and whether the edge runs against it."""
         against = False
         while self._leader[edge][0] != edge:
             edge, turned = self._leader[edge]
@@ -250,7 +250,7 @@ def _holds(solid: Any, other: Any) -> bool:
 
 
 def box_of(shape: Any) -> FloatArray:
-    """(2, 3) corners of the box around a shape."""
+    """Return the corners (2, 3) of the box around a shape."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
 
@@ -269,7 +269,7 @@ def _length(edge: Any) -> float:
 
 
 def _whole(parts: list[Any]) -> Any | None:
-    """One edge that runs along edges which meet end to end; None if they do not."""
+    """Return one edge along edges that meet end to end; None if they do not."""
     from OCP.BRep import BRep_Builder, BRep_Tool
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
     from OCP.Geom import Geom_TrimmedCurve
@@ -297,7 +297,7 @@ def _whole(parts: list[Any]) -> Any | None:
 
 
 def _same_way(edge: Any, whole: Any) -> bool:
-    """Whether an edge runs as another does, which it lies on."""
+    """Whether an edge runs in the direction of another edge that it lies on."""
     from OCP.BRep import BRep_Tool
     from OCP.GeomAPI import GeomAPI_ProjectPointOnCurve
     from OCP.gp import gp_Pnt, gp_Vec
@@ -313,7 +313,7 @@ def _same_way(edge: Any, whole: Any) -> bool:
 
 
 def subshapes(shape: Any, kind: str) -> list[Any]:
-    """What a shape has of a kind ("SOLID", "SHELL", "FACE", "EDGE"), in its order."""
+    """Return the subshapes of a kind ("SOLID", "SHELL", "FACE", "EDGE"), in order."""
     from OCP.TopAbs import TopAbs_ShapeEnum
     from OCP.TopExp import TopExp_Explorer
 
@@ -326,7 +326,7 @@ def subshapes(shape: Any, kind: str) -> list[Any]:
 
 
 def members(shape: Any) -> Iterator[Any]:
-    """What a shape is made of itself, in its order: edges of a wire, wires of a face."""
+    """Yield the direct members of a shape, in order: edges of a wire, wires of a face."""
     from OCP.TopoDS import TopoDS_Iterator
 
     iterator = TopoDS_Iterator(shape)

@@ -1,4 +1,4 @@
-"""Cuts of a body by a plane, by OpenCASCADE: parts of closed pieces are closed by a flat face."""
+"""Cuts of a body by a plane with OpenCASCADE: a flat face closes parts of closed pieces."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from contiga.records import FloatArray
 
 
 def split(body: Body, plane: tuple[ArrayLike, ArrayLike]) -> tuple[Body, Body]:
-    """Cut a body by a plane (point, normal), as `Body.split` says."""
+    """Cut a body by a plane (point, normal); see `Body.split`."""
     point, normal = _checked(plane)
     require("splitting a body by a plane", "OCP")
     scale = scale_of(body)
@@ -46,7 +46,7 @@ def split(body: Body, plane: tuple[ArrayLike, ArrayLike]) -> tuple[Body, Body]:
 
 
 def _checked(plane: Any) -> tuple[FloatArray, FloatArray]:
-    """Point and unit normal."""
+    """Return point and unit normal."""
     try:
         point, normal = (np.asarray(real(part, "plane"), np.float64) for part in plane)
     except (TypeError, ValueError):

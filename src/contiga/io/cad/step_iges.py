@@ -44,10 +44,9 @@ from contiga.masters.body import Body
 from contiga.records import FloatArray
 
 OCC_UNIT = "mm"
-"""OpenCASCADE brings every file to millimetres."""
+"""OpenCASCADE converts every file to millimetres."""
 ROUNDED = 1e-11
-"""Share of a face within which its bounds are the surface's own: OpenCASCADE rounds them more than
-float64 would."""
+"""Rounding of bounds by OpenCASCADE, as a share of a face; it is coarser than that of float64."""
 
 
 class RawFace(NamedTuple):
@@ -82,7 +81,7 @@ def read_step_iges(
     choice: Choice = ALL,
     solids: Solids | None = None,
 ) -> Body:
-    """The faces of a STEP or IGES file as a body in `unit`; see `io.cad.read_cad`."""
+    """Return the faces of a STEP or IGES file as a body in `unit`; see `io.cad.read_cad`."""
     with occ.quiet():
         return _Model(path, file_unit, unit, solids).body(choice)
 
@@ -90,13 +89,13 @@ def read_step_iges(
 def list_step_iges(
     path: Path, file_unit: str | None, unit: str | None, solids: Solids | None = None
 ) -> Inventory:
-    """All of a STEP or IGES file with what it says of its parts."""
+    """Return the inventory of a STEP or IGES file."""
     with occ.quiet():
         return _Model(path, file_unit, unit, solids).inventory()
 
 
 class _Model:
-    """A file as OpenCASCADE has it, to be converted whole or in part."""
+    """A file of OpenCASCADE, to be converted whole or in part."""
 
     def __init__(
         self, path: Path, file_unit: str | None, unit: str | None, solids: Solids | None
@@ -115,7 +114,7 @@ class _Model:
         self._parts = labelled(transfer.pieces, self._sewn)
 
     def body(self, choice: Choice) -> Body:
-        """What is chosen, as if the file had nothing else."""
+        """Return the selection, as if the file had nothing else."""
         placed, said = self._placed(choice)
         if said:
             warn(f"{self._path}: solids {said}")
@@ -123,7 +122,7 @@ class _Model:
         return body
 
     def inventory(self) -> Inventory:
-        """Everything, and parts that share faces or edges with others apart, too."""
+        """Return everything, and the parts that share faces or edges with others alone, too."""
         placed, said = self._placed(ALL)
         body, numbers, assembly = self._gathered(placed)
         owner = {face.number: part.number for part in self._parts for face in part.faces}
@@ -133,7 +132,10 @@ class _Model:
         return Inventory(body, numbers, self._parts, apart, said)
 
     def _placed(self, choice: Choice) -> tuple[Placed, str]:
-        """The faces chosen, solids that meet dealt with as asked for, and what is said of them."""
+        """Return the selected faces and a message about solids that meet.
+
+        Those are treated as requested.
+        """
         chosen = chosen_faces(self._parts, choice, str(self._path))
         placed = placed_of(self._pieces, chosen, self._accuracy, self._solids)
         texts = [
@@ -148,7 +150,7 @@ class _Model:
         return [part for part in self._parts if part.faces[0].number in wanted]
 
     def _gathered(self, placed: Placed) -> tuple[Body, list[int], Assembly]:
-        """The faces as a body, the number in the file of each patch, and what it is made by."""
+        """Return the faces as a body, the number in the file of each patch, and the assembly."""
         whole = len(placed.faces) == sum(len(piece.faces) for piece in self._pieces)
         sewn = self._sewn if whole and not placed.meetings else Sewn(placed.shape)
         assembly = Assembly(str(self._path))
@@ -163,7 +165,7 @@ class _Model:
 def gather(
     assembly: Assembly, faces: Sequence[Numbered], sewn: Sewn, scale: float, where: str
 ) -> list[int]:
-    """Add faces, turned as they were sewn; the number of each that has an extent."""
+    """Add faces, oriented by sewing; return the numbers of those with area."""
     from OCP.TopoDS import TopoDS
 
     return [
@@ -180,12 +182,12 @@ def gather(
 
 
 def _product(a: float, b: float) -> float:
-    """a · b to the 15 digits that units are known to: 0.001 · 1000 is 1."""
+    """Return a · b rounded to 15 digits, the accuracy of units: 0.001 · 1000 is 1."""
     return float(f"{a * b:.15g}")
 
 
 def edge_of(sewn: Sewn, scale: float, accuracy: float, number: int) -> Edge | None:
-    """Curve and tolerances of an edge by its number; None where it has no curve in space."""
+    """Return curve and tolerances of an edge by its number; None without a curve in space."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepLib import BRepLib
     from OCP.TopoDS import TopoDS
@@ -205,7 +207,7 @@ def edge_of(sewn: Sewn, scale: float, accuracy: float, number: int) -> Edge | No
 
 
 def add_face(assembly: Assembly, face: Any, edges: Sewn, scale: float, where: str) -> bool:
-    """Convert a TopoDS_Face and add it, if it has an extent; `edges` numbers its edges."""
+    """Convert a TopoDS_Face and add it if it has an area; `edges` numbers its edges."""
     raw = _raw_face(face, edges)
     if raw is None or _is_thin(raw):
         warn(f"{where}: a face without extent was left out")
@@ -244,7 +246,7 @@ def _is_thin(raw: RawFace) -> bool:
 
 
 def _closed(raw: RawFace, where: str) -> bool:
-    """Whether the loops close; a face whose loops do not is kept whole, with a warning."""
+    """Whether the loops close; a face with an open loop is kept whole, with a warning."""
     size = float(np.linalg.norm((raw.box[1] - raw.box[0]) * raw.speed))
     worst = max((_open_by(loop, raw.surface) for loop in raw.loops), default=0.0)
     if worst > OPEN * size:
@@ -257,7 +259,7 @@ def _closed(raw: RawFace, where: str) -> bool:
 
 
 def _open_by(loop: Loop, surface: Any) -> float:
-    """Largest gap of a loop in space: none at a pole, however far apart in (u, v)."""
+    """Return the largest gap of a loop in space; poles are no gaps."""
     worst = 0.0
     for pcurve, gap in zip(loop, gaps(loop), strict=True):
         if gap.any():
@@ -268,7 +270,7 @@ def _open_by(loop: Loop, surface: Any) -> float:
 
 
 def _mapped_sides(sides: Sides, patch: occ.Patch) -> Sides:
-    """Intervals along the sides in the patch's own parameters."""
+    """Return the intervals along the sides in the patch's own parameters."""
     spans = []
     for side, (low, high) in zip(sides.side, sides.span, strict=True):
         axis = 1 - side // 2
@@ -279,7 +281,7 @@ def _mapped_sides(sides: Sides, patch: occ.Patch) -> Sides:
 
 
 def _raw_face(face: Any, edges: Sewn) -> RawFace | None:
-    """Surface, ordered loops and bounds of a face; None if it has no extent."""
+    """Return surface, ordered loops and bounds of a face; None without area."""
     from OCP.BRep import BRep_Tool
     from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
     from OCP.TopoDS import TopoDS
@@ -305,7 +307,10 @@ def _raw_face(face: Any, edges: Sewn) -> RawFace | None:
 
 
 def _box(surface: Any, loops: list[Loop], periods: FloatArray) -> FloatArray:
-    """(2, 2) parameter bounds of the loops, within the surface's own; of the surface if none."""
+    """Return the parameter bounds (2, 2) of the loops, or of the surface without loops.
+
+    They lie within the surface's own.
+    """
     u0, u1, v0, v1 = surface.Bounds()
     natural = np.array([[u0, v0], [u1, v1]])
     natural[np.abs(natural) > 1e99] = np.inf
@@ -326,13 +331,13 @@ def _box(surface: Any, loops: list[Loop], periods: FloatArray) -> FloatArray:
 
 
 def _pcurves(wire: Any, face: Any, edges: Sewn) -> Loop:
-    """The p-curves of a wire in its order, each running the wire's way."""
+    """Return the p-curves of a wire in order, each in the wire's direction."""
     pcurves = [_pcurve(edge, face, edges) for edge in _wire_edges(wire, face)]
     return [pcurve for pcurve in pcurves if pcurve is not None]
 
 
 def _wire_edges(wire: Any, face: Any) -> list[Any]:
-    """Edges in order of connection, or as stored where the explorer cannot follow the wire."""
+    """Return edges in order of connection, or as stored if the explorer cannot follow the wire."""
     from OCP.BRepTools import BRepTools_WireExplorer
     from OCP.TopAbs import TopAbs_Orientation
     from OCP.TopoDS import TopoDS

@@ -1,4 +1,4 @@
-"""Shared edges of untrimmed patches, found from coinciding sides where a file names none."""
+"""Shared edges of untrimmed patches, found from coinciding sides if a file names none."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SAMPLES = 9
 
 
 def side_curve(surface: NurbsSurface, side: int) -> NurbsCurve:
-    """The natural side 0 … 3 = u0, u1, v0, v1 by its growing parameter."""
+    """Return the natural side 0 … 3 = u0, u1, v0, v1 by its growing parameter."""
     (u0, u1), (v0, v1) = surface.domain
     if side < 2:
         return surface.isocurve(u=(u0, u1)[side])
@@ -62,7 +62,7 @@ def coincident_sides(
 
 
 def _match(a: FloatArray, b: FloatArray, near: float) -> bool | None:
-    """False if two sampled sides are the same, True if one runs backwards, None if neither."""
+    """Compare two sampled sides: False if equal, True if reversed, None if different."""
     if np.abs(a - b).max() <= near:
         return False
     if np.abs(a - b[::-1]).max() <= near:

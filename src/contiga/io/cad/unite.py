@@ -1,4 +1,4 @@
-"""Solids of a file that touch or overlap: made one solid by OpenCASCADE, or told.
+"""Solids of a file that touch or overlap: united by OpenCASCADE, or reported.
 
 The search takes a closed surface that does not meet itself. Where solids meet, the walls that lie
 in another of them, and those they have in common, bound nothing: the union has none of them. Its
@@ -21,11 +21,11 @@ from contiga.io.cad.sew import COINCIDENT, FINEST, box_of, subshapes
 from contiga.records import FloatArray
 
 SAMPLES = 64
-"""Points, for each solid, whose side of the union is held against that of the solids."""
-MOST = 256
-"""Of such points in all."""
+"""Points of each solid whose side of the union is compared with that of the solids."""
+MAX_SAMPLES = 256
+"""Largest number of such points in all."""
 FULL = 1e-6
-"""Share by which the volume of a union may be larger than the solids' together."""
+"""Largest relative excess of the union's volume over the sum of the solids."""
 
 UNKNOWN = ", of which OpenCASCADE does not find out whether they touch or overlap"
 MADE_ONE, KEPT = '"union" makes one of them', '"separate" keeps them as they are'
@@ -34,42 +34,45 @@ Numbered = tuple[int, Any]
 
 
 class Meeting(NamedTuple):
-    """Solids of which each touches or overlaps another, or whose boxes do."""
+    """A group of solids that touch or overlap, or whose boxes do."""
 
     pieces: tuple[int, ...]
-    """Indices of them, ascending."""
+    """Their indices, ascending."""
     place: tuple[float, float, float]
-    """A point where some of them meet, or their boxes do, mm."""
+    """A point where some of them, or their boxes, meet, mm."""
     gap: float = 0.0
-    """How far two of them are apart there, mm."""
+    """Distance of two of them there, mm."""
 
     def at(self, scale: float) -> str:
-        """Where they meet, and the gap that is closed there if it is more than rounding; lengths
-        times `scale`."""
+        """Return the place of the meeting in words, lengths times `scale`.
+
+        A gap that is closed there is named if it is more than rounding.
+        """
         text = "at ({:.6g}, {:.6g}, {:.6g})".format(*(scale * c for c in self.place))
         return f"{text}, {scale * self.gap:.2g} apart" if self.gap > 0.5 * FINEST else text
 
 
 class Placed(NamedTuple):
-    """The faces of a body to be, and the shape whose topology says how they meet."""
+    """The faces of a future body, and the shape whose topology connects them."""
 
     shape: Any
     faces: list[Numbered]
-    """Number in the file, from 1, and TopoDS_Face; of a face that was cut up, several."""
+    """Numbers in the file, from 1, and TopoDS_Face; several for a face that was cut up."""
     meetings: list[Meeting]
     known: bool
-    """Whether solids of `meetings` do meet: else that is known of their boxes alone."""
+    """Whether solids of `meetings` are known to meet, and not only their boxes."""
     embedded: bool
     """Whether no two solids meet any more."""
     solids_only: bool
-    """Whether there is nothing beside whole solids."""
+    """Whether there are whole solids alone."""
 
 
 def placed_of(
     pieces: Sequence[Piece], chosen: Container[int], accuracy: float, solids: Solids | None
 ) -> Placed:
-    """The faces with the numbers `chosen`; of "union", or None, solids that are chosen whole and
-    meet are united.
+    """Return the faces with the numbers `chosen`.
+
+    With `solids` "union", or None, solids that are chosen whole and meet are united.
 
     Solids meet where they overlap or come nearer than `accuracy`, mm, which those can whose boxes
     do. For "refuse" it is only told where they meet; for "separate", where that is not looked
@@ -112,7 +115,9 @@ def placed_of(
 
 
 def said_of(placed: Placed, texts: Sequence[str], solids: Solids | None, where: str) -> str:
-    """What is to be said of solids that meet, "" if none do; `told` of which and where.
+    """Return the message about solids that meet, "" if none do.
+
+    `texts` name the solids and places.
 
     Raises
     ------
@@ -143,7 +148,7 @@ def said_of(placed: Placed, texts: Sequence[str], solids: Solids | None, where: 
 
 
 def kept_apart(texts: Sequence[str]) -> str:
-    """What is to be said of solids whose boxes meet and that are left alone."""
+    """Return the message about solids whose boxes meet and that stay separate."""
     return f"whose boxes meet are kept as they are: {'; '.join(texts)}. Body.flaws says which touch"
 
 
@@ -152,7 +157,7 @@ def _flat(lists: Sequence[Sequence[Any]]) -> Iterator[Any]:
 
 
 class _Union:
-    """The union of solids, and which of them are changed in it.
+    """The union of solids, and the solids that it changes.
 
     Parameters
     ----------
@@ -185,15 +190,15 @@ class _Union:
         self.groups: list[list[int]] = []
         """Pieces that touch or overlap one another."""
         self.met: list[int] = []
-        """All in groups."""
+        """All pieces in groups."""
         self.solids: list[Any] = []
-        """What they make."""
+        """Solids that the groups make."""
         self.done = bool(fuse.IsDone())
         if self.done:
             self._look()
 
     def _look(self) -> None:
-        """Which pieces make which solids of the union: those that make one together have met."""
+        """Assign pieces to solids of the union: those in one solid have met."""
         from OCP.TopoDS import TopoDS
 
         every = subshapes(self._fuse.Shape(), "SOLID")
@@ -214,12 +219,12 @@ class _Union:
         self.solids = [every[j] for j in several if j >= 0]
 
     def _images(self, face: Any) -> list[int]:
-        """Numbers of the faces of the union that are parts of a face."""
+        """Return the numbers of the faces of the union that are parts of a face."""
         parts = list(self._fuse.Modified(face)) or [face]
         return [number for part in parts if (number := int(self._known.FindIndex(part)))]
 
     def faces(self, rows: Sequence[Numbered]) -> list[Numbered]:
-        """What the union has of the faces of a solid; of those it has in common the first's."""
+        """Return the faces of a solid in the union; a common face belongs to the first solid."""
         pieces = []
         for number, face in rows:
             for image in self._images(face):
@@ -228,8 +233,10 @@ class _Union:
         return pieces
 
     def place(self, group: Sequence[int]) -> tuple[tuple[float, float, float], float]:
-        """The middle of an edge where faces of two meet, and how far these are apart there; of one
-        that is in another, its own."""
+        """Return the middle of an edge between faces of two solids, and their distance there.
+
+        A solid within another has a place of its own.
+        """
         owner: dict[int, int] = {}
         for k in group:
             for number in (n for face in self._pieces[k].faces for n in self._images(face)):
@@ -243,7 +250,7 @@ class _Union:
         return (x, y, z), 0.0
 
     def holds(self) -> bool:
-        """Whether the union is what it is to be: by its volume, and at points drawn by chance.
+        """Whether the union has the right volume, and the right side at random points.
 
         Every point within one of the solids is within the union, every other one outside.
         """
@@ -251,7 +258,7 @@ class _Union:
         before, after = [volume_of(shape) for shape in shapes], [volume_of(s) for s in self.solids]
         if not max(before) * (1.0 - FULL) <= sum(after) <= sum(before) * (1.0 + FULL):
             return False
-        count = min(SAMPLES, -(-MOST // len(self.met)))
+        count = min(SAMPLES, -(-MAX_SAMPLES // len(self.met)))
         shares = np.random.default_rng(0).random((len(self.met), count, 3))
         boxes = self._boxes[self.met]
         points = boxes[:, :1] + shares * np.ptp(boxes, axis=1)[:, None]
@@ -262,19 +269,19 @@ class _Union:
 
 
 def _holder(solids: Sequence[Any], shape: Any) -> int:
-    """Which of some solids holds a shape; −1 if none."""
+    """Return the index of the solid that contains a shape; −1 if there is none."""
     point = np.array([middle(subshapes(shape, "EDGE")[0])])
     return next((j for j, solid in enumerate(solids) if inside([solid], point)[0] != 0.0), -1)
 
 
 def _diagonal(boxes: Mapping[int, FloatArray]) -> float:
-    """Of the box around boxes; 0 of none."""
+    """Return the diagonal of the box around boxes; 0 without boxes."""
     corners = np.array(list(boxes.values())).reshape(-1, 3)
     return float(np.linalg.norm(np.ptp(corners, axis=0))) if len(corners) else 0.0
 
 
 def closed_within(boxes: Mapping[int, FloatArray], accuracy: float) -> float:
-    """Solids in these boxes that are nearer than this touch, mm.
+    """Return the distance up to which solids in these boxes touch, mm.
 
     That is the accuracy of the file, at most 1e-6 of the size of all, or 1e-6 of the size of the
     smallest: placements are written to so many decimals, and no clearance is so narrow.
@@ -284,7 +291,7 @@ def closed_within(boxes: Mapping[int, FloatArray], accuracy: float) -> float:
 
 
 def groups_near(boxes: Mapping[int, FloatArray], within: float) -> list[list[int]]:
-    """Groups of two or more boxes of which each meets one before it, or comes as near as this."""
+    """Return groups of two or more boxes, each within a distance of one before it."""
     keys, rows = list(boxes), np.array(list(boxes.values())).reshape(-1, 2, 3)
     left, groups = set(range(len(keys))), []
     while left:
@@ -302,14 +309,14 @@ def groups_near(boxes: Mapping[int, FloatArray], within: float) -> list[list[int
 
 
 def between(boxes: Mapping[int, FloatArray], group: Sequence[int]) -> tuple[float, float, float]:
-    """The middle of what the first two boxes of a group have in common."""
+    """Return the middle of the intersection of the first two boxes of a group."""
     (low, high), (other_low, other_high) = boxes[group[0]], boxes[group[1]]
     x, y, z = (0.5 * (np.maximum(low, other_low) + np.minimum(high, other_high))).tolist()
     return x, y, z
 
 
 def middle(edge: Any) -> tuple[float, float, float]:
-    """The middle of an edge."""
+    """Return the middle of an edge."""
     from OCP.BRepAdaptor import BRepAdaptor_Curve
     from OCP.TopoDS import TopoDS
 
@@ -319,7 +326,7 @@ def middle(edge: Any) -> tuple[float, float, float]:
 
 
 def _distance(shape: Any, point: tuple[float, float, float]) -> float:
-    """How far a point is from a shape."""
+    """Return the distance of a point from a shape."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
     from OCP.BRepExtrema import BRepExtrema_DistShapeShape
     from OCP.gp import gp_Pnt
@@ -329,7 +336,7 @@ def _distance(shape: Any, point: tuple[float, float, float]) -> float:
 
 
 def inside(shapes: Sequence[Any], points: FloatArray) -> FloatArray:
-    """(n,) 1 for points within one of the shapes, 0 outside all, NaN where one has it on a face."""
+    """Return 1 (n,) for points within one of the shapes, 0 outside all, NaN on a face."""
     from OCP.BRepClass3d import BRepClass3d_SolidClassifier
     from OCP.gp import gp_Pnt
     from OCP.TopAbs import TopAbs_State

@@ -1,4 +1,4 @@
-"""Closed pieces of a body that touch or overlap: made one, as the solids of a STEP file are.
+"""The union of closed pieces of a body that touch or overlap, as for solids of a STEP file.
 
 `contiga.io.cad.unite` unites solids of OpenCASCADE; here the pieces of a body of any source become
 such solids, and what is left of them patches of a body again.
@@ -39,22 +39,22 @@ from contiga.masters.body import Body
 from contiga.records import IndexArray
 
 SIZE = 4096.0
-"""About what a body is brought to for OpenCASCADE, whose tolerances are lengths."""
+"""Size to which a body is scaled for OpenCASCADE, whose tolerances are lengths."""
 
 Patches = tuple[int, ...]
 Describe = Callable[[Sequence[Patches]], str]
 
 
 class United(NamedTuple):
-    """A body whose closed pieces were looked at, and what became of them."""
+    """A body whose closed pieces were checked, and the changes."""
 
     body: Body
     origin: list[int]
-    """Which patch of the body before each patch is a part of."""
+    """Original patch of each patch."""
     met: list[list[Patches]]
-    """Patches, before, of pieces that touch or overlap one another."""
+    """Original patches of pieces that touch or overlap one another."""
     said: str
-    """Of them, "" if there are none."""
+    """Message about them, "" if there are none."""
 
 
 def unite(*bodies: Body) -> Body:
@@ -127,14 +127,16 @@ def united(
     accuracy: float = 0.0,
     describe: Describe = _by_patches,
 ) -> United:
-    """The body with those of its closed pieces made one that touch or overlap.
+    """Return the body with the union of those of its closed pieces that touch or overlap.
 
     Parameters
     ----------
-    pieces : patches of each
+    body : the body
+    pieces : patches of each closed piece
+    solids : treatment of pieces that meet, as for `read_cad`
     where : for messages
-    accuracy : pieces that come nearer than this touch, length
-    told : what to call some pieces, by their patches
+    accuracy : distance up to which pieces touch, length
+    describe : function from patches to the words for their pieces
 
     Raises
     ------
@@ -184,12 +186,12 @@ def _texts(
 
 
 def scale_of(body: Body) -> float:
-    """A power of two that brings a body to about the size that OpenCASCADE's tolerances fit."""
+    """Return a power of two that scales a body to the tolerances of OpenCASCADE."""
     return float(2.0 ** round(math.log2(SIZE / body.size)))
 
 
 def as_solids(body: Body, pieces: Sequence[Sequence[int]], scale: float) -> list[Solid]:
-    """The pieces that can be solids of OpenCASCADE, cavities cut out of what is around them."""
+    """Return the pieces that can be solids of OpenCASCADE, with their cavities."""
     outward: list[Solid] = []
     cavities: list[Solid] = []
     for patches in pieces:
@@ -209,7 +211,7 @@ def as_solids(body: Body, pieces: Sequence[Sequence[int]], scale: float) -> list
 def as_patches(
     faces: Sequence[Numbered], shape: Any, scale: float, where: str, unit: str | None
 ) -> tuple[Body, list[int]]:
-    """Faces of OpenCASCADE as a body, and the number of each."""
+    """Return faces of OpenCASCADE as a body, and the number of each."""
     assembly, sewn = Assembly(where), Sewn(shape)
     numbers = gather(assembly, faces, sewn, 1.0 / scale, f"{where}, patch")
     return assembly.body(where, partial(edge_of, sewn, 1.0 / scale, 0.0), unit), numbers

@@ -1,4 +1,4 @@
-"""p-curves drawn anew: where a surface's parameters change, and where a file gives edges only.
+"""Recomputed p-curves: for changed surface parameters, and for edges given in space alone.
 
 A circular arc of half-angle α as a rational quadratic over [k, k + h] passes the angle θ at
 ``k + h/2 · (1 + tan((θ − θm)/2) / tan(α/2))``, θm its middle (stereographic projection). Patches
@@ -25,11 +25,11 @@ from contiga.records import FloatArray
 
 DEGREE = 5
 APART = 1e-9
-"""Borders of pieces closer to each other than this share of the whole are one, told by rounding."""
+"""Distance up to which borders of pieces coincide, over the whole: rounding."""
 TOWARD = 1e-4
-"""Share of an edge from a pole at which parameters are taken to tell that at the pole."""
+"""Distance from a pole at which its parameter is read off, as a share of the edge."""
 ROUNDS = 8
-"""Secants by which a crossing of a knot is found (Illinois rule): far more than it takes."""
+"""Largest number of secants for a knot crossing (Illinois rule), more than are needed."""
 CHECKED = 65
 """Points of an edge that must lie on its surface."""
 TOLERANCE = 1e-10
@@ -43,7 +43,7 @@ class AngleMap:
         self.breaks = np.asarray(breaks, dtype=np.float64)
 
     def __call__(self, angle: FloatArray) -> FloatArray:
-        """Parameters for angles, which are clamped to the breaks' range."""
+        """Return parameters for angles, which are clamped to the range of the breaks."""
         x = np.clip(np.asarray(angle, dtype=np.float64), self.breaks[0], self.breaks[-1])
         k = np.clip(np.searchsorted(self.breaks, x, side="right") - 1, 0, len(self.breaks) - 2)
         low, half = self.breaks[k], 0.5 * (self.breaks[k + 1] - self.breaks[k])
@@ -51,7 +51,7 @@ class AngleMap:
 
 
 def identity(x: FloatArray) -> FloatArray:
-    """No change: the direction's parameter is the same in both forms."""
+    """Return the parameter unchanged: it is the same in both forms."""
     return np.asarray(x, dtype=np.float64)
 
 
@@ -59,7 +59,7 @@ Map = Callable[[FloatArray], FloatArray]
 
 
 def bent(curve: NurbsCurve, maps: tuple[Map, Map], span: FloatArray) -> NurbsCurve:
-    """`curve` in (u, v) under the two maps, to `TOLERANCE` · span.
+    """Return `curve` in (u, v) under the two maps, to `TOLERANCE` · span.
 
     Lines along u or v stay lines; anything else becomes a chain of quintic pieces, cut at the
     maps' breaks and halved until each fits.
@@ -90,7 +90,7 @@ def fitted(
     borders: FloatArray,
     allowed: Callable[[FloatArray], FloatArray],
 ) -> NurbsCurve:
-    """A chain of quintics through ``image(t)`` (k, 2), smooth between `borders`.
+    """Return a chain of quintics through ``image(t)`` (k, 2), smooth between `borders`.
 
     Pieces are halved until they miss by no more than ``allowed(uv)`` (k, 2) in between.
     """
@@ -117,7 +117,7 @@ def fitted(
 def on_edge(
     curve: NurbsCurve, edge: NurbsCurve, surface: NurbsSurface, tolerance: float
 ) -> NurbsCurve | None:
-    """The p-curve of `edge` on `surface`, from a rough one with the same parameters.
+    """Return the p-curve of `edge` on `surface`, from a rough one with the same parameters.
 
     Every point of the edge is projected by Gauss-Newton, which converges at once since edges lie
     on their surfaces. `curve` may go on over seams of a closed surface. None if a point stays
@@ -144,7 +144,10 @@ def on_edge(
 def _over_knots(
     image: Callable[[FloatArray], FloatArray], t: FloatArray, chart: Chart
 ) -> FloatArray:
-    """Where an image crosses knots of the surface, at which it is less smooth; `t` ascending."""
+    """Return where an image crosses knots of the surface, at which it is less smooth.
+
+    `t` is ascending.
+    """
     uv = image(t)
     crossings = []
     for axis, knots in enumerate(chart.surface.knots):
@@ -171,7 +174,7 @@ def _over_knots(
 
 
 def _image(curve: NurbsCurve, edge: NurbsCurve, chart: Chart) -> Callable[[FloatArray], FloatArray]:
-    """Parameters on the surface by those of the edge."""
+    """Return the map from the edge's parameters to those of the surface."""
     a, b = edge.domain
 
     def at(t: FloatArray) -> FloatArray:
@@ -192,7 +195,7 @@ def _image(curve: NurbsCurve, edge: NurbsCurve, chart: Chart) -> Callable[[Float
 
 
 def distinct(borders: FloatArray) -> FloatArray:
-    """`borders` in order, those that differ by rounding once; the first and the last stay."""
+    """Return `borders` in order, without repetitions up to rounding; the ends stay."""
     sorted_ = np.unique(borders)
     close = APART * (sorted_[-1] - sorted_[0])
     keep = np.diff(sorted_, prepend=-np.inf) > close
@@ -203,7 +206,7 @@ def distinct(borders: FloatArray) -> FloatArray:
 
 
 def _borders(curve: NurbsCurve, maps: tuple[Map, Map]) -> FloatArray:
-    """Parameters of `curve` at its own knots and where it crosses a break of a map."""
+    """Return the parameters of `curve` at its knots and where it crosses a break of a map."""
     bezier = extract_curve(curve)
     coefs = np.ascontiguousarray(bezier.coefs[..., [0, 1, 3]])
     degree = coefs.shape[1] - 1
@@ -243,7 +246,7 @@ def _quintics(
     parts: FloatArray,
     allowed: Callable[[FloatArray], FloatArray],
 ) -> tuple[FloatArray, np.ndarray]:
-    """Quintics (n, 6, 2) through the image of `parts` (n, 2), and which fit it in between (n,)."""
+    """Return quintics (n, 6, 2) through the image of `parts` (n, 2), and a mask (n,) of fits."""
     a, b = parts[:, :1], parts[:, 1:]
     t = np.clip(a + (b - a) * np.concatenate([_NODES, _CHECKS]), a, b)
     mapped = image(t.ravel()).reshape(*t.shape, 2)

@@ -45,7 +45,7 @@ _MAKERS: dict[str, Callable[[Keyword, Scope], None]] = {
 
 
 def read_abaqus(path: Path) -> RawMesh:
-    """Mesh of an input file, with the files it includes; groups by the names of its sets.
+    """Return the mesh of an input file with its included files; groups by the names of its sets.
 
     Raises
     ------
@@ -62,20 +62,20 @@ def read_abaqus(path: Path) -> RawMesh:
 
 
 class _Deck:
-    """A deck as far as it is read."""
+    """A deck as far as it has been read."""
 
     def __init__(self, path: Path) -> None:
         self.where = str(path)
         self.parts: dict[str, Scope] = {}
         self.instances: dict[str, Scope] = {"": Scope()}
-        """By name in lower case; "" is the deck, or the assembly, itself."""
+        """Instances by name in lower case; "" is the deck, or the assembly, itself."""
         self.names: dict[str, str] = {}
         self._scope = self.instances[""]
         self._instance: Keyword | None = None
         self._in_step = False
 
     def take(self, keyword: Keyword) -> None:
-        """Carry out a keyword."""
+        """Process a keyword."""
         name = keyword.name
         structure = {
             "PART": self._part,
@@ -129,7 +129,7 @@ class _Deck:
         self._scope, self._instance = self.instances[""], None
 
     def _set(self, keyword: Keyword) -> None:
-        """*NSET and *ELSET: numbers, ranges, other sets; given twice they add up."""
+        """Read *NSET and *ELSET: numbers, ranges, other sets; sets given twice add up."""
         nodes = keyword.name == "NSET"
         name = keyword.need(keyword.name)
         instance = keyword.options.get("INSTANCE", "").casefold()
@@ -150,7 +150,7 @@ class _Deck:
                     put(sets, name, self._labels(text, instance, nodes, line))
 
     def _labels(self, text: str, instance: str, nodes: bool, line: Line) -> Iterator[Label]:
-        """What a field of a set names: a number or a set, maybe of an instance."""
+        """Yield the labels that a field of a set names: a number or a set, maybe of an instance."""
         front, dot, rest = text.rpartition(".")
         if dot and front.casefold() in self.instances:
             instance, text = front.casefold(), rest
@@ -160,7 +160,7 @@ class _Deck:
             yield from self._named(text, instance, nodes, line.where)
 
     def _named(self, name: str, instance: str, nodes: bool, where: str) -> list[Label]:
-        """The labels of a set that is there, seen from where a set is made."""
+        """Return the labels of an existing set, seen from the place of a new set."""
         scope = self.instances[instance] if instance else self._scope
         sets = scope.node_sets if nodes else scope.element_sets
         if name.casefold() not in sets:
@@ -188,7 +188,7 @@ class _Deck:
         return labels
 
     def mesh(self) -> RawMesh:
-        """All instances in one mesh; parts that no instance places stand where they are drawn."""
+        """Return all instances in one mesh; parts without an instance stay where they are drawn."""
         if len(self.instances) == 1:
             self.instances |= self.parts
             self.names |= {name: name for name in self.parts}
@@ -196,7 +196,7 @@ class _Deck:
 
 
 def _range(line: Line) -> range:
-    """First, last (the first, if left out) and step of a line of GENERATE."""
+    """Return the range of a line of GENERATE: first, last (default: first) and step."""
     first, last, step, *_ = (*numbered(line), "", "")
     begin = whole(first, line.where)
     end = whole(last or first, line.where)

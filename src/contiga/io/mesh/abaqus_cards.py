@@ -29,18 +29,18 @@ class Keyword(NamedTuple):
     name: str
     """Upper case, one blank between words: "END PART"."""
     options: dict[str, str]
-    """Values by upper-case parameter, "" of those without one."""
+    """Values by upper-case parameter, "" for a parameter without one."""
     lines: list[Line]
     path: Path
     line: int
 
     @property
     def where(self) -> str:
-        """File, line and keyword, for messages."""
+        """Return file, line and keyword, for messages."""
         return f"{self.path}, line {self.line}: *{self.name}"
 
     def need(self, option: str) -> str:
-        """The value of a parameter that must be there.
+        """Return the value of a required parameter.
 
         Raises
         ------
@@ -52,7 +52,7 @@ class Keyword(NamedTuple):
         return self.options[option]
 
     def understood(self, *options: str) -> None:
-        """Refuse parameters other than these."""
+        """Refuse other parameters than these."""
         for option in self.options:
             if option not in options:
                 raise MeshError(
@@ -64,7 +64,7 @@ class Keyword(NamedTuple):
 
 
 def read_keywords(path: Path, open_files: tuple[Path, ...] = ()) -> Iterator[Keyword]:
-    """Keywords of an input file and of the files it includes, in their order.
+    """Yield the keywords of an input file and of the files it includes, in order.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def read_keywords(path: Path, open_files: tuple[Path, ...] = ()) -> Iterator[Key
 
 
 def reals(line: Line, count: int) -> list[float]:
-    """The first `count` numbers of a line; those that are not there are 0."""
+    """Return the first `count` numbers of a line; missing ones are 0."""
     texts = (line.fields + [""] * count)[:count]
     return [real(text, line.where) for text in texts]
 
@@ -133,7 +133,7 @@ def _line(text: str, path: Path, number: int) -> Line:
 
 
 def _fields(text: str) -> list[str]:
-    """What stands between commas, those within quotes apart."""
+    """Return the texts between commas; commas within quotes do not separate."""
     if '"' not in text:
         return [field.strip() for field in text.split(",")]
     parts = text.split('"')
@@ -142,7 +142,7 @@ def _fields(text: str) -> list[str]:
 
 
 def _data(path: Path) -> Iterator[Line]:
-    """The data lines of a file that has nothing else."""
+    """Yield the data lines of a file that has nothing else."""
     with path.open(encoding="utf-8", errors="replace") as stream:
         for number, text in watched_lines(stream, path):
             if text.strip() and not text.strip().startswith("**"):

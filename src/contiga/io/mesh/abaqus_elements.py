@@ -1,4 +1,4 @@
-"""Element types of Abaqus and CalculiX: what cells they are, and which have no surface.
+"""Element types of Abaqus and CalculiX: their cells, and types without a surface.
 
 The number of nodes stands in the name. Nodes are in VTK's order in all that are known here
 (Abaqus Analysis User's Guide, "Element library").
@@ -32,7 +32,7 @@ _LINES = re.compile(
 
 
 def cell_of(name: str) -> str | None:
-    """What cell an element type is, "" of points and lines, None of what is not known.
+    """Return the cell of an element type, "" for points and lines, None for an unknown type.
 
     >>> cell_of("S4R"), cell_of("C3D10M"), cell_of("B31"), cell_of("U1")
     ('quad', 'tetra10', '', None)
@@ -83,7 +83,7 @@ _PASSED_WHOLE = frozenset(
         *("MODEL DATA", "IMPORT CONTROLS"),
     ]
 )
-"""Whole names of more."""
+"""Full names of other such keywords."""
 
 
 def moves_to_contact(name: str, options: Mapping[str, str]) -> bool:

@@ -13,19 +13,20 @@ from contiga.io.mesh.raw import Group, RawMesh
 from contiga.slaves.skin import CellBlock
 
 SHOWN = 3
-"""Members of a set that are not there which a warning names."""
+"""Largest number of missing members of a set that a warning names."""
 
 Cells = dict[tuple[str, int], tuple[int, int]]
 """Block and row of each element with a surface, by instance and number."""
 
 
 def assembled(instances: Mapping[str, Scope], names: Mapping[str, str], where: str) -> RawMesh:
-    """Nodes and cells of all instances, in the file's order.
+    """Return nodes and cells of all instances, in the file's order.
 
     Parameters
     ----------
     instances : by name in lower case; "" is the deck itself
     names : of the instances as they are written
+    where : for messages
 
     Raises
     ------
@@ -65,7 +66,7 @@ def assembled(instances: Mapping[str, Scope], names: Mapping[str, str], where: s
 def _blocks(
     instances: Mapping[str, Scope], row_of: Mapping[tuple[str, int], int]
 ) -> tuple[tuple[CellBlock, ...], Cells]:
-    """Cells of one kind that follow each other together."""
+    """Collect consecutive cells of one kind into blocks."""
     runs: list[tuple[str, list[list[int]]]] = []
     cells: Cells = {}
     for name, scope in instances.items():
@@ -100,7 +101,7 @@ def _parts(
     blocks: tuple[CellBlock, ...],
     cells: Cells,
 ) -> Iterator[Group]:
-    """A group for each of several instances."""
+    """Yield a group for each instance, if there are several."""
     if len(names) < 2:
         return
     for name, written in names.items():
@@ -109,7 +110,7 @@ def _parts(
 
 
 def _rows(known: list[tuple[int, int]], n_blocks: int) -> tuple[np.ndarray, ...]:
-    """For each block the rows of some cells, ascending."""
+    """Return the rows of some cells in each block, ascending."""
     rows: list[list[int]] = [[] for _ in range(n_blocks)]
     for block, row in known:
         rows[block].append(row)
@@ -119,7 +120,7 @@ def _rows(known: list[tuple[int, int]], n_blocks: int) -> tuple[np.ndarray, ...]
 def _sets(
     instances: Mapping[str, Scope], names: Mapping[str, str], *, nodes: bool
 ) -> dict[str, list[Label]]:
-    """Members of all sets by the name they go by.
+    """Return the members of all sets by their names in the mesh.
 
     With that of their instance where there are several, or another scope has a set so named.
     """
@@ -136,7 +137,7 @@ def _sets(
 
 
 def told(what: str, numbers: list[int]) -> list[str]:
-    """How many are missing of what, and some of them."""
+    """Return the number of missing things, and some of them."""
     if not numbers:
         return []
     some = ", ".join(map(str, numbers[:SHOWN])) + (", …" if len(numbers) > SHOWN else "")

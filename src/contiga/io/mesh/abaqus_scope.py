@@ -1,4 +1,4 @@
-"""What a part, an instance or an Abaqus deck itself has: nodes, elements and sets, by number."""
+"""Nodes, elements and sets of a part, an instance or an Abaqus deck itself, by number."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ Place = tuple[float, float, float]
 
 
 class Label(NamedTuple):
-    """A node or an element: its number, and the instance it is of."""
+    """A node or an element: its number and its instance."""
 
     instance: str
-    """In lower case; "" for where the label stands."""
+    """Instance in lower case; "" for that of the label's place."""
     number: int
 
 
 class Element(NamedTuple):
-    """An element as the deck has it."""
+    """An element in the deck."""
 
     kind: str
-    """What cell it is, "" if it has no surface."""
+    """Its cell, "" without a surface."""
     nodes: list[int]
-    """None of a point or line that names some by their instance."""
+    """Its nodes; None for a point or line that names some by their instance."""
     where: str
 
 
@@ -42,12 +42,12 @@ class NamedSet:
     """Nodes or elements under a name."""
 
     name: str
-    """As it is first written."""
+    """Name as first written."""
     labels: dict[Label, None] = field(default_factory=dict)
 
 
 Sets = dict[str, NamedSet]
-"""By name in lower case."""
+"""Sets by name in lower case."""
 
 
 @dataclass
@@ -62,7 +62,7 @@ class Scope:
     """Origin (3,) and axes (3, 3) as rows of the *SYSTEM in force."""
 
     def copy(self) -> Scope:
-        """One that can be added to without changing this one."""
+        """Return a copy that can be extended without changing this one."""
         sets = [
             {key: NamedSet(one.name, dict(one.labels)) for key, one in named.items()}
             for named in (self.node_sets, self.element_sets)
@@ -70,7 +70,7 @@ class Scope:
         return Scope(dict(self.nodes), dict(self.elements), sets[0], sets[1])
 
     def add_node(self, number: int, place: Place, where: str) -> None:
-        """A node; one given twice must be in the same place."""
+        """Add a node; one given twice must have the same place."""
         if self.nodes.setdefault(number, place) != place:
             raise MeshError(
                 "a node is given twice, in different places",
@@ -80,7 +80,7 @@ class Scope:
             )
 
     def add_element(self, number: int, element: Element) -> None:
-        """An element; one given twice must be the same."""
+        """Add an element; one given twice must be equal."""
         known = self.elements.setdefault(number, element)
         if (known.kind, known.nodes) != (element.kind, element.nodes):
             raise MeshError(
@@ -92,18 +92,18 @@ class Scope:
 
 
 def put(sets: Sets, name: str, labels: Iterable[Label]) -> None:
-    """Add to a set, which is made if it is not there."""
+    """Add labels to a set, which is made if it does not exist."""
     if name:
         sets.setdefault(name.casefold(), NamedSet(name)).labels.update(dict.fromkeys(labels))
 
 
 def own(numbers: Iterable[int]) -> Iterator[Label]:
-    """Labels of numbers where they stand."""
+    """Yield the labels of numbers in this scope."""
     return (Label("", number) for number in numbers)
 
 
 def read_nodes(keyword: Keyword, scope: Scope) -> None:
-    """*NODE: number and coordinates, in a system of its own (SYSTEM) within that of *SYSTEM."""
+    """Read *NODE: number and coordinates, in its own system (SYSTEM) within that of *SYSTEM."""
     keyword.understood("NSET", "SYSTEM", "INPUT")
     kind = keyword.options.get("SYSTEM", "R").upper()[:1]
     if kind not in ("R", "C", "S"):
@@ -120,7 +120,7 @@ def read_nodes(keyword: Keyword, scope: Scope) -> None:
 
 
 def _placed(scope: Scope, kind: str, given: Place) -> Place:
-    """Coordinates in the axes of the part; angles are in degrees."""
+    """Return coordinates in the axes of the part; angles are in degrees."""
     a, b, c = given
     if kind != "R":
         turn = math.radians(b)
@@ -138,7 +138,7 @@ def _placed(scope: Scope, kind: str, given: Place) -> Place:
 
 
 def read_system(keyword: Keyword, scope: Scope) -> None:
-    """*SYSTEM: an origin, a point on x and one in the x-y plane, for the nodes that follow."""
+    """Read *SYSTEM: an origin, a point on x and one in the x-y plane, for the next nodes."""
     keyword.understood()
     numbers = [number for line in keyword.lines[:2] for number in reals(line, 6)]
     if not numbers:
@@ -159,7 +159,7 @@ def read_system(keyword: Keyword, scope: Scope) -> None:
 
 
 def read_elements(keyword: Keyword, scope: Scope) -> None:
-    """*ELEMENT: number and nodes, over as many lines as these take."""
+    """Read *ELEMENT: number and nodes, over as many lines as needed."""
     keyword.understood("TYPE", "ELSET", "INPUT")
     name = keyword.need("TYPE")
     kind = cell_of(name)
@@ -183,7 +183,7 @@ def read_elements(keyword: Keyword, scope: Scope) -> None:
 
 
 def _records(keyword: Keyword, count: int) -> Iterator[tuple[list[str], str]]:
-    """Number and `count` nodes of each element; with none known, a line each."""
+    """Yield number and `count` nodes of each element; one per line if the count is unknown."""
     lines = iter(keyword.lines)
     for line in lines:
         fields = numbered(line)
@@ -203,7 +203,7 @@ def _records(keyword: Keyword, count: int) -> Iterator[tuple[list[str], str]]:
 
 
 def filled(line: Line) -> list[str]:
-    """The fields of a line without those left empty at its end."""
+    """Return the fields of a line without empty ones at its end."""
     fields = list(line.fields)
     while fields and not fields[-1]:
         fields.pop()
@@ -211,7 +211,7 @@ def filled(line: Line) -> list[str]:
 
 
 def numbered(line: Line) -> list[str]:
-    """The fields of a line that begins with a number.
+    """Return the fields of a line that begins with a number.
 
     Raises
     ------
@@ -225,7 +225,7 @@ def numbered(line: Line) -> list[str]:
 
 
 def read_ngen(keyword: Keyword, scope: Scope) -> None:
-    """*NGEN: nodes between two, in even steps along a straight line."""
+    """Read *NGEN: nodes between two, in even steps along a straight line."""
     keyword.understood("NSET")
     for line in keyword.lines:
         first, *others = (whole(text, line.where) for text in numbered(line))
@@ -243,7 +243,7 @@ def read_ngen(keyword: Keyword, scope: Scope) -> None:
 
 
 def read_ncopy(keyword: Keyword, scope: Scope) -> None:
-    """*NCOPY with SHIFT: a set of nodes again, moved, with higher numbers."""
+    """Read *NCOPY with SHIFT: a moved copy of a set of nodes, with higher numbers."""
     keyword.understood("CHANGE NUMBER", "OLD SET", "NEW SET", "SHIFT", "MULTIPLE")
     keyword.options.setdefault("MULTIPLE", "1")
     step = whole(keyword.need("CHANGE NUMBER"), keyword.where)
@@ -266,7 +266,7 @@ def read_ncopy(keyword: Keyword, scope: Scope) -> None:
 
 
 def read_elgen(keyword: Keyword, scope: Scope) -> None:
-    """*ELGEN: an element again along a row, the row over a layer, the layer over a block."""
+    """Read *ELGEN: copies of an element along a row, of the row over a layer, of layers."""
     keyword.understood("ELSET")
     for line in keyword.lines:
         master, *rest = (whole(text or "1", line.where) for text in numbered(line))
@@ -282,7 +282,7 @@ def read_elgen(keyword: Keyword, scope: Scope) -> None:
 
 
 def read_elcopy(keyword: Keyword, scope: Scope) -> None:
-    """*ELCOPY: a set of elements again on nodes of other numbers."""
+    """Read *ELCOPY: a copy of a set of elements on nodes of other numbers."""
     keyword.understood("OLD SET", "NEW SET", "ELEMENT SHIFT", "SHIFT NODES")
     step, nodes = (whole(keyword.need(o), keyword.where) for o in ("ELEMENT SHIFT", "SHIFT NODES"))
     old = _of_set(scope.element_sets, keyword.need("OLD SET"), keyword.where)
@@ -290,7 +290,7 @@ def read_elcopy(keyword: Keyword, scope: Scope) -> None:
 
 
 def _copied(scope: Scope, masters: list[int], made: dict[int, int], name: str, where: str) -> None:
-    """Elements again; `made` adds to their numbers and to those of their nodes."""
+    """Add copies of elements; `made` adds to their numbers and to those of their nodes."""
     for number in masters:
         element = scope.elements.get(number)
         if element is None:
@@ -309,14 +309,14 @@ def _node(scope: Scope, number: int, where: str) -> Place:
 
 
 def _of_set(sets: Sets, name: str, where: str) -> list[int]:
-    """The numbers of a set of a part."""
+    """Return the numbers of a set of a part."""
     if name.casefold() not in sets:
         raise MeshError("no set of that name", where=where, found=name)
     return [label.number for label in sets[name.casefold()].labels]
 
 
 def moved(keyword: Keyword, scope: Scope) -> None:
-    """Put an instance in its place: moved by the first line, then turned about an axis."""
+    """Place an instance: translate it by the first line, then rotate it about an axis."""
     rows = [reals(line, 7) for line in keyword.lines]
     if not rows or not scope.nodes:
         return
@@ -331,7 +331,7 @@ def moved(keyword: Keyword, scope: Scope) -> None:
 
 
 def _turn(axis: FloatArray, angle: float) -> FloatArray:
-    """(3, 3) rotation about an axis through the origin (Rodrigues)."""
+    """Return the rotation (3, 3) about an axis through the origin (Rodrigues)."""
     x, y, z = axis / np.linalg.norm(axis)
     K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.eye(3) + math.sin(angle) * K + (1.0 - math.cos(angle)) * K @ K

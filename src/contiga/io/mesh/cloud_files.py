@@ -15,11 +15,11 @@ from contiga.records import FloatArray
 SUFFIXES = (".csv", ".xyz", ".txt", ".npy")
 
 _MARKS = (";", ",", " ")
-_LONGEST_LINE = 10_000
+_MAX_LINE = 10_000
 
 
 def read_cloud(path: Path) -> RawMesh:
-    """Points of a ``.npy`` array, or of lines with three numbers.
+    """Return the points of a ``.npy`` array, or of lines with three numbers.
 
     Semicolons, commas or blanks part the numbers; one line of names may come first, which may say
     a unit, ``x [mm], y [mm], z [mm]``; ``#`` starts a comment. Words for not-a-number are read as
@@ -32,7 +32,7 @@ def read_cloud(path: Path) -> RawMesh:
     """
     if path.suffix.lower() == ".npy":
         return RawMesh(_read_array(path))
-    sheet = read_sheet(path, "x, y, z", marks=_MARKS, comment="#", longest=_LONGEST_LINE)
+    sheet = read_sheet(path, "x, y, z", marks=_MARKS, comment="#", longest=_MAX_LINE)
     if len(sheet.heads) not in (0, 3):
         raise _bad_line(path, sheet.line, ", ".join(head.text for head in sheet.heads))
     rows = array("d")

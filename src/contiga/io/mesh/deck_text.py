@@ -1,4 +1,4 @@
-"""What decks of several programs write alike: numbers, and the files that they include."""
+"""Common syntax of the decks of several programs: numbers and included files."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from pathlib import Path
 from contiga.errors import FileError, MeshError
 
 LARGEST = 2**62
-"""Whole numbers above this one count nothing."""
+"""Largest whole number that is accepted."""
 # Fortran lets a number do without the E of its exponent (1.5-3) and write D for it.
 _EXPONENT = re.compile(r"(?<=[\d.])[dDeE]?([+-]\d+)$|(?<=[\d.])[dD](\d+)$")
 
 
 def fortran_number(text: str) -> float:
-    """A number in any way Fortran writes it; a ValueError where it is none."""
+    """Return a number in any of Fortran's notations; raise a ValueError for other text."""
     try:
         return float(text)
     except ValueError:
@@ -24,7 +24,7 @@ def fortran_number(text: str) -> float:
 
 
 def whole(text: str, where: str) -> int:
-    """A whole number.
+    """Return a whole number.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def whole(text: str, where: str) -> int:
 
 
 def real(text: str, where: str) -> float:
-    """A number in any way Fortran writes it; empty is 0.
+    """Return a number in any of Fortran's notations; empty is 0.
 
     Raises
     ------
@@ -58,7 +58,9 @@ def real(text: str, where: str) -> float:
 
 
 def included(name: str, folders: Sequence[Path], open_files: Sequence[Path], where: str) -> Path:
-    """The file of a name in the first folder that has it; `open_files` are those it stands in.
+    """Return an included file from the first folder that has it.
+
+    `open_files` are the files that include it.
 
     Raises
     ------

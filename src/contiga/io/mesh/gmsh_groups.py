@@ -1,4 +1,4 @@
-"""Physical groups of Gmsh's formats 4.0 and 4.1 as meshio should hand them over.
+"""Physical groups of Gmsh's formats 4.0 and 4.1, which meshio does not return completely.
 
 meshio 5.3 leaves blocks of cells that are in no group out of its list of groups, which then fits
 no more (``Mesh.SaveAll`` with some groups), and keeps the first only of several groups.
@@ -17,7 +17,7 @@ _KEY = "gmsh:physical"
 
 @contextlib.contextmanager
 def physical_groups() -> Iterator[None]:
-    """While it lasts, meshio gives each cell all its physical groups, 0 where it has none."""
+    """Let meshio give each cell all its physical groups, 0 for none, within the block."""
     try:
         from meshio.gmsh import _gmsh40, _gmsh41
 
@@ -36,7 +36,7 @@ def physical_groups() -> Iterator[None]:
 
 def _with_all_groups(reader: Callable[..., Any]) -> Callable[..., Any]:
     def read(stream: Any, point_tags: Any, physical_tags: Any, *more: Any) -> Any:
-        """`physical_tags` has by dimension and entity the numbers of its groups."""
+        """Read entities; `physical_tags` has their groups by dimension and entity."""
         cells, data, *rest = reader(stream, point_tags, physical_tags, *more)
         if _KEY in data:
             data[_KEY] = [
@@ -49,5 +49,5 @@ def _with_all_groups(reader: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _numbers(count: int, groups: list[int]) -> Any:
-    """(count, k) the groups of an entity for each of its cells."""
+    """Return the groups (count, k) of an entity for each of its cells."""
     return np.broadcast_to(np.array(groups or [0], dtype=np.int64), (count, max(len(groups), 1)))

@@ -28,7 +28,7 @@ class GuardedFile(io.BufferedReader):
 
 
 class GuardedText(io.TextIOWrapper):
-    """The same for text."""
+    """A text file that raises EOFError when it is read on and on after its end."""
 
     _empty = 0
 
@@ -39,7 +39,7 @@ class GuardedText(io.TextIOWrapper):
 
 
 def _count_end(count: int, data: bytes | str) -> int:
-    """One more if nothing came, else none."""
+    """Return one more if nothing was read, else 0."""
     if data:
         return 0
     if count >= _READS_AFTER_END:

@@ -1,4 +1,4 @@
-"""Layers of a mesh of solids: its skin, and the skins below it as cells are taken off."""
+"""Layers of a mesh of solids: its skin, and the skins below after removing cells."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Layer = Literal["skin", "all"] | int
 
 
 def check_layer(layer: object) -> None:
-    """Refuse what is no layer.
+    """Refuse an invalid layer.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def check_layer(layer: object) -> None:
 
 
 def peeled(points: FloatArray, blocks: list[CellBlock], layer: int, where: str) -> list[CellBlock]:
-    """The cells that are left when `layer` − 1 layers of cells are taken off.
+    """Return the cells that remain after removing `layer` − 1 layers.
 
     A layer is all cells with a node on the skin of what is there; shells are of the first.
 
@@ -62,7 +62,7 @@ def peeled(points: FloatArray, blocks: list[CellBlock], layer: int, where: str) 
 
 
 def with_middles(blocks: list[CellBlock], nodes: np.ndarray) -> np.ndarray:
-    """A mask of nodes with the mid-side nodes between nodes of it, and those of whole faces.
+    """Add to a mask of nodes the mid-side nodes between them, and those of whole faces.
 
     Sets in files often hold corners alone, without which the facets of a second-order mesh, which
     are split through its middles, would have holes.
@@ -82,7 +82,7 @@ def with_middles(blocks: list[CellBlock], nodes: np.ndarray) -> np.ndarray:
 
 
 def _faces(kind: str) -> list[tuple[tuple[int, ...], int]]:
-    """Nodes of each face of a kind of cell, and how many of them are corners."""
+    """Return the nodes of each face of a kind of cell, and its number of corners."""
     if kind in SOLIDS:
         solid = SOLIDS[kind]
         corners = [len(face) for face in solid.corner_faces]

@@ -45,16 +45,16 @@ _PLAIN_COUNT = re.compile(r" *\d+ *", re.ASCII)
 
 
 class _Table(NamedTuple):
-    """Elements of one sort as they stand in the deck, up to ten nodes each, 0 where fewer."""
+    """Elements of one kind in the deck, up to ten nodes each, 0 for missing ones."""
 
     part: Int64Array
     nodes: Int64Array
     thickness: FloatArray
-    """(m, 4) at the corners, 0 where the element's own cards give none."""
+    """(m, 4) thickness at the corners, 0 if the element's own cards give none."""
 
 
 def read_lsdyna(path: Path) -> RawMesh:
-    """Mesh of a keyword deck, with the files it includes; one group for each part with elements.
+    """Return the mesh of a keyword deck with its included files; a group for each part.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def _nodes_and_elements(
 
 
 def _node_columns(block: Block) -> tuple[Int64Array, FloatArray] | None:
-    """Numbers and places of nodes in the plain fixed format; None if a card is not in it."""
+    """Return numbers and places of nodes in the plain fixed format; None for other formats."""
     if block.long or not all(_is_plain_node(card.text) for card in block.cards):
         return None
     table = _characters(block, _width(_NODE))
@@ -136,7 +136,7 @@ def _is_plain_node(text: str) -> bool:
 
 
 def _element_columns(block: Block) -> _Table | None:
-    """Elements in the plain fixed format, shells of four nodes and solids of eight; else None."""
+    """Return elements in the plain fixed format, 4-node shells and 8-node solids; else None."""
     needed = {"ELEMENT_SHELL": 6, "ELEMENT_SOLID": 10}.get(block.keyword)
     if block.long or not (needed and block.cards):
         return None
@@ -158,7 +158,7 @@ def _element_columns(block: Block) -> _Table | None:
 
 
 def _are_counts(table: NDArray[np.bytes_]) -> bool:
-    """Whether all fields of eight characters hold one run of digits and nothing else."""
+    """Whether all fields of eight characters contain one run of digits and nothing else."""
     fields = table.reshape(len(table), -1, 8)
     digit = (fields >= b"0") & (fields <= b"9")
     begins = digit[..., 0] + np.count_nonzero(digit[..., 1:] & ~digit[..., :-1], axis=2)
@@ -166,13 +166,13 @@ def _are_counts(table: NDArray[np.bytes_]) -> bool:
 
 
 def _characters(block: Block, width: int) -> NDArray[np.bytes_]:
-    """(n, width) the characters of the cards; those that are not ASCII as question marks."""
+    """Return the characters (n, width) of the cards; non-ASCII ones as question marks."""
     text = "".join(card.text[:width].ljust(width) for card in block.cards)
     return np.frombuffer(text.encode("ascii", "replace"), dtype="S1").reshape(-1, width)
 
 
 def _column(table: NDArray[np.bytes_], start: int, width: int) -> NDArray[np.bytes_]:
-    """(n,) the texts of a field."""
+    """Return the texts (n,) of a field."""
     column = np.ascontiguousarray(table[:, start : start + width])
     return column.view(f"S{width}")[:, 0]
 
@@ -191,7 +191,7 @@ def _node_cards(block: Block) -> tuple[Int64Array, FloatArray]:
 
 
 def _shell_cards(block: Block) -> _Table:
-    """*ELEMENT_SHELL with its options: eid, pid, n1 … n8, then cards the options add."""
+    """Read *ELEMENT_SHELL with its options: eid, pid, n1 … n8, then cards the options add."""
     options = [word for word in block.keyword.split("_")[2:] if word]
     for word in options:
         if word not in _SHELL_OPTIONS:
@@ -221,7 +221,7 @@ def _shell_cards(block: Block) -> _Table:
 
 
 def _solid_cards(block: Block) -> _Table:
-    """*ELEMENT_SOLID: all on one card, or element and part on one and up to ten nodes on the next.
+    """Read *ELEMENT_SOLID: one card, or element and part on one and up to ten nodes on the next.
 
     The two-card form is told by its first card, which has no nodes.
     """
@@ -266,7 +266,7 @@ def _unknown_element(block: Block, allowed: Iterable[str]) -> MeshError:
 def _without_repeats(
     ids: Int64Array, points: FloatArray, blocks: Iterable[Block]
 ) -> tuple[Int64Array, FloatArray]:
-    """Nodes once each. A node given twice in the same place (included files) is no error."""
+    """Return nodes once each; a node given twice in the same place (included files) is allowed."""
     _, rows, inverse = np.unique(ids, return_index=True, return_inverse=True)
     if len(rows) == len(ids):
         return ids, points
@@ -286,7 +286,7 @@ def _without_repeats(
 
 
 def _cards_of_node(number: int, blocks: Iterable[Block]) -> list[Row]:
-    """All cards that give a node."""
+    """Return all cards that give a node."""
     of_nodes = (block for block in blocks if block.keyword == "NODE")
     rows = (row_of(card, block, _NODE) for block in of_nodes for card in block.cards)
     return [row for row in rows if row.texts[0] and row.whole("NID") == number]
@@ -295,7 +295,7 @@ def _cards_of_node(number: int, blocks: Iterable[Block]) -> list[Row]:
 def _cells(
     shells: list[_Table], solids: list[_Table], rows: Rows, parts: Parts
 ) -> tuple[list[CellBlock], list[Int64Array], list[FloatArray | None]]:
-    """Blocks by kind, with the part number of each cell and the thickness at its nodes."""
+    """Return blocks by kind, the part number of each cell and the thickness at its nodes."""
     blocks: list[CellBlock] = []
     numbers: list[Int64Array] = []
     thickness: list[FloatArray | None] = []
@@ -321,11 +321,11 @@ def _cells(
 
 
 Kind = tuple[str, NDArray[np.bool_], int]
-"""Name of a kind of cell, the rows that are of it, and how many nodes it has."""
+"""Name of a kind of cell, its rows, and its number of nodes."""
 
 
 def _shell_kinds(nodes: Int64Array) -> tuple[Kind, ...]:
-    """What shells are by their nodes: a triangle says its third node twice, or none fourth."""
+    """Classify shells by their nodes: a triangle has its third node twice, or no fourth."""
     corners, middles = nodes[:, :4], nodes[:, 4:8]
     triangle = (corners[:, 3] == corners[:, 2]) | (corners[:, 3] == 0)
     quad8 = ~triangle & (middles > 0).all(axis=1)
@@ -333,7 +333,7 @@ def _shell_kinds(nodes: Int64Array) -> tuple[Kind, ...]:
 
 
 def _solid_kinds(nodes: Int64Array) -> tuple[Kind, ...]:
-    """What solids are by their nodes: tetrahedra say ten nodes, or four."""
+    """Classify solids by their nodes: tetrahedra have ten nodes, or four."""
     ten = np.asarray((nodes[:, 8:10] > 0).all(axis=1))
     four = ~ten & (nodes[:, 4:8] == 0).all(axis=1)
     return ("hexahedron", ~ten & ~four, 8), ("tetra", four, 4), ("tetra10", ten, 10)
@@ -352,8 +352,9 @@ def _groups(part_numbers: list[Int64Array], parts: Parts) -> list[Group]:
 
 
 def _sets(blocks: Iterable[Block], rows: Rows) -> Iterable[Group]:
-    """Sets of nodes, and nodes that single cards hold: by name alone, as their numbers are those of
-    parts, too.
+    """Return sets of nodes, and nodes that single cards hold, by name alone.
+
+    Their numbers are used for parts too.
 
     One with parameters without a value is not there: who asks for it is told.
     """
@@ -366,10 +367,10 @@ def _sets(blocks: Iterable[Block], rows: Rows) -> Iterable[Group]:
 
 
 class Lumped(NamedTuple):
-    """A mass that *ELEMENT_MASS puts on a node, or shares out to those of a set."""
+    """A mass of *ELEMENT_MASS on a node, or distributed over the nodes of a set."""
 
     number: int
-    """Of the node or set."""
+    """Number of the node or set."""
     of_set: bool
     mass: float
     block: Block
@@ -377,12 +378,12 @@ class Lumped(NamedTuple):
 
 
 def is_lumped(block: Block) -> bool:
-    """Whether a keyword is one that `lumped` reads."""
+    """Whether `lumped` reads a keyword."""
     return block.keyword in ("ELEMENT_MASS", "ELEMENT_MASS_NODE_SET")
 
 
 def lumped(block: Block) -> list[Lumped]:
-    """All masses of a keyword for which `is_lumped` holds.
+    """Return all masses of a keyword for which `is_lumped` holds.
 
     Raises
     ------
@@ -397,15 +398,15 @@ def lumped(block: Block) -> list[Lumped]:
 
 
 def masses_of_parts(block: Block) -> dict[int, Row]:
-    """Cards of *ELEMENT_MASS_PART, by part: ADDMASS and FINMASS are read by who uses them."""
+    """Return the cards of *ELEMENT_MASS_PART, by part; their user reads ADDMASS and FINMASS."""
     rows = [row_of(card, block, _MASS_OF_PART) for card in block.cards if card.text.strip()]
     return {row.whole("PID"): row for row in rows}
 
 
 def cut_for_what_is_left(block: Block) -> None:
-    """Read a keyword of the mesh for what is on its cards beside the mesh.
+    """Read a mesh keyword so that only fields without effect on the mesh stay unread.
 
-    Cards that cannot be read say nothing here: the reader of the mesh tells of them.
+    Unreadable cards are ignored here: the reader of the mesh reports them.
     """
     with suppress(MeshError):
         if block.keyword == "NODE":
@@ -429,7 +430,7 @@ def _width(fields: Layout) -> int:
 
 
 def _mass(blocks: Iterable[Block], rows: Rows, count: int) -> FloatArray | None:
-    """(n,) from *ELEMENT_MASS; None if the deck has none."""
+    """Return the masses (n,) of *ELEMENT_MASS; None if the deck has none."""
     masses = [one for block in blocks if is_lumped(block) for one in lumped(block)]
     if not masses:
         return None

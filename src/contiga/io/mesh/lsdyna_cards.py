@@ -22,12 +22,12 @@ from contiga.io.mesh.lsdyna_parameters import Parameters, Unread, is_parameters
 
 _WIDTH, _LONG_WIDTH = 10, 20
 _CARD, _LONG_CARD = 80, 160
-"""Columns of a card; what stands behind them is a remark."""
+"""Columns of a card; text beyond them is a remark."""
 _TEN = re.compile(r"I10\s*=\s*Y")
 
 
 def read_blocks(path: Path) -> Iterator[Block]:
-    """Blocks of a deck and of the files it includes, in their order.
+    """Yield the blocks of a deck and of the files it includes, in order.
 
     Their fields have the values of parameters, as far as these stand before they are asked for.
 
@@ -112,12 +112,12 @@ def _included(block: Block, folders: list[Path], open_files: tuple[Path, ...]) -
 
 
 Leave = Callable[[Block, str], None]
-"""Takes a block that is left out, and why."""
+"""Callback for a block that is left out, with the reason."""
 
 
 @contextmanager
 def leaving_parameters(block: Block, leave: Leave | None) -> Iterator[None]:
-    """A field that is no number is no error where `leave` takes blocks with parameters (&).
+    """Pass blocks with invalid fields due to parameters (&) to `leave` instead of raising.
 
     These are such as have no value: see `Parameters`.
     """
@@ -130,11 +130,11 @@ def leaving_parameters(block: Block, leave: Leave | None) -> Iterator[None]:
 
 
 Given = dict[tuple[str, int], tuple[Block, Sequence[Card]]]
-"""Cards that gave a number, by what it is the number of ("part", "material" …) and the number."""
+"""Cards that defined a number, by its kind ("part", "material" …) and value."""
 
 
 def check_once(given: Given, what: str, number: int, block: Block, cards: Sequence[Card]) -> None:
-    """Note the cards of a number; the same cards may give it again, as included files do.
+    """Note the cards of a number; equal cards may define it again, as included files do.
 
     Raises
     ------
@@ -152,32 +152,32 @@ def check_once(given: Given, what: str, number: int, block: Block, cards: Sequen
 
 
 def _content(block: Block, cards: Sequence[Card]) -> tuple[str, str]:
-    """Keyword and text, without blanks that say nothing."""
+    """Return keyword and text without insignificant blanks."""
     text = "\n".join(card.text.rstrip() for card in cards)
     return block.keyword.removesuffix("_TITLE"), text.rstrip()
 
 
 class Field(NamedTuple):
-    """A field of a card, as the manual describes it."""
+    """A field of a card, as in the manual."""
 
     name: str
     width: int = _WIDTH
     default: str = ""
-    """What blank and 0 stand for; nothing where that is 0."""
+    """Meaning of blank and 0; empty if that is 0."""
     idle: bool = False
-    """Whether it only numbers things or says what is printed: nothing in a case depends on it."""
+    """Whether it is a mere number or a print option, without effect on a case."""
 
 
 class Layout(NamedTuple):
-    """The fields of a card, in their order."""
+    """The fields of a card, in order."""
 
     fields: tuple[Field, ...]
     places: Mapping[str, int]
-    """Of the fields, by name."""
+    """Places of the fields, by name."""
 
 
 def layout(text: str, width: int = _WIDTH) -> Layout:
-    """The fields of a card by their names: ``NAME``, ``NAME=default``, ``NAME:width``, ``~NAME``.
+    """Return the layout of ``NAME``, ``NAME=default``, ``NAME:width`` and ``~NAME``.
 
     A tilde marks a field that only numbers things or says what is printed.
 
@@ -193,26 +193,29 @@ def layout(text: str, width: int = _WIDTH) -> Layout:
 
 
 class Row(NamedTuple):
-    """A card cut into the fields of a layout; a field that is asked for counts as read."""
+    """A card cut into the fields of a layout; a requested field counts as read."""
 
     card: Card
     block: Block
     layout: Layout
     texts: list[str]
-    """Of the fields, stripped, with parameters filled in; those past the card's end are empty."""
+    """Texts of the fields, stripped, with parameters filled in; empty past the card's end."""
 
     def text(self, name: str) -> str:
-        """A field as it stands, or its default."""
+        """Return the text of a field, or its default."""
         k = self.layout.places[name]
         self.block.unread[self.card.line].pop(name, None)
         return self.texts[k] or self.layout.fields[k].default
 
     def whole(self, name: str) -> int:
-        """A field as a whole number; blank and 0 are its default, or 0."""
+        """Return a field as a whole number; blank and 0 are its default, or 0."""
         return self._as_whole(self.text(name) or "0") or int(self._default(name))
 
     def peek(self, name: str) -> int:
-        """The same of a field that says which cards follow, and does not count as read by that."""
+        """Return a field as `whole` does, without counting it as read.
+
+        It is for fields that determine the cards that follow.
+        """
         text = self.texts[self.layout.places[name]]
         return self._as_whole(text or "0") or int(self._default(name))
 
@@ -231,15 +234,18 @@ class Row(NamedTuple):
         return value
 
     def real(self, name: str) -> float:
-        """A field as a number, in any way Fortran writes it; blank and 0 are its default, or 0."""
+        """Return a field as a number, in any of Fortran's notations.
+
+        Blank and 0 are its default, or 0.
+        """
         return self._number(self.text(name) or "0", "a number") or self._default(name)
 
     def wholes(self, names: str) -> tuple[int, ...]:
-        """Fields of these names, with blanks between, as whole numbers."""
+        """Return the fields of these names, separated by blanks, as whole numbers."""
         return tuple(map(self.whole, names.split()))
 
     def reals(self, names: str) -> tuple[float, ...]:
-        """Fields of these names, with blanks between, as numbers."""
+        """Return the fields of these names, separated by blanks, as numbers."""
         return tuple(map(self.real, names.split()))
 
     def _default(self, name: str) -> float:
@@ -263,7 +269,7 @@ class Row(NamedTuple):
 
 
 def row_of(card: Card, block: Block, fields: Layout) -> Row:
-    """A card of a block cut into fields.
+    """Cut a card of a block into fields.
 
     What stands on it beyond the layout is kept as fields that no reader asks for.
     """
@@ -280,7 +286,7 @@ def row_of(card: Card, block: Block, fields: Layout) -> Row:
 
 
 def rows_of(block: Block, cards: Sequence[Card], *layouts: Layout) -> list[Row]:
-    """A row for each layout, of the cards in their order; blank ones where the cards end."""
+    """Return a row of the cards for each layout; blank ones after the last card."""
     given = [*cards[: len(layouts)], *[Card("", 0)] * (len(layouts) - len(cards))]
     return [row_of(card, block, fields) for card, fields in zip(given, layouts, strict=True)]
 
@@ -288,7 +294,7 @@ def rows_of(block: Block, cards: Sequence[Card], *layouts: Layout) -> list[Row]:
 def _cells(
     text: str, long: bool, fields: Sequence[Field]
 ) -> tuple[list[str], list[tuple[int, str]]]:
-    """Texts of the fields, and of what stands beyond them, with its place on the card from 1."""
+    """Return the texts of the fields, and texts beyond them with their columns, from 1."""
     count = len(fields)
     if "," in text:
         cells = [cell.strip() for cell in text.split(",")]
@@ -305,7 +311,7 @@ def _cells(
 
 
 def unread_fields(block: Block) -> Iterator[tuple[str, str]]:
-    """Names and texts of what is neither blank nor a default, and was not asked for.
+    """Yield names and texts of fields that are neither blank, default nor read.
 
     A card that no reader has cut stands as a whole.
     """

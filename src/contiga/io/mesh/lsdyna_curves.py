@@ -37,13 +37,13 @@ class DeckCurve(NamedTuple):
     number: int
     title: str
     table: FloatArray
-    """(n, 2) rows x, y, scaled and shifted as the deck says."""
+    """(n, 2) rows x, y, scaled and shifted according to the deck."""
     where: str
     """File and line."""
 
 
 def read_curves(blocks: Iterable[Block], leave: Leave | None = None) -> dict[int, DeckCurve]:
-    """All curves of a deck by their numbers; those with parameters without a value go to `leave`.
+    """Return all curves of a deck by number; those with undefined parameters go to `leave`.
 
     Abscissae are SFA (a + OFFA), ordinates SFO (o + OFFO); a scale of 0 is 1. A negative SFA turns
     the points round, so that abscissae rise as they do in the deck.
@@ -92,7 +92,7 @@ def is_table(block: Block) -> bool:
 def read_tables(
     blocks: Sequence[Block], leave: Leave | None = None
 ) -> dict[int, list[tuple[float, int]]]:
-    """All tables of a deck by their numbers: values, and the number of the curve of each.
+    """Return all tables of a deck by number: values, and the number of the curve of each.
 
     A table that names no curves has those that follow it at once. Values are SFA (value + OFFA).
     Those with parameters without a value go to `leave`.
@@ -121,14 +121,14 @@ def read_tables(
 
 
 def number_of(block: Block) -> int:
-    """The number of a curve; 0 where it has none that can be told."""
+    """Return the number of a curve; 0 if it has none that can be read."""
     _, cards = block.title_and_cards()
     text = row_of(cards[0], block, _HEAD).text("LCID") if cards else ""
     return int(text) if text.isdecimal() else 0
 
 
 def read_curve_of_deck(path: Path, number: int | None) -> DeckCurve:
-    """One curve of a deck; the only one if no number is said.
+    """Return one curve of a deck; the only one if no number is given.
 
     Raises
     ------

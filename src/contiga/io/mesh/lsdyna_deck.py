@@ -1,4 +1,4 @@
-"""Records of what an LS-DYNA deck says beside its mesh, and of what is not understood."""
+"""Records of an LS-DYNA deck besides its mesh, and of its unknown contents."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ from contiga.io.mesh.lsdyna_ties import NodeTie
 from contiga.records import FloatArray
 
 _FOREVER = 1e20
-"""A death later than that is none; LS-DYNA's default is 1e28."""
+"""Death time above which there is none; LS-DYNA's default is 1e28."""
 _VALUES = 4
-"""Values of a field that are named; of more it is said that there are."""
+"""Largest number of values of a field that are named."""
 
 
 class Material(NamedTuple):
-    """What is understood of a *MAT."""
+    """The understood part of a *MAT."""
 
     density: float
     modulus: float
     poisson: float
     rigid: bool
     held: tuple[int, int]
-    """CON1 and CON2 of a rigid one: which ways and turns are held."""
+    """CON1 and CON2 of a rigid material: fixed translations and rotations."""
     block: Block
     soft: SoftLaw | None = None
-    """What a part of it is made of where it deforms."""
+    """Law of a deforming part of this material."""
     unmade: str = ""
-    """Why it is none of what deforms, of a material that may."""
+    """Reason why a material that may deform has no law."""
 
 
 class DeckContact(NamedTuple):
@@ -48,7 +48,7 @@ class DeckContact(NamedTuple):
     friction: tuple[float, float, float]
     """FS, FD, DC."""
     scales: Row
-    """The third card: what a pair of the case needs of it is read there."""
+    """The third card; pairs of the case read it."""
 
 
 class Prescribed(NamedTuple):
@@ -66,17 +66,17 @@ class Prescribed(NamedTuple):
 
 
 class Start(NamedTuple):
-    """Velocity and spin at the start."""
+    """Initial velocity and spin."""
 
     rates: tuple[float, ...]
     """vx, vy, vz, and the spin about x, y, z."""
     over: tuple[int, ...]
-    """Parts whose own rates of *PART_INERTIA it replaces, IRIGID; 0 stands for all."""
+    """Parts whose own rates of *PART_INERTIA it replaces, IRIGID; 0 means all."""
     block: Block
 
 
 class NodeStart(NamedTuple):
-    """Velocity and spin of a node at the start."""
+    """Initial velocity and spin of a node."""
 
     rates: tuple[float, ...]
     """vx, vy, vz, and the spin about x, y, z."""
@@ -86,7 +86,7 @@ class NodeStart(NamedTuple):
 
 @dataclass
 class DeckModel:
-    """What a deck says, as far as it is understood."""
+    """The understood contents of a deck."""
 
     path: Path
     blocks: list[Block] = field(default_factory=list)
@@ -97,30 +97,30 @@ class DeckModel:
     part_sets: dict[int, list[int]] = field(default_factory=dict)
     node_sets: dict[int, list[int]] = field(default_factory=dict)
     other_sets: dict[tuple[str, int], Block] = field(default_factory=dict)
-    """Sets that are not understood, by kind ("NODE", "PART") and number."""
+    """Sets of unknown type, by kind ("NODE", "PART") and number."""
     title: str = ""
     end: float = 0.0
     states: float = 0.0
-    """Time from one state that is written to the next; 0 where it is not said."""
+    """Time between written states; 0 if it is not given."""
     materials: dict[int, Material] = field(default_factory=dict)
     contacts: list[DeckContact] = field(default_factory=list)
     motions: list[Prescribed] = field(default_factory=list)
     ties: list[NodeTie] = field(default_factory=list)
     velocities: dict[int, Start] = field(default_factory=dict)
-    """By part; 0 stands for all."""
+    """Initial velocities by part; 0 means all."""
     node_velocities: dict[int, NodeStart] = field(default_factory=dict)
-    """By node."""
+    """Initial velocities by node."""
     systems: dict[int, FloatArray] = field(default_factory=dict)
     """(3, 3) columns, the axes of *DEFINE_COORDINATE_SYSTEM and _VECTOR, by number."""
     masses: list[Lumped] = field(default_factory=list)
     part_masses: dict[int, Row] = field(default_factory=dict)
     """Cards of *ELEMENT_MASS_PART, by part."""
     gravity: dict[int, tuple[int, float, Block]] = field(default_factory=dict)
-    """By axis (0 to 2): curve, scale, where it is said."""
+    """Gravity by axis (0 to 2): curve, scale, and block."""
     unread: dict[int, Block] = field(default_factory=dict)
-    """Curves with parameters without a value, by number."""
+    """Curves with undefined parameters, by number."""
     unknown: dict[str, list[int]] = field(default_factory=dict)
-    """Lines of what is not understood, by keyword, in brackets what of it, and included file."""
+    """Lines of unknown contents, by keyword with details in brackets and included file."""
 
     def leave(self, block: Block, why: str = "", line: int = 0) -> None:
         """Note that something of a keyword is not understood."""
@@ -130,17 +130,17 @@ class DeckModel:
             lines.append(line or block.line)
 
     def drop(self, block: Block, why: str = "", line: int = 0, cards: Sequence[Card] = ()) -> None:
-        """Note that a keyword, or some cards of it, are left out, with all that they say."""
+        """Note that a keyword, or some of its cards, are left out with all their contents."""
         self.leave(block, why, line)
         block.told(*(cards or block.cards))
 
     def drop_curve(self, block: Block, why: str) -> None:
-        """The same of a curve, whose block is kept: a case that needs it is refused."""
+        """Note that a curve is left out; its block is kept, and a case that needs it is refused."""
         self.unread[number_of(block)] = block
         self.drop(block, why)
 
     def leave_unread(self) -> None:
-        """Note every field that says something and that no reader has asked for."""
+        """Note every field that has a meaning and that no reader has read."""
         entries: dict[tuple[str, ...], tuple[list[Block], dict[str, list[str]]]] = {}
         for block in self.blocks:
             fields = list(unread_fields(block))
@@ -161,7 +161,7 @@ class DeckModel:
                 self.drop(block, ", ".join(said))
 
     def no_set(self, kind: str, number: int) -> str:
-        """Why there is no set of a kind ("NODE", "PART") and number; nothing where there is one."""
+        """Return why there is no set of a kind ("NODE", "PART") and number; empty if it exists."""
         if number in (self.node_sets if kind == "NODE" else self.part_sets):
             return ""
         other = self.other_sets.get((kind, number))
@@ -170,11 +170,11 @@ class DeckModel:
         return f"set {number} is a *{other.keyword}, {self.place(other)}, which is not understood"
 
     def nodes_of(self, mass: Lumped) -> list[int]:
-        """Numbers of the nodes that a lumped mass stands on."""
+        """Return the numbers of the nodes with a lumped mass."""
         return self.node_sets.get(mass.number, []) if mass.of_set else [mass.number]
 
     def axes_of(self, inertia: Inertia) -> FloatArray | None:
-        """(3, 3) columns, the axes that a tensor is in; None where these are not understood."""
+        """Return the axes of a tensor, columns (3, 3); None if they are not understood."""
         if inertia.axes is None:
             return np.eye(3)
         system = inertia.axes.whole("CID")
@@ -183,18 +183,18 @@ class DeckModel:
         return axes_of(inertia.axes.reals("XL YL ZL"), inertia.axes.reals("XLIP YLIP ZLIP"))
 
     def ends_after(self, death: float) -> bool:
-        """Whether something is over before the run is; a death of 0 is none."""
+        """Whether something ends before the run does; a death of 0 is none."""
         return 0.0 < death < (self.end or _FOREVER)
 
     def place(self, block: Block, line: int = 0) -> str:
-        """Where a keyword, or a card of it, stands: its line, and an included file's name."""
+        """Return the place of a keyword or a card: its line, and an included file's name."""
         return f"line {line or block.line}{self._file_of(block)}"
 
     def _file_of(self, block: Block) -> str:
         return "" if block.path == self.path else f" of {block.path.name}"
 
     def curve(self, number: int) -> DeckCurve | None:
-        """A curve; None where there is none.
+        """Return a curve, or None if there is none.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Reading what an LS-DYNA deck says beside its mesh: rigid parts, contacts, motions, times.
+"""Contents of an LS-DYNA deck besides its mesh: rigid parts, contacts, motions, times.
 
 What is not understood is kept by keyword, with the lines it stands in. Card layouts: LS-DYNA
 Keyword User's Manual, volumes I and II.
@@ -84,7 +84,7 @@ _STATES = layout("DT ~LCDT ~BEAM NPLTC ~PSETID ~CID")
 
 
 def read_model(path: Path) -> DeckModel:
-    """Read what a deck says beside its mesh.
+    """Read the contents of a deck besides its mesh.
 
     Raises
     ------
@@ -117,8 +117,10 @@ def read_model(path: Path) -> DeckModel:
 
 
 def _possible(model: DeckModel) -> Iterator[Prescribed]:
-    """Motions whose curve can be followed, one of each part and way and of one kind for each part;
-    others are noted."""
+    """Yield the motions with usable curves; note the others.
+
+    There is one for each part and direction, and one kind for each part.
+    """
     kinds: dict[int, int] = {}
     first: dict[tuple[int, int], Prescribed] = {}
     for one in model.motions:
@@ -215,7 +217,7 @@ def _material(block: Block, model: DeckModel) -> None:
 
 
 def _tied(block: Block, model: DeckModel) -> None:
-    """*BOUNDARY_SPC_… and *CONSTRAINED_EXTRA_NODES_…."""
+    """Read *BOUNDARY_SPC_… and *CONSTRAINED_EXTRA_NODES_…."""
     if not is_tie(block):
         model.drop(block)
         return
@@ -301,7 +303,7 @@ def _initial(block: Block, model: DeckModel) -> None:
 
 
 def _start(model: DeckModel, part: int, start: Start) -> None:
-    """Take a velocity of a part, or of all (0); where it has another one, this is told."""
+    """Take the velocity of a part, or of all (0); note a conflicting one."""
     before = model.velocities.get(part)
     if before is not None and before.rates != start.rates:
         whose = f"part {part}" if part else "all"
@@ -384,7 +386,7 @@ def _termination(block: Block, model: DeckModel) -> None:
 
 
 def _system(block: Block, model: DeckModel) -> None:
-    """*DEFINE_COORDINATE_SYSTEM and _VECTOR, but for those given in another system."""
+    """Read *DEFINE_COORDINATE_SYSTEM and _VECTOR, except those given in another system."""
     vector = block.keyword.removesuffix("_TITLE").endswith("_VECTOR")
     _, cards = block.title_and_cards()
     if vector:

@@ -1,4 +1,4 @@
-"""``*PARAMETER`` and ``*PARAMETER_EXPRESSION`` of LS-DYNA keyword decks: what ``&name`` stands for.
+"""``*PARAMETER`` and ``*PARAMETER_EXPRESSION`` of LS-DYNA decks: values of ``&name``.
 
 Parameters are read from blocks of cards, and fill the fields of others: both stand here.
 Card layouts: LS-DYNA Keyword User's Manual, volume I, *PARAMETER. A name counts in small letters
@@ -25,7 +25,7 @@ _KINDS = "ric"
 _REFERENCE = re.compile(r"(-?)\s*&\s*(\w+)", re.ASCII)
 _DOUBLE = re.compile(r"(?<=[\d.])[dD](?=[+-]?\d)")
 _WHOLE = 2.0**53
-"""Whole numbers up to this one are exact."""
+"""Largest whole number that is exact as a float."""
 
 _OF_MATH = (
     *("sqrt", "exp", "log", "log10", "sin", "cos", "tan"),
@@ -64,11 +64,11 @@ class Card(NamedTuple):
 
 
 class Unread(NamedTuple):
-    """A field of a card that no reader has asked for."""
+    """A field of a card that no reader has read."""
 
     text: str
     default: str
-    """What the field stands for where it is blank or 0; nothing where that is 0."""
+    """Meaning of a blank or 0 in the field; empty if that is 0."""
 
 
 class Block(NamedTuple):
@@ -78,18 +78,20 @@ class Block(NamedTuple):
     """Upper case, without the star: "ELEMENT_SHELL"."""
     cards: list[Card]
     long: bool
-    """In the long format, fields 20 wide."""
+    """Whether it is in the long format, fields 20 wide."""
     path: Path
     line: int
-    """Of the keyword."""
+    """Line of the keyword."""
     parameters: Parameters
-    """What stands for names after & in its cards."""
+    """Values of the names after & in its cards."""
     unread: dict[int, dict[str, Unread]]
-    """Fields that are not blank and that no reader has asked for, by name, of each card that was
-    cut into fields, by its line."""
+    """Fields that are not blank and that no reader has read.
+
+    They are by name, for each card that was cut into fields, by its line.
+    """
 
     def title_and_cards(self) -> tuple[str, list[Card]]:
-        """Title and cards that are not blank; of a keyword in _TITLE the first card is the title.
+        """Return title and nonblank cards; a keyword in _TITLE has its title on the first card.
 
         A blank title is a card, too, so that it goes before blank cards do.
         """
@@ -98,16 +100,16 @@ class Block(NamedTuple):
         return title, [card for card in self.behind(titled) if card.text.strip()]
 
     def behind(self, count: int) -> list[Card]:
-        """The cards behind the first few, which are titles and numbers of the keyword itself."""
+        """Return the cards after the first few, which are titles and numbers of the keyword."""
         self.told(*self.cards[:count])
         return self.cards[count:]
 
     def told(self, *cards: Card) -> None:
-        """Take some cards for read: all they say is known, or was told of."""
+        """Mark some cards as read: their contents are known, or reported."""
         self.unread.update({card.line: {} for card in cards})
 
     def where(self, card: Card | None = None) -> str:
-        """File, line and keyword, for messages."""
+        """Return file, line and keyword, for messages."""
         line = f", line {card.line}" if card else ""
         return f"{self.path}{line}: *{self.keyword}"
 
@@ -118,11 +120,11 @@ class Left(NamedTuple):
     block: Block
     why: str
     line: int
-    """Of its card in the deck."""
+    """Line of its card in the deck."""
 
 
 class Parameters:
-    """Values of a file's parameters, and of those of the files that include it.
+    """Values of the parameters of a file, and of the files that include it.
 
     `left` says what is not understood.
     """
@@ -133,7 +135,7 @@ class Parameters:
         self.left: list[Left] = [] if outer is None else outer.left
 
     def filled(self, field: str) -> str:
-        """A field with the value of its parameter; as it is where there is none."""
+        """Return a field with the value of its parameter; unchanged without one."""
         match = _REFERENCE.fullmatch(field)
         value = None if match is None else self._value(match[2].lower())
         if match is None or value is None:
@@ -163,7 +165,7 @@ class Parameters:
         return self if self._outer is None else self._outer._root()
 
     def _worked_out(self, text: str, kind: str) -> str | None:
-        """The value of an expression; None where it is not understood or no number."""
+        """Return the value of an expression; None if it is not understood or no number."""
         try:
             tree = ast.parse(_DOUBLE.sub("e", text.replace("&", " ")).strip().lower(), mode="eval")
             value = self._evaluated(tree.body)
@@ -198,7 +200,7 @@ def is_parameters(block: Block) -> bool:
 
 
 def _pairs(block: Block) -> Iterator[tuple[int, str, str]]:
-    """Line, name, its kind in front, and text of the value: four pairs a card."""
+    """Yield line, name, type letter and text of the value: four pairs per card."""
     width = _LONG_WIDTH if block.long else _WIDTH
     for card in block.cards:
         if "," in card.text:
@@ -212,8 +214,10 @@ def _pairs(block: Block) -> Iterator[tuple[int, str, str]]:
 
 
 def _expressions(block: Block) -> Iterator[tuple[int, str, str]]:
-    """Line, name, its kind in front, and expression: one a card, which goes on under an empty
-    name."""
+    """Yield line, name, type letter and expression, one per card.
+
+    An empty name continues the expression before.
+    """
     width = _LONG_WIDTH if block.long else _WIDTH
     expressions: list[tuple[int, str, list[str]]] = []
     for card in block.cards:
@@ -237,13 +241,13 @@ def _number(text: str | None) -> Value:
 
 
 def _as_whole(value: float, a: Value, b: Value) -> Value:
-    """`value` as a whole number where it was made of two."""
+    """Return `value` as a whole number if both operands are."""
     whole = isinstance(a, int) and isinstance(b, int) and value == round(value)
     return int(value) if whole and abs(value) < _WHOLE else value
 
 
 def _divided(a: Value, b: Value) -> Value:
-    """A quotient; of whole numbers that leave a remainder it is not said what is meant."""
+    """Return a quotient; refuse whole numbers with a remainder, whose meaning is unclear."""
     if isinstance(a, int) and isinstance(b, int):
         if a % b:
             raise ValueError("whole numbers with a remainder")

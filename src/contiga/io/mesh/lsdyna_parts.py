@@ -1,4 +1,4 @@
-"""*PART and *SECTION_SHELL of an LS-DYNA deck: what a part is called and how thick its shells are.
+"""*PART and *SECTION_SHELL of an LS-DYNA deck: titles of parts and thicknesses of shells.
 
 Card layouts: LS-DYNA Keyword User's Manual, volume I, *PART and *SECTION_SHELL.
 """
@@ -49,40 +49,40 @@ _THICK_SHELL = layout("~SECID ELFORM=1 SHRF=1 NIP=2 PROPT=1 QR/IRID ICOMP TSHEAR
 
 
 class Inertia(NamedTuple):
-    """What *PART_INERTIA says of a rigid part."""
+    """The *PART_INERTIA of a rigid part."""
 
     mass: float
     centre: tuple[float, float, float]
     node: int
-    """Whose place is the centre; 0 where it is given."""
+    """Node at the centre; 0 if the centre is given."""
     tensor: tuple[float, float, float, float, float, float]
     """Ixx, Ixy, Ixz, Iyy, Iyz, Izz about the centre."""
     velocity: tuple[float, float, float]
     spin: tuple[float, float, float]
     axes: Row | None
-    """The card with axes that the tensor is in; None where it is in those of the world."""
+    """The card with the axes of the tensor; None for world axes."""
     block: Block
 
 
 class Parts(NamedTuple):
-    """Titles of parts, the thicknesses of their shells, and what rigid ones weigh."""
+    """Titles of parts, thicknesses of their shells, and inertia of rigid ones."""
 
     titles: dict[int, str]
     sections: dict[int, int]
     """Section of each part."""
     thickness: dict[int, tuple[float, float, float, float]]
-    """Of each shell section, at the four corners."""
+    """Thicknesses of each shell section at the four corners."""
     added: dict[int, float]
-    """Of each shell section, mass over area beside that of the material, MAREA."""
+    """Additional mass over area of each shell section, MAREA."""
     materials: dict[int, int]
     """Material of each part."""
     inertia: dict[int, Inertia]
-    """Of the parts that say it."""
+    """Inertia of the parts that define it."""
     given: Given
     """Cards of each part and shell section."""
 
     def shell_thickness(self, part: NDArray[np.int64]) -> FloatArray:
-        """(m, 4) thickness at the corners of shells of these parts; 0 where the deck says none."""
+        """Return the thickness (m, 4) at the corners of shells of these parts; 0 if not given."""
         numbers, inverse = np.unique(part, return_inverse=True)
         none = (0.0, 0.0, 0.0, 0.0)
         rows = [self.thickness.get(self.sections.get(int(n), -1), none) for n in numbers]
@@ -90,13 +90,13 @@ class Parts(NamedTuple):
 
 
 def is_part(block: Block) -> bool:
-    """Whether a keyword is a *PART all of whose cards `read_parts` knows."""
+    """Whether a keyword is a *PART that `read_parts` reads completely."""
     first, *options = block.keyword.split("_")
     return first == "PART" and set(options) <= _PART_OPTIONS.keys()
 
 
 def read_parts(blocks: Iterable[Block], leave: Leave | None = None) -> Parts:
-    """Parts and sections of a deck; those with parameters without a value go to `leave`.
+    """Return parts and sections of a deck; those with undefined parameters go to `leave`.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def read_parts(blocks: Iterable[Block], leave: Leave | None = None) -> Parts:
 
 
 def is_section(block: Block) -> bool:
-    """Whether a keyword is a *SECTION that `read_parts` knows."""
+    """Whether a keyword is a *SECTION that `read_parts` reads."""
     return block.keyword.startswith(("SECTION_SHELL", *_SOLID_SECTIONS))
 
 
@@ -166,7 +166,7 @@ def _inertia(rows: list[Row], axes: Row | None, block: Block) -> Inertia:
 
 
 def axes_of(along: Sequence[float], across: Sequence[float]) -> FloatArray | None:
-    """(3, 3) columns: the local x axis, y in the plane that a second vector spans with it, z.
+    """Return columns (3, 3): the local x axis, y in the plane of x and a second vector, and z.
 
     None of vectors that make no axes.
     """
@@ -179,7 +179,7 @@ def axes_of(along: Sequence[float], across: Sequence[float]) -> FloatArray | Non
 
 
 def _read_section(block: Block, parts: Parts) -> None:
-    """Two cards a section (number, …; four thicknesses), after a title if the keyword says so.
+    """Read two cards per section (number, …; four thicknesses), with a title if there is one.
 
     Layered sections (ICOMP = 1) add their angles, eight a card. T2 to T4 are T1 where left out.
     """
@@ -212,7 +212,7 @@ def _read_section(block: Block, parts: Parts) -> None:
 
 
 def _read_solid_section(block: Block, parts: Parts) -> None:
-    """Nothing of it is in a case; what is not a default is left unread."""
+    """Read a section of solids; fields other than defaults stay unread, for no case has them."""
     options = block.keyword.split("_")[2:]
     titled = "TITLE" in options
     cards = iter(block.cards)

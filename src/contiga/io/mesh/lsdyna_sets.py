@@ -1,4 +1,4 @@
-"""``*SET_NODE`` and ``*SET_PART`` of an LS-DYNA deck: numbers under a number.
+"""``*SET_NODE`` and ``*SET_PART`` of an LS-DYNA deck.
 
 Card layouts: LS-DYNA Keyword User's Manual, volume I, *SET.
 """
@@ -15,25 +15,25 @@ _MEMBERS = layout("ID1 ID2 ID3 ID4 ID5 ID6 ID7 ID8")
 
 
 def set_name(number: int) -> str:
-    """What a set of nodes is called among the parts of a mesh."""
+    """Return the name of a set of nodes among the parts of a mesh."""
     return f"set of nodes {number}"
 
 
 def is_set(block: Block, kind: str) -> bool:
-    """Whether a keyword is a set of this kind ("NODE", "PART") that `read_sets` knows."""
+    """Whether a keyword is a set of this kind ("NODE", "PART") that `read_sets` reads."""
     words = block.keyword.split("_")
     return words[:2] == ["SET", kind] and set(words[2:]) <= _OPTIONS
 
 
 def is_other_set(block: Block) -> bool:
-    """Whether a keyword is a set of nodes or of parts, of a kind that is not understood."""
+    """Whether a keyword is a set of nodes or parts of an unknown type."""
     kinds = ("NODE", "PART")
     named = block.keyword.startswith(tuple(f"SET_{kind}" for kind in kinds))
     return named and not any(is_set(block, kind) for kind in kinds)
 
 
 def set_of(block: Block) -> tuple[str, int]:
-    """Kind and number of a set that is not understood; 0 where it has none that can be told."""
+    """Return kind and number of a set of unknown type; 0 if it has no readable number."""
     _, cards = block.title_and_cards()
     text = row_of(cards[0], block, _HEAD).text("SID") if cards else ""
     return block.keyword.split("_")[1], int(text) if text.isdecimal() else 0
@@ -42,7 +42,7 @@ def set_of(block: Block) -> tuple[str, int]:
 def read_sets(
     blocks: Iterable[Block], kind: str, leave: Leave | None = None
 ) -> dict[int, list[int]]:
-    """Members of all sets of a kind, by number; a set that is given twice has both.
+    """Return the members of all sets of a kind, by number; a set given twice has both.
 
     Sets with parameters without a value go to `leave`.
 

@@ -1,4 +1,4 @@
-"""Materials of an LS-DYNA deck whose parts deform in a case as they do there.
+"""Materials of an LS-DYNA deck whose parts deform in a case.
 
 Card layouts: LS-DYNA Keyword User's Manual, volume II.
 """
@@ -14,29 +14,29 @@ from contiga.io.mesh.lsdyna_cards import Layout, Row, layout
 BLATZ_KO = 0.463
 """Poisson's ratio of *MAT_BLATZ-KO_RUBBER."""
 _ALONG_A_VECTOR = 2.0
-"""AOPT of material axes that are one vector for all elements."""
+"""AOPT of material axes given by one vector for all elements."""
 _BY_CURVES = (4.0, 14.0)
-"""FORM of fabrics by curves of second Piola-Kirchhoff stress over Green's strain."""
+"""FORM of fabrics with curves of second Piola-Kirchhoff stress over Green strain."""
 _OTHER_CURVES = (4.0, 13.0, 14.0, 24.0)
-"""Size of a FORM that has curves of one kind or another."""
+"""Magnitudes of FORM with curves of either kind."""
 
 
 class SoftLaw(NamedTuple):
     """A material of a case, `contiga.materials`."""
 
     table: dict[str, Any]
-    """Of `material`, but for what is a curve."""
+    """Table of `material`, without its curves."""
     modulus: float
-    """Young's."""
+    """Young's modulus."""
     poisson: float
     note: str = ""
-    """What of the card it is not."""
+    """Features of the card that are left out."""
     curves: Mapping[str, int] = MappingProxyType({})
     """Numbers of the curves, by key of the table."""
     membrane: bool = False
-    """Whether it is for membranes alone."""
+    """Whether it is for membranes only."""
     by_rate: int = 0
-    """Number of the table of its loading curves by rate, where it has one."""
+    """Number of the table of its loading curves by rate; 0 without one."""
 
 
 def _elastic(rows: list[Row]) -> SoftLaw | str:
@@ -75,7 +75,7 @@ def _foam(rows: list[Row]) -> SoftLaw | str:
 
 
 def _foam_with_rates(rows: list[Row]) -> SoftLaw | str:
-    """*MAT_FU_CHANG_FOAM by a table of curves; without one it is a fit, which is not read."""
+    """Read *MAT_FU_CHANG_FOAM by a table of curves; without one it is a fit and is not read."""
     modulus, by_rate = rows[0].real("E"), rows[0].whole("TBID")
     nominal, returned = rows[1].reals("SFLAG HU")
     shape = rows[3].real("SHAPE")
@@ -93,7 +93,7 @@ def _foam_with_rates(rows: list[Row]) -> SoftLaw | str:
 
 
 def _fabric(rows: list[Row]) -> SoftLaw | str:
-    """*MAT_FABRIC: isotropic where it has one modulus and no shear modulus of its own."""
+    """Read *MAT_FABRIC: isotropic with one modulus and no shear modulus of its own."""
     warp, weft, poisson = rows[0].reals("EA EB PRBA")
     shear, slack = rows[1].reals("GAB CSE")
     aopt, form = rows[2].reals("AOPT FORM")
@@ -167,7 +167,7 @@ _LAYOUTS = {
 CARDS: dict[str, tuple[Layout, ...]] = {
     name: tuple(map(layout, cards)) for names, cards in _LAYOUTS.items() for name in names
 }
-"""Cards of the materials of which something is understood, by the end of the keyword, *MAT_…."""
+"""Cards of the materials that are understood, by the end of the keyword, *MAT_…."""
 
 SOFT: dict[str, Callable[[list[Row]], SoftLaw | str]] = {
     name: law
@@ -181,4 +181,4 @@ SOFT: dict[str, Callable[[list[Row]], SoftLaw | str]] = {
     )
     for name in names
 }
-"""What a part of a material is made of where it deforms, or why of nothing, by its cards."""
+"""Functions from the cards of a material to its law, or to the reason for none."""

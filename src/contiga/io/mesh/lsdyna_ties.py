@@ -1,4 +1,4 @@
-"""Nodes of an LS-DYNA deck that are held, or go with a rigid part.
+"""Nodes of an LS-DYNA deck that are fixed or attached to a rigid part.
 
 Card layouts: LS-DYNA Keyword User's Manual, volume I, *BOUNDARY_SPC and *CONSTRAINED_EXTRA_NODES.
 """
@@ -21,41 +21,41 @@ _EXTRA_NODES = layout("PID NID IFLAG")
 
 
 class NodeTie(NamedTuple):
-    """What a card says of some nodes."""
+    """A card about some nodes."""
 
     nodes: str
     """Name of their set among the groups of the mesh."""
     number: int
-    """Of the node or set."""
+    """Number of the node or set."""
     one: bool
-    """Whether it is of a node."""
+    """Whether it is about one node."""
     ways: str
-    """Of "xyz" those held; empty where they go with a part."""
+    """Fixed directions of "xyz"; empty if the nodes are attached."""
     part: int
-    """The rigid part that they go with; 0 where they are held."""
+    """The rigid part that they are attached to; 0 if they are fixed."""
     block: Block
     line: int
     problem: str = ""
-    """What of it is not understood; such a tie does nothing."""
+    """The part of it that is not understood; such a tie has no effect."""
 
     @property
     def key(self) -> tuple[str, int, int]:
-        """What tells it from others."""
+        """Return the key that distinguishes it from others."""
         return str(self.block.path), self.line, self.number
 
     @property
     def what(self) -> str:
-        """The nodes, in words."""
+        """Return the nodes in words."""
         return f"node {self.number}" if self.one else set_name(self.number)
 
 
 def is_tie(block: Block) -> bool:
-    """Whether a keyword is one that `read_ties` knows."""
+    """Whether `read_ties` reads a keyword."""
     return block.keyword.removesuffix("_ID") in _HELD or block.keyword in _EXTRA
 
 
 def read_ties(block: Block) -> Iterator[NodeTie]:
-    """All that a keyword says.
+    """Yield all ties of a keyword.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def read_ties(block: Block) -> Iterator[NodeTie]:
 
 
 def tied_nodes(blocks: Iterable[Block]) -> dict[str, list[int]]:
-    """Single nodes that cards name, by the name of their set.
+    """Return the single nodes that cards name, by the name of their set.
 
     Cards that cannot be read say nothing: a mesh does without what holds it.
     """

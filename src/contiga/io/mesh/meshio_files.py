@@ -1,4 +1,4 @@
-"""Meshes that meshio reads, with its ways of failing turned into ours."""
+"""Meshes read by meshio, with its failures as errors of ours."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _PART_NUMBERS = (
 )
 _BAR = "line"
 _PASSED_OVER = ("vertex", _BAR)
-"""Beginnings of kinds; straight lines are kept as bars."""
+"""Prefixes of kinds that are left out; straight lines are kept as bars."""
 _MESSAGE_LENGTH = 300
 # meshio's readers of these never end on damaged files: wkt is lost in a regular expression and
 # tetgen opens its two files itself.
@@ -54,7 +54,7 @@ def warm_up() -> None:
 
 
 def suffixes() -> list[str]:
-    """File endings that can be read."""
+    """Return the file suffixes that can be read."""
     import meshio
 
     known = meshio.extension_to_filetypes.items()
@@ -62,7 +62,7 @@ def suffixes() -> list[str]:
 
 
 def read_with_meshio(path: Path) -> RawMesh:
-    """Points, cells and groups of any format meshio reads.
+    """Return points, cells and groups of any format that meshio reads.
 
     meshio prints, on some errors ends the program and on some damaged files never ends; here
     nothing is printed and every failure is a `FileError` with what meshio had to say.
@@ -113,7 +113,7 @@ def _converted(mesh: Any, path: Path) -> RawMesh:
 
 
 def _read(path: Path) -> Any:
-    """The meshio mesh, from the first of the formats with this suffix that fits."""
+    """Return the meshio mesh, from the first format with this suffix that fits."""
     import meshio
 
     endings = ("".join(path.suffixes[-2:]).lower(), path.suffix.lower())
@@ -147,7 +147,7 @@ def _read(path: Path) -> Any:
 
 @contextlib.contextmanager
 def _source(path: Path, file_format: str) -> Iterator[Any]:
-    """What to hand to meshio: the path, or for readers that spin at its end a guarded file."""
+    """Provide meshio's source: the path, or a guarded file for readers that hang at its end."""
     mode = _SPINNING.get(file_format)
     if mode is None:
         yield path
@@ -185,10 +185,10 @@ def _three_columns(points: NDArray[Any], path: Path) -> FloatArray:
 
 
 class _Place(NamedTuple):
-    """Where the cells of one of meshio's blocks are."""
+    """Places of the cells of one of meshio's blocks."""
 
     first: int
-    """Number of the first block made of it."""
+    """Number of the first block made from it."""
     made: Blocks
 
     def put(self, cells: NDArray[Any], into: list[NDArray[Any]]) -> None:
@@ -198,8 +198,10 @@ class _Place(NamedTuple):
 
 
 def _blocks(block: Any, points: FloatArray, path: Path) -> Blocks:
-    """What is made of a block of meshio's: one of ours; of polygons one or two; of bent lines
-    none."""
+    """Return the blocks for a block of meshio's.
+
+    They are one or two for polygons, none for curved lines, and else one.
+    """
     kind = str(block.type)
     if kind.startswith(_PASSED_OVER) and kind != _BAR:
         return Blocks((), ())
@@ -235,7 +237,7 @@ def _block(kind: str, block: Any, n_points: int, path: Path) -> CellBlock:
 
 
 def check_cells(kind: str, nodes: NDArray[np.int64], n_points: int, where: str) -> None:
-    """Refuse a cell that names a node which is not there."""
+    """Refuse a cell that names a missing node."""
     outside = np.flatnonzero(((nodes < 0) | (nodes >= n_points)).any(axis=1))
     if len(outside):
         raise MeshError(
@@ -247,7 +249,7 @@ def check_cells(kind: str, nodes: NDArray[np.int64], n_points: int, where: str) 
 
 
 def _groups(mesh: Any, places: list[_Place], n_blocks: int) -> Iterator[Group]:
-    """Physical groups and part numbers, then sets of cells, then sets of nodes."""
+    """Yield physical groups and part numbers, then sets of cells, then sets of nodes."""
     taken: set[str] = set()
     for key in _PART_NUMBERS:
         if key in mesh.cell_data:
@@ -269,7 +271,7 @@ def _groups(mesh: Any, places: list[_Place], n_blocks: int) -> Iterator[Group]:
 
 
 def _numbered(mesh: Any, key: str, places: list[_Place], n_blocks: int) -> Iterator[Group]:
-    """Groups from the part numbers each cell carries.
+    """Yield groups from the part numbers of the cells.
 
     Gmsh numbers them apart by dimension; 0 stands for no group.
     """

@@ -22,12 +22,12 @@ SUFFIXES = (".bdf", ".nas", ".fem")
 
 
 class _Kind(NamedTuple):
-    """What cells an element is."""
+    """The cells of an element type."""
 
     linear: str
     quadratic: str
     order: tuple[int, ...] = ()
-    """Its nodes in VTK's order, where that is another."""
+    """Its nodes in VTK's order, if that differs."""
 
 
 _BRICK = (*range(12), *range(16, 20), *range(12, 16))
@@ -62,7 +62,7 @@ _PASSED = re.compile(
 
 
 def read_nastran(path: Path) -> RawMesh:
-    """Mesh of a bulk data deck, with the files it includes; one group for each property.
+    """Return the mesh of a bulk data deck with its included files; a group for each property.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def _add(card: Card, number: int, elements: dict[str, Elements]) -> None:
 
 
 def _cell(card: Card) -> tuple[str, list[int]]:
-    """Kind and nodes of an element: linear where it names no mid-side node."""
+    """Return kind and nodes of an element: linear if it names no mid-side node."""
     known = _ELEMENTS[card.name]
     corners = N_NODES[known.linear]
     count = N_NODES.get(known.quadratic, corners)

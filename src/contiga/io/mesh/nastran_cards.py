@@ -22,18 +22,18 @@ class Card(NamedTuple):
     """A bulk data entry."""
 
     name: str
-    """Upper case."""
+    """Name in upper case."""
     fields: list[str]
-    """What follows the name, continuations too, eight for each line (four of a long one)."""
+    """Fields after the name, with continuations: eight per line (four of a long one)."""
     where: str
     """File, line and name, for messages."""
 
     def text(self, k: int) -> str:
-        """Field `k`, counted from 0 after the name; "" past the end."""
+        """Return field `k`, counted from 0 after the name; "" past the end."""
         return self.fields[k] if k < len(self.fields) else ""
 
     def whole(self, k: int, default: int = 0) -> int:
-        """A whole number.
+        """Return a field as a whole number.
 
         Raises
         ------
@@ -44,7 +44,7 @@ class Card(NamedTuple):
         return whole(text, self.where) if text else default
 
     def real(self, k: int) -> float:
-        """A number in any way Nastran writes it; empty is 0.
+        """Return a field as a number in any of Nastran's notations; empty is 0.
 
         Raises
         ------
@@ -54,7 +54,7 @@ class Card(NamedTuple):
         return real(self.text(k), self.where)
 
     def place(self, k: int) -> tuple[float, float, float]:
-        """Three numbers from field `k` on."""
+        """Return three numbers from field `k` on."""
         return self.real(k), self.real(k + 1), self.real(k + 2)
 
 
@@ -72,16 +72,16 @@ class _Split(NamedTuple):
     """The fields of a line."""
 
     name: str
-    """Upper case without the star of long fields; "" where the line goes on with a card."""
+    """Name in upper case without the star of long fields; "" for a continuation."""
     fields: list[str]
     tag: str
-    """What a continuation says of the card before."""
+    """Tag by which a continuation names the card before."""
     next_tag: str
-    """What the next line is to say of this one."""
+    """Tag by which the next line names this one."""
 
 
 def read_cards(path: Path) -> Iterator[Card]:
-    """The bulk data of a deck and of the files it includes, in their order.
+    """Yield the bulk data of a deck and of the files it includes, in order.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def read_cards(path: Path) -> Iterator[Card]:
 
 
 def _lines(path: Path, open_files: tuple[Path, ...]) -> Iterator[_Line]:
-    """Lines without comments, tabs spread out, those of included files in their place."""
+    """Yield lines without comments, tabs expanded, with those of included files in place."""
     open_files = (*open_files, path.resolve())
     including: _Line | None = None
     with path.open(encoding="utf-8", errors="replace") as stream:
@@ -140,7 +140,7 @@ def _included(line: _Line, open_files: tuple[Path, ...]) -> Iterator[_Line]:
 
 
 def _bulk(lines: list[_Line]) -> Iterator[_Line]:
-    """What stands between BEGIN BULK and ENDDATA; without the one, from the start."""
+    """Yield the lines between BEGIN BULK and ENDDATA; without the first, from the start."""
     begins = [k for k, line in enumerate(lines) if _BEGIN.fullmatch(line.text)]
     for k in begins:
         match = _BEGIN.fullmatch(lines[k].text)

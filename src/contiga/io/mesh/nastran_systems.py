@@ -1,4 +1,4 @@
-"""Coordinate systems of a Nastran deck, and where its grid points are.
+"""Coordinate systems of a Nastran deck, and the places of its grid points.
 
 Card layouts: MSC Nastran Quick Reference Guide, CORD1R … CORD2S, GRID, GRDSET.
 """
@@ -26,9 +26,9 @@ class _Grid(NamedTuple):
 
 class _System(NamedTuple):
     kind: str
-    """R, C or S."""
+    """Type of the system: R, C or S."""
     within: int
-    """System that the three points are given in; -1 where they are grid points."""
+    """System in which the three points are given; -1 for grid points."""
     points: tuple[Place, ...]
     grids: tuple[int, ...]
     where: str
@@ -42,7 +42,7 @@ class _Axes(NamedTuple):
 
 
 class Grids:
-    """Grid points and systems as they are read; `positions` when all are there."""
+    """Grid points and systems as they are read; `positions` once all are known."""
 
     def __init__(self) -> None:
         self._grids: dict[int, _Grid] = {}
@@ -52,7 +52,7 @@ class Grids:
         self._asked: list[int] = []
 
     def grid(self, card: Card) -> None:
-        """GRID; one given twice must be the same."""
+        """Read GRID; one given twice must be equal."""
         system = card.whole(1) if card.text(1) else -1
         grid = _Grid(system, card.place(2), card.where)
         known = self._grids.setdefault(card.whole(0), grid)
@@ -65,11 +65,11 @@ class Grids:
             )
 
     def defaults(self, card: Card) -> None:
-        """GRDSET: the system of grid points that name none."""
+        """Read GRDSET: the system of grid points that name none."""
         self._default = card.whole(1)
 
     def system(self, card: Card) -> None:
-        """CORD1 by grid points, two a card, or CORD2 by places."""
+        """Read CORD1 by grid points, two per card, or CORD2 by places."""
         kind = card.name[-1]
         if card.name.startswith("CORD1"):
             for k in (0, 4):
@@ -86,7 +86,7 @@ class Grids:
             raise MeshError("a system is given twice", where=system.where, found=number)
 
     def positions(self) -> dict[int, Place]:
-        """Places of all grid points in the basic system, in the file's order.
+        """Return the places of all grid points in the basic system, in the file's order.
 
         Raises
         ------
@@ -143,7 +143,10 @@ class Grids:
 
 
 def _rows(points: list[FloatArray], where: str) -> FloatArray:
-    """Axes of a system: the second point is on z, the third in the half-plane of x and z."""
+    """Return the axes of a system from three points.
+
+    The second point is on z, the third in the half-plane of x and z.
+    """
     a, b, c = points
     z = b - a
     y = np.cross(z, c - a)

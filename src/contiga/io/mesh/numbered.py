@@ -1,4 +1,4 @@
-"""Nodes and elements by the numbers a deck gives them, as rows of a mesh."""
+"""Nodes and elements by their numbers in a deck, as rows of a mesh."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from contiga.slaves.skin import CellBlock, Int64Array
 
 
 class Rows:
-    """Turns node numbers of a deck into rows of its points."""
+    """Map from node numbers of a deck to rows of its points."""
 
     def __init__(self, ids: Int64Array, where: str, allowed: str) -> None:
         self.order = np.argsort(ids, kind="stable")
@@ -24,14 +24,16 @@ class Rows:
         self.allowed = allowed
 
     def known(self, ids: Int64Array) -> NDArray[np.bool_]:
-        """Which of the numbers are there."""
+        """Return a mask of the numbers that exist."""
         if len(self.sorted) == 0:
             return np.zeros(len(ids), dtype=bool)
         place = np.minimum(np.searchsorted(self.sorted, ids), len(self.sorted) - 1)
         return np.asarray(self.sorted[place] == ids)
 
     def __call__(self, ids: Int64Array, where: Sequence[str] = ()) -> Int64Array:
-        """Rows of numbers of any shape; `where` has file and line of each along the first axis.
+        """Return the rows of numbers of any shape.
+
+        `where` has file and line of each along the first axis.
 
         Raises
         ------
@@ -54,7 +56,7 @@ class Rows:
 
 
 def rows_of(mesh: RawMesh, numbers: Sequence[int], where: str) -> Int64Array:
-    """(k,) rows of the points of a mesh with these numbers in its file.
+    """Return the rows (k,) of the points of a mesh with these numbers in its file.
 
     Raises
     ------
@@ -81,7 +83,7 @@ class Elements(NamedTuple):
     """All elements of one kind of a deck."""
 
     kind: str
-    """As VTK and meshio name it: "tetra10", "quad" …"""
+    """Name of the kind in VTK and meshio: "tetra10", "quad" …"""
     nodes: list[list[int]]
     """Numbers of their nodes, in VTK's order."""
     properties: list[int]
@@ -95,7 +97,7 @@ def raw_mesh(
     where: str,
     allowed: str,
 ) -> RawMesh:
-    """A mesh of nodes by number, with a group for each property of its elements.
+    """Return a mesh of nodes by number, with a group for each property of its elements.
 
     Raises
     ------
@@ -113,7 +115,7 @@ def raw_mesh(
 
 
 def _groups(elements: Sequence[Elements]) -> Iterator[Group]:
-    """Groups of properties, ascending: each block is sorted once, however many there are."""
+    """Yield the groups of properties, ascending; each block is sorted once."""
     owners = [np.array(each.properties, dtype=np.int64) for each in elements]
     numbers = np.unique(np.concatenate(owners)) if owners else np.zeros(0, dtype=np.int64)
     sorts = [np.argsort(members, kind="stable") for members in owners]

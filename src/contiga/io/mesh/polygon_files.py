@@ -28,7 +28,7 @@ class _Line(NamedTuple):
 
 
 def read_polygons(path: Path) -> RawMesh:
-    """Points and polygons of an OFF or an OBJ file; groups of an OBJ file.
+    """Return points and polygons of an OFF or an OBJ file; groups of an OBJ file.
 
     Polygons of more than four corners are split into triangles, with a warning.
 
@@ -45,7 +45,7 @@ def read_polygons(path: Path) -> RawMesh:
 
 
 def _lines(path: Path, numbered: Iterator[tuple[int, str]]) -> Iterator[_Line]:
-    """Lines with something on them, comments cut off."""
+    """Yield the lines that are not empty, without comments."""
     for number, text in numbered:
         words = text.partition("#")[0].split()
         if words:
@@ -83,7 +83,7 @@ def _obj(path: Path, lines: Iterator[_Line]) -> RawMesh:
     faces: list[list[int]] = []
     places: list[str] = []
     names: list[tuple[str, int]] = []
-    """Each group that begins, and the face it begins at."""
+    """Names of groups, and the faces at which they begin."""
     for line in lines:
         key, *words = line.words
         if key == "v":
@@ -143,7 +143,7 @@ def _corner(where: str, word: str, count: int) -> int:
 
 
 def _obj_corner(where: str, word: str, count: int) -> int:
-    """Row of a point from "7", "7/1", "7//3", or "-1" for the last point so far."""
+    """Return the row of a point from "7", "7/1", "7//3", or "-1" for the last point so far."""
     text = word.partition("/")[0]
     try:
         value = int(text)

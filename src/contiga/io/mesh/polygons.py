@@ -16,18 +16,18 @@ from contiga.slaves.skin import CellBlock, Int64Array
 
 
 class Blocks(NamedTuple):
-    """Triangles and quadrilaterals, and the face each comes from."""
+    """Triangles and quadrilaterals, and their original faces."""
 
     blocks: tuple[CellBlock, ...]
     parents: tuple[Int64Array, ...]
 
     def rows(self, faces: NDArray[Any]) -> tuple[Int64Array, ...]:
-        """For each block the rows that come from some faces."""
+        """Return for each block the rows that come from some faces."""
         return tuple(np.flatnonzero(np.isin(parent, faces)) for parent in self.parents)
 
 
 def blocks_of(points: FloatArray, faces: Sequence[Sequence[int]], where: str) -> Blocks:
-    """Blocks of faces; those of more than four corners are split into triangles.
+    """Return blocks of faces; those of more than four corners are split into triangles.
 
     A face of fewer than three corners is a point or a line, and passed over.
 

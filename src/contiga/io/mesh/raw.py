@@ -1,4 +1,4 @@
-"""A mesh as a file has it, before it becomes a slave; choosing parts of it by name or number."""
+"""A mesh in the form of its file, before it becomes a slave; selection of parts."""
 
 from __future__ import annotations
 
@@ -21,38 +21,38 @@ class Group(NamedTuple):
     id: int | None
     name: str | None
     cells: tuple[NDArray[Any], ...] | None
-    """For each block of the mesh the rows of its cells; None for a set of nodes."""
+    """Rows of the cells in each block of the mesh; None for a set of nodes."""
     nodes: NDArray[Any] | None = None
     """Rows of the points; None for a set of cells."""
 
 
 class RawMesh(NamedTuple):
-    """Everything a reader found."""
+    """The whole result of a reader."""
 
     points: FloatArray
     blocks: tuple[CellBlock, ...] = ()
     groups: tuple[Group, ...] = ()
     node_ids: NDArray[Any] | None = None
-    """(n,) node numbers of the file, where it has any."""
+    """(n,) node numbers of the file, if it has any."""
     thickness: tuple[FloatArray | None, ...] | None = None
-    """For each block (m, k) shell thickness at the cell's nodes, None where it has none."""
+    """Shell thickness (m, k) at the cells' nodes for each block, None if it has none."""
     mass: FloatArray | None = None
     """(n,) nodal mass."""
     unit: str | None = None
-    """Of the lengths, where the file says one."""
+    """Unit of the lengths, if the file gives one."""
 
 
 class Selection(NamedTuple):
-    """Which cells and nodes were asked for."""
+    """Selected cells and nodes."""
 
     cells: tuple[NDArray[np.bool_], ...]
-    """For each block a mask of its cells."""
+    """Masks of the cells of each block."""
     nodes: NDArray[np.bool_] | None
-    """Mask of the points, where sets of nodes were asked for."""
+    """Mask of the points, if sets of nodes were selected."""
 
 
 def part_of(group: Group, blocks: Sequence[CellBlock]) -> MeshPart:
-    """Counts of a group, for reports."""
+    """Return the counts of a group, for reports."""
     if group.cells is None:
         assert group.nodes is not None
         return MeshPart(group.id, group.name, 0, len(np.unique(group.nodes)))
@@ -62,7 +62,7 @@ def part_of(group: Group, blocks: Sequence[CellBlock]) -> MeshPart:
 
 
 def select(mesh: RawMesh, keys: PartKeys | None, where: str) -> Selection:
-    """Cells and nodes of the parts `keys` (all, if None).
+    """Return cells and nodes of the parts `keys` (all, if None).
 
     A key is the name of a group as the file writes it (in any case if none fits exactly), or its
     number. If only sets of nodes are named, all cells stay and the nodes are restricted.
@@ -94,7 +94,7 @@ def select(mesh: RawMesh, keys: PartKeys | None, where: str) -> Selection:
 
 
 def nodes_of(mesh: RawMesh, key: str | int, where: str) -> NDArray[np.bool_]:
-    """(n,) nodes of a set, part or group.
+    """Return a mask (n,) of the nodes of a set, part or group.
 
     Raises
     ------
@@ -111,8 +111,9 @@ def nodes_of(mesh: RawMesh, key: str | int, where: str) -> NDArray[np.bool_]:
 
 
 def cells_of(mesh: RawMesh, key: str | int, where: str) -> dict[str, NDArray[Any]]:
-    """Cells of a part, set or group by kind, (m, k) rows of the points; of a set of nodes those
-    with all their nodes in it.
+    """Return the cells of a part, set or group by kind, rows (m, k) of the points.
+
+    A set of nodes has the cells with all nodes in it.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""`read_master`: the surface of a mesh file as a master of triangles."""
+"""`read_master`: read the surface of a mesh file as a master of triangles."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from contiga.triangles.trimesh import TriMesh
 
 SOLIDS = ("tetra", "hexahedron", "wedge", "pyramid")
 QUADRILATERALS = ("quad",)
-"""What the names of such cells begin with."""
+"""Prefixes of the names of quadrilateral cells."""
 LINEAR = {"triangle": 1, "quad": 2}
-"""Triangles of a plane cell."""
+"""Number of triangles of a plane cell."""
 
 
 def read_master(
@@ -58,7 +58,7 @@ def read_master(
 
 
 def master_of(slave: Slave, *, where: str, normals: str = "facet") -> TriMesh:
-    """The facets of `slave` over all its points.
+    """Return the facets of `slave` over all its points.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def master_of(slave: Slave, *, where: str, normals: str = "facet") -> TriMesh:
 
 
 def _made_of(cells: Mapping[str, int], n_facets: int) -> str:
-    """What facets were made of: "24 hexahedron skinned, 10 quad split", or "" for triangles."""
+    """Return the origin of facets: "24 hexahedron skinned, 10 quad split", or "" for triangles."""
     left_out = sum(count * LINEAR.get(kind, 0) for kind, count in cells.items()) - n_facets
     linear = cells.keys() <= LINEAR.keys()
     if linear and "quad" not in cells and left_out == 0:

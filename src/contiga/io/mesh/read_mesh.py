@@ -1,4 +1,4 @@
-"""`read_mesh`: a mesh or cloud file becomes a `Slave`.
+"""`read_mesh`: read a mesh or cloud file as a `Slave`.
 
 What a file holds is kept: all its nodes, in its order. Nodes inside solids, or on no cell that was
 asked for, are there but not active.
@@ -13,11 +13,11 @@ import numpy as np
 
 from contiga.errors import FileError, MeshError
 from contiga.extras import require
-from contiga.io.apart import read_apart
 from contiga.io.mesh import abaqus, cloud_files, lsdyna, nastran, polygon_files
 from contiga.io.mesh.layers import Layer, check_layer, peeled, with_middles
 from contiga.io.mesh.raw import RawMesh, Selection, nodes_of, part_of, select
 from contiga.io.naming import PartKeys, as_keys
+from contiga.io.worker import read_in_worker
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.cells import SHELLS
 from contiga.slaves.checks import check_points
@@ -92,7 +92,7 @@ def slave_of(
     unit: str | None = None,
     chosen: tuple[PartKeys | None, PartKeys | None, Layer] = (None, None, "skin"),
 ) -> Slave:
-    """A mesh already read as a slave; `chosen`: parts, sets and layer as for `read_mesh`.
+    """Return a raw mesh as a slave; `chosen` are parts, sets and layer as for `read_mesh`.
 
     Raises
     ------
@@ -127,7 +127,7 @@ def slave_of(
 
 
 def unit_of_file(mesh: RawMesh, given: str | None, path: Path) -> str | None:
-    """The unit of the lengths of a file: its own, or the one `given` where it says none."""
+    """Return the unit of the lengths of a file: its own, or the `given` one if it has none."""
     if mesh.unit is not None and given is not None and mesh.unit != given.strip():
         raise FileError(
             "the file says another unit than was given",
@@ -140,7 +140,7 @@ def unit_of_file(mesh: RawMesh, given: str | None, path: Path) -> str | None:
 
 
 def read_raw(path: Path) -> RawMesh:
-    """The mesh as the file has it, read by whoever knows its suffix."""
+    """Return the mesh in the form of the file, read by the reader of its suffix."""
     if not path.exists():
         raise FileError("no such file", where=str(path), allowed="a mesh or cloud file")
     if not path.is_file():
@@ -155,12 +155,12 @@ def read_raw(path: Path) -> RawMesh:
         raise FileError("the file is empty", where=str(path), allowed="a mesh or cloud file")
     if path.suffix.lower() in cloud_files.SUFFIXES:
         return cloud_files.read_cloud(path)
-    mesh: RawMesh = read_apart(f"contiga.io.mesh.{_reader(path)}", path)
+    mesh: RawMesh = read_in_worker(f"contiga.io.mesh.{_reader(path)}", path)
     return mesh
 
 
 def _reader(path: Path) -> str:
-    """The module and function that read a suffix."""
+    """Return the module and function that read a suffix."""
     suffix = path.suffix.lower()
     if suffix in lsdyna.SUFFIXES:
         return "lsdyna:read_lsdyna"
@@ -185,7 +185,7 @@ def _unit_factor(unit: str | None, file_unit: str | None, where: str | None) -> 
 
 
 def _chosen(mesh: RawMesh, selection: Selection) -> list[CellBlock]:
-    """The cells of a selection."""
+    """Return the cells of a selection."""
     return [
         piece
         for block, mask in zip(mesh.blocks, selection.cells, strict=True)
@@ -219,7 +219,7 @@ def _surface(
 def _within(
     facets: IntArray | None, active: np.ndarray | None, masks: np.ndarray, where: str
 ) -> tuple[IntArray | None, np.ndarray | None]:
-    """Facets with all corners in one of some sets of nodes (k, n), and of active points those."""
+    """Return the facets with all corners in one of some sets of nodes (k, n), and active points."""
     inside: np.ndarray = np.any(masks, axis=0)
     if active is not None:
         active = np.logical_and(active, inside)
@@ -236,7 +236,7 @@ def _within(
 
 
 def _all_nodes(blocks: list[CellBlock], active: np.ndarray | None, count: int) -> np.ndarray | None:
-    """The nodes of the cells, those inside, too; of a cloud or a set of nodes what it was."""
+    """Return the nodes of the cells, with inner ones; a cloud or a set of nodes is unchanged."""
     if active is not None or not blocks:
         return active
     nodes = np.zeros(count, dtype=bool)
@@ -246,7 +246,7 @@ def _all_nodes(blocks: list[CellBlock], active: np.ndarray | None, count: int) -
 
 
 def _nodal_thickness(mesh: RawMesh, selection: Selection) -> FloatArray | None:
-    """Mean over the shells that meet at a node; 0 at nodes on none whose thickness is known."""
+    """Return the mean thickness of the shells at each node; 0 without a known thickness."""
     if mesh.thickness is None:
         return None
     total = np.zeros(len(mesh.points))

@@ -1,4 +1,4 @@
-"""A series of mesh files as a motion: one file an instant, straight lines between."""
+"""A series of mesh files as a motion: one file per instant, straight lines between."""
 
 from __future__ import annotations
 
@@ -22,15 +22,16 @@ _DIGITS = re.compile(r"(\d+)")
 
 
 def natural_order(path: Path) -> tuple[tuple[int, int, str], ...]:
-    """Sorting key that takes runs of digits as numbers: step_2 before step_10."""
+    """Return a sorting key that takes runs of digits as numbers: step_2 before step_10."""
     pieces = _DIGITS.split(path.name)
     # Odd pieces are the runs of digits.
     return tuple((0, int(p), p) if i % 2 else (1, 0, p) for i, p in enumerate(pieces))
 
 
 def find_files(pattern: str | Path, folder: str | Path = ".") -> tuple[Path, ...]:
-    """Files that fit a pattern such as ``step_*.vtu``, in natural order; ``**`` stands for folders
-    of any depth.
+    """Return the files that match a pattern such as ``step_*.vtu``, in natural order.
+
+    ``**`` stands for folders of any depth.
 
     Raises
     ------
@@ -58,7 +59,7 @@ def _is_odd(part: str) -> bool:
 
 
 class MeshSeries:
-    """Positions of the nodes over time, from one mesh file an instant.
+    """Positions of the nodes over time, from one mesh file per instant.
 
     Between two instants each node moves on a straight line at constant speed; before the first
     and after the last it stays where that file has it.
@@ -76,7 +77,7 @@ class MeshSeries:
     """
 
     told = True
-    """That it may be asked at any time."""
+    """Whether it is known at any time."""
 
     def __init__(
         self,
@@ -109,11 +110,11 @@ class MeshSeries:
 
     @property
     def kinks(self) -> FloatArray:
-        """The instants: between two all goes evenly."""
+        """Return the instants, between which the motion is linear."""
         return self.times
 
     def points(self, t: float) -> FloatArray:
-        """(n, 3) positions at time `t`."""
+        """Return the positions (n, 3) at time `t`."""
         after = int(np.searchsorted(self.times, t, side="right"))
         if after == 0:
             return self._frame(0).copy()
@@ -127,7 +128,7 @@ class MeshSeries:
         return mixed
 
     def velocities(self, t: float) -> FloatArray:
-        """(n, 3) velocities at time `t`: of the file at `t` to the next one, zero where held."""
+        """Return the velocities (n, 3) at time `t`, from the file at `t` to the next, or 0."""
         k = piece_at(self.times, t)
         if k is None:
             return np.zeros_like(self._frame(0))

@@ -1,1 +1,1 @@
-"""What runs write: histories, fields, outlines, meshes; each file whole or not at all."""
+"""Output of runs: histories, fields, outlines, meshes; each file whole or not at all."""

@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, and folders that no other process uses."""
+"""Files that are written whole or not at all, and folders of one process alone."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from contiga.errors import FileError, OutputError
 from contiga.io.out.full_disk import full_disk, telling_of_full_disks
 
 _TOKEN = 4
-"""Random bytes in the name of a temporary file."""
+"""Number of random bytes in the name of a temporary file."""
 
 
 @contextmanager
 def atomic_write(path: str | Path, before: Path | None = None) -> Iterator[Path]:
-    """A temporary path beside `path`; renamed to it when the block ends well, removed when not.
+    """Provide a temporary path beside `path`; rename it on success, remove it on an error.
 
     An older file goes, or stays under the name `before`, in place of a still older one.
 
@@ -65,7 +65,7 @@ def atomic_write(path: str | Path, before: Path | None = None) -> Iterator[Path]
 
 
 def check_suffix(path: str | Path, suffix: str) -> None:
-    """Refuse a file to be written whose name does not end in `suffix`, such as ".zip".
+    """Refuse an output file whose name does not end in `suffix`, such as ".zip".
 
     Raises
     ------
@@ -82,7 +82,7 @@ def check_suffix(path: str | Path, suffix: str) -> None:
 
 
 def clear_temporaries(folder: Path, names: Iterable[str]) -> None:
-    """Remove the temporary files that a killed process left of files of these names.
+    """Remove the temporary files of these names that a killed process left behind.
 
     Nobody else may be writing them.
     """
@@ -104,10 +104,11 @@ def write_json(path: Path, content: dict[str, Any]) -> None:
 
 
 def open_folder(folder: Path, ours: Iterable[str], kind: str) -> bool:
-    """Make sure that `folder` can be written to and holds nothing of somebody else.
+    """Make sure that `folder` is writable and contains nothing of another kind.
 
     Parameters
     ----------
+    folder : the folder, made if it does not exist
     ours : names of files that tell an earlier folder of the same kind
     kind : what the folder is of, in words
 
@@ -139,7 +140,7 @@ def open_folder(folder: Path, ours: Iterable[str], kind: str) -> bool:
 
 
 def _make_writable(folder: Path) -> None:
-    """Make a folder that is not there, and refuse one that cannot be written to."""
+    """Make a missing folder, and refuse one that is not writable."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / f".probe-{os.getpid()}"

@@ -1,4 +1,4 @@
-"""A full disk told in words, whoever comes upon it first: Python, or HDF5 in a text of its own."""
+"""Messages about a full disk, whether Python or HDF5 reports it."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ _FULL = {
     EFBIG: "the file is larger than may be",
 }
 SLACK = 1_000_000
-"""Bytes that stay free: HDF5 writes more than what it is given, and files are written beside."""
+"""Bytes that stay free: HDF5 writes more than its data, and other files are written too."""
 _OF_HDF5 = re.compile(r"errno = (\d+)")
 
 
 def full_disk(error: BaseException, path: str | Path) -> OutputError | None:
-    """The message of an error that comes of a full disk; None of any other."""
+    """Return the message of an error due to a full disk; None for any other."""
     match = _OF_HDF5.search(str(error))
     number = int(match[1]) if match else getattr(error, "errno", None)
     if number not in _FULL:
@@ -31,7 +31,7 @@ def full_disk(error: BaseException, path: str | Path) -> OutputError | None:
 
 
 def check_room(path: str | Path, needed: int) -> None:
-    """Refuse to begin what there is no room for: HDF5 loses a file that it cannot write to the end.
+    """Refuse to begin without enough space: HDF5 loses a file that it cannot complete.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def check_room(path: str | Path, needed: int) -> None:
 
 @contextmanager
 def telling_of_full_disks(path: str | Path) -> Iterator[None]:
-    """Within this, a full disk is an `OutputError` about `path`.
+    """Turn errors of a full disk into an `OutputError` about `path` within this block.
 
     Raises
     ------

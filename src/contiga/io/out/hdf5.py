@@ -1,4 +1,4 @@
-"""HDF5 files that are whole, and never meet a full disk where the system can set room aside.
+"""HDF5 files that are whole, with reserved space if the system can reserve it.
 
 A file that the library cannot write to the end is lost to it, and may take the process with it. So
 files that are written at once are made in memory and handed to the disk as bytes, and room for what
@@ -24,11 +24,11 @@ from contiga.io.out.full_disk import SLACK, check_room, full_disk
 # shut after a crash.
 _LAYOUT = ("earliest", "v110")
 _SEAL_BYTES = 512
-"""The least that HDF5 leaves to users at the beginning of a file ("user block")."""
+"""Smallest user block of HDF5 at the beginning of a file, bytes."""
 
 
 def open_file(path: Path, mode: str) -> Any:
-    """An h5py file that is there, for reading ("r") or to be changed ("r+").
+    """Return an existing h5py file, open for reading ("r") or changes ("r+").
 
     Raises
     ------
@@ -48,8 +48,10 @@ def open_file(path: Path, mode: str) -> Any:
 
 
 class ReadFile:
-    """An HDF5 file that is opened for each read, or once for all in a block: to open it and look
-    for an array takes longer than to read a step of it."""
+    """An HDF5 file that is opened for each read, or once for a block.
+
+    Opening it and finding an array takes longer than reading a step.
+    """
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -67,7 +69,7 @@ class ReadFile:
 
     @contextmanager
     def arrays(self) -> Iterator[Callable[[str], Any]]:
-        """What gives the array of a name."""
+        """Provide a function that returns the array of a name."""
         if self._held is not None:
             yield self._held
             return
@@ -80,10 +82,11 @@ _MAGIC = b"\x89HDF\r\n\x1a\n"
 
 @contextmanager
 def whole_file(path: Path, *, sealed: bool = False, before: Path | None = None) -> Iterator[Any]:
-    """A new h5py file, written in place of an older one when the block ends well.
+    """Provide a new h5py file, which replaces an older one when the block ends well.
 
     Parameters
     ----------
+    path : the file
     sealed : with a checksum of all its bytes in front of them: see `is_sealed`
     before : where an older one is kept
 
@@ -105,7 +108,7 @@ def whole_file(path: Path, *, sealed: bool = False, before: Path | None = None) 
 
 
 def is_sealed(path: Path) -> bool:
-    """Whether a file was written with a seal, and is what it was then to the last bit.
+    """Whether a file was written with a seal and is unchanged to the last bit.
 
     One that cannot be read is not.
     """
@@ -117,7 +120,7 @@ def is_sealed(path: Path) -> bool:
 
 
 def begins_as_hdf5(path: Path) -> bool:
-    """Whether a file is one of HDF5 without anything in front of it: it was never sealed."""
+    """Whether a file is HDF5 without a user block: it was never sealed."""
     with path.open("rb") as file:
         return file.read(len(_MAGIC)) == _MAGIC
 
@@ -129,7 +132,7 @@ def _seal(image: bytes) -> bytes:
 
 
 def set_aside(file: Any, n_bytes: int, path: Path) -> None:
-    """Have the system keep room for what an open h5py file is to grow by.
+    """Reserve space for the growth of an open h5py file.
 
     Raises
     ------
@@ -147,7 +150,7 @@ def set_aside(file: Any, n_bytes: int, path: Path) -> None:
 
 
 def close_file(file: Any, path: Path) -> None:
-    """Close an h5py file that room was set aside for, and give back what it did not need."""
+    """Close an h5py file with reserved space, and release what it did not need."""
     try:
         file.flush()
         size = file.id.get_filesize()

@@ -1,4 +1,4 @@
-"""History tables: CSV with a header, one row a step, numbers that come back exactly.
+"""History tables: CSV with a header, a row for each step, numbers that read back exactly.
 
 Heads say name and unit, ``force [N]``, as those of pulses do: a history can be one.
 """
@@ -32,6 +32,7 @@ def write_history(
 
     Parameters
     ----------
+    path : the CSV file
     columns : (n,) numbers by name
     units : of columns by name, for the header; those without one, or with "", have the name alone
 
@@ -61,7 +62,7 @@ def write_history(
 
 
 def read_history(path: str | Path) -> dict[str, NDArray[Any]]:
-    """Columns by name, without its unit: int64 where every entry is a whole number, else float64.
+    """Return columns by name, without units: int64 if every entry is whole, else float64.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Signals as ISO/TS 13499 (ISO-MME) has them: a folder of text files, one a channel.
+"""Signals in ISO/TS 13499 (ISO-MME): a folder of text files, one per channel.
 
     TEST/TEST.mme              about the test
     TEST/Channel/TEST.chn      the list of channels
@@ -29,23 +29,23 @@ _NONE = "NOVALUE"
 _WIDTH = 28
 _CODE = re.compile(r"[A-Z0-9?]{16}")
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
-MOST = 999
+MAX_CHANNELS = 999
 
 
 class MmeChannel(NamedTuple):
-    """A signal at even times."""
+    """A signal at equal intervals."""
 
     code: str
-    """16 characters."""
+    """Code of 16 characters."""
     name: str
     unit: str
-    """As the format writes it, such as ``m/(s*s)``."""
+    """Unit in the format's notation, such as ``m/(s*s)``."""
     start: float
-    """Seconds."""
+    """Time of the first sample, s."""
     interval: float
-    """Seconds between samples."""
+    """Time between samples, s."""
     values: FloatArray
-    """(n,)."""
+    """(n,) values."""
     filter: str = _NONE
     """Channel frequency class, such as "1000"."""
 
@@ -53,7 +53,7 @@ class MmeChannel(NamedTuple):
 def write_mme(
     folder: Path, test: str, channels: Sequence[MmeChannel], *, title: str, comment: str = ""
 ) -> Path:
-    """Write a test into a new folder of its name in `folder`; that folder.
+    """Write a test into a new folder of its name in `folder`; return that folder.
 
     Raises
     ------
@@ -89,9 +89,12 @@ def write_mme(
 
 
 def _check_codes(channels: Sequence[MmeChannel]) -> None:
-    if not 0 < len(channels) <= MOST:
+    if not 0 < len(channels) <= MAX_CHANNELS:
         raise InputError(
-            "must be some channels", where="channels", found=len(channels), allowed=f"1 … {MOST}"
+            "must be some channels",
+            where="channels",
+            found=len(channels),
+            allowed=f"1 … {MAX_CHANNELS}",
         )
     names: dict[str, str] = {}
     for code, name in ((channel.code, channel.name) for channel in channels):

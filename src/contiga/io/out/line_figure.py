@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 _INSIDE = 4
-"""Lines whose legend has room inside the axes; that of more is beside them."""
+"""Largest number of lines with a legend inside the axes; more have it beside them."""
 
 
 class Line(NamedTuple):
@@ -29,11 +29,11 @@ class Line(NamedTuple):
     name: str
     """Name in the legend."""
     x: FloatArray
-    """(n,)."""
+    """(n,) abscissa."""
     y: FloatArray
-    """(n,); rows where `x` or `y` is NaN are not drawn."""
+    """(n,) values; rows where `x` or `y` is NaN are not drawn."""
     measured: bool = False
-    """Whether it is the curve of a test, which is drawn dashed in the colour of text."""
+    """Whether it is the curve of a test, drawn dashed in the colour of text."""
 
 
 class Panel(NamedTuple):
@@ -49,7 +49,7 @@ class Panel(NamedTuple):
 
 
 def finish_axes(axes: Axes, x_label: str, y_label: str) -> None:
-    """Label axes, and give them the look of all figures."""
+    """Label axes, and give them the common style."""
     axes.set_xlabel(x_label, color=MUTED)
     axes.set_ylabel(y_label, color=MUTED)
     axes.grid(color=GRID)
@@ -63,6 +63,8 @@ def draw_panels(panels: Sequence[Panel], title: str, path: str | Path | None = N
 
     Parameters
     ----------
+    panels : panels in the order of reading
+    title : title of the figure
     path : also write the picture there, in the format of its suffix (.png, .svg, .pdf)
 
     Raises

@@ -1,4 +1,4 @@
-"""One process at a time that writes to a folder, which says who it is.
+"""Locks of folders: one process at a time writes to a folder, and identifies itself.
 
 The lock is the operating system's on a file in the folder: it goes with the process that holds it,
 however that ends. The file says who holds it, for those who come second; one that nobody holds is
@@ -24,11 +24,11 @@ from contiga.io.out.full_disk import telling_of_full_disks
 _OPENED = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
 _HELD = (EACCES, EAGAIN, EDEADLK)
 _TRIES = 10
-"""Times that a file is opened which its holder takes away in that very moment."""
+"""Number of attempts to open a file that its holder removes at the same moment."""
 
 
 class FolderLock:
-    """A folder that is the caller's alone, until it is released.
+    """A lock of a folder, held until it is released.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class FolderLock:
                 os.write(self._file, json.dumps(who).encode())
 
     def release(self) -> None:
-        """Let the folder go, and take the file away. Once is enough."""
+        """Release the folder, and remove the lock file; further calls do nothing."""
         file, self._file = self._file, None
         if file is None:
             return
@@ -71,7 +71,7 @@ class FolderLock:
 
 
 def _taken(path: Path, kind: str) -> int | None:
-    """The file, locked; None where there are no locks."""
+    """Return the locked file; None if there are no locks."""
     for _ in range(_TRIES):
         _refuse_others(path)
         try:
@@ -95,7 +95,7 @@ def _taken(path: Path, kind: str) -> int | None:
 
 
 def _refuse_others(path: Path) -> None:
-    """Refuse a link, symbolic or hard, a folder, a pipe: all that is not this one file alone."""
+    """Refuse a link, symbolic or hard, a folder, a pipe: anything but a file of its own."""
     try:
         found = path.lstat()
     except OSError:

@@ -1,4 +1,4 @@
-"""Outlines of contact regions over time as transient PolyData in VTKHDF: lines that ParaView draws.
+"""Outlines of contact regions over time as transient PolyData in VTKHDF, for ParaView.
 
 Written to the published VTKHDF specification, version 2. The number of lines differs from step to
 step, so every step is a partition of its own, with its points, its lines and, as point data, the
@@ -31,16 +31,16 @@ from contiga.records import FloatArray, IntArray
 _LINES = CELLS.index("Lines")
 _LABELS = ("cluster", "contact")
 _PARTS_OF_A_STEP = 3
-"""Bytes written of a step are fewer than this many times those of its lines."""
+"""Bytes written for a step, over those of its lines, at most."""
 
 
 class Loops(NamedTuple):
     """Closed lines of one step, points[first[i]:first[i+1]] each."""
 
     points: FloatArray
-    """(k, 3), world axes, the first of a line not repeated at its end."""
+    """(k, 3) points, world axes; the first of a line is not repeated at its end."""
     first: NDArray[np.int64]
-    """(lines + 1,)."""
+    """(lines + 1,) index of the first point of each line."""
     cluster: IntArray
     """(lines,) number of the region in its contact."""
     contact: IntArray
@@ -48,7 +48,7 @@ class Loops(NamedTuple):
 
 
 class OutlinesWriter:
-    """Appends steps to a file of outlines; it is whole and readable after every step.
+    """Writer that appends steps to a file of outlines, which is readable after every step.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class OutlinesWriter:
 
     @classmethod
     def reopen(cls, path: str | Path, n_steps: int) -> OutlinesWriter:
-        """Go on writing after the first `n_steps` steps; later ones are dropped.
+        """Continue a file after its first `n_steps` steps; later ones are dropped.
 
         Raises
         ------
@@ -122,12 +122,12 @@ class OutlinesWriter:
         _append_cells(steps, first)
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._steps.close()
 
 
 def _append_cells(steps: Steps, first: NDArray[np.int64]) -> None:
-    """A step's cells: closed lines points[first[i]:first[i + 1]], and none of the other kinds."""
+    """Append a step's cells: closed lines points[first[i]:first[i + 1]], and no other kinds."""
     count = len(first) - 1
     for name in CELLS:
         is_lines = name == "Lines"
@@ -138,7 +138,7 @@ def _append_cells(steps: Steps, first: NDArray[np.int64]) -> None:
 
 
 class OutlineSeries:
-    """A file of outlines read back. Lines are read when asked for."""
+    """A file of outlines read back. Lines are read on request."""
 
     def __init__(self, path: Path, times: FloatArray) -> None:
         self.path = path
@@ -147,7 +147,7 @@ class OutlineSeries:
         self.held = self._file.held
 
     def loops(self, i: int) -> Loops:
-        """The lines of step `i`, from 0."""
+        """Return the lines of step `i`, from 0."""
         with self._file.arrays() as array:
             counts = array("VTKHDF/NumberOfPoints")[: i + 1]
             start, stop = int(counts[:-1].sum()), int(counts.sum())
@@ -187,7 +187,7 @@ def read_outlines(path: str | Path) -> OutlineSeries:
 
 
 def _closed(first: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Points of all lines in turn, each ending where it starts."""
+    """Return the points of all lines in turn, each ending where it starts."""
     total = np.arange(int(first[-1]), dtype=np.int64)
     return np.insert(total, first[1:], first[:-1])
 

@@ -1,8 +1,8 @@
-"""Colours of all that is drawn: reports, figures of results, pages."""
+"""Colours of reports, figures of results and pages."""
 
 from __future__ import annotations
 
 INK, MUTED, GRID = "#21262d", "#6a737d", "#e8eaed"
-"""Of text and axes, of what stands back, of the lines behind a plot."""
+"""Colours of text and axes, of secondary text, and of grid lines."""
 LINES = ("#1f5f8b", "#c4473a", "#3f7f4f", "#8a5a9e", "#b07d1e", "#4b5563")
-"""Of curves, in turn."""
+"""Colours of curves, in turn."""

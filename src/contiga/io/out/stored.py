@@ -1,4 +1,4 @@
-"""What a run has left in its folder so far, read without the code that wrote it.
+"""Output of a run so far, read from its folder without the code that wrote it.
 
 A run that has ended leaves `history.csv` and `summary.json`. While it goes on, and after it was
 stopped, both are in its last checkpoint, and its fields and outlines are whole up to the last step
@@ -25,11 +25,11 @@ CHECKPOINT, CHECKPOINT_BEFORE = "checkpoint.h5", "checkpoint.before.h5"
 OUTLINES = "outlines.vtkhdf"
 UNFINISHED, UNFINISHED_OUTLINES = FIELDS + ".part", OUTLINES + ".part"
 TOLD = "summary"
-"""What a checkpoint has in place of the summary: text of JSON."""
+"""Name of the summary in a checkpoint, as JSON text."""
 
 
 class Stored(NamedTuple):
-    """What there is of a run."""
+    """The available output of a run."""
 
     folder: Path
     finished: bool
@@ -39,7 +39,7 @@ class Stored(NamedTuple):
 
 
 def read_stored(folder: str | Path) -> Stored:
-    """History and summary of a run, up to its last checkpoint where it has not ended.
+    """Return history and summary of a run, up to its last checkpoint if it has not ended.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def _has_ended(folder: Path) -> bool:
 
 
 def newest_checkpoint(folder: Path) -> Path:
-    """The checkpoint to go on from, which need not be there.
+    """Return the checkpoint to continue from, which may not exist.
 
     A run that was killed while it put a new one in place of the last has left that alone.
     """
@@ -97,7 +97,7 @@ def newest_checkpoint(folder: Path) -> Path:
 
 
 def unsealed_told(path: Path) -> dict[str, str]:
-    """What is said of a checkpoint that is not sealed: the parts of an error's message."""
+    """Return the parts of the error message about a checkpoint that is not sealed."""
     try:
         older = begins_as_hdf5(path)
     except OSError as error:
@@ -119,7 +119,7 @@ def unsealed_told(path: Path) -> dict[str, str]:
 
 
 def _told(path: Path) -> Stored | None:
-    """What a checkpoint says of its run; None where there is none that does."""
+    """Return the output in a checkpoint; None if there is none."""
     if not path.is_file():
         return None
     if not is_sealed(path):

@@ -43,7 +43,7 @@ __all__ = ["FieldSeries", "FieldsWriter", "Part", "read_fields"]
 
 
 class FieldsWriter:
-    """Appends steps to a VTKHDF file.
+    """Writer that appends steps to a VTKHDF file.
 
     After every step the file is whole and readable, by ParaView too while a run goes on, and a
     program that dies leaves all steps it had appended. It stays open between steps: the program
@@ -82,7 +82,7 @@ class FieldsWriter:
 
     @classmethod
     def reopen(cls, path: str | Path, n_steps: int) -> FieldsWriter:
-        """Go on writing a file after its first `n_steps`; later ones are dropped.
+        """Continue a file after its first `n_steps` steps; later ones are dropped.
 
         Raises
         ------
@@ -111,7 +111,7 @@ class FieldsWriter:
         return writer
 
     def _rows(self, name: str) -> int:
-        """Of a step of an array."""
+        """Return the number of rows of a step of an array."""
         return self.n_cells if name.startswith("CellData/") else self.n_points
 
     def append(
@@ -168,12 +168,12 @@ class FieldsWriter:
         steps["Steps/NumberOfParts"].put(self.n_steps, 1)
 
     def flush(self) -> None:
-        """Have the steps appended so far brought to the disk by the operating system."""
+        """Flush the steps appended so far to the disk."""
         with telling_of_full_disks(self.path), self.path.open("rb") as file:
             os.fsync(file.fileno())
 
     def close(self) -> None:
-        """End writing: let go of the file, and make sure that it is on the disk."""
+        """Close the file, and make sure that it is on the disk."""
         self._steps.close()
         self.flush()
 
@@ -214,7 +214,7 @@ class FieldsWriter:
                 )
 
     def _append_array(self, name: str, values: NDArray[Any]) -> int:
-        """Row at which this step's values start."""
+        """Append the values of a step; return their first row."""
         if name in self._last:
             start, last = self._last[name]
             # Byte by byte: NaN is equal to itself here and 0.0 is not −0.0.
@@ -230,7 +230,7 @@ class FieldsWriter:
 
 
 class FieldSeries(Displayed):
-    """A fields file read back. Arrays are read when asked for."""
+    """A fields file read back. Arrays are read on request."""
 
     times: FloatArray
     parts: tuple[Part, ...]
@@ -239,7 +239,7 @@ class FieldSeries(Displayed):
     cell_names: tuple[str, ...]
     """Names of the data of cells."""
     units: dict[str, str]
-    """Of "Points" and of point data by name, where the file says them."""
+    """Units of "Points" and of point data by name, if the file gives them."""
 
     def __init__(
         self,
@@ -269,11 +269,11 @@ class FieldSeries(Displayed):
         ]
 
     def points(self, i: int) -> FloatArray:
-        """(N, 3) points of all parts at step `i`, stacked."""
+        """Return the points (N, 3) of all parts at step `i`, stacked."""
         return self._read(i, "Points")
 
     def data(self, i: int, name: str) -> NDArray[Any]:
-        """(N,) or (N, k) point data at step `i`.
+        """Return the point data (N,) or (N, k) at step `i`.
 
         Raises
         ------
@@ -285,7 +285,7 @@ class FieldSeries(Displayed):
         return self._read(i, f"PointData/{name}")
 
     def cell_data(self, i: int, name: str) -> NDArray[Any]:
-        """(C,) or (C, k) data of cells at step `i`: the points of clouds, then the triangles.
+        """Return cell data (C,) or (C, k) at step `i`: points of clouds, then triangles.
 
         Raises
         ------
@@ -297,7 +297,7 @@ class FieldSeries(Displayed):
         return self._read(i, f"CellData/{name}")
 
     def rows(self, part: str) -> slice:
-        """Rows of a part among the stacked points."""
+        """Return the rows of a part among the stacked points."""
         start = 0
         for entry in self.parts:
             if entry.name == part:
@@ -355,7 +355,7 @@ def read_fields(path: str | Path) -> FieldSeries:
 
 
 def _truncate(root: Any, n_steps: int, sizes: Callable[[str], int]) -> None:
-    """Drop all steps after the first `n_steps`; the space is used again by later ones.
+    """Drop all steps after the first `n_steps`; later steps reuse the space.
 
     `sizes` has the rows of a step of each array, by its name.
     """

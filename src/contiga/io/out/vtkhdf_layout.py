@@ -1,4 +1,4 @@
-"""The layout of a transient PolyData file in VTKHDF: where each thing is kept.
+"""The layout of a transient PolyData file in VTKHDF.
 
 VTKHDF specification, version 2: https://docs.vtk.org, "VTKHDF format specification", PolyData and
 temporal data. One partition is written once; ``Steps`` says for each step where in the arrays its
@@ -35,19 +35,19 @@ class Part(NamedTuple):
 
     name: str
     kind: str
-    """One of "body", "slave"."""
+    """"body" or "slave"."""
     n_points: int
     triangles: NDArray[Any] | None
     """(m, 3) rows of the part's own points; None for a cloud."""
 
     @property
     def n_cells(self) -> int:
-        """Triangles, or the points of a cloud."""
+        """Return the number of triangles, or of the points of a cloud."""
         return self.n_points if self.triangles is None else len(self.triangles)
 
 
 def checked_part(part: Part) -> Part:
-    """The part with its triangles as int64.
+    """Return the part with its triangles as int64.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def checked_part(part: Part) -> Part:
 
 
 def write_frame(file: Any, parts: tuple[Part, ...]) -> None:
-    """Everything but the steps: type, parts, topology."""
+    """Write everything except the steps: type, parts, topology."""
     root = create_root(file)
     count = sum(part.n_points for part in parts)
     root["NumberOfPoints"] = np.array([count], dtype=np.int64)
@@ -93,7 +93,7 @@ def write_frame(file: Any, parts: tuple[Part, ...]) -> None:
 
 
 def create_root(file: Any) -> Any:
-    """The group that VTK reads, with what it is."""
+    """Create the group that VTK reads, with its type."""
     root = file.create_group("VTKHDF")
     root.attrs["Version"] = np.array(_VERSION, dtype=np.int64)
     root.attrs["Type"] = np.bytes_("PolyData")
@@ -101,7 +101,7 @@ def create_root(file: Any) -> Any:
 
 
 def create_steps(root: Any) -> None:
-    """What grows with each step, whatever data there are, empty."""
+    """Create the arrays that grow with each step for any data, empty."""
     steps = root.create_group("Steps")
     steps.attrs["NSteps"] = np.int64(0)
     for name in ("PartOffsets", "NumberOfParts", "PointOffsets"):
@@ -112,7 +112,7 @@ def create_steps(root: Any) -> None:
 
 
 def _write_names(file: Any, parts: tuple[Part, ...]) -> None:
-    """What VTK does not keep: the parts by name, and how much of the points is theirs."""
+    """Write the names of the parts and their numbers of points, which VTK does not store."""
     ours = file.create_group("contiga")
     ours.attrs["names"] = [part.name for part in parts]
     ours.attrs["kinds"] = [part.kind for part in parts]
@@ -137,7 +137,7 @@ def _write_cells(group: Any, cells: NDArray[np.int64]) -> None:
 
 
 def read_parts(root: Any, ours: Any) -> tuple[Part, ...]:
-    """Parts, each with triangles on its own points, from the topology and the sizes kept."""
+    """Return parts with triangles on their own points, from the topology and stored sizes."""
     triangles = root["Polygons/Connectivity"][:].reshape(-1, 3)
     parts, first_point, first_triangle = [], 0, 0
     entries = (ours.attrs[key] for key in ("names", "kinds", "n_points", "n_triangles"))
@@ -153,13 +153,13 @@ def read_parts(root: Any, ours: Any) -> tuple[Part, ...]:
 
 
 def times_of(root: Any) -> FloatArray:
-    """Times of the steps that are counted."""
+    """Return the times of the counted steps."""
     count = int(root["Steps"].attrs["NSteps"])
     return np.array(root["Steps/Values"][:count], dtype=np.float64)
 
 
 def check_steps(n_steps: int, there: int, path: str | Path) -> None:
-    """Refuse to go on from steps that are not there.
+    """Refuse to continue from missing steps.
 
     Raises
     ------
@@ -176,14 +176,14 @@ def check_steps(n_steps: int, there: int, path: str | Path) -> None:
 
 
 def create_growing(group: Any, name: str, columns: tuple[int, ...], dtype: Any) -> None:
-    """An empty array that grows by few rows a step."""
+    """Create an empty array that grows by few rows per step."""
     group.create_dataset(
         name, (0, *columns), dtype, maxshape=(None, *columns), chunks=(_STEP_CHUNK, *columns)
     )
 
 
 def create_array(root: Any, name: str, values: NDArray[Any]) -> None:
-    """An array that grows by a step's rows, in chunks that fill the step with few rows to spare."""
+    """Create an array that grows by a step's rows, in chunks with few spare rows."""
     pieces = -(-len(values) // _CHUNK_ROWS)
     rows = -(-len(values) // max(pieces, 1))
     columns = values.shape[1:]
@@ -201,7 +201,7 @@ def create_array(root: Any, name: str, values: NDArray[Any]) -> None:
 
 
 def offsets_of(name: str) -> str:
-    """Where, under Steps, the first row of each step of an array stands."""
+    """Return the path, under Steps, of an array's first rows by step."""
     if name == "Points":
         return "PointOffsets"
     kind, _, array = name.partition("/")
@@ -209,7 +209,7 @@ def offsets_of(name: str) -> str:
 
 
 def arrays_of(root: Any) -> list[tuple[str, Any, Any]]:
-    """Name, values and step offsets of the points and of the data of points and cells there are."""
+    """Return names, values and step offsets of points, point data and cell data."""
     names = ["Points"] if "Points" in root else []
     names += [f"{kind}/{name}" for kind in _DATA for name in root.get(kind, ())]
     return [(name, root[name], root["Steps"][offsets_of(name)]) for name in names]
@@ -259,18 +259,20 @@ class Growing:
         self.put(self.length, values)
 
     def keep(self) -> None:
-        """Take what was written for whole."""
+        """Accept the written rows as complete."""
         self._counted = self.length
 
     def drop(self) -> None:
-        """Cut off what was not: VTK takes arrays for as long as steps are counted, and writes
-        beyond its memory where they are longer."""
+        """Cut off incomplete rows.
+
+        VTK takes arrays to be as long as the counted steps, and writes beyond its memory otherwise.
+        """
         self.length = self._counted
         self._id.set_extent((self.length, *self.columns))
 
 
 class Steps:
-    """A file that steps are appended to, open from the first of them until it is closed.
+    """A file that steps are appended to, open from the first step until it is closed.
 
     All of a step is handed to the system before it is counted, and so is the count. So the file is
     whole between steps: a program that dies leaves all steps it had appended, and others may read
@@ -289,7 +291,7 @@ class Steps:
 
     @property
     def root(self) -> Any:
-        """The group of VTKHDF, of the file opened if it is not.
+        """Return the group of VTKHDF; the file is opened if necessary.
 
         Raises
         ------
@@ -308,7 +310,7 @@ class Steps:
         return self._file
 
     def __getitem__(self, name: str) -> Growing:
-        """An array by its name below the group of VTKHDF."""
+        """Return an array by its name below the group of VTKHDF."""
         array = self._arrays.get(name)
         if array is None:
             array = self._arrays[name] = Growing(self.root[name])
@@ -316,10 +318,11 @@ class Steps:
 
     @contextmanager
     def step(self, number: int, n_bytes: int) -> Iterator[None]:
-        """Within this a step is written; readers see that many once all of it is there.
+        """Write a step within this block; readers see `number` steps when it has ended.
 
         Parameters
         ----------
+        number : number of steps with this one
         n_bytes : of its arrays, at most
 
         Raises
@@ -346,7 +349,7 @@ class Steps:
 
     @contextmanager
     def changing(self) -> Iterator[Any]:
-        """The group of VTKHDF, for changes that add nothing; then the file is closed.
+        """Provide the group of VTKHDF for changes that add nothing; then close the file.
 
         Raises
         ------
@@ -362,7 +365,7 @@ class Steps:
             self.close()
 
     def close(self) -> None:
-        """Let go of the file; it is opened again where more is to be written.
+        """Close the file; it is opened again for further writing.
 
         Raises
         ------
@@ -377,7 +380,7 @@ class Steps:
 
     @contextmanager
     def _told(self) -> Iterator[None]:
-        """Say what is wrong with the file where HDF5 does."""
+        """Turn errors of HDF5 into messages about the file."""
         try:
             yield
         except (OSError, RuntimeError) as error:
@@ -387,7 +390,7 @@ class Steps:
 
 
 def truncate_steps(root: Any, n_steps: int) -> None:
-    """Drop what is said of all steps after the first `n_steps`."""
+    """Drop the metadata of all steps after the first `n_steps`."""
     steps = root["Steps"]
     steps.attrs["NSteps"] = np.int64(n_steps)
     names: list[str] = []

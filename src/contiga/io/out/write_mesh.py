@@ -1,4 +1,4 @@
-"""Triangle meshes written for Gmsh (MSH 4.1), ParaView (VTU) and everyone (STL)."""
+"""Triangle meshes written for Gmsh (MSH 4.1), ParaView (VTU) and other programs (STL)."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ FORMATS: dict[str, tuple[str, dict[str, Any]]] = {
     ".vtu": ("vtu", {}),
     ".stl": ("stl", {"binary": True}),
 }
-"""By suffix meshio's name of the format, and its options."""
+"""Meshio's name of the format and its options, by suffix."""
 
 
 def check_suffix(path: str | Path) -> str:
-    """The suffix of a mesh file that can be written, in small letters.
+    """Return the suffix of a mesh file that can be written, in lower case.
 
     Raises
     ------
@@ -40,7 +40,7 @@ def check_suffix(path: str | Path) -> str:
 
 
 def write_mesh(path: str | Path, mesh: TriMesh) -> None:
-    """Write `mesh`, in the format that the suffix of `path` says; whole or not at all.
+    """Write `mesh` in the format of the suffix of `path`, whole or not at all.
 
     Coordinates keep all their digits in .msh and .vtu; .stl has single precision and no shared
     vertices.

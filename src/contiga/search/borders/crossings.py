@@ -78,6 +78,7 @@ def crossing_of(body: Faces, group: IntArray, slit: float) -> Crossing | None:
 
     Parameters
     ----------
+    body : the faces
     group : (patches,) number of the group that each is of
     slit : how far faces may be off an edge they share, length
     """

@@ -77,6 +77,7 @@ def meetings_of(body: Faces, piece: IntArray, tolerance: float) -> tuple[Meeting
 
     Parameters
     ----------
+    body : the faces
     piece : (patches,) number of the piece each is of
     tolerance : nearer than this they touch, length
     """

@@ -47,6 +47,7 @@ def project(
 
     Parameters
     ----------
+    body : the faces
     points : (n, 3) float64, length, body frame
     start : the `Projection` of the same points one step ago; needed by mode "track". Rows without
         a foot (patch −1) are projected globally.

@@ -22,7 +22,7 @@ from contiga.simulation.checks.scene import INSTANT, Pair
 _FINER = 8
 # Distances that are worked out at most, and the share of the least by which it may be off; a bound
 # above that other share of it shows that there is a distance.
-_MOST = 60
+_MAX_ITERATIONS = 60
 _CLOSE = 1e-3
 _SURE = 0.5
 # Share by which a distance may be off that is looked for, and times the least that was seen from
@@ -149,7 +149,7 @@ def closest_approach(pair: Pair) -> Approach | None:
     end = ways.nearest(float(times[-1]), float(gone[-1]), start.point, start.distance)
     best = min(start, end)
     spans = [_Span(times, gone, start.bound, end.bound)]
-    for _ in range(_MOST):
+    for _ in range(_MAX_ITERATIONS):
         if best.distance <= 0.0:
             return None
         widest = int(np.argmin([one.least for one in spans]))

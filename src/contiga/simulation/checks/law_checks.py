@@ -32,7 +32,7 @@ _SHORT_TABLE = 0.02
 _THICK = 10.0
 # Of the share of the area that a point of a cloud stands for, by its neighbours' distance.
 _ODD_AREA = 20.0
-_MOST_POINTS = 2000
+_MAX_POINTS = 2000
 # Coefficients and ratios above which percents are meant.
 _ROUGHEST = 2.0
 _OVERDAMPED = 2.0
@@ -159,7 +159,7 @@ def _weights(pair: Pair, said: Said) -> Iterator[Finding]:
     from scipy.spatial import cKDTree  # which takes as long to load as numba
 
     tree = cKDTree(points)
-    neighbours, _ = tree.query(spread(points, _MOST_POINTS), k=2)
+    neighbours, _ = tree.query(spread(points, _MAX_POINTS), k=2)
     apart = float(np.median(neighbours[:, 1]))
     if not (apart > 0.0 and area > 0.0):
         return

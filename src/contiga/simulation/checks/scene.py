@@ -28,16 +28,16 @@ from contiga.slaves.slave import Slave
 
 # Standings a motion is gone through in, and points of contact that take part in that.
 STANDINGS = 25
-MOST_POINTS = 2_000
+MAX_POINTS = 2_000
 # The same where each standing is read from a file.
-_FEW_STANDINGS = 7
+_STANDINGS_FROM_FILES = 7
 # Times that the way of one side past the other is followed at, beside the rows of tables: as many
 # as are planned, and as many as let nothing turn farther in between, in radians.
 PLANNED = 100
 TURN = 0.5
 # A pulse of a second at 10 kHz; of more, which take longer than anybody would wait for a check, the
 # way is not followed.
-MOST_TIMES = 10_000
+MAX_TIMES = 10_000
 # Part of a span over which a velocity or a turn is taken.
 INSTANT = 1e-3
 
@@ -102,7 +102,7 @@ class Pair:
         if pushed or not (self._mover.stands and told):
             return times[:1]
         standing = (self.standing(time) for time in times.tolist())
-        return times[: _until_touched(self.contact.dry_run(standing, most=MOST_POINTS))]
+        return times[: _until_touched(self.contact.dry_run(standing, most=MAX_POINTS))]
 
     @cached_property
     def _motions(self) -> tuple[object, object]:
@@ -119,11 +119,11 @@ class Pair:
         Among them are planned steps and all rows of the motions' tables.
         """
         times = np.union1d(spread(self.model.stepping.planned(), PLANNED), self._turns)
-        if len(times) > MOST_TIMES:
-            return spread(times, MOST_TIMES)
+        if len(times) > MAX_TIMES:
+            return spread(times, MAX_TIMES)
         spans = list(pairwise(times.tolist()))
         counts = [1 + int(self._turned(first, last) / TURN) for first, last in spans]
-        if sum(counts) >= MOST_TIMES:
+        if sum(counts) >= MAX_TIMES:
             return times
         parts = [np.linspace(*span, n + 1)[1:] for span, n in zip(spans, counts, strict=True)]
         return np.concatenate([times[:1], *parts])
@@ -226,7 +226,7 @@ class Pair:
     def shown_times(self) -> FloatArray:
         """Times (k,) at which the search looks at the motion: STANDINGS, and where it turns."""
         read = self.relative_at(float(self.model.stepping.start)) is None
-        times = spread(self.model.stepping.planned(), _FEW_STANDINGS if read else STANDINGS)
+        times = spread(self.model.stepping.planned(), _STANDINGS_FROM_FILES if read else STANDINGS)
         return times if read else np.union1d(times, spread(self._turns, STANDINGS))
 
     @cached_property
@@ -238,7 +238,7 @@ class Pair:
         """
         standing = (self.standing(time) for time in self.shown_times.tolist())
         seen: list[DryRun] = []
-        for one in self.contact.dry_run(standing, most=MOST_POINTS):
+        for one in self.contact.dry_run(standing, most=MAX_POINTS):
             seen.append(one)
             if not self.foretold or (self.free and len(one.rows)):
                 break

@@ -11,7 +11,7 @@ from contiga.contact.dry_run import ON_IT, spread
 from contiga.records import FloatArray, empty_projection
 from contiga.rigid.frames import to_body
 from contiga.simulation.checks.finding import Finding, Said
-from contiga.simulation.checks.scene import MOST_POINTS, Pair
+from contiga.simulation.checks.scene import MAX_POINTS, Pair
 from contiga.simulation.system_state import SystemState
 from contiga.statuses import Status
 
@@ -61,7 +61,7 @@ def from_behind(pair: Pair, said: Said) -> Iterator[Finding]:
         return
     counts = np.cumsum([len(seen.from_behind) for seen in pair.dry_runs])
     time = float(pair.shown_times[np.searchsorted(counts, first.min(), side="right")])
-    followed = min(int(pair.slave.active.sum()), MOST_POINTS)
+    followed = min(int(pair.slave.active.sum()), MAX_POINTS)
     yield behind(
         pair,
         f"{len(came)} of {followed} points of {pair.part.slave} that are followed come to "
@@ -92,7 +92,7 @@ def ran_from_behind(pair: Pair, last: SystemState, *, met: bool) -> Iterator[Fin
 def _gaps(pair: Pair, points: FloatArray, X_WB: FloatArray) -> FloatArray:
     """Return gaps (k,) of active points that have feet within an open face, but for those on it."""
     rows = np.flatnonzero(pair.slave.active & np.isfinite(points).all(axis=1))
-    p_B = to_body(X_WB, np.ascontiguousarray(points[spread(rows, MOST_POINTS)]))
+    p_B = to_body(X_WB, np.ascontiguousarray(points[spread(rows, MAX_POINTS)]))
     feet = empty_projection(len(p_B))
     pair.body.surface.closest(p_B, np.arange(len(p_B), dtype=np.int32), feet)
     within = (feet.status == Status.OK) & (np.abs(feet.gap) > ON_IT * pair.body.size)

@@ -24,13 +24,13 @@ def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
     """Files that a reader was asked for, with entries in a folder of the test."""
     monkeypatch.setenv(FOLDER, str(tmp_path / "kept"))
     files: list[Path] = []
-    read = kept.ask_apart
+    read = kept.outcome_in_worker
 
     def reading(target: str, path: Path, *args: object, needs: str) -> Any:
         files.append(path)
         return read(target, path, *args, needs=needs)
 
-    monkeypatch.setattr(kept, "ask_apart", reading)
+    monkeypatch.setattr(kept, "outcome_in_worker", reading)
     return files
 
 
@@ -66,12 +66,12 @@ def test_other_bytes_or_another_name_are_read(asked: list[Path], box: Path) -> N
 def test_what_a_reader_warns_of_is_said_each_time(
     asked: list[Path], box: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    read = kept.ask_apart
+    read = kept.outcome_in_worker
 
     def warning(*args: Any, **named: Any) -> Any:
         return read(*args, **named)._replace(warnings=["a face was left out"])
 
-    monkeypatch.setattr(kept, "ask_apart", warning)
+    monkeypatch.setattr(kept, "outcome_in_worker", warning)
     for _ in range(2):
         with pytest.warns(ContigaWarning, match="a face was left out") as heard:
             cg.read_cad(box)

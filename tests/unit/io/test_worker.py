@@ -1,4 +1,4 @@
-"""Files read in a process of their own: whatever a reader does there is one message."""
+"""Files are read in a worker process: whatever a reader does there becomes one message."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ import pytest
 
 import contiga as cg
 from contiga.errors import ContigaWarning, FileError, InputError, MeshError
-from contiga.io import apart
-from contiga.io.apart import read_apart
+from contiga.io import worker
+from contiga.io.worker import read_in_worker
 
 posix = pytest.mark.skipif(os.name != "posix", reason="signals and bounds of POSIX")
 linux = pytest.mark.skipif(sys.platform != "linux", reason="memory is bounded on Linux only")
@@ -35,6 +35,10 @@ def leave(path): os._exit(3)
 def spin(path):
     while True: pass
 def sleep(path): time.sleep(1e6)
+def tell_and_sleep(path):
+    path.with_suffix(".group").write_text(str(os.getpgrp()))
+    sleep(path)
+def sleep_briefly(path): time.sleep(0.3); return 1
 def swamp(path): return np.ones(10**10)
 def many(path):
     kept = []
@@ -75,7 +79,7 @@ def path(tmp_path, readers, monkeypatch):
 
 
 def read(name, path, *args):
-    return read_apart(f"some_readers:{name}", path, *args)
+    return read_in_worker(f"some_readers:{name}", path, *args)
 
 
 def test_what_a_reader_returns_comes_back(path):
@@ -136,7 +140,7 @@ def test_a_library_that_is_missing_is_named_as_such(path):
     with pytest.raises(ImportError, match="a_library_nobody_has"):
         read("lacking", path)
     with pytest.raises(ImportError, match="no_such_module"):
-        read_apart("no_such_module:read", path)
+        read_in_worker("no_such_module:read", path)
 
 
 def test_warnings_of_ours_are_passed_on_and_those_of_libraries_are_not(path):
@@ -170,7 +174,7 @@ def test_files_are_read_from_threads_at_the_same_time(path):
 def test_ctrl_c_ends_the_reader_too(path, monkeypatch):
     monkeypatch.setenv("CONTIGA_READ_SECONDS", "600")
     assert read("plain", path)
-    (child,) = apart._idle._children[-1:]
+    (child,) = worker._pool.workers[-1:]
     timer = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
     # A shell that runs the tests in the background has Ctrl-C ignored.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -194,6 +198,29 @@ def is_cleared_away(group: int) -> bool:
     return False
 
 
+CALLER = """
+import sys
+from pathlib import Path
+from contiga.io.worker import read_in_worker
+read_in_worker("some_readers:tell_and_sleep", Path(sys.argv[1]))
+"""
+
+
+@linux
+def test_a_caller_that_is_killed_leaves_no_reader(path, monkeypatch):
+    monkeypatch.setenv("CONTIGA_READ_SECONDS", "600")
+    folders = os.pathsep.join((str(Path(cg.__file__).parents[1]), *sys.path[:1]))
+    env = {**os.environ, "PYTHONPATH": folders}
+    caller = subprocess.Popen([sys.executable, "-c", CALLER, path], env=env)
+    said = path.with_suffix(".group")
+    while not said.exists() or not said.read_text():
+        assert caller.poll() is None
+        time.sleep(0.05)
+    caller.kill()
+    caller.wait()
+    assert is_cleared_away(int(said.read_text()))
+
+
 @posix
 def test_a_forked_process_has_readers_of_its_own(path):
     assert read("plain", path)
@@ -207,22 +234,32 @@ def test_a_forked_process_has_readers_of_its_own(path):
 
 
 @posix
-def test_a_child_that_has_left_for_want_of_work_is_replaced(path):
-    assert read("plain", path)
-    for child in apart._idle._children:
-        os.kill(child.process.pid, signal.SIGKILL)
-        child.process.wait()
-        child.process.returncode = apart.child_process.IDLE_CODE
+def test_a_worker_that_ended_for_want_of_work_is_replaced(path, no_worker):
+    with ThreadPoolExecutor(2) as pool:
+        assert list(pool.map(lambda _: read("sleep_briefly", path), range(2))) == [1, 1]
+    assert len(no_worker.workers) == 2
+    for ended in no_worker.workers:
+        os.kill(ended.process.pid, signal.SIGKILL)
+        ended.process.stdout.read()
     assert read("plain", path, 1)[1] == (1,)
 
 
 @posix
-def test_no_signal_comes_of_a_child_that_has_ended(path):
+def test_a_worker_without_work_ends(path, no_worker, monkeypatch):
+    """The worker sets an alarm before it waits; here the alarm is sent."""
+    assert read("plain", path)
+    (waiting,) = no_worker.workers
+    os.kill(waiting.process.pid, signal.SIGALRM)
+    assert waiting.process.wait(10) == -signal.SIGALRM
+
+
+@posix
+def test_no_signal_comes_from_a_worker_that_has_ended(path, no_worker):
     """Where some library made the signal of a broken pipe deadly again, as gmsh does."""
     came = []
     before = signal.signal(signal.SIGPIPE, lambda *_: came.append(1))
     try:
-        test_a_child_that_has_left_for_want_of_work_is_replaced(path)
+        test_a_worker_that_ended_for_want_of_work_is_replaced(path, no_worker)
     finally:
         signal.signal(signal.SIGPIPE, before)
     assert came == []
@@ -236,7 +273,7 @@ def test_without_an_interpreter_files_are_read_in_process(path, tmp_path, monkey
         program.chmod(0o755)
         executable = str(program)
     monkeypatch.setattr(sys, "executable", executable)
-    monkeypatch.setattr(apart, "_idle", apart._Idle())
+    monkeypatch.setattr(worker, "_pool", worker._Pool())
     assert read("number", path) == os.getpid()
     with pytest.raises(FileError, match="KeyError 'nodes'"):
         read("fail", path)
@@ -251,29 +288,29 @@ def test_bounds_that_are_none_are_named(path, monkeypatch, name, text):
 
 
 @pytest.fixture
-def no_child(monkeypatch):
-    """As in a process that has read nothing yet."""
-    idle = apart._Idle()
-    monkeypatch.setattr(apart, "_idle", idle)
-    yield idle
-    idle.end()
+def no_worker(monkeypatch):
+    """Make this process one that has read nothing yet."""
+    pool = worker._Pool()
+    monkeypatch.setattr(worker, "_pool", pool)
+    yield pool
+    pool.end()
 
 
 @posix
-def test_a_reader_loaded_ahead_reads_the_next_file(path, no_child):
-    apart.prepare("some_readers:plain")
-    apart.prepare("some_readers:plain")  # one is enough
+def test_a_reader_loaded_ahead_reads_the_next_file(path, no_worker):
+    worker.prepare("some_readers:plain")
+    worker.prepare("some_readers:plain")  # one is enough
     assert read("plain", path, 5) == (b"content", (5,))
     assert read("plain", path, 6)[1] == (6,)
-    assert len(no_child._children) == 1
+    assert len(no_worker.workers) == 1
 
 
 @posix
-def test_a_reader_that_cannot_be_loaded_ahead_is_told_of_when_a_file_is_read(path, no_child):
-    apart.prepare("a_module_nobody_has:read")
+def test_a_reader_that_cannot_be_loaded_ahead_is_told_of_when_a_file_is_read(path, no_worker):
+    worker.prepare("a_module_nobody_has:read")
     assert read("plain", path)
     with pytest.raises(ImportError, match="a_module_nobody_has"):
-        read_apart("a_module_nobody_has:read", path)
+        read_in_worker("a_module_nobody_has:read", path)
 
 
 SCRIPT = """
