@@ -127,9 +127,16 @@ class DeformedSurface(ExactSurface):
         table, coefs = self.tables.elements
         change = (coefs - before.tables.elements.coefs).reshape(-1, 4)
         change[:, 3] = coefs.reshape(-1, 4)[:, 3]
-        way = float(row_lengths(self.control_points - before.control_points).max(initial=0.0))
+        # In axes that move with the middle of the surface it goes less far.
+        ways = self.control_points - before.control_points
+        shift = ways.mean(axis=0)
+        begun = before.tables.elements.table.copy()
+        begun["origin"] += shift
         surface = MovingSurface(
-            self.tables, before.tables.elements, Elements(table, change.ravel()), way
+            self.tables,
+            Elements(begun, before.tables.elements.coefs),
+            Elements(table, change.ravel()),
+            float(row_lengths(ways - shift).max(initial=0.0)),
         )
 
         def search(paths: Paths, out: Hit, verdict: FloatArray) -> None:
@@ -137,7 +144,7 @@ class DeformedSurface(ExactSurface):
             arguments = surface, start, end, between, out, verdict
             run_ranges(moving_nb.last_moving_crossings, len(start), POINTS, *arguments)
 
-        return settled(search, a_B, b_B)
+        return settled(search, a_B + shift, b_B)
 
     @property
     def contact_tables(self) -> None:
